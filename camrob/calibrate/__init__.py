@@ -1,0 +1,1 @@
+"""Named error parameters of a cell, their identification, and compensation."""

@@ -1,0 +1,1 @@
+"""Findings on valid data: limits, singularities, jumps, collisions."""

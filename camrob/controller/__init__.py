@@ -1,0 +1,1 @@
+"""What a controller does with a program's text: replay and simulation."""

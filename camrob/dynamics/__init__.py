@@ -1,0 +1,1 @@
+"""Torques and gravity loads."""

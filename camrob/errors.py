@@ -1,0 +1,161 @@
+"""The whole error tree.
+
+    CamrobError
+    ├── InputError            the command line or an input is wrong (exit status 2)
+    │   ├── CellError         cell.toml, poses.csv, .fis
+    │   ├── SetupError        setup.toml
+    │   ├── ToolpathError     CL data and G-code
+    │   ├── KrlError          a KRL program that can't be read
+    │   └── LogError          a measurement log or a calibration file
+    ├── JobError              the job can't be done safely (exit status 3)
+    │   ├── UnreachableError  a pose outside the arm's reach
+    │   ├── LimitError        an axis would pass its limit
+    │   ├── SingularError     the path runs through a singular posture
+    │   ├── CollisionError    something touches something
+    │   └── VerificationError read-back or replay of the program strays
+    └── StaleInputError       results handed together that do not belong together
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = [
+    "CamrobError",
+    "CellError",
+    "CollisionError",
+    "InputError",
+    "JobError",
+    "KrlError",
+    "LimitError",
+    "LogError",
+    "SetupError",
+    "SingularError",
+    "StaleInputError",
+    "ToolpathError",
+    "UnreachableError",
+    "VerificationError",
+]
+
+
+def _one_line(text: str) -> str:
+    """Text without control characters, so that an error stays one line whatever an input file held."""
+    return "".join(c if c.isprintable() else " " for c in text).strip()
+
+
+class CamrobError(Exception):
+    """Root of everything that camrob raises on purpose."""
+
+
+class InputError(CamrobError):
+    """An input is wrong: names the file, the line, what is wrong and what to do.
+
+    Attributes: `path` (or None), `line` (1-based, 0 where a line has no meaning), `what`, `cure`.
+    """
+
+    def __init__(self, what: str, *, cure: str = "", path: str | Path | None = None, line: int = 0) -> None:
+        self.path = None if path is None else Path(path)
+        self.line = line
+        self.what = _one_line(what)
+        self.cure = _one_line(cure)
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        where = "" if self.path is None else _one_line(str(self.path)) + (f":{self.line}" if self.line else "") + ": "
+        return where + self.what + (f"; {self.cure}" if self.cure else "")
+
+    def at(self, path: str | Path, line: int = 0) -> InputError:
+        """The same error with its place, where it had none yet."""
+        return type(self)(self.what, cure=self.cure, path=self.path or path, line=self.line or line)
+
+
+class CellError(InputError):
+    """A cell's folder is wrong."""
+
+
+class SetupError(InputError):
+    """A set-up file is wrong."""
+
+
+class ToolpathError(InputError):
+    """CL data or G-code that can't be read honestly."""
+
+
+class KrlError(InputError):
+    """A KRL program that can't be read."""
+
+
+class LogError(InputError):
+    """A measurement log, or a file made from one, is wrong."""
+
+
+class JobError(CamrobError):
+    """The job can't be done safely.
+
+    Attributes: `what`, `line` (CL or program line, 0 if none), `region` (name or ""), `axis` ("" if none),
+    `value` and `limit` in `unit` (None where they have no meaning), `reasons` (a tally: text to count).
+    """
+
+    def __init__(
+        self,
+        what: str,
+        *,
+        line: int = 0,
+        region: str = "",
+        axis: str = "",
+        value: float | None = None,
+        limit: float | None = None,
+        unit: str = "",
+        reasons: dict[str, int] | None = None,
+    ) -> None:
+        self.what = _one_line(what)
+        self.line = line
+        self.region = _one_line(region)
+        self.axis = axis
+        self.value = value
+        self.limit = limit
+        self.unit = unit
+        self.reasons = dict(reasons or {})
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        parts = [self.what]
+        if self.line:
+            parts.append(f"line {self.line}")
+        if self.region:
+            parts.append(f"region {self.region}")
+        if self.axis:
+            parts.append(f"axis {self.axis}")
+        if self.value is not None:
+            text = f"{self.value:.3f} {self.unit}".rstrip()
+            if self.limit is not None:
+                text += f" where the limit is {self.limit:.3f} {self.unit}".rstrip()
+            parts.append(text)
+        if self.reasons:
+            total = sum(self.reasons.values())
+            parts.append(f"{total} candidates: " + ", ".join(f"{n} {why}" for why, n in self.reasons.items()))
+        return "; ".join(parts)
+
+
+class UnreachableError(JobError):
+    """A pose that the arm can't reach."""
+
+
+class LimitError(JobError):
+    """An axis would have to pass its limit."""
+
+
+class SingularError(JobError):
+    """The path runs through a posture in which the arm loses a direction."""
+
+
+class CollisionError(JobError):
+    """A body of the cell touches another."""
+
+
+class VerificationError(JobError):
+    """The program, read back and replayed, does not do what was asked."""
+
+
+class StaleInputError(CamrobError):
+    """Results were handed together that were not made from the same inputs."""

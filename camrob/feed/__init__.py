@@ -1,0 +1,1 @@
+"""Choosing the speed: limits along the path and its timing."""

@@ -1,0 +1,1 @@
+"""The sim-to-real gap: where it lies and which effect makes it."""

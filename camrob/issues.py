@@ -1,0 +1,52 @@
+"""A finding on valid data: a typed remark with its place, which a report can print and a script can count."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+__all__ = ["Finding", "Severity", "collapse"]
+
+
+class Severity(StrEnum):
+    """How bad a finding is: an `ERROR` stops the release of a program."""
+
+    INFO = "info"
+    WARNING = "warning"
+    ERROR = "error"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One finding: `code` (stable, kebab-case), where it is, and how far a value lies from its limit.
+
+    `line` is the CL (or program) line, 0 for none; `region` and `point` are indices, -1 for none; `value` and `limit`
+    are in `unit` (units of the trade). `count` says how many times the same thing was met (see `collapse`).
+    """
+
+    code: str
+    text: str
+    severity: Severity = Severity.WARNING
+    line: int = 0
+    region: int = -1
+    point: int = -1
+    axis: str = ""
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+    count: int = 1
+
+
+def collapse(findings: Iterable[Finding]) -> list[Finding]:
+    """One finding a kind (same code, axis and text): the first met, with the count of all of them, in order of meeting."""
+    first: dict[tuple[str, str, str], Finding] = {}
+    counts: dict[tuple[str, str, str], int] = {}
+    for f in findings:
+        key = (f.code, f.axis, f.text)
+        first.setdefault(key, f)
+        counts[key] = counts.get(key, 0) + f.count
+    return [
+        Finding(f.code, f.text, f.severity, f.line, f.region, f.point, f.axis, f.value, f.limit, f.unit, counts[key])
+        for key, f in first.items()
+    ]

@@ -1,0 +1,1 @@
+"""The jobs behind the verbs of the command line, each one function."""

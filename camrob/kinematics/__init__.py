@@ -1,0 +1,1 @@
+"""Joints to poses and back: compiled kernels, the closed-form arm, batched evaluation."""

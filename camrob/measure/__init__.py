@@ -1,0 +1,1 @@
+"""What instruments said: measurement logs and their readers."""

@@ -1,0 +1,1 @@
+"""Programs: the writer of KRL and an independent reader of it."""

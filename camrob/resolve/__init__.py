@@ -1,0 +1,1 @@
+"""Choosing the redundancy: which posture of many makes the path."""

@@ -1,0 +1,44 @@
+"""Conversions between SI and the units of the trade: the only module that multiplies by 1000 or pi/180."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Value = TypeVar("Value", float, NDArray[np.float64])
+
+INCH_MM = 25.4
+_RAD_PER_DEG = math.pi / 180.0
+
+
+def mm_to_m(length_mm: Value) -> Value:
+    """Millimetres to metres."""
+    return length_mm / 1000.0
+
+
+def m_to_mm(length: Value) -> Value:
+    """Metres to millimetres."""
+    return length * 1000.0
+
+
+def deg_to_rad(angle_deg: Value) -> Value:
+    """Degrees to radians."""
+    return angle_deg * _RAD_PER_DEG
+
+
+def rad_to_deg(angle: Value) -> Value:
+    """Radians to degrees."""
+    return angle / _RAD_PER_DEG
+
+
+def mm_min_to_m_s(feed_mm_min: Value) -> Value:
+    """Millimetres a minute (cutting feed) to metres a second."""
+    return feed_mm_min / 60000.0
+
+
+def m_s_to_mm_min(speed: Value) -> Value:
+    """Metres a second to millimetres a minute."""
+    return speed * 60000.0
