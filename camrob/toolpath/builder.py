@@ -100,7 +100,7 @@ class RegionBuilder:
         feed: float,
         line: int,
     ) -> None:
-        """Add the points of a flat arc (as `sample_arc` gives them, its start being the newest point) and keep it as an arc.
+        """Add the points of a flat arc, as `sample_arc` gives them (its start is the newest point), and keep the arc.
 
         `arc_axis` is the right-handed axis of the motion, `axis` the tool's. The builder must hold the arc's start.
         """

@@ -57,8 +57,8 @@ def sample_arc(
 ) -> NDArray[np.float64]:
     """Points (N, 3) along an arc or helix: `start` is left out, the last one is exactly `end`.
 
-    The motion turns right-handedly about the unit `axis` through `center` by `arc_angle(start, end, center, axis, turns)`
-    while it rises by `rise` (m, along the axis) from start to end; a left-handed arc is one about the reversed axis.
+    The motion turns right-handedly about the unit `axis` through `center` by `arc_angle` of the same arguments while
+    it rises by `rise` (m, along the axis) from start to end; a left-handed arc is one about the reversed axis.
     Chords leave the arc by at most `chord_tolerance` (m) and turn by at most `angle_tolerance` (rad) from one to
     the next, in equal steps. Start and end may lie on slightly different radii (files are rounded): the radius
     runs linearly between them. Raises ToolpathError for a degenerate arc or one with more than a million points.
