@@ -1,0 +1,159 @@
+"""A cell: what the machine is. Never changes during a job; `with_tool` gives another one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.controller import ControllerSettings
+from camrob.cell.joint import Joint, Role
+from camrob.cell.load import PointMass
+from camrob.cell.resolve_settings import ResolveSettings
+from camrob.cell.shape import Shape
+from camrob.frozen import digest, locked
+from camrob.se3 import inverse
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+
+__all__ = ["Cell"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Joints from the workpiece frame `base` to the tool, and all that the jobs need to know beside them.
+
+    base_T_first: (4, 4) before the first joint. foot_T_root: `root` (z up, KRL's `$ROBROOT`) seen from the frame that the
+    last joint before the arm ends in. wrist_T_flange: the mounting plate seen from the frame that the arm's last joint
+    ends in (its Denavit-Hartenberg row included). flange_T_tool: `$TOOL`. condition_length: the characteristic length, m.
+    `provenance` maps dotted keys of cell.toml to their standing.
+    """
+
+    name: str
+    title: str
+    folder: Path
+    joints: tuple[Joint, ...]
+    base_T_first: Array
+    foot_T_root: Array
+    wrist_T_flange: Array
+    flange_T_tool: Array
+    condition_length: float
+    base_follows_table: bool
+    controller: ControllerSettings
+    resolve: ResolveSettings
+    shapes: tuple[Shape, ...] = ()
+    masses: tuple[PointMass, ...] = ()
+    payload: float = 0.0
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("base_T_first", "foot_T_root", "wrist_T_flange", "flange_T_tool"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(4, 4), name=name))
+        object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
+
+    def with_tool(self, flange_T_tool: Array) -> Cell:
+        """The same cell with another tool."""
+        return replace(self, flange_T_tool=flange_T_tool)
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints in the chain's order."""
+        return tuple(j.name for j in self.joints)
+
+    def indices(self, role: Role) -> tuple[int, ...]:
+        """Where in the chain the joints of a role stand."""
+        return tuple(i for i, j in enumerate(self.joints) if j.role is role)
+
+    @property
+    def arm_slice(self) -> slice:
+        """The arm's joints within the chain."""
+        arm = self.indices(Role.ARM)
+        return slice(arm[0], arm[-1] + 1)
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names of the real axes in the order in which KRL prints them: A1..A6, then E1, E2, ..."""
+        real = [j.name for j in self.joints if j.role is not Role.ROLL]
+        return tuple(sorted(n for n in real if n[0] == "A")) + tuple(sorted(n for n in real if n[0] != "A"))
+
+    @property
+    def external_names(self) -> tuple[str, ...]:
+        """Names of the external axes in the order in which KRL prints them."""
+        return tuple(n for n in self.axis_names if n[0] != "A")
+
+    def index(self, name: str) -> int:
+        """Where in the chain the joint `name` stands. Raises KeyError for an unknown name."""
+        try:
+            return self.names.index(name)
+        except ValueError:
+            raise KeyError(f"cell {self.name} has no joint {name!r}") from None
+
+    @property
+    def q_home(self) -> Array:
+        """HOME posture (n,)."""
+        return np.array([j.home for j in self.joints])
+
+    @property
+    def q_reference(self) -> Array:
+        """Reference posture (n,)."""
+        return np.array([j.reference for j in self.joints])
+
+    @property
+    def q_lower(self) -> Array:
+        """Lower limits of q (n,), -inf where endless."""
+        return np.array([j.q_lower for j in self.joints])
+
+    @property
+    def q_upper(self) -> Array:
+        """Upper limits of q (n,), inf where endless."""
+        return np.array([j.q_upper for j in self.joints])
+
+    @property
+    def endless(self) -> NDArray[np.bool_]:
+        """(n,) True where a joint turns without end (the virtual roll too)."""
+        return np.array([j.endless for j in self.joints])
+
+    def limits_of(self, quantity: str) -> Array:
+        """(n,) of `speed`, `acceleration` or `jerk`, SI, inf where there is none."""
+        return np.array([float(getattr(j, quantity)) for j in self.joints])
+
+    def to_axis_values(self, q: Array) -> Array:
+        """Axis values as KRL prints them, degrees and mm, in the order of `axis_names`, of postures q (..., n)."""
+        out = np.empty((*q.shape[:-1], len(self.axis_names)))
+        for k, name in enumerate(self.axis_names):
+            i = self.index(name)
+            joint = self.joints[i]
+            value = joint.axis_value(q[..., i])
+            out[..., k] = m_to_mm(value) if joint.prismatic else rad_to_deg(value)
+        return out
+
+    def to_q(self, axis_values: Array, *, roll: float = 0.0) -> Array:
+        """Postures q (..., n) of axis values (..., axes), degrees and mm, in the order of `axis_names`."""
+        values = np.asarray(axis_values, float)
+        q = np.full((*values.shape[:-1], len(self.joints)), roll)
+        for k, name in enumerate(self.axis_names):
+            i = self.index(name)
+            joint = self.joints[i]
+            value = values[..., k]
+            q[..., i] = joint.q_value(mm_to_m(value) if joint.prismatic else deg_to_rad(value))
+        return q
+
+    @property
+    def tool_T_flange(self) -> Array:
+        """The mounting plate seen from the tool."""
+        return inverse(self.flange_T_tool)
+
+    @property
+    def digest(self) -> str:
+        """What the geometry, limits and settings are."""
+        parts = [(j.name, j.role.value, j.prismatic, j.before, j.after, j.sign, j.offset, j.lower, j.upper) for j in self.joints]
+        frames = (self.base_T_first, self.foot_T_root, self.wrist_T_flange, self.flange_T_tool)
+        return digest(*(x for part in parts for x in part), *frames, self.condition_length, self.base_follows_table)

@@ -1,0 +1,95 @@
+"""One joint of a cell's chain, with how the controller prints it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.frozen import locked
+
+__all__ = ["Joint", "Role", "dh_after", "dh_before"]
+
+Array = NDArray[np.float64]
+
+
+class Role(StrEnum):
+    """What a joint moves, in the chain's order from workpiece to tool."""
+
+    WORKPIECE = "workpiece"  # the part: rotary table, positioner
+    CARRIAGE = "carriage"  # the robot's foot: track, gantry
+    ARM = "arm"
+    ROLL = "roll"  # virtual: the tool's own symmetry axis
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A revolute or prismatic joint; SI throughout (rad or m; per second).
+
+    The chain's variable q relates to the axis value that the controller prints by `axis = sign * q + offset`. `lower` and
+    `upper` limit the axis value (-inf, inf for an endless or virtual joint). `home` and `reference` are values of q.
+    `before` (4, 4) stands before the motion along or about z, `after` (4, 4) behind it.
+    """
+
+    name: str
+    role: Role
+    prismatic: bool
+    before: Array
+    after: Array
+    sign: float = 1.0
+    offset: float = 0.0
+    lower: float = -np.inf
+    upper: float = np.inf
+    speed: float = np.inf
+    acceleration: float = np.inf
+    jerk: float = np.inf
+    home: float = 0.0
+    reference: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "before", locked(self.before, shape=(4, 4), name="before"))
+        object.__setattr__(self, "after", locked(self.after, shape=(4, 4), name="after"))
+
+    @property
+    def endless(self) -> bool:
+        """True where the axis has no limit."""
+        return not np.isfinite(self.lower) and not np.isfinite(self.upper)
+
+    @property
+    def q_lower(self) -> float:
+        """Lower limit of q."""
+        return min(self.sign * (self.lower - self.offset), self.sign * (self.upper - self.offset))
+
+    @property
+    def q_upper(self) -> float:
+        """Upper limit of q."""
+        return max(self.sign * (self.lower - self.offset), self.sign * (self.upper - self.offset))
+
+    def axis_value(self, q: Array) -> Array:
+        """Axis values, as the controller counts them (SI), of q."""
+        return self.sign * q + self.offset
+
+    def q_value(self, axis_value: Array) -> Array:
+        """q of axis values (SI)."""
+        return self.sign * (axis_value - self.offset)
+
+
+def _rot_z(angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+
+
+def dh_before(*, theta: float, d: float, prismatic: bool) -> Array:
+    """What a standard Denavit-Hartenberg row puts before the joint's own motion: the constant one of Rz(theta), Tz(d)."""
+    T = _rot_z(theta) if prismatic else np.eye(4)
+    if not prismatic:
+        T[2, 3] = d
+    return T
+
+
+def dh_after(*, a: float, alpha: float) -> Array:
+    """Tx(a) Rx(alpha), the rest of a standard Denavit-Hartenberg row Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+    c, s = np.cos(alpha), np.sin(alpha)
+    return np.array([[1, 0, 0, a], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1.0]])

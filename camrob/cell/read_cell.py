@@ -1,0 +1,206 @@
+"""Reading a cell's folder: cell.toml, checked key by key, edge units to SI, the standing of every number kept."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Joint, Role, dh_after, dh_before
+from camrob.cell.load import PointMass
+from camrob.cell.read_controller import read_controller
+from camrob.cell.resolve_settings import FuzzyEngine, ResolveSettings
+from camrob.cell.shape import Shape, ShapeKind
+from camrob.cell.table import TableReader
+from camrob.errors import CellError
+from camrob.se3 import frame_from_xyzabc
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["frame_of", "read_cell", "read_toml"]
+
+Array = NDArray[np.float64]
+
+SCHEMA = 1
+_SIZES = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.CAPSULE: 2, ShapeKind.SPHERE: 1}
+
+
+def read_toml(path: Path, error: type[CellError] = CellError) -> dict[str, object]:
+    """The contents of a TOML file. Raises `error`, with the line, where it can't be read."""
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8"))
+    except OSError as e:
+        raise error(f"can't be read ({e.strerror})", cure="check the path", path=path) from None
+    except UnicodeDecodeError:
+        raise error("is no UTF-8 text", cure="save it as UTF-8", path=path) from None
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
+        raise error(f"is no valid TOML: {e}", cure="mend that place", path=path) from None
+
+
+def frame_of(xyzabc_mm_deg: Array) -> Array:
+    """Pose (4, 4) from X, Y, Z, A, B, C in mm and degrees."""
+    return frame_from_xyzabc(np.concatenate([mm_to_m(xyzabc_mm_deg[:3]), deg_to_rad(xyzabc_mm_deg[3:])]))
+
+
+def read_cell(path: str | Path) -> Cell:
+    """The cell in a folder (or of a cell.toml). Raises CellError naming file, key and cure."""
+    path = Path(path)
+    file = path / "cell.toml" if path.is_dir() or path.suffix != ".toml" else path
+    table = TableReader(read_toml(file), file)
+    table.integer("schema", lower=SCHEMA, upper=SCHEMA)
+    kinematics = table.table("kinematics")
+    joints = tuple(_joint(t) for t in table.tables("joint"))
+    _check_chain(joints, table)
+    tool = table.table("tool")
+    load = table.table("load")
+    cell = Cell(
+        name=table.text("name"),
+        title=table.text("title"),
+        folder=file.parent,
+        joints=joints,
+        base_T_first=frame_of(kinematics.vector("base_to_first", 6)),
+        foot_T_root=frame_of(kinematics.vector("foot_to_root", 6)),
+        wrist_T_flange=frame_of(kinematics.vector("wrist_to_flange", 6)),
+        flange_T_tool=frame_of(tool.vector("flange_to_tool", 6)),
+        condition_length=mm_to_m(kinematics.number("characteristic_length_mm", lower=1.0, upper=1e5)),
+        base_follows_table=kinematics.flag("base_follows_table"),
+        controller=read_controller(table.table("controller")),
+        resolve=_resolve(table.table("resolve"), tuple(j.name for j in joints)),
+        shapes=tuple(_shape(t, file.parent) for t in table.tables("shape")),
+        masses=tuple(_mass(t) for t in table.tables("mass")),
+        payload=load.number("payload_kg", lower=0.0, upper=1e5),
+        provenance=table.provenance,
+    )
+    for part in (kinematics, tool, load, table):
+        part.finish()
+    return cell
+
+
+def _joint(table: TableReader) -> Joint:
+    """One [[joint]]."""
+    name = table.text("name")
+    role = Role(table.text("role", choices=tuple(r.value for r in Role)))
+    prismatic = table.text("type", choices=("revolute", "prismatic")) == "prismatic"
+    unit = "mm" if prismatic else "deg"
+
+    def si(value: float) -> float:
+        return mm_to_m(value) if prismatic else deg_to_rad(value)
+
+    dh, axis, limits = table.table("dh"), table.table("axis"), table.table("limits")
+    sign = axis.number("sign", lower=-1, upper=1)
+    if abs(sign) != 1.0:
+        raise axis.fail("sign", f"is {sign:g}", "use 1 or -1")
+    endless = "endless" in limits and limits.flag("endless")
+    lower, upper = -np.inf, np.inf
+    if not endless:
+        lower, upper = (si(float(v)) for v in limits.vector(f"range_{unit}", 2))
+        if not lower < upper:
+            raise limits.fail(f"range_{unit}", "has its lower end above its upper one", "swap them")
+    rates = {"speed": np.inf, "acceleration": np.inf, "jerk": np.inf}
+    if role is not Role.ROLL:
+        for power, quantity in enumerate(rates, start=1):
+            rates[quantity] = si(limits.number(f"{quantity}_{unit}_s{power if power > 1 else ''}", lower=1e-6))
+    joint = Joint(
+        name=name,
+        role=role,
+        prismatic=prismatic,
+        before=dh_before(theta=deg_to_rad(dh.number("theta_deg")), d=mm_to_m(dh.number("d_mm")), prismatic=prismatic),
+        after=dh_after(a=mm_to_m(dh.number("a_mm")), alpha=deg_to_rad(dh.number("alpha_deg"))),
+        sign=sign,
+        offset=si(axis.number(f"offset_{unit}")),
+        lower=lower,
+        upper=upper,
+        speed=rates["speed"],
+        acceleration=rates["acceleration"],
+        jerk=rates["jerk"],
+        home=si(table.number(f"home_{unit}")),
+        reference=si(table.number(f"reference_{unit}")),
+    )
+    for part in (dh, axis, limits, table):
+        part.finish()
+    if not joint.q_lower <= joint.home <= joint.q_upper:
+        raise table.fail(f"home_{unit}", "lies outside the axis's range", "mend home or limits")
+    return joint
+
+
+def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
+    """Roles in order, names once, an arm of six or more."""
+    order = [list(Role).index(j.role) for j in joints]
+    if order != sorted(order):
+        raise table.fail("joint", "roles are out of order", "list workpiece, carriage, arm, roll joints in this order")
+    names = [j.name for j in joints]
+    for name in names:
+        if names.count(name) > 1:
+            raise table.fail("joint", f"{name!r} is there twice", "give every joint a name of its own")
+    arm = [j for j in joints if j.role is Role.ARM]
+    if [j.name for j in arm] != [f"A{i}" for i in range(1, len(arm) + 1)] or len(arm) != 6:
+        raise table.fail("joint", "the arm's joints are not A1 to A6", "name six joints of role arm A1 .. A6 in order")
+    if any(j.prismatic for j in arm):
+        raise table.fail("joint", "an arm joint is prismatic", "use carriage joints for tracks and gantries")
+    for j in joints:
+        external = j.role in (Role.WORKPIECE, Role.CARRIAGE)
+        if external and not (len(j.name) == 2 and j.name[0] == "E" and j.name[1] in "123456"):
+            raise table.fail("joint", f"{j.name!r} is no name of an external axis", "use E1 .. E6")
+    if sum(j.role is Role.ROLL for j in joints) > 1:
+        raise table.fail("joint", "there are two roll joints", "leave one")
+
+
+def _mass(table: TableReader) -> PointMass:
+    """One [[mass]]."""
+    mass = PointMass(
+        table.text("name"),
+        table.text("after"),
+        table.number("mass_kg", lower=0.0, upper=1e5),
+        mm_to_m(table.vector("center_mm", 3)),
+    )
+    table.finish()
+    return mass
+
+
+def _shape(table: TableReader, folder: Path) -> Shape:
+    """One [[shape]]."""
+    kind = ShapeKind(table.text("kind", choices=tuple(k.value for k in ShapeKind)))
+    file = ""
+    if kind is ShapeKind.MESH:
+        file = table.text("file")
+        if not (folder / file).is_file() or ".." in Path(file).parts or Path(file).is_absolute():
+            raise table.fail("file", f"{file!r} is no file in the cell's folder", "put the mesh there")
+        size = np.array([table.number("scale", lower=1e-6, upper=1e6)])
+    else:
+        size = mm_to_m(table.vector("size_mm", _SIZES[kind]))
+        if np.any(size <= 0.0):
+            raise table.fail("size_mm", "is not above 0", "give the body's real size")
+    shape = Shape(
+        name=table.text("name"),
+        group=table.text("group"),
+        frame=table.text("frame"),
+        kind=kind,
+        size=size,
+        frame_T_shape=frame_of(table.vector("at", 6)),
+        file=file,
+        ignore=table.texts("ignore") if "ignore" in table else (),
+    )
+    table.finish()
+    return shape
+
+
+def _resolve(table: TableReader, names: tuple[str, ...]) -> ResolveSettings:
+    """[resolve] with its two engines."""
+    engines = []
+    for key in ("joint_engine", "condition_engine"):
+        part = table.table(key)
+        weights = part.text_map("weights")
+        for joint in weights:
+            if joint not in names:
+                raise part.fail(f"weights.{joint}", "is no joint of this cell", f"use {', '.join(names)}")
+        engines.append(FuzzyEngine(part.text("file"), weights, part.number("default_weight", lower=1e-6, upper=1e3)))
+        part.finish()
+    planned: dict[str, float] = {}
+    if "planned" in table:
+        part = table.table("planned")
+        planned = {key: part.number(key, lower=0.0) for key in part.keys()}
+    settings = ResolveSettings(table.number("threshold", lower=0.0, upper=1.0), engines[0], engines[1], planned)
+    table.finish()
+    return settings

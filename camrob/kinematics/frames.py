@@ -1,0 +1,78 @@
+"""Poses of a cell's frames in plain NumPy, for postures of any leading shape; the twin of the compiled kernels."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Joint, Role
+from camrob.se3 import inverse
+
+__all__ = ["base_T_flange", "base_T_joint_frames", "base_T_root", "base_T_tool", "world_T_base"]
+
+Array = NDArray[np.float64]
+
+
+def _motion(joint: Joint, q: Array) -> Array:
+    """Motion (..., 4, 4) of a joint along or about its z."""
+    T = np.zeros((*q.shape, 4, 4))
+    T[..., 3, 3] = T[..., 2, 2] = 1.0
+    if joint.prismatic:
+        T[..., 0, 0] = T[..., 1, 1] = 1.0
+        T[..., 2, 3] = q
+    else:
+        T[..., 0, 0] = T[..., 1, 1] = np.cos(q)
+        T[..., 1, 0] = np.sin(q)
+        T[..., 0, 1] = -T[..., 1, 0]
+    return T
+
+
+def base_T_joint_frames(cell: Cell, q: Array) -> Array:
+    """Frames (n, ..., 4, 4) that the joints' Denavit-Hartenberg rows end in, seen from `base`, of postures q (..., n)."""
+    frames = []
+    T = np.broadcast_to(cell.base_T_first, (*q.shape[:-1], 4, 4))
+    last_of_arm = cell.indices(Role.ARM)[-1]
+    for i, joint in enumerate(cell.joints):
+        T = T @ joint.before @ _motion(joint, q[..., i]) @ joint.after
+        frames.append(T)
+        if i == last_of_arm:
+            T = T @ cell.wrist_T_flange @ cell.flange_T_tool
+    return np.stack(frames)
+
+
+def base_T_tool(cell: Cell, q: Array) -> Array:
+    """Pose (..., 4, 4) of the tool, virtual roll included, of postures q (..., n)."""
+    frames = base_T_joint_frames(cell, q)
+    if cell.indices(Role.ROLL):
+        return np.asarray(frames[-1])
+    return np.asarray(frames[-1] @ cell.wrist_T_flange @ cell.flange_T_tool)
+
+
+def base_T_flange(cell: Cell, q: Array) -> Array:
+    """Pose (..., 4, 4) of the mounting plate."""
+    base_T_wrist = base_T_joint_frames(cell, q)[cell.indices(Role.ARM)[-1]]
+    return np.asarray(base_T_wrist @ cell.wrist_T_flange)
+
+
+def base_T_root(cell: Cell, q: Array) -> Array:
+    """Pose (..., 4, 4) of the robot's root (`$ROBROOT`)."""
+    first_of_arm = cell.indices(Role.ARM)[0]
+    if first_of_arm == 0:
+        base_T_foot = np.broadcast_to(cell.base_T_first, (*q.shape[:-1], 4, 4))
+    else:
+        base_T_foot = base_T_joint_frames(cell, q)[first_of_arm - 1]
+    return np.asarray(base_T_foot @ cell.foot_T_root)
+
+
+def world_T_base(cell: Cell, q: Array) -> Array:
+    """Pose (..., 4, 4) of `base` in `world`; `world` stands in the hall where `base` is when all workpiece axes are at 0."""
+    workpiece = cell.indices(Role.WORKPIECE)
+    if not workpiece:
+        return np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))
+    zero = np.array(cell.q_home)
+    for i in workpiece:
+        zero[i] = float(cell.joints[i].q_value(np.zeros(())))
+    world_T_hall = base_T_joint_frames(cell, zero)[workpiece[-1]]
+    base_T_hall = base_T_joint_frames(cell, q)[workpiece[-1]]
+    return np.asarray(world_T_hall @ inverse(base_T_hall))

@@ -1,0 +1,201 @@
+"""Compiled kinematics of a chain of revolute and prismatic joints, one posture a call, float64.
+
+Every kernel has a plain NumPy twin in the tests. Jacobians are geometric: rows (v, w) of the tool in `base`, velocity of
+the tool's origin first. Out-parameters are overwritten; nothing is allocated in the inner loop of a solver.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
+
+__all__ = ["ChainArrays", "chain_arrays", "forward", "forward_many", "inverse_kf", "inverse_kf_many", "jacobian"]
+
+Array = NDArray[np.float64]
+
+
+class ChainArrays(NamedTuple):
+    """A cell's chain as arrays, in the order base to tool.
+
+    first (4, 4); after (n, 4, 4) constant transforms behind each joint's motion; prismatic (n,); plate: where the mounting
+    plate's origin lies in the frame of the arm's last joint, after its motion; arm: indices [arm_start, arm_stop);
+    length: the characteristic length, m.
+    """
+
+    first: Array
+    after: Array
+    prismatic: NDArray[np.bool_]
+    plate: Array
+    arm_start: int
+    arm_stop: int
+    length: float
+
+
+def chain_arrays(cell: Cell) -> ChainArrays:
+    """The cell's chain, tool included, with all constant transforms merged."""
+    joints = cell.joints
+    n = len(joints)
+    first = cell.base_T_first @ joints[0].before
+    after = np.empty((n, 4, 4))
+    arm = cell.indices(Role.ARM)
+    for i, joint in enumerate(joints):
+        after[i] = joint.after
+        if i == arm[-1]:
+            after[i] = after[i] @ cell.wrist_T_flange @ cell.flange_T_tool
+        if i + 1 < n:
+            after[i] = after[i] @ joints[i + 1].before
+    plate = (joints[arm[-1]].after @ cell.wrist_T_flange)[:3, 3].copy()
+    return ChainArrays(
+        np.ascontiguousarray(first),
+        after,
+        np.array([j.prismatic for j in joints]),
+        plate,
+        int(arm[0]),
+        int(arm[-1]) + 1,
+        float(cell.condition_length),
+    )
+
+
+@numba.njit(cache=True, inline="never")
+def _step(R: Array, p: Array, fixed: Array) -> None:
+    """R, p <- (R, p) * fixed, in place."""
+    for r in range(3):
+        a, b, c = R[r, 0], R[r, 1], R[r, 2]
+        p[r] += a * fixed[0, 3] + b * fixed[1, 3] + c * fixed[2, 3]
+        R[r, 0] = a * fixed[0, 0] + b * fixed[1, 0] + c * fixed[2, 0]
+        R[r, 1] = a * fixed[0, 1] + b * fixed[1, 1] + c * fixed[2, 1]
+        R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
+
+
+@numba.njit(cache=True)
+def forward(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array, plate: Array) -> None:
+    """Forward kinematics of posture q (n,).
+
+    Fills Z (n, 3) and P (n, 3), the joints' axes and points on them in `base`, before their motion; R (3, 3) and p (3,),
+    the tool in `base`; plate (3,), the mounting plate's origin in `base`.
+    """
+    n = q.shape[0]
+    for r in range(3):
+        p[r] = chain.first[r, 3]
+        for c in range(3):
+            R[r, c] = chain.first[r, c]
+    last = chain.arm_stop - 1
+    for i in range(n):
+        for r in range(3):
+            Z[i, r] = R[r, 2]
+            P[i, r] = p[r]
+        if chain.prismatic[i]:
+            for r in range(3):
+                p[r] += R[r, 2] * q[i]
+        else:
+            co, si = np.cos(q[i]), np.sin(q[i])
+            for r in range(3):
+                a, b = R[r, 0], R[r, 1]
+                R[r, 0] = a * co + b * si
+                R[r, 1] = b * co - a * si
+        if i == last:
+            for r in range(3):
+                plate[r] = p[r] + R[r, 0] * chain.plate[0] + R[r, 1] * chain.plate[1] + R[r, 2] * chain.plate[2]
+        _step(R, p, chain.after[i])
+
+
+@numba.njit(cache=True)
+def jacobian(chain: ChainArrays, Z: Array, P: Array, point: Array, J: Array) -> None:
+    """Geometric Jacobian J (6, n), rows (v, w), of a point (3,) of the tool, from the axes that `forward` filled."""
+    for i in range(Z.shape[0]):
+        if chain.prismatic[i]:
+            for r in range(3):
+                J[r, i] = Z[i, r]
+                J[3 + r, i] = 0.0
+        else:
+            dx, dy, dz = point[0] - P[i, 0], point[1] - P[i, 1], point[2] - P[i, 2]
+            J[0, i] = Z[i, 1] * dz - Z[i, 2] * dy
+            J[1, i] = Z[i, 2] * dx - Z[i, 0] * dz
+            J[2, i] = Z[i, 0] * dy - Z[i, 1] * dx
+            for r in range(3):
+                J[3 + r, i] = Z[i, r]
+
+
+@numba.njit(cache=True)
+def inverse_kf(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
+    """1/k_F of the bare arm's homogeneous Jacobian at the mounting plate, 0 where it is singular.
+
+    k_F = sqrt(tr(H H^T) tr((H H^T)^-1)) / 6 (eq. 16), the rows of length divided by the characteristic length. The
+    frame of the twist doesn't matter, so the arm's columns of the whole chain are used.
+    """
+    m = chain.arm_stop - chain.arm_start
+    H = np.empty((6, m))
+    scale = 1.0 / chain.length
+    for k in range(m):
+        i = chain.arm_start + k
+        dx, dy, dz = plate[0] - P[i, 0], plate[1] - P[i, 1], plate[2] - P[i, 2]
+        H[0, k] = (Z[i, 1] * dz - Z[i, 2] * dy) * scale
+        H[1, k] = (Z[i, 2] * dx - Z[i, 0] * dz) * scale
+        H[2, k] = (Z[i, 0] * dy - Z[i, 1] * dx) * scale
+        H[3, k] = Z[i, 0]
+        H[4, k] = Z[i, 1]
+        H[5, k] = Z[i, 2]
+    # Cholesky factor of H H^T, then the trace of the inverse from the inverse factor
+    L = np.zeros((6, 6))
+    trace = 0.0
+    for r in range(6):
+        for c in range(r + 1):
+            s = 0.0
+            for k in range(m):
+                s += H[r, k] * H[c, k]
+            if r == c:
+                trace += s
+            for k in range(c):
+                s -= L[r, k] * L[c, k]
+            if r == c:
+                if s <= 1e-15:
+                    return 0.0
+                L[r, r] = np.sqrt(s)
+            else:
+                L[r, c] = s / L[c, c]
+    trace_inverse = 0.0
+    for c in range(6):  # column c of the inverse of L
+        x0 = np.zeros(6)
+        x0[c] = 1.0 / L[c, c]
+        trace_inverse += x0[c] * x0[c]
+        for r in range(c + 1, 6):
+            s = 0.0
+            for k in range(c, r):
+                s -= L[r, k] * x0[k]
+            x0[r] = s / L[r, r]
+            trace_inverse += x0[r] * x0[r]
+    return float(6.0 / np.sqrt(trace * trace_inverse))
+
+
+@numba.njit(cache=True, nogil=True)
+def forward_many(chain: ChainArrays, q: Array) -> Array:
+    """Tool poses (N, 4, 4) in `base` of postures q (N, n)."""
+    n = q.shape[1]
+    Z, P = np.empty((n, 3)), np.empty((n, 3))
+    R, p, plate = np.empty((3, 3)), np.empty(3), np.empty(3)
+    out = np.zeros((q.shape[0], 4, 4))
+    for k in range(q.shape[0]):
+        forward(chain, q[k], Z, P, R, p, plate)
+        out[k, :3, :3] = R
+        out[k, :3, 3] = p
+        out[k, 3, 3] = 1.0
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def inverse_kf_many(chain: ChainArrays, q: Array) -> Array:
+    """1/k_F (N,) of the bare arm in postures q (N, n)."""
+    n = q.shape[1]
+    Z, P = np.empty((n, 3)), np.empty((n, 3))
+    R, p, plate = np.empty((3, 3)), np.empty(3), np.empty(3)
+    out = np.empty(q.shape[0])
+    for k in range(q.shape[0]):
+        forward(chain, q[k], Z, P, R, p, plate)
+        out[k] = inverse_kf(chain, Z, P, plate)
+    return out
