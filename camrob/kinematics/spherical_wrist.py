@@ -1,0 +1,236 @@
+"""Closed-form inverse of a six-axis arm with a spherical wrist and parallel second and third axes.
+
+The arm is described by its screw axes at q = 0, so that any Denavit-Hartenberg habit fits, and solved by geometry
+(the subproblems of Paden and Kahan): the first axis from the component along the second that axes 2 and 3 can't change,
+the third from the wrist's distance to the second, then the second, then the three of the wrist. Eight branches.
+The paper's eq. 4 to 9 are one of these branches.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
+from camrob.se3 import inverse
+
+__all__ = [
+    "BRANCH_OK",
+    "BRANCH_OUT_OF_REACH",
+    "SphericalArm",
+    "nearest_turn",
+    "solve_arm",
+    "solve_arm_many",
+    "spherical_arm",
+]
+
+Array = NDArray[np.float64]
+
+BRANCH_OK = 0
+BRANCH_OUT_OF_REACH = 1  # the wrist's centre is too far, too near, or too close to the first axis
+_WRIST_SINGULAR = 1e-9  # sine of the fifth axis's bend below which axes 4 and 6 are one
+_REACH_SLACK = 1e-12  # rounding allowed to put a cosine beyond 1
+
+
+class SphericalArm(NamedTuple):
+    """Screw axes of an arm at q = 0, seen from the frame that its first joint turns in (`foot`).
+
+    h (6, 3) unit axes, o (6, 3) points on them, wrist (3,) where axes 4 to 6 meet; tool_T_foot: the inverse of the tool's
+    pose at q = 0, so that the arm's displacement is foot_T_tool @ tool_T_foot.
+    """
+
+    h: Array
+    o: Array
+    wrist: Array
+    tool_T_foot: Array
+
+
+def spherical_arm(cell: Cell) -> SphericalArm | None:
+    """The arm of a cell, tool included, or None where its geometry has no closed form (then a numeric arm serves).
+
+    Closed form needs: axes 2 and 3 parallel, axes 4, 5 and 6 through one point, within 1e-9 m and rad.
+    """
+    joints = [j for j in cell.joints if j.role is Role.ARM]
+    h, o = np.empty((6, 3)), np.empty((6, 3))
+    T = np.eye(4)
+    for i, joint in enumerate(joints):
+        T = T @ joint.before
+        h[i], o[i] = T[:3, 2], T[:3, 3]
+        T = T @ joint.after
+    foot_T_tool = T @ cell.wrist_T_flange @ cell.flange_T_tool
+    if np.linalg.norm(np.cross(h[1], h[2])) > 1e-9:
+        return None
+    # the point nearest to axes 4, 5 and 6 in the least-squares sense; they must pass through it
+    A, b = np.zeros((3, 3)), np.zeros(3)
+    for i in (3, 4, 5):
+        across = np.eye(3) - np.outer(h[i], h[i])
+        A += across
+        b += across @ o[i]
+    if np.linalg.cond(A) > 1e12:
+        return None
+    wrist = np.linalg.solve(A, b)
+    off = max(float(np.linalg.norm(np.cross(h[i], wrist - o[i]))) for i in (3, 4, 5))
+    wrist_regular = abs(float(h[3] @ h[4])) < 1e-9 and abs(float(h[4] @ h[5])) < 1e-9
+    if off > 1e-9 or not wrist_regular or np.linalg.norm(np.cross(h[0], h[1])) < 1e-3:
+        return None
+    return SphericalArm(h, o, wrist, np.ascontiguousarray(inverse(foot_T_tool)))
+
+
+@numba.njit(cache=True)
+def _rotate(h: Array, c: float, s: float, x: Array, out: Array) -> None:
+    """out <- rotation of x about the unit axis h by the angle of cosine c and sine s."""
+    k = (h[0] * x[0] + h[1] * x[1] + h[2] * x[2]) * (1.0 - c)
+    out0 = c * x[0] + s * (h[1] * x[2] - h[2] * x[1]) + k * h[0]
+    out1 = c * x[1] + s * (h[2] * x[0] - h[0] * x[2]) + k * h[1]
+    out[2] = c * x[2] + s * (h[0] * x[1] - h[1] * x[0]) + k * h[2]
+    out[0] = out0
+    out[1] = out1
+
+
+@numba.njit(cache=True)
+def _dot(a: Array, b: Array) -> float:
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@numba.njit(cache=True)
+def _triple(h: Array, x: Array, y: Array) -> float:
+    """h . (x x y)."""
+    return float(
+        h[0] * (x[1] * y[2] - x[2] * y[1]) + h[1] * (x[2] * y[0] - x[0] * y[2]) + h[2] * (x[0] * y[1] - x[1] * y[0])
+    )
+
+
+@numba.njit(cache=True)
+def _cone(a: float, b: float, c: float, out: Array) -> bool:
+    """The two angles with a cos + b sin = c into out; False where there is none."""
+    r = np.sqrt(a * a + b * b)
+    if r == 0.0 or abs(c) > r * (1.0 + _REACH_SLACK):
+        return False
+    base = np.arctan2(b, a)
+    half = np.arccos(min(1.0, max(-1.0, c / r)))
+    out[0] = base + half
+    out[1] = base - half
+    return True
+
+
+@numba.njit(cache=True)
+def _turn_between(h: Array, x: Array, y: Array) -> float:
+    """The angle about h that takes x's direction across h to y's."""
+    hx, hy = _dot(h, x), _dot(h, y)
+    return float(np.arctan2(_triple(h, x, y), _dot(x, y) - hx * hy))
+
+
+@numba.njit(cache=True)
+def nearest_turn(angle: float, near: float) -> float:
+    """The angle plus whole turns that lies nearest to `near`."""
+    return float(angle + 2.0 * np.pi * np.round((near - angle) / (2.0 * np.pi)))
+
+
+@numba.njit(cache=True)
+def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64]) -> int:
+    """All branches of the arm whose tool stands at rotation R (3, 3) and position p (3,) in `foot`.
+
+    Fills Q (8, 6), every angle on the turn nearest to `near` (6,), and why (8,): BRANCH_OK or BRANCH_OUT_OF_REACH. Branch
+    index = 4 * (first axis) + 2 * (elbow) + (wrist). Where the wrist is singular the fourth angle stays at `near`'s.
+    Returns the number of branches that exist.
+    """
+    h, o = arm.h, arm.o
+    M = np.empty((3, 3))
+    for r in range(3):
+        for c in range(3):
+            M[r, c] = R[r, 0] * arm.tool_T_foot[0, c] + R[r, 1] * arm.tool_T_foot[1, c] + R[r, 2] * arm.tool_T_foot[2, c]
+    target = np.empty(3)
+    for r in range(3):
+        target[r] = p[r] - o[0, r]
+        for c in range(3):
+            target[r] += R[r, c] * arm.tool_T_foot[c, 3] + M[r, c] * arm.wrist[c]
+    a, b = arm.wrist - o[2], o[2] - o[1]
+    h2 = h[1]
+    # first axis: the wrist's component along axes 2 and 3
+    along1 = _dot(h[0], target)
+    C1 = _dot(h2, arm.wrist - o[1]) + _dot(h2, o[1] - o[0]) - along1 * _dot(h[0], h2)
+    A1 = _dot(h2, target) - along1 * _dot(h[0], h2)
+    B1 = -_triple(h2, h[0], target)
+    for k in range(8):
+        why[k] = BRANCH_OUT_OF_REACH
+    first, elbow, bend = np.empty(2), np.empty(2), np.empty(2)
+    v, w, y, d = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    W = np.empty((3, 3))
+    count = 0
+    if not _cone(A1, B1, C1, first):
+        return 0
+    for i1 in range(2):
+        c1, s1 = np.cos(first[i1]), np.sin(first[i1])
+        _rotate(h[0], c1, -s1, target, v)
+        for r in range(3):
+            v[r] += o[0, r] - o[1, r]
+        # elbow: the wrist's distance from the second axis's point
+        sign3 = 1.0 if _dot(h[2], h2) > 0.0 else -1.0
+        a_h, b_h = _dot(h[2], a), _dot(h[2], b)
+        A3 = _dot(b, a) - a_h * b_h
+        B3 = _triple(b, h[2], a)
+        C3 = 0.5 * (_dot(v, v) - _dot(a, a) - _dot(b, b)) - a_h * b_h
+        if not _cone(A3, B3, C3, elbow):
+            continue
+        for i3 in range(2):
+            _rotate(h[2], np.cos(elbow[i3]), np.sin(elbow[i3]), a, y)
+            for r in range(3):
+                y[r] += b[r]
+            q2 = _turn_between(h2, y, v)
+            # the wrist's rotation that is left: W = (R1 R2 R3)^T M
+            q23 = q2 + sign3 * elbow[i3]
+            c23, s23 = np.cos(q23), np.sin(q23)
+            for col in range(3):
+                for r in range(3):
+                    w[r] = M[r, col]
+                _rotate(h[0], c1, -s1, w, w)
+                _rotate(h2, c23, -s23, w, w)
+                for r in range(3):
+                    W[r, col] = w[r]
+            for r in range(3):
+                w[r] = W[r, 0] * h[5, 0] + W[r, 1] * h[5, 1] + W[r, 2] * h[5, 2]
+            along5 = _dot(h[4], h[5]) * _dot(h[3], h[4])
+            A5 = _dot(h[3], h[5]) - along5
+            B5 = _triple(h[3], h[4], h[5])
+            C5 = min(1.0, max(-1.0, _dot(h[3], w))) - along5
+            if not _cone(A5, B5, C5, bend):
+                continue
+            for i5 in range(2):
+                k = 4 * i1 + 2 * i3 + i5
+                c5, s5 = np.cos(bend[i5]), np.sin(bend[i5])
+                _rotate(h[4], c5, s5, h[5], d)
+                along4 = _dot(h[3], w)
+                if 1.0 - along4 * along4 < _WRIST_SINGULAR * _WRIST_SINGULAR:
+                    q4 = near[3]
+                else:
+                    q4 = _turn_between(h[3], d, w)
+                # sixth: what takes a vector across it to where W asks for it
+                for r in range(3):
+                    y[r] = W[r, 0] * h[4, 0] + W[r, 1] * h[4, 1] + W[r, 2] * h[4, 2]
+                _rotate(h[3], np.cos(q4), -np.sin(q4), y, y)
+                _rotate(h[4], c5, -s5, y, y)
+                q6 = _turn_between(h[5], h[4], y)
+                Q[k, 0] = nearest_turn(first[i1], near[0])
+                Q[k, 1] = nearest_turn(q2, near[1])
+                Q[k, 2] = nearest_turn(elbow[i3], near[2])
+                Q[k, 3] = nearest_turn(q4, near[3])
+                Q[k, 4] = nearest_turn(bend[i5], near[4])
+                Q[k, 5] = nearest_turn(q6, near[5])
+                why[k] = BRANCH_OK
+                count += 1
+    return count
+
+
+@numba.njit(cache=True, nogil=True)
+def solve_arm_many(arm: SphericalArm, foot_T_tool: Array, near: Array) -> tuple[Array, NDArray[np.int64]]:
+    """`solve_arm` for poses (N, 4, 4) and postures `near` (N, 6): branches (N, 8, 6) and their states (N, 8)."""
+    N = foot_T_tool.shape[0]
+    Q = np.zeros((N, 8, 6))
+    why = np.empty((N, 8), np.int64)
+    for k in range(N):
+        solve_arm(arm, foot_T_tool[k, :3, :3], foot_T_tool[k, :3, 3], near[k], Q[k], why[k])
+    return Q, why
