@@ -28,10 +28,10 @@ Array = NDArray[np.float64]
 class Cell:
     """Joints from the workpiece frame `base` to the tool, and all that the jobs need to know beside them.
 
-    base_T_first: (4, 4) before the first joint. foot_T_root: `root` (z up, KRL's `$ROBROOT`) seen from the frame that the
-    last joint before the arm ends in. wrist_T_flange: the mounting plate seen from the frame that the arm's last joint
-    ends in (its Denavit-Hartenberg row included). flange_T_tool: `$TOOL`. condition_length: the characteristic length, m.
-    `provenance` maps dotted keys of cell.toml to their standing.
+    base_T_first: (4, 4) before the first joint. foot_T_root: `root` (z up, KRL's `$ROBROOT`) seen from the frame that
+    the last joint before the arm ends in. wrist_T_flange: the mounting plate seen from the frame that the arm's last
+    joint ends in (its Denavit-Hartenberg row included). flange_T_tool: `$TOOL`. condition_length: the characteristic
+    length, m. `provenance` maps dotted keys of cell.toml to their standing.
     """
 
     name: str
@@ -154,6 +154,9 @@ class Cell:
     @property
     def digest(self) -> str:
         """What the geometry, limits and settings are."""
-        parts = [(j.name, j.role.value, j.prismatic, j.before, j.after, j.sign, j.offset, j.lower, j.upper) for j in self.joints]
+        parts = [
+            (j.name, j.role.value, j.prismatic, j.before, j.after, j.sign, j.offset, j.lower, j.upper)
+            for j in self.joints
+        ]
         frames = (self.base_T_first, self.foot_T_root, self.wrist_T_flange, self.flange_T_tool)
         return digest(*(x for part in parts for x in part), *frames, self.condition_length, self.base_follows_table)

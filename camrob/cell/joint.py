@@ -28,8 +28,8 @@ class Role(StrEnum):
 class Joint:
     """A revolute or prismatic joint; SI throughout (rad or m; per second).
 
-    The chain's variable q relates to the axis value that the controller prints by `axis = sign * q + offset`. `lower` and
-    `upper` limit the axis value (-inf, inf for an endless or virtual joint). `home` and `reference` are values of q.
+    The chain's variable q relates to the axis value that the controller prints by `axis = sign * q + offset`. `lower`
+    and `upper` limit the axis value (-inf, inf for an endless or virtual joint). `home` and `reference` are values of q.
     `before` (4, 4) stands before the motion along or about z, `after` (4, 4) behind it.
     """
 
@@ -72,7 +72,7 @@ class Joint:
         return self.sign * q + self.offset
 
     def q_value(self, axis_value: Array) -> Array:
-        """q of axis values (SI)."""
+        """The chain's q of axis values (SI)."""
         return self.sign * (axis_value - self.offset)
 
 
@@ -82,7 +82,7 @@ def _rot_z(angle: float) -> Array:
 
 
 def dh_before(*, theta: float, d: float, prismatic: bool) -> Array:
-    """What a standard Denavit-Hartenberg row puts before the joint's own motion: the constant one of Rz(theta), Tz(d)."""
+    """What a Denavit-Hartenberg row puts before the joint's own motion: the constant one of Rz(theta) and Tz(d)."""
     T = _rot_z(theta) if prismatic else np.eye(4)
     if not prismatic:
         T[2, 3] = d

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from camrob.cell.read_controller import read_controller
 from camrob.cell.resolve_settings import FuzzyEngine, ResolveSettings
 from camrob.cell.shape import Shape, ShapeKind
 from camrob.cell.table import TableReader
-from camrob.errors import CellError
+from camrob.errors import CellError, InputError
 from camrob.se3 import frame_from_xyzabc
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -24,19 +25,26 @@ __all__ = ["frame_of", "read_cell", "read_toml"]
 Array = NDArray[np.float64]
 
 SCHEMA = 1
+SHAPE_FRAMES = ("world", "base", "root", "flange", "tool")
+JOB_GROUPS = ("part", "stock")  # bodies that a job brings, not the cell
 _SIZES = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.CAPSULE: 2, ShapeKind.SPHERE: 1}
 
 
-def read_toml(path: Path, error: type[CellError] = CellError) -> dict[str, object]:
+def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, object]:
     """The contents of a TOML file. Raises `error`, with the line, where it can't be read."""
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8"))
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as e:
         raise error(f"can't be read ({e.strerror})", cure="check the path", path=path) from None
     except UnicodeDecodeError:
         raise error("is no UTF-8 text", cure="save it as UTF-8", path=path) from None
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
-        raise error(f"is no valid TOML: {e}", cure="mend that place", path=path) from None
+    except tomllib.TOMLDecodeError as e:
+        found = re.search(r" \(at line (\d+), column (\d+)\)$", str(e))
+        what = str(e)[: found.start()] + f" at column {found[2]}" if found else str(e)
+        line = int(found[1]) if found else 0
+        raise error(f"is no valid TOML: {what[:200]}", cure="mend that place", path=path, line=line) from None
+    except (RecursionError, ValueError) as e:
+        raise error(f"is no valid TOML: {str(e)[:200]}", cure="mend that place", path=path) from None
 
 
 def frame_of(xyzabc_mm_deg: Array) -> Array:
@@ -48,11 +56,12 @@ def read_cell(path: str | Path) -> Cell:
     """The cell in a folder (or of a cell.toml). Raises CellError naming file, key and cure."""
     path = Path(path)
     file = path / "cell.toml" if path.is_dir() or path.suffix != ".toml" else path
-    table = TableReader(read_toml(file), file)
+    table = TableReader(read_toml(file), file, standings=True)
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
     kinematics = table.table("kinematics")
     joints = tuple(_joint(t) for t in table.tables("joint"))
     _check_chain(joints, table)
+    names = tuple(j.name for j in joints)
     tool = table.table("tool")
     load = table.table("load")
     cell = Cell(
@@ -67,9 +76,9 @@ def read_cell(path: str | Path) -> Cell:
         condition_length=mm_to_m(kinematics.number("characteristic_length_mm", lower=1.0, upper=1e5)),
         base_follows_table=kinematics.flag("base_follows_table"),
         controller=read_controller(table.table("controller")),
-        resolve=_resolve(table.table("resolve"), tuple(j.name for j in joints)),
-        shapes=tuple(_shape(t, file.parent) for t in table.tables("shape")),
-        masses=tuple(_mass(t) for t in table.tables("mass")),
+        resolve=_resolve(table.table("resolve"), names),
+        shapes=_shapes(table, file.parent, names),
+        masses=tuple(_mass(t, names) for t in table.tables("mass")),
         payload=load.number("payload_kg", lower=0.0, upper=1e5),
         provenance=table.provenance,
     )
@@ -120,8 +129,9 @@ def _joint(table: TableReader) -> Joint:
     )
     for part in (dh, axis, limits, table):
         part.finish()
-    if not joint.q_lower <= joint.home <= joint.q_upper:
-        raise table.fail(f"home_{unit}", "lies outside the axis's range", "mend home or limits")
+    for key, value in (("home", joint.home), ("reference", joint.reference)):
+        if not joint.q_lower <= value <= joint.q_upper:
+            raise table.fail(f"{key}_{unit}", "lies outside the axis's range", f"mend {key} or limits")
     return joint
 
 
@@ -145,13 +155,16 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
             raise table.fail("joint", f"{j.name!r} is no name of an external axis", "use E1 .. E6")
     if sum(j.role is Role.ROLL for j in joints) > 1:
         raise table.fail("joint", "there are two roll joints", "leave one")
+    for j in joints:
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,23}", j.name):
+            raise table.fail("joint", f"{j.name[:40]!r} is no name for a joint", "use letters and digits, 24 at most")
 
 
-def _mass(table: TableReader) -> PointMass:
+def _mass(table: TableReader, names: tuple[str, ...]) -> PointMass:
     """One [[mass]]."""
     mass = PointMass(
         table.text("name"),
-        table.text("after"),
+        table.text("after", choices=names),
         table.number("mass_kg", lower=0.0, upper=1e5),
         mm_to_m(table.vector("center_mm", 3)),
     )
@@ -159,7 +172,23 @@ def _mass(table: TableReader) -> PointMass:
     return mass
 
 
-def _shape(table: TableReader, folder: Path) -> Shape:
+def _shapes(table: TableReader, folder: Path, names: tuple[str, ...]) -> tuple[Shape, ...]:
+    """All [[shape]]s; names are unique, and `ignore` names groups that there are."""
+    tables = table.tables("shape")
+    shapes = tuple(_shape(t, folder, names) for t in tables)
+    groups = sorted({s.group for s in shapes} | set(JOB_GROUPS))
+    for i, (part, shape) in enumerate(zip(tables, shapes, strict=True)):
+        if any(shape.name == s.name for s in shapes[:i]):
+            raise part.fail("name", "is there twice", "give every shape a name of its own")
+        if shape.group in JOB_GROUPS:
+            raise part.fail("group", f"is {shape.group!r}, which stands for the job's own bodies", "use another word")
+        for group in shape.ignore:
+            if group not in groups:
+                raise part.fail("ignore", f"{group[:40]!r} is no group of this cell", f"use {', '.join(groups)}")
+    return shapes
+
+
+def _shape(table: TableReader, folder: Path, names: tuple[str, ...]) -> Shape:
     """One [[shape]]."""
     kind = ShapeKind(table.text("kind", choices=tuple(k.value for k in ShapeKind)))
     file = ""
@@ -175,7 +204,7 @@ def _shape(table: TableReader, folder: Path) -> Shape:
     shape = Shape(
         name=table.text("name"),
         group=table.text("group"),
-        frame=table.text("frame"),
+        frame=table.text("frame", choices=(*SHAPE_FRAMES, *names)),
         kind=kind,
         size=size,
         frame_T_shape=frame_of(table.vector("at", 6)),

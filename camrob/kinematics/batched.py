@@ -20,12 +20,12 @@ class BatchedKinematics:
     """A cell's chain base -> tool, and its bare arm root -> mounting plate, as pytorch-kinematics chains.
 
     Where thousands of postures are asked for at once: seeds, maps, planners. One posture at a time is the compiled
-    kernels' business. Postures go through in chunks of `chunk`, which bounds the memory (about 10 kB a posture); results
-    come back as NumPy arrays. torch is imported on construction only. The chains are built from float64 matrices, as the
-    library's URDF reader works in float32.
+    kernels' business. Postures go through in chunks of `chunk`, which bounds the memory (about 10 kB a posture; larger
+    chunks suit a GPU); results come back as NumPy arrays. torch is imported on construction only. The chains are built
+    from float64 matrices, as the library's URDF reader works in float32.
     """
 
-    def __init__(self, cell: Cell, device: str = "cpu", *, chunk: int = 4096) -> None:
+    def __init__(self, cell: Cell, device: str = "cpu", *, chunk: int = 1024) -> None:
         import torch
         from pytorch_kinematics.chain import Chain, SerialChain
         from pytorch_kinematics.frame import Frame, Joint, Link
