@@ -29,10 +29,10 @@ class Motion(IntEnum):
 class ProgramEventKind(StrEnum):
     """What is written before a motion."""
 
-    HOOK = "hook"  # lines of a template of the cell, trusted text
+    HOOK = "hook"  # text: name of one of the cell's hooks, value: the number that its template prints
     COMMENT = "comment"  # text of any origin: only ever after a semicolon
     DWELL = "dwell"  # value: seconds
-    FOLD = "fold"  # text: title of the region that begins here
+    FOLD = "fold"  # text: title of the region that begins here; empty: the region before ends
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,53 @@
+"""Where a long program is cut into sub-programs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import JobError
+
+__all__ = ["split_parts"]
+
+
+def split_parts(
+    sizes: NDArray[np.int64],
+    counted: NDArray[np.bool_],
+    safe: NDArray[np.bool_],
+    *,
+    max_motions: int,
+    max_bytes: int,
+    line: NDArray[np.int64],
+) -> list[int]:
+    """The motions before which to cut: ends of the parts, the last one being N.
+
+    sizes: (N,) bytes that each row prints with what is written before it. counted: (N,) rows that are a motion.
+    safe: (N,) rows after which a part may end. line: (N,) CL line of each row, for the error.
+    Each part is as long as its budget allows. O(N). Raises JobError where no safe row lies within a budget.
+    """
+    total = len(sizes)
+    size_before = np.concatenate(([0], np.cumsum(sizes)))
+    count_before = np.concatenate(([0], np.cumsum(counted)))
+    allowed = np.flatnonzero(safe) + 1
+    if not len(allowed) or allowed[-1] != total:
+        allowed = np.append(allowed, total)
+    ends: list[int] = []
+    start = 0
+    while start < total:
+        last = min(
+            int(np.searchsorted(size_before, size_before[start] + max_bytes, side="right")) - 1,
+            int(np.searchsorted(count_before, count_before[start] + max_motions, side="right")) - 1,
+        )
+        end = int(allowed[max(int(np.searchsorted(allowed, last, side="right")) - 1, 0)])
+        if end > last or end <= start:
+            after = int(allowed[int(np.searchsorted(allowed, start, side="right"))])
+            motions, needed = (int(before[after] - before[start]) for before in (count_before, size_before))
+            raise JobError(
+                f"the program can't be split: a file may hold {max_motions} motions and {max_bytes} bytes, and from "
+                f"motion {start + 1} the next safe retract comes after {motions} motions and {needed} bytes; raise the "
+                "budget, decimate, or retract in between",
+                line=int(line[start]),
+            )
+        ends.append(end)
+        start = end
+    return ends
