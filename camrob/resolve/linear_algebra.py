@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["apply_q", "apply_q_transposed", "cholesky_solve", "qr_six", "solve_r", "solve_r_transposed"]
+__all__ = ["apply_q", "apply_q_transposed", "qr_six", "solve_positive", "solve_r", "solve_r_transposed"]
 
 Array = NDArray[np.float64]
 
@@ -96,27 +96,37 @@ def solve_r_transposed(A: Array, x: Array) -> None:
 
 
 @numba.njit(cache=True)
-def cholesky_solve(H: Array, r: int, shift: float, L: Array, x: Array) -> bool:
-    """x[:r] <- (H + shift I)^-1 x for a symmetric H[:r, :r]; False, x unchanged, where that is not positive definite."""
+def solve_positive(M: Array, r: int, shift: float, W: Array, x: Array) -> float:
+    """x[:r] <- (M + s I)^-1 x, with the least s >= shift of a rising row for which every pivot is positive; returns s.
+
+    M needs not be symmetric. Gaussian elimination without exchanges in W: positive pivots mean that the flow
+    x' = -(M + s I) x loses volume in every leading subspace, which is what keeps a step from climbing.
+    """
+    scale = 1e-12
     for i in range(r):
-        for j in range(i + 1):
-            s = H[i, j] + (shift if i == j else 0.0)
-            for k in range(j):
-                s -= L[i, k] * L[j, k]
-            if i == j:
-                if s <= 1e-12:
-                    return False
-                L[i, i] = np.sqrt(s)
-            else:
-                L[i, j] = s / L[j, j]
+        scale = max(scale, abs(M[i, i]))
+    while True:
+        good = True
+        for i in range(r):
+            for j in range(r):
+                W[i, j] = M[i, j] + (shift if i == j else 0.0)
+        for k in range(r):
+            if W[k, k] <= 1e-3 * scale:
+                good = False
+                break
+            for i in range(k + 1, r):
+                f = W[i, k] / W[k, k]
+                W[i, k] = f
+                for j in range(k + 1, r):
+                    W[i, j] -= f * W[k, j]
+        if good:
+            break
+        shift = max(2.0 * shift, 0.05 * scale)
     for i in range(r):
-        s = x[i]
         for k in range(i):
-            s -= L[i, k] * x[k]
-        x[i] = s / L[i, i]
+            x[i] -= W[i, k] * x[k]
     for i in range(r - 1, -1, -1):
-        s = x[i]
         for k in range(i + 1, r):
-            s -= L[k, i] * x[k]
-        x[i] = s / L[i, i]
-    return True
+            x[i] -= W[i, k] * x[k]
+        x[i] /= W[i, i]
+    return float(shift)

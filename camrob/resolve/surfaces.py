@@ -14,7 +14,7 @@ from camrob.errors import CellError
 from camrob.resolve.fis import FuzzySystem, read_fis
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["WeightSurface", "compile_surface", "constant_surface", "weights_at"]
+__all__ = ["WeightSurface", "compile_surface", "constant_surface", "weights_and_slopes", "weights_at"]
 
 Array = NDArray[np.float64]
 
@@ -81,22 +81,40 @@ def _check(cell: Cell, engine: FuzzyEngine, system: FuzzySystem) -> None:
 
 
 @numba.njit(cache=True)
-def weights_at(surface: WeightSurface, q: Array, out: Array) -> None:
-    """Weights (n,) of posture q (n,) into out; beyond the grid the border holds."""
-    size0, size1, n = surface.table.shape
+def _cell_of(surface: WeightSurface, q: Array) -> tuple[int, int, float, float, bool, bool]:
+    """Grid cell, place in it, and whether each axis lies within the grid."""
+    size0, size1, _n = surface.table.shape
     u = (q[surface.axis[0]] - surface.origin[0]) / surface.step[0]
     v = (q[surface.axis[1]] - surface.origin[1]) / surface.step[1]
+    inside_u, inside_v = 0.0 <= u <= size0 - 1.0, 0.0 <= v <= size1 - 1.0
     u = min(max(u, 0.0), size0 - 1.0)
     v = min(max(v, 0.0), size1 - 1.0)
     i = min(int(u), size0 - 2)
     j = min(int(v), size1 - 2)
-    fu, fv = u - i, v - j
-    a, b = (1.0 - fu) * (1.0 - fv), (1.0 - fu) * fv
-    c, d = fu * (1.0 - fv), fu * fv
-    for k in range(n):
-        out[k] = (
-            a * surface.table[i, j, k]
-            + b * surface.table[i, j + 1, k]
-            + c * surface.table[i + 1, j, k]
-            + d * surface.table[i + 1, j + 1, k]
-        )
+    return i, j, u - i, v - j, inside_u, inside_v
+
+
+@numba.njit(cache=True)
+def weights_at(surface: WeightSurface, q: Array, out: Array) -> None:
+    """Weights (n,) of posture q (n,) into out; beyond the grid the border holds."""
+    i, j, u, v, _inside_u, _inside_v = _cell_of(surface, q)
+    table = surface.table
+    for k in range(table.shape[2]):
+        low = table[i, j, k] + v * (table[i, j + 1, k] - table[i, j, k])
+        high = table[i + 1, j, k] + v * (table[i + 1, j + 1, k] - table[i + 1, j, k])
+        out[k] = low + u * (high - low)
+
+
+@numba.njit(cache=True)
+def weights_and_slopes(surface: WeightSurface, q: Array, out: Array, slope0: Array, slope1: Array) -> None:
+    """As `weights_at`, with the derivatives (n,) by the q of the surface's first and second axis."""
+    i, j, u, v, inside_u, inside_v = _cell_of(surface, q)
+    table = surface.table
+    for k in range(table.shape[2]):
+        low = table[i, j, k] + v * (table[i, j + 1, k] - table[i, j, k])
+        high = table[i + 1, j, k] + v * (table[i + 1, j + 1, k] - table[i + 1, j, k])
+        out[k] = low + u * (high - low)
+        slope0[k] = (high - low) / surface.step[0] if inside_u else 0.0
+        left = table[i, j, k] + u * (table[i + 1, j, k] - table[i, j, k])
+        right = table[i, j + 1, k] + u * (table[i + 1, j + 1, k] - table[i, j + 1, k])
+        slope1[k] = (right - left) / surface.step[1] if inside_v else 0.0
