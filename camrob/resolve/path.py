@@ -1,0 +1,75 @@
+"""The path that the tool travels, whole: regions placed in `base`, with the moves through air that camrob puts between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.frozen import digest, locked
+from camrob.toolpath.region import Move
+
+__all__ = ["TRANSIT", "ToolPathInBase"]
+
+Array = NDArray[np.float64]
+
+TRANSIT = -1
+"""The region index of points that camrob puts between regions."""
+
+
+@dataclass(frozen=True, slots=True)
+class ToolPathInBase:
+    """Points in the order of travel.
+
+    base_T_tip: (N, 4, 4), z the tool axis (tip to holder), x rotation-minimising along the path. move: (N,) `Move`,
+    how the tool comes to the point. feed: (N,) m/s (NaN in air). line: (N,) CL line, 0 for camrob's own points. region:
+    (N,) index, TRANSIT between regions. source: (N,) index of the point within its region, -1 for camrob's own. safe: (N,)
+    True where the tool is clear of the part, so that a posture may be revised or a file be cut there.
+    """
+
+    base_T_tip: Array
+    move: NDArray[np.int8]
+    feed: Array
+    line: NDArray[np.int64]
+    region: NDArray[np.int32]
+    source: NDArray[np.int64]
+    safe: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        frames = locked(self.base_T_tip, shape=(None, 4, 4), name="base_T_tip")
+        n = len(frames)
+        object.__setattr__(self, "base_T_tip", frames)
+        for name, dtype in (
+            ("move", np.int8),
+            ("feed", np.float64),
+            ("line", np.int64),
+            ("region", np.int32),
+            ("source", np.int64),
+            ("safe", np.bool_),
+        ):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(n,), dtype=dtype, name=name))
+
+    def __len__(self) -> int:
+        return len(self.base_T_tip)
+
+    @property
+    def of_toolpath(self) -> NDArray[np.bool_]:
+        """(N,) True for the CL file's own points."""
+        return np.asarray(self.source >= 0)
+
+    @property
+    def cutting(self) -> NDArray[np.bool_]:
+        """(N,) True for points that the tool comes to at the programmed feed."""
+        return np.asarray(self.move == int(Move.CUT))
+
+    @property
+    def length(self) -> Array:
+        """(N,) length of the tip's path up to each point, m."""
+        step = np.linalg.norm(np.diff(self.base_T_tip[:, :3, 3], axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(step)]) if len(self) else np.zeros(0)
+
+    @property
+    def digest(self) -> str:
+        """What the path is."""
+        return digest(self.base_T_tip, self.move, self.feed, self.line, self.region)
