@@ -1,0 +1,208 @@
+"""The command line: thin verbs that parse, hand over to a job, and print what it returns.
+
+A verb is offered where its job, `camrob/jobs/<verb>.py`, is there; a job is imported when its verb runs, so that the
+command line itself starts at once.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from camrob.console import ProgressHook, error_line, perform
+
+__all__ = ["build_app", "main", "run", "version"]
+
+
+class Method(StrEnum):
+    """How the redundancy is resolved."""
+
+    VJM = "vjm"
+    PLANNED = "planned"
+
+
+class Feed(StrEnum):
+    """Where the feed comes from."""
+
+    PROGRAM = "program"
+    OPTIMAL = "optimal"
+
+
+class Units(StrEnum):
+    """Units of length of a CL file."""
+
+    MM = "mm"
+    INCH = "inch"
+
+
+CellOption = Annotated[Path, typer.Option("--cell", help="The cell's folder (or its cell.toml).", metavar="CELL")]
+SetupOption = Annotated[
+    Path | None,
+    typer.Option("--setup", help="Where the part lies. Default: setup.toml beside the CL file.", metavar="SETUP.toml"),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object, and nothing else.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
+
+
+def post(
+    clfile: Annotated[Path, typer.Argument(metavar="CLFILE", help="CL data or 5-axis G-code.")],
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the program.")],
+    setup: SetupOption = None,
+    name: Annotated[str | None, typer.Option("--name", help="The program's name. Default: after the CL file.")] = None,
+    method: Annotated[Method, typer.Option("--method", help="How the redundancy is resolved.")] = Method.VJM,
+    feed: Annotated[Feed, typer.Option("--feed", help="The CL file's feed, or the fastest safe one.")] = Feed.PROGRAM,
+    max_lines: Annotated[
+        int | None, typer.Option("--max-lines", min=1, metavar="N", help="Motions a sub-program may hold.")
+    ] = None,
+    dialect: Annotated[str | None, typer.Option("--dialect", help="Read the CL file as this dialect.")] = None,
+    units: Annotated[Units | None, typer.Option("--units", help="Units of the CL file, whatever it says.")] = None,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Leave NAME.html out.")] = False,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Turn a CL file into a verified KRL program."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("post")(
+            clfile,
+            cell=cell,
+            out=out,
+            setup=setup,
+            name=name,
+            method=method.value,
+            feed=feed.value,
+            max_lines=max_lines,
+            dialect=dialect,
+            units=units.value if units else None,
+            report=not no_report,
+            progress=progress,
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_post)
+
+
+def verify(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
+    cell: CellOption,
+    against: Annotated[
+        Path | None, typer.Option("--against", metavar="CLFILE", help="The CL file that the program should follow.")
+    ] = None,
+    setup: SetupOption = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Read a KRL program back, replay it and check it."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("verify")(program, cell=cell, against=against, setup=setup, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain, holds=lambda result: bool(result.ok))
+
+
+def regress(
+    toolpaths: Annotated[Path, typer.Argument(metavar="TOOLPATHS", help="The folder of samples.")],
+    cell: CellOption,
+    update: Annotated[bool, typer.Option("--update", help="Make what comes out now the golden files.")] = False,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Post every sample and compare programs and summaries with the golden files."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("regress")(toolpaths, cell=cell, update=update, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain, holds=lambda result: bool(result.ok))
+
+
+VERBS: tuple[Callable[..., int], ...] = (post, verify, regress)
+
+
+def _job(name: str) -> Callable[..., Any]:
+    """The job behind a verb: the function of the verb's name in `camrob/jobs/<verb>.py`."""
+    return getattr(importlib.import_module(f"camrob.jobs.{name}"), name)  # type: ignore[no-any-return]
+
+
+def _render_post(summary: Mapping[str, Any]) -> Any:
+    """What `post` shows a person."""
+    from camrob.report.terminal import render_post
+
+    return render_post(summary)
+
+
+def _render_plain(summary: Mapping[str, Any]) -> Any:
+    """What the other verbs show a person."""
+    from camrob.report.terminal import render_summary
+
+    return render_summary(summary)
+
+
+def version(asked: bool) -> None:
+    """Print camrob's version and end, where that was asked."""
+    if asked:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"camrob {version_of('camrob')}")
+        raise typer.Exit
+
+
+def build_app() -> typer.Typer:
+    """The application, with a verb for every job that is there."""
+    app = typer.Typer(
+        name="camrob",
+        help="CAM toolpaths into verified programs for redundant robot machining cells.",
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        add_completion=False,
+        no_args_is_help=False,
+    )
+
+    @app.callback()
+    def camrob(
+        show_version: Annotated[
+            bool, typer.Option("--version", callback=version, is_eager=True, help="Print the version and end.")
+        ] = False,
+    ) -> None:
+        """CAM toolpaths into verified programs for redundant robot machining cells."""
+
+    for verb in VERBS:
+        if importlib.util.find_spec(f"camrob.jobs.{verb.__name__}") is not None:
+            app.command(verb.__name__)(verb)
+    return app
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line (by default the process's own) and give its exit status. Never raises."""
+    command = typer.main.get_command(build_app())
+    # whichever library typer is built on, the errors of the command line share a root that can word itself
+    usage_error = next(c for c in reversed(typer.BadParameter.__mro__) if hasattr(c, "format_message"))
+    try:
+        status = command.main(args=arguments, prog_name="camrob", standalone_mode=False)
+    except usage_error as error:  # type: ignore[misc]
+        context = getattr(error, "ctx", None)
+        where = context.command_path if context is not None else "camrob"
+        told = " ".join(error.format_message().split()).rstrip(".")  # type: ignore[attr-defined]
+        typer.echo(f"{where}: {told}; see '{where} --help'", err=True)
+        return 2
+    except typer.Abort:
+        typer.echo(f"camrob: {error_line(KeyboardInterrupt())}", err=True)
+        return 130
+    return status if isinstance(status, int) else 0
+
+
+def main() -> NoReturn:
+    """Entry point of the console script."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    sys.exit(run())
+
+
+if __name__ == "__main__":
+    main()

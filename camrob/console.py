@@ -1,0 +1,156 @@
+"""What every verb of the command line shares: exit status, one-line errors, JSON, progress, interruption.
+
+The contract: status 0 done, 1 a check failed, 2 the command line or an input is wrong, 3 the job can't be done safely.
+An interruption ends with 130 (a request to terminate: 143), as shells expect.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from types import FrameType
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from camrob.errors import CamrobError, InputError, StaleInputError
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+__all__ = ["JobResult", "ProgressHook", "Terminated", "error_line", "exit_status", "perform", "terminable"]
+
+ProgressHook = Callable[[str, float], None]
+
+DONE, CHECK_FAILED, INPUT_WRONG, NOT_SAFE = 0, 1, 2, 3
+INTERRUPTED, TERMINATED = 130, 143
+
+
+class JobResult(Protocol):
+    """What a job returns: its `summary`, ready for JSON."""
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """The JSON object of the contract."""
+        ...
+
+
+R = TypeVar("R", bound=JobResult)
+
+
+class Terminated(KeyboardInterrupt):
+    """Another program asked this one to end (SIGTERM)."""
+
+
+def exit_status(error: BaseException) -> int:
+    """The status that an error ends a command with; the only place that knows."""
+    if isinstance(error, Terminated):
+        return TERMINATED
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED
+    if isinstance(error, InputError | StaleInputError | OSError):
+        return INPUT_WRONG
+    return NOT_SAFE
+
+
+def error_line(error: BaseException) -> str:
+    """What the user is told, in one line of printable characters."""
+    if isinstance(error, KeyboardInterrupt):
+        text = "interrupted; no unfinished file was left"
+    elif isinstance(error, CamrobError):
+        text = str(error)
+    elif isinstance(error, OSError) and error.filename is not None:
+        text = f"{error.filename}: {error.strerror or 'input or output failed'}; check the path and its permissions"
+    elif isinstance(error, MemoryError):
+        text = "there is not enough memory for this job; split the CL file into operations"
+    else:
+        text = f"internal error ({type(error).__name__}: {error}); please report it with the files that led to it"
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def perform(
+    job: Callable[[ProgressHook], R],
+    *,
+    as_json: bool,
+    quiet: bool,
+    render: Callable[[Mapping[str, Any]], RenderableType],
+    holds: Callable[[R], bool] = lambda result: True,
+) -> int:
+    """Run a job, print its result, and give the exit status.
+
+    `render` makes the result readable for a person; `holds` says whether what the command checks came true.
+    With CAMROB_DEBUG set in the environment, an error shows its traceback first.
+    """
+    try:
+        with terminable(), _progress(quiet) as hook:
+            result = job(hook)
+        text = json.dumps(result.summary, indent=2, allow_nan=False) if as_json else None
+    except (Exception, KeyboardInterrupt) as error:
+        if os.environ.get("CAMROB_DEBUG"):
+            traceback.print_exc()
+        print(f"camrob: {error_line(error)}" if _placeless(error) else error_line(error), file=sys.stderr)
+        return exit_status(error)
+    if text is not None:
+        _write(text)
+    elif not quiet:
+        _show(render(result.summary))
+    return DONE if holds(result) else CHECK_FAILED
+
+
+def _placeless(error: BaseException) -> bool:
+    """True where the line doesn't begin with the file that it is about."""
+    return not (isinstance(error, InputError) and error.path is not None)
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """While it lasts, SIGTERM raises `Terminated`, so that cleaning up happens as it does for an interruption."""
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        raise Terminated
+
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # not the main thread: whoever runs it there looks after signals
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[ProgressHook]:
+    """A hook `(what, share of the whole)` that moves a bar on standard error; idle where nobody would see the bar."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda what, share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+        yield lambda what, share: bar.update(task, description=what, completed=min(max(share, 0.0), 1.0))
+
+
+def _show(what: RenderableType) -> None:
+    """A renderable on standard output."""
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    with console.capture() as capture:
+        console.print(what)
+    _write(capture.get().rstrip("\n"))
+
+
+def _write(text: str) -> None:
+    """Text on standard output; a reader that has gone away (`| head`) is no error, for the job is done."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
