@@ -29,7 +29,8 @@ class Joint:
     """A revolute or prismatic joint; SI throughout (rad or m; per second).
 
     The chain's variable q relates to the axis value that the controller prints by `axis = sign * q + offset`. `lower`
-    and `upper` limit the axis value (-inf, inf for an endless or virtual joint). `home` and `reference` are values of q.
+    and `upper` limit the axis value (-inf, inf for an endless or virtual joint). `home` and `reference` are values
+    of q.
     `before` (4, 4) stands before the motion along or about z, `after` (4, 4) behind it.
     """
 

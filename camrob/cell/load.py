@@ -14,7 +14,7 @@ __all__ = ["PointMass"]
 
 @dataclass(frozen=True, slots=True)
 class PointMass:
-    """A mass, kg; its centre (3,), m, is fixed in the frame that the Denavit-Hartenberg row of joint `after` ends in."""
+    """A mass, kg; its centre (3,), m, is fixed in the frame where the Denavit-Hartenberg row of joint `after` ends."""
 
     name: str
     after: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from pathlib import Path
@@ -55,7 +56,7 @@ def frame_of(xyzabc_mm_deg: Array) -> Array:
 def read_cell(path: str | Path) -> Cell:
     """The cell in a folder (or of a cell.toml). Raises CellError naming file, key and cure."""
     path = Path(path)
-    file = path / "cell.toml" if path.is_dir() or path.suffix != ".toml" else path
+    file = path if path.suffix == ".toml" and not os.path.isdir(path) else path / "cell.toml"
     table = TableReader(read_toml(file), file, standings=True)
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
     kinematics = table.table("kinematics")
@@ -194,8 +195,8 @@ def _shape(table: TableReader, folder: Path, names: tuple[str, ...]) -> Shape:
     file = ""
     if kind is ShapeKind.MESH:
         file = table.text("file")
-        if not (folder / file).is_file() or ".." in Path(file).parts or Path(file).is_absolute():
-            raise table.fail("file", f"{file!r} is no file in the cell's folder", "put the mesh there")
+        if not os.path.isfile(folder / file) or ".." in Path(file).parts or Path(file).is_absolute():
+            raise table.fail("file", f"{file[:60]!r} is no file in the cell's folder", "put the mesh there")
         size = np.array([table.number("scale", lower=1e-6, upper=1e6)])
     else:
         size = mm_to_m(table.vector("size_mm", _SIZES[kind]))

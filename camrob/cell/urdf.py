@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 
 def cell_urdf(cell: Cell) -> str:
-    """The whole chain base -> tool as URDF text; its joint values are the chain's q, SI, not the controller's axis values.
+    """The whole chain base -> tool as URDF text; its joint values are the chain's q, SI, not KRL's axis values.
 
     Links and fixed links are those of `segments`. Limits are those of q; an endless joint is `continuous`. Numbers
     carry 17 digits, so that float64 survives the text. The cell's point masses become inertials of the links they are
-    fixed to (several on a link are merged); links without masses have none. Efforts are unknown to a cell, printed as 0.
+    fixed to (several on a link are merged); links without masses have none. Efforts, unknown to a cell, are 0.
 
     pytorch-kinematics parses URDF in float32 (errors of about 1e-7 m); `kinematics.batched` builds its chain without.
     """

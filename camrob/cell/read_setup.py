@@ -1,0 +1,141 @@
+"""Reading a setup.toml, checked key by key, edge units to SI."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.read_cell import frame_of, read_toml
+from camrob.cell.setup import Body, Setup, ToolSetup
+from camrob.cell.table import TableReader
+from camrob.errors import SetupError
+from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
+
+__all__ = ["read_setup"]
+
+Array = NDArray[np.float64]
+
+FARTHEST_MM = 1e5  # a frame that lies farther off is a slip of units
+MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off")
+_MESH_UNITS = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
+
+
+def read_setup(path: str | Path | None, cell: Cell) -> Setup:
+    """The set-up in a file; without one (None) the part's frame is `base` and the tool the cell's own.
+
+    Raises SetupError naming file, key and cure.
+    """
+    own_tool = ToolSetup(None, "", cell.flange_T_tool)
+    if path is None:
+        return Setup(None, np.eye(4), (own_tool,))
+    path = Path(path)
+    data = read_toml(path, SetupError)
+    table = TableReader(data, path, error=SetupError)
+    part_in_base = _frame(table, "part_in_base")
+    setup = Setup(
+        path=path,
+        base_T_part=np.eye(4) if part_in_base is None else part_in_base,
+        tools=_tools(table, isinstance(data.get("tool"), list), cell) or (own_tool,),
+        units=table.text("units", choices=("mm", "inch")) if "units" in table else "",
+        dialect=_dialect(table),
+        rapid_feed=_number(table, "rapid_feed_mm_min", 1.0, 1e6, mm_min_to_m_s),
+        feed=_number(table, "feed_mm_min", 1e-3, 1e6, mm_min_to_m_s),
+        spindle_rpm=_number(table, "spindle_rpm", 0.0, 1e6, float),
+        clearance=_number(table, "clearance_mm", 0.0, 5000.0, mm_to_m),
+        chord_tolerance=_number(table, "chord_tolerance_mm", 1e-5, 10.0, mm_to_m),
+        decimate=_number(table, "decimate_mm", 0.0, 10.0, mm_to_m) or 0.0,
+        part=_body(table, "part"),
+        stock=_body(table, "stock"),
+    )
+    table.finish()
+    return setup
+
+
+def _number(table: TableReader, key: str, lower: float, upper: float, to_si: Callable[[float], float]) -> float | None:
+    """A number that may be left out."""
+    return to_si(table.number(key, lower=lower, upper=upper)) if key in table else None
+
+
+def _frame(table: TableReader, key: str) -> Array | None:
+    """A pose (4, 4) that may be left out."""
+    if key not in table:
+        return None
+    xyzabc_mm_deg = table.vector(key, 6)
+    if np.max(np.abs(xyzabc_mm_deg[:3])) > FARTHEST_MM:
+        raise table.fail(key, f"lies more than {FARTHEST_MM:g} mm off", "give X, Y, Z in mm")
+    if np.max(np.abs(xyzabc_mm_deg[3:])) > 360.0:
+        raise table.fail(key, "has an angle beyond 360", "give A, B, C in degrees")
+    return frame_of(xyzabc_mm_deg)
+
+
+def _dialect(table: TableReader) -> str:
+    """The dialect's name; whether there is such a reader is the toolpath's business."""
+    if "dialect" not in table:
+        return ""
+    name = table.text("dialect")
+    if not re.fullmatch(r"[a-z0-9][a-z0-9_-]{0,31}", name):
+        raise table.fail("dialect", f"is {name[:40]!r}", "give a name such as nx-clsf")
+    return name
+
+
+def _tools(table: TableReader, several: bool, cell: Cell) -> tuple[ToolSetup, ...]:
+    """[tool] or all [[tool]]s, () where there are none."""
+    if "tool" not in table:
+        return ()
+    if not several:
+        return (_tool(table.table("tool"), cell, numbered=False),)
+    parts = table.tables("tool")
+    tools = tuple(_tool(part, cell, numbered=True) for part in parts)
+    for i, (part, tool) in enumerate(zip(parts, tools, strict=True)):
+        if any(tool.number == other.number for other in tools[:i]):
+            raise part.fail("number", f"{tool.number} is there twice", "give every tool a number of its own")
+    return tools
+
+
+def _tool(table: TableReader, cell: Cell, *, numbered: bool) -> ToolSetup:
+    """One [tool] or [[tool]]."""
+    flange_T_tool = _frame(table, "flange_to_tool")
+    tool = ToolSetup(
+        number=table.integer("number", lower=1, upper=10**6) if numbered else None,
+        name=table.text("name") if "name" in table else "",
+        flange_T_tool=cell.flange_T_tool if flange_T_tool is None else flange_T_tool,
+        diameter=_number(table, "diameter_mm", 1e-3, 1000.0, mm_to_m) or 0.0,
+        length=_number(table, "length_mm", 1e-3, 2000.0, mm_to_m) or 0.0,
+    )
+    table.finish()
+    return tool
+
+
+def _body(parent: TableReader, key: str) -> Body | None:
+    """[part] or [stock]: a mesh beside the file, or a box."""
+    if key not in parent:
+        return None
+    table = parent.table(key)
+    if ("mesh" in table) == ("box_mm" in table):
+        raise table.fail("mesh", "and box_mm are both given or both missing", "give one of the two")
+    if "box_mm" in table:
+        corners = mm_to_m(table.vector("box_mm", 6))
+        body = Body(None, 1.0, corners[:3], corners[3:])
+        if not np.all(body.lower < body.upper):
+            raise table.fail(
+                "box_mm", "has no volume", "give the lower corner, then the upper one: X0, Y0, Z0, X1, Y1, Z1"
+            )
+    else:
+        name = table.text("mesh")
+        inside = not Path(name).is_absolute() and ".." not in Path(name).parts and "\\" not in name
+        if not inside or not os.path.isfile(table.path.parent / name):
+            raise table.fail(
+                "mesh", f"{name[:60]!r} is no file beside this one", "put the mesh there, name it without a path"
+            )
+        if Path(name).suffix.lower() not in MESH_SUFFIXES:
+            raise table.fail("mesh", f"{name[:60]!r} is no mesh", f"use one of {', '.join(MESH_SUFFIXES)}")
+        unit = table.text("unit", choices=tuple(_MESH_UNITS)) if "unit" in table else "mm"
+        body = Body(table.path.parent / name, _MESH_UNITS[unit])
+    table.finish()
+    return body

@@ -1,0 +1,115 @@
+"""How a job is set up on a cell: where the part lies, which tools are mounted, what the CL file leaves open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import SetupError
+from camrob.frozen import digest, locked
+
+__all__ = ["Body", "Setup", "ToolSetup"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ToolSetup:
+    """A tool as it is mounted. `number` is None for one that serves whatever number the CL file names.
+
+    flange_T_tool: (4, 4), `$TOOL`. diameter, length (from the tip to where the holder begins): m, 0.0 where not given.
+    """
+
+    number: int | None
+    name: str
+    flange_T_tool: Array
+    diameter: float = 0.0
+    length: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "flange_T_tool", locked(self.flange_T_tool, shape=(4, 4), name="flange_T_tool"))
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """The part or the stock, for collision checks, in the frame `part`: a mesh file, or else a box.
+
+    scale: metres per unit of the mesh. lower, upper: (3,) corners of the box, m (zeros for a mesh).
+    """
+
+    mesh: Path | None
+    scale: float = 1.0
+    lower: Array = field(default_factory=lambda: np.zeros(3))
+    upper: Array = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        for name in ("lower", "upper"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(3,), name=name))
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What setup.toml says, in SI; a value that it leaves out is None or empty, and then the job's own default holds.
+
+    path: the file, None where there is none. base_T_part: (4, 4), the CL data's frame in `base`. tools: one or more,
+    the cell's own where the file names none. units: "mm" or "inch", overrules the CL file; dialect: likewise.
+    rapid_feed, feed: m/s, the latter where the CL file is silent. spindle_rpm overrules the CL file. clearance: m, how
+    far void motions lift the tool along its axis. chord_tolerance: m, for arcs and curves that become points.
+    decimate: m, points nearer than this to their neighbours' chord are left out (0: none). part, stock: bodies for
+    collision checks.
+
+    Keys of the file (none is needed), lengths in mm and angles in degrees:
+
+        part_in_base = [X, Y, Z, A, B, C]
+        units = "mm"                   dialect = "nx-clsf"
+        rapid_feed_mm_min = 6000       feed_mm_min = 900        spindle_rpm = 12000
+        clearance_mm = 50              chord_tolerance_mm = 0.01        decimate_mm = 0
+        [tool]                         one tool for all numbers; or [[tool]] for each, with number = 1
+        name = "ball 6"
+        flange_to_tool = [X, Y, Z, A, B, C]      the cell's `$TOOL` where it is left out
+        diameter_mm = 6                length_mm = 45
+        [part]                         likewise [stock]: in the CL data's frame
+        mesh = "part.stl"              a file beside setup.toml, with unit = "mm" (the default), "inch" or "m"
+        box_mm = [X0, Y0, Z0, X1, Y1, Z1]        or a box by its two corners
+    """
+
+    path: Path | None
+    base_T_part: Array
+    tools: tuple[ToolSetup, ...]
+    units: str = ""
+    dialect: str = ""
+    rapid_feed: float | None = None
+    feed: float | None = None
+    spindle_rpm: float | None = None
+    clearance: float | None = None
+    chord_tolerance: float | None = None
+    decimate: float = 0.0
+    part: Body | None = None
+    stock: Body | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "base_T_part", locked(self.base_T_part, shape=(4, 4), name="base_T_part"))
+
+    def tool(self, number: int = 0) -> ToolSetup:
+        """The tool that is mounted for a number of the CL file (0: it names none).
+
+        Raises SetupError where tools are numbered and this one is not among them.
+        """
+        for tool in self.tools:
+            if tool.number is None or tool.number == number or (number == 0 and len(self.tools) == 1):
+                return tool
+        known = ", ".join(str(t.number) for t in self.tools)
+        what = f"tool {number} is not set up" if number else "the CL file names no tool and several are set up"
+        raise SetupError(what, cure=f"add it as [[tool]]; there are: {known}", path=self.path)
+
+    @property
+    def digest(self) -> str:
+        """What the placement, tools and choices are; meshes by their names."""
+        tools = [(t.number, t.flange_T_tool, t.diameter, t.length) for t in self.tools]
+        bodies = [(str(b.mesh), b.scale, b.lower, b.upper) for b in (self.part, self.stock) if b is not None]
+        choices = (self.units, self.dialect, self.rapid_feed, self.feed, self.spindle_rpm, self.clearance)
+        nested = (x for group in (*tools, *bodies) for x in group)
+        return digest(self.base_T_part, *choices, self.chord_tolerance, self.decimate, *nested)
