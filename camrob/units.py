@@ -42,3 +42,8 @@ def mm_min_to_m_s(feed_mm_min: Value) -> Value:
 def m_s_to_mm_min(speed: Value) -> Value:
     """Metres a second to millimetres a minute."""
     return speed * 60000.0
+
+
+def ms_to_s(time_ms: Value) -> Value:
+    """Milliseconds to seconds."""
+    return time_ms / 1000.0

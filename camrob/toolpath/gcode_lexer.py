@@ -1,0 +1,203 @@
+"""G-code text as blocks of words: comments off, one dictionary a block, everything that is no plain word refused."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from camrob.errors import ToolpathError
+
+__all__ = ["Block", "decode", "lex", "strip_comments"]
+
+_LONGEST_LINE = 10_000  # characters: real blocks stay under 256
+_LARGEST = 1e9  # of any number in a block
+_CONTROL = bytes(set(range(32)) - {9, 10, 13})
+_NUMBER = r"[+-]?+[ \t]*+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++)"  # possessive: a hostile line costs one pass
+_BLOCK = re.compile(rf"(?:[A-Z][ \t]*+{_NUMBER}[ \t]*+)*+")
+_WORD = re.compile(r"([A-Z])([-+.0-9]+)")
+_COMMENT = re.compile(r"\(([^()]*+)\)|;(.*)")
+_NEWLINE = re.compile(r"\r\n|\n|\r")
+_LABEL = re.compile(r"N[0-9]++[ \t]*+")
+_PROGRAMMING = re.compile(
+    r"[#\[\]]|\bO[ \t]*+<|\b(?:WHILE|IF|GOTO|GOTOF|GOTOB|DO|END|CALL|SUB|ENDSUB|REPEAT|LOOP|FOR|ENDIF)"
+)
+_SIEMENS = ((re.compile(r"\bTRAORI\b"), "M128 "), (re.compile(r"\bTRAFOOF\b"), "M129 "))
+
+
+class Block(NamedTuple):
+    """One block. `g` and `m` are codes in tenths (G43.4 is 434); `words` all other letters but N, as written."""
+
+    line: int
+    words: dict[str, float]
+    g: tuple[int, ...] = ()
+    m: tuple[int, ...] = ()
+    comment: str = ""
+    percent: bool = False  # a line that begins with %
+    optional: bool = False  # block delete: a slash in front
+    whole_p: bool = False  # the P word has no decimal point
+
+
+def decode(data: bytes, path: Path) -> list[str]:
+    """The lines of a G-code file: UTF-8, or Latin-1 where it is none.
+
+    Raises ToolpathError for an empty or binary file and for a line longer than 10 000 characters.
+    """
+    body = data.removeprefix(b"\xef\xbb\xbf").rstrip(b"\x1a")
+    if not body.strip():
+        raise ToolpathError("the file is empty", cure="export it again", path=path)
+    if len(body.translate(None, _CONTROL)) != len(body):
+        place = next(i for i, byte in enumerate(body) if byte in _CONTROL)
+        raise ToolpathError(
+            "this is binary data, not G-code text",
+            cure="hand over the text file that the machine's post-processor writes (ASCII or UTF-8)",
+            path=path,
+            line=body.count(b"\n", 0, place) + 1,
+        )
+    try:
+        text = body.decode("utf-8")
+    except UnicodeDecodeError:
+        text = body.decode("latin-1")
+    lines = _NEWLINE.split(text)
+    for number, line in enumerate(lines, 1):
+        if len(line) > _LONGEST_LINE:
+            raise ToolpathError(
+                f"a line of {len(line)} characters is no G-code block",
+                cure="check the file's line ends, or export it again",
+                path=path,
+                line=number,
+            )
+    return lines
+
+
+def strip_comments(text: str) -> tuple[str, str]:
+    """The line without comments, and their text. Comments in comments are taken as one.
+
+    Raises ToolpathError for a parenthesis without its partner.
+    """
+    if "(" not in text and ")" not in text and ";" not in text:
+        return text, ""
+    found: list[str] = []
+
+    def keep(match: re.Match[str]) -> str:
+        found.append((match[1] if match[1] is not None else match[2]).strip())
+        return " "
+
+    bare = _COMMENT.sub(keep, text)
+    if "(" in bare or ")" in bare:
+        bare, found = _nested(text)
+    return bare, " ".join(found)
+
+
+def _nested(text: str) -> tuple[str, list[str]]:
+    """`strip_comments` for parentheses in parentheses."""
+    bare: list[str] = []
+    inside: list[str] = []
+    depth = 0
+    for place, c in enumerate(text):
+        if c == ";" and depth == 0:
+            inside.append(" " + text[place + 1 :])
+            break
+        depth += c == "("
+        (inside if depth else bare).append(c)
+        depth -= c == ")"
+        if depth < 0:
+            break
+    if depth:
+        raise ToolpathError("a comment's parenthesis has no partner", cure="close the comment, or remove it")
+    return "".join(bare), ["".join(inside).strip("() ")]
+
+
+def lex(lines: list[str], path: Path) -> Iterator[Block]:
+    """The blocks of a program, in order; blank lines are left out.
+
+    Raises ToolpathError with its line for whatever is not a letter followed by a plain number.
+    """
+    for number, raw in enumerate(lines, 1):
+        text = raw.strip()
+        if not text:
+            continue
+        try:
+            yield _block(text, number)
+        except ToolpathError as error:
+            raise error.at(path, number) from None
+
+
+def _block(text: str, line: int) -> Block:
+    """One line that is not blank as a block."""
+    if text[0] == "%":
+        return Block(line, {}, percent=True)
+    bare, comment = strip_comments(text)
+    if not bare.isascii():
+        raise ToolpathError("a character that no G-code block has", cure="put operator text in parentheses")
+    bare = bare.strip().upper()
+    optional = bare[:1] == "/"
+    if optional:
+        bare = bare[1:].lstrip("0123456789 \t") if bare[1:2].isdigit() else bare[1:].lstrip()
+    if not _BLOCK.fullmatch(bare):
+        if _LABEL.sub("", bare, count=1).strip() == "MSG":
+            return Block(line, {}, comment="MSG," + comment.strip('"'))
+        for pattern, code in _SIEMENS:
+            bare = pattern.sub(code, bare)
+        if not _BLOCK.fullmatch(bare):
+            raise _unreadable(bare)
+    return _words(bare.replace(" ", "").replace("\t", ""), line, comment, optional)
+
+
+def _words(bare: str, line: int, comment: str, optional: bool) -> Block:
+    """The block of a line that is known to hold words only, without blanks."""
+    words: dict[str, float] = {}
+    g: list[int] = []
+    m: list[int] = []
+    whole_p = False
+    for letter, digits in _WORD.findall(bare):
+        value = float(digits)
+        if not -_LARGEST < value < _LARGEST:
+            raise ToolpathError(f"{letter}{digits[:12]}... is out of all proportion", cure="check the exported number")
+        if letter == "G":
+            g.append(_code("G", value))
+        elif letter == "M":
+            m.append(_code("M", value))
+        elif letter == "N":
+            continue
+        elif letter in words:
+            raise ToolpathError(f"the word {letter} stands twice in one block", cure="split the block")
+        else:
+            words[letter] = value
+            whole_p = whole_p or (letter == "P" and "." not in digits)
+    if "E" in words:
+        raise ToolpathError(
+            "an E word, or a number with an exponent; G-code has neither", cure="export plain decimal numbers"
+        )
+    return Block(line, words, tuple(g), tuple(m), comment, False, optional, whole_p)
+
+
+def _code(letter: str, value: float) -> int:
+    """A G or M number in tenths."""
+    tenths = round(value * 10.0)
+    if abs(tenths - value * 10.0) > 1e-6 or not 0 <= tenths < 100_000:
+        raise ToolpathError(f"{letter}{value:g} is no {letter} code", cure="check the block")
+    return tenths
+
+
+def _unreadable(bare: str) -> ToolpathError:
+    """Why a line is not a plain block, as an error to be raised."""
+    if _PROGRAMMING.search(bare):
+        return ToolpathError(
+            "variables, expressions, loops and subprograms (#, [ ], O-words, WHILE, IF) are not read",
+            cure="have the CAM system or a G-code expander write the path out as plain blocks",
+        )
+    if "=" in bare:
+        return ToolpathError(
+            "an assignment (=) is not read", cure="have the post-processor write plain words like X10.5"
+        )
+    match = _BLOCK.match(bare)
+    rest = bare[match.end() if match else 0 :]
+    if rest[:1] == ",":
+        return ToolpathError(f"a comma in a number ({rest[:12]!r})", cure="write decimals with a point")
+    if rest[:1].isalpha() and not re.match(r"[A-Z][ \t]*[-+.0-9]", rest):
+        return ToolpathError(
+            f"no number follows {rest[:1]} in {rest[:16]!r}", cure="every word is a letter and a number"
+        )
+    return ToolpathError(f"{rest[:16]!r} is no G-code word", cure="every word is a letter and a plain decimal number")
