@@ -29,7 +29,7 @@ class Shape:
 
     `frame` is "world", "base", "root", "flange", "tool", or a joint's name: the frame that this joint's
     Denavit-Hartenberg row ends in. frame_T_shape: (4, 4), the shape's centre and axes. Bodies that carry one `group`
-    are one piece; `ignore` names groups that it may touch (neighbours, mountings; "part" and "stock" are a job's bodies).
+    are one piece; `ignore` names groups that it may touch: neighbours, mountings, "part" and "stock" (a job's bodies).
     """
 
     name: str
