@@ -1,0 +1,272 @@
+"""The state that APT statements act on: frame, units, feed, tool, and the regions that grow from the motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import ToolpathError
+from camrob.issues import Finding, Severity
+from camrob.toolpath.apt_cycles import Cycle, expand_cycle
+from camrob.toolpath.apt_lexer import Rows
+from camrob.toolpath.apt_units import Feed, FeedReader
+from camrob.toolpath.builder import RegionBuilder, clean_text
+from camrob.toolpath.dialect import Dialect
+from camrob.toolpath.region import Event, EventKind, Move, Region
+from camrob.toolpath.toolpath import Tool
+
+__all__ = ["Machine", "unit_axis"]
+
+AXIS_TOLERANCE = 1e-3  # a tool axis this far from length one is rounding; farther, it is a slip
+
+
+def unit_axis(values: NDArray[np.float64], line: int) -> NDArray[np.float64]:
+    """The tool axis (3,) at length one. Raises ToolpathError where it is further than 1e-3 from it."""
+    length = float(np.linalg.norm(values))
+    if not abs(length - 1.0) <= AXIS_TOLERANCE:
+        raise ToolpathError(
+            f"the tool axis has the length {length:.4f}, not 1", cure="correct i, j, k in the CAM system", line=line
+        )
+    return values / length
+
+
+@dataclass(slots=True)
+class _Mark:
+    """A new operation has been announced; `hard` ones begin a region wherever the tool is."""
+
+    name: str
+    hard: bool
+
+
+@dataclass(slots=True)
+class Machine:
+    """Interpreter state: positions and axes in the part's frame and in metres, but `axis_raw` as the file says."""
+
+    dialect: Dialect
+    chord: float
+    angle: float
+    feeds: FeedReader
+    part_R_cl: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    part_p_cl: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    plain_frame: bool = True
+    axis_raw: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    axis_lost: bool = False  # the frame changed after the axis was stated: it must be stated again
+    position: NDArray[np.float64] | None = None
+    position_axis: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    position_line: int = 0
+    rapid: bool = False
+    spindle: str = ""
+    world_points: bool = False  # TRNTYP has said so
+    cycle: Cycle | None = None
+    last_cycle: Cycle | None = None
+    tool_number: int = 0
+    tool_name: str = ""
+    next_tool_name: str = ""  # said before the tool is loaded
+    cutter: tuple[float, float, float] = (0.0, 0.0, 0.0)  # diameter, corner radius, length in metres
+    region_tool: Tool = field(default_factory=lambda: Tool(0))
+    tools: dict[tuple[int, str], Tool] = field(default_factory=dict)
+    program: str = ""
+    operation: str = ""
+    builder: RegionBuilder = field(default_factory=RegionBuilder)
+    regions: list[Region] = field(default_factory=list)
+    pending: list[tuple[EventKind, float, str, int]] = field(default_factory=list)
+    mark: _Mark | None = None
+    findings: list[Finding] = field(default_factory=list)
+    curve: Callable[[NDArray[np.float64], NDArray[np.float64], int], None] | None = (
+        None  # an arc that waits for its end
+    )
+    curve_line: int = 0
+    direction: NDArray[np.float64] | None = None  # INDIRV, in the part's frame
+    settle: Callable[[int], None] | None = None  # makes a pending change of frame good, before the next motion
+    sections: list[tuple[str, int]] = field(default_factory=list)  # what has been opened and must be closed: text, line
+
+    @property
+    def scale(self) -> float:
+        """Metres in the file's unit of length."""
+        return self.feeds.scale
+
+    @property
+    def rpm(self) -> float:
+        """Programmed spindle speed, 0.0 where the file has stated none."""
+        return self.feeds.rpm
+
+    def find(self, code: str, text: str, line: int, severity: Severity = Severity.WARNING) -> None:
+        """Note a finding; equal ones are counted together in the end."""
+        self.findings.append(Finding(code, clean_text(text), severity, line))
+
+    def cycle_feed(self, cycle: Cycle, line: int) -> float:
+        """Feed (m/s) of a cycle: its own, or the modal one."""
+        own = None if cycle.feed is None else Feed(cycle.feed[0], cycle.feed[1], cycle.line)
+        return self.feeds.speed(line, own)
+
+    # -- regions ------------------------------------------------------------------------------------------------
+
+    def announce(self, name: str, *, hard: bool = False) -> None:
+        """A new operation begins: a new region as soon as the tool is in the air (at once when `hard`)."""
+        self.flush_events()
+        already = self.mark is not None and self.mark.hard
+        self.mark = _Mark(clean_text(name) or (self.mark.name if self.mark else self.operation), hard or already)
+
+    def event(self, kind: EventKind, value: float = 0.0, text: str = "", line: int = 0) -> None:
+        """Something that happens before the next motion."""
+        self.pending.append((kind, value, text, line))
+
+    def flush_events(self) -> None:
+        """Give the waiting events to the region that is being gathered, where there is one."""
+        if len(self.builder):
+            for item in self.pending:
+                self.builder.event(*item)
+            self.pending.clear()
+
+    def finish_region(self) -> None:
+        """Close the region that is being gathered, where it has points."""
+        if not len(self.builder):
+            return
+        tool = self.region_tool
+        self.tools[tool.number, tool.name] = tool
+        name = self.operation or tool.name or self.program or "path"
+        self.regions.append(self.builder.finish(name, tool=tool.number, operation=self.operation))
+
+    def finish(self) -> None:
+        """Close the last region; events that are left happen after its last point."""
+        self.flush_events()
+        self.finish_region()
+        if self.pending and self.regions:
+            last = self.regions[-1]
+            tail = tuple(Event(len(last), kind, value, clean_text(t), ln) for kind, value, t, ln in self.pending)
+            self.regions[-1] = Region(
+                last.name,
+                last.position,
+                last.axis,
+                last.feed,
+                last.move,
+                last.line,
+                last.tool,
+                last.operation,
+                last.arcs,
+                last.events + tail,
+            )
+        self.pending.clear()
+
+    def _begin(self, rapid: bool) -> None:
+        """Before a motion: begin the announced region where that is right, and hand over the events."""
+        mark = self.mark
+        in_air = rapid or not len(self.builder) or self.builder.last_move == Move.RAPID
+        if mark is not None and (mark.hard or in_air):
+            self.finish_region()
+            self.operation = mark.name
+            self.mark = None
+        if not len(self.builder):
+            self.region_tool = Tool(self.tool_number, self.tool_name, *self.cutter)
+            if not rapid and self.position is not None:
+                # the cut starts where the tool stands: that point belongs to the region, or the cut would be lost
+                self.builder.point(self.position, self.position_axis, 0.0, Move.RAPID, self.position_line)
+        if self.pending:
+            for item in self.pending:
+                self.builder.event(*item)
+            self.pending.clear()
+
+    # -- motions ------------------------------------------------------------------------------------------------
+
+    def to_part(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (..., 3) as the file has them, in the part's frame and in metres."""
+        metres = values * self.scale
+        return metres if self.plain_frame else metres @ self.part_R_cl.T + self.part_p_cl
+
+    def tool_axis(self, line: int) -> NDArray[np.float64]:
+        """The modal tool axis (3,) in the part's frame; ToolpathError where a change of frame left it undefined."""
+        if self.axis_lost:
+            raise ToolpathError(
+                "the frame has changed while the tool was tilted, and the tool axis is not stated again",
+                cure="output i, j, k on the first GOTO of each operation",
+                line=line,
+            )
+        return self.axis_raw if self.plain_frame else self.part_R_cl @ self.axis_raw
+
+    def set_axis(self, raw: NDArray[np.float64], line: int) -> None:
+        """State the tool axis (3,) in the file's own frame."""
+        self.axis_raw = unit_axis(raw, line)
+        self.axis_lost = False
+
+    def move(
+        self, position: NDArray[np.float64], axis: NDArray[np.float64], move: Move, line: int, feed: float = 0.0
+    ) -> None:
+        """One point in the part's frame."""
+        self._begin(move == Move.RAPID)
+        self.builder.point(position, axis, feed, move, line)
+        self.position, self.position_axis, self.position_line = position, axis, line
+
+    def begin_cut(self) -> None:
+        """Before the points of a curve are added to the builder by hand."""
+        self._begin(False)
+
+    def goto(self, values: list[float], line: int) -> None:
+        """One GOTO: 3 or 6 numbers as the file has them. Closes a waiting arc, drills a hole where a cycle is open."""
+        if self.settle is not None:
+            self.settle(line)
+        if len(values) == 6:
+            self.set_axis(np.array(values[3:]), line)
+        axis = self.tool_axis(line)
+        point = self.to_part(np.array(values[:3]))
+        rapid, self.rapid = self.rapid, False
+        if self.curve is not None:
+            curve, self.curve = self.curve, None
+            curve(point, axis, line)
+        elif self.cycle is not None:
+            expand_cycle(self, point, axis, line)
+        elif rapid:
+            self.move(point, axis, Move.RAPID, line)
+        else:
+            self.move(point, axis, Move.CUT, line, self.feeds.speed(line))
+
+    @property
+    def takes_rows(self) -> bool:
+        """Whether a run of GOTO may be taken at once: no arc waits for its end and no cycle is open."""
+        return self.curve is None and self.cycle is None
+
+    def goto_rows(self, rows: Rows) -> None:
+        """A run of GOTO at once, with the same result as one `goto` after the other."""
+        if self.mark is not None and not self.mark.hard and len(self.builder):
+            air = self.builder.last_move == Move.RAPID or rows.rapids[0]
+            later = np.flatnonzero(rows.rapids)
+            if not air and len(later):  # still cutting: the announced region begins with the first rapid
+                self._take(rows.part(0, int(later[0])))
+                self._take(rows.part(int(later[0]), len(rows.lines)))
+                return
+        self._take(rows)
+
+    def _take(self, rows: Rows) -> None:
+        first = int(rows.lines[0])
+        if self.settle is not None:
+            self.settle(first)
+        axes = self._axes(rows)
+        points = self.to_part(rows.values[:, :3])
+        cuts = np.flatnonzero(~rows.rapids)
+        feed = self.feeds.speed(int(rows.lines[cuts[0]])) if len(cuts) else 0.0
+        self._begin(bool(rows.rapids[0]))
+        moves = np.where(rows.rapids, np.int8(Move.RAPID), np.int8(Move.CUT))
+        self.builder.points(points, axes, feed, moves, rows.lines)
+        self.position, self.position_axis = points[-1], axes[-1]
+        self.position_line = int(rows.lines[-1])
+
+    def _axes(self, rows: Rows) -> NDArray[np.float64]:
+        """The tool axis of every row (N, 3) in the part's frame: its own, or the last one stated before it."""
+        n = len(rows.lines)
+        stated = rows.counts == 6
+        if not stated.any():
+            return np.broadcast_to(self.tool_axis(int(rows.lines[0])), (n, 3))
+        if not stated[0]:
+            self.tool_axis(int(rows.lines[0]))
+        raw = rows.values[stated, 3:6]
+        length = np.linalg.norm(raw, axis=1)
+        bad = np.flatnonzero(~(np.abs(length - 1.0) <= AXIS_TOLERANCE))
+        if len(bad):
+            unit_axis(raw[bad[0]], int(rows.lines[stated][bad[0]]))
+        raw = raw / length[:, None]
+        table = np.vstack([self.axis_raw, raw])
+        axes: NDArray[np.float64] = table[np.cumsum(stated)]
+        self.axis_raw, self.axis_lost = raw[-1].copy(), False
+        return axes if self.plain_frame else axes @ self.part_R_cl.T

@@ -1,0 +1,68 @@
+"""The public verb: a CL or G-code file in, a toolpath out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from camrob.errors import InputError, ToolpathError
+from camrob.toolpath.apt_reader import read_cl
+from camrob.toolpath.dialects import DIALECTS
+from camrob.toolpath.sampling import ANGLE_TOLERANCE, CHORD_TOLERANCE
+from camrob.toolpath.toolpath import Toolpath
+
+__all__ = ["read_toolpath"]
+
+_LARGEST_BYTES = 1 << 30
+
+
+def read_toolpath(
+    path: str | Path,
+    *,
+    dialect: str | None = None,
+    units: str | None = None,
+    chord_tolerance: float = CHORD_TOLERANCE,
+    angle_tolerance: float = ANGLE_TOLERANCE,
+    progress: Callable[[float], None] | None = None,
+) -> Toolpath:
+    """Read CL data (NX, Creo, CATIA, CAMWorks, Makino, plain APT) or 5-axis G-code; which one is recognised.
+
+    `dialect` forces one by name ("nx-clsf", "creo-ncl", "catia-apt", "camworks-apt", "camworks-clt", "makino-cldata",
+    "apt", "gcode"); `units` ("mm", "inch") overrides the file's. Arcs and curves become points within
+    `chord_tolerance` (m) and `angle_tolerance` (rad). `progress` is told the share done (0..1).
+    Raises ToolpathError, naming file, line and cure, for what can't be read honestly.
+    """
+    from camrob.toolpath.gcode import looks_like_gcode, read_gcode
+
+    place = Path(path)
+    if dialect is not None and dialect not in DIALECTS and not dialect.startswith("gcode"):
+        known = ", ".join([*DIALECTS, "gcode"])
+        raise ToolpathError(f"there is no dialect {dialect!r}", cure=f"choose one of {known}", path=place)
+    data = _bytes(place)
+    is_gcode = dialect.startswith("gcode") if dialect is not None else looks_like_gcode(data)
+    if not is_gcode:
+        return read_cl(
+            place,
+            data,
+            dialect=dialect,
+            units=units,
+            chord_tolerance=chord_tolerance,
+            angle_tolerance=angle_tolerance,
+            progress=progress,
+        )
+    try:
+        return read_gcode(place, data, units=units, chord_tolerance=chord_tolerance, angle_tolerance=angle_tolerance)
+    except InputError as error:
+        raise error.at(place) from error
+
+
+def _bytes(path: Path) -> bytes:
+    """The file's bytes. Raises ToolpathError where there are none to be had."""
+    try:
+        size = path.stat().st_size
+        if size > _LARGEST_BYTES:
+            raise ToolpathError(f"the file has {size >> 20} MiB, more than 1024", cure="split it", path=path)
+        return path.read_bytes()
+    except OSError as error:
+        why = (error.strerror or "it can't be opened").lower()
+        raise ToolpathError(f"can't be read: {why}", cure="check the path", path=path) from error
