@@ -1,0 +1,67 @@
+"""Statements of KRL to tokens."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from camrob.errors import KrlError
+
+__all__ = ["Token", "TokenKind", "shown", "statement_of", "tokens_of"]
+
+TokenKind = str
+"""`number`, `string`, `bits`, `name` (upper case), `enum` (with its #), `sign` (an operator or a bracket), `end`."""
+
+_TOKEN = re.compile(
+    r"""\s*(?:
+      (?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
+    | (?P<string>"[^"]*")
+    | (?P<bits>'(?:[hH][0-9A-Fa-f]{1,8}|[bB][01]{1,32})')
+    | (?P<name>[$A-Za-z_][$A-Za-z0-9_]*)
+    | (?P<enum>\#[A-Za-z0-9_$]+)
+    | (?P<sign><=|>=|==|<>|[-+*/:=<>(){}\[\],.?])
+    )""",
+    re.VERBOSE,
+)
+_CODE = re.compile(r"""(?:[^;"]|"[^"]*"|")*""")
+_LONGEST_STATEMENT = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A token: its kind, and its text (names and enumeration values in upper case)."""
+
+    kind: TokenKind
+    text: str
+
+
+def shown(text: str, longest: int = 60) -> str:
+    """Text of a file, fit to stand in a message."""
+    plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return plain if len(plain) <= longest else plain[: longest - 3] + "..."
+
+
+def statement_of(line: str) -> str:
+    """The line without its comment and the blanks around it."""
+    found = _CODE.match(line)
+    return (line if found is None else found[0]).strip()
+
+
+def tokens_of(statement: str) -> list[Token]:
+    """Tokens of a statement, an `end` behind them. Raises KrlError (without a place) for what is no KRL."""
+    if len(statement) > _LONGEST_STATEMENT:
+        raise KrlError(f"a statement of {len(statement)} characters", cure="this is no KRL program")
+    tokens: list[Token] = []
+    at = 0
+    while at < len(statement):
+        found = _TOKEN.match(statement, at)
+        if found is None:
+            raise KrlError(
+                f"{shown(statement[at:], 20)!r} is no KRL", cure="see the statement " + repr(shown(statement))
+            )
+        kind = found.lastgroup or "sign"
+        text = found[kind]
+        tokens.append(Token(kind, text.upper() if kind in ("name", "enum", "bits") else text))
+        at = found.end()
+    tokens.append(Token("end", ""))
+    return tokens
