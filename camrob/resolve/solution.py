@@ -22,10 +22,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Revision:
-    """A posture revision before a region: made at path point `point`, which it ends in, with the cutter's pose held.
+    """A posture revision before a region, made at the safe path point `point` with the cutter's pose held.
 
-    q: (K, n) postures to move through (table first, then track), the last one being the point's own. inv_kf_before and
-    _after: 1/k_F at the region's first point without and with it. Where `kept` is False, q is empty.
+    q: (K, n) postures to move through: the one that the point is reached in, then one a move (table first, then track);
+    the last one is the solution's own at the point. (0, n) where the revision was not kept. inv_kf_before and _after: 1/k_F at
+    the region's first point without and with it (equal where it was not kept); `reason` says why it was not.
     """
 
     region: int

@@ -1,0 +1,241 @@
+"""The arm alone: poses of the tool seen from the robot's foot to its six axes, closed form where the geometry allows.
+
+`Arm` hides which of the two serves: the eight branches of a spherical-wrist arm, or Newton's method from many starts for
+any other six-axis arm (a calibrated one, say). Angles are the chain's q.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
+from camrob.kinematics.frames import base_T_root
+from camrob.kinematics.kernels import ChainArrays, chain_arrays, forward, jacobian
+from camrob.kinematics.spherical_wrist import BRANCH_OK, SphericalArm, nearest_turn, solve_arm, spherical_arm
+from camrob.se3 import inverse
+
+__all__ = ["Arm", "FOLLOWED", "FOLLOW_JUMP", "FOLLOW_LIMIT", "FOLLOW_UNREACHED"]
+
+Array = NDArray[np.float64]
+
+FOLLOWED = 0
+FOLLOW_UNREACHED = 1
+FOLLOW_LIMIT = 2
+FOLLOW_JUMP = 3
+_STARTS = 96  # of Newton's method for the branches of an arm without closed form
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A cell's arm. `closed` is None for an arm without closed form; `chain` is the arm alone, foot to tool without roll."""
+
+    cell: Cell
+    closed: SphericalArm | None
+    chain: ChainArrays
+    lower: Array
+    upper: Array
+
+    @classmethod
+    def of(cls, cell: Cell) -> Arm:
+        """The arm of a cell with its tool."""
+        joints = tuple(j for j in cell.joints if j.role is Role.ARM)
+        whole = chain_arrays(cell)
+        after = whole.after[whole.arm_start : whole.arm_stop].copy()
+        rolls = cell.indices(Role.ROLL)
+        if rolls:  # the roll's own constant part stands before its motion, and counts as tool
+            after[-1] = after[-1] @ cell.joints[rolls[0]].after
+        chain = ChainArrays(joints[0].before.copy(), after, np.zeros(6, np.bool_), whole.plate, 0, 6, whole.length)
+        part = cell.arm_slice
+        return cls(cell, spherical_arm(cell), chain, cell.q_lower[part].copy(), cell.q_upper[part].copy())
+
+    def foot_T_tool(self, base_T_tool: Array, q: Array) -> Array:
+        """Poses (..., 4, 4) of the tool, roll taken off, seen from the foot, of its poses in `base` and postures (..., n).
+
+        Only the external axes and the roll of q matter.
+        """
+        base_T_foot = base_T_root(self.cell, q) @ inverse(np.asarray(self.cell.foot_T_root))
+        rolls = self.cell.indices(Role.ROLL)
+        if rolls:
+            roll = q[..., rolls[0]]
+            tool_T_unrolled = np.zeros((*roll.shape, 4, 4))
+            tool_T_unrolled[..., 0, 0] = tool_T_unrolled[..., 1, 1] = np.cos(roll)
+            tool_T_unrolled[..., 0, 1] = np.sin(roll)
+            tool_T_unrolled[..., 1, 0] = -np.sin(roll)
+            tool_T_unrolled[..., 2, 2] = tool_T_unrolled[..., 3, 3] = 1.0
+            base_T_tool = base_T_tool @ tool_T_unrolled
+        return np.asarray(inverse(base_T_foot) @ base_T_tool)
+
+    def branches(self, foot_T_tool: Array, near: Array) -> list[Array]:
+        """All postures (6,) within limits that put the tool at one pose, each on the turn nearest to `near`.
+
+        Empty where the pose is out of reach or every branch passes a limit (`follow` tells which).
+        """
+        found = []
+        for q in self._solutions(foot_T_tool, near):
+            fitted = _fit_turns(q, self.lower, self.upper)
+            if np.all(fitted >= self.lower - 1e-9) and np.all(fitted <= self.upper + 1e-9):
+                found.append(np.clip(fitted, self.lower, self.upper))
+        return found
+
+    def reasons(self, foot_T_tool: Array, near: Array) -> dict[str, int]:
+        """Why branches of a pose are no good: reason to count."""
+        tally: dict[str, int] = {}
+        solutions = self._solutions(foot_T_tool, near)
+        if not solutions:
+            tally["out of reach"] = 8 if self.closed is not None else 1
+        for q in solutions:
+            fitted = _fit_turns(q, self.lower, self.upper)
+            beyond = np.flatnonzero((fitted < self.lower - 1e-9) | (fitted > self.upper + 1e-9))
+            for i in beyond[:1]:
+                key = f"at A{i + 1}'s limit"
+                tally[key] = tally.get(key, 0) + 1
+        return tally
+
+    def _solutions(self, foot_T_tool: Array, near: Array) -> list[Array]:
+        """Postures (6,) whatever the limits."""
+        R, p = np.ascontiguousarray(foot_T_tool[:3, :3]), np.ascontiguousarray(foot_T_tool[:3, 3])
+        if self.closed is not None:
+            Q, why = np.zeros((8, 6)), np.empty(8, np.int64)
+            solve_arm(self.closed, R, p, near, Q, why)
+            return [Q[k] for k in range(8) if why[k] == BRANCH_OK]
+        starts = _low_discrepancy(_STARTS, self.lower, self.upper)
+        starts[0] = near
+        found: list[Array] = []
+        for start in starts:
+            q = start.copy()
+            if newton_arm(self.chain, R, p, q):
+                q = q + 2.0 * np.pi * np.round((near - q) / (2.0 * np.pi))
+                if all(np.max(np.abs(q - other)) > 1e-6 for other in found):
+                    found.append(q)
+        return found
+
+    def follow(self, foot_T_tool: Array, start: Array, *, step: float) -> tuple[Array, int, int]:
+        """Follow poses (K, 4, 4) from posture `start` (6,) on its branch and turn: (postures (K, 6), code, number followed).
+
+        code is FOLLOWED, or why the pose after the last one followed failed: out of reach, a limit, or a joint that would
+        have to move more than `step` rad between neighbours.
+        """
+        poses = np.ascontiguousarray(foot_T_tool)
+        if self.closed is not None:
+            Q, code, count = _follow_closed(self.closed, poses, start, self.lower, self.upper, step)
+        else:
+            Q, code, count = _follow_newton(self.chain, poses, start, self.lower, self.upper, step)
+        return Q, int(code), int(count)
+
+
+def _fit_turns(q: Array, lower: Array, upper: Array) -> Array:
+    """Every angle moved by whole turns into its range, where one fits; else unchanged."""
+    out = np.array(q)
+    for i in range(len(out)):
+        while out[i] < lower[i] and out[i] + 2.0 * np.pi <= upper[i]:
+            out[i] += 2.0 * np.pi
+        while out[i] > upper[i] and out[i] - 2.0 * np.pi >= lower[i]:
+            out[i] -= 2.0 * np.pi
+    return out
+
+
+def _low_discrepancy(count: int, lower: Array, upper: Array) -> Array:
+    """Evenly spread, always the same starts (count, 6) within limits (an additive recurrence)."""
+    golden = 1.1127756842787055  # the root of x^7 = x + 1, the golden ratio's counterpart in six dimensions
+    alpha = np.array([1.0 / golden ** (k + 1) for k in range(6)])
+    u = (0.5 + np.arange(1, count + 1)[:, None] * alpha) % 1.0
+    span = np.minimum(upper, np.pi) - np.maximum(lower, -np.pi)
+    return np.asarray(np.maximum(lower, -np.pi) + u * span)
+
+
+@numba.njit(cache=True)
+def newton_arm(chain: ChainArrays, R_target: Array, p_target: Array, q: Array) -> bool:
+    """Move q (6,) to the pose by damped Newton steps; True where it is met within 1e-11 m and rad."""
+    Z, P = np.empty((6, 3)), np.empty((6, 3))
+    R, p, plate, J = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, 6))
+    error = np.empty(6)
+    for _iteration in range(60):
+        forward(chain, q, Z, P, R, p, plate)
+        for r in range(3):
+            error[r] = (p_target[r] - p[r]) / chain.length
+        vx = vy = vz = trace = 0.0
+        for c in range(3):
+            vx += 0.5 * (R[1, c] * R_target[2, c] - R[2, c] * R_target[1, c])
+            vy += 0.5 * (R[2, c] * R_target[0, c] - R[0, c] * R_target[2, c])
+            vz += 0.5 * (R[0, c] * R_target[1, c] - R[1, c] * R_target[0, c])
+            trace += R[0, c] * R_target[0, c] + R[1, c] * R_target[1, c] + R[2, c] * R_target[2, c]
+        sine = np.sqrt(vx * vx + vy * vy + vz * vz)
+        k = np.arctan2(sine, 0.5 * (trace - 1.0)) / sine if sine > 1e-9 else 1.0
+        error[3], error[4], error[5] = k * vx, k * vy, k * vz
+        worst = np.max(np.abs(error))
+        if worst < 1e-11:
+            return True
+        jacobian(chain, Z, P, p, J)
+        for i in range(6):
+            for r in range(3):
+                J[r, i] /= chain.length
+        H = J.T @ J
+        damping = min(1e-2, worst * worst) * 1e-1 + 1e-14
+        for i in range(6):
+            H[i, i] += damping
+        step = np.linalg.solve(H, J.T @ error)
+        largest = np.max(np.abs(step))
+        q += step * min(1.0, 0.5 / largest) if largest > 0.0 else step
+    return False
+
+
+@numba.njit(cache=True)
+def _within(q: Array, lower: Array, upper: Array) -> bool:
+    for i in range(6):
+        if q[i] < lower[i] - 1e-9 or q[i] > upper[i] + 1e-9:
+            return False
+    return True
+
+
+@numba.njit(cache=True, nogil=True)
+def _follow_closed(
+    arm: SphericalArm, poses: Array, start: Array, lower: Array, upper: Array, step: float
+) -> tuple[Array, int, int]:
+    K = poses.shape[0]
+    out = np.empty((K, 6))
+    near = start.copy()
+    Q, why = np.empty((8, 6)), np.empty(8, np.int64)
+    for k in range(K):
+        if solve_arm(arm, poses[k, :3, :3], poses[k, :3, 3], near, Q, why) == 0:
+            return out, FOLLOW_UNREACHED, k
+        best, nearest = -1, np.inf
+        for b in range(8):
+            if why[b] == BRANCH_OK:
+                far = 0.0
+                for i in range(6):
+                    far = max(far, abs(Q[b, i] - near[i]))
+                if far < nearest:
+                    best, nearest = b, far
+        if nearest > step:
+            return out, FOLLOW_JUMP, k
+        if not _within(Q[best], lower, upper):
+            return out, FOLLOW_LIMIT, k
+        for i in range(6):
+            near[i] = out[k, i] = Q[best, i]
+    return out, FOLLOWED, K
+
+
+@numba.njit(cache=True, nogil=True)
+def _follow_newton(
+    chain: ChainArrays, poses: Array, start: Array, lower: Array, upper: Array, step: float
+) -> tuple[Array, int, int]:
+    K = poses.shape[0]
+    out = np.empty((K, 6))
+    q = start.copy()
+    for k in range(K):
+        before = q.copy()
+        if not newton_arm(chain, poses[k, :3, :3], poses[k, :3, 3], q):
+            return out, FOLLOW_UNREACHED, k
+        for i in range(6):
+            q[i] = nearest_turn(q[i], before[i])
+        if np.max(np.abs(q - before)) > step:
+            return out, FOLLOW_JUMP, k
+        if not _within(q, lower, upper):
+            return out, FOLLOW_LIMIT, k
+        out[k] = q
+    return out, FOLLOWED, K

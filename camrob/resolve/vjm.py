@@ -1,0 +1,234 @@
+"""The published method over a whole program: the virtual-joint tracker, region by region, with posture revision."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
+from camrob.errors import JobError
+from camrob.issues import Finding, Severity
+from camrob.kinematics.arm import Arm
+from camrob.kinematics.frames import base_T_tool
+from camrob.kinematics.kernels import chain_arrays
+from camrob.resolve.failure import explain_failure
+from camrob.resolve.frames import refine, rotation_minimising
+from camrob.resolve.path import TRANSIT, ToolPathInBase
+from camrob.resolve.revision import revise_posture
+from camrob.resolve.solution import Revision, Solution
+from camrob.resolve.surfaces import compile_surface, constant_surface
+from camrob.resolve.tracker import TRACKED, TrackerSettings, TrackState, track
+from camrob.se3 import pose
+
+__all__ = ["PathTracker", "resolve_vjm"]
+
+Array = NDArray[np.float64]
+
+STEP = 0.02  # m between points that the tracker solves; farther neighbours get others between
+ANGLE = 0.05  # rad, likewise
+AIR_SPEED = 0.2  # m/s taken for the tool in air where self-motion is bounded by the axes' speeds
+SPEED_SHARE = 0.5  # of an axis's speed that self-motion may use up
+
+
+def resolve_vjm(
+    cell: Cell,
+    path: ToolPathInBase,
+    *,
+    fuzzy: bool = True,
+    revise: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """Postures along a path by the published method (eq. 12, 15 to 20; section 3.2), starting at HOME.
+
+    `fuzzy` False weighs all joints alike, `revise` False leaves the posture alone between regions (for comparison). A
+    revision is kept only if the region, tried to its end both ways, does not have a lower minimum of 1/k_F with it. After a
+    revision the external axes are held where it left them: the reference posture is the arm's.
+    Raises UnreachableError, LimitError or SingularError with line, region, axis and distance.
+    """
+    tracker = PathTracker(cell, path, fuzzy=fuzzy)
+    blocks = _blocks(path)
+    state = tracker.home()
+    reference = cell.q_reference.copy()
+    q, inv_kf = np.empty((len(path), len(cell))), np.empty(len(path))
+    revisions: list[Revision] = []
+    for block in blocks:
+        travel = tracker.follow(state, reference, block.start, block.at + 1)
+        if block.region == TRANSIT:
+            attempt, revision = travel, None
+        else:
+            attempt, reference, revision = _work(tracker, block, travel, reference, revise)
+            revisions.append(revision)
+        q[block.start : block.stop], inv_kf[block.start : block.stop] = attempt.q, attempt.inv_kf
+        state = attempt.state
+        if progress is not None:
+            progress(block.stop / len(path))
+    return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), _findings(revisions, path))
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    """A region with the moves through air before it: path points start .. stop, the posture may be revised at point `at`."""
+
+    region: int
+    start: int
+    at: int
+    stop: int
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """Postures (N, n) and 1/k_F (N,) along a piece of path, and the state at its end; `failure` where it wasn't reached."""
+
+    q: Array
+    inv_kf: Array
+    state: TrackState
+    failure: JobError | None = None
+
+
+def _blocks(path: ToolPathInBase) -> list[_Block]:
+    """The path cut into blocks of moves through air and the region that they lead to; the last may be air only."""
+    blocks: list[_Block] = []
+    changes = np.flatnonzero(np.diff(path.region)) + 1
+    starts = [0, *changes.tolist()]
+    stops = [*changes.tolist(), len(path)]
+    air_start: int | None = None
+    for start, stop in zip(starts, stops, strict=True):
+        region = int(path.region[start])
+        if region == TRANSIT:
+            air_start = start
+            continue
+        first = start if air_start is None else air_start
+        blocks.append(_Block(region, first, start if air_start is None else start - 1, stop))
+        air_start = None
+    if air_start is not None:
+        blocks.append(_Block(TRANSIT, air_start, len(path) - 1, len(path)))
+    return blocks
+
+
+def _work(
+    tracker: PathTracker, block: _Block, travel: Attempt, reference: Array, revise: bool
+) -> tuple[Attempt, Array, Revision]:
+    """Work a region as the travel brings the posture, and from a revised posture; the better of both, and its reference."""
+    cell, path = tracker.cell, tracker.path
+    plain = tracker.follow(travel.state, reference, block.at + 1, block.stop, tolerant=True)
+    first = 0 if path.region[block.at] == TRANSIT else -1  # the region's first point within `plain`
+    before = float(plain.inv_kf[first]) if first == 0 and len(plain.inv_kf) else float(travel.inv_kf[-1])
+    none = Revision(block.region, block.at, np.empty((0, len(cell))), False, before, before)
+    chosen, revision = plain, none
+    if (revise or plain.failure is not None) and path.safe[block.at]:
+        moves = revise_posture(cell, tracker.chain, tracker.arm, travel.q[-1])
+        if len(moves) == 1:
+            revision = replace(none, reason="the posture is the best within reach of the external axes")
+        else:
+            external = [*cell.indices(Role.WORKPIECE), *cell.indices(Role.CARRIAGE)]
+            revised_reference = reference.copy()
+            revised_reference[external] = moves[-1, external]
+            start = tracker.at(moves[-1])
+            revised = tracker.follow(start, revised_reference, block.at + 1, block.stop, tolerant=True)
+            if revised.failure is None and (plain.failure is not None or _least(revised) >= _least(plain)):
+                after = float(revised.inv_kf[first]) if first == 0 else float(tracker.inv_kf(moves[-1]))
+                chosen, reference = revised, revised_reference
+                travel = replace(travel, q=np.vstack([travel.q[:-1], moves[-1]]), inv_kf=np.append(
+                    travel.inv_kf[:-1], tracker.inv_kf(moves[-1])))  # fmt: skip
+                revision = Revision(block.region, block.at, moves, True, before, after)
+            else:
+                revision = replace(none, reason="the region's lowest 1/k_F would fall")
+    if chosen.failure is not None:
+        raise chosen.failure
+    whole = Attempt(np.vstack([travel.q, chosen.q]), np.append(travel.inv_kf, chosen.inv_kf), chosen.state)
+    return whole, reference, revision
+
+
+def _least(attempt: Attempt) -> float:
+    return float(np.min(attempt.inv_kf, initial=np.inf))
+
+
+def _findings(revisions: list[Revision], path: ToolPathInBase) -> tuple[Finding, ...]:
+    return tuple(
+        Finding("revision-kept", f"posture revised: 1/k_F {r.inv_kf_before:.3f} to {r.inv_kf_after:.3f}", Severity.INFO,
+                line=int(path.line[min(r.point + 1, len(path) - 1)]), region=r.region, point=r.point)
+        for r in revisions if r.kept
+    )  # fmt: skip
+
+
+class PathTracker:
+    """The tracker bound to a cell and a path; every call takes and gives states, nothing is kept between calls."""
+
+    def __init__(self, cell: Cell, path: ToolPathInBase, *, fuzzy: bool = True) -> None:
+        self.cell, self.path = cell, path
+        self.chain = chain_arrays(cell)
+        self.arm = Arm.of(cell)
+        even = constant_surface(np.full(len(cell), cell.resolve.joint_engine.default_weight))
+        self.settings = TrackerSettings(
+            cell.q_lower,
+            cell.q_upper,
+            cell.endless,
+            compile_surface(cell, cell.resolve.joint_engine) if fuzzy else even,
+            compile_surface(cell, cell.resolve.condition_engine) if fuzzy else even,
+            cell.resolve.threshold,
+        )
+        self._speed = np.where(np.isfinite(cell.limits_of("speed")), cell.limits_of("speed"), np.inf)
+
+    def at(self, q: Array) -> TrackState:
+        """The state of a tracker that starts in posture q (n,)."""
+        n = len(q)
+        return TrackState(np.array(q), np.array(q), np.zeros(n, np.int64), np.zeros(2, np.int64))
+
+    def home(self) -> TrackState:
+        """The state at HOME."""
+        return self.at(self.cell.q_home)
+
+    def inv_kf(self, q: Array) -> float:
+        """1/k_F of one posture."""
+        from camrob.kinematics.kernels import inverse_kf_many
+
+        return float(inverse_kf_many(self.chain, q[None])[0])
+
+    def follow(self, state: TrackState, reference: Array, start: int, stop: int, *, tolerant: bool = False) -> Attempt:
+        """Follow the path's points start .. stop from a state; the state itself is left alone.
+
+        The way from the state's posture to the first point goes straight, the axis along the great arc. Raises the
+        JobError of a point that can't be reached, or with `tolerant` returns it with what was reached.
+        """
+        state = TrackState(*(np.array(a) for a in state))
+        if stop <= start:
+            return Attempt(np.empty((0, len(self.cell))), np.empty(0), state)
+        here = base_T_tool(self.cell, state.q)
+        path_frames = self.path.base_T_tip[start:stop]
+        tips = np.concatenate([here[None, :3, 3], path_frames[:, :3, 3]])
+        axes = np.concatenate([here[None, :3, 2], path_frames[:, :3, 2]])
+        points, directions, where = refine(tips, axes, STEP, ANGLE)
+        targets = pose(rotation_minimising(directions, np.ascontiguousarray(here[:3, 0])), points)[1:]
+        where = where[1:] - 1
+        targets[where] = path_frames
+        limits = self._limits(points, directions, where, start, stop)
+        q, inv_kf = np.empty((len(targets), len(self.cell))), np.empty(len(targets))
+        code, reached = track(self.chain, self.settings, targets, reference[None], state, limits, q, inv_kf)
+        if code == TRACKED:
+            return Attempt(q[where], inv_kf[where], state)
+        point = start + int(np.searchsorted(where, reached))
+        failure = explain_failure(self.cell, self.arm, self.path, point, targets[reached], code, state)
+        if not tolerant:
+            raise failure
+        kept = where[: np.searchsorted(where, reached)]
+        return Attempt(q[kept], inv_kf[kept], state, failure)
+
+    def _limits(self, points: Array, axes: Array, where: NDArray[np.int64], start: int, stop: int) -> Array:
+        """(M, n) how far self-motion may take each joint at each refined point: what its speed allows in the time of the move."""
+        feed = np.repeat(
+            np.where(np.isfinite(self.path.feed[start:stop]), self.path.feed[start:stop], AIR_SPEED),
+            np.diff(where, prepend=-1),
+        )
+        step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        turn = np.arccos(np.clip(np.sum(axes[1:] * axes[:-1], axis=1), -1.0, 1.0))
+        time = np.maximum(step / feed, turn / 1.0) + 1e-3
+        limits = SPEED_SHARE * time[:, None] * self._speed[None, :]
+        free = np.where(self.path.safe[start:stop])[0]
+        limits[where[free]] = np.inf
+        if start == 0:
+            limits[:] = np.inf  # the way from HOME is travelled by PTP
+        return np.asarray(limits)
