@@ -98,7 +98,9 @@ def test_smallest_condition_number_of_the_arm_is_the_papers():
         found = minimize(condition, start, method="BFGS", options={"gtol": 1e-7})
         if best is None or found.fun < best.fun:
             best = found
-    polished = minimize(condition, best.x, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-13, "maxiter": 4000})
+    polished = minimize(
+        condition, best.x, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-13, "maxiter": 4000}
+    )
     assert polished.fun == pytest.approx(1.2477, abs=5e-5)
     assert m_to_mm(float(np.exp(polished.x[5]))) == pytest.approx(350.57, abs=5e-3)
     assert m_to_mm(CELL.condition_length) == pytest.approx(350.57)

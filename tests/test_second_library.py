@@ -63,7 +63,14 @@ def test_pinocchio_sees_the_same_poses(model, postures):
 def test_pinocchio_sees_the_same_jacobian(model, postures):
     data = model.createData()
     n = len(CELL)
-    Z, P, R, p, plate, J = np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, n))
+    Z, P, R, p, plate, J = (
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty(3),
+        np.empty((6, n)),
+    )
     for q in postures[:50]:
         kernels.forward(CHAIN, q, Z, P, R, p, plate)
         kernels.jacobian(CHAIN, Z, P, p, J)
@@ -76,7 +83,12 @@ def test_pinocchio_sees_the_same_jacobian(model, postures):
 def test_urdf_carries_limits_and_masses(model):
     robot = ElementTree.fromstring(cell_urdf(CELL))
     kinds = {j.get("name"): j.get("type") for j in robot.findall("joint")}
-    assert (kinds["E2"], kinds["E1"], kinds["A5"], kinds["roll"]) == ("continuous", "prismatic", "revolute", "continuous")
+    assert (kinds["E2"], kinds["E1"], kinds["A5"], kinds["roll"]) == (
+        "continuous",
+        "prismatic",
+        "revolute",
+        "continuous",
+    )
     a5 = next(j for j in robot.findall("joint") if j.get("name") == "A5").find("limit")
     assert np.degrees([float(a5.get("lower")), float(a5.get("upper"))]) == pytest.approx([45.0, 315.0])  # 180 -+ 135
     assert sum(i.mass for i in model.inertias) == pytest.approx(sum(m.mass for m in CELL.masses))
@@ -110,7 +122,14 @@ def test_batched_chain_is_the_same(batched, postures):
     assert base_T_tool.dtype == np.float64
     assert np.max(np.abs(base_T_tool - kernels.forward_many(CHAIN, postures))) < 1e-12
     n = len(CELL)
-    Z, P, R, p, plate, J = np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, n))
+    Z, P, R, p, plate, J = (
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty(3),
+        np.empty((6, n)),
+    )
     for q, told in zip(postures, batched.jacobian(postures), strict=True):
         kernels.forward(CHAIN, q, Z, P, R, p, plate)
         kernels.jacobian(CHAIN, Z, P, p, J)

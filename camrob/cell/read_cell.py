@@ -177,12 +177,13 @@ def _shapes(table: TableReader, folder: Path, names: tuple[str, ...]) -> tuple[S
     """All [[shape]]s; names are unique, and `ignore` names groups that there are."""
     tables = table.tables("shape")
     shapes = tuple(_shape(t, folder, names) for t in tables)
+    for part, shape in zip(tables, shapes, strict=True):
+        if shape.group in JOB_GROUPS:
+            raise part.fail("group", f"is {shape.group!r}, which stands for the job's own bodies", "use another word")
     groups = sorted({s.group for s in shapes} | set(JOB_GROUPS))
     for i, (part, shape) in enumerate(zip(tables, shapes, strict=True)):
         if any(shape.name == s.name for s in shapes[:i]):
             raise part.fail("name", "is there twice", "give every shape a name of its own")
-        if shape.group in JOB_GROUPS:
-            raise part.fail("group", f"is {shape.group!r}, which stands for the job's own bodies", "use another word")
         for group in shape.ignore:
             if group not in groups:
                 raise part.fail("ignore", f"{group[:40]!r} is no group of this cell", f"use {', '.join(groups)}")
