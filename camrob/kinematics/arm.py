@@ -67,7 +67,7 @@ class Arm:
             tool_T_unrolled[..., 0, 1] = np.sin(roll)
             tool_T_unrolled[..., 1, 0] = -np.sin(roll)
             tool_T_unrolled[..., 2, 2] = tool_T_unrolled[..., 3, 3] = 1.0
-            base_T_tool = base_T_tool @ tool_T_unrolled
+            base_T_tool = base_T_tool @ tool_T_unrolled  # frames: tool is unrolled
         return np.asarray(inverse(base_T_foot) @ base_T_tool)
 
     def branches(self, foot_T_tool: Array, near: Array) -> list[Array]:

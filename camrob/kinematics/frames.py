@@ -59,7 +59,7 @@ def base_T_root(cell: Cell, q: Array) -> Array:
     """Pose (..., 4, 4) of the robot's root (`$ROBROOT`)."""
     first_of_arm = cell.indices(Role.ARM)[0]
     if first_of_arm == 0:
-        base_T_foot = np.broadcast_to(cell.base_T_first, (*q.shape[:-1], 4, 4))
+        base_T_foot = np.broadcast_to(cell.base_T_first, (*q.shape[:-1], 4, 4))  # frames: foot is first
     else:
         base_T_foot = base_T_joint_frames(cell, q)[first_of_arm - 1]
     return np.asarray(base_T_foot @ cell.foot_T_root)
