@@ -1,4 +1,6 @@
-"""Time a posture costs: pytorch-kinematics in chunks against the compiled kernels. Run: python tests/bench/bench_batched.py.
+"""Time a posture costs: pytorch-kinematics in chunks against the compiled kernels.
+
+Run: OMP_NUM_THREADS=1 python tests/bench/bench_batched.py
 
 Microseconds a posture, 20 000 random postures of the KR15 cell, one thread of a shared 2-core x86 machine (nothing else
 could be kept off it: read them as orders of magnitude), torch CPU, float64:
