@@ -17,7 +17,7 @@ import typer
 
 from camrob.console import ProgressHook, error_line, perform
 
-__all__ = ["build_app", "main", "run", "version"]
+__all__ = ["Feed", "Method", "Units", "build_app", "main", "post", "regress", "run", "verify", "version"]
 
 
 class Method(StrEnum):

@@ -1,0 +1,128 @@
+"""Who may import whom: the layering of the design, cycles at import time, and what is heavy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from structure_tree import Module, imports
+
+__all__ = ["HEAVY", "forbidden_within_post", "heavy_at_import", "import_cycles", "layering_faults"]
+
+# from the top down; a row imports only from rows below it, and the members of a row don't import each other
+ROWS = (
+    ("cli", "console"),
+    ("jobs",),
+    ("report",),
+    ("gap",),
+    ("controller",),
+    ("post",),
+    ("check",),
+    ("feed", "calibrate"),
+    ("resolve",),
+    ("kinematics", "dynamics"),
+    ("cell", "toolpath", "measure"),
+    ("se3",),
+    ("frozen", "issues"),
+    ("errors",),
+    ("units",),
+)
+RANK = {room: i for i, row in enumerate(ROWS) for room in row}
+
+# the controller gets the text that the robot gets, and nothing from the solver that made it
+NEVER = {("controller", "resolve"), ("controller", "feed")}
+# the command line's two files are one room
+TOGETHER = {("cli", "console")}
+
+HEAVY = frozenset(
+    {"torch", "matplotlib", "plotly", "trimesh", "pinocchio", "skfuzzy", "pytorch_kinematics", "fcl", "coal"}
+)
+# packages whose modules are all about a heavy library, so that a module of theirs may import it at its top;
+# what imports such a module does so inside a function, unless it stands here too
+MAY_BE_HEAVY: dict[str, frozenset[str]] = {}
+
+
+def room(module: str) -> str:
+    """The room of the house that a module of camrob stands in: "cell", "se3", ...; "" for camrob itself."""
+    return module.partition(".")[2].partition(".")[0]
+
+
+def layering_faults(tree: Iterable[Module]) -> list[str]:
+    """Imports that point up or sideways."""
+    tree = tuple(tree)
+    known = {m.name for m in tree}
+    faults = []
+    for module in tree:
+        here = room(module.name)
+        if module.name == "camrob":
+            continue  # the public names come from everywhere, when they are asked for
+        if here not in RANK:
+            faults.append(f"{module.at(module.tree)}: {here} has no place in the layering")
+            continue
+        for found in imports(module, known):
+            if found.target.split(".")[0] != "camrob":
+                continue
+            there = room(found.target)
+            if there == here or (here, there) in TOGETHER:
+                continue
+            if there not in RANK:
+                faults.append(f"{module.at(found.node)}: import from where it lives, not from {found.target}")
+            elif RANK[there] <= RANK[here] or (here, there) in NEVER:
+                faults.append(f"{module.at(found.node)}: {here} must not import {there}")
+    return faults
+
+
+def _graph(tree: tuple[Module, ...], *, early: bool) -> dict[str, set[str]]:
+    """Which modules of the tree each one imports; a module's packages come with it only where they are named."""
+    known = {m.name for m in tree}
+    return {
+        m.name: {i.target for i in imports(m, known) if i.target in known and (i.early or not early)} - {m.name}
+        for m in tree
+    }
+
+
+def import_cycles(tree: Iterable[Module]) -> list[str]:
+    """Rings of modules that import each other while they are being imported."""
+    graph = _graph(tuple(tree), early=True)
+    done: set[str] = set()
+    rings: list[str] = []
+
+    def visit(name: str, path: list[str]) -> None:
+        if name in path:
+            rings.append(" > ".join([*path[path.index(name) :], name]))
+        elif name not in done:
+            for target in sorted(graph[name]):
+                visit(target, [*path, name])
+            done.add(name)
+
+    for name in sorted(graph):
+        visit(name, [])
+    return rings
+
+
+def heavy_at_import(tree: Iterable[Module]) -> list[str]:
+    """Heavy libraries imported at a module's top."""
+    faults = []
+    for module in tree:
+        allowed = MAY_BE_HEAVY.get(module.name, frozenset())
+        for found in imports(module):
+            library = found.target.split(".")[0]
+            if found.early and library in HEAVY and library not in allowed:
+                faults.append(f"{module.at(found.node)}: import {library} in the function that needs it")
+    return faults
+
+
+def forbidden_within_post(tree: Iterable[Module]) -> list[str]:
+    """Modules of the KRL reader from which a module of the writer can be reached, however far the way."""
+    graph = _graph(tuple(tree), early=False)
+    faults = []
+    for reader in sorted(n for n in graph if n.startswith("camrob.post.krl_read")):
+        todo, reached = [reader], {reader}
+        while todo:
+            for target in graph[todo.pop()] - reached:
+                reached.add(target)
+                todo.append(target)
+        writers = sorted(
+            n for n in reached if n.startswith("camrob.post.") and n.rpartition(".")[2].startswith("krl_writ")
+        )
+        faults += [f"{reader}: reaches {writer}" for writer in writers]
+    return faults
