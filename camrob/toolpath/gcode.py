@@ -6,28 +6,34 @@ import hashlib
 import re
 from pathlib import Path
 
+import numpy as np
+
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode_frame import ToolFrame
 from camrob.toolpath.gcode_interpreter import Interpreter
 from camrob.toolpath.gcode_lexer import decode, lex
 from camrob.toolpath.gcode_path import PathGrower
 from camrob.toolpath.gcode_state import SCALES, Modal
+from camrob.toolpath.region import Region
 from camrob.toolpath.toolpath import Tool, Toolpath
 
 __all__ = ["looks_like_gcode", "read_gcode"]
 
 _HEAD = 65_536  # bytes that are looked at to recognise G-code
 _GCODE_LINE = re.compile(
-    rb"^[ \t]*/?[ \t]*(?:N[ \t]*[0-9]+[ \t]*)?[GM][ \t]*[0-9]{1,3}(?![0-9A-Z_]*[ \t]*[=/,])", re.I | re.M
+    rb"^[ \t]*+/?+[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[GM][ \t]*+[0-9]{1,3}(?![0-9A-Z_]*[ \t]*+[=/,])", re.I | re.M
 )
-_AXIS_LINE = re.compile(rb"^[ \t]*(?:N[ \t]*[0-9]+[ \t]*)?[XYZABCTF][ \t]*[-+]?[0-9.]+[^/=,]*$", re.I | re.M)
+_AXIS_LINE = re.compile(
+    rb"^[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[XYZABCTF][ \t]*+[-+]?+[0-9.]++[^/=,\r\n]*+$", re.I | re.M
+)
 _OTHER_LINE = re.compile(
-    rb"^[ \t]*(?:GOTO[ \t]*/|[A-Z][A-Z -]{2,}/|\$\$|&[A-Z]|DEF[ \t]|LIN[ \t]|PTP[ \t]|solid )", re.I | re.M
+    rb"^[ \t]*+(?:GOTO[ \t]*+/|[A-Z][A-Z -]{2,}/|\$\$|&[A-Z]|DEF[ \t]|LIN[ \t]|PTP[ \t]|solid )", re.I | re.M
 )
+_LARGE = 3.0  # m
 _COMMENT = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
-_TOOL_CHANGE = re.compile(r"M[ \t]*0*6(?![0-9.])")
-_MANY_DECIMALS = re.compile(r"[ABC][ \t]*[-+]?[ \t]*[0-9]?\.[0-9]{9}")
-_ROTARY_WORD = re.compile(r"[ABC][ \t]*[-+]?[ \t]*[0-9.]")
+_TOOL_CHANGE = re.compile(r"M[ \t]*+0*+6(?![0-9.])")
+_MANY_DECIMALS = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9]?\.[0-9]{9}")
+_ROTARY_WORD = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9.]")
 
 
 def looks_like_gcode(data: bytes) -> bool:
@@ -76,6 +82,7 @@ def read_gcode(
         regions = grower.finish()
     except ToolpathError as error:
         raise error.at(path, len(lines)) from None
+    _suspect_size(regions, grower)
     numbers = sorted({region.tool for region in regions if region.tool})
     return Toolpath(
         regions=regions,
@@ -101,7 +108,7 @@ def _run(lines: list[str], path: Path, grower: PathGrower, frame: ToolFrame, mod
             if closed:
                 break
             continue
-        blocks += 1
+        blocks += bool(block.words or block.g or block.m)
         try:
             interpreter.run(block)
         except ToolpathError as error:
@@ -128,8 +135,8 @@ def _kinematics(bare: str, wanted: str | None, path: Path) -> str:
     """Which machine the rotary words belong to: xyzac, xyzbc or 3axis."""
     if wanted not in (None, "xyzac", "xyzbc"):
         raise ToolpathError(f"kinematics {wanted!r} is not known", cure="xyzac or xyzbc", path=path)
-    present = {a for a in "ABC" if re.search(rf"{a}[ \t]*[-+]?[ \t]*[0-9.]", bare)}
-    moving = {a for a in "AB" if re.search(rf"{a}[ \t]*[-+]?[ \t]*[0.]*+[1-9]", bare)}
+    present = {a for a in "ABC" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0-9.]", bare)}
+    moving = {a for a in "AB" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0.]*+[1-9]", bare)}
     if moving == {"A", "B"}:
         raise ToolpathError(
             "A and B both turn: a kinematics that is not known here",
@@ -146,11 +153,22 @@ def _kinematics(bare: str, wanted: str | None, path: Path) -> str:
     return "xyzac" if present else "3axis"
 
 
+def _suspect_size(regions: tuple[Region, ...], grower: PathGrower) -> None:
+    """Say so where the path is larger than a part that one robot cuts."""
+    low = np.min([region.position.min(axis=0) for region in regions], axis=0)
+    high = np.max([region.position.max(axis=0) for region in regions], axis=0)
+    extent = float(np.max(high - low))
+    if extent > _LARGE:
+        grower.note(
+            "size-implausible", f"the path is {extent:.1f} m long or wide: check the units", regions[0].first_line
+        )
+
+
 def _suspect_radians(bare: str, grower: PathGrower) -> None:
     """Say so where rotary words look like radians: below 2 pi, with nine decimals or more."""
     words = len(_ROTARY_WORD.findall(bare))
     fine = len(_MANY_DECIMALS.findall(bare))
-    if words >= 4 and 2 * fine > words and not re.search(r"[ABC][ \t]*[-+]?[ \t]*(?:[7-9]|0*+[1-9][0-9])", bare):
+    if words >= 4 and 2 * fine > words and not re.search(r"[ABC][ \t]*+[-+]?+[ \t]*+(?:[7-9]|0*+[1-9][0-9])", bare):
         grower.note(
             "rotary-in-radians", "rotary words look like radians (all below 7, many decimals): read as degrees", 0
         )

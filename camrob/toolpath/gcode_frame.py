@@ -87,7 +87,12 @@ class ToolFrame:
         """Whether program coordinates say where the tip is in the part."""
         if self.plane is not None:
             return self.on_plane
-        return self.tcp or not self.turned
+        return self.oriented if self.tcp else not self.turned
+
+    @property
+    def oriented(self) -> bool:
+        """Whether the rotary angles are known (a control that finds them itself, G53.1, doesn't name them)."""
+        return all(map(math.isfinite, self.angles))
 
     @property
     def known(self) -> bool:
@@ -126,7 +131,7 @@ class ToolFrame:
 
     def move(self, words: dict[str, float], scale: float, degree: float, incremental: bool) -> None:
         """Take the coordinates of a block: X, Y, Z times `scale` (m), A, B, C times `degree` (rad)."""
-        xyz, angles = self.xyz, self.angles
+        xyz, angles, turned = self.xyz, self.angles, False
         for letter, value in words.items():
             i = _LINEAR.get(letter)
             if i is not None:
@@ -135,12 +140,14 @@ class ToolFrame:
             i = _ROTARY.get(letter)
             if i is not None:
                 angles[i] = angles[i] + value * degree if incremental else value * degree
-                if self.plane is not None:
-                    self.on_plane = self._stands()
+                turned = True
+        if turned and self.plane is not None and self.on_plane != self._stands():
+            self.on_plane = not self.on_plane
+            self.forget()
 
     def _stands(self) -> bool:
         """Whether the named rotary angles put the tool on the tilted plane's normal."""
-        if self.plane is None or not all(map(math.isfinite, self.angles)):
+        if self.plane is None or not self.oriented:
             return False
         axis = rotary_axes(self.kinematics, np.array([self.angles]))[0]
         return float(axis @ self.plane[0][:, 2]) > _ALIGNED
@@ -161,8 +168,6 @@ class ToolFrame:
         else:
             self.tcp_g = on
         if self.tcp != before and self.turned:
-            if self.tcp and not all(map(math.isfinite, self.angles)):
-                self.angles = [math.nan] * 3
             self.forget()
 
     def tilt(self, rotation: NDArray[np.float64], origin: NDArray[np.float64]) -> None:
@@ -186,7 +191,8 @@ class ToolFrame:
             raise ToolpathError("G53.1 without a tilted plane", cure="set the plane with G68.2 first")
         self.on_plane = True
         if not self._stands():
-            self.angles = [math.nan] * 3
+            tilting = "B" if self.kinematics == "xyzbc" else "A"
+            self.angles[_ROTARY[tilting]] = self.angles[_ROTARY["C"]] = math.nan
         self.forget()
 
     def set_shift(self, shift: list[float]) -> None:

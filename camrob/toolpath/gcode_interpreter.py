@@ -56,7 +56,7 @@ class Interpreter:
         if block.g:
             motion, consumed = self._codes(block, motion)
         self._values(block)
-        if block.m:
+        if block.m or "S" in words:
             self._before(block)
         if words and not consumed and not (_ARC_WORDS if motion in (20, 30) else _AXES).isdisjoint(words):
             self._motion(block, motion)
@@ -105,7 +105,7 @@ class Interpreter:
                     f"a {letter} word: secondary axes and lathe increments are not read", cure="export X, Y, Z, A, B, C"
                 )
         if "O" in words:
-            if len(words) > 1 or block.g or block.m or modal.named:
+            if len(words) > 1 or block.g or block.m or modal.named or modal.moved:
                 raise ToolpathError(
                     "O-words (subprograms, or several programs in one file) are not read",
                     cure="have the CAM system write one program with plain blocks",
@@ -125,7 +125,8 @@ class Interpreter:
         if 60 in block.m:
             if modal.next_tool is None:
                 raise ToolpathError("M6 without a T word before it", cure="name the tool, for example T1 M6")
-            path.change_tool(modal.next_tool, line)
+            if modal.next_tool != path.tool:
+                path.change_tool(modal.next_tool, line)
         turning = [code for code in block.m if code in _SPINDLE]
         if "S" in block.words and 40 not in block.g:
             if block.words["S"] < 0.0:
@@ -236,6 +237,11 @@ class Interpreter:
                 raise ToolpathError(
                     "a cut in a tilted plane (G68.2) with the tool not turned onto it", cure="put G53.1 behind G68.2"
                 )
+            if frame.tcp:
+                raise ToolpathError(
+                    "a cut with rotary angles that only the control knows (G53.1, G69)",
+                    cure="name both rotary axes in a rapid move before the cut",
+                )
             raise ToolpathError(
                 "a cut with turned rotary axes while the tool centre point is off",
                 cure="post with TCP on (G43.4, M128, M428 or TRAORI): without it X Y Z are machine axes, not the tip",
@@ -248,8 +254,10 @@ class Interpreter:
 
     def _stance(self) -> Stance:
         frame = self.frame
+        if frame.plane is not None:
+            return Stance(frame.tip(), frame.axis(), (0.0, 0.0, 0.0), False)
         a, b, c = frame.angles
-        return Stance(frame.tip(), frame.axis(), (a, b, c), frame.plane is None)
+        return Stance(frame.tip(), frame.axis(), (a, b, c), True)
 
     def _arc(self, block: Block, motion: int, before: NDArray[np.float64], to: Stance) -> None:
         """A circle or helix of a G2 or G3 block."""

@@ -19,7 +19,9 @@ from camrob.units import deg_to_rad
 
 __all__ = ["PathGrower", "Stance"]
 
-_SPLIT_COSINE = math.cos(deg_to_rad(10.0))  # a rapid that turns the tool by more than 10 degrees opens a new region
+_SPLIT_ANGLE = deg_to_rad(10.0)
+_SPLIT_COSINE = math.cos(_SPLIT_ANGLE)  # a rapid that turns the tool by more than 10 degrees opens a new region
+_STILL = 1e-12  # rad: a tool that turns by less stands still
 _MOST_STEPS = 100_000  # of one block's rotary move
 _FAR = 1000.0  # m from the origin: no part
 _OPERATION = re.compile(r"\bOPERATION\b\s*[:=]?\s*(.*)", re.IGNORECASE)
@@ -45,7 +47,8 @@ class PathGrower:
 
     A new region begins with a tool change, where the tool's place is lost (a move to a machine position), and where
     rapids turn the tool by more than 10 degrees from the last cut: not with every retract. Rapids without any cut
-    behind them in their region are left out, their events stay.
+    behind them in their region are left out, as are those before one rapid that turns the tool by more than 10 degrees
+    ahead of the first cut; their events stay.
     """
 
     def __init__(self, kinematics: str, chord_tolerance: float, angle_tolerance: float) -> None:
@@ -54,7 +57,6 @@ class PathGrower:
         self._angle = angle_tolerance
         self._builder = RegionBuilder()
         self._regions: list[Region] = []
-        self._waiting: list[tuple[EventKind, float, str, int]] = []  # events of a region that had no cut
         self._last: Stance | None = None  # None: not known where the tool is
         self._cut_axis: Triple | None = None  # of the last cut in the open region
         self._operation = ""
@@ -107,38 +109,42 @@ class PathGrower:
 
     def lose(self) -> None:
         """The tool goes to a place that only the machine knows: the region ends, the next begins with a known point."""
-        if self._cut_axis is not None:
-            self.close()
+        self.close()
         self._last = None
 
     def rapid(self, to: Stance, line: int) -> None:
         """A rapid move in a straight line of the tip; small turns of the rotary axes are followed."""
         _check(to.tip)
         last = self._last
-        if self._cut_axis is not None and _dot(to.axis, self._cut_axis) < _SPLIT_COSINE:
+        turning = self._cut_axis if self._cut_axis is not None or last is None else last.axis
+        if turning is not None and _dot(to.axis, turning) < _SPLIT_COSINE:
             self.close()
             last = None
         self._last = to
-        if last is not None and last.axis != to.axis and _dot(last.axis, to.axis) >= _SPLIT_COSINE:
-            if len(self._builder):
+        if last is not None and len(self._builder):
+            if last.axis != to.axis and self._axis_way(last, to) <= _SPLIT_ANGLE:
                 self._turning(last, to, math.nan, Move.RAPID, line)
                 return
-        elif last is not None and len(self._builder) and last.tip == to.tip and last.axis == to.axis:
-            return
+            if last.tip == to.tip and last.axis == to.axis:
+                return
         self._builder.point(to.tip, to.axis, math.nan, Move.RAPID, line)
 
     def cut(self, to: Stance, feed: float, line: int) -> None:
         """A cutting move: tip on a straight line at `feed` (m/s), rotary axes in proportion."""
         _check(to.tip)
         last = self._last
+        turns = last is not None and last.angles != to.angles
+        if last is not None and last.tip == to.tip and last.axis == to.axis:
+            if not turns or self._axis_way(last, to) < _STILL:
+                self._last = to
+                return
         self._begin(line)
         self._last = to
         self._cut_axis = to.axis
-        if last is None or (last.axis == to.axis and last.angles == to.angles):
-            if last is None or last.tip != to.tip:
-                self._builder.point(to.tip, to.axis, feed, Move.CUT, line)
-            return
-        self._turning(last, to, feed, Move.CUT, line)
+        if last is None or (last.axis == to.axis and not turns):
+            self._builder.point(to.tip, to.axis, feed, Move.CUT, line)
+        else:
+            self._turning(last, to, feed, Move.CUT, line)
 
     def arc(
         self, to: Stance, center: NDArray[np.float64], normal: NDArray[np.float64], turns: int, feed: float, line: int
@@ -184,8 +190,7 @@ class PathGrower:
                 cure="check the rotary words, or choose a coarser angle tolerance",
             )
         if steps == 1:
-            if last.tip != to.tip or last.axis != to.axis:
-                self._builder.point(to.tip, to.axis, feed, move, line)
+            self._builder.point(to.tip, to.axis, feed, move, line)
             return
         share = np.arange(1, steps + 1) / steps
         start, end = np.array(last.tip), np.array(to.tip)

@@ -158,6 +158,8 @@ def _shift(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGr
 
 def _origin(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     """G10 and G92: offsets of the machine's, harmless before the first move."""
+    if code == 100 and block.words.get("L") in (1.0, 10.0, 11.0):  # the tool table
+        return True
     if modal.moved:
         raise ToolpathError(
             f"G{code / 10:g} moves the origin in the middle of the program", cure="post with one work offset"
