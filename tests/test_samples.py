@@ -169,6 +169,12 @@ def test_the_relief_is_smooth():
     step = np.linalg.norm(np.diff(tip, axis=0), axis=1)
     assert turn.max() < 2.0
     assert step[cutting].max() < 3.5
+    centre = (tip + 5.0 * axis)[1:][cutting]
+    along = np.diff(centre, axis=0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    assert (
+        np.degrees(np.arccos((along[1:] * along[:-1]).sum(1)[40:-20])).max() < 20.0
+    )  # no valley narrower than the ball
     lean = np.degrees(np.arccos(axis[:, 2]))
     assert 30 < lean.max() < 40 and lean.min() < 1
     assert len(np.unique(np.round(axis, 6), axis=0)) > 7000

@@ -1,4 +1,4 @@
-"""A domed rosette of twelve swirling petals, cut in one spiral with all axes moving: the tool leans with the dome."""
+"""A domed rosette of nine swirling petals, cut in one spiral with all axes moving: the tool leans with the dome."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 RIM = 110.0  # mm: radius of the round body
 THICK = 30.0  # of its wall
 RISE = 42.0  # of the dome above the wall
-PETALS = 12
+PETALS = 9
 BALL = 5.0  # radius of the ball
 TLDATA = (10.0, 5.0, 75.0, 0.0, 0.0)
 MSYS = (0, 0, 0, 1, 0, 0, 0, 1, 0)
@@ -43,15 +43,15 @@ def height(x: Array, y: Array) -> Array:
     """Height of the rosette over the part's bottom plane: a dome, petals that swirl, a knob, a ring within the rim."""
     r, angle = np.hypot(x, y), np.arctan2(y, x)
     petals = np.cos(PETALS * (angle + 0.55 * np.sin(np.pi * r / RIM)))
-    fade = _smooth((r - 20.0) / 45.0) * _smooth((98.0 - r) / 16.0)
+    fade = _smooth((r - 22.0) / 62.0) * _smooth((98.0 - r) / 16.0)
     knob = 5.0 * np.exp(-((r / 15.0) ** 2)) - 3.0 * np.exp(-(((r - 24.0) / 6.0) ** 2))
     ring = 2.5 * np.exp(-(((r - 101.0) / 5.0) ** 2))
-    return THICK + _dome(r) + 4.6 * fade * petals + knob + ring
+    return THICK + _dome(r) + 5.0 * fade * petals + knob + ring
 
 
 def part() -> trimesh.Trimesh:
     """The body as a mesh."""
-    return polar_relief(height, RIM, rings=34, sectors=138, bottom=0.0)
+    return polar_relief(height, RIM, rings=33, sectors=144, bottom=0.0)
 
 
 def _spiral() -> tuple[Array, Array, Array]:

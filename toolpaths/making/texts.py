@@ -92,7 +92,7 @@ redundant manipulators validates its post on.
 """,
     "relief": """\
 # relief: a swirling rosette on a dome, five axes at once
-A disc of 220 mm with twelve swirling petals on a dome, cut with a ball-end mill of 10 mm in one spiral from
+A disc of 220 mm with nine swirling petals on a dome, cut with a ball-end mill of 10 mm in one spiral from
 the rim to the knob. The tool leans out with the dome, 34 degrees at the rim, and leads by 8 degrees along its
 feed; both fade towards the middle, so that the axis turns smoothly and once around with every turn of the
 spiral.
