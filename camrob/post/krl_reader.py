@@ -21,7 +21,7 @@ from camrob.post.krl_variables import declare, is_declaration, load_data
 __all__ = ["read_krl"]
 
 _DEEPEST_CALL = 20
-_MOST_PASSES = 1_000_000
+_MOST_PASSES = 200_000
 _MOTIONS = frozenset(("PTP", "LIN", "CIRC"))
 _UNREAD = frozenset(
     """PTP_REL LIN_REL CIRC_REL SPTP SLIN SCIRC SPL SPTP_REL SLIN_REL SCIRC_REL SPL_REL SPLINE PTP_SPLINE ASYPTP GOTO

@@ -18,8 +18,9 @@ def split_parts(
     max_motions: int,
     max_bytes: int,
     line: NDArray[np.int64],
+    start: int = 0,
 ) -> list[int]:
-    """The motions before which to cut: ends of the parts, the last one being N.
+    """The motions before which to cut, from motion `start` on: ends of the parts, the last one being N.
 
     sizes: (N,) bytes that each row prints with what is written before it. counted: (N,) rows that are a motion.
     safe: (N,) rows after which a part may end. line: (N,) CL line of each row, for the error.
@@ -32,7 +33,6 @@ def split_parts(
     if not len(allowed) or allowed[-1] != total:
         allowed = np.append(allowed, total)
     ends: list[int] = []
-    start = 0
     while start < total:
         last = min(
             int(np.searchsorted(size_before, size_before[start] + max_bytes, side="right")) - 1,

@@ -50,10 +50,14 @@ def iter_krl(program: Program, controller: ControllerSettings, *, max_lines: int
     lead = _lead_in(program)
     overhead = 2 * controller.max_line_length + 400
     ends = split_parts(
-        sizes[lead:], counted[lead:], program.safe[lead:], max_motions=budget,
-        max_bytes=controller.max_bytes - overhead, line=program.line[lead:],
-    )  # fmt: skip
-    ends = [lead + end for end in ends]
+        sizes,
+        counted,
+        program.safe,
+        max_motions=budget,
+        max_bytes=controller.max_bytes - overhead,
+        line=program.line,
+        start=lead,
+    )
     parts = _part_names(name, len(ends))
     calls = [f"{part} ( )" for part in parts]
     yield f"{name}.src", _source(name, parts, before, body.text(0, lead, last=False), [*calls, *after])
