@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["INCH_MM", "deg_to_rad", "m_s_to_mm_min", "m_to_mm", "mm_min_to_m_s", "mm_to_m", "rad_to_deg"]
+__all__ = ["INCH_MM", "deg_to_rad", "m_s_to_mm_min", "m_to_mm", "mm_min_to_m_s", "mm_to_m", "ms_to_s", "rad_to_deg"]
 
 Value = TypeVar("Value", float, NDArray[np.float64])
 

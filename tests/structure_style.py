@@ -215,7 +215,7 @@ def drawn_tree(docstring: str) -> dict[str, str]:
 _ROOTS = ("work", "tmp", "opt", "root", "home", "usr/local", "mnt")
 _MACHINE_PATH = re.compile(rf"(?<![\w.$}}~/-])/(?:{'|'.join(_ROOTS)})/\w")
 _ADDRESS = re.compile(r"\bhttps?://([\w.-]+)", re.IGNORECASE)
-_INDEX_OPTION = re.compile(r"--(?:extra-)?index-url|--trusted-host|--find-links")
+_INDEX_OPTION = re.compile(r"--(?:extra-)?index[-]url|--trusted[-]host|--find[-]links")
 _MAY_BE_NAMED = {"www.w3.org", "doi.org", "creativecommons.org", "localhost", "127.0.0.1"}
 _TEXT = {".py", ".md", ".toml", ".fis", ".csv", ".cls", ".ncl", ".apt", ".src", ".dat", ".json", ".sub", ".txt", ""}
 

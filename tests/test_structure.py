@@ -219,6 +219,7 @@ def test_cycles_and_a_reader_that_needs_the_writer_are_seen() -> None:
     ("rule", "text"),
     [
         (heavy_at_import, "import torch"),
+        (heavy_at_import, "import trimesh"),
         (heavy_at_import, "try:\n    from matplotlib import pyplot\nexcept ImportError:\n    pyplot = None"),
         (word_faults, "print(1)"),
         (word_faults, "import sys\nsys.exit(1)"),

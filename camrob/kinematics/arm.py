@@ -19,7 +19,7 @@ from camrob.kinematics.kernels import ChainArrays, chain_arrays, forward, jacobi
 from camrob.kinematics.spherical_wrist import BRANCH_OK, SphericalArm, nearest_turn, solve_arm, spherical_arm
 from camrob.se3 import inverse
 
-__all__ = ["Arm", "FOLLOWED", "FOLLOW_JUMP", "FOLLOW_LIMIT", "FOLLOW_UNREACHED"]
+__all__ = ["FOLLOWED", "FOLLOW_JUMP", "FOLLOW_LIMIT", "FOLLOW_UNREACHED", "Arm", "newton_arm"]
 
 Array = NDArray[np.float64]
 

@@ -35,7 +35,7 @@ def tally_postures(cell: Cell, arm: Arm, base_T_tip: Array, near: Array) -> dict
     postures = np.tile(near, (count, 1))
     for (i, _), values in zip(grids, mesh, strict=True):
         postures[:, i] = values.ravel()
-    poses = arm.foot_T_tool(np.broadcast_to(base_T_tip, (count, 4, 4)), postures)
+    poses = arm.foot_T_tool(np.broadcast_to(base_T_tip, (count, 4, 4)), postures)  # frames: tip is tool
     for k in range(count):
         inside = len(arm.branches(poses[k], near[cell.arm_slice]))
         if inside:
@@ -53,7 +53,7 @@ def explain_failure(
     region = str(int(path.region[point])) if path.region[point] >= 0 else ""
     reached = base_T_tool(cell, state.q)
     gap = float(np.linalg.norm(base_T_target[:3, 3] - reached[:3, 3]))
-    tally = tally_postures(cell, arm, base_T_target, state.q)
+    tally = tally_postures(cell, arm, base_T_target, state.q)  # frames: target is tip
     stopped = [i for i in range(len(cell)) if state.side[i] != 0]
     tilt = float(np.arccos(np.clip(base_T_target[:3, 2] @ reached[:3, 2], -1.0, 1.0)))
     short = f"the tool stays {m_to_mm(gap):.3f} mm and {rad_to_deg(tilt):.3f} degrees away"

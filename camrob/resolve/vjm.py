@@ -24,7 +24,7 @@ from camrob.resolve.surfaces import compile_surface, constant_surface
 from camrob.resolve.tracker import TRACKED, TrackerSettings, TrackState, track
 from camrob.se3 import pose
 
-__all__ = ["PathTracker", "resolve_vjm"]
+__all__ = ["Attempt", "PathTracker", "resolve_vjm"]
 
 Array = NDArray[np.float64]
 
