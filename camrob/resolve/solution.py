@@ -26,7 +26,8 @@ class Revision:
 
     q: (K, n) postures to move through: the one that the point is reached in, then one a move (table first, then track);
     the last one is the solution's own at the point. (0, n) where the revision was not kept. inv_kf_before and _after: 1/k_F at
-    the region's first point without and with it (equal where it was not kept); `reason` says why it was not.
+    the region's first point without and with it (equal where it was not kept); `reason` says why it was not. `by_axes`: the
+    moves are PTP by axis values (another branch or turn), and the pose is held at their ends only.
     """
 
     region: int
@@ -36,6 +37,7 @@ class Revision:
     inv_kf_before: float
     inv_kf_after: float
     reason: str = ""
+    by_axes: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "q", locked(self.q, shape=(None, None), name="q"))

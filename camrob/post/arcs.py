@@ -1,0 +1,46 @@
+"""Arcs of a region that a program can keep as CIRC."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.post.program import Motion
+from camrob.toolpath.region import Arc, Move, Region
+
+__all__ = ["circ_rows"]
+
+LEAST_RADIUS = 2e-4  # m; below it the rounding of three points bends the arc
+LEAST_ANGLE = 0.17  # rad; shorter arcs stay lines, within the chord tolerance that they were cut with
+MOST_ANGLE = 3.5  # rad that one CIRC turns; a full circle becomes two
+
+
+def circ_rows(region: Region, start: int, kind: NDArray[np.int8], keep: NDArray[np.bool_]) -> None:
+    """Mark a region's arcs as CIRC: `kind` and `keep` (of the whole path) are changed in place.
+
+    start: where in the path the region's first point stands. An arc stays lines where something happens on it, where
+    its feed changes, or where it is too small or flat for three rounded points to carry it.
+    """
+    busy = {event.point for event in region.events}
+    for arc in region.arcs:
+        inside = slice(arc.first + 1, arc.last + 1)
+        points = arc.last - arc.first
+        whole = bool(np.all(region.move[inside] == Move.CUT)) and len(np.unique(region.feed[inside])) == 1
+        quiet = not any(arc.first < p <= arc.last for p in busy)
+        if not (whole and quiet and points >= 2 and arc.radius >= LEAST_RADIUS and arc.angle >= LEAST_ANGLE):
+            continue
+        for first, via, last in _pieces(arc):
+            between = start + np.arange(first + 1, last)
+            keep[between] = False
+            keep[[start + via, start + last]] = True
+            kind[start + via] = Motion.CIRC_VIA
+            kind[start + last] = Motion.CIRC_END
+
+
+def _pieces(arc: Arc) -> list[tuple[int, int, int]]:
+    """(first, via, last) of the CIRCs that make the arc; as few as its angle allows, two points each at the least."""
+    points = arc.last - arc.first
+    count = max(1, int(np.ceil(arc.angle / MOST_ANGLE)))
+    count = min(count, points // 2)
+    edges = np.round(np.linspace(arc.first, arc.last, count + 1)).astype(int)
+    return [(int(a), int((a + b) // 2), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
