@@ -51,7 +51,14 @@ def read_toolpath(
             progress=progress,
         )
     try:
-        return read_gcode(place, data, units=units, chord_tolerance=chord_tolerance, angle_tolerance=angle_tolerance)
+        return read_gcode(
+            place,
+            data,
+            units=units,
+            chord_tolerance=chord_tolerance,
+            angle_tolerance=angle_tolerance,
+            kinematics={"gcode-xyzac": "xyzac", "gcode-xyzbc": "xyzbc"}.get(dialect or ""),
+        )
     except InputError as error:
         raise error.at(place) from error
 
