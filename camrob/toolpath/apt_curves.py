@@ -39,7 +39,8 @@ def circle(m: Machine, s: Statement) -> None:
     if not abs(length - 1.0) <= 1e-3:
         raise ToolpathError(f"CIRCLE's axis has the length {length:.4f}", cure="output it again", line=s.line)
     axis = m.part_R_cl @ normal / length
-    if m.dialect.left_handed_arcs:
+    # CAMWorks' .clt prints 0,0,1 for both senses and tells them by a word
+    if m.dialect.left_handed_arcs or "CLOCKWISE" in s.words or "CLW" in s.words:
         axis = -axis
     radius = v[6] * m.scale if len(v) > 6 else 0.0
     m.curve_line = s.line
@@ -143,11 +144,7 @@ class Nurbs:
         control = m.to_part(np.array(self.control).reshape(-1, 3))
         if float(np.linalg.norm(control[0] - m.position)) > mm_to_m(_FLAT_MM):
             control = np.vstack([m.position, control])
-        try:
-            curve = clamped_spline(control, np.array(self.knots))
-            points = sample_spline(curve, m.chord, m.angle)
-        except ToolpathError as error:
-            raise ToolpathError(error.what, cure=error.cure, line=self.line) from error
+        points = sample_spline(clamped_spline(control, np.array(self.knots)), m.chord, m.angle)
         feed = m.feeds.speed(self.line)
         m.begin_cut()
         m.builder.points(points, m.position_axis, feed, Move.CUT, self.line)

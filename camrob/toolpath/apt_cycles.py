@@ -119,7 +119,7 @@ def expand_cycle(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.f
     out = max(clear, clear if cycle.retract is None else cycle.retract * unit)
     feed = machine.cycle_feed(cycle, line)
     _approach(machine, hole, axis, out, line)
-    machine.move(hole + axis * clear, axis, Move.RAPID, line)
+    _rapid(machine, hole + axis * clear, axis, line)
     if cycle.kind == "tap":
         _tap(machine, hole, axis, cycle, feed, line)
     elif cycle.kind in ("peck", "chip"):
@@ -129,22 +129,29 @@ def expand_cycle(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.f
         _dwell(machine, cycle, line)
         if cycle.kind == "bore":
             machine.move(hole + axis * clear, axis, Move.CUT, line, feed)
-    machine.move(hole + axis * out, axis, Move.RAPID, line)
+    _rapid(machine, hole + axis * out, axis, line)
 
 
 def _approach(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.float64], out: float, line: int) -> None:
     """In rapid to the hole's axis: first up to the retract height where the tool stands lower, then across."""
     here = machine.position
     if here is None or float(machine.position_axis @ axis) < 0.999:
-        machine.move(hole + axis * out, axis, Move.RAPID, line)
+        _rapid(machine, hole + axis * out, axis, line)
         return
     height = float((here - hole) @ axis)
     if height < out - 1e-9:
-        machine.move(here + axis * (out - height), axis, Move.RAPID, line)
+        _rapid(machine, here + axis * (out - height), axis, line)
         height = out
-    machine.move(hole + axis * height, axis, Move.RAPID, line)
+    _rapid(machine, hole + axis * height, axis, line)
     if height > out + 1e-9:
-        machine.move(hole + axis * out, axis, Move.RAPID, line)
+        _rapid(machine, hole + axis * out, axis, line)
+
+
+def _rapid(machine: Machine, point: NDArray[np.float64], axis: NDArray[np.float64], line: int) -> None:
+    """In rapid to the point, unless the tool stands there already."""
+    here = machine.position
+    if here is None or np.max(np.abs(here - point)) > 1e-12 or np.max(np.abs(machine.position_axis - axis)) > 1e-12:
+        machine.move(point, axis, Move.RAPID, line)
 
 
 def _dwell(machine: Machine, cycle: Cycle, line: int) -> None:

@@ -125,6 +125,11 @@ class Table:
         self.used: NDArray[np.float64] | None = None
         machine.settle = self.settle
 
+    def reset(self) -> None:
+        """A feature begins: its ROTABL count from zero (the file does not always turn the table back before)."""
+        self.angles = dict.fromkeys(self.angles, 0.0)
+        self.machine.settle = self.settle
+
     def turn(self, s: Statement) -> None:
         """One ROTABL: the angle is added to what the table has turned."""
         name = next((w[0] for w in s.words if w in ("AAXIS", "BAXIS", "CAXIS")), "")

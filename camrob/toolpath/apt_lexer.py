@@ -16,7 +16,7 @@ __all__ = ["Lexer", "Rows", "Statement", "number_of"]
 _LONGEST_LINE = 65_536  # bytes: no CAM system writes longer ones, and a file without line ends is no CL data
 _LONGEST_STATEMENT = 1_000_000  # characters after joining
 _TEXT_WORD = re.compile(r"\s*(PARTNO|PPRINT|REMARK|INSERT|TPRINT|LETTER)(?![A-Z0-9_=])[ \t]*/?(.*)", re.I | re.S)
-_NUMBER = re.compile(r"[+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[ED][+-]?\d+)?", re.I)
+_NUMBER = re.compile(r"[+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[ED][+-]?\d+)?", re.I | re.A)
 _CONTROL = re.compile(rb"[\x00-\x06\x0e-\x19\x1b-\x1f\x7f]")
 
 
@@ -205,7 +205,7 @@ def _check_text(data: bytes) -> None:
         raise ToolpathError("the file is empty", cure="write the CL data again from the CAM system")
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise ToolpathError("the file is in UTF-16", cure="save it as plain text (ASCII or UTF-8)")
-    if b"\x00" in head or len(_CONTROL.findall(head)) > len(head) // 100:
+    if b"\x00" in head or len(_CONTROL.findall(head)) > 8 + len(head) // 100:
         raise ToolpathError("the file is binary, not text", cure="write the CL data as text (APT), not in binary form")
 
 

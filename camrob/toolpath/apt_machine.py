@@ -54,6 +54,7 @@ class Machine:
     plain_frame: bool = True
     axis_raw: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     axis_lost: bool = False  # the frame changed after the axis was stated: it must be stated again
+    axis_inherited: bool = False  # a new operation, and the axis is still a tilted one of the operation before
     position: NDArray[np.float64] | None = None
     position_axis: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     position_line: int = 0
@@ -74,6 +75,7 @@ class Machine:
     regions: list[Region] = field(default_factory=list)
     pending: list[tuple[EventKind, float, str, int]] = field(default_factory=list)
     mark: _Mark | None = None
+    announced: int = 0  # how many operations have been announced
     findings: list[Finding] = field(default_factory=list)
     curve: Callable[[NDArray[np.float64], NDArray[np.float64], int], None] | None = (
         None  # an arc that waits for its end
@@ -107,6 +109,7 @@ class Machine:
     def announce(self, name: str, *, hard: bool = False) -> None:
         """A new operation begins: a new region as soon as the tool is in the air (at once when `hard`)."""
         self.flush_events()
+        self.announced += 1
         already = self.mark is not None and self.mark.hard
         self.mark = _Mark(clean_text(name) or (self.mark.name if self.mark else self.operation), hard or already)
 
@@ -184,12 +187,17 @@ class Machine:
                 cure="output i, j, k on the first GOTO of each operation",
                 line=line,
             )
+        if self.axis_inherited:
+            self.axis_inherited = False
+            self.find(
+                "axis-inherited", "an operation states no tool axis: that of the operation before it is kept", line
+            )
         return self.axis_raw if self.plain_frame else self.part_R_cl @ self.axis_raw
 
     def set_axis(self, raw: NDArray[np.float64], line: int) -> None:
         """State the tool axis (3,) in the file's own frame."""
         self.axis_raw = unit_axis(raw, line)
-        self.axis_lost = False
+        self.axis_lost = self.axis_inherited = False
 
     def move(
         self, position: NDArray[np.float64], axis: NDArray[np.float64], move: Move, line: int, feed: float = 0.0
@@ -249,15 +257,14 @@ class Machine:
         self._begin(bool(rows.rapids[0]))
         moves = np.where(rows.rapids, np.int8(Move.RAPID), np.int8(Move.CUT))
         self.builder.points(points, axes, feed, moves, rows.lines)
-        self.position, self.position_axis = points[-1], axes[-1]
+        self.position, self.position_axis = points[-1], axes[-1] if axes.ndim == 2 else axes
         self.position_line = int(rows.lines[-1])
 
     def _axes(self, rows: Rows) -> NDArray[np.float64]:
-        """The tool axis of every row (N, 3) in the part's frame: its own, or the last one stated before it."""
-        n = len(rows.lines)
+        """The tool axis of every row, (N, 3) or (3,) for all, in the part's frame: its own or the last one stated."""
         stated = rows.counts == 6
         if not stated.any():
-            return np.broadcast_to(self.tool_axis(int(rows.lines[0])), (n, 3))
+            return self.tool_axis(int(rows.lines[0]))
         if not stated[0]:
             self.tool_axis(int(rows.lines[0]))
         raw = rows.values[stated, 3:6]
@@ -268,5 +275,5 @@ class Machine:
         raw = raw / length[:, None]
         table = np.vstack([self.axis_raw, raw])
         axes: NDArray[np.float64] = table[np.cumsum(stated)]
-        self.axis_raw, self.axis_lost = raw[-1].copy(), False
+        self.axis_raw, self.axis_lost, self.axis_inherited = raw[-1].copy(), False, False
         return axes if self.plain_frame else axes @ self.part_R_cl.T

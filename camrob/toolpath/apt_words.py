@@ -27,6 +27,7 @@ _IGNORED = frozenset(
     "MAXDPM AUTOPS WPLANE REMARK LETTER OPFEATEND CLEARP AUTOPOS TOOLPATH_TYPE TOOLPATH NOPOST PRINT CLRSRF".split()
 )
 _STILL = frozenset(("TRANS", "ORIGIN", "ROTATE", "ROTHED", "ROTABL", "TRACUT", "COPY", "INDEX", "CALLSUB", "THREAD"))
+_MOST_STRANGERS = 50  # kinds of unknown words that are listed by name
 _BREAKS_ARC = frozenset(("CIRCLE", "FROM", "GOHOME", "GODLTA", "CYCLE", "TOOL PATH", "END-OF-PATH", "FINI", "NURBS"))
 _MOTION = frozenset(("GOTO", "CIRCLE", "GODLTA", "NURBS", "CNTRL", "TLON,GOFWD", "FROM", "GOHOME"))
 
@@ -41,7 +42,7 @@ class Interpreter:
         self.matrix: list[list[float]] | None = None
         self.unknown: dict[str, tuple[int, int]] = {}
         self.silenced: set[str] = set()
-        self.compensated: set[str] = set()
+        self.compensated: set[int] = set()
         self.ended = 0
         self.handlers: dict[str, Callable[[Statement], None]] = {
             "$$": self._comment, "GOTO": self._goto, "RAPID": self._rapid, "FEDRAT": self._fedrat, "FROM": self._from,
@@ -72,10 +73,20 @@ class Interpreter:
             return
         for n in range(len(rows.lines)):
             self.m.rapid = bool(rows.rapids[n])
-            self.m.goto(rows.values[n, : rows.counts[n]].tolist(), int(rows.lines[n]))
+            line = int(rows.lines[n])
+            try:
+                self.m.goto(rows.values[n, : rows.counts[n]].tolist(), line)
+            except ToolpathError as error:
+                raise _placed(error, line) from error
 
     def statement(self, s: Statement) -> None:
-        """One statement."""
+        """One statement. Raises ToolpathError, with its line, for what can't be read honestly."""
+        try:
+            self._take(s)
+        except ToolpathError as error:
+            raise _placed(error, s.line) from error
+
+    def _take(self, s: Statement) -> None:
         word = s.word
         if word != "$$":
             self._leave_blocks(word)
@@ -151,8 +162,11 @@ class Interpreter:
             if "NOMORE" in s.words or (s.numbers and not any(s.numbers)):
                 return
         elif len(numbers) < 3:
-            count, line = self.unknown.get(s.word[:40], (0, s.line))
-            self.unknown[s.word[:40]] = count + 1, line
+            name = s.word[:40]
+            if len(self.unknown) >= _MOST_STRANGERS and name not in self.unknown:
+                name = "(other words)"
+            count, line = self.unknown.get(name, (0, s.line))
+            self.unknown[name] = count + 1, line
             return
         raise ToolpathError(
             f"{s.word[:40]} is not known and its numbers may mean motion",
@@ -273,7 +287,7 @@ class Interpreter:
             self.m.announce(f"{self.m.program} feature {minor.strip()}")
         elif inner.word == "CUTTER" and inner.numbers:
             cutter(self.m, inner)
-        elif inner.word == "CSYS" and not np.allclose(inner.numbers or np.eye(3, 4).ravel(), np.eye(3, 4).ravel()):
+        elif inner.word == "CSYS" and inner.numbers != np.eye(3, 4).ravel().tolist():
             self.m.find("csys-comment", "the comment CSYS is not applied: the points hold it", line, Severity.INFO)
 
     def _tlaxis(self, s: Statement) -> None:
@@ -311,6 +325,7 @@ class Interpreter:
         name, _, rest = s.text.partition(",TOOL,")
         self.m.sections = [(f"TOOL PATH {name.strip()[:60]}", s.line)]
         self.m.announce(name)
+        self.m.axis_inherited = bool(self.m.axis_raw[2] < 1.0 - 1e-9)
         if rest.strip():
             toolname(self.m, rest.strip(), s.line)
 
@@ -320,6 +335,8 @@ class Interpreter:
     def _feature(self, s: Statement) -> None:
         self.m.sections = [(f"OPFEATSTART {s.text.strip()[:60]}", s.line)]
         self.m.announce(s.text)
+        if self.table is not None:
+            self.table.reset()
 
     def _setup(self, s: Statement) -> None:
         if "START" in s.words:
@@ -358,9 +375,8 @@ class Interpreter:
             return
         operation = self.m.mark.name if self.m.mark is not None else self.m.operation
         where = f"operation {operation}" if operation else "the path"
-        key = f"{where} {len(self.m.regions)} {len(self.m.builder) and self.m.mark is not None}"
-        if key not in self.compensated:
-            self.compensated.add(key)
+        if self.m.announced not in self.compensated:
+            self.compensated.add(self.m.announced)
             self.m.find("cutcom", f"cutter radius compensation (CUTCOM) is not applied: {where} runs as it is", s.line)
 
     def _stop(self, s: Statement) -> None:
@@ -368,6 +384,11 @@ class Interpreter:
 
     def _end(self, s: Statement) -> None:
         self.ended = self.ended or s.line
+
+
+def _placed(error: ToolpathError, line: int) -> ToolpathError:
+    """The same error with its line, where it had none."""
+    return ToolpathError(error.what, cure=error.cure, path=error.path, line=error.line or line)
 
 
 def _source(line: int) -> ToolpathError:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 __all__ = ["ROWS", "scan_gotos"]
 
-ROWS = 32768  # of one call: long files are read in pieces, so that progress can be told
+ROWS = 8192  # of one call: long files are read in pieces, so that progress can be told
 
 _EXACT = 1 << 53  # integers up to here, and powers of ten up to 1e22, are exact in float64: their quotient rounds right
 _POWERS = 10.0 ** np.arange(23)

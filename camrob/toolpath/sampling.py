@@ -24,6 +24,12 @@ def _in_plane(point: ArrayLike, center: NDArray[np.float64], axis: NDArray[np.fl
     return radial - axis * float(radial @ axis)
 
 
+def _cross(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The cross product of two vectors, without numpy's overhead for single ones."""
+    (a, b, c), (x, y, z) = u.tolist(), v.tolist()
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+
+
 def arc_radius(start: ArrayLike, center: ArrayLike, axis: ArrayLike) -> float:
     """Distance (m) of `start` from the line through `center` along the unit `axis`."""
     return float(np.linalg.norm(_in_plane(start, np.asarray(center, np.float64), np.asarray(axis, np.float64))))
@@ -41,7 +47,7 @@ def arc_angle(start: ArrayLike, end: ArrayLike, center: ArrayLike, axis: ArrayLi
         raise ToolpathError("an arc starts or ends at its own centre", cure="check the arc's centre in the CAM system")
     if float(np.linalg.norm(v - u)) < _CLOSED:
         return math.tau * (1 + turns)
-    angle = math.atan2(float(np.cross(u, v) @ a), float(u @ v))
+    angle = math.atan2(float(_cross(u, v) @ a), float(u @ v))
     return (angle if angle > 0.0 else angle + math.tau) + math.tau * turns
 
 
@@ -79,7 +85,7 @@ def sample_arc(
     share = np.arange(1, n + 1, dtype=np.float64) / n
     turned = share * angle
     e1 = u / r0
-    e2 = np.cross(a, e1)
+    e2 = _cross(a, e1)
     radius = r0 + (r1 - r0) * share
     plane = c + a * float((p - c) @ a)  # the centre, lifted into the plane of the start
     points: NDArray[np.float64] = (
