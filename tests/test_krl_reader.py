@@ -79,17 +79,21 @@ NUMBER = st.one_of(
 )
 
 
+EXTERNAL = st.lists(st.tuples(st.integers(1, 6), NUMBER), max_size=3, unique_by=lambda e: e[0])
+TAILS = ["", " C_DIS", " C_VEL ; x", "C_ORI", " ; LIN {X 1}"]
+ROW = st.tuples(
+    st.lists(NUMBER, min_size=6, max_size=6),
+    EXTERNAL,
+    st.sampled_from(["", "E6POS:", "E6POS: "]),
+    st.sampled_from(TAILS),
+    st.sampled_from([",", ", ", " ,\t"]),
+    st.floats(1e-6, 3).map(lambda v: f"{v:.6f}"),
+    st.permutations(range(6)),
+)
+
+
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    rows=st.lists(
-        st.tuples(
-            st.lists(NUMBER, min_size=6, max_size=6), st.lists(st.tuples(st.integers(1, 6), NUMBER), max_size=3, unique_by=lambda e: e[0]),
-            st.sampled_from(["", "E6POS:", "E6POS: "]), st.sampled_from(["", " C_DIS", " C_VEL ; x", "C_ORI", " ; LIN {X 1}"]),
-            st.sampled_from([",", ", ", " ,\t"]), st.floats(1e-6, 3).map(lambda v: f"{v:.6f}"), st.permutations(range(6)),
-        ),
-        min_size=1, max_size=8,
-    ),
-)  # fmt: skip
+@given(rows=st.lists(ROW, min_size=1, max_size=8))
 def test_bulk_and_general_lines_give_the_same(rows, tmp_path):
     body = []
     for numbers, external, kind, tail, comma, speed, order in rows:
@@ -189,7 +193,8 @@ def test_local_routine_with_a_parameter(tmp_path):
 def test_branches_whose_course_is_known_or_harmless(tmp_path):
     program = read(
         tmp_path,
-        f"IF 1 > 2 THEN\nLIN {{X 99}}\nELSE\n{P0}ENDIF\nIF $IN[3] THEN\n$OUT[1]=TRUE\nHALT\nENDIF\nWHILE FALSE\n{P0}ENDWHILE",
+        f"IF 1 > 2 THEN\nLIN {{X 99}}\nELSE\n{P0}ENDIF\n"
+        f"IF $IN[3] THEN\n$OUT[1]=TRUE\nHALT\nENDIF\nWHILE FALSE\n{P0}ENDWHILE",
     )
     assert len(program) == 1 and codes(program) == ["block-skipped"]
 
@@ -297,7 +302,7 @@ def test_calls_stay_in_the_folder(tmp_path):
 
 def test_calls_that_multiply_end(tmp_path):
     body = "".join(f"DEF R{k} ( )\nR{k + 1} ( )\nR{k + 1} ( )\nR{k + 1} ( )\nEND\n" for k in range(17))
-    with pytest.raises(KrlError, match="runs away|calls and passes"):
+    with pytest.raises(KrlError, match=r"runs away|calls and passes"):
         read(tmp_path, "R0 ( )\nEND\n" + body + "DEF R17 ( )\nHALT")
 
 

@@ -62,7 +62,7 @@ class Expression:
     what is no expression.
     """
 
-    def __init__(self, tokens: list[Token], lookup: Callable[[str], Value], at: int = 0) -> None:
+    def __init__(self, tokens: tuple[Token, ...], lookup: Callable[[str], Value], at: int = 0) -> None:
         self.tokens = tokens
         self.at = at
         self._lookup = lookup

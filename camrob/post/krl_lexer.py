@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 from camrob.errors import KrlError
 
@@ -47,7 +48,8 @@ def statement_of(line: str) -> str:
     return (line if found is None else found[0]).strip()
 
 
-def tokens_of(statement: str) -> list[Token]:
+@lru_cache(maxsize=1024)
+def tokens_of(statement: str) -> tuple[Token, ...]:
     """Tokens of a statement, an `end` behind them. Raises KrlError (without a place) for what is no KRL."""
     if len(statement) > _LONGEST_STATEMENT:
         raise KrlError(f"a statement of {len(statement)} characters", cure="this is no KRL program")
@@ -64,4 +66,4 @@ def tokens_of(statement: str) -> list[Token]:
         tokens.append(Token(kind, text.upper() if kind in ("name", "enum", "bits") else text))
         at = found.end()
     tokens.append(Token("end", ""))
-    return tokens
+    return tuple(tokens)

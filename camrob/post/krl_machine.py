@@ -49,6 +49,8 @@ class KrlMachine:
         scan, modal = module.scan, self.rows.modal
         first, last = scan.lin_line.searchsorted([start, end])
         slow, fast = scan.speed_line.searchsorted([start, end])
+        if first == last and slow == fast:
+            return
         speeds = np.concatenate(([modal.speed], scan.speed_value[slow:fast]))
         if not np.all(speeds[1:] > 0.0):
             wrong = slow + int(np.argmin(speeds[1:] > 0.0))
@@ -66,7 +68,7 @@ class KrlMachine:
             self.statements["$VEL"] += int(fast - slow)
             self.variables.assign("$VEL.CP", modal.speed)
 
-    def motion(self, tokens: list[Token], file: int, line: int) -> None:
+    def motion(self, tokens: tuple[Token, ...], file: int, line: int) -> None:
         """PTP, LIN or CIRC."""
         word = tokens[0].text
         self.statements[word] += 1
@@ -118,7 +120,7 @@ class KrlMachine:
         elif root in ("$VEL", "$ACC", "$APO"):
             self._set_modal(root, path, value, line)
 
-    def bas(self, tokens: list[Token], line: int) -> None:
+    def bas(self, tokens: tuple[Token, ...], line: int) -> None:
         """`BAS (#COMMAND, value)`, as far as it changes what is modal."""
         self.statements["BAS"] += 1
         arguments = Expression(tokens, self.variables.lookup, 1).arguments()
@@ -138,7 +140,7 @@ class KrlMachine:
                 if not isinstance(number, Unknown):
                     self._activate(name, number, line)
 
-    def wait(self, tokens: list[Token], line: int) -> None:
+    def wait(self, tokens: tuple[Token, ...], line: int) -> None:
         """`WAIT SEC t` or `WAIT FOR condition`."""
         self.statements["WAIT"] += 1
         expression = Expression(tokens, self.variables.lookup, 1)

@@ -141,7 +141,8 @@ class _Reader:
                         return False
                 k = k + 1 if at == line + 1 else int(general.searchsorted(at))
             line = at
-            self._machine.bulk(module, at, end)
+            if at < end:
+                self._machine.bulk(module, at, end)
         except KrlError as error:
             raise error.at(module.path, line + 1) from None
         return True
@@ -175,7 +176,7 @@ class _Reader:
             self._other(module, line, tokens)
         return line + 1
 
-    def _other(self, module: Module, line: int, tokens: list[Token]) -> None:
+    def _other(self, module: Module, line: int, tokens: tuple[Token, ...]) -> None:
         """An assignment or a call; anything else is noted."""
         machine = self._machine
         expression = Expression(tokens, machine.variables.lookup)
@@ -188,7 +189,9 @@ class _Reader:
             text = " ".join(t.text for t in tokens[:-1])
             machine.find("not-understood", f"{shown(text)!r} is not understood", line + 1)
 
-    def _routine_call(self, module: Module, line: int, name: str, tokens: list[Token], expression: Expression) -> None:
+    def _routine_call(
+        self, module: Module, line: int, name: str, tokens: tuple[Token, ...], expression: Expression
+    ) -> None:
         """Runs a routine of this file, or of the file of its name beside it."""
         machine = self._machine
         machine.statements["call"] += 1
@@ -216,7 +219,7 @@ class _Reader:
         module = self._by_name[name]
         return None if module is None else (module, module.main)
 
-    def _block(self, module: Module, block: Block, word: str, tokens: list[Token]) -> int:
+    def _block(self, module: Module, block: Block, word: str, tokens: tuple[Token, ...]) -> int:
         """Runs a control structure whose course is known; the line to go on with, -1 for RETURN."""
         self._machine.statements[word] += 1
         expression = Expression(tokens, self._machine.variables.lookup, 1)
@@ -268,7 +271,7 @@ class _Reader:
         text = f"{word} ... is passed over: it doesn't move, and its course is not known"
         self._machine.find("block-skipped", text, block.start + 1, Severity.INFO)
 
-    def _matters(self, tokens: list[Token], assign: Callable[[str, Value], None]) -> bool:
+    def _matters(self, tokens: tuple[Token, ...], assign: Callable[[str, Value], None]) -> bool:
         """Whether a statement that may not run could change a motion; a variable that it sets becomes unknown."""
         word = tokens[0].text
         if word in _MOTIONS or word in _UNREAD - {"CASE", "DEFAULT"} or word in ("BAS", "RETURN"):

@@ -104,7 +104,7 @@ def _number(text, at, end):  # type: ignore[no-untyped-def]
     if at < end and not (text[at] == 32 or text[at] == 9 or text[at] == 44 or text[at] == 125 or text[at] == 59):
         return -1, 0.0
     value = np.float64(whole) / _POWERS[decimals]
-    return at, -value if negative else value
+    return at, -value if negative and (point or whole > 0) else value  # the integer -0 is 0
 
 
 @numba.njit(cache=True)

@@ -58,7 +58,7 @@ class Variables:
         return self.shared
 
 
-def is_declaration(tokens: list[Token]) -> bool:
+def is_declaration(tokens: tuple[Token, ...]) -> bool:
     """Whether the statement declares a variable: it has a prefix, or begins with two names."""
     if tokens[0].kind != "name" or tokens[0].text in ("INTERRUPT", *_SKIPPED):
         return False
@@ -68,7 +68,7 @@ def is_declaration(tokens: list[Token]) -> bool:
     return tokens[1].kind == "name" and (len(tokens) == 3 or tokens[2].text in ("=", "[", ","))
 
 
-def declare(tokens: list[Token], variables: Variables, scope: dict[str, Value]) -> None:
+def declare(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Value]) -> None:
     """Reads `DECL TYPE NAME[n] = value, ...` into `scope`. Raises KrlError, without a place, for anything else."""
     at = 0
     while tokens[at].kind == "name" and tokens[at].text in _PREFIXES:
@@ -114,7 +114,7 @@ def load_data(path: Path, variables: Variables) -> dict[str, Value]:
     return scope
 
 
-def _set(tokens: list[Token], variables: Variables, scope: dict[str, Value]) -> None:
+def _set(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Value]) -> None:
     """`NAME[1] = value` in a data list."""
     expression = Expression(tokens, variables.lookup)
     name = expression.path()
