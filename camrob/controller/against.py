@@ -1,0 +1,182 @@
+"""Is every CL point met, in order, and does the program go nowhere else between?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.issues import Finding, Severity
+from camrob.post.krl_program import KrlMotion
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["AXIS_TOLERANCE", "POSITION_TOLERANCE", "Coverage", "cover"]
+
+Array = NDArray[np.float64]
+
+POSITION_TOLERANCE = 1e-5  # m: the contract's 0.01 mm, to which stated chord tolerances are added
+AXIS_TOLERANCE = 1.7453292519943296e-4  # rad: the contract's 0.01 degrees
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """How a program covers CL points: motion (N,) that passes each point (-1: none), and the errors there, m and rad.
+
+    stray: m, the farthest that the program's motions between two neighbouring points of one region leave the line between.
+    """
+
+    motion: NDArray[np.int64]
+    position_error: Array
+    axis_error: Array
+    stray: float
+    findings: tuple[Finding, ...]
+
+    @property
+    def good(self) -> bool:
+        """True where no finding is an error."""
+        return not any(f.severity is Severity.ERROR for f in self.findings)
+
+
+@numba.njit(cache=True)
+def _at(s: float, p0: Array, z0: Array, p1: Array, z1: Array, center: Array, u: Array, v: Array, angle: float, p: Array, z: Array) -> None:
+    """Tip and tool axis at the share s of a motion; axes go along the great arc."""
+    if angle > 0.0:
+        co, si = np.cos(s * angle), np.sin(s * angle)
+        for r in range(3):
+            p[r] = center[r] + co * u[r] + si * v[r]
+    else:
+        for r in range(3):
+            p[r] = p0[r] + s * (p1[r] - p0[r])
+    n2 = 0.0
+    for r in range(3):
+        z[r] = z0[r] + s * (z1[r] - z0[r])
+        n2 += z[r] * z[r]
+    n = np.sqrt(max(n2, 1e-30))
+    for r in range(3):
+        z[r] /= n
+
+
+@numba.njit(cache=True)
+def _nearest(x: Array, p0: Array, p1: Array, center: Array, u: Array, v: Array, angle: float, least: float) -> float:
+    """Share of the motion, not before `least`, that lies nearest to point x."""
+    if angle > 0.0:
+        d = x - center
+        a = np.arctan2(np.sum(d * v), np.sum(d * u))
+        if a < 0.0:
+            a += 2.0 * np.pi
+        s = a / angle
+        if s > 1.0:  # behind the end: the nearer end of the two
+            s = 1.0 if (a - angle) < (2.0 * np.pi - a) else 0.0
+    else:
+        d1 = p1 - p0
+        n2 = np.sum(d1 * d1)
+        s = np.sum((x - p0) * d1) / n2 if n2 > 0.0 else 1.0
+    return float(min(1.0, max(least, s)))
+
+
+@numba.njit(cache=True)
+def _arc(a: Array, via: Array, b: Array, center: Array, u: Array, v: Array) -> float:
+    ab, ac = via - a, b - a
+    normal = np.cross(ab, ac)
+    n2 = np.sum(normal * normal)
+    if n2 < 1e-20:
+        return 0.0
+    center[:] = a + (np.sum(ab * ab) * np.cross(ac, normal) + np.sum(ac * ac) * np.cross(normal, ab)) / (2.0 * n2)
+    normal = normal / np.sqrt(n2)
+    u[:] = a - center
+    v[:] = np.cross(normal, u)
+    d = b - center
+    angle = np.arctan2(np.sum(d * v), np.sum(d * u))
+    return float(angle if angle > 0.0 else angle + 2.0 * np.pi)
+
+
+@numba.njit(cache=True)
+def _cover(
+    x: Array, zx: Array, region: NDArray[np.int64], p: Array, z: Array, kind: NDArray[np.int8], tolerance: float,
+    axis_tolerance: float, motion: NDArray[np.int64], error: Array, axis_error: Array, stray: Array,
+) -> None:  # fmt: skip
+    """Match points x (N, 3) with axes zx (N, 3) to motions between p (M, 3), z (M, 3), greedily and in order.
+
+    A motion k runs from row k - 1 to row k. stray (N,): how far the motions between point i - 1 and i leave their chord.
+    """
+    M = p.shape[0]
+    center, u, v = np.zeros(3), np.zeros(3), np.zeros(3)
+    pt, zt = np.empty(3), np.empty(3)
+    row, share = 0, 0.0
+    for i in range(x.shape[0]):
+        motion[i], error[i], axis_error[i], stray[i] = -1, np.inf, np.inf, 0.0
+        k, s0 = row, share
+        closest = np.inf
+        closest_axis = np.inf
+        while k < M:
+            end = k
+            angle = 0.0
+            start = max(k - 1, 0)
+            if kind[k] == KrlMotion.CIRC_VIA and k + 1 < M:
+                end = k + 1
+                angle = _arc(p[start], p[k], p[end], center, u, v)
+            elif kind[k] == KrlMotion.PTP_AXES or kind[k] == KrlMotion.PTP_POSE:
+                start = k  # only its end is known to be met
+            s = _nearest(x[i], p[start], p[end], center, u, v, angle, s0)
+            _at(s, p[start], z[start], p[end], z[end], center, u, v, angle, pt, zt)
+            d = np.sqrt(np.sum((pt - x[i]) ** 2))
+            c = np.cross(zt, zx[i])
+            t = np.arctan2(np.sqrt(np.sum(c * c)), np.sum(zt * zx[i]))
+            if d < closest:
+                closest, closest_axis = d, t
+            if d <= tolerance and t > axis_tolerance and np.sum((p[start] - p[end]) ** 2) < tolerance * tolerance:
+                s = 1.0  # a turn on the spot: its end counts
+                c = np.cross(z[end], zx[i])
+                t = np.arctan2(np.sqrt(np.sum(c * c)), np.sum(z[end] * zx[i]))
+            if d <= tolerance and t <= axis_tolerance:
+                motion[i], error[i], axis_error[i] = end, d, t
+                if i > 0 and region[i] == region[i - 1] and motion[i - 1] >= 0:
+                    for m in range(motion[i - 1], end):  # rows that the program passes on the way
+                        sm = _nearest(p[m], x[i - 1], x[i], center, u, v, 0.0, 0.0)
+                        off = np.sqrt(np.sum((x[i - 1] + sm * (x[i] - x[i - 1]) - p[m]) ** 2))
+                        stray[i] = max(stray[i], off)
+                row, share = k, s
+                break
+            k = end + 1
+            s0 = 0.0
+        if motion[i] < 0:
+            error[i], axis_error[i] = closest, closest_axis
+            return
+
+
+def cover(
+    base_T_tip: Array, line: NDArray[np.int64], region: NDArray[np.int64], targets: Array, kind: NDArray[np.int8],
+    *, chord_tolerance: float = 0.0,
+) -> Coverage:  # fmt: skip
+    """Match CL points (N, 4, 4) in `base` with a program's targets (M, 4, 4); `line`, `region`: (N,) of the CL points.
+
+    Findings: "cl-point-missed" (with line and distance) where a point lies on no motion from the one before on, and "strays"
+    where the program leaves the way between two points of one region by more than the tolerances.
+    """
+    n = len(base_T_tip)
+    motion, error, axis_error, stray = np.full(n, -1), np.full(n, np.inf), np.full(n, np.inf), np.zeros(n)
+    tolerance = POSITION_TOLERANCE + chord_tolerance
+    _cover(
+        np.ascontiguousarray(base_T_tip[:, :3, 3]), np.ascontiguousarray(base_T_tip[:, :3, 2]), region.astype(np.int64),
+        np.ascontiguousarray(targets[:, :3, 3]), np.ascontiguousarray(targets[:, :3, 2]), kind, tolerance, AXIS_TOLERANCE,
+        motion, error, axis_error, stray,
+    )  # fmt: skip
+    findings = []
+    missed = np.flatnonzero(motion < 0)
+    if len(missed):
+        i = int(missed[0])
+        text = (
+            f"the program does not pass this CL point in order: it comes as near as {m_to_mm(float(error[i])):.4f} mm "
+            f"and {rad_to_deg(float(axis_error[i])):.4f} degrees"
+        )
+        findings.append(Finding("cl-point-missed", text, Severity.ERROR, line=int(line[i]), point=i,
+                                value=m_to_mm(float(error[i])), limit=m_to_mm(tolerance), unit="mm"))  # fmt: skip
+    off = float(stray.max(initial=0.0))
+    if off > 2.0 * tolerance + chord_tolerance:
+        i = int(np.argmax(stray))
+        findings.append(Finding("strays", "the program leaves the way between two CL points", Severity.ERROR,
+                                line=int(line[i]), point=i, value=m_to_mm(off), limit=m_to_mm(tolerance), unit="mm"))  # fmt: skip
+    met = motion >= 0
+    return Coverage(motion, np.where(met, error, 0.0), np.where(met, axis_error, 0.0), off, tuple(findings))

@@ -1,0 +1,240 @@
+"""Replay of a KRL program: every motion as the controller interpolates it, through the arm's closed form.
+
+Nothing of the solver takes part: the program's text is all that is known. What the replay finds (out of reach, limits,
+singular postures, jumps) is judged by `judge`; the poses of the postures found are held to the text by forward kinematics
+of another library (pytorch-kinematics on the cell's URDF).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.read_cell import frame_of
+from camrob.controller.replay_kernel import CODES, ReplayRun, replay_run
+from camrob.errors import KrlError
+from camrob.frozen import locked
+from camrob.issues import Finding, Severity
+from camrob.kinematics.arm import Arm
+from camrob.kinematics.frames import base_T_tool, world_T_base
+from camrob.kinematics.kernels import chain_arrays
+from camrob.kinematics.status_turn import StatusTurn
+from camrob.post.krl_program import KrlFrame, KrlFrameKind, KrlMotion, KrlProgram
+from camrob.se3 import abc_to_rotation, inverse, pose
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["Replay", "base_poses", "program_cell", "replay"]
+
+Array = NDArray[np.float64]
+
+SAMPLE_LENGTH = 0.005  # m between samples of a motion
+SAMPLE_ANGLE = 0.0175  # rad, of the tool or a table
+SAMPLES = 2.0  # a motion at the least: its middle and its end
+JUMP = 0.35  # rad that a joint may move between two samples; more is a flip
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """What a program makes the cell do, a row a motion of the program.
+
+    q: (N, n) postures at the motions' ends (roll 0). base_T_tool: (N, 4, 4) programmed poses in `base` (of a PTP by
+    axes: where it ends). inv_kf, bend, jump: (N,) least 1/k_F, least |sin| of the wrist's bend and farthest joint step (rad)
+    within each motion, inf and 0 for PTP. margin: (N, n) least distance to a limit within each motion, SI, negative
+    beyond. samples: postures that were looked at. cell: the cell with the program's tool.
+    """
+
+    q: Array
+    base_T_tool: Array
+    inv_kf: Array
+    bend: Array
+    jump: Array
+    margin: Array
+    samples: int
+    cell: Cell
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("q", "base_T_tool", "inv_kf", "bend", "jump", "margin"):
+            object.__setattr__(self, name, locked(getattr(self, name), name=name))
+
+
+def program_cell(program: KrlProgram, cell: Cell) -> tuple[Cell, list[Finding]]:
+    """The cell with the tool that the program sets. Raises KrlError where it sets several."""
+    used = sorted(set(program.tool[program.kind != KrlMotion.PTP_AXES].tolist()))
+    frames = [program.tools[i] for i in used if program.tools[i].kind is not KrlFrameKind.UNKNOWN]
+    if len({tuple(f.xyzabc) for f in frames}) > 1:
+        raise KrlError("sets more than one $TOOL", cure="verify the parts one by one", path=program.files[0])
+    if not frames:
+        return cell, [Finding("tool-unknown", "the program does not say its $TOOL; the cell's own is taken")]
+    return cell.with_tool(frame_of(np.asarray(frames[0].xyzabc))), []
+
+
+def base_poses(program: KrlProgram, cell: Cell, q_external: Array) -> tuple[Array, list[Finding]]:
+    """Poses (N, 4, 4) in `base` of the program's targets (NaN where a target is axes).
+
+    q_external: (N, n) postures of which the external axes matter. Where the cell's base follows the table, E6POS is read in
+    the turning base, `$BASE` being an offset in it; else `$BASE` stands in `world`.
+    """
+    krl_T_tool = pose(abc_to_rotation(deg_to_rad(np.asarray(program.pose[:, 3:]))), mm_to_m(np.asarray(program.pose[:, :3])))
+    offsets = np.stack([_offset(f) for f in program.bases]) if program.bases else np.eye(4)[None]
+    index = np.where(program.base >= 0, program.base, 0)
+    findings = []
+    if not program.bases or any(f.kind is KrlFrameKind.UNKNOWN for f in program.bases):
+        findings.append(Finding("base-unknown", "the program does not say its $BASE; the cell's base is taken"))
+    if cell.base_follows_table:
+        return np.asarray(offsets[index] @ krl_T_tool), findings
+    base_T_world = inverse(np.asarray(world_T_base(cell, q_external)))
+    return np.asarray(base_T_world @ offsets[index] @ krl_T_tool), findings
+
+
+def _offset(frame: KrlFrame) -> Array:
+    return np.eye(4) if frame.kind is KrlFrameKind.UNKNOWN else frame_of(np.asarray(frame.xyzabc))
+
+
+def replay(program: KrlProgram, cell: Cell, *, progress: Callable[[float], None] | None = None) -> Replay:
+    """Replay a program on a cell.
+
+    Stops at the first motion that can't be followed; the finding (code "out-of-reach", "jump" or "ptp-unreachable") says
+    where, and the rows behind it repeat the last posture. Raises KrlError for a program whose axes are not the cell's, and
+    CellError for an arm without closed form.
+    """
+    _check_axes(program, cell)
+    tooled, findings = program_cell(program, cell)
+    run = _Run(program, tooled)
+    findings += run.findings
+    starts = [*np.flatnonzero(_is_ptp(program)).tolist(), len(program)]
+    if starts[0] > 0:
+        findings.append(Finding("no-entry", "the program begins with LIN; HOME's branch is taken", line=int(program.line[0])))
+        findings += run.continuous(0, starts[0])
+    for begin, stop in zip(starts[:-1], starts[1:], strict=True):
+        if run.failed:
+            break
+        findings += run.point_to_point(begin)
+        if not run.failed:
+            findings += run.continuous(begin + 1, stop)
+        if progress is not None:
+            progress(stop / len(program))
+    return run.result(tuple(findings))
+
+
+def _is_ptp(program: KrlProgram) -> NDArray[np.bool_]:
+    return np.asarray((program.kind == KrlMotion.PTP_AXES) | (program.kind == KrlMotion.PTP_POSE))
+
+
+def _check_axes(program: KrlProgram, cell: Cell) -> None:
+    if len(program) == 0:
+        raise KrlError("holds no motion", cure="give the main program", path=program.files[0])
+    strange = [n for n in program.external_names if n not in cell.external_names]
+    if strange and np.any(np.nan_to_num(np.asarray(program.external)[:, [program.external_names.index(n) for n in strange]])):
+        raise KrlError(f"moves {', '.join(strange)}, which cell {cell.name} lacks", cure="give its cell", path=program.files[0])
+
+
+class _Run:
+    """The state of a replay on its way through a program."""
+
+    def __init__(self, program: KrlProgram, cell: Cell) -> None:
+        self.program, self.cell = program, cell
+        self.arm = Arm.of(cell)
+        self.status_turn = StatusTurn.of(cell)  # raises where the arm has no closed form
+        closed = self.arm.closed
+        if closed is None:
+            raise KrlError("needs an arm with a closed form to be replayed", cure="give a nominal cell", path=program.files[0])
+        self.closed = closed
+        self.chain = chain_arrays(cell)
+        N, n = len(program), len(cell)
+        externals = np.zeros((N, len(cell.external_names)))
+        for k, name in enumerate(cell.external_names):
+            if name in program.external_names:
+                externals[:, k] = np.nan_to_num(np.asarray(program.external)[:, program.external_names.index(name)])
+        self.q = cell.to_q(np.concatenate([np.nan_to_num(np.asarray(program.axes)), externals], axis=1))
+        self.targets, self.findings = base_poses(program, cell, self.q)
+        self.posture = cell.to_q(cell.to_axis_values(cell.q_home))
+        self.out = ReplayRun(self.q, np.full((N, n), np.inf), np.full((N, n), np.inf), np.full(N, np.inf),
+                             np.full(N, np.inf), np.zeros(N))  # fmt: skip
+        self.samples = 0
+        self.failed = False
+
+    def point_to_point(self, row: int) -> list[Finding]:
+        """Go to a PTP's target."""
+        program, cell, part = self.program, self.cell, self.cell.arm_slice
+        if program.kind[row] == KrlMotion.PTP_POSE:
+            foot_T_tool = self.arm.foot_T_tool(self.targets[row], self.q[row])
+            choices = self._choices(foot_T_tool, row)
+            if not choices:
+                self._stop(row)
+                status = f" with S {program.status[row]}, T {program.turn[row]}" if program.status[row] >= 0 else ""
+                reasons = ", ".join(self.arm.reasons(foot_T_tool, self.posture[part])) or "no branch has this Status and Turn"
+                return [self._error("ptp-unreachable", f"the PTP's target can't be reached{status}: {reasons}", row)]
+            self.q[row, part] = choices[0]
+        else:
+            self.targets[row] = base_T_tool(cell, self.q[row])
+        self.posture = self.q[row].copy()
+        self.out.lower_margin[row] = self.posture - cell.q_lower
+        self.out.upper_margin[row] = cell.q_upper - self.posture
+        return []
+
+    def _choices(self, foot_T_tool: Array, row: int) -> list[Array]:
+        """Arm postures that a PTP's Status and Turn allow, the nearest to the posture before first."""
+        part = self.cell.arm_slice
+        near = self.posture[part]
+        found = self.arm.branches(foot_T_tool, near)
+        status, turn = int(self.program.status[row]), int(self.program.turn[row])
+        if status >= 0:
+            turned = []
+            for q in found:
+                for k in np.ndindex(3, 3):  # the turns of A4 and A6
+                    other = q.copy()
+                    other[[3, 5]] += 2.0 * np.pi * (np.array(k) - 1)
+                    if np.all(other >= self.arm.lower - 1e-9) and np.all(other <= self.arm.upper + 1e-9):
+                        turned.append(other)
+            whole = np.tile(self.q[row], (max(len(turned), 1), 1))
+            if turned:
+                whole[:, part] = turned
+                axes = self.cell.to_axis_values(whole)[:, :6]
+                axes = np.where(np.abs(axes) < 1e-4, np.abs(axes), axes)  # a printed 0 is not negative
+                fits = (self.status_turn.status(axes) == status) & ((turn < 0) | (self.status_turn.turn(axes) == turn))
+                found = [q for q, fit in zip(turned, fits, strict=True) if fit]
+        return sorted(found, key=lambda q: float(np.max(np.abs(q - near))))
+
+    def continuous(self, start: int, stop: int) -> list[Finding]:
+        """Follow the LIN and CIRC motions start .. stop."""
+        if stop <= start:
+            return []
+        cell = self.cell
+        here = base_T_tool(cell, self.posture) if start == 0 or np.isnan(self.targets[start - 1, 0, 0]) else self.targets[start - 1]
+        rows = slice(start, stop)
+        out = ReplayRun(*(a[rows] for a in self.out))
+        code, stopped, samples = replay_run(
+            self.chain, self.closed, cell.q_lower, cell.q_upper, self.posture,
+            np.ascontiguousarray(here[:3, :3]), np.ascontiguousarray(here[:3, 3]),
+            np.ascontiguousarray(self.targets[rows, :3, :3]), np.ascontiguousarray(self.targets[rows, :3, 3]),
+            np.ascontiguousarray(self.q[rows, : self.chain.arm_start]), self.program.kind[rows],
+            int(KrlMotion.CIRC_VIA), int(KrlMotion.CIRC_END), np.array([SAMPLE_LENGTH, SAMPLE_ANGLE, SAMPLES]), JUMP, out,
+        )  # fmt: skip
+        self.samples += samples
+        if code == 0:
+            self.posture = self.q[stop - 1].copy()
+            return []
+        row = start + stopped
+        self._stop(row)
+        text = {
+            "out of reach": "the tool leaves the arm's reach on this motion",
+            "jump": "the arm would have to flip on this motion (a joint jumps between neighbouring poses)",
+        }[CODES[code]]
+        return [self._error(CODES[code].replace(" ", "-"), text, row)]
+
+    def _stop(self, row: int) -> None:
+        self.failed = True
+        self.q[row:, self.cell.arm_slice] = self.posture[self.cell.arm_slice]
+
+    def _error(self, code: str, text: str, row: int) -> Finding:
+        return Finding(code, text, Severity.ERROR, line=int(self.program.line[row]), point=row)
+
+    def result(self, findings: tuple[Finding, ...]) -> Replay:
+        """What was found."""
+        margin = np.minimum(self.out.lower_margin, self.out.upper_margin)
+        return Replay(self.q, self.targets, self.out.inv_kf, self.out.bend, self.out.jump, margin, self.samples, self.cell, findings)
