@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from structure_tree import Module, imports
 
-__all__ = ["HEAVY", "forbidden_within_post", "heavy_at_import", "import_cycles", "layering_faults"]
+__all__ = ["HEAVY", "heavy_at_import", "import_cycles", "layering_faults", "shared_by_reader_and_writer"]
 
 # from the top down; a row imports only from rows below it, and the members of a row don't import each other
 ROWS = (
@@ -116,18 +116,21 @@ def heavy_at_import(tree: Iterable[Module]) -> list[str]:
     return faults
 
 
-def forbidden_within_post(tree: Iterable[Module]) -> list[str]:
-    """Modules of the KRL reader from which a module of the writer can be reached, however far the way."""
+def shared_by_reader_and_writer(tree: Iterable[Module]) -> list[str]:
+    """Modules of `post` that both the KRL reader and the KRL writer reach, however far the way: there must be none."""
     graph = _graph(tuple(tree), early=False)
-    faults = []
-    for reader in sorted(n for n in graph if n.startswith("camrob.post.krl_read")):
-        todo, reached = [reader], {reader}
-        while todo:
-            for target in graph[todo.pop()] - reached:
-                reached.add(target)
-                todo.append(target)
-        writers = sorted(
-            n for n in reached if n.startswith("camrob.post.") and n.rpartition(".")[2].startswith("krl_writ")
-        )
-        faults += [f"{reader}: reaches {writer}" for writer in writers]
-    return faults
+    reader, writer = (_reached(graph, f"camrob.post.krl_{which}") for which in ("reader", "writer"))
+    shared = sorted(n for n in reader & writer if n.startswith("camrob.post."))
+    absent = [f"camrob.post.krl_{w} isn't there" for w, found in (("reader", reader), ("writer", writer)) if not found]
+    return absent + [f"{name}: both the reader and the writer use it" for name in shared]
+
+
+def _reached(graph: dict[str, set[str]], start: str) -> set[str]:
+    """A module and all that it imports, directly or not; empty where it isn't there."""
+    todo = [start] if start in graph else []
+    reached = set(todo)
+    while todo:
+        new = graph[todo.pop()] - reached
+        reached |= new
+        todo += new
+    return reached
