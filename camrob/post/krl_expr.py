@@ -11,6 +11,7 @@ from camrob.post.krl_lexer import Token, shown
 __all__ = ["Aggregate", "Enumerated", "Expression", "Mechanism", "Unknown", "Value"]
 
 _DEEPEST = 40
+_AFTER_VALUE = (",", "}", ")", "]")
 _LARGEST_INTEGER = 2**53
 
 
@@ -92,6 +93,8 @@ class Expression:
 
     def value(self, level: int = 0) -> Value:
         """The value of the expression that begins here."""
+        if level == 0 and (number := self._lone_number()) is not None:
+            return number
         if level == len(_LEVELS):
             return self._single()
         left = self.value(level + 1)
@@ -100,6 +103,17 @@ class Expression:
             self.at += 1
             left = _combine(operator, left, self.value(level + 1))
         return left
+
+    def _lone_number(self) -> int | float | None:
+        """The number that stands alone here, passed; None where no number or more than one stands: a short cut."""
+        sign = 1 if self.next.text in ("-", "+") else 0
+        token, after = self.tokens[self.at + sign], self.tokens[min(self.at + sign + 1, len(self.tokens) - 1)]
+        if token.kind != "number" or (after.kind != "end" and after.text not in _AFTER_VALUE):
+            return None
+        negative = self.next.text == "-"
+        self.at += sign + 1
+        number = _literal(token.text)
+        return -number if negative else number
 
     def path(self) -> str:
         """A variable's name with fields and indices: `$VEL.CP`, `XP[3].X`; an index that is not known becomes `?`."""
@@ -155,8 +169,7 @@ class Expression:
         token = self.next
         if token.kind == "number":
             self.at += 1
-            whole = token.text.isdigit() and len(token.text) < 16
-            return int(token.text) if whole else float(token.text)
+            return _literal(token.text)
         if token.kind == "bits":
             self.at += 1
             return int(token.text[2:-1], 16 if token.text[1] == "H" else 2)
@@ -204,6 +217,11 @@ class Expression:
             if self.accept("}"):
                 return Aggregate(kind, fields)
             self.expect(",")
+
+
+def _literal(text: str) -> int | float:
+    """The number that a text spells: whole where it has neither point nor exponent."""
+    return int(text) if text.isdigit() and len(text) < 16 else float(text)
 
 
 def _signed(sign: str, value: Value) -> Value:
