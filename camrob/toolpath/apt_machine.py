@@ -18,7 +18,9 @@ from camrob.toolpath.dialect import Dialect
 from camrob.toolpath.region import Event, EventKind, Move, Region
 from camrob.toolpath.toolpath import Tool
 
-__all__ = ["Machine", "unit_axis"]
+__all__ = ["LARGEST", "Machine", "unit_axis"]
+
+LARGEST = 1e9  # of any number in a file; beyond lies damage
 
 AXIS_TOLERANCE = 1e-3  # a tool axis this far from length one is rounding; farther, it is a slip
 
@@ -251,6 +253,11 @@ class Machine:
         if self.settle is not None:
             self.settle(first)
         axes = self._axes(rows)
+        large = np.flatnonzero(np.max(np.abs(rows.values[:, :3]), axis=1) > LARGEST)
+        if len(large):
+            raise ToolpathError(
+                "GOTO holds a number out of range", cure="get the file again", line=int(rows.lines[large[0]])
+            )
         points = self.to_part(rows.values[:, :3])
         cuts = np.flatnonzero(~rows.rapids)
         feed = self.feeds.speed(int(rows.lines[cuts[0]])) if len(cuts) else 0.0

@@ -9,6 +9,7 @@ import numpy as np
 
 from camrob.errors import ToolpathError
 from camrob.issues import Finding, Severity
+from camrob.toolpath.apt_checks import coordinates, in_range, placed, source_refusal
 from camrob.toolpath.apt_curves import Nurbs, circle, indirv, tlon
 from camrob.toolpath.apt_frames import Table, camera, csys, matrix_rows, msys, trntyp
 from camrob.toolpath.apt_lexer import Rows, Statement, number_of
@@ -27,6 +28,7 @@ _IGNORED = frozenset(
     "MAXDPM AUTOPS WPLANE REMARK LETTER OPFEATEND CLEARP AUTOPOS TOOLPATH_TYPE TOOLPATH NOPOST PRINT CLRSRF".split()
 )
 _STILL = frozenset(("TRANS", "ORIGIN", "ROTATE", "ROTHED", "ROTABL", "TRACUT", "COPY", "INDEX", "CALLSUB", "THREAD"))
+_TEXT = frozenset(("$$", "PPRINT", "PARTNO", "INSERT", "TPRINT"))
 _MOST_STRANGERS = 50  # kinds of unknown words that are listed by name
 _BREAKS_ARC = frozenset(("CIRCLE", "FROM", "GOHOME", "GODLTA", "CYCLE", "TOOL PATH", "END-OF-PATH", "FINI", "NURBS"))
 _MOTION = frozenset(("GOTO", "CIRCLE", "GODLTA", "NURBS", "CNTRL", "TLON,GOFWD", "FROM", "GOHOME"))
@@ -77,14 +79,14 @@ class Interpreter:
             try:
                 self.m.goto(rows.values[n, : rows.counts[n]].tolist(), line)
             except ToolpathError as error:
-                raise _placed(error, line) from error
+                raise placed(error, line) from error
 
     def statement(self, s: Statement) -> None:
         """One statement. Raises ToolpathError, with its line, for what can't be read honestly."""
         try:
             self._take(s)
         except ToolpathError as error:
-            raise _placed(error, s.line) from error
+            raise placed(error, s.line) from error
 
     def _take(self, s: Statement) -> None:
         word = s.word
@@ -97,6 +99,8 @@ class Interpreter:
             self._check_arc()
         handler = self.handlers.get(word)
         if handler is not None:
+            if word not in _TEXT:
+                in_range(s.numbers)
             handler(s)
         elif word not in _IGNORED and not word.startswith("CSI_SET_") and not self.ended:
             self._stranger(s)
@@ -156,7 +160,7 @@ class Interpreter:
     def _stranger(self, s: Statement) -> None:
         """A word without a handler: refused where it may move something, counted otherwise."""
         if "=" in s.word or _SOURCE_WORDS.fullmatch(s.word):
-            raise _source(s.line)
+            raise source_refusal(s.line)
         numbers = s.numbers if s.slash else [v for t in s.word.split(",") if (v := number_of(t.strip())) is not None]
         if s.word in _STILL:
             if "NOMORE" in s.words or (s.numbers and not any(s.numbers)):
@@ -176,27 +180,8 @@ class Interpreter:
 
     # -- motion -------------------------------------------------------------------------------------------------
 
-    def _coordinates(self, s: Statement, counts: tuple[int, ...]) -> list[float]:
-        values: list[float] = []
-        for arg in s.args[: len(s.args) - (len(s.args) > 1 and s.args[-1] == "")]:
-            if isinstance(arg, str):
-                if re.fullmatch(r"[+-]?(NAN|INF|INFINITY)", arg):
-                    raise ToolpathError(f"{s.word} holds {arg}", cure="output the path again", line=s.line)
-                if re.match(r"[A-Z(]", arg):
-                    raise _source(s.line)
-                raise ToolpathError(f"{s.word} holds {arg!r}, no number", cure="the line is damaged", line=s.line)
-            values.append(arg)
-        if len(values) not in counts or not np.all(np.isfinite(values)):
-            raise ToolpathError(
-                f"{s.word} has {len(values)} numbers, not {' or '.join(map(str, counts))}" if len(values) not in counts
-                else f"{s.word} holds a number out of range",
-                cure="the line is damaged or cut off; get the file again",
-                line=s.line,
-            )  # fmt: skip
-        return values
-
     def _goto(self, s: Statement) -> None:
-        self.m.goto(self._coordinates(s, (3, 6)), s.line)
+        self.m.goto(coordinates(s, (3, 6)), s.line)
 
     def _rapid(self, s: Statement) -> None:
         self.m.rapid = True
@@ -211,7 +196,7 @@ class Interpreter:
 
     def _from(self, s: Statement) -> None:
         m = self.m
-        values = self._coordinates(s, (3, 6))
+        values = coordinates(s, (3, 6))
         self._settled(s.line)
         if len(values) == 6:
             m.set_axis(np.array(values[3:]), s.line)
@@ -222,7 +207,7 @@ class Interpreter:
     def _gohome(self, s: Statement) -> None:
         m = self.m
         if s.numbers:
-            values = self._coordinates(s, (3, 6))
+            values = coordinates(s, (3, 6))
             self._settled(s.line)
             m.move(m.to_part(np.array(values[:3])), m.tool_axis(s.line), Move.RAPID, s.line)
         else:
@@ -231,7 +216,7 @@ class Interpreter:
 
     def _godlta(self, s: Statement) -> None:
         m = self.m
-        values = self._coordinates(s, (1, 3))
+        values = coordinates(s, (1, 3))
         self._settled(s.line)
         if m.position is None:
             raise ToolpathError("GODLTA has no point to start from", cure="put FROM or GOTO before it", line=s.line)
@@ -271,6 +256,7 @@ class Interpreter:
             row = [number_of(t) for t in text.split()]
             values = [v for v in row if v is not None]
             if len(row) == 4 and len(values) == 4:
+                in_range(values)
                 self.matrix.append(values)
             if len(self.matrix) == 3:
                 matrix, self.matrix = self.matrix, None
@@ -286,6 +272,7 @@ class Interpreter:
         if inner.word == "FEATNO":
             self.m.announce(f"{self.m.program} feature {minor.strip()}")
         elif inner.word == "CUTTER" and inner.numbers:
+            in_range(inner.numbers)
             cutter(self.m, inner)
         elif inner.word == "CSYS" and inner.numbers != np.eye(3, 4).ravel().tolist():
             self.m.find("csys-comment", "the comment CSYS is not applied: the points hold it", line, Severity.INFO)
@@ -294,7 +281,7 @@ class Interpreter:
         if self.table is not None:
             self.table.axis(s)
         else:
-            self.m.set_axis(np.array(self._coordinates(s, (3,))), s.line)
+            self.m.set_axis(np.array(coordinates(s, (3,))), s.line)
 
     def _rotabl(self, s: Statement) -> None:
         if self.table is not None:
@@ -384,17 +371,3 @@ class Interpreter:
 
     def _end(self, s: Statement) -> None:
         self.ended = self.ended or s.line
-
-
-def _placed(error: ToolpathError, line: int) -> ToolpathError:
-    """The same error with its line, where it had none."""
-    return ToolpathError(error.what, cure=error.cure, path=error.path, line=error.line or line)
-
-
-def _source(line: int) -> ToolpathError:
-    """The refusal of a part program."""
-    return ToolpathError(
-        "this is an APT or NCL part program (source with names and geometry), not cutter data",
-        cure="process it with its APT system and give camrob the CL file that it writes",
-        line=line,
-    )
