@@ -48,7 +48,7 @@ def shape_mesh(shape: Shape, folder: Path) -> trimesh.Trimesh:
 
 
 def thinned(mesh: trimesh.Trimesh, faces: int) -> trimesh.Trimesh:
-    """A mesh of at most about `faces` triangles of the same look: its vertices gathered on a grid, coarser until it fits."""
+    """A mesh of at most about `faces` triangles of the same look: vertices gathered on a grid, coarser until it fits."""
     if len(mesh.faces) <= faces:
         return mesh
     corner, extent = mesh.bounds[0], max(float(np.max(mesh.extents)), 1e-9)
@@ -75,7 +75,7 @@ def role_of(cell: Cell, frame: str) -> str:
 
 
 def world_T_frames(cell: Cell, q: Array) -> dict[str, Array]:
-    """Poses (P, 4, 4) in `world` of every frame that a shape may stand in, in postures q (P, n), by the frame's name."""
+    """Poses (P, 4, 4) in `world` of every frame that a shape may stand in, by name, in postures q (P, n)."""
     world_T_base_ = world_T_base(cell, q)
     base_T_joints = base_T_joint_frames(cell, q)
     frames: dict[str, Array] = {"world": np.broadcast_to(np.eye(4), world_T_base_.shape), "base": world_T_base_}

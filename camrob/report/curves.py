@@ -56,6 +56,11 @@ class Along:
         last = np.concatenate([cuts - 1, [len(self.region) - 1]])
         return [(int(self.region[a]), int(a), int(b)) for a, b in zip(first, last, strict=True) if self.region[a] >= 0]
 
+    @property
+    def banded(self) -> bool:
+        """True where the regions are few enough to be tinted."""
+        return len(self.runs()) <= _MOST_BANDS
+
     def curve(self, y: Array, name: str, *, template: str, color: str, axes: str = "", **more: Any) -> Chart:
         """A line of the chart, thinned to `POINTS`; `axes` is the number of its subplot, '' for the first."""
         picked = curve_indices(y, POINTS)
@@ -78,8 +83,7 @@ class Along:
 
     def bands(self, subplots: Sequence[str]) -> list[Chart]:
         """Tinted stretches of x where a region lies, in every subplot; none where there are too many to tell apart."""
-        runs = self.runs()
-        if len(runs) > _MOST_BANDS:
+        if not self.banded:
             return []
         return [
             {
@@ -95,7 +99,7 @@ class Along:
                 "layer": "below",
             }
             for axes in subplots
-            for region, first, last in runs
+            for region, first, last in self.runs()
         ]
 
     def band_names(self) -> list[Chart]:
@@ -122,10 +126,11 @@ def _short(name: str, most: int = 22) -> str:
     return name if len(name) <= most else name[: most - 1] + "…"
 
 
-def _x_axis(title: bool = True, **more: Any) -> Chart:
-    axis = {"hoverformat": ",.1f", "tickformat": ",~f", "zeroline": False, **more}
+def _x_axis(along: Along, title: bool = True, **more: Any) -> Chart:
+    end = float(along.s_mm[-1]) if len(along.s_mm) else 0.0
+    axis = {"range": [0.0, end or 1.0], "hoverformat": ",.1f", "tickformat": ",~f", "zeroline": False, **more}
     if title:
-        axis["title"] = {"text": "path length of the tool tip [mm]"}
+        axis["title"] = {"text": "path length of the tool tip [mm]", "standoff": 6}
     return axis
 
 
@@ -182,26 +187,26 @@ def conditioning_chart(
     known = np.concatenate([solution.inv_kf, *comparison.values(), *([] if bound is None else [bound])])
     highest = float(np.max(known, where=np.isfinite(known), initial=max(0.6, threshold)))
     layout = {
-        "height": 400,
+        "height": 430,
         "hovermode": "x unified",
-        "xaxis": _x_axis(),
+        "xaxis": _x_axis(along),
         "yaxis": {"title": {"text": "1/k<sub>F</sub> [–]"}, "range": [0.0, 1.1 * highest], "zeroline": False},
         "shapes": [*along.bands([""]), _level(threshold, "", _LIMIT, "dash")],
         "annotations": [*along.band_names(), _threshold_note(threshold), *_minimum_note(along, solution)],
         "legend": {"orientation": "h", "y": -0.2, "yanchor": "top", "x": 0},
-        "margin": {"t": 30, "r": 20, "l": 70, "b": 60},
+        "margin": {"t": 54, "r": 92, "l": 70, "b": 60},
     }
     return {"traces": traces, "layout": layout}
 
 
 def _threshold_note(threshold: float) -> Chart:
     return {
-        "x": 0,
+        "x": 1,
         "xref": "x domain",
         "xanchor": "left",
         "y": threshold,
         "yref": "y",
-        "yanchor": "top",
+        "yanchor": "middle",
         "text": f" threshold {threshold:g}",
         "showarrow": False,
         "font": {"size": 11, "color": _LIMIT},
@@ -222,6 +227,7 @@ def _minimum_note(along: Along, solution: Solution) -> list[Chart]:
             "ay": 46,
             "arrowhead": 2,
             "arrowwidth": 1.2,
+            "arrowcolor": _OTHERS[2],
             "font": {"size": 12},
         }
     ]
@@ -237,13 +243,11 @@ def axis_limits(cell: Cell) -> dict[str, tuple[float, float]]:
     return limits
 
 
-def _subplots(
-    cell: Cell, along: Along, values: Mapping[str, Array], *, columns: int, row_height: int, legend_space: int = 0
-) -> Chart:
+def _subplots(cell: Cell, along: Along, values: Mapping[str, Array], *, columns: int, row_height: int) -> Chart:
     """One small chart an axis, over its whole range of travel, the forbidden ends tinted."""
     names, limits = list(values), axis_limits(cell)
     rows = -(-len(names) // columns)
-    height = rows * row_height + 70 + legend_space
+    height = rows * row_height + 90
     gap_x, gap_y = 0.09, min(0.3, 52.0 / height)
     wide, tall = (1 - gap_x * (columns - 1)) / columns, (1 - gap_y * (rows - 1)) / rows
     traces: list[Chart] = []
@@ -260,7 +264,9 @@ def _subplots(
         top = 1 - row * (tall + gap_y)
         x_domain = [column * (wide + gap_x), column * (wide + gap_x) + wide]
         bottom = row == rows - 1 or k + columns >= len(names)
-        layout[f"xaxis{axes}"] = _x_axis(bottom, domain=x_domain, anchor=f"y{axes}", **({"matches": "x"} if k else {}))
+        layout[f"xaxis{axes}"] = _x_axis(
+            along, bottom, domain=x_domain, anchor=f"y{axes}", **({"matches": "x"} if k else {})
+        )
         y_axis = {
             "domain": [top - tall, top],
             "anchor": f"x{axes}",
@@ -268,16 +274,16 @@ def _subplots(
             "zeroline": False,
         }
         layout[f"yaxis{axes}"] = y_axis
-        text = f"{name}: no limit (endless)"
+        text = f"{name}: endless, no limit"
         if np.isfinite(lower) and np.isfinite(upper):
             pad = 0.07 * (upper - lower)
             y_axis["range"] = [lower - pad, upper + pad]
             layout["shapes"] += _forbidden(lower, upper, pad, axes)
             margin = float(np.min(np.minimum(y - lower, upper - y))) if len(y) else 0.0
-            text = f"{name}: limits {lower:g} … {upper:g}{mark}, closest {margin:.1f}{mark}"
+            text = f"{name}: {lower:g} to {upper:g}{mark}, closest {margin:.1f}{mark} from a limit".replace("-", "−")
         notes.append(_heading(text, axes))
     layout["annotations"] = notes
-    layout["margin"] = {"t": 30, "r": 20, "l": 70, "b": 50}
+    layout["margin"] = {"t": 48, "r": 20, "l": 70, "b": 50}
     return {"traces": traces, "layout": layout}
 
 
@@ -336,10 +342,10 @@ def feed_chart(along: Along, path: ToolPathInBase) -> Chart | None:
     template = "%{y:,.0f} mm/min<extra>%{text}</extra>"
     highest = float(np.nanmax(feed))
     layout = {
-        "height": 300,
+        "height": 310,
         "hovermode": "x",
         "showlegend": False,
-        "xaxis": _x_axis(),
+        "xaxis": _x_axis(along),
         "yaxis": {
             "title": {"text": "feed [mm/min]"},
             "range": [0.0, 1.1 * highest],
@@ -348,7 +354,7 @@ def feed_chart(along: Along, path: ToolPathInBase) -> Chart | None:
         },
         "shapes": along.bands([""]),
         "annotations": along.band_names(),
-        "margin": {"t": 30, "r": 20, "l": 70, "b": 50},
+        "margin": {"t": 54, "r": 20, "l": 70, "b": 50},
     }
     curve = along.curve(feed, "feed", template=template, color=_MAIN, line={"shape": "vh"})
     return {"traces": [curve], "layout": layout}

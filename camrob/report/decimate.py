@@ -12,7 +12,7 @@ Indices = NDArray[np.int64]
 
 
 def curve_indices(y: Array, limit: int) -> Indices:
-    """At most `limit` + 2 indices, rising, of a curve y (N,): the smallest and largest of each of equal runs, and the ends.
+    """At most `limit` + 2 indices, rising, of a curve y (N,): smallest and largest of each of equal runs, and the ends.
 
     NaN (a gap) is kept where a run holds nothing else or where it is next to a number, so that gaps stay gaps.
     """

@@ -27,18 +27,20 @@ def escape(value: object) -> str:
 
 def plot_text(value: object) -> str:
     """Text for a chart. Plotly reads a little HTML and %{...} in its labels: neither survives."""
-    return escape(value).replace("%{", "% {")
+    text = "".join(c if c.isprintable() else " " for c in str(value)).replace("%{", "% {")
+    return html.escape(text, quote=False)
 
 
 def number(value: object, decimals: int = 1, unit: str = "") -> str:
-    """A number with its unit as it is read; an en dash where there is none. Very small ones are written with a power."""
+    """A number with its unit as it is read, as HTML; an en dash where there is none. Very small ones get a power."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return "–"
-    text = f"{value:,.{decimals}f}"
+    text = f"{value:,.{decimals}f}".replace("-", "−")
     if value != 0.0 and abs(value) < 0.5 * 10.0**-decimals:
         mantissa, power = f"{value:.1e}".split("e")
-        text = f"{mantissa} × 10<sup>{int(power)}</sup>"
-    return f"{text} {escape(unit)}" if unit else text
+        text = f"{mantissa} × 10<sup>{int(power)}</sup>".replace("-", "−")
+    space = "" if unit == "°" else " "
+    return f"{text}{space}{escape(unit)}" if unit else text
 
 
 def _finite(value: Any) -> Any:

@@ -19,18 +19,23 @@
 
   // ---- look: colours of the page, light or dark, in every picture
   function theme() {
-    const axis = { gridcolor: css("--grid"), linecolor: css("--line"), tickcolor: css("--line"), showline: true };
-    const solid = { gridcolor: css("--grid"), color: css("--soft"), showbackground: false, zerolinecolor: css("--grid") };
+    const title = { font: { size: 13 } };
+    const axis = { gridcolor: css("--grid"), linecolor: css("--line"), tickcolor: css("--line"), showline: true, title };
+    const solid = { gridcolor: css("--grid"), color: css("--soft"), showbackground: false, zerolinecolor: css("--grid"), title };
     return {
       layout: {
         paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
         font: { color: css("--text"), size: 13, family: 'system-ui, "Segoe UI", Roboto, Arial, sans-serif' },
         hoverlabel: { bgcolor: css("--panel"), bordercolor: css("--line"), font: { color: css("--text") } },
+        modebar: { bgcolor: "rgba(0,0,0,0)", color: css("--soft"), activecolor: css("--accent") },
         xaxis: axis, yaxis: axis, scene: { xaxis: solid, yaxis: solid, zaxis: solid },
       },
     };
   }
-  const config = { responsive: true, displaylogo: false, showTips: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"] };
+  const config = {
+    responsive: true, displaylogo: false, showTips: false, showSendToCloud: false, plotlyServerURL: "",
+    modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "sendDataToCloud", "sendChartToCloud", "tableRotation"],
+  };
 
   // ---- charts along the path
   const drawn = [];
@@ -57,11 +62,10 @@
 
   function sameZoom(source, change) {
     if (zooming) return;
-    const low = change["xaxis.range[0]"];
-    const auto = change["xaxis.autorange"];
-    if (low === undefined && !auto) return;
+    const key = Object.keys(change).find((name) => /^xaxis\d*\.(range|autorange)/.test(name));
+    if (!key) return;
     zooming = true;
-    const update = auto ? { "xaxis.autorange": true } : { "xaxis.range": [low, change["xaxis.range[1]"]] };
+    const update = { "xaxis.range": source.layout[key.split(".")[0]].range.slice() };
     Promise.all(drawn.filter((d) => d.element !== source).map((d) => Plotly.relayout(d.element, update)))
       .then(() => { zooming = false; }, () => { zooming = false; });
   }
@@ -124,7 +128,7 @@
     const part = group.role === "part";
     return {
       type: "mesh3d", x: at.x, y: at.y, z: at.z, i: pick(0), j: pick(1), k: pick(2), color: group.color, flatshading: true,
-      lighting: { ambient: 0.58, diffuse: 0.62, specular: 0.12, roughness: 0.8, fresnel: 0.05 },
+      lighting: { ambient: 0.66, diffuse: 0.5, specular: 0.12, roughness: 0.8, fresnel: 0.05 },
       lightposition: { x: 4000, y: -3000, z: 9000 }, showscale: false, showlegend: false,
       hoverinfo: part ? "skip" : "text", text: group.names.join(", "),
     };
@@ -192,7 +196,7 @@
     const point = (v) => ({ x: v[0], y: v[1], z: v[2] });
     const turn = scene.look, whole = Math.hypot(...span) / unit;
     return {
-      cell: { center: { x: 0, y: 0, z: -0.05 }, eye: point(turn.map((v) => v * whole * 0.98)), up: { x: 0, y: 0, z: 1 } },
+      cell: { center: { x: 0, y: 0, z: -0.1 }, eye: point(turn.map((v) => v * whole * 1.12)), up: { x: 0, y: 0, z: 1 } },
       part: { center: point(center), eye: point(turn.map((v, k) => center[k] + v * 1.5 * size / unit)), up: { x: 0, y: 0, z: 1 } },
       aspect: point(span.map((v) => v / unit)),
     };
@@ -241,7 +245,7 @@
     scene.axes.forEach((axis, k) => {
       const value = stopAxes[current * scene.axes.length + k];
       const row = document.getElementById("axis-" + k);
-      row.querySelector(".v").textContent = value.toFixed(axis.unit === "mm" ? 1 : 2) + (axis.unit === "mm" ? " mm" : "°");
+      row.querySelector(".v").textContent = value.toFixed(axis.unit === "mm" ? 1 : 2).replace("-", "−") + (axis.unit === "mm" ? " mm" : "°");
       const [low, high] = axis.limits;
       if (low === null || high === null) return;
       const share = Math.min(1, Math.max(0, (value - low) / (high - low)));

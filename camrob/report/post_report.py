@@ -23,6 +23,7 @@ __all__ = ["post_report"]
 Array = NDArray[np.float64]
 
 _BANDS = "Tinted stretches are the regions; what lies between them is travel through air."
+_NO_BANDS = "There are too many regions to tint: hover over a curve to see where it is."
 _LINKED = "Zoom in one chart and all follow; click in a chart to bring the robot of the 3D view there."
 
 
@@ -40,10 +41,10 @@ def post_report(
 ) -> str:
     """The page for a posted program, as text.
 
-    summary: what NAME.json holds. part_mesh: the part in its own frame, metres, placed by base_T_part (4, 4), the identity
-    by default. comparison: 1/k_F (N,) of other solutions of the same path by their names (the paper's Figure 10), NaN where
-    they have none. bound: (N,) the highest 1/k_F that any posture reaches at each point. The same arguments give the same
-    text. Raises ValueError where an array doesn't have the path's length.
+    summary: what NAME.json holds. part_mesh: the part in its own frame, metres, placed by base_T_part (4, 4), the
+    identity by default. comparison: 1/k_F (N,) of other solutions of the same path by their names (the paper's Figure
+    10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches at each point. The same
+    arguments give the same text. Raises ValueError where an array doesn't have the path's length.
     """
     others = {name: np.asarray(kf, float) for name, kf in (comparison or {}).items()}
     best = None if bound is None else np.asarray(bound, float)
@@ -74,8 +75,8 @@ def post_report(
             *(_chart_section(chart) for chart in charts),
             regions_table(summary, path, solution, threshold=threshold),
             "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing. "
-            "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, lengths "
-            "divided by the characteristic length): 1/k<sub>F</sub> is 0 in a singular posture.</footer>",
+            "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, "
+            "lengths divided by the characteristic length): 1/k<sub>F</sub> is 0 in a singular posture.</footer>",
             "</main>",
         ]
     )
@@ -99,6 +100,7 @@ def _charts(
     along = Along.of(path, names)
     axis_values = cell.to_axis_values(solution.q)
     threshold = cell.resolve.threshold
+    bands = _BANDS if along.banded else _NO_BANDS
     compared = " Dotted: the same path resolved in other ways, for comparison." if comparison else ""
     limited = "" if bound is None else " Dashed green: the best that any posture reaches at each point."
     candidates: list[tuple[str, str, Chart | None, str]] = [
@@ -107,27 +109,27 @@ def _charts(
             "How well the arm stands: 1/k<sub>F</sub>",
             conditioning_chart(along, solution, threshold=threshold, comparison=comparison, bound=bound),
             "The higher, the evener the arm moves and pushes in every direction. Look for stretches below the red line "
-            f"({threshold:g}): there the arm is close to a singular posture.{limited}{compared} {_BANDS} {_LINKED}",
+            f"({threshold:g}): there the arm is close to a singular posture.{limited}{compared} {bands} {_LINKED}",
         ),
         (
             "axes",
             "Axes of the arm against their limits",
             axis_chart(cell, along, axis_values),
-            "Each chart spans the axis's whole range of travel; the red ends are beyond its limits. Look for a curve that comes "
-            f"near the red, and for steps: a step while cutting would be a jump of the robot. {_BANDS}",
+            "Each chart spans the axis's whole range of travel; the red ends are beyond its limits. Look for a curve that "
+            f"comes near the red, and for steps: a step while cutting would be a jump of the robot. {bands}",
         ),
         (
             "external",
             f"External axes: {', '.join(escape(n) for n in cell.external_names)}",
             external_chart(cell, along, axis_values),
-            "Look for smooth curves while cutting. A step between regions is a posture revision: table and track move while the "
-            f"cutter keeps its pose in the part. {_BANDS}",
+            "Look for smooth curves while cutting. A step between regions is a posture revision: table and track move while "
+            f"the cutter keeps its pose in the part. {bands}",
         ),
         (
             "feed",
             "Programmed feed",
             feed_chart(along, path),
-            f"Feed at the tool tip while cutting; gaps are moves through air, which run at the cell's speed. {_BANDS}",
+            f"Feed at the tool tip while cutting; gaps are moves through air, which run at the cell's speed. {bands}",
         ),
     ]
     return [
@@ -158,10 +160,11 @@ def _scene_section(cell: Cell, *, with_part: bool) -> str:
         '<button id="see-cell" type="button">Cell</button><button id="see-part" type="button">Part</button></div>'
         f'<div class="legend">{legend}<span><i style="background:#8a93a0"></i>travel through air</span></div></div>'
         f'<div class="readout"><div class="where" id="where"></div>{"".join(rows)}'
-        '<p class="caption">Bars span each axis from its lower to its upper limit; the mark turns red within 3 % of one.</p></div></div>'
-        '<p class="caption">The path is coloured by 1/k<sub>F</sub>: blue and green well conditioned, amber at the threshold, '
-        "red below. Move the slider (arrow keys work too) to see the robot there; table, part and path turn with it, the hall "
-        "stands. Look for red stretches, and for the arm coming near the table or the part. The bodies are the cell's "
+        '<p class="caption">Bars span each axis from lower to upper limit; the mark turns red within 3 % of '
+        "one.</p></div></div>"
+        '<p class="caption">The path is coloured by 1/k<sub>F</sub>: blue and green well conditioned, amber at the '
+        "threshold, red below. Move the slider (arrow keys work too) to see the robot there; table, part and path turn with "
+        "it, the hall stands. Look for red stretches, and for the arm coming near the table or the part. The bodies are the cell's "
         "collision shapes.</p></section>"
     )
 

@@ -10,6 +10,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.cell.shape import Shape, ShapeKind
 from camrob.report.bodies import role_of, shape_mesh, thinned, world_T_frames
 from camrob.report.curves import axis_limits
 from camrob.report.decimate import path_indices
@@ -26,18 +27,21 @@ Array = NDArray[np.float64]
 ROLE_COLORS = {
     "hall": "#b4bcc6",
     "table": "#8d97a5",
-    "carriage": "#5b6571",
+    "carriage": "#76818e",
     "arm": "#ee7d25",
-    "spindle": "#4a5462",
+    "spindle": "#5f6b7a",
     "tool": "#e8d27a",
     "part": "#ded6c4",
 }
 """Colours of bodies by what they belong to."""
 
 PART_FACES = 20_000
+SHAPE_FACES = 8_000
 PATH_POINTS = 16_000
 _STOPS = 100
 _LOOK_SIDE_DEG = 62.0
+_MARGIN = 0.08  # m round all that moves
+_SEAM = 0.002  # m between a cut and the edge of the view
 _MOST_STOPS = 240
 _STOPS_OF_REVISION = 5
 
@@ -71,55 +75,45 @@ def stops(path: ToolPathInBase, solution: Solution, names: Mapping[int, str]) ->
     return [(point, q, remark) for point, _, q, remark in out]
 
 
-def _bodies(
-    cell: Cell, frames: list[str], part_mesh: trimesh.Trimesh | None, base_T_part: Array
-) -> list[dict[str, Any]]:
-    bodies = [
-        _body(
-            shape.name, role_of(cell, shape.frame), shape.frame, thinned(shape_mesh(shape, cell.folder), 8000), frames
-        )
-        for shape in cell.shapes
-    ]
-    if part_mesh is not None and len(part_mesh.faces):
-        mesh = thinned(part_mesh, PART_FACES).copy()
-        mesh.apply_transform(np.asarray(base_T_part))
-        bodies.append(_body("part", "part", "base", mesh, frames))
-    return bodies
-
-
-def _body(name: str, role: str, frame: str, mesh: trimesh.Trimesh, frames: list[str]) -> dict[str, Any]:
+def _body(name: str, role: str, frame: int, mesh: trimesh.Trimesh) -> dict[str, Any]:
     return {
         "name": plot_text(name),
         "role": role,
         "color": ROLE_COLORS[role],
-        "frame": frames.index(frame),
+        "frame": frame,
         "vertices": packed_floats(m_to_mm(np.asarray(mesh.vertices, float))),
         "faces": packed_integers(mesh.faces),
     }
 
 
-def _view(path: ToolPathInBase, cell: Cell, poses: Mapping[str, Array], meshes: list[tuple[str, Array]]) -> Array:
-    """Corners (2, 3), mm in `world`, of a box round all that moves in any of the stops; what stands may be cut off."""
-    corners = [np.full((1, 3), 0.0)]
-    for frame, bounds in meshes:
-        if frame == "world":
-            continue
-        box = np.array(
-            [[bounds[i, 0], bounds[j, 1], bounds[k, 2], 1.0] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
-        )
-        corners.append((poses[frame] @ box.T)[:, :3].swapaxes(1, 2).reshape(-1, 3))
+def _view(path: ToolPathInBase, poses: Mapping[str, Array], meshes: list[tuple[Shape, trimesh.Trimesh]]) -> Array:
+    """Corners (2, 3), m in `world`, of a box round all that moves in any of the stops; what stands may be cut off."""
+    corners = [np.zeros((1, 3))]
+    for shape, mesh in meshes:
+        if shape.frame != "world":
+            box = np.c_[trimesh.bounds.corners(mesh.bounds), np.ones(8)]
+            corners.append((poses[shape.frame] @ box.T)[:, :3].swapaxes(1, 2).reshape(-1, 3))
     tips = path.base_T_tip[:: max(1, len(path) // 500), :, 3]
     corners.append((poses["base"] @ tips.T)[:, :3].swapaxes(1, 2).reshape(-1, 3))
     every = np.concatenate(corners)
-    return np.asarray(m_to_mm(np.stack([every.min(axis=0) - 0.1, every.max(axis=0) + 0.1])))
+    return np.stack([every.min(axis=0) - _MARGIN, every.max(axis=0) + _MARGIN])
+
+
+def _cut_off(mesh: trimesh.Trimesh, view: Array) -> trimesh.Trimesh:
+    """A standing box (floor, track bed) as far as the view goes, so that its cut is clean."""
+    cut = mesh.copy()
+    cut.vertices = np.clip(mesh.vertices, view[0], view[1])
+    return cut
 
 
 def _look(poses: Mapping[str, Array]) -> list[float]:
-    """Unit vector in `world` towards the eye: across the table from the robot, to its side and above."""
+    """Unit vector in `world` towards the eye: across the table from the robot, above, on the side that the tool faces."""
     world_p_root = poses["root"][:, :2, 3].mean(axis=0)
     away = poses["tool"][:, :2, 3].mean(axis=0) - world_p_root
     heading = float(np.arctan2(away[1], away[0])) if np.linalg.norm(away) > 1e-6 else 0.0
-    heading -= deg_to_rad(_LOOK_SIDE_DEG)
+    world_z_tool = poses["tool"][:, :2, 2].mean(axis=0)
+    facing_left = away[0] * world_z_tool[1] - away[1] * world_z_tool[0] > 1e-6
+    heading += deg_to_rad(_LOOK_SIDE_DEG) * (1.0 if facing_left else -1.0)
     eye = np.array([np.cos(heading), np.sin(heading), 0.5])
     return [float(v) for v in eye / np.linalg.norm(eye)]
 
@@ -142,15 +136,24 @@ def scene_data(
     frames = [name for name in poses if name in used]
     matrices = np.stack([poses[name][:, :3, :].copy() for name in frames], axis=1)
     matrices[..., 3] = m_to_mm(matrices[..., 3])
-    bodies = _bodies(cell, frames, part_mesh, base_T_part)
-    bounds = [(shape.frame, np.asarray(shape_mesh(shape, cell.folder).bounds)) for shape in cell.shapes]
+    meshes = [(shape, thinned(shape_mesh(shape, cell.folder), SHAPE_FACES)) for shape in cell.shapes]
+    view = _view(path, poses, meshes)
+    bodies = []
+    for shape, mesh in meshes:
+        standing = shape.frame == "world" and shape.kind is ShapeKind.BOX
+        shown = _cut_off(mesh, view) if standing else mesh
+        bodies.append(_body(shape.name, role_of(cell, shape.frame), frames.index(shape.frame), shown))
+    if part_mesh is not None and len(part_mesh.faces):
+        placed = thinned(part_mesh, PART_FACES).copy()
+        placed.apply_transform(np.asarray(base_T_part))
+        bodies.append(_body("part", "part", frames.index("base"), placed))
     points = np.array([point for point, _, _ in chosen], dtype=np.int64)
     s_mm = m_to_mm(path.length)
     return {
         "frames": frames,
         "bodies": bodies,
         "look": _look(poses),
-        "view": _view(path, cell, poses, bounds).tolist(),
+        "view": m_to_mm(view + np.array([[-_SEAM], [_SEAM]])).tolist(),
         "stops": {
             "matrices": packed_floats(matrices),
             "count": len(q),

@@ -88,7 +88,8 @@ def verdict(summary: Summary, findings: Sequence[Finding]) -> str:
         text += (
             f" Read back and replayed by {escape(_get(verified, 'by'))}: {number(_get(verified, 'points'), 0)} points, "
             f"worst deviation from the CL data {number(_get(verified, 'position_error_mm_max'), 5, 'mm')}{axis_text}. "
-            f"The solver's own error before rounding: {number(_get(summary, 'tracking', 'position_error_mm_max'), 6, 'mm')}, "
+            "The solver's own error before rounding: "
+            f"{number(_get(summary, 'tracking', 'position_error_mm_max'), 6, 'mm')}, "
             f"{number(_get(summary, 'tracking', 'axis_error_deg_max'), 6, '°')}."
         )
     return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
@@ -109,14 +110,14 @@ def warnings_table(findings: Iterable[Finding], names: Mapping[int, str]) -> str
         rows.append(
             f'<tr><td><span class="tag {f.severity.value}">{f.severity.value}</span></td>'
             f'<td class="text">{escape(f.text)}</td><td class="n">{value}{limit}</td>'
-            f'<td class="n">{f.count:,}</td><td>{escape(place) or "–"}</td><td><code>{escape(f.code)}</code></td></tr>'
+            f'<td class="n">{f.count:,}</td><td class="place">{escape(place) or "–"}</td><td class="place"><code>{escape(f.code)}</code></td></tr>'
         )
     more = len(kinds) - _MOST_WARNINGS
     rest = f'<p class="caption">{more:,} more kinds are in the summary file.</p>' if more > 0 else ""
     return (
         f"<section><h2>Warnings ({_plural(len(kinds), 'kind', 'kinds')})</h2>"
-        '<div class="scroll"><table><thead><tr><th>Severity</th><th>What</th><th class="n">Value</th><th class="n">Count</th>'
-        f"<th>First at</th><th>Code</th></tr></thead><tbody>{''.join(rows)}</tbody></table></div>{rest}</section>"
+        '<div class="scroll"><table><thead><tr><th>Severity</th><th>What</th><th class="n">Value</th>'
+        f'<th class="n">Count</th><th>First at</th><th>Code</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>{rest}</section>'
     )
 
 
@@ -167,7 +168,8 @@ def cards(summary: Summary, cell: Cell, path: ToolPathInBase, *, threshold: floa
     ]
     regions = _get(summary, "regions") or []
     revised = sum(bool(r.get("revised")) for r in regions)
-    length = number(float(m_to_mm(path.length[-1])) / 1000.0, 1, "m") if len(path) else "–"
+    length = number(float(path.length[-1]), 1, "m") if len(path) else "–"
+    error = _get(summary, "verified", "position_error_mm_max")
     items = [
         _card("CL points", number(_get(summary, "points"), 0), f"{length} of path, {len(path):,} points with travel"),
         _card(
@@ -176,8 +178,9 @@ def cards(summary: Summary, cell: Cell, path: ToolPathInBase, *, threshold: floa
         _card("Time", duration(_get(summary, "time_s", "program")), time_note),
         _card("Lowest 1/k<sub>F</sub>", number(lowest, 3), kf_note, "warn" if low else ""),
         _card("Closest to a limit", nearest, others, near_level),
-        _card("External travel", " · ".join(f"{n} {v}" for n, v in parts[:2]) or "–", "summed over the whole program"),
+        _card("External travel", " · ".join(f"{n} {v}" for n, v in parts[:2]) or "–", "summed over the program"),
         _card("Collisions", *(hits if checked else ("not checked", "no bodies were given", "warn"))),
+        _card("Worst deviation", number(error, 5, "mm"), "of the program read back from the CL data"),
     ]
     return f'<div class="cards">{"".join(items)}</div>'
 
@@ -218,9 +221,10 @@ def regions_table(summary: Summary, path: ToolPathInBase, solution: Solution, *,
     return (
         '<section><h2>Regions</h2><div class="scroll"><table><thead><tr><th class="n">No.</th><th>Name</th>'
         '<th class="n">CL lines</th><th class="n">Points</th><th class="n">Cutting [mm]</th>'
-        '<th class="n">1/k<sub>F</sub> lowest</th><th class="n">1/k<sub>F</sub> mean</th><th class="n">Revision: before → after</th>'
+        '<th class="n">1/k<sub>F</sub> lowest</th><th class="n">1/k<sub>F</sub> mean</th>'
+        '<th class="n">Revision: before → after</th>'
         f"</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
-        '<p class="caption">A region is one operation, or a run of cutting between retracts. Red: the arm falls below the '
-        f"threshold {threshold:g} there. Revision: 1/k<sub>F</sub> at the region's first point without and with the table and "
-        f"track moved before it.{rest}</p></section>"
+        '<p class="caption">A region is one operation, or a run of cutting between retracts. Red: the arm falls below '
+        f"the threshold {threshold:g} there. Revision: 1/k<sub>F</sub> at the region's first point without and with the "
+        f"table and track moved before it.{rest}</p></section>"
     )
