@@ -360,6 +360,18 @@ def test_operations_tools_and_events() -> None:
     ]
 
 
+def test_what_is_said_between_two_operations_belongs_to_the_second() -> None:
+    frame = "TRNTYP/WORLD,0,0,0\nCSYS/1.,0,0,0,0,1.,0,0,0,0,1.,0\n"
+    op = "INSERT/MILL {0}\nCUTTER/{0}.,0,1.\nLOAD/TOOL,{0}\nCOOLNT/FLOOD\n" + frame
+    op += "RAPID/\nGOTO/0,0,9\nGOTO/0,0,{0}\nRAPID/\nGOTO/0,0,9\n"
+    t = read("UNIT/MM\nFEDRAT/100.,MMPM\n" + op.format(4) + op.format(6) + "FINI\n", "camworks-apt")
+    a, b = t.regions
+    assert [(e.kind.value, e.value, e.point) for e in b.events] == [("tool_change", 6.0, 0), ("coolant_on", 0.0, 0)]
+    assert [(e.kind.value, e.value, e.point) for e in a.events] == [("tool_change", 4.0, 0), ("coolant_on", 0.0, 0)]
+    assert (a.tool, b.tool) == (4, 6) and (a.name, b.name) == ("MILL 4", "MILL 6")
+    assert [(x.number, round(x.diameter * 1000, 6)) for x in t.tools] == [(4, 4.0), (6, 6.0)]
+
+
 def test_the_same_tool_loaded_twice_is_one_change() -> None:
     t = read(HEAD + "LOADTL/1\nLOADTL/1,1\nRAPID\nGOTO/0,0,9\nLOADTL/1\nGOTO/0,0,1\nSELECT/TOOL,9\nGOTO/1,0,1\n")
     assert [e for e in events(t) if e[0] == "tool_change"] == [("tool_change", 1.0, "", 0)]

@@ -110,7 +110,8 @@ class Machine:
 
     def announce(self, name: str, *, hard: bool = False) -> None:
         """A new operation begins: a new region as soon as the tool is in the air (at once when `hard`)."""
-        self.flush_events()
+        if self.mark is None:  # what was said since an earlier announcement belongs to the new operation
+            self.flush_events()
         self.announced += 1
         already = self.mark is not None and self.mark.hard
         self.mark = _Mark(clean_text(name) or (self.mark.name if self.mark else self.operation), hard or already)
