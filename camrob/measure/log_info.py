@@ -1,0 +1,136 @@
+"""What stands beside a log, in LOG.toml: who measured what, in which frame, how well."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+import re
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from camrob.errors import LogError
+from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_min_to_m_s, mm_to_m, rad_to_deg
+
+__all__ = ["LogInfo", "MeasuredFrame", "Target", "info_text", "read_info"]
+
+
+class MeasuredFrame(StrEnum):
+    """The frame that measured poses are in."""
+
+    WORLD = "world"
+    BASE = "base"  # turns with the table
+    UNKNOWN = "unknown"  # the instrument's own, to be fitted
+
+
+class Target(StrEnum):
+    """What was measured."""
+
+    TOOL = "tool"
+    UNKNOWN = "unknown"  # a reflector somewhere on the flange, to be fitted
+
+
+@dataclass(frozen=True, slots=True)
+class LogInfo:
+    """The facts of LOG.toml, SI; NaN or "" where the file says nothing.
+
+    sigma_position (m) and sigma_angle (rad): the instrument's 1-sigma noise an axis. payload: kg. feed: m/s. program:
+    name of the program file beside the log. poses: rows are single poses at rest, not a path.
+    """
+
+    measured_frame: MeasuredFrame = MeasuredFrame.WORLD
+    target: Target = Target.TOOL
+    sigma_position: float = math.nan
+    sigma_angle: float = math.nan
+    payload: float = math.nan
+    feed: float = math.nan
+    program: str = ""
+    instrument: str = ""
+    note: str = ""
+    poses: bool = False
+
+
+_NUMBERS: dict[str, tuple[str, Callable[[float], float], Callable[[float], float]]] = {
+    "sigma_mm": ("sigma_position", mm_to_m, m_to_mm),
+    "sigma_deg": ("sigma_angle", deg_to_rad, rad_to_deg),
+    "payload_kg": ("payload", float, float),
+    "feed_mm_min": ("feed", mm_min_to_m_s, m_s_to_mm_min),
+}
+_TEXTS = ("program", "instrument", "note")
+_CHOICES: dict[str, type[StrEnum]] = {"measured_frame": MeasuredFrame, "target": Target}
+_KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, "poses")
+
+
+def read_info(path: Path) -> LogInfo:
+    """The facts in a LOG.toml. Keys that are not the format's are left aside, unless they look like a misspelt one.
+
+    Raises LogError naming file, line (of broken TOML) or key, and cure.
+    """
+    data = _load(path)
+    values: dict[str, Any] = {}
+    for key, value in data.items():
+        if key in _CHOICES:
+            values[key] = _choice(path, key, value)
+        elif key in _NUMBERS:
+            values[_NUMBERS[key][0]] = _NUMBERS[key][1](_number(path, key, value))
+        elif key in _TEXTS:
+            if not isinstance(value, str) or not all(c.isprintable() or c in "\n\t" for c in value):
+                raise _wrong(path, key, "is no text", "give a text in quotes")
+            values[key] = " ".join(value.split())
+        elif key == "poses":
+            if not isinstance(value, bool):
+                raise _wrong(path, key, "is neither true nor false", "write true or false")
+            values[key] = value
+        elif near := difflib.get_close_matches(key.lower(), _KEYS, n=1, cutoff=0.8):
+            raise _wrong(path, key[:40], "is no key of a log", f"is {near[0]} meant?")
+    return LogInfo(**values)
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except OSError as e:
+        raise LogError(f"can't be read ({e.strerror})", cure="check the path", path=path) from None
+    except UnicodeDecodeError:
+        raise LogError("is no UTF-8 text", cure="save it as UTF-8", path=path) from None
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
+        found = re.search(r" \(at line (\d+), column \d+\)$", str(e))
+        what = str(e)[: found.start()] if found else str(e)
+        line = int(found[1]) if found else 0
+        raise LogError(f"is no valid TOML: {what[:200]}", cure="mend that place", path=path, line=line) from None
+
+
+def _wrong(path: Path, key: str, what: str, cure: str) -> LogError:
+    return LogError(f"{key}: {what}", cure=cure, path=path)
+
+
+def _choice(path: Path, key: str, value: Any) -> StrEnum:
+    choices = _CHOICES[key]
+    if value not in list(choices):
+        raise _wrong(path, key, f"is {str(value)[:40]!r}", f"use one of {', '.join(choices)}")
+    return choices(value)
+
+
+def _number(path: Path, key: str, value: Any) -> float:
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    if not plain or not 0.0 <= value <= 1e9:
+        raise _wrong(path, key, f"is {str(value)[:40]}", "give a number that is not negative")
+    return float(value)
+
+
+def info_text(info: LogInfo) -> str:
+    """LOG.toml for some facts; those that are the defaults are left out."""
+    plain = LogInfo()
+    given = {f.name for f in fields(LogInfo) if getattr(info, f.name) not in ("", getattr(plain, f.name))}
+    lines = [f"measured_frame = {json.dumps(str(info.measured_frame))}", f"target = {json.dumps(str(info.target))}"]
+    for key, (name, _, to_edge) in _NUMBERS.items():
+        if not math.isnan(getattr(info, name)):
+            lines.append(f"{key} = {to_edge(getattr(info, name)):.15g}")
+    lines += [f"{key} = {json.dumps(getattr(info, key))}" for key in _TEXTS if key in given]
+    if info.poses:
+        lines.append("poses = true")
+    return "\n".join(lines) + "\n"
