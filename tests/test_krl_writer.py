@@ -28,7 +28,7 @@ def motions(content: bytes) -> list[str]:
 
 def test_small_program_is_the_golden_text():
     files = written(small_program())
-    assert list(files) == ["FLUEGEL_3.src", "FLUEGEL_3.dat"]
+    assert list(files) == ["Fluegel_3.src", "Fluegel_3.dat"]
     for name, content in files.items():
         assert content.decode("ascii") == (GOLDEN / name).read_bytes().decode("ascii"), name
 
@@ -55,13 +55,13 @@ def test_no_sign_on_zero_and_plain_lines():
 def test_one_mm_per_minute_stays_apart():
     speeds = np.array([0.0, *(np.arange(1, 60) / 60000)])
     program = make_program([Motion.PTP_AXES] + [LIN] * 59, speed=speeds)
-    printed = re.findall(rb"\$VEL\.CP = (\S+)", written(program)["FLUEGEL_3.src"])
+    printed = re.findall(rb"\$VEL\.CP = (\S+)", written(program)["Fluegel_3.src"])
     assert len(set(printed)) == 59
     assert max(abs(float(t) - v) for t, v in zip(printed, speeds[1:], strict=True)) * 60000 <= 0.031
 
 
 def test_speed_is_printed_only_when_it_changes():
-    text = written(make_program([Motion.PTP_AXES] + [LIN] * 11))["FLUEGEL_3.src"].decode()
+    text = written(make_program([Motion.PTP_AXES] + [LIN] * 11))["Fluegel_3.src"].decode()
     assert len(re.findall(r"\$VEL\.CP", text)) == 4
 
 
@@ -131,14 +131,14 @@ def cut(count: int, safe: list[int], max_lines: int, **changes):
 def test_split_at_safe_retracts(tmp_path):
     safe = [20, 31, 40, 55, 70, 88]
     program, files = cut(100, safe, 30)
-    assert list(files)[:3] == ["FLUEGEL_3.src", "FLUEGEL_3.dat", "FLUEGEL_3_001.src"]
-    main, parts = files["FLUEGEL_3.src"].decode(), [c for n, c in files.items() if "_00" in n]
+    assert list(files)[:3] == ["Fluegel_3.src", "Fluegel_3.dat", "Fluegel_3_001.src"]
+    main, parts = files["Fluegel_3.src"].decode(), [c for n, c in files.items() if "_00" in n]
     assert len(motions(main.encode())) == 2
     ends = 2 + np.cumsum([len(motions(c)) for c in parts])
     assert ends[-1] == 100 and set(ends[:-1] - 1) <= set(safe)
     assert max(len(motions(c)) for c in parts) <= 30
     lines = main.split("\r\n")
-    at = lines.index("DEF FLUEGEL_3 ( )")
+    at = lines.index("DEF Fluegel_3 ( )")
     names = [n.removesuffix(".src") for n in files if "_00" in n]
     assert lines[at + 1 : at + 1 + len(parts)] == [f"EXT {n} ( )" for n in names]
     assert [t for t in lines if t in [f"{n} ( )" for n in names]] == [f"{n} ( )" for n in names]
@@ -146,7 +146,7 @@ def test_split_at_safe_retracts(tmp_path):
         assert not re.search(rb"BAS|PTP|\$ADVANCE|\$BASE|\$TOOL|\$ACC|\$APO|INI", content)
     read = read_back(files, tmp_path)
     assert_same(program, read)
-    assert read.files == ("FLUEGEL_3.src", *(f"{n}.src" for n in names))
+    assert read.files == ("Fluegel_3.src", *(f"{n}.src" for n in names))
 
 
 def test_split_by_bytes(tmp_path):
@@ -161,8 +161,8 @@ def test_folds_stay_paired_over_parts(tmp_path):
     files = written(program, max_lines=35)
     for content in files.values():
         assert content.count(b"\r\n;FOLD") == content.count(b"\r\n;ENDFOLD")
-    assert b";FOLD one (continued)" in files["FLUEGEL_3_002.src"]
-    assert b";FOLD two\r\n" in files["FLUEGEL_3_003.src"] and b"one" not in files["FLUEGEL_3_003.src"]
+    assert b";FOLD one (continued)" in files["Fluegel_3_002.src"]
+    assert b";FOLD two\r\n" in files["Fluegel_3_003.src"] and b"one" not in files["Fluegel_3_003.src"]
 
 
 def test_no_safe_retract_is_an_error_that_says_where():
@@ -201,11 +201,11 @@ def test_text_never_becomes_a_statement(texts, tmp_path):
     expected = read_back(plain, tmp_path)
     files = written(small_program(texts))
     (source, content), (_, data) = files.items()
-    assert re.fullmatch(r"[A-Z][A-Z0-9_]{0,23}\.src", source)
+    assert re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,23}\.src", source)
     for raw in (content, data):
         assert all(32 <= b < 127 or b in (10, 13) for b in raw)
         assert b"%{" not in raw and not re.search(rb"(?<!\r)\n|\r(?!\n)", raw)
-    lines, wanted = content.decode().split("\r\n"), plain["FLUEGEL_3.src"].decode().split("\r\n")
+    lines, wanted = content.decode().split("\r\n"), plain["Fluegel_3.src"].decode().split("\r\n")
     assert len(lines) == len(wanted) and max(map(len, lines)) <= CONTROLLER.max_line_length
     for line, want in zip(lines, wanted, strict=True):
         if want.startswith((";FOLD", "; ")):
@@ -225,13 +225,13 @@ def test_text_never_becomes_a_statement(texts, tmp_path):
 @pytest.mark.parametrize(
     ("text", "name"),
     [
-        ("Flügel 3", "FLUEGEL_3"),
-        ("3d-part", "P_3D_PART"),
+        ("Flügel 3", "Fluegel_3"),
+        ("3d-part", "P_3d_part"),
         ("", "P"),
-        ("../../etc/passwd", "ETC_PASSWD"),
-        ("lin", "P_LIN"),
-        ("con", "P_CON"),
-        ("x" * 300, "X" * 24),
+        ("../../etc/passwd", "etc_passwd"),
+        ("lin", "P_lin"),
+        ("con", "P_con"),
+        ("x" * 300, "x" * 24),
         ("日本", "P"),
     ],
 )
@@ -243,7 +243,7 @@ def test_names_are_unique_after_cleaning():
     taken: set[str] = set()
     for text in ["a b", "a-b", "a.b", "y" * 40, "y" * 41]:
         taken.add(krl_name(text, taken))
-    assert taken == {"A_B", "A_B_2", "A_B_3", "Y" * 24, "Y" * 22 + "_2"}
+    assert taken == {"a_b", "a_b_2", "a_b_3", "y" * 24, "y" * 22 + "_2"}
 
 
 def test_comments_lose_what_acts():

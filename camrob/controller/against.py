@@ -134,6 +134,8 @@ def _cover(
                 motion[i], error[i], axis_error[i] = end, d, t
                 if i > 0 and region[i] == region[i - 1] and motion[i - 1] >= 0:
                     for m in range(motion[i - 1], end):  # rows that the program passes on the way
+                        if kind[m] == KrlMotion.CIRC_VIA and m + 1 == end and s < 1.0 - 1e-9:
+                            continue  # the arc has not been passed yet
                         sm = _nearest(p[m], x[i - 1], x[i], center, u, v, 0.0, 0.0)
                         off = np.sqrt(np.sum((x[i - 1] + sm * (x[i] - x[i - 1]) - p[m]) ** 2))
                         stray[i] = max(stray[i], off)

@@ -133,6 +133,16 @@ def _check_axes(program: KrlProgram, cell: Cell) -> None:
         raise KrlError(f"moves {', '.join(strange)}, which cell {cell.name} lacks", cure="give its cell", path=program.files[0])
 
 
+def _foot_transforms(cell: Cell) -> Array:
+    """Constant transforms (k + 1, 4, 4) before, between and behind the k joints that carry the arm's foot."""
+    carrying = cell.joints[: cell.arm_slice.start]
+    fixed = [np.asarray(cell.base_T_first)]
+    for joint in carrying:
+        fixed[-1] = fixed[-1] @ joint.before
+        fixed.append(np.asarray(joint.after))
+    return np.stack(fixed)
+
+
 class _Run:
     """The state of a replay on its way through a program."""
 
@@ -145,6 +155,7 @@ class _Run:
             raise KrlError("needs an arm with a closed form to be replayed", cure="give a nominal cell", path=program.files[0])
         self.closed = closed
         self.chain = chain_arrays(cell)
+        self.fixed = _foot_transforms(cell)
         N, n = len(program), len(cell)
         externals = np.zeros((N, len(cell.external_names)))
         for k, name in enumerate(cell.external_names):
@@ -209,7 +220,7 @@ class _Run:
         rows = slice(start, stop)
         out = ReplayRun(*(a[rows] for a in self.out))
         code, stopped, samples = replay_run(
-            self.chain, self.closed, cell.q_lower, cell.q_upper, self.posture,
+            self.chain, self.fixed, self.closed, cell.q_lower, cell.q_upper, self.posture,
             np.ascontiguousarray(here[:3, :3]), np.ascontiguousarray(here[:3, 3]),
             np.ascontiguousarray(self.targets[rows, :3, :3]), np.ascontiguousarray(self.targets[rows, :3, 3]),
             np.ascontiguousarray(self.q[rows, : self.chain.arm_start]), self.program.kind[rows],

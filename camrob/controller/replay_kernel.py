@@ -99,12 +99,12 @@ def _circle(a: Array, via: Array, b: Array, center: Array, u: Array, v: Array) -
 
 
 @numba.njit(cache=True)
-def _foot(chain: ChainArrays, q: Array, R: Array, p: Array) -> None:
-    """Pose of the arm's foot in `base`: the joints before the arm."""
+def _foot(chain: ChainArrays, fixed: Array, q: Array, R: Array, p: Array) -> None:
+    """Pose of the arm's foot in `base`: the joints before the arm, with `fixed` (arm_start + 1, 4, 4) around them."""
     for r in range(3):
-        p[r] = chain.first[r, 3]
+        p[r] = fixed[0, r, 3]
         for c in range(3):
-            R[r, c] = chain.first[r, c]
+            R[r, c] = fixed[0, r, c]
     for i in range(chain.arm_start):
         if chain.prismatic[i]:
             for r in range(3):
@@ -114,7 +114,7 @@ def _foot(chain: ChainArrays, q: Array, R: Array, p: Array) -> None:
             for r in range(3):
                 a, b = R[r, 0], R[r, 1]
                 R[r, 0], R[r, 1] = a * co + b * si, b * co - a * si
-        F = chain.after[i]
+        F = fixed[i + 1]
         for r in range(3):
             a, b, c3 = R[r, 0], R[r, 1], R[r, 2]
             p[r] += a * F[0, 3] + b * F[1, 3] + c3 * F[2, 3]
@@ -124,12 +124,13 @@ def _foot(chain: ChainArrays, q: Array, R: Array, p: Array) -> None:
 
 @numba.njit(cache=True, nogil=True)
 def replay_run(
-    chain: ChainArrays, arm: SphericalArm, lower: Array, upper: Array, start_q: Array, start_R: Array, start_p: Array,
+    chain: ChainArrays, fixed: Array, arm: SphericalArm, lower: Array, upper: Array, start_q: Array, start_R: Array, start_p: Array,
     R: Array, p: Array, external: Array, kind: NDArray[np.int8], via_kind: int, end_kind: int, steps: Array, jump_limit: float,
     out: ReplayRun,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Replay N motions (LIN, or CIRC over two rows) from posture start_q (n,), whose tool is at start_R, start_p.
 
+    fixed (arm_start + 1, 4, 4): the constant transforms before, between and behind the joints that carry the arm's foot.
     R (N, 3, 3), p (N, 3): the rows' poses in `base`; external (N, arm_start): q of the joints before the arm. steps: m,
     rad between samples, and the least number of samples a motion. Returns (code, row it stopped at, samples).
     """
@@ -178,7 +179,7 @@ def replay_run(
             _turned(R0, w, s, Rs)
             for i in range(chain.arm_start):
                 q[i] = e0[i] + s * (external[last, i] - e0[i])
-            _foot(chain, q, Rf, pf)
+            _foot(chain, fixed, q, Rf, pf)
             for r in range(3):
                 pa[r] = 0.0
                 for m in range(3):

@@ -112,11 +112,11 @@ def assemble_program(
         approximate=_approximate(path, point, kind, start_of, toolpath),
         line=np.where(of_path, path.line[point], 0),
         region=np.where(of_path, path.region[point], TRANSIT),
-        safe=np.where(of_path, path.safe[point], True),
+        safe=np.where(of_path, path.safe[point], True) & (kind != Motion.CIRC_VIA),
         tool=round_frame(printed_frames(np.asarray(cell.flange_T_tool))),
         base=np.zeros(6),
         comment=tuple(comment),
-        events=_events(toolpath, start_of, rows.count + 2),
+        events=_events(toolpath, start_of, kind),
     )
 
 
@@ -173,6 +173,7 @@ def _approximate(
     follows = np.append(cutting[1:], False)
     result = (cutting == follows) & (kind != Motion.PTP_AXES) & (kind != Motion.PTP_POSE)
     result[-2] = False
+    result &= kind != Motion.CIRC_VIA
     regions = [r for r in toolpath.regions if len(r)]
     for index, region in enumerate(regions):
         for event in region.events:
@@ -186,7 +187,9 @@ def _approximate(
     return np.asarray(result)
 
 
-def _events(toolpath: Toolpath, start_of: dict[tuple[int, int], int], rows: int) -> tuple[ProgramEvent, ...]:
+def _events(
+    toolpath: Toolpath, start_of: dict[tuple[int, int], int], kind: NDArray[np.int8]
+) -> tuple[ProgramEvent, ...]:
     """What is written between motions, in order."""
     events: list[tuple[int, ProgramEvent]] = []
     regions = [r for r in toolpath.regions if len(r)]
@@ -198,7 +201,10 @@ def _events(toolpath: Toolpath, start_of: dict[tuple[int, int], int], rows: int)
         for event in region.events:
             row = start_of.get((index, min(event.point, len(region) - 1)), start)
             row = opening if event.point == 0 else row + (event.point >= len(region))
-            events.append((row, _event(event, min(row, rows - 1))))
+            row = min(row, len(kind) - 1)
+            if kind[row] == Motion.CIRC_END:  # nothing can stand between a CIRC's two points
+                row -= 1
+            events.append((row, _event(event, row)))
     return tuple(e for _, e in sorted(events, key=lambda pair: pair[0]))
 
 
@@ -207,4 +213,6 @@ def _event(event: Event, row: int) -> ProgramEvent:
         return ProgramEvent(row, ProgramEventKind.DWELL, value=event.value)
     if event.kind is EventKind.MESSAGE:
         return ProgramEvent(row, ProgramEventKind.COMMENT, event.text)
+    if event.kind is EventKind.TOOL_CHANGE and event.value <= 0.0:  # the file names a tool without a number
+        return ProgramEvent(row, ProgramEventKind.COMMENT, f"tool {event.text}")
     return ProgramEvent(row, ProgramEventKind.HOOK, _HOOKS[event.kind], event.value)

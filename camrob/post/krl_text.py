@@ -60,13 +60,16 @@ def comment_text(text: str, longest: int) -> str:
 
 
 def krl_name(text: str, taken: Container[str] = ()) -> str:
-    """A KRL name made from `text`: [A-Z][A-Z0-9_]*, at most 24 characters, no keyword, and none of `taken`."""
-    name = re.sub(r"[^A-Z0-9]+", "_", _plain(text).upper()).strip("_")
-    if not name or not name[0].isalpha() or name in _RESERVED:
+    """A KRL name made from `text`: a letter, then letters, digits and _, 24 at most, no keyword, and none of `taken`.
+
+    Letters keep their case, which KRL doesn't see.
+    """
+    name = re.sub(r"[^A-Za-z0-9]+", "_", _plain(text)).strip("_")
+    if not name or not name[0].isalpha() or name.upper() in _RESERVED:
         name = f"P_{name}".rstrip("_")
     name = name[:NAME_LENGTH].rstrip("_")
     unique, count = name, 1
-    while unique in taken:
+    while unique in taken or unique.upper() in taken:
         count += 1
         unique = name[: NAME_LENGTH - 1 - len(str(count))].rstrip("_") + f"_{count}"
     return unique

@@ -1,0 +1,127 @@
+"""The gate: may a program be released? Everything is judged from its text, as read back and replayed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.controller.against import Coverage
+from camrob.controller.replay import Replay
+from camrob.issues import Finding, Severity
+from camrob.kinematics.batched import BatchedKinematics
+from camrob.post.krl_program import KrlMotion, KrlProgram
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["Judgement", "judge"]
+
+Array = NDArray[np.float64]
+
+LIMIT_TOLERANCE = 1e-6  # rad, m: what rounding to 4 decimals of a degree can push an axis beyond its limit
+SINGULAR_INV_KF = 0.01  # 1/k_F below which a posture counts as singular: errors come through a hundredfold
+SINGULAR_BEND = 0.005  # |sin| of the wrist's bend below which axes 4 and 6 are one to the controller (0.3 degrees)
+POSE_TOLERANCE = 1e-8  # m and rad between the program's poses and another library's forward kinematics of the postures
+SPEED_TOLERANCE = 1e-3  # share by which a cutting speed may pass the feed; printing it rounds by less
+SECOND_OPINIONS = 4000  # poses that go through the other library
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What stands against a program, and the figures beside it.
+
+    second_library_error: m, the largest distance of the poses of the postures found, by pytorch-kinematics, from the text.
+    singular: motions that pass a singular posture. margin: per axis the least distance to a limit, degrees or mm.
+    """
+
+    findings: tuple[Finding, ...]
+    second_library_error: float
+    second_library_poses: int
+    singular: int
+    margin: dict[str, float | None]
+
+    @property
+    def good(self) -> bool:
+        """True where nothing stands against the program."""
+        return not any(f.severity is Severity.ERROR for f in self.findings)
+
+
+def judge(program: KrlProgram, replay: Replay, coverage: Coverage | None = None, feed: Array | None = None) -> Judgement:
+    """Judge a replayed program; with `coverage`, against its CL points, with `feed` (N,), m/s (NaN in air), their speeds too."""
+    findings = [*replay.findings, *(coverage.findings if coverage is not None else ())]
+    findings += _limits(program, replay)
+    singular = np.flatnonzero((replay.inv_kf < SINGULAR_INV_KF) | (replay.bend < SINGULAR_BEND))
+    if len(singular):
+        row = int(singular[0])
+        text = "the arm passes a singular posture (its wrist is straight, or it is stretched)"
+        findings.append(Finding("singular", text, Severity.ERROR, line=int(program.line[row]), point=row,
+                                value=float(replay.inv_kf[row]), limit=SINGULAR_INV_KF, unit="1/k_F", count=len(singular)))  # fmt: skip
+    error, count, row = _second_opinion(program, replay)
+    if error > POSE_TOLERANCE:
+        text = "another library's kinematics does not agree with the replay"
+        findings.append(Finding("second-library", text, Severity.ERROR, line=int(program.line[row]), point=row,
+                                value=m_to_mm(error), limit=m_to_mm(POSE_TOLERANCE), unit="mm"))  # fmt: skip
+    if coverage is not None and feed is not None:
+        findings += _speeds(program, coverage, feed)
+    return Judgement(tuple(findings), error, count, len(singular), _margins(replay))
+
+
+def _limits(program: KrlProgram, replay: Replay) -> list[Finding]:
+    """One finding an axis that passes its limit."""
+    findings = []
+    margin = np.asarray(replay.margin)
+    for i, joint in enumerate(replay.cell.joints):
+        beyond = np.flatnonzero(margin[:, i] < -LIMIT_TOLERANCE)
+        if len(beyond):
+            row = int(beyond[np.argmin(margin[beyond, i])])
+            first = int(beyond[0])
+            scale = m_to_mm(1.0) if joint.prismatic else rad_to_deg(1.0)
+            over = -float(margin[row, i]) * scale
+            unit = "mm" if joint.prismatic else "degrees"
+            text = f"{joint.name} passes its limit by up to {over:.4f} {unit}"
+            findings.append(Finding("axis-limit", text, Severity.ERROR, line=int(program.line[first]), point=first,
+                                    axis=joint.name, value=over, limit=0.0, unit=unit, count=len(beyond)))  # fmt: skip
+    return findings
+
+
+def _second_opinion(program: KrlProgram, replay: Replay) -> tuple[float, int, int]:
+    """Largest distance between text and pytorch-kinematics' poses, over an even choice of rows: (m, rows, worst row)."""
+    rows = np.flatnonzero((program.kind != KrlMotion.PTP_AXES) & (program.kind != KrlMotion.CIRC_VIA))
+    if any(f.code in ("out-of-reach", "jump", "ptp-unreachable") for f in replay.findings):
+        rows = rows[rows < min(f.point for f in replay.findings if f.point >= 0)]
+    if len(rows) == 0:
+        return 0.0, 0, 0
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, SECOND_OPINIONS).astype(int))]
+    poses = BatchedKinematics(replay.cell).forward(np.asarray(replay.q)[rows])
+    targets = np.asarray(replay.base_T_tool)[rows]
+    error = np.maximum(
+        np.linalg.norm(poses[:, :3, 3] - targets[:, :3, 3], axis=1),
+        np.abs(poses[:, :3, :3] - targets[:, :3, :3]).max(axis=(1, 2)),
+    )
+    worst = int(np.argmax(error))
+    return float(error[worst]), len(rows), int(rows[worst])
+
+
+def _speeds(program: KrlProgram, coverage: Coverage, feed: Array) -> list[Finding]:
+    """Cutting motions faster than the feed, or without a speed."""
+    cut = np.flatnonzero(np.isfinite(feed) & (coverage.motion >= 0))
+    speed = np.asarray(program.speed)[coverage.motion[cut]]
+    linear = np.asarray(program.kind)[coverage.motion[cut]] >= KrlMotion.LIN
+    bad = np.flatnonzero(linear & ~((speed > 0.0) & (speed <= feed[cut] * (1.0 + SPEED_TOLERANCE) + 1e-6)))
+    if not len(bad):
+        return []
+    row = int(coverage.motion[cut[bad[0]]])
+    return [Finding("speed", "$VEL.CP is faster than the programmed feed, or none", Severity.ERROR,
+                    line=int(program.line[row]), point=row, value=float(speed[bad[0]]), limit=float(feed[cut[bad[0]]]),
+                    unit="m/s", count=len(bad))]  # fmt: skip
+
+
+def _margins(replay: Replay) -> dict[str, float | None]:
+    """Least distance to a limit of every real axis, degrees or mm; None where it is endless."""
+    least = np.asarray(replay.margin).min(axis=0)
+    out: dict[str, float | None] = {}
+    for name in replay.cell.axis_names:
+        i = replay.cell.index(name)
+        joint = replay.cell.joints[i]
+        out[name] = None if joint.endless else (m_to_mm(float(least[i])) if joint.prismatic else rad_to_deg(float(least[i])))
+    return out

@@ -1,0 +1,135 @@
+"""`camrob verify`: read a KRL program back, replay it, and check it, whoever wrote it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from camrob.cell.read_cell import read_cell
+from camrob.controller.against import Coverage, cover
+from camrob.controller.judge import judge
+from camrob.controller.replay import replay
+from camrob.issues import Finding, Severity, collapse
+from camrob.jobs.inputs import JobInputs, read_inputs
+from camrob.post.krl_reader import read_krl
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["VerifyResult", "verify"]
+
+_BLOCKING = {
+    "call-unknown": "the program calls what is not there to be read",
+    "not-understood": "the program holds statements that camrob does not understand",
+    "tool-unknown": "the program does not say its $TOOL",
+    "base-unknown": "the program does not say its $BASE",
+}
+"""Findings of the reader that leave open what the program does: with a CL file to hold it to, they are errors."""
+
+
+@dataclass(frozen=True, slots=True)
+class VerifyResult:
+    """`ok` where nothing stands against the program; the summary as JSON."""
+
+    ok: bool
+    summary: Mapping[str, Any]
+    findings: tuple[Finding, ...]
+
+
+def verify(
+    program: Path,
+    *,
+    cell: Path,
+    against: Path | None = None,
+    setup: Path | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> VerifyResult:
+    """Check a program: every pose reachable, axis limits, singular postures, jumps; with `against`, every CL point met in order.
+
+    Raises KrlError, CellError, SetupError and ToolpathError for input that can't be read.
+    """
+    start = time.perf_counter()
+
+    def share(stage: str) -> Callable[[float], None]:
+        return lambda done: progress(stage, done) if progress is not None else None
+
+    text = read_krl(Path(program))
+    inputs: JobInputs | None = None
+    if against is not None:
+        inputs = read_inputs(Path(against), cell, setup, progress=share("read"))
+    machine = read_cell(cell) if inputs is None else inputs.cell
+    replayed = replay(text, machine, progress=share("replay"))
+    coverage: Coverage | None = None
+    feed = None
+    extra: list[Finding] = list(text.findings)
+    if inputs is not None:
+        path = inputs.path
+        own = path.of_toolpath
+        coverage = cover(
+            np.asarray(path.base_T_tip)[own], path.line[own], path.region[own], np.asarray(replayed.base_T_tool),
+            np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
+        )  # fmt: skip
+        feed = np.where(path.cutting[own], path.feed[own], np.nan)
+        extra += _tool_findings(inputs, replayed.cell.flange_T_tool)
+        extra += inputs.toolpath.findings
+    judgement = judge(text, replayed, coverage, feed)
+    findings = collapse([*extra, *judgement.findings])
+    errors = [f for f in findings if f.severity is Severity.ERROR]
+    if against is not None:
+        errors += [
+            Finding("unclear", _BLOCKING[f.code], Severity.ERROR, line=f.line) for f in findings if f.code in _BLOCKING
+        ]
+    inv_kf = np.asarray(replayed.inv_kf)
+    finite = inv_kf[np.isfinite(inv_kf)]
+    summary: dict[str, Any] = {
+        "program": Path(program).stem,
+        "files": [Path(f).name for f in text.files],
+        "cell": machine.name,
+        "ok": not errors,
+        "motions": len(text),
+        "samples": replayed.samples,
+        "errors": [_entry(f) for f in errors],
+        "warnings": [_entry(f) for f in findings if f.severity is Severity.WARNING],
+        "limits": {
+            "margin_min": judgement.margin,
+            "violations": sum(f.count for f in judgement.findings if f.code == "axis-limit"),
+        },
+        "singular": judgement.singular,
+        "conditioning": {"inv_kf_min": float(finite.min()) if len(finite) else None},
+        "jump_deg_max": rad_to_deg(float(np.max(replayed.jump, initial=0.0))),
+        "second_library_error_mm_max": m_to_mm(judgement.second_library_error),
+        "against": None if coverage is None or inputs is None else _against(coverage, inputs),
+        "seconds": round(time.perf_counter() - start, 3),
+    }
+    return VerifyResult(not errors, summary, tuple(findings))
+
+
+def _tool_findings(inputs: JobInputs, flange_T_tool: Any) -> list[Finding]:
+    """An error where the program's tool is not the set-up's."""
+    off = np.abs(np.asarray(flange_T_tool) - np.asarray(inputs.cell.flange_T_tool)).max()
+    if off <= 1e-6:
+        return []
+    text = f"the program's $TOOL is not the set-up's (they differ by {m_to_mm(float(off)):.4f} mm or the like)"
+    return [Finding("tool-differs", text, Severity.ERROR)]
+
+
+def _against(coverage: Coverage, inputs: JobInputs) -> dict[str, Any]:
+    met = coverage.motion >= 0
+    return {
+        "file": inputs.toolpath.source,
+        "points": len(met),
+        "met": int(met.sum()),
+        "position_error_mm_max": m_to_mm(float(coverage.position_error.max(initial=0.0))),
+        "axis_error_deg_max": rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
+        "stray_mm_max": m_to_mm(coverage.stray),
+    }
+
+
+def _entry(finding: Finding) -> dict[str, Any]:
+    return {
+        "line": finding.line, "code": finding.code, "text": finding.text, "axis": finding.axis,
+        "value": finding.value, "limit": finding.limit, "unit": finding.unit, "count": finding.count,
+    }  # fmt: skip
