@@ -18,11 +18,9 @@ __all__ = ["role_of", "shape_mesh", "thinned", "world_T_frames"]
 
 Array = NDArray[np.float64]
 
-_SIDES = 40
 
-
-def shape_mesh(shape: Shape, folder: Path) -> trimesh.Trimesh:
-    """The shape's triangles in its frame, metres. `folder` is the cell's, for meshes.
+def shape_mesh(shape: Shape, folder: Path, *, sides: int = 40) -> trimesh.Trimesh:
+    """The shape's triangles in its frame, metres. `folder` is the cell's, for meshes; `sides` of what is round.
 
     Raises InputError where a mesh file can't be read.
     """
@@ -30,9 +28,9 @@ def shape_mesh(shape: Shape, folder: Path) -> trimesh.Trimesh:
     if shape.kind is ShapeKind.BOX:
         mesh = trimesh.creation.box(size)
     elif shape.kind is ShapeKind.CYLINDER:
-        mesh = trimesh.creation.cylinder(radius=size[0], height=size[1], sections=_SIDES)
+        mesh = trimesh.creation.cylinder(radius=size[0], height=size[1], sections=sides)
     elif shape.kind is ShapeKind.CAPSULE:
-        mesh = trimesh.creation.capsule(radius=size[0], height=size[1], count=[_SIDES // 2, _SIDES // 2])
+        mesh = trimesh.creation.capsule(radius=size[0], height=size[1], count=[sides, sides])
         mesh.apply_translation([0.0, 0.0, -0.5 * (mesh.bounds[0, 2] + mesh.bounds[1, 2])])
     elif shape.kind is ShapeKind.SPHERE:
         mesh = trimesh.creation.icosphere(subdivisions=3, radius=size[0])
@@ -48,7 +46,7 @@ def shape_mesh(shape: Shape, folder: Path) -> trimesh.Trimesh:
 
 
 def thinned(mesh: trimesh.Trimesh, faces: int) -> trimesh.Trimesh:
-    """A mesh of at most about `faces` triangles of the same look: vertices gathered on a grid, coarser until it fits."""
+    """A mesh of about `faces` triangles at most: its vertices gathered on a grid, coarser until it fits."""
     if len(mesh.faces) <= faces:
         return mesh
     corner, extent = mesh.bounds[0], max(float(np.max(mesh.extents)), 1e-9)

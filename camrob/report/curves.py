@@ -17,7 +17,7 @@ from camrob.resolve.path import ToolPathInBase
 from camrob.resolve.solution import Solution
 from camrob.units import m_s_to_mm_min, m_to_mm, rad_to_deg
 
-__all__ = ["Along", "axis_chart", "axis_limits", "conditioning_chart", "external_chart", "feed_chart"]
+__all__ = ["Along", "Chart", "axis_chart", "axis_limits", "conditioning_chart", "external_chart", "feed_chart"]
 
 Array = NDArray[np.float64]
 Chart = dict[str, Any]

@@ -115,15 +115,15 @@ def _charts(
             "axes",
             "Axes of the arm against their limits",
             axis_chart(cell, along, axis_values),
-            "Each chart spans the axis's whole range of travel; the red ends are beyond its limits. Look for a curve that "
-            f"comes near the red, and for steps: a step while cutting would be a jump of the robot. {bands}",
+            "Each chart spans the axis's whole range of travel; the red ends are beyond its limits. Look for a curve "
+            f"that comes near the red, and for steps: a step while cutting would be a jump of the robot. {bands}",
         ),
         (
             "external",
             f"External axes: {', '.join(escape(n) for n in cell.external_names)}",
             external_chart(cell, along, axis_values),
-            "Look for smooth curves while cutting. A step between regions is a posture revision: table and track move while "
-            f"the cutter keeps its pose in the part. {bands}",
+            "Look for smooth curves while cutting. A step between regions is a posture revision: table and track move "
+            f"while the cutter keeps its pose in the part. {bands}",
         ),
         (
             "feed",
@@ -163,9 +163,9 @@ def _scene_section(cell: Cell, *, with_part: bool) -> str:
         '<p class="caption">Bars span each axis from lower to upper limit; the mark turns red within 3 % of '
         "one.</p></div></div>"
         '<p class="caption">The path is coloured by 1/k<sub>F</sub>: blue and green well conditioned, amber at the '
-        "threshold, red below. Move the slider (arrow keys work too) to see the robot there; table, part and path turn with "
-        "it, the hall stands. Look for red stretches, and for the arm coming near the table or the part. The bodies are the cell's "
-        "collision shapes.</p></section>"
+        "threshold, red below. Move the slider (arrow keys work too) to see the robot there; table, part and path turn "
+        "with it, the hall stands. Look for red stretches, and for the arm coming near the table or the part. The "
+        "bodies are the cell's collision shapes.</p></section>"
     )
 
 

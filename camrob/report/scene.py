@@ -107,7 +107,7 @@ def _cut_off(mesh: trimesh.Trimesh, view: Array) -> trimesh.Trimesh:
 
 
 def _look(poses: Mapping[str, Array]) -> list[float]:
-    """Unit vector in `world` towards the eye: across the table from the robot, above, on the side that the tool faces."""
+    """Unit vector in `world` towards the eye: facing the robot, above, on the side that the tool faces."""
     world_p_root = poses["root"][:, :2, 3].mean(axis=0)
     away = poses["tool"][:, :2, 3].mean(axis=0) - world_p_root
     heading = float(np.arctan2(away[1], away[0])) if np.linalg.norm(away) > 1e-6 else 0.0

@@ -110,14 +110,16 @@ def warnings_table(findings: Iterable[Finding], names: Mapping[int, str]) -> str
         rows.append(
             f'<tr><td><span class="tag {f.severity.value}">{f.severity.value}</span></td>'
             f'<td class="text">{escape(f.text)}</td><td class="n">{value}{limit}</td>'
-            f'<td class="n">{f.count:,}</td><td class="place">{escape(place) or "–"}</td><td class="place"><code>{escape(f.code)}</code></td></tr>'
+            f'<td class="n">{f.count:,}</td><td class="place">{escape(place) or "–"}</td>'
+            f'<td class="place"><code>{escape(f.code)}</code></td></tr>'
         )
     more = len(kinds) - _MOST_WARNINGS
     rest = f'<p class="caption">{more:,} more kinds are in the summary file.</p>' if more > 0 else ""
     return (
         f"<section><h2>Warnings ({_plural(len(kinds), 'kind', 'kinds')})</h2>"
         '<div class="scroll"><table><thead><tr><th>Severity</th><th>What</th><th class="n">Value</th>'
-        f'<th class="n">Count</th><th>First at</th><th>Code</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>{rest}</section>'
+        '<th class="n">Count</th><th>First at</th><th>Code</th></tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div>{rest}</section>"
     )
 
 
@@ -225,6 +227,6 @@ def regions_table(summary: Summary, path: ToolPathInBase, solution: Solution, *,
         '<th class="n">Revision: before → after</th>'
         f"</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
         '<p class="caption">A region is one operation, or a run of cutting between retracts. Red: the arm falls below '
-        f"the threshold {threshold:g} there. Revision: 1/k<sub>F</sub> at the region's first point without and with the "
-        f"table and track moved before it.{rest}</p></section>"
+        f"the threshold {threshold:g} there. Revision: 1/k<sub>F</sub> at the region's first point without and with "
+        f"the table and track moved before it.{rest}</p></section>"
     )
