@@ -332,7 +332,7 @@ def test_stops_cover_the_path_and_its_revisions(made):
 
 
 def test_frames_hold_the_tool_on_the_path(made):
-    """Tool seen from the table, both taken from `world`, is the path's own: the picture can't drift from the program."""
+    """Tool seen from the table, both taken from `world`, is the path's own: the picture can't leave the program."""
     path, solution = made
     frames = world_T_frames(CELL, solution.q)
     base_T_tool = np.linalg.inv(frames["base"]) @ frames["tool"]

@@ -12,7 +12,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.shape import Shape, ShapeKind
 from camrob.errors import InputError
-from camrob.kinematics.frames import base_T_flange, base_T_joint_frames, base_T_root, base_T_tool, world_T_base
+from camrob.kinematics import frames as kinematics
 
 __all__ = ["role_of", "shape_mesh", "thinned", "world_T_frames"]
 
@@ -74,12 +74,12 @@ def role_of(cell: Cell, frame: str) -> str:
 
 def world_T_frames(cell: Cell, q: Array) -> dict[str, Array]:
     """Poses (P, 4, 4) in `world` of every frame that a shape may stand in, by name, in postures q (P, n)."""
-    world_T_base_ = world_T_base(cell, q)
-    base_T_joints = base_T_joint_frames(cell, q)
-    frames: dict[str, Array] = {"world": np.broadcast_to(np.eye(4), world_T_base_.shape), "base": world_T_base_}
-    frames["root"] = np.asarray(world_T_base_ @ base_T_root(cell, q))
-    frames["flange"] = np.asarray(world_T_base_ @ base_T_flange(cell, q))
-    frames["tool"] = np.asarray(world_T_base_ @ base_T_tool(cell, q))
+    world_T_base = kinematics.world_T_base(cell, q)
+    base_T_joints = kinematics.base_T_joint_frames(cell, q)
+    frames: dict[str, Array] = {"world": np.broadcast_to(np.eye(4), world_T_base.shape), "base": world_T_base}
+    frames["root"] = np.asarray(world_T_base @ kinematics.base_T_root(cell, q))
+    frames["flange"] = np.asarray(world_T_base @ kinematics.base_T_flange(cell, q))
+    frames["tool"] = np.asarray(world_T_base @ kinematics.base_T_tool(cell, q))
     for i, joint in enumerate(cell.joints):
-        frames[joint.name] = np.asarray(world_T_base_ @ base_T_joints[i])
+        frames[joint.name] = np.asarray(world_T_base @ base_T_joints[i])
     return frames

@@ -217,6 +217,7 @@ def _minimum_note(along: Along, solution: Solution) -> list[Chart]:
     if not len(solution):
         return []
     worst = int(np.argmin(solution.inv_kf))
+    share = float(along.s_mm[worst]) / max(float(along.s_mm[-1]), 1e-9)
     where = f", CL line {along.line[worst]}" if along.line[worst] > 0 else ""
     return [
         {
@@ -225,6 +226,7 @@ def _minimum_note(along: Along, solution: Solution) -> list[Chart]:
             "text": f"lowest {solution.inv_kf[worst]:.3f}{where}",
             "ax": 0,
             "ay": 46,
+            "xanchor": "left" if share < 0.15 else "right" if share > 0.85 else "center",
             "arrowhead": 2,
             "arrowwidth": 1.2,
             "arrowcolor": _OTHERS[2],

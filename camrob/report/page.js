@@ -168,7 +168,10 @@
     return [
       { type: "scatter3d", mode: track.cutting.kf.length > 1 ? "lines" : "markers", x: a.x, y: a.y, z: a.z, text: track.cutting.text, ...hover,
         line: { width: 4, color: track.cutting.kf, colorscale: kfScale(), cmin: 0, cmax: scene.highest, showscale: true, colorbar: bar },
-        marker: { size: 5, color: track.cutting.kf, colorscale: kfScale(), cmin: 0, cmax: scene.highest } },
+        marker: {
+          size: 5, color: track.cutting.kf, colorscale: kfScale(), cmin: 0, cmax: scene.highest,
+          showscale: track.cutting.kf.length === 1, colorbar: bar,
+        } },
       { type: "scatter3d", mode: "lines", x: b.x, y: b.y, z: b.z, text: track.air.text, ...hover, line: { width: 2, color: "#8a93a0" } },
       { type: "scatter3d", mode: "markers", ...tip(stop), hoverinfo: "skip", showlegend: false, marker: { size: 6, color: "#111", line: { color: "#fff", width: 2 } } },
     ];
