@@ -16,7 +16,7 @@ from camrob.cell.setup import ToolSetup
 from camrob.cell.shape import Shape, ShapeKind
 from camrob.check.advance import Riders, chain_links, pair_distances
 from camrob.check.air import air_runs
-from camrob.check.bodies import base_T_bodies, cell_bodies, follows
+from camrob.check.bodies import base_T_bodies, cell_bodies, follows, job_body
 from camrob.check.collisions import check_collisions
 from camrob.check.convex import BOX, CYLINDER, piece_distance, scratch
 from camrob.check.meshes import body_triangles, read_triangles, wraps
@@ -68,7 +68,7 @@ def random_pose(rng, spread=1.0):
     return pose(rotation_exp(rng.normal(size=3) * 2.0), rng.uniform(-spread, spread, 3))
 
 
-# --- distances ---------------------------------------------------------------------------------------------------------
+# --- distances ------------------------------------------------------------------------------------------------------
 
 SOLIDS = {
     "box": (solid_pieces(BOX, [0.2, 0.1, 0.05]), lambda: fcl.Box(0.4, 0.2, 0.1)),
@@ -116,7 +116,7 @@ PROJECTIONS = {
 
 
 def alternating_distance(a, b, b_T_a):
-    """Distances (k,) of two convex bodies by projecting to and fro (Cheney and Goldstein 1959): plain, slow, never low."""
+    """Distances (k,) of two convex bodies by projecting to and fro (Cheney, Goldstein 1959): plain, never low."""
     R, p = b_T_a[:, :3, :3], b_T_a[:, :3, 3]
     x = np.zeros((len(b_T_a), 3))
     for _ in range(4000):
@@ -205,7 +205,7 @@ def test_tree_of_a_mesh_holds_every_triangle_once_within_its_boxes():
         assert np.all(np.linalg.norm(corners - tree.center[node], axis=1) <= tree.reach[node] + 1e-12)
 
 
-# --- frames ------------------------------------------------------------------------------------------------------------
+# --- frames ---------------------------------------------------------------------------------------------------------
 
 
 def test_bodies_ride_on_the_frames_that_the_kinematics_give():
@@ -234,14 +234,21 @@ def test_pair_distances_against_poses_in_plain_numpy():
     riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
     poses = base_T_bodies(CELL, bodies, q)
     names = [b.name for b in bodies]
-    for far, near in (("spindle", "table disc"), ("spindle", "A4 tube"), ("A2 upper arm", "floor"), ("tool", "robot foot")):
+    for far, near in (
+        ("spindle", "table disc"),
+        ("spindle", "A4 tube"),
+        ("A2 upper arm", "floor"),
+        ("tool", "robot foot"),
+    ):
         a, b = names.index(far), names.index(near)
         ours = pair_distances(chain_links(CELL), riders, a, b, q)
-        plain = [our_distance(bodies[a].pieces, bodies[b].pieces, inverse(poses[b, k]) @ poses[a, k]) for k in range(20)]
+        plain = [
+            our_distance(bodies[a].pieces, bodies[b].pieces, inverse(poses[b, k]) @ poses[a, k]) for k in range(20)
+        ]
         assert np.allclose(ours, plain, rtol=3e-3, atol=1e-7)
 
 
-# --- the cell ----------------------------------------------------------------------------------------------------------
+# --- the cell -------------------------------------------------------------------------------------------------------
 
 
 def test_home_raises_no_alarm():
@@ -325,8 +332,9 @@ def test_brute_force_finds_nothing_that_the_check_missed():
     ]
     cell = with_shapes(*posts)
     q = CELL.q_home + rng.uniform(-0.35, 0.35, (12, len(CELL)))
-    report = run(cell, q)
-    bodies = cell_bodies(cell)
+    torus = np.array(trimesh.creation.torus(0.15, 0.03, major_sections=24, minor_sections=12).triangles)
+    report = run(cell, q, cutting=np.ones(12, bool), part_mesh=torus, base_T_part=at(0.1, 0.0, 0.75))
+    bodies = (*cell_bodies(cell), job_body("part", torus, at(0.1, 0.0, 0.75)))
     pieces, roots = join_pieces([b.pieces for b in bodies])
     riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
     names = [b.name for b in bodies]
@@ -343,6 +351,8 @@ def test_brute_force_finds_nothing_that_the_check_missed():
             assert true.min() <= 0.002
         assert pair.clearance >= min(true.min(), pair.clearance) - 1e-9
     assert 0 < touched < len(report.pairs) / 2
+    assert any("part" in p.pair and p.count for p in report.pairs)
+    assert any("part" in p.pair and not p.count for p in report.pairs)
 
 
 def test_more_obstacles_never_lower_the_count_and_twice_is_the_same():
@@ -360,7 +370,7 @@ def test_more_obstacles_never_lower_the_count_and_twice_is_the_same():
     assert again.pairs == report.pairs and again.findings == report.findings
 
 
-# --- the part ----------------------------------------------------------------------------------------------------------
+# --- the part -------------------------------------------------------------------------------------------------------
 
 
 def block(base_T_tip, top=0.0, size=0.06):
@@ -422,7 +432,7 @@ def test_air_moves_begin_and_end_at_the_part_but_do_not_pass_through_it():
     heights = [0.0, 0.0, 0.05, 0.1, 0.05, 0.0, 0.0]
     cutting = np.array([False, True, False, False, False, False, True])
     q = tool_axis_path(heights)
-    part = block(base_T_tool(CELL, q[0]), 0.0002)
+    part = block(base_T_tool(CELL, q[0]))  # the tool leans by 20 degrees: a flat one would dip 1.7 mm into it
     clean = run(CELL, q[1:], cutting=cutting[1:], part_mesh=part, base_T_part=np.eye(4))
     assert clean.count == 0
     deep = tool_axis_path([0.0, 0.05, 0.1, 0.05, -0.012, 0.0])
@@ -450,7 +460,7 @@ def test_tool_of_the_setup_replaces_the_cells_own():
     assert report.count == 1 and report.findings[0].text.startswith("face mill")
 
 
-# --- air runs ----------------------------------------------------------------------------------------------------------
+# --- air runs -------------------------------------------------------------------------------------------------------
 
 
 def test_air_runs_are_split_near_cuts():
@@ -469,7 +479,7 @@ def test_air_runs_are_split_near_cuts():
     assert none.free.tolist() == [False, True, True, True, True] and not none.near.any()
 
 
-# --- edges -------------------------------------------------------------------------------------------------------------
+# --- edges ----------------------------------------------------------------------------------------------------------
 
 
 def test_a_cell_without_bodies_and_an_empty_path_are_said_to_be_unchecked():
@@ -489,10 +499,12 @@ def test_arrays_that_do_not_fit_are_refused():
 
 
 def test_a_budget_is_kept_and_what_it_costs_is_said():
-    rng = np.random.default_rng(1)
-    q = CELL.q_home + np.cumsum(rng.uniform(-0.02, 0.02, (3000, len(CELL))), axis=0) * 0.3
-    fine, coarse = run(CELL, q), run(CELL, q, max_samples=1)
-    assert coarse.samples <= fine.samples and max(p.samples for p in coarse.pairs) < 20_000
+    q = interpolate_void(moved("A1", -0.01), moved("A1", 0.01), 2e-6)
+    cell = with_shapes(obstacle(at(*base_T_tool(CELL, CELL.q_home)[:3, 3])))
+    fine, coarse = run(cell, q), run(cell, q, max_samples=1)
+    assert fine.count == len(q) and max(p.samples for p in fine.pairs) == len(q)
+    assert 0 < coarse.count < fine.count and max(p.samples for p in coarse.pairs) < 0.5 * len(q)
+    assert coarse.largest_step > fine.largest_step
     seen = []
     run(CELL, q[:3], progress=lambda done, of: seen.append((done, of)))
     assert seen[-1][0] == seen[-1][1] == len(seen)

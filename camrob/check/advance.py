@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.check.convex import Pieces
-from camrob.check.tree import ball_distance, tree_distance
+from camrob.check.tree import ball_distance, new_search, tree_distance
 
 __all__ = ["Links", "Riders", "chain_links", "follow_pair", "pair_distances"]
 
@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 _SPLITS = 30  # halvings of a path step: fine enough for a millimetre of a motion across the hall
-_TOLERANCE = 1e-3  # of a distance
+_ROUGH = 0.1  # of a distance to a mesh, on the way
+_EXACT = 1e-3
 _CLOSE = 0.1  # how finely the smallest clearance is looked for, as a part of itself
 
 
@@ -131,8 +132,18 @@ def _moved(links: Links, low: int, high: int, turn: Array, rho: Array) -> float:
 
 @numba.njit(cache=True)
 def _reach_on(
-    links: Links, low: int, high: int, q: Array, active: NDArray[np.bool_], k: int, t: float, posture: Array,
-    rho: Array, reach: float, turn: Array, trial: Array,
+    links: Links,
+    low: int,
+    high: int,
+    q: Array,
+    active: NDArray[np.bool_],
+    k: int,
+    t: float,
+    posture: Array,
+    rho: Array,
+    reach: float,
+    turn: Array,
+    trial: Array,
 ) -> tuple[int, float, float]:
     """Follow the path from the sample (k, t) while nothing moves by more than `reach`.
 
@@ -191,41 +202,40 @@ def follow_pair(
 ) -> tuple[float, int, float, int]:
     """Clearance of bodies a and b (a rides farther out) along postures q (M, n), straight in the joints between them.
 
-    active (M,): whether the motion into a point counts; of a single posture active[0]. Sets hit[j] where the bodies touch
-    at point j or on the way to it. Samples lie nowhere farther apart than max(clearance, step) in motion of any point of
-    the bodies; `step` doubles each time `budget` samples are used up. Returns the smallest clearance found (m, inf
-    without a sample), the point where (or on the way to which) it is, the largest motion between samples that no
-    clearance covered (m, 0 where all is proven), and the number of samples.
+    active (M,): whether the motion into a point counts; of a single posture active[0]. Sets hit[j] where the bodies
+    touch at point j or on the way to it. Samples lie nowhere farther apart than max(clearance, step) in motion of any
+    point of the bodies; `step` doubles each time `budget` samples are used up. Returns the smallest clearance found
+    (m, inf without a sample), the point where (or on the way to which) it is, the largest motion between samples that
+    no clearance covered (m, 0 where all is proven), and the number of samples.
     """
     low, high = riders.link[b] + 1, riders.link[a]
     count, n = q.shape
-    stack, bounds, work = np.empty((256, 2), np.int64), np.empty(256), np.zeros((9, 3))
+    search = new_search()
     R, p, rho = np.empty((3, 3)), np.empty(3), np.zeros(n)
-    posture, turn, trial = np.empty(n), np.empty(n), np.empty(n)
+    posture, closest, turn, trial = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    root_a, root_b, pieces = riders.root[a], riders.root[b], riders.pieces
     clearance, at, blind, samples = np.inf, 0, 0.0, 0
     finest = step
-    k, t = _next_run(active, 0), 0.0
-    if count == 1 and active[0]:
-        k = 0
+    k, t = 0 if count == 1 and active[0] else _next_run(active, 0), 0.0
     while k < count:
         for i in range(n):
             posture[i] = q[k, i] + (t * (q[k + 1, i] - q[k, i]) if t > 0.0 else 0.0)
         _place(links, riders, a, b, posture, R, p, rho)
         here = k + 1 if t > 0.0 else k
-        d = ball_distance(riders.pieces, riders.root[a], riders.root[b], R, p)
+        d = ball_distance(pieces, root_a, root_b, R, p)
         if d <= max(clearance, 2.0 * step):
-            d = tree_distance(riders.pieces, riders.root[a], riders.root[b], R, p, _TOLERANCE, stack, bounds, work)
+            d = tree_distance(pieces, root_a, root_b, R, p, _ROUGH, search)
         samples += 1
         if samples % budget == 0:
             step *= 2.0
         if d < clearance:
-            clearance, at = d, here
+            clearance, at, closest[:] = d, here, posture
         if d <= 0.0:
             hit[here] = True
             reach = step if step > finest else 0.0
         else:
             reach = max(step, min(d, d - clearance + max(step, _CLOSE * clearance)))
-        new_k, new_t, moved = k, t, 0.0
+        new_k, new_t = k, t
         if reach > 0.0:
             new_k, new_t, moved = _reach_on(links, low, high, q, active, k, t, posture, rho, reach, turn, trial)
             blind = max(blind, moved - d)
@@ -236,16 +246,19 @@ def follow_pair(
             k, t = _next_run(active, new_k), 0.0
         else:
             k, t = new_k, new_t
+    if 0.0 < clearance < np.inf:
+        _place(links, riders, a, b, closest, R, p, rho)
+        clearance = tree_distance(pieces, root_a, root_b, R, p, _EXACT, search)
     return clearance, at, blind, samples
 
 
 @numba.njit(cache=True, nogil=True)
 def pair_distances(links: Links, riders: Riders, a: int, b: int, q: Array) -> Array:
     """Distances (M,), m, of bodies a and b (a rides farther out) in postures q (M, n); 0.0 where they touch."""
-    stack, bounds, work = np.empty((256, 2), np.int64), np.empty(256), np.zeros((9, 3))
+    search = new_search()
     R, p, rho = np.empty((3, 3)), np.empty(3), np.zeros(q.shape[1])
     out = np.empty(len(q))
     for k in range(len(q)):
         _place(links, riders, a, b, q[k], R, p, rho)
-        out[k] = tree_distance(riders.pieces, riders.root[a], riders.root[b], R, p, _TOLERANCE, stack, bounds, work)
+        out[k] = tree_distance(riders.pieces, riders.root[a], riders.root[b], R, p, _EXACT, search)
     return out

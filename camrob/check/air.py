@@ -41,7 +41,7 @@ def air_runs(q: Array, tip: Array, cutting: NDArray[np.bool_], distance: float) 
     length = np.concatenate([[0.0], np.cumsum(step)])
     edge = np.diff(np.concatenate([[False], air, [False]]).astype(np.int8))
     first, last = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1  # of the points that a run comes to
-    after_cut = (first > 1) & cutting[np.maximum(first - 1, 0)]
+    after_cut = cutting[first - 1]
     before_cut = last + 1 < count
     begin = np.where(after_cut, length[first - 1] + distance, -np.inf)  # before it, the run is near
     end = np.where(before_cut, length[last] - distance, np.inf)  # behind it, too

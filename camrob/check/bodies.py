@@ -31,10 +31,10 @@ JOB_GROUPS = ("part", "stock")
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """A rigid body that follows the frame behind joint `link` of the chain (-1: `base`), posed in it by link_T_body (4, 4).
+    """A rigid body that follows the frame behind joint `link` of the chain (-1: `base`), link_T_body (4, 4) in it.
 
-    shape: the cell's shape that it stands for, None for a job's body. triangles: (k, 3, 3) in the body's frame, of a mesh;
-    None for a primitive.
+    shape: the cell's shape that it stands for, None for a job's body. triangles: (k, 3, 3) in the body's frame, of a
+    mesh; None for a primitive.
     """
 
     name: str

@@ -54,11 +54,11 @@ def check_collisions(
     base_T_part. tool: its diameter and length, where known, replace the cell's own tool body.
 
     Bodies of one group, of groups that ignore each other, or that don't move against each other are left out. The tool
-    may touch the part while it cuts; in air it may not by more than `touch` (m), and close to where a cut ends or begins
-    it is seen as a ball cutter. The stock never stops the tool, which cuts it; everything else may touch neither.
-    Samples are as far apart as the clearance allows, and at least `step` (m); where max_samples would not do, the step
-    grows. progress(done, all) is called after each pair. Raises ValueError for arrays that don't fit, CellError for a
-    mesh of the cell that can't be read.
+    may touch the part while it cuts; in air it may not by more than `touch` (m), and close to where a cut ends or
+    begins it is seen as a ball cutter. The stock never stops the tool, which cuts it; everything else may touch
+    neither. Samples are as far apart as the clearance allows, and at least `step` (m); where max_samples would not do,
+    the step grows. progress(done, all) is called after each pair. Raises ValueError for arrays that don't fit,
+    CellError for a mesh of the cell that can't be read.
     """
     q = np.ascontiguousarray(q, float)
     count = len(q)
@@ -75,7 +75,7 @@ def check_collisions(
     ]
     mounted = cell_bodies(cell, tool)
     air = _air(cell, mounted, q, cut)
-    bodies, pairs, skipped = plan_pairs((*mounted, *fixed), air, touch)
+    bodies, pairs, skipped = plan_pairs((*mounted, *fixed) if count else (), air, touch)
     found = _follow(cell, bodies, pairs, air, step, max(1000, max_samples // max(1, len(pairs))), progress)
     rooms, touched = [room for room, _ in found], [points for _, points in found]
     return _report(rooms, touched, pairs, cut, lines, regions, skipped)
@@ -113,6 +113,9 @@ def _follow(
         start = _inside_at_start(cell, bodies[pair.far], bodies[pair.near], air.q, pair.active)
         if start >= 0:
             hit[start], clearance, at = True, 0.0, start
+        if len(hit) > 1:  # a touch where a run begins belongs to the motion that leaves from there
+            hit[1:] |= (hit & ~pair.active)[:-1]
+            hit &= pair.active
         points = np.unique(air.point[hit])
         far, near = bodies[pair.far], bodies[pair.near]
         room = PairClearance(

@@ -1,9 +1,9 @@
 """Distance of two convex pieces, compiled: Gilbert, Johnson and Keerthi's algorithm with a certified lower bound.
 
-A piece is a box, an upright cylinder or a triangle about its own centre, swept by a sphere: a point swept is a sphere, a
-segment swept a capsule. Every support point bounds the distance from below (Gilbert, Johnson, Keerthi 1988, theorem 2:
-the pieces lie on two sides of a slab of width v.w/|v|), so what comes back is never more than the true distance, however
-early the search stops.
+A piece is a box, an upright cylinder or a triangle about its own centre, swept by a sphere: a point swept is a sphere,
+a segment swept a capsule. Every support point bounds the distance from below (Gilbert, Johnson, Keerthi 1988, theorem
+2: the pieces lie on two sides of a slab of width v.w/|v|), so what comes back is never more than the true distance,
+however early the search stops.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _TOUCH = 1e-9  # m: nearer than this is touching
 
 
 class Pieces(NamedTuple):
-    """Trees of convex pieces, all bodies in one table; a leaf is a body's surface or solid, an inner node a box about it.
+    """Trees of convex pieces, all bodies in one table; a leaf is what is solid, an inner node a box about it.
 
-    kind (m,); half (m, 3): half lengths of a box, (radius, radius, half height) of a cylinder, of a triangle its bounding
-    box's; center (m, 3) in the body's frame; sweep (m,) radius; reach (m,) radius of the ball about `center` that holds
-    the piece; left, right (m,) children or -1; corner (m,) index into triangles, or -1; triangles (k, 3, 3) corners
-    relative to their piece's centre.
+    kind (m,); half (m, 3): half lengths of a box, (radius, radius, half height) of a cylinder, of a triangle its
+    bounding box's; center (m, 3) in the body's frame; sweep (m,) radius; reach (m,) radius of the ball about `center`
+    that holds the piece; left, right (m,) children or -1; corner (m,) index into triangles, or -1; triangles (k, 3, 3)
+    corners relative to their piece's centre.
     """
 
     kind: Index
@@ -114,15 +114,15 @@ def _on_triangle(W: Array, i: int, j: int, k: int, v: Array) -> int:
         v[:] = W[k]
         return 4
     if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        return _on_edge(W, i, j, v)
+        return int(_on_edge(W, i, j, v))
     if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        mask = _on_edge(W, i, k, v)
+        mask = int(_on_edge(W, i, k, v))
         return (mask & 1) | ((mask & 2) << 1)
     if va <= 0.0 and d4 >= d3 and d5 >= d6:
-        return _on_edge(W, j, k, v) << 1
+        return int(_on_edge(W, j, k, v)) << 1
     total = va + vb + vc
     if total <= 0.0:
-        return _on_edge(W, i, j, v)
+        return int(_on_edge(W, i, j, v))
     for r in range(3):
         v[r] = W[i, r] + (vb * (W[j, r] - W[i, r]) + vc * (W[k, r] - W[i, r])) / total
     return 7
@@ -137,7 +137,7 @@ def _beyond(W: Array, i: int, j: int, k: int, apex: int) -> bool:
     here = -(nx * W[i, 0] + ny * W[i, 1] + nz * W[i, 2])
     there = nx * (W[apex, 0] - W[i, 0]) + ny * (W[apex, 1] - W[i, 1]) + nz * (W[apex, 2] - W[i, 2])
     flat = 1e-9 * np.sqrt(nx * nx + ny * ny + nz * nz)  # apex within a nanometre of the face: no volume
-    return here * there <= 0.0 or abs(there) < flat
+    return bool(here * there <= 0.0 or abs(there) < flat)
 
 
 _FACES = np.array([[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]])
@@ -220,11 +220,11 @@ def piece_distance(
         W[n, 2] = oz + R[2, 0] * s[0] + R[2, 1] * s[1] + R[2, 2] * s[2] - x[2]
         low = max(low, (v[0] * W[n, 0] + v[1] * W[n, 1] + v[2] * W[n, 2]) / norm)
         if low - sweep >= enough or (n > 0 and norm - low <= tolerance * (norm - sweep) + _TOUCH):
-            return max(0.0, low - sweep)
+            return float(max(0.0, low - sweep))
         n = _nearest(W, n + 1, v, trial)
         if n == 5:
             break
-    return max(0.0, low - sweep)
+    return float(max(0.0, low - sweep))
 
 
 def scratch() -> Array:

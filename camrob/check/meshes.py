@@ -16,7 +16,20 @@ Array = NDArray[np.float64]
 
 _KINDS = (".stl", ".obj", ".ply", ".off")
 _BOX_FACES = np.array(
-    [[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5]]
+    [
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
+    ]
 )
 
 
@@ -39,10 +52,10 @@ def read_triangles(path: Path, scale: float, error: type[InputError] = SetupErro
     if triangles.ndim != 3 or not len(triangles) or not np.all(np.isfinite(triangles)):
         raise error("holds no triangles, or some that are no numbers", cure="export it again", path=path)
     area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
-    triangles = triangles[area > 0.0]
-    if not len(triangles):
+    solid = np.asarray(triangles[area > 0.0])
+    if not len(solid):
         raise error("holds no surface", cure="export it again", path=path)
-    return triangles
+    return solid
 
 
 def body_triangles(body: Body) -> Array:

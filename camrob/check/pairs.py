@@ -19,8 +19,8 @@ PART, STOCK = JOB_GROUPS
 class Pair:
     """Bodies (indices) that may not touch: `far` rides at least as far out on the chain as `near`.
 
-    active: (K,) where the motion into a point of the dense path counts. in_clearance: whether the room between them says
-    anything (that of tool and part ends at every cut).
+    active: (K,) where the motion into a point of the dense path counts. in_clearance: whether the room between them
+    says anything (that of tool and part ends at every cut).
     """
 
     far: int
@@ -32,7 +32,7 @@ class Pair:
 def plan_pairs(
     bodies: tuple[Body, ...], air: AirRuns, touch: float
 ) -> tuple[tuple[Body, ...], tuple[Pair, ...], tuple[str, ...]]:
-    """The bodies, with slimmer tools added for contacts that are allowed up to `touch` (m), the pairs, what is left out."""
+    """The bodies, with slimmer tools for contacts allowed up to `touch` (m), the pairs, and what is left out."""
     every = np.ones(len(air.q), bool)
     more = list(bodies)
     pairs: list[Pair] = []

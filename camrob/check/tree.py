@@ -1,8 +1,9 @@
-"""Trees of convex pieces: a primitive is one piece, a triangle mesh a balanced tree of boxes with one triangle a leaf."""
+"""Trees of convex pieces: a primitive is one piece, a mesh a balanced tree of boxes with one triangle a leaf."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -10,11 +11,12 @@ from numpy.typing import NDArray
 
 from camrob.check.convex import BOX, CYLINDER, TRIANGLE, Pieces, piece_distance
 
-__all__ = ["ball_distance", "join_pieces", "mesh_pieces", "solid_pieces", "tree_distance"]
+__all__ = ["Search", "ball_distance", "join_pieces", "mesh_pieces", "new_search", "solid_pieces", "tree_distance"]
 
 Array = NDArray[np.float64]
 
 _COARSE = 0.05  # how well boxes on the way to the leaves need be told apart
+_FINE = 1e-3  # how well leaves are
 
 
 def solid_pieces(kind: int, half: Sequence[float], sweep: float = 0.0) -> Pieces:
@@ -36,7 +38,7 @@ def solid_pieces(kind: int, half: Sequence[float], sweep: float = 0.0) -> Pieces
 
 
 def mesh_pieces(triangles: Array) -> Pieces:
-    """A body of triangles (k, 3, 3), k > 0, in the body's frame: halved at the median of the longest side, level by level."""
+    """A body of triangles (k, 3, 3), k > 0, in its frame: halved at the median of the longest side, level by level."""
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     middle = 0.5 * (low + high)
     order = np.arange(len(triangles))
@@ -90,13 +92,12 @@ def join_pieces(bodies: Sequence[Pieces]) -> tuple[Pieces, NDArray[np.int64]]:
     def moved(values: NDArray[np.int64], by: int) -> NDArray[np.int64]:
         return np.where(values >= 0, values + by, -1)
 
-    table = Pieces(
-        *(np.concatenate([np.asarray(getattr(b, name)) for b in bodies]) for name in Pieces._fields[:5]),
-        np.concatenate([moved(b.left, int(r)) for b, r in zip(bodies, roots, strict=True)]),
-        np.concatenate([moved(b.right, int(r)) for b, r in zip(bodies, roots, strict=True)]),
-        np.concatenate([moved(b.corner, int(f)) for b, f in zip(bodies, first, strict=True)]),
-        np.concatenate([b.triangles for b in bodies]),
-    )
+    kind, half, center, sweep, reach = (np.concatenate([b[k] for b in bodies]) for k in range(5))
+    left = np.concatenate([moved(b.left, int(r)) for b, r in zip(bodies, roots, strict=True)])
+    right = np.concatenate([moved(b.right, int(r)) for b, r in zip(bodies, roots, strict=True)])
+    corner = np.concatenate([moved(b.corner, int(f)) for b, f in zip(bodies, first, strict=True)])
+    triangles = np.concatenate([b.triangles for b in bodies])
+    table = Pieces(kind, half, center, sweep, reach, left, right, corner, triangles)
     return table, roots
 
 
@@ -111,6 +112,25 @@ def ball_distance(pieces: Pieces, a: int, b: int, R: Array, p: Array) -> float:
     return float(np.sqrt(gap2) - pieces.reach[a] - pieces.reach[b])
 
 
+class Search(NamedTuple):
+    """What a search for the distance of two bodies leaves for the next one, and its working space.
+
+    witness (2,): the two leaves that were nearest, or -1. stack (s, 2) and bounds (s,): pairs of nodes still to be
+    looked at; s = 256 is beyond what trees of 2^100 triangles need. work: see `scratch`.
+    """
+
+    witness: NDArray[np.int64]
+    stack: NDArray[np.int64]
+    bounds: Array
+    work: Array
+
+
+@numba.njit(cache=True)
+def new_search() -> Search:
+    """A search that knows nothing yet."""
+    return Search(np.full(2, -1), np.empty((256, 2), np.int64), np.empty(256), np.zeros((9, 3)))
+
+
 @numba.njit(cache=True)
 def tree_distance(
     pieces: Pieces,
@@ -119,22 +139,27 @@ def tree_distance(
     R: Array,
     p: Array,
     tolerance: float,
-    stack: NDArray[np.int64],
-    bounds: Array,
-    work: Array,
+    search: Search,
 ) -> float:
     """Distance of two bodies, m, to within `tolerance` of itself and never above the true one; 0.0 where they touch.
 
-    R (3, 3), p (3,): body a seen from body b. stack (s, 2), bounds (s,), work: space, s = 256 holds any tree of ours.
+    R (3, 3), p (3,): body a seen from body b. search: of the same two bodies in a posture close by, or a new one.
     """
+    witness, stack, bounds, work = search
     if pieces.left[root_a] < 0 and pieces.left[root_b] < 0:
-        return piece_distance(pieces, root_a, root_b, R, p, np.inf, tolerance, work)
+        return float(piece_distance(pieces, root_a, root_b, R, p, np.inf, min(tolerance, _FINE), work))
     best = np.inf
+    if witness[0] >= 0:
+        best = piece_distance(pieces, witness[0], witness[1], R, p, np.inf, _FINE, work)
+        if best <= 0.0:
+            return 0.0
+    low = best  # of what is passed over
     stack[0, 0], stack[0, 1], bounds[0] = root_a, root_b, 0.0
     top = 1
     while top > 0:
         top -= 1
-        if bounds[top] >= best:
+        if bounds[top] >= (1.0 - tolerance) * best:
+            low = min(low, bounds[top])
             continue
         a, b = stack[top, 0], stack[top, 1]
         split_a = pieces.left[a] >= 0 and (pieces.left[b] < 0 or pieces.reach[a] > pieces.reach[b])
@@ -145,19 +170,23 @@ def tree_distance(
                 na = pieces.left[a] if side == 0 else pieces.right[a]
             else:
                 nb = pieces.left[b] if side == 0 else pieces.right[b]
-            if ball_distance(pieces, na, nb, R, p) >= best:
-                continue
+            enough = (1.0 - tolerance) * best
+            d = ball_distance(pieces, na, nb, R, p)
             leaf = pieces.left[na] < 0 and pieces.left[nb] < 0
-            d = piece_distance(pieces, na, nb, R, p, best, tolerance if leaf else _COARSE, work)
-            if leaf:
-                best = min(best, d)
+            if d < enough:
+                d = piece_distance(pieces, na, nb, R, p, enough, _FINE if leaf else _COARSE, work)
+            if d >= enough:
+                low = min(low, d)
+            elif leaf:
+                best = d
+                witness[0], witness[1] = na, nb
                 if best <= 0.0:
                     return 0.0
-            elif d < best:
+            else:
                 stack[top, 0], stack[top, 1], bounds[top] = na, nb, d
                 top += 1
         if top == base + 2 and bounds[base] < bounds[base + 1]:  # the nearer one on top
             for c in range(2):
                 stack[base, c], stack[base + 1, c] = stack[base + 1, c], stack[base, c]
             bounds[base], bounds[base + 1] = bounds[base + 1], bounds[base]
-    return best
+    return min(low, best)
