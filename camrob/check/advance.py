@@ -215,8 +215,7 @@ def follow_pair(
     posture, closest, turn, trial = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     root_a, root_b, pieces = riders.root[a], riders.root[b], riders.pieces
     clearance, at, blind, samples = np.inf, 0, 0.0, 0
-    finest = step
-    k, t = 0 if count == 1 and active[0] else _next_run(active, 0), 0.0
+    finest, k, t = step, 0 if count == 1 and active[0] else _next_run(active, 0), 0.0
     while k < count:
         for i in range(n):
             posture[i] = q[k, i] + (t * (q[k + 1, i] - q[k, i]) if t > 0.0 else 0.0)
@@ -226,8 +225,7 @@ def follow_pair(
         if d <= max(clearance, 2.0 * step):
             d = tree_distance(pieces, root_a, root_b, R, p, _ROUGH, search)
         samples += 1
-        if samples % budget == 0:
-            step *= 2.0
+        step *= 2.0 if samples % budget == 0 else 1.0
         if d < clearance:
             clearance, at, closest[:] = d, here, posture
         if d <= 0.0:

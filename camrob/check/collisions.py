@@ -67,9 +67,9 @@ def check_collisions(
     cut, lines, regions = np.asarray(cutting, bool), np.asarray(line, np.int64), np.asarray(region, np.int64)
     if any(v.shape != (count,) for v in (cut, lines, regions)):
         raise ValueError("cutting, line and region need one value a posture")
-    base_T_job = np.eye(4) if base_T_part is None else np.asarray(base_T_part, float)
+    base_T_part = np.eye(4) if base_T_part is None else np.asarray(base_T_part, float)
     fixed = [
-        job_body(group, np.asarray(mesh, float), base_T_job)
+        job_body(group, np.asarray(mesh, float), base_T_part)
         for group, mesh in zip(JOB_GROUPS, (part_mesh, stock_mesh), strict=True)
         if mesh is not None
     ]
