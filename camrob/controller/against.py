@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -18,6 +19,8 @@ Array = NDArray[np.float64]
 
 POSITION_TOLERANCE = 1e-5  # m: the contract's 0.01 mm, to which stated chord tolerances are added
 AXIS_TOLERANCE = 1.7453292519943296e-4  # rad: the contract's 0.01 degrees
+
+CLEARLY = 2e-6  # m: more than what rounding to three decimals can make of a point
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,60 +95,100 @@ def _arc(a: Array, via: Array, b: Array, center: Array, u: Array, v: Array) -> f
     return float(angle if angle > 0.0 else angle + 2.0 * np.pi)
 
 
+class _Match(NamedTuple):
+    """Scratch for matching: centre and axes of an arc, a tip and an axis; found: position and axis error, share."""
+
+    center: Array
+    u: Array
+    v: Array
+    tip: Array
+    axis: Array
+    found: Array
+
+
+@numba.njit(cache=True)
+def _last_row(kind: NDArray[np.int8], k: int) -> int:
+    """The row that the motion beginning with row k ends at."""
+    return k + 1 if kind[k] == KrlMotion.CIRC_VIA and k + 1 < kind.shape[0] else k
+
+
+@numba.njit(cache=True)
+def _match(
+    x: Array, zx: Array, p: Array, z: Array, kind: NDArray[np.int8], k: int, least: float, tolerance: float, m: _Match
+) -> None:
+    """m.found <- how near the motion that begins with row k, from its share `least` on, comes to a point and its axis."""
+    end = _last_row(kind, k)
+    start = max(k - 1, 0)
+    angle = 0.0
+    if end > k:
+        angle = _arc(p[start], p[k], p[end], m.center, m.u, m.v)
+    elif kind[k] == KrlMotion.PTP_AXES or kind[k] == KrlMotion.PTP_POSE:
+        start = k  # only its end is known to be met
+    s = _nearest(x, p[start], p[end], m.center, m.u, m.v, angle, least)
+    _at(s, p[start], z[start], p[end], z[end], m.center, m.u, m.v, angle, m.tip, m.axis)
+    d = np.sqrt(np.sum((m.tip - x) ** 2))
+    c = np.cross(m.axis, zx)
+    t = np.arctan2(np.sqrt(np.sum(c * c)), np.sum(m.axis * zx))
+    if d <= tolerance and t > AXIS_TOLERANCE and np.sum((p[start] - p[end]) ** 2) < tolerance * tolerance:
+        s = 1.0  # a turn on the spot: its end counts
+        c = np.cross(z[end], zx)
+        t = np.arctan2(np.sqrt(np.sum(c * c)), np.sum(z[end] * zx))
+    m.found[0], m.found[1], m.found[2] = d, t, s
+
+
+@numba.njit(cache=True)
+def _stray(before: Array, x: Array, first: int, end: int, share: float, p: Array, kind: NDArray[np.int8], m: _Match) -> float:
+    """How far rows first .. end - 1, which the program passes between two points, lie from the line between these."""
+    worst = 0.0
+    for r in range(first, end):
+        if kind[r] == KrlMotion.CIRC_VIA and r + 1 == end and share < 1.0 - 1e-9:
+            continue  # the arc has not been passed yet
+        s = _nearest(p[r], before, x, m.center, m.u, m.v, 0.0, 0.0)
+        worst = max(worst, np.sqrt(np.sum((before + s * (x - before) - p[r]) ** 2)))
+    return float(worst)
+
+
 @numba.njit(cache=True)
 def _cover(
     x: Array, zx: Array, region: NDArray[np.int64], p: Array, z: Array, kind: NDArray[np.int8], tolerance: float,
-    axis_tolerance: float, motion: NDArray[np.int64], error: Array, axis_error: Array, stray: Array,
+    motion: NDArray[np.int64], error: Array, axis_error: Array, stray: Array,
 ) -> None:  # fmt: skip
-    """Match points x (N, 3) with axes zx (N, 3) to motions between p (M, 3), z (M, 3), greedily and in order.
+    """Match points x (N, 3) with axes zx (N, 3) to motions between p (M, 3), z (M, 3), in order.
 
-    A motion k runs from row k - 1 to row k. stray (N,): how far the motions between point i - 1 and i leave their chord.
+    Each point goes to the first motion that meets it, or to one directly behind that meets it better. stray (N,): how far
+    the motions between point i - 1 and i leave their chord; where a link leads back to the same place, the point before
+    is taken behind the link.
     """
     M = p.shape[0]
-    center, u, v = np.zeros(3), np.zeros(3), np.zeros(3)
-    pt, zt = np.empty(3), np.empty(3)
+    m = _Match(np.zeros(3), np.zeros(3), np.zeros(3), np.empty(3), np.empty(3), np.empty(3))
     row, share = 0, 0.0
     for i in range(x.shape[0]):
         motion[i], error[i], axis_error[i], stray[i] = -1, np.inf, np.inf, 0.0
-        k, s0 = row, share
-        closest = np.inf
-        closest_axis = np.inf
+        k, least = row, share
         while k < M:
-            end = k
-            angle = 0.0
-            start = max(k - 1, 0)
-            if kind[k] == KrlMotion.CIRC_VIA and k + 1 < M:
-                end = k + 1
-                angle = _arc(p[start], p[k], p[end], center, u, v)
-            elif kind[k] == KrlMotion.PTP_AXES or kind[k] == KrlMotion.PTP_POSE:
-                start = k  # only its end is known to be met
-            s = _nearest(x[i], p[start], p[end], center, u, v, angle, s0)
-            _at(s, p[start], z[start], p[end], z[end], center, u, v, angle, pt, zt)
-            d = np.sqrt(np.sum((pt - x[i]) ** 2))
-            c = np.cross(zt, zx[i])
-            t = np.arctan2(np.sqrt(np.sum(c * c)), np.sum(zt * zx[i]))
-            if d < closest:
-                closest, closest_axis = d, t
-            if d <= tolerance and t > axis_tolerance and np.sum((p[start] - p[end]) ** 2) < tolerance * tolerance:
-                s = 1.0  # a turn on the spot: its end counts
-                c = np.cross(z[end], zx[i])
-                t = np.arctan2(np.sqrt(np.sum(c * c)), np.sum(z[end] * zx[i]))
-            if d <= tolerance and t <= axis_tolerance:
-                motion[i], error[i], axis_error[i] = end, d, t
-                if i > 0 and region[i] == region[i - 1] and motion[i - 1] >= 0:
-                    for m in range(motion[i - 1], end):  # rows that the program passes on the way
-                        if kind[m] == KrlMotion.CIRC_VIA and m + 1 == end and s < 1.0 - 1e-9:
-                            continue  # the arc has not been passed yet
-                        sm = _nearest(p[m], x[i - 1], x[i], center, u, v, 0.0, 0.0)
-                        off = np.sqrt(np.sum((x[i - 1] + sm * (x[i] - x[i - 1]) - p[m]) ** 2))
-                        stray[i] = max(stray[i], off)
-                row, share = k, s
+            _match(x[i], zx[i], p, z, kind, k, least, tolerance, m)
+            good = m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE
+            # where the next motion begins is where this one ends: it must come clearly nearer, or end there
+            nearer = error[i] - (1e-9 if m.found[2] > 0.5 else CLEARLY)
+            if motion[i] >= 0 and not (good and m.found[0] < nearer):
                 break
-            k = end + 1
-            s0 = 0.0
+            if good:
+                motion[i], row, share = _last_row(kind, k), k, m.found[2]
+            if good or m.found[0] < error[i]:
+                error[i], axis_error[i] = m.found[0], m.found[1]
+            k, least = _last_row(kind, k) + 1, 0.0
         if motion[i] < 0:
-            error[i], axis_error[i] = closest, closest_axis
             return
+        if i > 0 and region[i] == region[i - 1]:
+            stray[i] = _stray(x[i - 1], x[i], motion[i - 1], motion[i], share, p, kind, m)
+            if stray[i] > 2.0 * tolerance:
+                for other in range(motion[i], motion[i - 1], -1):
+                    if kind[other] != KrlMotion.CIRC_VIA and kind[other] != KrlMotion.CIRC_END:
+                        _match(x[i - 1], zx[i - 1], p, z, kind, other, 0.0, tolerance, m)
+                        if m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE:
+                            motion[i - 1] = other
+                            stray[i] = _stray(x[i - 1], x[i], other, motion[i], share, p, kind, m)
+                            break
 
 
 def cover(
@@ -162,7 +205,7 @@ def cover(
     tolerance = POSITION_TOLERANCE + chord_tolerance
     _cover(
         np.ascontiguousarray(base_T_tip[:, :3, 3]), np.ascontiguousarray(base_T_tip[:, :3, 2]), region.astype(np.int64),
-        np.ascontiguousarray(targets[:, :3, 3]), np.ascontiguousarray(targets[:, :3, 2]), kind, tolerance, AXIS_TOLERANCE,
+        np.ascontiguousarray(targets[:, :3, 3]), np.ascontiguousarray(targets[:, :3, 2]), kind, tolerance,
         motion, error, axis_error, stray,
     )  # fmt: skip
     findings = []

@@ -17,6 +17,7 @@ from camrob.cell.setup import Setup, ToolSetup
 from camrob.check.meshes import body_triangles
 from camrob.errors import InputError, SetupError
 from camrob.issues import Finding, Severity
+from camrob.post.krl_text import krl_name
 from camrob.resolve.links import build_path
 from camrob.resolve.path import ToolPathInBase
 from camrob.toolpath.read import read_toolpath
@@ -48,12 +49,12 @@ class JobInputs:
 
 def program_name(clfile: Path, name: str | None) -> str:
     """The program's name: given, or made of the CL file's. Raises InputError for a given name that KRL can't carry."""
-    if name is not None:
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,23}", name):
-            raise InputError(f"--name {name!r} can't be a KRL module", cure="use a letter, then letters, digits and _, 24 at most")
-        return name
-    cleaned = re.sub(r"[^A-Za-z0-9_]", "_", clfile.name.split(".")[0])[:24]
-    return cleaned if re.match(r"[A-Za-z]", cleaned) else ("P_" + cleaned)[:24]
+    if name is None:
+        return krl_name(clfile.name.split(".")[0])
+    if krl_name(name) != name:
+        what = f"--name {name!r} can't be a KRL module"
+        raise InputError(what, cure=f"use letters, digits and _, 24 at most, such as {krl_name(name)}")
+    return name
 
 
 def read_inputs(
