@@ -64,7 +64,7 @@ def rotation_exp(w: ArrayLike) -> Array:
     a = np.where(small, 1.0 - angle2 / 6.0, np.sin(safe) / safe)
     b = np.where(small, 0.5 - angle2 / 24.0, (1.0 - np.cos(safe)) / safe**2)
     S = skew(w_)
-    return np.eye(3) + a * S + b * (S @ S)
+    return np.asarray(np.eye(3) + a * S + b * (S @ S))
 
 
 def rotation_log(R: ArrayLike) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.check.collisions import check_collisions
 from camrob.check.collision_report import CollisionReport
+from camrob.check.collisions import check_collisions
+from camrob.check.margins import MarginReport, check_margins
 from camrob.controller.against import Coverage, cover
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.controller.trace import posture_trace
-from camrob.errors import CollisionError, InputError, VerificationError
+from camrob.errors import CollisionError, InputError, JobError, VerificationError
 from camrob.feed.timing import program_time
 from camrob.issues import Finding, Severity, collapse
 from camrob.jobs.files import staged_output
@@ -33,6 +34,7 @@ from camrob.post.krl_writer import iter_krl
 from camrob.post.program import Program
 from camrob.resolve.path import ToolPathInBase
 from camrob.resolve.solution import Solution
+from camrob.resolve.tracker import track
 from camrob.resolve.vjm import resolve_vjm
 from camrob.units import m_to_mm
 
@@ -74,9 +76,9 @@ def post(
 ) -> PostResult:
     """Post a CL file for a cell: NAME.src, .dat, .json, .path.npz and .html appear in `out`, all or none.
 
-    The program is read back from its text and replayed before it is released: every CL point met in order within 0.01 mm and
-    0.01 degrees, within limits, away from singular postures and collisions. Raises InputError and its kin for wrong input
-    and JobError and its kin where the job can't be done safely; nothing is left behind then.
+    The program is read back from its text and replayed before it is released: every CL point met in order within
+    0.01 mm and 0.01 degrees, within limits, away from singular postures and collisions. Raises InputError and its kin for wrong
+    input and JobError and its kin where the job can't be done safely; nothing is left behind then.
     """
     clfile, out = Path(clfile), Path(out)
     watch = _Watch(progress)
@@ -88,7 +90,9 @@ def post(
         solution = _resolve(inputs, method, watch.share)
         position, axis = solution.residual(inputs.cell, inputs.path)
         if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
-            raise VerificationError(f"the solver strays by {m_to_mm(float(position.max())):.2e} mm; please report this file")
+            raise VerificationError(
+                f"the solver strays by {m_to_mm(float(position.max())):.2e} mm; please report this file"
+            )
     with watch.stage("feed"):
         keep = decimated(inputs.path, solution, inputs.setup.decimate)
         speed, times = _speeds(inputs, solution, feed)
@@ -103,11 +107,12 @@ def post(
             text, replayed, coverage, judgement = _verify(folder / f"{title}.src", inputs, watch.share)
         with watch.stage("collisions"):
             collisions = _collisions(text, replayed, coverage, inputs, watch.share)
-        findings = _gate(inputs, solution, judgement, collisions)
+        margins = _margins(inputs, solution)
+        findings = _gate(inputs, solution, judgement, collisions, margins)
         files += [f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", inputs, solution)
         summary = post_summary(
-            inputs, solution, program, coverage, judgement, collisions, findings,
+            inputs, solution, program, coverage, judgement, collisions, margins, findings,
             residual=(position, axis), times=times, seconds=watch.seconds, files=files,
         )  # fmt: skip
         if report:
@@ -124,12 +129,13 @@ class _Watch:
     def __init__(self, progress: Progress | None) -> None:
         self._progress = progress
         self._name = ""
+        self._note = " (compiling, this once)" if kernels_missing() else ""
         self.seconds: dict[str, float] = {}
 
     @contextmanager
     def stage(self, name: str) -> Any:
         """Time one stage."""
-        self._name = name
+        self._name = name + self._note
         self.share(0.0)
         start = time.perf_counter()
         yield
@@ -157,7 +163,7 @@ FEEDS = ("program",)
 
 
 def _speeds(inputs: JobInputs, solution: Solution, feed: str) -> tuple[Array | None, dict[str, float | None]]:
-    """Speeds (N,) that replace the programmed feed, or None, and the times of the program as it stands and at its best."""
+    """Speeds (N,) that replace the programmed feed, or None, and the program's times as it stands and at its best."""
     path = inputs.path
     programmed = np.where(path.cutting, path.feed, inputs.rapid_speed)
     timing = program_time(inputs.cell, path, np.asarray(solution.q), speed=programmed)
@@ -190,7 +196,7 @@ def _verify(
     path = inputs.path
     own = path.of_toolpath
     coverage = cover(
-        np.asarray(path.base_T_tip)[own], path.line[own], path.region[own], np.asarray(replayed.base_T_tool),
+        np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64), np.asarray(replayed.base_T_tool),
         np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
     )  # fmt: skip
     speed = np.where(path.cutting[own], path.feed[own], np.nan)
@@ -217,18 +223,39 @@ def _collisions(
     line[met], cutting[met], region[met] = inputs.path.line[own], inputs.path.cutting[own], inputs.path.region[own]
     return check_collisions(
         replayed.cell, postures, cutting=cutting[rows], line=line[rows], region=region[rows],
-        part_mesh=inputs.part, stock_mesh=inputs.stock, base_T_part=np.asarray(inputs.setup.base_T_part), tool=inputs.tool,
-        progress=lambda done, of: progress(done / of),
+        part_mesh=inputs.part, stock_mesh=inputs.stock, base_T_part=np.asarray(inputs.setup.base_T_part),
+        tool=inputs.tool, progress=lambda done, of: progress(done / of),
     )  # fmt: skip
 
 
-def _gate(inputs: JobInputs, solution: Solution, judgement: Judgement, collisions: CollisionReport) -> list[Finding]:
+def _margins(inputs: JobInputs, solution: Solution) -> MarginReport:
+    path = inputs.path
+    return check_margins(
+        inputs.cell,
+        np.asarray(solution.q),
+        inv_kf=solution.inv_kf,
+        cutting=path.cutting,
+        line=path.line,
+        region=path.region,
+    )
+
+
+def _gate(
+    inputs: JobInputs, solution: Solution, judgement: Judgement, collisions: CollisionReport, margins: MarginReport
+) -> list[Finding]:
     """All findings, or the error that stops the release."""
     if collisions.count:
         first = next(f for f in collisions.findings if f.severity is Severity.ERROR)
         raise CollisionError(f"{first.text} ({collisions.count} points)", line=first.line, region=str(first.region))
     findings = collapse(
-        [*inputs.toolpath.findings, *inputs.findings, *solution.findings, *judgement.findings, *collisions.findings]
+        [
+            *inputs.toolpath.findings,
+            *inputs.findings,
+            *solution.findings,
+            *margins.findings,
+            *judgement.findings,
+            *collisions.findings,
+        ]
     )
     stopped = next((f for f in findings if f.severity is Severity.ERROR), None)
     if stopped is not None:
@@ -259,11 +286,7 @@ def _report(
 
     from camrob.report.post_report import post_report
 
-    comparison = {}
-    if method == "vjm":
-        plain = resolve_plain(inputs)
-        if plain is not None:
-            comparison["alike weights, no revision"] = np.asarray(plain.inv_kf)
+    comparison = _comparison(inputs) if method == "vjm" else {}
     body = inputs.part if inputs.part is not None else inputs.stock
     mesh = None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body))
     page = post_report(
@@ -273,11 +296,16 @@ def _report(
     file.write_text(page, encoding="utf-8")
 
 
-def resolve_plain(inputs: JobInputs) -> Solution | None:
-    """The path without fuzzy weights and revision, for comparison; None where that way fails."""
-    from camrob.errors import JobError
+def _comparison(inputs: JobInputs) -> dict[str, Array]:
+    """1/k_F of the same path without fuzzy weights, and without revision; a way that fails is left out."""
+    others = {}
+    for name, fuzzy, revise in (("all weights alike", False, True), ("without revision", True, False)):
+        with suppress(JobError):
+            others[name] = np.asarray(resolve_vjm(inputs.cell, inputs.path, fuzzy=fuzzy, revise=revise).inv_kf)
+    return others
 
-    try:
-        return resolve_vjm(inputs.cell, inputs.path, fuzzy=False, revise=False)
-    except JobError:
-        return None
+
+def kernels_missing() -> bool:
+    """True where the solver's kernels have yet to be compiled on this machine, which takes a minute, once."""
+    cache = track._cache.cache_path  # Numba has no public way to ask
+    return not any(Path(cache).glob("tracker.track-*.nbi"))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.check.collision_report import CollisionReport
+from camrob.check.margins import MarginReport
 from camrob.controller.against import Coverage
 from camrob.controller.judge import Judgement
 from camrob.issues import Finding, Severity
@@ -17,22 +18,9 @@ from camrob.post.program import Program
 from camrob.resolve.solution import Solution
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["external_travel", "post_summary"]
+__all__ = ["post_summary"]
 
 Array = NDArray[np.float64]
-
-
-def external_travel(inputs: JobInputs, solution: Solution) -> dict[str, float]:
-    """How far each external axis travels in cutting moves, mm or degrees: {"E1_mm": .., "E2_deg": ..}."""
-    cell = inputs.cell
-    values = cell.to_axis_values(np.asarray(solution.q))
-    cut = inputs.path.cutting[1:]
-    out = {}
-    for name in cell.external_names:
-        steps = np.abs(np.diff(values[:, cell.axis_names.index(name)]))
-        unit = "mm" if cell.joints[cell.index(name)].prismatic else "deg"
-        out[f"{name}_{unit}"] = round(float(steps[cut].sum()), 4)
-    return out
 
 
 def post_summary(
@@ -42,6 +30,7 @@ def post_summary(
     coverage: Coverage,
     judgement: Judgement,
     collisions: CollisionReport,
+    margins: MarginReport,
     findings: Sequence[Finding],
     *,
     residual: tuple[Array, Array],
@@ -58,7 +47,12 @@ def post_summary(
         "program": program.name,
         "cell": inputs.cell.name,
         "method": solution.method,
-        "source": {"file": toolpath.source, "sha256": toolpath.sha256, "dialect": toolpath.dialect, "units": toolpath.units},
+        "source": {
+            "file": toolpath.source,
+            "sha256": toolpath.sha256,
+            "dialect": toolpath.dialect,
+            "units": toolpath.units,
+        },
         "points": int(own.sum()),
         "regions": _regions(inputs, solution),
         "tracking": {
@@ -70,7 +64,10 @@ def post_summary(
             "inv_kf_mean": float(inv_kf.mean()),
             "inv_kf_bound_mean": None,
         },
-        "limits": {"margin_min": judgement.margin, "violations": sum(f.code == "axis-limit" for f in judgement.findings)},
+        "limits": {
+            "margin_min": judgement.margin,
+            "violations": sum(f.code == "axis-limit" for f in judgement.findings),
+        },
         "singular": judgement.singular,
         "collisions": {
             "checked": collisions.checked,
@@ -80,10 +77,10 @@ def post_summary(
             "sampled": collisions.sampled,
             "skipped": list(collisions.skipped),
         },
-        "external_travel": external_travel(inputs, solution),
+        "external_travel": {key: round(value, 4) for key, value in margins.external_travel.items()},
         "time_s": dict(times),
         "verified": {
-            "by": "KRL text read back, every motion replayed through the arm's closed form, poses held to pytorch-kinematics",
+            "by": "the independent KRL reader and replay, and pytorch-kinematics",
             "position_error_mm_max": m_to_mm(float(coverage.position_error.max(initial=0.0))),
             "axis_error_deg_max": rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
             "second_library_error_mm_max": m_to_mm(judgement.second_library_error),

@@ -47,7 +47,7 @@ def verify(
     setup: Path | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> VerifyResult:
-    """Check a program: every pose reachable, axis limits, singular postures, jumps; with `against`, every CL point met in order.
+    """Check a program: reach, axis limits, singular postures, jumps; with `against`, every CL point met in order.
 
     Raises KrlError, CellError, SetupError and ToolpathError for input that can't be read.
     """
@@ -69,7 +69,7 @@ def verify(
         path = inputs.path
         own = path.of_toolpath
         coverage = cover(
-            np.asarray(path.base_T_tip)[own], path.line[own], path.region[own], np.asarray(replayed.base_T_tool),
+            np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64), np.asarray(replayed.base_T_tool),
             np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
         )  # fmt: skip
         feed = np.where(path.cutting[own], path.feed[own], np.nan)
