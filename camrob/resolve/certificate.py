@@ -17,7 +17,7 @@ from camrob.frozen import locked
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
 from camrob.resolve.plan_space import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot, posture
 
-__all__ = ["Certificate", "certify", "climb", "external_grid", "representatives", "scan"]
+__all__ = ["Certificate", "Survey", "certify", "climb", "external_grid", "representatives", "scan", "survey_poses"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -29,7 +29,7 @@ _REVOLUTE_STEP = 0.35  # rad
 _GRID = 4000  # external postures at most
 _ANCHORS = 40  # poses that are scanned
 _STARTS = 4  # basins of a scanned pose that are climbed from
-_CLIMB_FIRST, _CLIMB_LAST = 0.1, 1e-4  # rad or m, step of the compass search at its start and end
+_CLIMB_FIRST, _CLIMB_NEAR, _CLIMB_LAST = 0.1, 0.02, 5e-4  # rad or m, steps of the compass search
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,17 +67,44 @@ class Certificate:
         return np.asarray(line + 0.5 * share * (1.0 - share) * np.maximum(bend[k], bend[k + 1]))
 
 
-def certify(space: PlanSpace, base_T_tip: Array) -> Certificate:
-    """The certificate of poses (W, 4, 4) in the order of travel; about 1 ms a pose and 20 ms for each of 40 scanned ones."""
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """A scan at A poses that stand for W.
+
+    anchors (A,): indices of the poses that were scanned; nearest (W,): which of them stands for each pose. grid (M, E): the
+    external postures that were tried; best (A, M): the best 1/k_F over roll and branch in each, 0 for none. u (A, S, F) and
+    branch (A, S): the S best basins, climbed, -1 where there are fewer.
+    """
+
+    anchors: Ints
+    nearest: Ints
+    grid: Array
+    best: Array
+    u: Array
+    branch: Ints
+
+
+def survey_poses(space: PlanSpace, base_T_tip: Array) -> Survey:
+    """Scan the poses that stand for all (W, 4, 4); about 20 ms for each of 40 at most."""
     frames = np.ascontiguousarray(base_T_tip)
     anchors, nearest = representatives(frames, _ANCHORS)
     grid = external_grid(space)
-    starts = np.empty((len(anchors), _STARTS, len(space.free)))
-    branches = np.full((len(anchors), _STARTS), -1, np.int64)
+    best = np.empty((len(anchors), len(grid)), np.float32)
+    u = np.empty((len(anchors), _STARTS, len(space.free)))
+    branch = np.full((len(anchors), _STARTS), -1, np.int64)
     for k, anchor in enumerate(anchors):
         found = scan(space, frames[anchor], grid, ROLLS)
-        _basins(space, frames[anchor], grid, found, starts[k], branches[k])
-    value, u, branch = _climb_all(space, frames, anchors, nearest, starts, branches)
+        best[k] = found.max(axis=(1, 2))
+        _basins(space, frames[anchor], grid, found, u[k], branch[k])
+    _climb_basins(space, frames[anchors], u, branch)
+    return Survey(anchors, nearest, grid, best, u, branch)
+
+
+def certify(space: PlanSpace, base_T_tip: Array, survey: Survey | None = None) -> Certificate:
+    """The certificate of poses (W, 4, 4) in the order of travel; under 1 ms a pose beside the survey."""
+    frames = np.ascontiguousarray(base_T_tip)
+    survey = survey_poses(space, frames) if survey is None else survey
+    value, u, branch = _climb_all(space, frames, survey.anchors, survey.nearest, survey.u, survey.branch)
     return Certificate(value, u, branch)
 
 
@@ -223,33 +250,55 @@ def climb(space: PlanSpace, frame: Array, u: Array, branch: int, first: float, l
 
 
 @numba.njit(cache=True, nogil=True)
+def _climb_basins(space: PlanSpace, frames: Array, u: Array, branch: Ints) -> None:
+    """Climb the basins u (A, S, F) of frames (A, 4, 4); the best comes first, those that end in another's top are dropped (-1)."""
+    A, S, F = u.shape
+    work = plan_work()
+    value = np.empty(S)
+    for a in range(A):
+        for s in range(S):
+            value[s] = climb(space, frames[a], u[a, s], branch[a, s], _CLIMB_FIRST, _CLIMB_LAST, work) if branch[a, s] >= 0 else 0.0
+        order = np.argsort(-value)
+        u[a] = u[a][order].copy()
+        branch[a] = branch[a][order].copy()
+        value = value[order].copy()
+        for s in range(1, S):
+            for other in range(s):
+                if branch[a, s] // 2 == branch[a, other] // 2 and np.max(np.abs(u[a, s] - u[a, other])) < 0.05:
+                    branch[a, s] = -1
+                    break
+
+
+@numba.njit(cache=True, nogil=True)
 def _climb_all(
     space: PlanSpace, frames: Array, anchors: Ints, nearest: Ints, starts: Array, branches: Ints
 ) -> tuple[Array, Array, Ints]:
-    """The best of the neighbour's optimum and of the nearest scanned pose's basins, climbed, forward along the path."""
+    """The best of the neighbours' optima and of the nearest scanned pose's basins, climbed, forward and back along the path."""
     W, F = frames.shape[0], starts.shape[2]
     value, u, branch = np.zeros(W), np.zeros((W, F)), np.zeros(W, np.int64)
     work = plan_work()
     trial = np.empty(F)
     for k in range(W):
         a = nearest[k]
-        for s in range(-1, starts.shape[1]):
-            if s < 0:
-                if k == 0 or value[k - 1] <= 0.0:
-                    continue
-                trial[:] = u[k - 1]
-                b = branch[k - 1]
-            else:
-                b = branches[a, s]
-                if b < 0:
-                    continue
+        for s in range(starts.shape[1]):
+            if branches[a, s] >= 0:
                 trial[:] = starts[a, s]
                 if space.roll == 1:  # the same direction of the tool's x in `base`
                     trial[F - 1] += _spin(frames[anchors[a]], frames[k])
-            found = climb(space, frames[k], trial, b, _CLIMB_FIRST, _CLIMB_LAST, work)
-            if found > value[k]:
-                value[k], branch[k] = found, b
-                u[k] = trial
+                found = climb(space, frames[k], trial, branches[a, s], _CLIMB_FIRST, _CLIMB_LAST, work)
+                if found > value[k]:
+                    value[k], branch[k] = found, branches[a, s]
+                    u[k] = trial
+    for direction in (1, -1):
+        for i in range(1, W):
+            k = i if direction == 1 else W - 1 - i
+            j = k - direction
+            trial[:] = u[j]
+            if value[j] > 0.0:
+                found = climb(space, frames[k], trial, branch[j], _CLIMB_NEAR, _CLIMB_LAST, work)
+                if found > value[k]:
+                    value[k], branch[k] = found, branch[j]
+                    u[k] = trial
     return value, u, branch
 
 
