@@ -13,9 +13,11 @@ from krl_sample import CONTROLLER, assert_same, make_program, read_back, small_p
 
 from camrob.cell.controller import ControllerSettings
 from camrob.errors import CellError, JobError
+from camrob.issues import Finding
 from camrob.post.krl_lines import LineBlock, format_lines
 from camrob.post.krl_round import round_pose
 from camrob.post.krl_text import comment_text, krl_name, krl_number
+from camrob.post.krl_writer import iter_krl
 from camrob.post.program import Motion, ProgramEvent, ProgramEventKind
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -165,9 +167,17 @@ def test_folds_stay_paired_over_parts(tmp_path):
     assert b";FOLD two\r\n" in files["Fluegel_3_003.src"] and b"one" not in files["Fluegel_3_003.src"]
 
 
-def test_no_safe_retract_is_an_error_that_says_where():
-    with pytest.raises(JobError, match=r"from motion 22 .* after 30 motions .*line 220"):
-        cut(80, [20, 50], 25)
+def test_without_a_safe_retract_a_part_ends_after_a_whole_motion_and_that_is_said():
+    program, files = cut(80, [20, 50], 25)
+    findings: list[Finding] = []
+    again = dict(iter_krl(program, CONTROLLER, max_lines=25, findings=findings))
+    assert again == files
+    assert {f.code for f in findings} == {"split-in-cut"} and findings[0].line == program.line[findings[0].point]
+
+
+def test_a_motion_larger_than_a_file_is_an_error_that_says_where():
+    with pytest.raises(JobError, match=r"can't be split.*motion"):
+        cut(80, [], 25, max_bytes=2000, max_line_length=800)
 
 
 def test_names_of_parts_never_clash():

@@ -43,6 +43,7 @@ __all__ = ["PostResult", "post"]
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
+COMPARED = 20_000  # points up to which the report shows the path resolved in other ways beside
 TRACKING_TOLERANCE = 1e-9  # m and rad: the solver's promise before rounding, 1e-6 mm and 1e-6 rad
 
 
@@ -77,8 +78,8 @@ def post(
     """Post a CL file for a cell: NAME.src, .dat, .json, .path.npz and .html appear in `out`, all or none.
 
     The program is read back from its text and replayed before it is released: every CL point met in order within
-    0.01 mm and 0.01 degrees, within limits, away from singular postures and collisions. Raises InputError and its kin for wrong
-    input and JobError and its kin where the job can't be done safely; nothing is left behind then.
+    0.01 mm and 0.01 degrees, within limits, away from singular postures and collisions. Raises InputError and its kin
+    for wrong input and JobError and its kin where the job can't be done safely; nothing is left behind then.
     """
     clfile, out = Path(clfile), Path(out)
     watch = _Watch(progress)
@@ -102,13 +103,13 @@ def post(
         )  # fmt: skip
     with staged_output(out, name=title) as folder:
         with watch.stage("write"):
-            files = _write(program, inputs, folder, max_lines)
+            files, split = _write(program, inputs, folder, max_lines)
         with watch.stage("verify"):
             text, replayed, coverage, judgement = _verify(folder / f"{title}.src", inputs, watch.share)
         with watch.stage("collisions"):
             collisions = _collisions(text, replayed, coverage, inputs, watch.share)
         margins = _margins(inputs, solution)
-        findings = _gate(inputs, solution, judgement, collisions, margins)
+        findings = _gate(inputs, solution, judgement, collisions, margins, split)
         files += [f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", inputs, solution)
         summary = post_summary(
@@ -179,12 +180,13 @@ def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
     )
 
 
-def _write(program: Program, inputs: JobInputs, folder: Path, max_lines: int | None) -> list[str]:
-    names = []
-    for file, data in iter_krl(program, inputs.cell.controller, max_lines=max_lines):
+def _write(program: Program, inputs: JobInputs, folder: Path, max_lines: int | None) -> tuple[list[str], list[Finding]]:
+    names: list[str] = []
+    findings: list[Finding] = []
+    for file, data in iter_krl(program, inputs.cell.controller, max_lines=max_lines, findings=findings):
         (folder / file).write_bytes(data)
         names.append(file)
-    return names
+    return names, findings
 
 
 def _verify(
@@ -196,8 +198,8 @@ def _verify(
     path = inputs.path
     own = path.of_toolpath
     coverage = cover(
-        np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64), np.asarray(replayed.base_T_tool),
-        np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
+        np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64),
+        np.asarray(replayed.base_T_tool), np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
     )  # fmt: skip
     speed = np.where(path.cutting[own], path.feed[own], np.nan)
     judgement = judge(text, replayed, coverage, speed)
@@ -241,8 +243,9 @@ def _margins(inputs: JobInputs, solution: Solution) -> MarginReport:
 
 
 def _gate(
-    inputs: JobInputs, solution: Solution, judgement: Judgement, collisions: CollisionReport, margins: MarginReport
-) -> list[Finding]:
+    inputs: JobInputs, solution: Solution, judgement: Judgement, collisions: CollisionReport, margins: MarginReport,
+    split: list[Finding],
+) -> list[Finding]:  # fmt: skip
     """All findings, or the error that stops the release."""
     if collisions.count:
         first = next(f for f in collisions.findings if f.severity is Severity.ERROR)
@@ -255,6 +258,7 @@ def _gate(
             *margins.findings,
             *judgement.findings,
             *collisions.findings,
+            *split,
         ]
     )
     stopped = next((f for f in findings if f.severity is Severity.ERROR), None)
@@ -286,7 +290,7 @@ def _report(
 
     from camrob.report.post_report import post_report
 
-    comparison = _comparison(inputs) if method == "vjm" else {}
+    comparison = _comparison(inputs) if method == "vjm" and len(inputs.path) <= COMPARED else {}
     body = inputs.part if inputs.part is not None else inputs.stock
     mesh = None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body))
     page = post_report(

@@ -69,8 +69,8 @@ def verify(
         path = inputs.path
         own = path.of_toolpath
         coverage = cover(
-            np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64), np.asarray(replayed.base_T_tool),
-            np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
+            np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64),
+            np.asarray(replayed.base_T_tool), np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
         )  # fmt: skip
         feed = np.where(path.cutting[own], path.feed[own], np.nan)
         extra += _tool_findings(inputs, replayed.cell.flange_T_tool)

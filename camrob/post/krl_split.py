@@ -14,6 +14,7 @@ def split_parts(
     sizes: NDArray[np.int64],
     counted: NDArray[np.bool_],
     safe: NDArray[np.bool_],
+    whole: NDArray[np.bool_],
     *,
     max_motions: int,
     max_bytes: int,
@@ -24,7 +25,10 @@ def split_parts(
 
     sizes: (N,) bytes that each row prints with what is written before it. counted: (N,) rows that are a motion.
     safe: (N,) rows after which a part may end. line: (N,) CL line of each row, for the error.
-    Each part is as long as its budget allows. O(N). Raises JobError where no safe row lies within a budget.
+    whole: (N,) rows after which a part may end at need, in the middle of a cut: ends of motions. Each part is as long as
+    its budget allows and ends at its last safe row; where none lies within the budget, at its last whole motion (a part
+    has no initialisation, so that the controller runs on through the border). O(N). Raises JobError where not even one
+    motion fits.
     """
     total = len(sizes)
     size_before = np.concatenate(([0], np.cumsum(sizes)))
@@ -32,6 +36,7 @@ def split_parts(
     allowed = np.flatnonzero(safe) + 1
     if not len(allowed) or allowed[-1] != total:
         allowed = np.append(allowed, total)
+    mid_cut = np.flatnonzero(whole) + 1
     ends: list[int] = []
     while start < total:
         last = min(
@@ -39,13 +44,12 @@ def split_parts(
             int(np.searchsorted(count_before, count_before[start] + max_motions, side="right")) - 1,
         )
         end = int(allowed[max(int(np.searchsorted(allowed, last, side="right")) - 1, 0)])
+        if end > last or end <= start:  # no safe row within the budget: in the cut, after a whole motion
+            end = int(mid_cut[max(int(np.searchsorted(mid_cut, last, side="right")) - 1, 0)])
         if end > last or end <= start:
-            after = int(allowed[int(np.searchsorted(allowed, start, side="right"))])
-            motions, needed = (int(before[after] - before[start]) for before in (count_before, size_before))
             raise JobError(
-                f"the program can't be split: a file may hold {max_motions} motions and {max_bytes} bytes, and from "
-                f"motion {start + 1} the next safe retract comes after {motions} motions and {needed} bytes; raise the "
-                "budget, decimate, or retract in between",
+                f"the program can't be split: a file may hold {max_motions} motions and {max_bytes} bytes, and motion "
+                f"{start + 1} alone takes {int(size_before[start + 1] - size_before[start])} bytes; raise the budget",
                 line=int(line[start]),
             )
         ends.append(end)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from camrob.cell.controller import ControllerSettings
+from camrob.issues import Finding
 from camrob.post.krl_body import KrlBody
 from camrob.post.krl_round import ANGLE_DECIMALS, EXTERNAL_DECIMALS, FRAME_DECIMALS, LENGTH_DECIMALS
 from camrob.post.krl_split import split_parts
@@ -23,7 +24,13 @@ def write_krl(program: Program, controller: ControllerSettings, *, max_lines: in
     return dict(iter_krl(program, controller, max_lines=max_lines))
 
 
-def iter_krl(program: Program, controller: ControllerSettings, *, max_lines: int | None) -> Iterator[tuple[str, bytes]]:
+def iter_krl(
+    program: Program,
+    controller: ControllerSettings,
+    *,
+    max_lines: int | None,
+    findings: list[Finding] | None = None,
+) -> Iterator[tuple[str, bytes]]:
     """The files of a program one after another: NAME.src, NAME.dat, and where it is split NAME_001.src and so on.
 
     A program that passes `max_lines` motions (None: the cell's) or the cell's bytes a file is cut at safe retracts.
@@ -31,8 +38,9 @@ def iter_krl(program: Program, controller: ControllerSettings, *, max_lines: int
     initialisation, it only says `$VEL.CP` before its first CP motion. 7-bit text, CRLF. Every number is the one in
     `program`, whose poses and axes must be rounded already (`round_pose`, `round_axes`); tool, base and speed are
     rounded here. Memory: one file at a time.
+    `findings`, where given, receives a warning for every border that lies in a cut.
 
-    Raises JobError where no safe retract lies within the budget or a line gets longer than the controller takes,
+    Raises JobError where a motion passes the budget or a line gets longer than the controller takes,
     ValueError for a program that is no program (unrounded, not finite, CIRC without its end, unknown hook).
     """
     budget = controller.max_lines if max_lines is None else max_lines
@@ -53,17 +61,26 @@ def iter_krl(program: Program, controller: ControllerSettings, *, max_lines: int
         sizes,
         counted,
         program.safe,
+        program.kind != Motion.CIRC_VIA,
         max_motions=budget,
         max_bytes=controller.max_bytes - overhead,
         line=program.line,
         start=lead,
     )
+    if findings is not None:
+        findings += [_cut_in_motion(program, end) for end in ends[:-1] if not program.safe[end - 1]]
     parts = _part_names(name, len(ends))
     calls = [f"{part} ( )" for part in parts]
     yield f"{name}.src", _source(name, parts, before, body.text(0, lead, last=False), [*calls, *after])
     yield f"{name}.dat", _data(name)
     for part, start, end in zip(parts, [lead, *ends[:-1]], ends, strict=True):
         yield f"{part}.src", _source(part, (), [], body.text(start, end, last=end == len(program)), [])
+
+
+def _cut_in_motion(program: Program, end: int) -> Finding:
+    """A file border in the middle of a cut."""
+    text = "a file of the program ends in the middle of a cut, as no retract lies within the budget of a file"
+    return Finding("split-in-cut", text, line=int(program.line[end - 1]), point=end - 1)
 
 
 def _part_names(name: str, count: int) -> list[str]:
