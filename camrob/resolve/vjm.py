@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 STEP = 0.02  # m between points that the tracker solves; farther neighbours get others between
 ANGLE = 0.05  # rad, likewise
 AIR_SPEED = 0.2  # m/s taken for the tool in air where self-motion is bounded by the axes' speeds
+SELF_RATIO = 4.0  # of a joint's self-motion to the tool's motion (angles, and lengths by the characteristic length)
 SPEED_SHARE = 0.5  # of an axis's speed that self-motion may use up
 
 
@@ -218,7 +219,11 @@ class PathTracker:
         return Attempt(q[kept], inv_kf[kept], state, failure)
 
     def _limits(self, points: Array, axes: Array, where: NDArray[np.int64], start: int, stop: int) -> Array:
-        """(M, n) how far self-motion may take each joint at each refined point: what its speed allows in the time of the move."""
+        """(M, n) how far self-motion may take each joint at each refined point.
+
+        What its speed allows in the time of the move, and in proportion to the tool's own motion, so that the posture
+        glides where its equilibrium folds over to another; without bound at safe points and on the way from HOME.
+        """
         feed = np.repeat(
             np.where(np.isfinite(self.path.feed[start:stop]), self.path.feed[start:stop], AIR_SPEED),
             np.diff(where, prepend=-1),
@@ -226,7 +231,10 @@ class PathTracker:
         step = np.linalg.norm(np.diff(points, axis=0), axis=1)
         turn = np.arccos(np.clip(np.sum(axes[1:] * axes[:-1], axis=1), -1.0, 1.0))
         time = np.maximum(step / feed, turn / 1.0) + 1e-3
-        limits = SPEED_SHARE * time[:, None] * self._speed[None, :]
+        length = self.cell.condition_length
+        slides = np.array([j.prismatic for j in self.cell.joints])
+        moved = np.where(slides[None, :], (step + length * turn)[:, None], (step / length + turn)[:, None])
+        limits = np.minimum(SPEED_SHARE * time[:, None] * self._speed[None, :], SELF_RATIO * moved)
         free = np.where(self.path.safe[start:stop])[0]
         limits[where[free]] = np.inf
         if start == 0:
