@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,10 +139,37 @@ def _work(
                 revision = Revision(block.region, block.at, moves, True, before, after)
             else:
                 revision = replace(none, reason="the region's lowest 1/k_F would fall")
+    if chosen.failure is not None and path.safe[block.at]:
+        chosen, reference, travel, revision = _other_turns(tracker, block, travel, reference, chosen, revision)
     if chosen.failure is not None:
         raise chosen.failure
     whole = Attempt(np.vstack([travel.q, chosen.q]), np.append(travel.inv_kf, chosen.inv_kf), chosen.state)
     return whole, reference, revision
+
+
+def _other_turns(
+    tracker: PathTracker, block: _Block, travel: Attempt, reference: Array, failed: Attempt, revision: Revision
+) -> tuple[Attempt, Array, Attempt, Revision]:
+    """Try a region that failed on other whole turns of the arm's axes, unwound by PTP before it; the first that does it.
+
+    Where none does, the failed attempt comes back.
+    """
+    cell = tracker.cell
+    many_turns = [i for i in range(*cell.arm_slice.indices(len(cell))) if cell.q_upper[i] - cell.q_lower[i] > 2.0 * np.pi]
+    for turns in sorted(product((0, 1, -1), repeat=len(many_turns)), key=lambda t: sum(map(abs, t)))[1:]:
+        shift = np.zeros(len(cell))
+        shift[many_turns] = 2.0 * np.pi * np.array(turns)
+        q = travel.q[-1] + shift
+        if np.any(q < cell.q_lower) or np.any(q > cell.q_upper):
+            continue
+        attempt = tracker.follow(tracker.at(q), reference + shift, block.at + 1, block.stop, tolerant=True)
+        if attempt.failure is None:
+            moves = np.array([travel.q[-1], q])
+            value = revision.inv_kf_before
+            reason = "axes unwound, so that the whole region stays within their range"
+            unwound = Revision(block.region, block.at, moves, True, value, value, reason, by_axes=True)
+            return attempt, reference + shift, replace(travel, q=np.vstack([travel.q[:-1], q])), unwound
+    return failed, reference, travel, revision
 
 
 def _least(attempt: Attempt) -> float:
