@@ -91,7 +91,10 @@ def search(space: PlanSpace, objective: Objective, w: Waypoints, nodes: Nodes, *
     endless = np.zeros(n, np.bool_)
     endless[:F] = space.u_endless
     price = nodes.price * np.repeat(weights_of(w), np.diff(nodes.offset))
-    return cheapest_way(Layers(nodes.offset, x, price, window, rate, square, endless, jump))
+    top = np.full((T, n), np.inf)
+    top[:, :F] = objective.u_speed * np.maximum(w.time, _LEAST_TIME)[:, None]
+    haste = objective.speed * ds
+    return cheapest_way(Layers(nodes.offset, x, price, window, rate, square, top, haste, endless, jump))
 
 
 def _same_region(w: Waypoints) -> Mask:

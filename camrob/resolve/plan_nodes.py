@@ -20,7 +20,8 @@ Ints = NDArray[np.int64]
 
 ROLLS = 24  # of a turn
 ROLLS_KEPT = 2  # cheapest rolls a branch, apart from each other
-NODES = 320  # a layer at most
+LATTICE = 3  # every third roll is a candidate however dear: a plan may have to pass through it
+NODES = 1000  # a layer at most
 
 
 class Nodes(NamedTuple):
@@ -112,7 +113,8 @@ def _layer(
     count = rolls if space.roll == 1 else 1
     work = plan_work()
     q_all, price, angle = np.empty((count, 8, 6)), np.empty((count, 8)), np.zeros(count)
-    room = M * 8 * ROLLS_KEPT * 8
+    chosen, rest, well = np.zeros(count, np.bool_), np.empty(count), np.empty((count, 8))
+    room = M * 8 * (ROLLS_KEPT + count // LATTICE + 1) * 4
     u_out, q_out = np.empty((room, F)), np.empty((room, 6))
     branch_out, price_out = np.empty(room, np.int64), np.empty(room)
     variants, u = np.empty((27, 6)), np.zeros(F)
@@ -136,21 +138,27 @@ def _layer(
                     if _turns(space, q_all[k, b], variants) > 0:
                         value = conditioning(space, q_all[k, b], work)
                         a, c = posture_price(space, objective, u, q_all[k, b], value)
-                        price[k, b] = a + c
+                        price[k, b], well[k, b] = a + c, a
         for b in range(8):
+            chosen[:] = False
+            for k in range(0, count, LATTICE):
+                chosen[k] = price[k, b] < np.inf
+            rest[:] = price[:, b]
             for _again in range(ROLLS_KEPT):
-                k = int(np.argmin(price[:, b]))
-                if price[k, b] == np.inf:
-                    break
+                k = int(np.argmin(rest))
+                if rest[k] < np.inf:
+                    chosen[k] = True
+                    for d in range(-2, 3):  # its neighbours are no other choice
+                        rest[(k + d) % count] = np.inf
+            for k in range(count):
+                if not chosen[k]:
+                    continue
                 total = _turns(space, q_all[k, b], variants)
                 if space.roll == 1:
                     u[F - 1] = angle[k]
-                value = conditioning(space, q_all[k, b], work)
                 for v in range(total):
                     if K < room:
-                        a, c = posture_price(space, objective, u, variants[v], value)
-                        u_out[K], q_out[K], branch_out[K], price_out[K] = u, variants[v], b, a + c
+                        _a, c = posture_price(space, objective, u, variants[v], 1.0)
+                        u_out[K], q_out[K], branch_out[K], price_out[K] = u, variants[v], b, well[k, b] + c
                         K += 1
-                for d in range(-2, 3):  # its neighbours are no other choice
-                    price[(k + d) % count, b] = np.inf
     return u_out[:K], q_out[:K], branch_out[:K], price_out[:K]

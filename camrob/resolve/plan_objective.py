@@ -55,10 +55,10 @@ class PlanWeights:
     margin_mm: float = 20.0
     travel_revolute: float = 0.04
     travel_prismatic: float = 0.05
-    smoothness: float = 0.002
+    smoothness: float = 0.0002
     speed: float = 1.0
-    speed_share: float = 0.5
-    arm_step: float = 0.001
+    speed_share: float = 0.8
+    arm_step: float = 0.0001
     reposture: float = 0.2
     knee_share: float = 0.97
 

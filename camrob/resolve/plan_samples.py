@@ -18,7 +18,7 @@ __all__ = ["ARM_LENGTH", "Waypoints", "waypoints"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-ARM_LENGTH = 0.2  # m of travel that count like a radian of the tool axis's turn
+ARM_LENGTH = 0.6  # m of travel that count like a radian of the tool axis's turn
 AIR_SPEED = 0.2  # m/s taken for the tool in air
 
 

@@ -18,8 +18,9 @@ class Layers(NamedTuple):
     """Candidates of T layers, one after another.
 
     offset (T + 1,): nodes of layer t are offset[t] .. offset[t + 1]. x (M, n): coordinates; price (M,): of standing in a node.
-    window (T, n): how far each coordinate may move on the way to layer t; rate, square (T, n): the way's price a unit of |dx|
-    and of dx^2. endless (n,): coordinates that wrap at a turn. jump (T,): price of a re-posture at the layer, inf where
+    window (T, n): how far each coordinate may move on the way to layer t (the first one, within one turn where it is endless,
+    bands the search); rate, square (T, n): the way's price a unit of |dx|
+    and of dx^2. top (T, n): how far a coordinate may move on the way without haste; haste (T,): price of (|dx| / top - 1)+^2. endless (n,): coordinates that wrap at a turn. jump (T,): price of a re-posture at the layer, inf where
     there may be none.
     """
 
@@ -29,6 +30,8 @@ class Layers(NamedTuple):
     window: Array
     rate: Array
     square: Array
+    top: Array
+    haste: Array
     endless: NDArray[np.bool_]
     jump: Array
 
@@ -57,6 +60,9 @@ def _edge(layers: Layers, t: int, j: int, k: int) -> float:
         if d > layers.window[t, i]:
             return np.inf
         total += layers.rate[t, i] * d + layers.square[t, i] * d * d
+        if d > layers.top[t, i]:
+            over = d / layers.top[t, i] - 1.0
+            total += layers.haste[t] * over * over
     return total
 
 
@@ -77,15 +83,28 @@ def cheapest_way(layers: Layers) -> Way:
         start, stop = layers.offset[t], layers.offset[t + 1]
         cheapest, from_node = np.inf, -1
         arrive = np.full(stop - start, np.inf)
+        if t > 0:
+            before = layers.offset[t - 1]
+            column = layers.x[before:start, 0]
+            order = np.argsort(column)
+            column = column[order]
+            width = layers.window[t, 0]
         for k in range(start, stop):
             best = 0.0 if t == 0 else np.inf
             if t > 0:
-                for j in range(layers.offset[t - 1], start):
-                    if leave[j] < best:
-                        price = leave[j] + _edge(layers, t, j, k)
-                        if price < best:
-                            best = price
-                            back[k] = j
+                for turn in range(-1, 2):
+                    if turn != 0 and not layers.endless[0]:
+                        continue
+                    place = layers.x[k, 0] + 2.0 * np.pi * turn
+                    low = np.searchsorted(column, place - width)
+                    high = np.searchsorted(column, place + width, side="right")
+                    for i in range(low, high):
+                        j = before + order[i]
+                        if leave[j] < best:
+                            price = leave[j] + _edge(layers, t, j, k)
+                            if price < best:
+                                best = price
+                                back[k] = j
             arrive[k - start] = best + 0.5 * layers.price[k]
             if arrive[k - start] < cheapest:
                 cheapest, from_node = arrive[k - start], k
