@@ -82,13 +82,23 @@ class _Block:
 
 
 @dataclass(frozen=True, slots=True)
+class Failure:
+    """A path point that could not be followed: the pose that the tracker stopped short of, why, and its posture there."""
+
+    point: int
+    base_T_target: Array
+    code: int
+    state: TrackState
+
+
+@dataclass(frozen=True, slots=True)
 class Attempt:
     """Postures (N, n) and 1/k_F (N,) along a piece of path, and the state at its end; `failure` where it wasn't reached."""
 
     q: Array
     inv_kf: Array
     state: TrackState
-    failure: JobError | None = None
+    failure: Failure | None = None
 
 
 def _blocks(path: ToolPathInBase) -> list[_Block]:
@@ -142,7 +152,7 @@ def _work(
     if chosen.failure is not None and path.safe[block.at]:
         chosen, reference, travel, revision = _other_turns(tracker, block, travel, reference, chosen, revision)
     if chosen.failure is not None:
-        raise chosen.failure
+        raise tracker.explain(chosen.failure)
     whole = Attempt(np.vstack([travel.q, chosen.q]), np.append(travel.inv_kf, chosen.inv_kf), chosen.state)
     return whole, reference, revision
 
@@ -240,11 +250,16 @@ class PathTracker:
         if code == TRACKED:
             return Attempt(q[where], inv_kf[where], state)
         point = start + int(np.searchsorted(where, reached))
-        failure = explain_failure(self.cell, self.arm, self.path, point, targets[reached], code, state)
+        failure = Failure(point, targets[reached], code, state)
         if not tolerant:
-            raise failure
+            raise self.explain(failure)
         kept = where[: np.searchsorted(where, reached)]
         return Attempt(q[kept], inv_kf[kept], state, failure)
+
+    def explain(self, failure: Failure) -> JobError:
+        """The error for a point that could not be followed, with what other postures would meet there."""
+        f = failure
+        return explain_failure(self.cell, self.arm, self.path, f.point, f.base_T_target, f.code, f.state)
 
     def _limits(self, points: Array, axes: Array, where: NDArray[np.int64], start: int, stop: int) -> Array:
         """(M, n) how far self-motion may take each joint at each refined point.
