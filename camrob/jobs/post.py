@@ -156,7 +156,21 @@ def _check_choices(method: str, feed: str) -> None:
 
 
 def _resolve(inputs: JobInputs, method: str, progress: Callable[[float], None]) -> Solution:
-    return METHODS[method](inputs.cell, inputs.path, progress=progress)
+    try:
+        return METHODS[method](inputs.cell, inputs.path, progress=progress)
+    except JobError as e:
+        raise _named(e, inputs) from None
+
+
+def _named(error: JobError, inputs: JobInputs) -> JobError:
+    """The same error with the region's name instead of its index."""
+    regions = [r for r in inputs.toolpath.regions if len(r)]
+    if not error.region.isdigit() or int(error.region) >= len(regions):
+        return error
+    return type(error)(
+        error.what, line=error.line, region=regions[int(error.region)].name, axis=error.axis, value=error.value,
+        limit=error.limit, unit=error.unit, reasons=error.reasons,
+    )  # fmt: skip
 
 
 METHODS: dict[str, Callable[..., Solution]] = {"vjm": resolve_vjm}
@@ -249,7 +263,8 @@ def _gate(
     """All findings, or the error that stops the release."""
     if collisions.count:
         first = next(f for f in collisions.findings if f.severity is Severity.ERROR)
-        raise CollisionError(f"{first.text} ({collisions.count} points)", line=first.line, region=str(first.region))
+        error = CollisionError(f"{first.text} ({collisions.count} points)", line=first.line, region=str(first.region))
+        raise _named(error, inputs)
     findings = collapse(
         [
             *inputs.toolpath.findings,
