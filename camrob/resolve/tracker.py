@@ -1,15 +1,16 @@
 """The tracker: follows a path of poses with the virtual-joint-augmented chain, compiled.
 
 At every point it goes straight to where the published loop (eq. 11, 12 and Algorithm 1) creeps: the posture that holds
-the pose and in which the null-space vector h = h_cond + h_jnt (eq. 15 to 20) has no part left that self-motion could follow,
+the pose and in which the null-space vector h = h_cond + h_jnt (eq. 15 to 20) has no part left that self-motion could
+follow,
 
     f(q) = target   and   N(q)^T h(q) = 0,   h = -W_jnt(q) (q - q_ref) - k_F(q) W_cond(q) (q - q_Ts),
 
 by Newton's method on both at once: a QR factorisation of J^T gives the pseudoinverse step, the null-space basis and the
 multipliers; the chain's second derivatives and the slopes of the fuzzy surfaces give the derivative of the reduced
 criterion. A shift on it, raised where a step does not pay, turns the step into the published flow, so that only its
-stable postures are found. Joint limits are an active set: a joint at its limit leaves the problem and comes back when the
-criterion draws it inwards.
+stable postures are found. Joint limits are an active set: a joint at its limit leaves the problem and comes back when
+the criterion draws it inwards.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from camrob.resolve.linear_algebra import (
     solve_r_transposed,
 )
 from camrob.resolve.surfaces import WeightSurface, weights_and_slopes
+from camrob.resolve.tracker_work import TrackerWork, curvature, pose_error, tracker_work
 
 __all__ = [
     "FAILED_LIMIT",
@@ -50,6 +52,7 @@ FAILED_SINGULAR = 3  # the chain has lost a direction
 
 _TASK_TOLERANCE = 1e-11  # m and rad; the promise is 1e-9
 _SELF_TOLERANCE = 1e-9  # rad and m of self-motion left at a point
+_NEAR = 1e-5  # m and rad from the pose, from where on a step without self-motion ends it
 _ITERATIONS = 60
 _STEP = 0.3  # rad or m that a joint moves in one iteration at most
 _RANK = 1e-7  # ratio of R's diagonal below which the chain is singular
@@ -69,78 +72,14 @@ class TrackerSettings(NamedTuple):
 class TrackState(NamedTuple):
     """What a path leaves to the next one: posture q (n,), the posture recorded at the threshold, the joints at a limit.
 
-    flags (2,): [0] 1 while the condition term acts; side (n,): -1, 0, 1 for a joint at its lower limit, free, at its upper.
+    flags (2,): [0] 1 while the condition term acts; side (n,): -1, 0, 1 for a joint at its lower limit, free, at its
+    upper.
     """
 
     q: Array
     q_threshold: Array
     side: NDArray[np.int64]
     flags: NDArray[np.int64]
-
-
-class _Work(NamedTuple):
-    """Arrays of the inner loop."""
-
-    Z: Array
-    P: Array
-    R: Array
-    p: Array
-    plate: Array
-    J: Array
-    A: Array
-    tau: Array
-    g: Array
-    x: Array
-    N: Array
-    C: Array
-    H: Array
-    L: Array
-    s: Array
-    error: Array
-    weight: Array
-    slope0: Array
-    slope1: Array
-    weight_cond: Array
-    slope_cond0: Array
-    slope_cond1: Array
-    reduced: Array
-    moved: Array
-    free: NDArray[np.int64]
-
-
-@numba.njit(cache=True)
-def _work(n: int) -> _Work:
-    return _Work(
-        np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, n)),
-        np.empty((n, 6)), np.empty(6), np.empty(n), np.empty(n), np.empty((n, n)), np.empty((n, n)),
-        np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(6), np.empty(n), np.empty(n), np.empty(n),
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64),
-    )  # fmt: skip
-
-
-@numba.njit(cache=True)
-def _pose_error(R: Array, p: Array, R_target: Array, p_target: Array, error: Array) -> None:
-    """error (6,) <- (position, rotation vector) in `base` from (R, p) to the target; a logarithm, exact at any angle."""
-    for r in range(3):
-        error[r] = p_target[r] - p[r]
-    # axial vector and cosine of D = R_target R^T
-    d = np.empty((3, 3))
-    for r in range(3):
-        for c in range(3):
-            d[r, c] = R_target[r, 0] * R[c, 0] + R_target[r, 1] * R[c, 1] + R_target[r, 2] * R[c, 2]
-    vx, vy, vz = 0.5 * (d[2, 1] - d[1, 2]), 0.5 * (d[0, 2] - d[2, 0]), 0.5 * (d[1, 0] - d[0, 1])
-    sine = np.sqrt(vx * vx + vy * vy + vz * vz)
-    cosine = 0.5 * (d[0, 0] + d[1, 1] + d[2, 2] - 1.0)
-    if sine > 1e-8:
-        k = np.arctan2(sine, cosine) / sine
-        error[3], error[4], error[5] = k * vx, k * vy, k * vz
-    elif cosine > 0.0:
-        error[3], error[4], error[5] = vx, vy, vz
-    else:  # half a turn: any axis of it will do for a step
-        i = int(np.argmax(np.array([d[0, 0], d[1, 1], d[2, 2]])))
-        norm = np.sqrt(max(1e-12, 0.5 * (1.0 + d[i, i])))
-        for r in range(3):
-            error[3 + r] = np.pi * ((norm if r == i else 0.5 * d[r, i] / norm))
 
 
 @numba.njit(cache=True)
@@ -151,7 +90,9 @@ def _from(q: float, reference: float, endless: bool) -> float:
 
 
 @numba.njit(cache=True)
-def _criterion(settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: _Work) -> None:
+def _criterion(
+    settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: TrackerWork
+) -> None:
     """w.g <- -h (eq. 18, 20); w.weight, w.slope0, w.slope1 <- the diagonal and the two columns of its derivative by W."""
     n = q.shape[0]
     weights_and_slopes(settings.joint_weights, q, w.weight, w.slope0, w.slope1)
@@ -174,29 +115,7 @@ def _criterion(settings: TrackerSettings, q: Array, q_reference: Array, state: T
 
 
 @numba.njit(cache=True)
-def _curvature(chain: ChainArrays, m: int, scale: float, multipliers: Array, w: _Work) -> None:
-    """w.C[:m, :m] <- sum of multiplier times second derivative of the task (v scaled, rotation as logarithm)."""
-    lx, ly, lz = multipliers[0] * scale, multipliers[1] * scale, multipliers[2] * scale
-    ax, ay, az = 0.5 * multipliers[3], 0.5 * multipliers[4], 0.5 * multipliers[5]
-    for a in range(m):
-        j = w.free[a]
-        zx, zy, zz = w.Z[j, 0], w.Z[j, 1], w.Z[j, 2]
-        for b in range(a, m):
-            if chain.prismatic[j]:
-                w.C[a, b] = 0.0
-            else:
-                k = w.free[b]
-                vx, vy, vz = w.J[0, k], w.J[1, k], w.J[2, k]
-                c = lx * (zy * vz - zz * vy) + ly * (zz * vx - zx * vz) + lz * (zx * vy - zy * vx)
-                if b > a and not chain.prismatic[k]:
-                    ux, uy, uz = w.Z[k, 0], w.Z[k, 1], w.Z[k, 2]
-                    c += ax * (zy * uz - zz * uy) + ay * (zz * ux - zx * uz) + az * (zx * uy - zy * ux)
-                w.C[a, b] = c
-            w.C[b, a] = w.C[a, b]
-
-
-@numba.njit(cache=True)
-def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w: _Work) -> None:
+def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w: TrackerWork) -> None:
     """Add the derivative of the weights to w.C, in the columns of the axes that they depend on."""
     for b in range(m):
         if w.free[b] == axis[0]:
@@ -208,7 +127,7 @@ def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w
 
 
 @numba.njit(cache=True)
-def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, w: _Work) -> float:
+def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, w: TrackerWork) -> float:
     """w.s[:m] <- Newton step of the reduced criterion in the null space, the task's step (w.x) taken into account.
 
     w.N[6:m] holds the null-space basis as rows, w.C the curvature. Returns the shift that was needed.
@@ -247,7 +166,7 @@ def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, w:
 
 
 @numba.njit(cache=True)
-def _task_step(scale: float, n: int, side: NDArray[np.int64], w: _Work) -> int:
+def _task_step(scale: float, n: int, side: NDArray[np.int64], w: TrackerWork) -> int:
     """Factor the free joints' J^T; w.x <- pseudoinverse step to w.error. Returns the free joints' number, -1 if singular."""
     m = 0
     for i in range(n):
@@ -272,7 +191,7 @@ def _task_step(scale: float, n: int, side: NDArray[np.int64], w: _Work) -> int:
 
 
 @numba.njit(cache=True)
-def _bounded(m: int, w: _Work, limit: Array) -> float:
+def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
     """Shrink the self-motion w.s so that no joint's sum of it passes `limit` (n,); returns its largest component."""
     share = 1.0
     for k in range(m):
@@ -290,7 +209,7 @@ def _bounded(m: int, w: _Work, limit: Array) -> float:
 
 
 @numba.njit(cache=True)
-def _release(m: int, n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: _Work) -> None:
+def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: TrackerWork) -> None:
     """Free the joints at a limit that the optimum draws inwards."""
     for i in range(n):
         if side[i] != 0:
@@ -302,76 +221,93 @@ def _release(m: int, n: int, side: NDArray[np.int64], multipliers: Array, scale:
 
 
 @numba.njit(cache=True)
+def _gradient_and_multipliers(
+    settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, m: int,
+    multipliers: Array, w: TrackerWork,
+) -> None:  # fmt: skip
+    """w.g <- -h, multipliers (6,) <- those with which the task's rows meet it best, from the factored free joints."""
+    _criterion(settings, q, q_reference, state, chain, w)
+    gradient_free = w.N[0]
+    for k in range(m):
+        gradient_free[k] = w.g[w.free[k]]
+    apply_q_transposed(w.A, m, w.tau, gradient_free)
+    for r in range(6):
+        multipliers[r] = gradient_free[r]
+    solve_r(w.A, multipliers)
+
+
+@numba.njit(cache=True)
+def _self_motion(
+    chain: ChainArrays, settings: TrackerSettings, m: int, acting: bool, shift: float, multipliers: Array,
+    limit: Array, w: TrackerWork,
+) -> tuple[float, float]:  # fmt: skip
+    """w.s[:m] <- the bounded step in the null space. Returns its largest component and the shift that it needed."""
+    for b in range(6, m):
+        for k in range(m):
+            w.N[b, k] = 1.0 if k == b else 0.0
+        apply_q(w.A, m, w.tau, w.N[b])
+    curvature(chain, m, 1.0 / chain.length, multipliers, w)
+    shift = _self_step(settings, m, acting, shift, w)
+    return _bounded(m, w, limit), shift
+
+
+@numba.njit(cache=True)
+def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64], w: TrackerWork) -> None:
+    """Take the steps w.x (bounded) and w.s; a joint that would pass its limit stays there and leaves the problem."""
+    step = 0.0
+    for k in range(m):
+        step = max(step, abs(w.x[k]))
+    share = min(1.0, _STEP / step) if step > 0.0 else 1.0
+    for k in range(m):
+        i = w.free[k]
+        q[i] += share * w.x[k] + w.s[k]
+        if q[i] < settings.lower[i]:
+            q[i], side[i] = settings.lower[i], -1
+        elif q[i] > settings.upper[i]:
+            q[i], side[i] = settings.upper[i], 1
+
+
+@numba.njit(cache=True)
 def _solve_point(
     chain: ChainArrays, settings: TrackerSettings, R_target: Array, p_target: Array, q: Array, q_reference: Array,
-    state: TrackState, limit: Array, w: _Work,
+    state: TrackState, limit: Array, w: TrackerWork,
 ) -> int:  # fmt: skip
     """Move q to the constrained optimum at one target. Returns TRACKED or why not."""
     n = q.shape[0]
-    scale = 1.0 / chain.length
-    acting = state.flags[0] == 1
-    side = state.side
-    for i in range(n):
-        w.moved[i] = 0.0
-    released = False
-    shift = 0.0
-    last_self = np.inf
+    acting, side = state.flags[0] == 1, state.side
+    w.moved[:] = 0.0
+    released, settled = False, False
+    shift, last_self = 0.0, np.inf
     multipliers = np.zeros(6)
-    for _iteration in range(_ITERATIONS):
+    for iteration in range(_ITERATIONS):
         forward(chain, q, w.Z, w.P, w.R, w.p, w.plate)
-        _pose_error(w.R, w.p, R_target, p_target, w.error)
-        task = 0.0
-        for r in range(6):
-            task = max(task, abs(w.error[r]))
-        if task <= _TASK_TOLERANCE and last_self <= _SELF_TOLERANCE:
+        pose_error(w.R, w.p, R_target, p_target, w.error)
+        task = np.max(np.abs(w.error))
+        if task <= _TASK_TOLERANCE and settled:
             return TRACKED
         jacobian(chain, w.Z, w.P, w.p, w.J)
-        m = _task_step(scale, n, side, w)
+        m = _task_step(1.0 / chain.length, n, side, w)
         if m < 6:
             return FAILED_SINGULAR if m < 0 else FAILED_LIMIT
-        largest = 0.0
-        if last_self > _SELF_TOLERANCE:
-            _criterion(settings, q, q_reference, state, chain, w)
-            gradient_free = w.N[0]
-            for k in range(m):
-                gradient_free[k] = w.g[w.free[k]]
-            apply_q_transposed(w.A, m, w.tau, gradient_free)
-            for r in range(6):
-                multipliers[r] = gradient_free[r]
-            solve_r(w.A, multipliers)
+        w.s[:] = 0.0
+        if not settled:
+            _gradient_and_multipliers(settings, q, q_reference, state, chain, m, multipliers, w)
             if not released:
                 released = True
                 before = m
-                _release(m, n, side, multipliers, scale, w)
-                m = _task_step(scale, n, side, w)
+                _release(n, side, multipliers, 1.0 / chain.length, w)
+                m = _task_step(1.0 / chain.length, n, side, w)
                 if m != before:
                     continue
+            largest = 0.0
             if m > 6:
-                for b in range(6, m):
-                    for k in range(m):
-                        w.N[b, k] = 1.0 if k == b else 0.0
-                    apply_q(w.A, m, w.tau, w.N[b])
-                _curvature(chain, m, scale, multipliers, w)
-                shift = _self_step(settings, m, acting, shift, w)
-                largest = _bounded(m, w, limit)
+                largest, shift = _self_motion(chain, settings, m, acting, shift, multipliers, limit, w)
                 shift = max(4.0 * shift, 1e-3) if largest > 0.7 * last_self else 0.25 * shift
             last_self = largest
-            if _iteration > _ITERATIONS // 2:
-                last_self = 0.0  # the self-motion goes on at the next point; the pose comes first
-        else:
-            for k in range(m):
-                w.s[k] = 0.0
-        step = 0.0
-        for k in range(m):
-            step = max(step, abs(w.x[k]))
-        share = min(1.0, _STEP / step) if step > 0.0 else 1.0
-        for k in range(m):
-            i = w.free[k]
-            q[i] += share * w.x[k] + (w.s[k] if m > 6 else 0.0)
-            if q[i] < settings.lower[i]:
-                q[i], side[i] = settings.lower[i], -1
-            elif q[i] > settings.upper[i]:
-                q[i], side[i] = settings.upper[i], 1
+            # far from the pose a step of nothing only says that there was nothing to do yet; and in the loop's second
+            # half the pose comes first: the self-motion goes on at the next point
+            settled = (largest <= _SELF_TOLERANCE and task <= _NEAR) or iteration > _ITERATIONS // 2
+        _advance(settings, m, q, side, w)
     return FAILED_NOT_REACHED
 
 
@@ -382,12 +318,12 @@ def track(
 ) -> tuple[int, int]:  # fmt: skip
     """Follow targets (N, 4, 4), base_T_target, from `state`, which is brought to the path's end.
 
-    q_reference: (N, n) reference postures (one row serves all points: shape (1, n)). limits: (N, n) how far self-motion may
-    take each joint at a point. Fills out (N, n) and inv_kf (N,). Returns (TRACKED, N), or why and at which point it failed;
-    `state` is then the posture that was reached there.
+    q_reference: (N, n) reference postures (one row serves all points: shape (1, n)). limits: (N, n) how far self-motion
+    may take each joint at a point. Fills out (N, n) and inv_kf (N,). Returns (TRACKED, N), or why and at which point it
+    failed; `state` is then the posture that was reached there.
     """
     N, n = out.shape
-    w = _work(n)
+    w = tracker_work(n)
     q = state.q
     forward(chain, q, w.Z, w.P, w.R, w.p, w.plate)
     value = inverse_kf(chain, w.Z, w.P, w.plate)
@@ -398,9 +334,7 @@ def track(
             state.flags[0] = 1
             state.q_threshold[:] = q
         reference = q_reference[k] if q_reference.shape[0] > 1 else q_reference[0]
-        code = _solve_point(
-            chain, settings, targets[k, :3, :3], targets[k, :3, 3], q, reference, state, limits[k], w
-        )
+        code = _solve_point(chain, settings, targets[k, :3, :3], targets[k, :3, 3], q, reference, state, limits[k], w)
         if code != TRACKED:
             return code, k
         value = inverse_kf(chain, w.Z, w.P, w.plate)

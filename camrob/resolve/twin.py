@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Weights = Callable[[Array], Array]
 """The diagonal (n,) of a weighting matrix, from a posture q (n,)."""
 
-MOST_ITERATIONS = 20_000
+MOST_ITERATIONS = 5_000
 
 
 @dataclass(frozen=True, slots=True)
