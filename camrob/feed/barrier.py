@@ -251,7 +251,9 @@ def centre(
     """Newton steps towards the minimum of `merit` from c (M + 2), strictly within bounds, in place; how many were taken.
 
     weight: (M + 2) of 1 / sqrt(c) in the time (0 takes the value's own cap out: it hangs on its neighbour). caps:
-    (M + 2). ease: (M,) share of the jerk bounds that each span may use. control: (M + 3, D). start, end: True where the motion comes from rest or ends at rest one span outside.
+    (M + 2).
+    ease: (M,) share of the jerk bounds that each span may use. control: (M + 3, D).
+    start, end: True where the motion comes from rest or ends at rest one span outside.
     """
     n = c.shape[0]
     grad, H, step, rows = np.empty(n), np.empty((n, 3)), np.empty(n), np.empty((7, 3))

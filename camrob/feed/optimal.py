@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,12 +17,13 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.feed.losses import FeedLoss, feed_losses, lost_by_axis
-from camrob.feed.path_spline import MotionBounds, rounded
-from camrob.feed.profile import FEWEST_SPANS, Profile, fastest_profile, fine_grid, worst_use
+from camrob.feed.path_spline import MotionBounds, smoothed
+from camrob.feed.profile import FEWEST_SPANS, fastest_profile, fine_grid, worst_use
 from camrob.feed.segments import PathRates, path_rates
 from camrob.feed.timing import exact_stops, program_time
 from camrob.frozen import locked
 from camrob.resolve.path import ToolPathInBase
+from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["FeedPlan", "coarsen", "optimal_feed"]
 
@@ -29,6 +31,14 @@ Array = NDArray[np.float64]
 
 _SAMPLES = 4  # a span, for times between points
 _FINER = 10  # times finer: the grid that the plan is checked on
+_SETTLE = (
+    0.1  # s that acceleration takes to build up: shorter waves of the path are the program's rounding, not the part
+)
+_ROUNDING = 0.1  # of `$APO.CDIS`: how far the planned curve may round the program's polyline
+_SMALLEST = mm_to_m(0.1)  # taken for `$APO.CDIS` where it is less
+_TURNING = deg_to_rad(0.05)  # likewise for the tool's rotation
+_LONG = 4  # spans: on a longer piece the program says its top speed, for the controller itself slows before a corner
+_WINDOW = 500  # spans at each end that are planned anew without the stop
 _STEP = 1e-5  # m/s: `$VEL.CP` is printed so, rounded down here
 _UNBOUND = 1e3  # m/s where the tip stands still and has no feed
 
@@ -41,6 +51,7 @@ class FeedPlan:
     cutting would take were jerk without bounds. use: the largest share of the bounds on "speed", "acceleration" and
     "jerk" that is taken anywhere on a 10 times finer grid; 1.0 is all. cause: (N,) index into `causes` of what binds most
     on the way to a point; losses: where the plan stays below the programmed feed. changes: how often `speed` changes.
+    deviation: m that the planned curve rounds the program's corners at most.
     """
 
     speed: Array
@@ -54,6 +65,7 @@ class FeedPlan:
     causes: tuple[str, ...]
     losses: tuple[FeedLoss, ...]
     changes: int
+    deviation: float
 
     def __post_init__(self) -> None:
         speed = locked(self.speed, shape=(None,), name="speed")
@@ -76,6 +88,7 @@ class _Run(NamedTuple):
     cause: NDArray[np.int64]
     unjerked: float
     use: Array
+    deviation: float
 
 
 def optimal_feed(
@@ -110,15 +123,18 @@ def optimal_feed(
     columns = np.concatenate([np.arange(6), 6 + bounded])
     step = np.diff(slow.at, prepend=0.0)
     planned, speed, cause = slow.speed.copy(), programmed.copy(), np.zeros(len(path), np.int16)
-    unjerked, use = 0.0, np.zeros(3)
+    unjerked, use, deviation = 0.0, np.zeros(3), 0.0
+    feed = np.where(rates.translates, programmed[rates.end], _UNBOUND)
+    within = np.array([_ROUNDING * max(rates.blend, _SMALLEST), _TURNING])
     runs = _runs(rates, path.cutting, stop)
     for k, (first, last) in enumerate(runs):
         pieces = slice(first, last)
-        run = _plan(rates, pieces, columns, bounds, np.where(rates.translates, programmed[rates.end], _UNBOUND)[pieces])
+        run = _plan(rates, pieces, columns, bounds, feed[pieces], within)
         ends = rates.end[pieces]
         planned[ends], step[ends], cause[ends] = run.v[1:], run.seconds, run.cause
         speed[ends] = coarsen(np.minimum(run.ceiling, programmed[ends]), tolerance)
         unjerked, use = unjerked + run.unjerked, np.maximum(use, run.use)
+        deviation = max(deviation, run.deviation)
         if progress is not None:
             progress((k + 1) / len(runs))
     mean = np.full(len(path), np.nan)
@@ -138,6 +154,7 @@ def optimal_feed(
         causes=causes,
         losses=feed_losses(path, programmed, step, mean, cause, causes, axes),
         changes=int(np.count_nonzero(np.diff(speed))),
+        deviation=deviation,
     )
 
 
@@ -147,10 +164,12 @@ def _runs(rates: PathRates, cutting: NDArray[np.bool_], stop: NDArray[np.bool_])
     stops_at = np.searchsorted(rates.end, np.flatnonzero(stop), side="right")  # pieces before the stop
     borders = np.flatnonzero(np.diff(cuts.astype(np.int8))) + 1
     marks = np.unique(np.concatenate([[0, len(cuts)], borders, stops_at]))
-    return [(int(a), int(b)) for a, b in zip(marks[:-1], marks[1:], strict=True) if b > a and cuts[a]]
+    return [(int(a), int(b)) for a, b in pairwise(marks) if b > a and cuts[a]]
 
 
-def _plan(rates: PathRates, pieces: slice, columns: NDArray[np.int64], bounds: MotionBounds, feed: Array) -> _Run:
+def _plan(
+    rates: PathRates, pieces: slice, columns: NDArray[np.int64], bounds: MotionBounds, feed: Array, tolerance: Array
+) -> _Run:
     """Plan one run of pieces from rest to rest, and once more without its stops for what the program says."""
     length = np.concatenate([[0.0], np.cumsum(rates.length[pieces])])
     moves = rates.rate[pieces][:, columns] * rates.length[pieces][:, None]
@@ -161,28 +180,51 @@ def _plan(rates: PathRates, pieces: slice, columns: NDArray[np.int64], bounds: M
         wanted = min(max(wanted, 0.1 * rates.blend), rates.blend)
     count = max(FEWEST_SPANS, int(np.ceil(whole / wanted)))
     spacing = whole / count
-    control = rounded(length, values, count)
+    reach = float(np.median(feed)) * _SETTLE
+    control, deviation = smoothed(length, values, count, min(reach, 40.0 * spacing), tolerance)
     knots = np.linspace(0.0, whole, count + 1)
     first = np.clip(np.searchsorted(length, knots[:-1], side="right") - 1, 0, len(feed) - 1)
     last = np.clip(np.searchsorted(length, knots[1:], side="left") - 1, first, len(feed) - 1)
     span_feed = _least_between(feed, first, last)
     resting = fastest_profile(control, spacing, span_feed, bounds)
-    passing = fastest_profile(control, spacing, span_feed, bounds, start=False, end=False)
     use, which = worst_use(control, resting, bounds, span_feed, _FINER)
     grid = fine_grid(resting, _SAMPLES)
     at = np.interp(length, grid.s, grid.at)
     begins = np.clip((length[:-1] / spacing).astype(np.int64), 0, count - 1)
     stops = np.clip(np.ceil(length[1:] / spacing).astype(np.int64) - 1, begins, count - 1)
-    free = fine_grid(passing, _SAMPLES).v
-    least = np.min(np.lib.stride_tricks.sliding_window_view(free, _SAMPLES + 1)[::_SAMPLES], axis=1)
+    free = _without_stops(control, spacing, span_feed, bounds, grid.v)
+    parts = np.lib.stride_tricks.sliding_window_view(free, _SAMPLES + 1)[::_SAMPLES]
+    least, most = _least_between(parts.min(axis=1), begins, stops), -_least_between(-parts.max(axis=1), begins, stops)
+    ceiling = np.where(stops - begins < _LONG, least, most)
     v = np.interp(length, grid.s, grid.v)
     v[[0, -1]] = 0.0
     middle = which[np.minimum((begins + stops) // 2, count - 1)]
-    return _Run(v, np.diff(at), _least_between(least, begins, stops), middle, _unjerked(resting), use.max(axis=0))
+    return _Run(v, np.diff(at), ceiling, middle, resting.shortest_time, use.max(axis=0), float(deviation[:, 0].max()))
 
 
-def _unjerked(profile: Profile) -> float:
-    return profile.shortest_time
+def _without_stops(control: Array, spacing: float, feed: Array, bounds: MotionBounds, v: Array) -> Array:
+    """Speeds (F,) of a plan with its ramps from and to rest replaced by what could be run there without the stops.
+
+    Only the ends are planned anew; from where the new plan meets the old one on, the old one stands.
+    """
+    count = len(feed)
+    window = count if count < 3 * _WINDOW else _WINDOW
+    out = v.copy()
+    for at_end in (False, True):
+        part = slice(count - window, count) if at_end else slice(0, window)
+        inner = np.ascontiguousarray(control[part.start : part.stop + 3])
+        new = fastest_profile(inner, spacing, feed[part], bounds, start=False, end=False)
+        free = fine_grid(new, _SAMPLES).v
+        if window == count:
+            return np.asarray(np.maximum(free, v))
+        old = v[part.start * _SAMPLES : part.stop * _SAMPLES + 1]
+        if at_end:
+            free, old = free[::-1], old[::-1]
+        meets = np.flatnonzero(old > 0.99 * free)
+        upto = int(meets[0]) if len(meets) else 0
+        ramp = np.concatenate([free[:upto], old[upto:]])
+        out[part.start * _SAMPLES : part.stop * _SAMPLES + 1] = ramp[::-1] if at_end else ramp
+    return out
 
 
 def _least_between(values: Array, first: NDArray[np.int64], last: NDArray[np.int64]) -> Array:

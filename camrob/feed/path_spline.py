@@ -13,10 +13,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
+from scipy.linalg import solveh_banded
+from scipy.ndimage import maximum_filter1d
 
-__all__ = ["MotionBounds", "axis_terms", "interpolated", "rounded", "speed_caps", "spline_at"]
+__all__ = ["MotionBounds", "axis_terms", "interpolated", "rounded", "smoothed", "speed_caps", "spline_at"]
 
 Array = NDArray[np.float64]
+
+_ROUNDS = 12
 
 
 class MotionBounds(NamedTuple):
@@ -42,6 +46,52 @@ def rounded(length: Array, values: Array, count: int) -> Array:
     grid = np.linspace(length[0], length[-1], count + 1)
     inner = np.column_stack([np.interp(grid, length, values[:, d]) for d in range(values.shape[1])])
     return np.ascontiguousarray(np.vstack([2.0 * inner[:1] - inner[1:2], inner, 2.0 * inner[-1:] - inner[-2:-1]]))
+
+
+def smoothed(length: Array, values: Array, count: int, reach: float, tolerance: Array) -> tuple[Array, Array]:
+    """Control values (count + 3, D) of a smoothing spline near a polyline, and its deviation (count + 1, 2) at the knots.
+
+    A sum of squared distances at the knots and of squared third differences is least; the latter weigh so much that
+    waves shorter than about `reach` (m) vanish, except where the tip (columns 0 to 2, m) or the rotation (3 to 5, rad)
+    would leave the polyline by more than `tolerance` (2,): there the distances weigh more, until they stay below it or the
+    spline follows as closely as it can. All columns are smoothed alike, so that they stay together; both ends are kept.
+    """
+    grid = np.linspace(length[0], length[-1], count + 1)
+    target = np.column_stack([np.interp(grid, length, values[:, d]) for d in range(values.shape[1])])
+    stiffness = (reach / (2.0 * np.pi * (grid[1] - grid[0]))) ** 6
+    weight = np.ones(count + 1)
+    weight[[0, -1]] = 1e6 * max(1.0, stiffness)
+    control = rounded(length, values, count)
+    deviation = np.zeros((count + 1, 2))
+    for _round in range(_ROUNDS):
+        control = _penalised(target, weight, stiffness)
+        off = (control[:-2] + 4.0 * control[1:-1] + control[2:]) / 6.0 - target
+        deviation = np.column_stack([np.linalg.norm(off[:, :3], axis=1), np.linalg.norm(off[:, 3:6], axis=1)])
+        excess = np.max(deviation / tolerance, axis=1)
+        if excess.max() <= 1.0:
+            break
+        around = maximum_filter1d(excess, 5, mode="nearest")
+        weight[1:-1] = np.minimum(weight * np.maximum(around, 0.7) ** 2, 1e6 * max(1.0, stiffness))[1:-1]
+    return np.ascontiguousarray(control), deviation
+
+
+def _penalised(target: Array, weight: Array, stiffness: float) -> Array:
+    """Control values of least sum of weight * distance^2 + stiffness * (third difference)^2; a matrix of seven diagonals."""
+    n = len(target) + 2
+    band = np.zeros((4, n))  # band[k, i]: entry (i, i + k)
+    value, third = np.array([1.0, 4.0, 1.0]) / 6.0, np.array([-1.0, 3.0, -3.0, 1.0])
+    for k in range(4):
+        for r in range(4 - k):
+            band[k, r : n - 3 + r] += stiffness * third[r] * third[r + k]
+        for r in range(3 - k):
+            band[k, r : n - 2 + r] += weight * value[r] * value[r + k]
+    right = np.zeros((n, target.shape[1]))
+    for r in range(3):
+        right[r : n - 2 + r] += weight[:, None] * value[r] * target
+    lower = np.zeros_like(band)
+    for k in range(4):
+        lower[k, : n - k] = band[k, : n - k]
+    return np.asarray(solveh_banded(lower, right, lower=True, check_finite=False))
 
 
 def interpolated(values: Array, spacing: float) -> Array:

@@ -85,7 +85,8 @@ def fastest_profile(
     ease = np.ones(len(inner) - 3)
     c = _begin(fast, first, last, caps, start, end)
     _shrink(c, weight, caps, ease, inner, spacing, bounds)
-    seconds = float(np.sum(weight / np.sqrt(np.maximum(_inner(fast, first, last), 1e-12))))
+    v = np.sqrt(fast)
+    seconds = float(np.sum(2.0 * spacing / np.maximum(v[1:] + v[:-1], 1e-9)))
     gap = 0.3
     while gap > _GAP:
         centre(c, len(c) / (gap * seconds), weight, caps, ease, inner, spacing, bounds, start, end, 60)
@@ -219,7 +220,7 @@ def fine_grid(profile: Profile, parts: int) -> FineGrid:
     spans = len(profile.c) - 2 + profile.start + profile.end
     v, u, jerk, at = (np.empty(spans * parts + 1) for _ in range(4))
     _sample(np.asarray(profile.c), profile.spacing, profile.start, profile.end, parts, v, u, jerk, at)
-    return FineGrid(np.arange(len(v)) * (profile.spacing / parts), v, u, jerk, at)
+    return FineGrid(np.asarray(np.arange(len(v)) * (profile.spacing / parts), float), v, u, jerk, at)
 
 
 def worst_use(
@@ -231,12 +232,24 @@ def worst_use(
     speed, acceleration, jerk of axis k.
     """
     grid = fine_grid(profile, parts)
-    return _use(control, profile.spacing, feed, bounds, grid.v, grid.u, grid.jerk, parts)
+    use, which = _use(
+        control, profile.spacing, feed, bounds, grid.v, grid.u, grid.jerk, parts, profile.start, profile.end
+    )
+    return use, which
 
 
 @numba.njit(cache=True, nogil=True)
 def _use(
-    control: Array, h: float, feed: Array, bounds: MotionBounds, v: Array, u: Array, jerk: Array, parts: int
+    control: Array,
+    h: float,
+    feed: Array,
+    bounds: MotionBounds,
+    v: Array,
+    u: Array,
+    jerk: Array,
+    parts: int,
+    start: bool,
+    end: bool,
 ) -> tuple[Array, NDArray[np.int64]]:
     """The work of `worst_use`."""
     spans, width = control.shape[0] - 3, control.shape[1]
@@ -244,11 +257,15 @@ def _use(
     d1, d2, d3 = np.empty(width), np.empty(width), np.empty(width)
     for i in range(spans):
         worst = 0.0
+        ramp = (start and i == 0) or (end and i == spans - 1)
+        inside = i * parts + 1
         for k in range(parts + 1):
             f = i * parts + k
             for order, out in ((1, d1), (2, d2), (3, d3)):
                 spline_at(control, h, i, k / parts, order, out)
-            speed, push, twitch = v[f], u[f], jerk[f]
+            speed, push = v[f], u[f]
+            # jerk jumps between spans: at both ends take this span's own
+            twitch = jerk[inside] if ramp else speed * jerk[inside] / v[inside]
             ratio = speed / feed[i]
             use[i, 0] = max(use[i, 0], ratio)
             if ratio > worst:
