@@ -176,6 +176,10 @@ def render_post(summary: Summary) -> RenderableType:
     grid.add_row("External axes", f"travel {moved}")
     grid.add_row("Tracking", f"at most {_number(tracking.get('position_error_mm_max'), 4)} mm before rounding")
     grid.add_row("Verified", _verified(summary))
+    files = [str(f) for f in summary.get("files") or []]
+    if files:
+        shown = files if len(files) <= 8 else [*files[:4], f"... {len(files) - 7} more ...", *files[-3:]]
+        grid.add_row("Written", _plain(", ".join(shown)))
     parts: list[RenderableType] = [*_warnings(summary), Text(""), grid]
     if len(regions) > 1:
         parts += [Text(""), _regions(regions)]
