@@ -17,7 +17,20 @@ import typer
 
 from camrob.console import ProgressHook, error_line, perform
 
-__all__ = ["Feed", "Method", "Units", "build_app", "main", "post", "regress", "run", "verify", "version"]
+__all__ = [
+    "Feed",
+    "Method",
+    "Units",
+    "build_app",
+    "calibrate",
+    "compensate",
+    "main",
+    "post",
+    "regress",
+    "run",
+    "verify",
+    "version",
+]
 
 
 class Method(StrEnum):
@@ -118,10 +131,64 @@ def regress(
     def job(progress: ProgressHook) -> Any:
         return _job("regress")(toolpaths, cell=cell, update=update, progress=progress)
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain, holds=lambda result: bool(result.ok))
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_regress, holds=lambda result: bool(result.ok))
 
 
-VERBS: tuple[Callable[..., int], ...] = (post, verify, regress)
+def calibrate(
+    measured: Annotated[Path, typer.Argument(metavar="MEASURED.csv", help="A log of axis values and measured poses.")],
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="CALIBRATION.toml", help="The file to write.")],
+    withheld: Annotated[
+        Path | None, typer.Option("--withheld", metavar="LOG.csv", help="A log that takes no part, to judge by.")
+    ] = None,
+    parameter: Annotated[
+        list[str] | None, typer.Option("--parameter", metavar="NAME", help="Fit these alone (may be repeated).")
+    ] = None,
+    harmonics: Annotated[
+        int, typer.Option("--harmonics", min=0, max=12, metavar="N", help="Orders of gear ripple to fit.")
+    ] = 0,
+    share: Annotated[
+        float, typer.Option("--share", metavar="X", help="The share of the poses that is withheld without --withheld.")
+    ] = 0.2,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Fit a cell's error parameters to measured poses."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("calibrate")(
+            measured,
+            cell=cell,
+            out=out,
+            withheld=withheld,
+            parameters=parameter or (),
+            harmonics=harmonics,
+            share=share,
+            progress=progress,
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+
+
+def compensate(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program.")],
+    cell: CellOption,
+    calibration: Annotated[
+        Path, typer.Option("--calibration", metavar="CALIBRATION.toml", help="What `calibrate` wrote for the cell.")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the program.")],
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Rewrite a program so that the calibrated robot meets its poses."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("compensate")(program, cell=cell, calibration=calibration, out=out, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+
+
+VERBS: tuple[Callable[..., int], ...] = (post, verify, regress, calibrate, compensate)
 
 
 def _job(name: str) -> Callable[..., Any]:
@@ -134,6 +201,13 @@ def _render_post(summary: Mapping[str, Any]) -> Any:
     from camrob.report.terminal import render_post
 
     return render_post(summary)
+
+
+def _render_regress(summary: Mapping[str, Any]) -> Any:
+    """What `regress` shows a person."""
+    from camrob.report.regress_text import render_regress
+
+    return render_regress(summary)
 
 
 def _render_plain(summary: Mapping[str, Any]) -> Any:

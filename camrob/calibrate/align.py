@@ -1,0 +1,124 @@
+"""Where an instrument stands and where its reflector sits, from measured poses and nominal kinematics alone."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import SingularError
+from camrob.se3 import pose
+
+__all__ = ["align"]
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 200
+
+
+def align(
+    nominal: Array, measured: Array, *, oriented: bool, frame_known: bool, target_known: bool
+) -> tuple[Array, Array]:
+    """left and right (4, 4) with measured ~ left @ nominal @ right, of poses (N, 4, 4).
+
+    frame_known, target_known: left, right are the identity. With orientations the rotations follow from a linear null
+    vector (R_m B = A R_n) and the places from linear least squares; without, in turns: the frame by matching points
+    (Kabsch), the reflector by least squares; its orientation means nothing then. What follows is a start for a fit,
+    good to about the robot's error. Raises SingularError where the poses are too few or lie on a line.
+    """
+    left, right = np.eye(4), np.eye(4)
+    if frame_known and target_known:
+        return left, right
+    spread = nominal[:, :3, 3] - nominal[:, :3, 3].mean(axis=0)
+    if len(nominal) < 4 or (not frame_known and np.linalg.svd(spread, compute_uv=False)[1] < 1e-3):
+        what = "the instrument's frame can't be found: the poses are too few or lie on one line"
+        raise SingularError(what, value=float(len(nominal)), unit="poses")
+    if oriented:
+        return _oriented(nominal, measured, frame_known, target_known)
+    return _by_turns(nominal, measured, frame_known, target_known)
+
+
+def _oriented(nominal: Array, measured: Array, frame_known: bool, target_known: bool) -> tuple[Array, Array]:
+    """From whole poses: by their rotations, or, should these hardly differ (and say nothing of the frame), by the
+    places.
+    """
+    choices = [_rotations(nominal, measured, frame_known, target_known)]
+    if not (frame_known or target_known):
+        R = _by_turns(nominal, measured, frame_known, target_known)[0][:3, :3]
+        choices.append((R, _reflector(nominal, measured, R)))
+    best, least = (np.eye(4), np.eye(4)), np.inf
+    for left_R, right_R in choices:
+        places = _places(nominal, measured, left_R, frame_known, target_known)
+        left, right = pose(left_R, places[0]), pose(right_R, places[1])
+        error = float(np.median(np.linalg.norm((left @ nominal @ right - measured)[:, :3, 3], axis=1)))
+        if error < least:
+            best, least = (left, right), error
+    return best
+
+
+def _by_turns(nominal: Array, measured: Array, frame_known: bool, target_known: bool) -> tuple[Array, Array]:
+    """From positions alone: frame and reflector in turns."""
+    left, right = np.eye(4), np.eye(4)
+    before = np.inf
+    for _ in range(_ROUNDS):
+        tips = nominal[:, :3, :3] @ right[:3, 3] + nominal[:, :3, 3]
+        if not frame_known:
+            left = _matched(tips, measured[:, :3, 3])
+        error = float(np.linalg.norm(left[:3, :3] @ tips.T + left[:3, 3:] - measured[:, :3, 3].T))
+        if target_known or before - error < 1e-9 * error:
+            break
+        before = error
+        place = _places(nominal, measured, left[:3, :3], frame_known, target_known)
+        left[:3, 3], right[:3, 3] = place
+    return left, right
+
+
+def _matched(points: Array, seen: Array) -> Array:
+    """The rigid motion (4, 4) that lays points (N, 3) onto others best (Kabsch)."""
+    a, b = points.mean(axis=0), seen.mean(axis=0)
+    U, _, Vt = np.linalg.svd((seen - b).T @ (points - a))
+    R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+    return pose(R, b - R @ a)
+
+
+def _nearest_rotation(M: Array) -> Array:
+    """The rotation nearest to a matrix (3, 3)."""
+    U, _, Vt = np.linalg.svd(M)
+    return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
+
+
+def _rotations(nominal: Array, measured: Array, frame_known: bool, target_known: bool) -> tuple[Array, Array]:
+    """Rotations (A, B^T) of left and right: R_m = A R_n B^T."""
+    Rn, Rm = nominal[:, :3, :3], measured[:, :3, :3]
+    if target_known:
+        return _nearest_rotation(np.sum(Rm @ np.swapaxes(Rn, 1, 2), axis=0)), np.eye(3)
+    if frame_known:
+        return np.eye(3), _nearest_rotation(np.sum(np.swapaxes(Rn, 1, 2) @ Rm, axis=0))
+    # (I x R_m) vec(B) = (R_n^T x I) vec(A), columns stacked: the least singular vector
+    eye = np.eye(3)
+    rows = np.concatenate([np.stack([np.kron(eye, m) for m in Rm]), -np.stack([np.kron(n.T, eye) for n in Rn])], axis=2)
+    vector = np.linalg.eigh(np.einsum("nij,nik->jk", rows, rows))[1][:, 0]
+    A = vector[9:].reshape(3, 3, order="F")
+    sign = np.sign(np.linalg.det(A)) or 1.0
+    A = _nearest_rotation(sign * A)
+    return A, _reflector(nominal, measured, A)
+
+
+def _reflector(nominal: Array, measured: Array, left_R: Array) -> Array:
+    """The rotation of right that fits best with a rotation of left."""
+    return _nearest_rotation(np.sum(np.swapaxes(left_R @ nominal[:, :3, :3], 1, 2) @ measured[:, :3, :3], axis=0))
+
+
+def _places(
+    nominal: Array, measured: Array, left_R: Array, frame_known: bool, target_known: bool
+) -> tuple[Array, Array]:
+    """Translations of left and right, of least norm where the poses leave them open: p_m = A (R_n x + p_n) + l."""
+    N = len(nominal)
+    wanted = (measured[:, :3, 3] - nominal[:, :3, 3] @ left_R.T).ravel()
+    columns = []
+    if not frame_known:
+        columns.append(np.tile(np.eye(3), (N, 1)))
+    if not target_known:
+        columns.append((left_R @ nominal[:, :3, :3]).reshape(-1, 3))
+    found = np.linalg.lstsq(np.concatenate(columns, axis=1), wanted, rcond=1e-6)[0]
+    frame = np.asarray(np.zeros(3) if frame_known else found[:3])
+    return frame, np.asarray(np.zeros(3) if target_known else found[-3:])
