@@ -23,7 +23,8 @@ CHAIN = chain_arrays(CELL)
 
 def settings_of(cell: Cell, **changed: object) -> TrackerSettings:
     surfaces = [compile_surface(cell, e) for e in (cell.resolve.joint_engine, cell.resolve.condition_engine)]
-    whole = TrackerSettings(cell.q_lower, cell.q_upper, cell.endless, *surfaces, cell.resolve.threshold)
+    locked = np.zeros(len(cell), np.bool_)
+    whole = TrackerSettings(cell.q_lower, cell.q_upper, cell.endless, *surfaces, cell.resolve.threshold, locked)
     return whole._replace(**changed)
 
 

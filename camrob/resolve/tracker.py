@@ -59,7 +59,10 @@ _RANK = 1e-7  # ratio of R's diagonal below which the chain is singular
 
 
 class TrackerSettings(NamedTuple):
-    """What the tracker needs beside the chain: q limits (n,), endless (n,), both weight surfaces, threshold on 1/k_F."""
+    """What the tracker needs beside the chain: q limits (n,), endless (n,), both weight surfaces, threshold on 1/k_F.
+
+    locked (n,): joints that stand where the reference posture has them, exactly, and take no part in following.
+    """
 
     lower: Array
     upper: Array
@@ -67,6 +70,7 @@ class TrackerSettings(NamedTuple):
     joint_weights: WeightSurface
     condition_weights: WeightSurface
     threshold: float
+    locked: NDArray[np.bool_]
 
 
 class TrackState(NamedTuple):
@@ -166,11 +170,11 @@ def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, w:
 
 
 @numba.njit(cache=True)
-def _task_step(scale: float, n: int, side: NDArray[np.int64], w: TrackerWork) -> int:
+def _task_step(scale: float, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork) -> int:
     """Factor the free joints' J^T; w.x <- pseudoinverse step to w.error. Returns the free joints' number, -1 if singular."""
     m = 0
     for i in range(n):
-        if side[i] == 0:
+        if side[i] == 0 and not locked[i]:
             w.free[m] = i
             for r in range(3):
                 w.A[m, r] = w.J[r, i] * scale
@@ -286,7 +290,7 @@ def _solve_point(
         if task <= _TASK_TOLERANCE and settled:
             return TRACKED
         jacobian(chain, w.Z, w.P, w.p, w.J)
-        m = _task_step(1.0 / chain.length, n, side, w)
+        m = _task_step(1.0 / chain.length, n, side, settings.locked, w)
         if m < 6:
             return FAILED_SINGULAR if m < 0 else FAILED_LIMIT
         w.s[:] = 0.0
@@ -296,7 +300,7 @@ def _solve_point(
                 released = True
                 before = m
                 _release(n, side, multipliers, 1.0 / chain.length, w)
-                m = _task_step(1.0 / chain.length, n, side, w)
+                m = _task_step(1.0 / chain.length, n, side, settings.locked, w)
                 if m != before:
                     continue
             largest = 0.0
@@ -334,6 +338,9 @@ def track(
             state.flags[0] = 1
             state.q_threshold[:] = q
         reference = q_reference[k] if q_reference.shape[0] > 1 else q_reference[0]
+        for i in range(n):
+            if settings.locked[i]:
+                q[i], state.side[i] = reference[i], 0
         code = _solve_point(chain, settings, targets[k, :3, :3], targets[k, :3, 3], q, reference, state, limits[k], w)
         if code != TRACKED:
             return code, k

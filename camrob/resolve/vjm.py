@@ -209,6 +209,7 @@ class PathTracker:
             compile_surface(cell, cell.resolve.joint_engine) if fuzzy else even,
             compile_surface(cell, cell.resolve.condition_engine) if fuzzy else even,
             cell.resolve.threshold,
+            np.zeros(len(cell), np.bool_),
         )
         self._speed = np.where(np.isfinite(cell.limits_of("speed")), cell.limits_of("speed"), np.inf)
 
@@ -227,9 +228,13 @@ class PathTracker:
 
         return float(inverse_kf_many(self.chain, q[None])[0])
 
-    def follow(self, state: TrackState, reference: Array, start: int, stop: int, *, tolerant: bool = False) -> Attempt:
+    def follow(
+        self, state: TrackState, reference: Array, start: int, stop: int, *, tolerant: bool = False, bounded: bool = True
+    ) -> Attempt:
         """Follow the path's points start .. stop from a state; the state itself is left alone.
 
+        reference: one posture (n,) for all points, or a posture a point (stop - start, n), which then moves evenly between
+        them. `bounded` False lets self-motion go as fast as the reference posture asks.
         The way from the state's posture to the first point goes straight, the axis along the great arc. Raises the
         JobError of a point that can't be reached, or with `tolerant` returns it with what was reached.
         """
@@ -245,8 +250,16 @@ class PathTracker:
         where = where[1:] - 1
         targets[where] = path_frames
         limits = self._limits(points, directions, where, start, stop)
+        if not bounded:
+            limits[:] = np.inf
+        if reference.ndim == 2:
+            known = np.concatenate([[-1], where])
+            rows = np.vstack([state.q, reference])
+            reference = np.stack([np.interp(np.arange(len(targets)), known, column) for column in rows.T], axis=1)
+        else:
+            reference = reference[None]
         q, inv_kf = np.empty((len(targets), len(self.cell))), np.empty(len(targets))
-        code, reached = track(self.chain, self.settings, targets, reference[None], state, limits, q, inv_kf)
+        code, reached = track(self.chain, self.settings, targets, np.ascontiguousarray(reference), state, limits, q, inv_kf)
         if code == TRACKED:
             return Attempt(q[where], inv_kf[where], state)
         point = start + int(np.searchsorted(where, reached))
