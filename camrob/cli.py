@@ -188,7 +188,23 @@ def compensate(
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
 
 
-VERBS: tuple[Callable[..., int], ...] = (post, verify, regress, calibrate, compensate)
+def simulate(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="LOG.csv", help="The log (.csv or .parquet); LOG.toml beside it.")],
+    cycle_ms: Annotated[float, typer.Option("--cycle-ms", metavar="MS", help="Milliseconds a row, such as 12 or 4.")] = 12.0,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Run a KRL program on the ideal controller and write what it does as a log."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("simulate")(program, cell=cell, out=out, cycle_ms=cycle_ms, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+
+
+VERBS: tuple[Callable[..., int], ...] = (post, verify, simulate, regress, calibrate, compensate)
 
 
 def _job(name: str) -> Callable[..., Any]:

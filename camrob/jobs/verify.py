@@ -13,9 +13,13 @@ import numpy as np
 from camrob.cell.read_cell import read_cell
 from camrob.controller.against import Coverage, cover
 from camrob.controller.judge import judge
-from camrob.controller.replay import replay
+from camrob.controller.replay import Replay, replay
+from camrob.controller.simulate import approximation
+from camrob.errors import JobError, KrlError
 from camrob.issues import Finding, Severity, collapse
 from camrob.jobs.inputs import JobInputs, read_inputs
+from camrob.jobs.simulate import approximation_entry
+from camrob.post.krl_program import KrlProgram
 from camrob.post.krl_reader import read_krl
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -101,6 +105,7 @@ def verify(
         "conditioning": {"inv_kf_min": float(finite.min()) if len(finite) else None},
         "jump_deg_max": rad_to_deg(float(np.max(replayed.jump, initial=0.0))),
         "second_library_error_mm_max": m_to_mm(judgement.second_library_error),
+        "approximation": _approximation(text, replayed),
         "against": None if coverage is None or inputs is None else _against(coverage, inputs),
         "seconds": round(time.perf_counter() - start, 3),
     }
@@ -126,6 +131,14 @@ def _against(coverage: Coverage, inputs: JobInputs) -> dict[str, Any]:
         "axis_error_deg_max": rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
         "stray_mm_max": m_to_mm(coverage.stray),
     }
+
+
+def _approximation(program: KrlProgram, replayed: Replay) -> dict[str, Any] | None:
+    """What approximate positioning takes off corners; None for a program that the ideal controller would not run."""
+    try:
+        return approximation_entry(approximation(program, replayed))
+    except (KrlError, JobError):
+        return None
 
 
 def _entry(finding: Finding) -> dict[str, Any]:

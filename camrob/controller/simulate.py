@@ -1,0 +1,260 @@
+"""The ideal controller: a program's text in, a log out, row by row as a robot without any error would run it.
+
+The model (all of it from the text and the cell; nothing of the solver takes part): the program begins where its first target
+is. PTP moves all axes together; LIN and CIRC lead the tool at `$VEL.CP`, or slower where `$ACC.CP`, the tool's rotation or an
+axis asks for it. Approximated corners are rounded within `$APO.CDIS` (C_VEL, C_ORI: where they begin), at most half of the
+shorter motion; a corner whose rounding would be over within 4 ms is passed at a point, at a speed that the accelerations can
+change within that time. `$ADVANCE` motions are known ahead. Jerk is not limited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.controller.interpolate import OUT_OF_REACH, PTP, REACHED, postures, trace
+from camrob.controller.layout import CORNER_TIME, Layout, lay_out, machine_of
+from camrob.controller.motion_settings import MotionSettings, motion_settings
+from camrob.controller.pieces import course_of, cut, motion_ends
+from camrob.controller.profile import CAUSES, FEED, Bounds, brake, cruise, look_ahead, run_up, where_at
+from camrob.controller.replay import Replay, replay
+from camrob.errors import KrlError, UnreachableError
+from camrob.frozen import locked
+from camrob.issues import Finding, Severity
+from camrob.kinematics.frames import base_T_tool, world_T_base
+from camrob.measure.log import ORIENTATION, POSITION, MeasurementLog
+from camrob.measure.log_info import LogInfo
+from camrob.post.krl_program import KrlProgram
+from camrob.se3 import pose, rotation_to_abc
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["Approximation", "FeedLost", "Simulation", "approximation", "simulate"]
+
+Array = NDArray[np.float64]
+
+CYCLE = 0.012  # s, the controller's usual cycle
+_JUMP = 0.35  # rad between nodes; more is a flip, as in the replay
+_CHUNK = 100_000
+_MOST_ROWS = 20_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Approximation:
+    """Roundings of corners: how many, and the largest deviation (m) from a programmed corner, with its program line.
+
+    line is 0 where nothing is rounded.
+    """
+
+    corners: int
+    deviation: float
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class FeedLost:
+    """Seconds more than CP motion at `$VEL.CP` throughout would take: as a whole, and by what held the tool back."""
+
+    seconds: float
+    by_cause: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Simulation:
+    """What the ideal controller does with a program.
+
+    log: a row a cycle, encoders equal to set-points, TCP in `world`. duration: s. motion: (N,) row of the program that
+    each sample belongs to. peak_speed, peak_acceleration: by axis, the share of its limit that it reaches.
+    """
+
+    log: MeasurementLog
+    duration: float
+    motion: NDArray[np.int64]
+    approximation: Approximation
+    feed_lost: FeedLost
+    peak_speed: dict[str, float]
+    peak_acceleration: dict[str, float]
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "motion", locked(self.motion, dtype=np.int64, name="motion"))
+
+
+def approximation(program: KrlProgram, replayed: Replay) -> Approximation:
+    """The largest deviation of a replayed program's roundings from its corners. Raises what `simulate` does."""
+    settings = motion_settings(program, replayed.cell)
+    _demand_followed(replayed)
+    return _approximation(program, lay_out(program, replayed, settings))
+
+
+def _approximation(program: KrlProgram, layout: Layout) -> Approximation:
+    deviation = np.asarray(layout.deviation)
+    corners = int(np.sum(np.asarray(layout.reach) > 0.0))
+    if deviation.max(initial=0.0) == 0.0:
+        return Approximation(corners, 0.0, 0)
+    worst = int(np.argmax(deviation))
+    return Approximation(corners, float(deviation[worst]), int(program.line[layout.row[worst + 1]]))
+
+
+def _demand_followed(replayed: Replay) -> None:
+    """Raise UnreachableError where the replay could not follow the program."""
+    for finding in replayed.findings:
+        if finding.severity is Severity.ERROR:
+            raise UnreachableError(finding.text, line=finding.line)
+
+
+def simulate(
+    program: KrlProgram, cell: Cell, *, cycle: float = CYCLE, progress: Callable[[float], None] | None = None
+) -> Simulation:
+    """Run a program on the ideal controller; a row every `cycle` s.
+
+    Raises KrlError for settings that no controller takes and CP motions without a speed, UnreachableError (with the line)
+    where a motion can't be followed, CellError for an arm without closed form, ValueError for a cycle that is no positive
+    number. Cost: some ten microseconds a motion and five a row.
+    """
+    if not (np.isfinite(cycle) and cycle > 0.0):
+        raise ValueError(f"cycle is {cycle}, a positive number of seconds is needed")
+    settings = motion_settings(program, cell)
+    replayed = replay(program, cell, progress=None if progress is None else lambda share: progress(0.3 * share))
+    _demand_followed(replayed)
+    return _Run(program, replayed, settings, cycle, progress).result()
+
+
+class _Run:
+    """A simulation on its way from the path over the speed to the rows."""
+
+    def __init__(
+        self,
+        program: KrlProgram,
+        replayed: Replay,
+        settings: MotionSettings,
+        cycle: float,
+        progress: Callable[[float], None] | None,
+    ) -> None:
+        self.program, self.cell, self.settings, self.cycle = program, replayed.cell, settings, cycle
+        self.tell = progress or (lambda share: None)
+        self.findings = (*replayed.findings, *settings.findings)
+        self.machine = machine_of(self.cell)
+        self.layout = lay_out(program, replayed, settings)
+        self.pieces = cut(self.cell, self.layout, settings)
+        self.start = np.asarray(self.layout.motions.q[0]).copy()
+        self.nodes = self._trace()
+        self.tell(0.5)
+        self.x, self.seconds, self.cause = self._speeds()
+        self.arrive, self.leave = self._clock()
+        self.tell(0.7)
+
+    def _trace(self) -> tuple[Array, Array]:
+        """Postures and tool positions at the nodes."""
+        pieces = self.pieces
+        K = int(pieces.steps.sum()) + 1
+        q, p = np.zeros((K, len(self.cell))), np.zeros((K, 3))
+        q[0] = self.start
+        code, k = trace(self.machine, self.layout.motions, pieces, self.start, _JUMP, q, p)
+        if code != REACHED:
+            line = int(self.program.line[self.layout.row[pieces.motion[k] + 1]])
+            what = "the tool leaves the arm's reach" if code == OUT_OF_REACH else "the arm would have to flip"
+            where = " in the rounding of the corner behind this motion" if pieces.blend[k] > 0.0 else " on this motion"
+            raise UnreachableError(what + where, line=line)
+        return q, p
+
+    def _speeds(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Square speed at the nodes, seconds and cause of the steps."""
+        settings = self.settings
+        course = course_of(self.layout, settings, self.pieces, *self.nodes)
+        bounds = Bounds(
+            np.ascontiguousarray(settings.axis_speed), np.ascontiguousarray(settings.axis_acceleration),
+            settings.turn_speed, settings.turn_acceleration, CORNER_TIME,
+        )  # fmt: skip
+        cap, cause = cruise(course, bounds)
+        x, why = brake(course, bounds, cap, cause)
+        last, piece = motion_ends(self.layout, self.pieces)
+        x, why = look_ahead(course, bounds, x, why, settings.advance, last, piece)
+        speeds: tuple[Array, Array, NDArray[np.int64]] = run_up(course, bounds, x, why)
+        return speeds
+
+    def _clock(self) -> tuple[Array, Array]:
+        """When each node is reached, and left."""
+        rest = np.zeros(len(self.x))
+        wait = np.asarray(self.layout.wait)
+        rest[0] = wait[0]
+        rest[motion_ends(self.layout, self.pieces)[0]] += wait[1:]
+        arrive = np.concatenate([[0.0], np.cumsum(self.seconds + rest[:-1])])
+        return arrive, arrive + rest
+
+    def result(self) -> Simulation:
+        """The rows, and what is told beside them."""
+        duration = float(self.leave[-1])
+        if duration / self.cycle > _MOST_ROWS:
+            what = f"takes {duration:.3g} s, which is more than {_MOST_ROWS} rows"
+            raise KrlError(what, cure="check $VEL.CP and WAIT, or use a longer cycle", path=self.program.files[0])
+        count = int(np.ceil(duration / self.cycle - 1e-9)) + 1
+        t = np.asarray(self.cycle * np.arange(count), float)
+        q, position, rotation = np.zeros((count, len(self.cell))), np.zeros((count, 3)), np.zeros((count, 3, 3))
+        end = np.zeros(count, np.int64)
+        for start in range(0, count, _CHUNK):
+            rows = slice(start, min(start + _CHUNK, count))
+            self._rows(t[rows], q[rows], position[rows], rotation[rows], end[rows])
+            self.tell(0.7 + 0.3 * rows.stop / count)
+        motion = self.layout.row[end]
+        axes = self.cell.to_axis_values(q)
+        columns = dict(zip(("t", *POSITION), (t, *m_to_mm(position).T), strict=True))
+        columns |= dict(zip(ORIENTATION, rad_to_deg(rotation_to_abc(rotation)).T, strict=True))
+        for name, values in zip(self.cell.axis_names, axes.T, strict=True):
+            columns[name] = columns[f"c{name}"] = values
+        columns["line"] = np.asarray(self.program.line)[motion].astype(float)
+        info = LogInfo(program=Path(self.program.files[0]).name, instrument="camrob simulate")
+        return Simulation(
+            MeasurementLog(columns, info), duration, motion, _approximation(self.program, self.layout), self._lost(),
+            *self._peaks(q), self.findings,
+        )  # fmt: skip
+
+    def _rows(self, t: Array, q: Array, position: Array, rotation: Array, end: NDArray[np.int64]) -> None:
+        """Fill the rows at times t: posture, TCP in `world`, end of the motion that each belongs to."""
+        pieces, motions = self.pieces, self.layout.motions
+        if len(pieces.motion) == 0:  # nothing moves
+            q[:] = self.start
+            world_T_tool = world_T_base(self.cell, q) @ base_T_tool(self.cell, q)
+            position[:], rotation[:] = world_T_tool[:, :3, 3], world_T_tool[:, :3, :3]
+            return
+        piece, at, before = where_at(pieces, self.x, self.arrive, self.leave, t)
+        done = postures(self.machine, motions, pieces, piece, at, self.nodes[0][before], q, position, rotation)
+        m, reach = pieces.motion[piece], pieces.blend[piece]
+        end[:] = m + 1 + ((reach > 0.0) & (at > reach))
+        resting = (t < self.leave[before]) & (at == 0.0)
+        end[resting] = np.where(piece[resting] > 0, pieces.motion[piece[resting] - 1] + 1, 0)
+        if done < len(t):
+            line = int(self.program.line[self.layout.row[end[done]]])
+            raise UnreachableError("the tool leaves the arm's reach on this motion", line=line)
+        turning = np.flatnonzero((motions.kind[m] == PTP) | (not self.layout.in_world))
+        if len(turning):  # from `base`, which stands otherwise in `world` when the table has turned
+            frames = world_T_base(self.cell, q[turning]) @ pose(rotation[turning], position[turning])  # frames: base is any
+            position[turning], rotation[turning] = frames[:, :3, 3], frames[:, :3, :3]
+
+    def _lost(self) -> FeedLost:
+        """What the CP motion of the tool loses against its programmed speed."""
+        pieces, motions, layout = self.pieces, self.layout.motions, self.layout
+        step = np.repeat(np.arange(len(pieces.motion)), pieces.steps)
+        m = pieces.motion[step]
+        way = np.linalg.norm(np.diff(self.nodes[1], axis=0), axis=1)
+        counts = (motions.kind[m] != PTP) & (np.asarray(layout.length)[m] > 1e-6) & (self.cause != FEED)
+        speed = self.settings.speed[layout.row[1:]][m]
+        lost = np.maximum(self.seconds[counts] - way[counts] / speed[counts], 0.0)
+        names = self.cell.names
+        texts = (*CAUSES, *(f"{n} speed" for n in names), *(f"{n} acceleration" for n in names))
+        sums = np.bincount(self.cause[counts], weights=lost, minlength=len(texts))
+        by_cause = {texts[k]: float(sums[k]) for k in np.argsort(-sums) if sums[k] > 1e-6}
+        return FeedLost(float(lost.sum()), by_cause)
+
+    def _peaks(self, q: Array) -> tuple[dict[str, float], dict[str, float]]:
+        """The share of its top speed and acceleration that every axis reaches between the rows."""
+        out: list[dict[str, float]] = []
+        rate = np.diff(q, axis=0) / self.cycle
+        for values, quantity in ((rate, "speed"), (np.diff(rate, axis=0) / self.cycle, "acceleration")):
+            share = np.abs(values).max(axis=0, initial=0.0) / self.cell.limits_of(quantity)
+            out.append({name: float(share[self.cell.index(name)]) for name in self.cell.axis_names})
+        return out[0], out[1]

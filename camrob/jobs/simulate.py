@@ -1,0 +1,130 @@
+"""`camrob simulate`: a KRL program in, the log of the ideal controller out."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from camrob.cell.read_cell import read_cell
+from camrob.controller.simulate import Approximation, Simulation
+from camrob.controller.simulate import simulate as run
+from camrob.errors import InputError
+from camrob.issues import Finding, Severity, collapse
+from camrob.jobs.files import check_file_name, staged_output
+from camrob.measure.log import MeasurementLog
+from camrob.measure.write_log import write_log
+from camrob.post.krl_reader import read_krl
+from camrob.units import m_to_mm, ms_to_s
+
+__all__ = ["SimulateResult", "approximation_entry", "simulate"]
+
+_SUFFIXES = (".csv", ".parquet")
+_TAKEN = ("cell", "setup")  # their .toml is something else than a log's
+_CYCLES_MS = (0.5, 1000.0)
+_AT_LIMIT = 0.999  # share of a limit that counts as reaching it
+
+
+@dataclass(frozen=True, slots=True)
+class SimulateResult:
+    """The summary as JSON, the simulation behind it, and all findings."""
+
+    summary: Mapping[str, Any]
+    simulation: Simulation
+    findings: tuple[Finding, ...]
+
+
+def simulate(
+    program: Path,
+    *,
+    cell: Path,
+    out: Path,
+    cycle_ms: float = 12.0,
+    progress: Callable[[str, float], None] | None = None,
+) -> SimulateResult:
+    """Run a program on the ideal controller; LOG.csv (or .parquet) and LOG.toml appear together or not at all.
+
+    Raises KrlError, CellError and InputError for input that is wrong, UnreachableError for a program that can't be run.
+    """
+    start = time.perf_counter()
+    program, out = Path(program), Path(out)
+    _check(out, cycle_ms)
+    text = read_krl(program)
+    machine = read_cell(cell)
+    read = time.perf_counter()
+    tell = None if progress is None else (lambda share: progress("simulate", share))
+    simulation = run(text, machine, cycle=ms_to_s(cycle_ms), progress=tell)
+    ready = time.perf_counter()
+    with staged_output(out.parent) as folder:
+        log = simulation.log
+        info = replace(log.info, program=_beside(program, out.parent))
+        write_log(MeasurementLog(log.columns, info), folder / out.name)
+    done = time.perf_counter()
+    findings = tuple(collapse([*text.findings, *simulation.findings]))
+    summary = {
+        "program": program.stem,
+        "cell": machine.name,
+        "files": [out.name, out.with_suffix(".toml").name],
+        "motions": len(text),
+        "rows": len(log),
+        "cycle_ms": cycle_ms,
+        "duration_s": round(simulation.duration, 6),
+        "approximation": approximation_entry(simulation.approximation),
+        "limits": _limits(simulation),
+        "feed": {
+            "lost_s": round(simulation.feed_lost.seconds, 6),
+            "by_cause": {k: round(v, 6) for k, v in simulation.feed_lost.by_cause.items()},
+        },
+        "warnings": [
+            {"line": f.line, "code": f.code, "text": f.text, "count": f.count}
+            for f in findings
+            if f.severity is not Severity.INFO
+        ],
+        "seconds": {
+            "read": round(read - start, 3),
+            "simulate": round(ready - read, 3),
+            "write": round(done - ready, 3),
+        },
+    }
+    return SimulateResult(summary, simulation, findings)
+
+
+def approximation_entry(found: Approximation) -> dict[str, Any]:
+    """How a summary tells of roundings; line is null where no corner is left."""
+    return {
+        "corners": found.corners,
+        "deviation_mm_max": m_to_mm(found.deviation),
+        "line": found.line or None,
+    }
+
+
+def _limits(simulation: Simulation) -> dict[str, Any]:
+    """The shares of its limits that each axis reaches, and the limits that were reached."""
+    shares = {"speed": simulation.peak_speed, "acceleration": simulation.peak_acceleration}
+    return {
+        "speed_share_max": {k: round(v, 4) for k, v in simulation.peak_speed.items()},
+        "acceleration_share_max": {k: round(v, 4) for k, v in simulation.peak_acceleration.items()},
+        "reached": [f"{axis} {what}" for what, of in shares.items() for axis, v in of.items() if v >= _AT_LIMIT],
+    }
+
+
+def _check(out: Path, cycle_ms: float) -> None:
+    """Raise InputError for a cycle or a file that can't be."""
+    if not _CYCLES_MS[0] <= cycle_ms <= _CYCLES_MS[1]:
+        raise InputError(f"--cycle-ms is {cycle_ms:g}", cure=f"use {_CYCLES_MS[0]:g} to {_CYCLES_MS[1]:g}, such as 12 or 4")
+    check_file_name(out.name)
+    if out.suffix.lower() not in _SUFFIXES:
+        raise InputError(f"--out {out.name!r} is no log's name", cure="end it with .csv or .parquet", path=None)
+    if out.stem.lower() in _TAKEN:
+        raise InputError(f"--out {out.name!r} would replace {out.stem}.toml", cure="give the log another name")
+
+
+def _beside(program: Path, folder: Path) -> str:
+    """The program as seen from the log's folder, or its name alone where there is no way between them."""
+    try:
+        return Path(os.path.relpath(program.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # on another drive
+        return program.name
