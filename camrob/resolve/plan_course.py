@@ -14,7 +14,7 @@ from camrob.resolve.plan_samples import Waypoints
 from camrob.resolve.plan_search import Layers, Way, cheapest_way
 from camrob.resolve.plan_space import PlanSpace
 
-__all__ = ["RETRACT_PRICE", "Draft", "coarse_index", "draft_course", "relaxed", "search", "stopped"]
+__all__ = ["RETRACT_PRICE", "Draft", "coarse_index", "draft_course", "relaxed", "search", "stopped", "surroundings"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -103,18 +103,24 @@ def _same_region(w: Waypoints) -> Mask:
     return np.asarray((region[1:] == region[:-1]) & (region[1:] >= 0))
 
 
-def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way: Way) -> Draft:
-    """The way through coarse waypoints, drawn out over all of `w`: freedoms linear between them, the arm on its branch."""
+def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way: Way, home: Array) -> Draft:
+    """The way through coarse waypoints, drawn out over all of `w`: freedoms linear between them, the arm on its branch.
+
+    home (F,): the freedoms near whose turns endless axes begin.
+    """
     jumps = [int(t) for t in np.flatnonzero(way.arrive != way.leave)]
-    index, us, branches, starts, joined = [], [], [], [], []
-    last = None
+    index: list[Ints] = []
+    us: list[Array] = []
+    branches: list[Ints] = []
+    starts: list[Array] = []
+    joined: list[Mask] = []
+    last = home
     for a, b in zip([0, *jumps], [*jumps, len(coarse) - 1], strict=True):
         node = np.concatenate([[way.leave[a]], way.arrive[a + 1 : b + 1]])
         u = nodes.u[node].copy()
         for i in np.flatnonzero(space.u_endless):
             u[:, i] = np.unwrap(u[:, i])
-            if last is not None:
-                u[:, i] += 2.0 * np.pi * np.round((last[i] - u[0, i]) / (2.0 * np.pi))
+            u[:, i] += 2.0 * np.pi * np.round((last[i] - u[0, i]) / (2.0 * np.pi))
         fine = np.arange(coarse[a], coarse[b] + 1)
         index.append(fine)
         us.append(np.stack([np.interp(fine, coarse[a : b + 1], column) for column in u.T], axis=1))
@@ -127,12 +133,12 @@ def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way
     draft = Draft(
         at, np.concatenate(us), np.concatenate(starts), np.concatenate(branches), np.concatenate(joined), rigid, way.price
     )
-    q, _good = arm_along(space, _course(space, w, draft, 0.0, 0.0), draft.u, draft.q)
+    q, _good = arm_along(space, surroundings(space, w, draft, 0.0), draft.u, draft.q)
     return replace(draft, q=q)
 
 
-def _course(space: PlanSpace, w: Waypoints, draft: Draft, travel: float, stiff: float) -> Course:
-    """The surroundings of a draft for refinement."""
+def surroundings(space: PlanSpace, w: Waypoints, draft: Draft, travel: float, stiff: float = 0.0) -> Course:
+    """The surroundings of a draft: external travel at `travel` times its price, `stiff` holding it within regions."""
     at, F = draft.index, len(space.free)
     weight = weights_of(w)[at]
     second = ~draft.joined
@@ -155,7 +161,7 @@ def _course(space: PlanSpace, w: Waypoints, draft: Draft, travel: float, stiff: 
 
 def relaxed(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft, travel: float) -> Draft:
     """The draft refined, external travel priced `travel` times the cell's weight."""
-    course = _course(space, w, draft, travel, 0.0)
+    course = surroundings(space, w, draft, travel)
     u, q = draft.u.copy(), draft.q.copy()
     price = refine_course(space, objective, course, u, q, np.zeros(len(space.free), np.bool_), ITERATIONS)
     return replace(draft, u=u, q=q, price=price)
@@ -170,7 +176,7 @@ def stopped(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) 
     _settle(u, group, weight, external)
     nothing, hold = np.zeros(len(space.free), np.bool_), np.zeros(len(space.free), np.bool_)
     hold[:external] = True
-    course = _course(space, w, draft, 1.0, _STIFF)
+    course = surroundings(space, w, draft, 1.0, _STIFF)
     q, _good = arm_along(space, course, u, q)
     refine_course(space, objective, course, u, q, nothing, ITERATIONS)
     _settle(u, group, weight, external)

@@ -60,7 +60,7 @@ class PlanWeights:
     speed_share: float = 0.8
     arm_step: float = 0.0001
     reposture: float = 0.2
-    knee_share: float = 0.97
+    knee_share: float = 0.96
 
 
 def plan_weights(cell: Cell) -> PlanWeights:

@@ -13,6 +13,7 @@ from camrob.frozen import locked
 from camrob.issues import Finding
 from camrob.kinematics.frames import base_T_tool
 from camrob.resolve.path import ToolPathInBase
+from camrob.resolve.plan_report import PlanReport
 from camrob.se3 import inverse, rotation_log
 
 __all__ = ["Revision", "Solution"]
@@ -47,7 +48,8 @@ class Revision:
 class Solution:
     """Postures q (N, n), SI in the chain's order, of a path of N points, with 1/k_F (N,) of the bare arm.
 
-    `cell_digest` and `path_digest` name what it was made from. `method` is "vjm" or "planned".
+    `cell_digest` and `path_digest` name what it was made from. `method` is "vjm" or "planned". `plan` says how a planned one was
+    chosen; `path` is the path that it belongs to where the planner had to put retracts into the one that it was given.
     """
 
     method: str
@@ -57,6 +59,8 @@ class Solution:
     path_digest: str
     revisions: tuple[Revision, ...] = ()
     findings: tuple[Finding, ...] = field(default=())
+    plan: PlanReport | None = None
+    path: ToolPathInBase | None = None
 
     def __post_init__(self) -> None:
         q = locked(self.q, shape=(None, None), name="q")

@@ -1,0 +1,278 @@
+"""Planned postures: external axes, roll and branch chosen over the whole path, certified, and followed by the one tracker.
+
+Waypoints every SPACING metres; a survey and the certificate (`certificate`); candidates and dynamic programming over every
+fifth of them (`plan_nodes`, `plan_search`); Newton refinement of all (`plan_refine`); the tracker with the plan as its moving
+reference posture (`plan_serve`). The objective and its units stand in `plan_objective`.
+
+Modes: "still" keeps the external axes exactly still along each region, or along each stretch of it between re-postures;
+"flowing" prices their travel at next to nothing; "knee", the default, is taken from the curve between them by this rule: of
+the points that need no more retracts than any other, the one with the least external travel that keeps `knee_share` of
+the bound's mean 1/k_F; where none keeps it, the one that keeps most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.errors import CellError, JobError
+from camrob.issues import Finding, Severity
+from camrob.kinematics.arm import Arm
+from camrob.resolve.certificate import Certificate, Survey, certify, survey_poses
+from camrob.resolve.failure import explain_failure
+from camrob.resolve.path import ToolPathInBase
+from camrob.resolve.plan_choice import Choice, Curve, chosen_point, plan_point, plan_terms
+from camrob.resolve.plan_course import Draft, coarse_index, draft_course, relaxed, search, stopped
+from camrob.resolve.plan_nodes import candidate_nodes, region_seeds
+from camrob.resolve.plan_objective import Objective, PlanWeights, plan_weights
+from camrob.resolve.plan_report import PlanReport
+from camrob.resolve.plan_retract import with_retracts
+from camrob.resolve.plan_samples import Waypoints, waypoints
+from camrob.resolve.plan_serve import serve
+from camrob.resolve.plan_space import PlanSpace, plan_space
+from camrob.resolve.solution import Solution
+from camrob.resolve.tracker import FAILED_NOT_REACHED
+from camrob.resolve.vjm import PathTracker, resolve_vjm
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["MODES", "resolve_planned"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Obstacles = Callable[[Array], NDArray[np.bool_]]
+
+MODES = ("knee", "still", "flowing")
+SPACING = 0.02  # m of s between waypoints
+COARSE = 0.1  # m of s between the waypoints that are searched over
+STILL_SEEDS, FLOW_SEEDS = 10, 24  # external postures that are tried at each
+FLOWING = 0.02  # share of the cell's travel price that flowing axes pay
+BETWEEN = (1.0, 0.3, 0.1)  # shares that the curve's points between still and flowing pay
+CLEARANCE = 0.05  # m that a retract goes above all that the path passes
+_ROUNDS = 3  # plans that are made anew because a retract was put in
+
+
+def resolve_planned(
+    cell: Cell,
+    path: ToolPathInBase,
+    *,
+    mode: str = "knee",
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """Postures along a path, planned (see the module); `mode` is one of MODES.
+
+    Where the path can't be followed without a re-posture and has no safe point for one, retracts are put in: the
+    solution then belongs to `Solution.path`. An arm without closed form, and a path for which no plan is found, is left to
+    the published method, with a finding that says so.
+    Raises UnreachableError, LimitError or SingularError with line, region, axis and distance; ValueError for another mode.
+    """
+    if mode not in MODES:
+        raise ValueError(f"mode is {mode!r}, expected one of {', '.join(MODES)}")
+    told = progress or (lambda share: None)
+    try:
+        space = plan_space(cell)
+    except CellError as error:
+        return _published(cell, path, f"{error.what}", told)
+    weights = plan_weights(cell)
+    given = path
+    for _round in range(_ROUNDS):
+        plan = _plan(cell, path, space, weights, mode, told)
+        if plan is None:
+            return _published(cell, given, "no candidate postures lead through the whole path", told)
+        cuts = _cuts(plan)
+        if len(cuts) == 0:
+            break
+        path = with_retracts(path, cuts, CLEARANCE)
+    solution = _served(cell, path, plan, told)
+    if solution is None:
+        return _published(cell, given, "the tracker could not follow the plan", told)
+    return solution if path is given else replace(solution, path=path, findings=(*solution.findings, *_retracts(path)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """All that a plan was made of."""
+
+    space: PlanSpace
+    objective: Objective
+    weights: PlanWeights
+    w: Waypoints
+    certificate: Certificate
+    curve: Curve
+    choice: Choice
+    mode: str
+
+
+def _plan(
+    cell: Cell, path: ToolPathInBase, space: PlanSpace, weights: PlanWeights, mode: str, told: Callable[[float], None]
+) -> _Plan | None:
+    """The plan of a path; None where no candidates lead through."""
+    objective = Objective.of(cell, space, weights)
+    w = waypoints(path, SPACING)
+    survey = survey_poses(space, w.base_T_tip)
+    told(0.1)
+    certificate = certify(space, w.base_T_tip, survey)
+    told(0.25)
+    if np.any(certificate.inv_kf <= 0.0):
+        raise _unreached(cell, path, w, int(np.argmin(certificate.inv_kf)))
+    coarse = coarse_index(w, COARSE)
+    curve: Curve = []
+    start = None
+    if mode != "flowing":
+        draft = _drafted(cell, space, objective, w, coarse, survey, None)
+        if draft is not None:
+            start = stopped(space, objective, w, draft)
+            curve.append(("still", start))
+    told(0.45)
+    if mode != "still" or not curve:
+        draft = _drafted(cell, space, objective, w, coarse, survey, certificate)
+        if draft is not None:
+            flowing = relaxed(space, objective, w, draft, FLOWING)
+            if mode == "knee":
+                curve += _between(space, objective, w, start, flowing)
+            curve.append(("flowing", flowing))
+    told(0.8)
+    if not curve:
+        return None
+    points = [plan_point(cell, space, w, certificate, name, draft) for name, draft in curve]
+    choice = chosen_point(points, [_unsafe(w, draft) for _, draft in curve], weights.knee_share, mode)
+    return _Plan(space, objective, weights, w, certificate, curve, choice, mode)
+
+
+def _drafted(
+    cell: Cell, space: PlanSpace, objective: Objective, w: Waypoints, coarse: Ints, survey: Survey,
+    certificate: Certificate | None,
+) -> Draft | None:  # fmt: skip
+    """The search's draft: still without a certificate, flowing with one; None where nothing leads through."""
+    still = certificate is None
+    at = w.take(coarse)
+    seeds = _seeds(w, coarse, survey, STILL_SEEDS if still else FLOW_SEEDS, spread=not still)
+    some = None
+    if certificate is not None:
+        some = Certificate(certificate.inv_kf[coarse], certificate.u[coarse], certificate.branch[coarse])
+    nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, some)
+    if np.any(np.diff(nodes.offset) == 0):
+        return None
+    way = search(space, objective, at, nodes, still=still, travel=1.0 if still else 5.0 * FLOWING)
+    if way.reached < len(at):
+        return None
+    return draft_course(space, w, coarse, nodes, way, cell.q_home[space.free])
+
+
+def _seeds(w: Waypoints, coarse: Ints, survey: Survey, count: int, *, spread: bool) -> list[Array]:
+    """External postures (K, E) to try at each coarse waypoint: its region's; between regions both neighbours'."""
+    region = np.asarray(w.region)
+    of = {
+        int(r): region_seeds(survey, np.flatnonzero(region == r), count, spread=spread)
+        for r in np.unique(region[region >= 0])
+    }
+    here = region[coarse]
+    known = np.where(here >= 0, np.arange(len(here)), -1)
+    before = np.maximum.accumulate(known)
+    after = np.minimum.accumulate(np.where(here >= 0, np.arange(len(here)), len(here))[::-1])[::-1]
+    seeds = []
+    for k in range(len(here)):
+        near = {int(here[j]) for j in (before[k], after[k]) if 0 <= j < len(here)}
+        seeds.append(np.unique(np.concatenate([of[r] for r in sorted(near)]), axis=0))
+    return seeds
+
+
+def _between(space: PlanSpace, objective: Objective, w: Waypoints, still: Draft | None, flowing: Draft) -> Curve:
+    """The curve's points between still and flowing, each begun from the one before, on both sides; the cheaper is kept."""
+    from_flowing = []
+    draft = flowing
+    for travel in reversed(BETWEEN):
+        draft = relaxed(space, objective, w, draft, travel)
+        from_flowing.append(draft)
+    out: Curve = []
+    draft = still if still is not None else from_flowing[-1]
+    for travel, other in zip(BETWEEN, reversed(from_flowing), strict=True):
+        draft = relaxed(space, objective, w, draft, travel)
+        out.append((f"x{travel:g}", draft))
+        out.append((f"x{travel:g} from flowing", other))
+    return out
+
+
+def _unsafe(w: Waypoints, draft: Draft) -> int:
+    """How many of a draft's re-postures stand where the tool is not clear of the part."""
+    jump = draft.index[1:][~draft.joined[1:]]
+    return int(np.sum(~w.safe[jump]))
+
+
+def _cuts(plan: _Plan) -> Ints:
+    """Path points at which the chosen draft needs a retract."""
+    draft = plan.curve[plan.choice.index][1]
+    jump = draft.index[1:][~draft.joined[1:]]
+    return np.asarray(plan.w.point[jump[~plan.w.safe[jump]]], np.int64)
+
+
+def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
+    """The error for a waypoint that no posture reaches."""
+    point = int(w.point[k])
+    state = PathTracker(cell, path, fuzzy=False).home()
+    return explain_failure(cell, Arm.of(cell), path, point, np.asarray(w.base_T_tip[k]), FAILED_NOT_REACHED, state)
+
+
+def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float], None]) -> Solution | None:
+    """The solution that the tracker makes of the plan."""
+    name, draft = plan.curve[plan.choice.index]
+    prismatic = np.array([j.prismatic for j in cell.joints])
+    margin = np.where(prismatic, mm_to_m(plan.weights.margin_mm), deg_to_rad(plan.weights.margin_deg))
+    try:
+        served = serve(cell, path, plan.space, plan.w, draft, still=name == "still", margin=margin)
+    except JobError:
+        return None
+    told(0.95)
+    w = plan.w
+    bound = np.maximum(plan.certificate.along(w.s, w.place), served.inv_kf)
+    points = tuple(plan_point(cell, plan.space, w, plan.certificate, n, d) for n, d in plan.curve)
+    length = np.diff(path.length, prepend=0.0) * path.cutting
+    if not np.any(length > 0.0):
+        length = np.ones(len(path))
+    report = PlanReport(
+        mode=plan.mode,
+        chosen=name,
+        rule=plan.choice.rule,
+        bound=bound,
+        bound_mean=float(np.average(bound, weights=length)),
+        bound_min=float(bound[length > 0.0].min()),
+        terms=plan_terms(plan.space, plan.objective, w, draft),
+        curve=points,
+        repostures=sum(r.by_axes for r in served.revisions),
+        retracts=0,
+    )
+    findings = (_finding(report, points[plan.choice.index].share),)
+    told(1.0)
+    return Solution("planned", served.q, served.inv_kf, cell.digest, path.digest, served.revisions, findings, report)
+
+
+def _finding(report: PlanReport, share: float) -> Finding:
+    """The plan in one line."""
+    shares = ", ".join(f"{name} {100.0 * value:.1f} %" for name, value in report.shares.items() if value >= 0.0005)
+    return Finding(
+        "plan", f"planned ({report.chosen}): mean 1/k_F is {100.0 * share:.1f} % of its bound; price: {shares}",
+        Severity.INFO, value=100.0 * share, unit="%",
+    )  # fmt: skip
+
+
+def _retracts(path: ToolPathInBase) -> list[Finding]:
+    """A finding for each retract that was put in."""
+    own = np.flatnonzero((path.source < 0) & (path.region >= 0) & path.safe)
+    return [
+        Finding(
+            "retract-inserted",
+            "the path can't be followed in one posture; the tool is retracted here, the arm re-postured, and cutting goes on",
+            Severity.WARNING, line=int(path.line[k]), region=int(path.region[k]), point=int(k),
+        )
+        for k in own
+    ]  # fmt: skip
+
+
+def _published(cell: Cell, path: ToolPathInBase, why: str, told: Callable[[float], None]) -> Solution:
+    """The published method in the planner's place."""
+    solution = resolve_vjm(cell, path, progress=told)
+    note = Finding("plan-fell-back", f"postures follow the published method, not a plan: {why}", Severity.WARNING)
+    return replace(solution, findings=(*solution.findings, note))
