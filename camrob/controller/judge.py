@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.joint import Role
 from camrob.controller.against import Coverage
 from camrob.controller.replay import Replay
 from camrob.issues import Finding, Severity
@@ -63,6 +64,7 @@ def judge(program: KrlProgram, replay: Replay, coverage: Coverage | None = None,
                                 value=m_to_mm(error), limit=m_to_mm(POSE_TOLERANCE), unit="mm"))  # fmt: skip
     if coverage is not None and feed is not None:
         findings += _speeds(program, coverage, feed)
+        findings += _standing(program, replay, coverage, feed)
     return Judgement(tuple(findings), error, count, len(singular), _margins(replay))
 
 
@@ -114,6 +116,23 @@ def _speeds(program: KrlProgram, coverage: Coverage, feed: Array) -> list[Findin
     return [Finding("speed", "$VEL.CP is faster than the programmed feed, or none", Severity.ERROR,
                     line=int(program.line[row]), point=row, value=float(speed[bad[0]]), limit=float(feed[cut[bad[0]]]),
                     unit="m/s", count=len(bad))]  # fmt: skip
+
+
+def _standing(program: KrlProgram, replay: Replay, coverage: Coverage, feed: Array) -> list[Finding]:
+    """Cutting motions in which the table turns although the controller's base doesn't follow it."""
+    cell = replay.cell
+    table = list(cell.indices(Role.WORKPIECE))
+    if cell.base_follows_table or not table:
+        return []
+    moved = np.zeros(len(program), np.bool_)
+    moved[1:] = np.any(np.abs(np.diff(np.asarray(replay.q)[:, table], axis=0)) > LIMIT_TOLERANCE, axis=1)
+    rows = np.unique(coverage.motion[np.isfinite(feed) & (coverage.motion >= 0)])
+    bad = rows[moved[rows]]
+    if not len(bad):
+        return []
+    text = "the table turns while cutting, and this cell's $BASE does not follow it"
+    row = int(bad[0])
+    return [Finding("table-in-cut", text, Severity.ERROR, line=int(program.line[row]), point=row, count=len(bad))]
 
 
 def _margins(replay: Replay) -> dict[str, float | None]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.kinematics.frames import world_T_base
 from camrob.kinematics.kernels import chain_arrays, forward_many
 from camrob.kinematics.status_turn import StatusTurn
 from camrob.post.arcs import circ_rows
@@ -93,7 +94,10 @@ def assemble_program(
     kind = np.concatenate([[Motion.PTP_AXES], kind, [Motion.PTP_AXES]])
     kind[1] = Motion.PTP_POSE
     point = np.concatenate([[-1], point, [-1]])
-    pose, external_values = round_pose(printed_frames(forward_many(chain_arrays(cell), real)), axis_values[:, 6:])
+    frames = forward_many(chain_arrays(cell), real)
+    if not cell.base_follows_table:  # $BASE stands in the hall, where `base` is when the table is at 0
+        frames = world_T_base(cell, real) @ frames
+    pose, external_values = round_pose(printed_frames(frames), axis_values[:, 6:])
     axes = round_axes(axis_values[:, :6])
     status_turn = StatusTurn.of(cell)
     feed = np.where(path.cutting, path.feed if speed is None else speed, rapid_speed)

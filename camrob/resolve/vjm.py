@@ -194,6 +194,11 @@ def _findings(revisions: list[Revision], path: ToolPathInBase) -> tuple[Finding,
     )  # fmt: skip
 
 
+def standing_joints(cell: Cell) -> NDArray[np.bool_]:
+    """(n,) True for joints that may move in void motions only: the table where the controller's base doesn't follow it."""
+    return np.array([j.role is Role.WORKPIECE and not cell.base_follows_table for j in cell.joints])
+
+
 class PathTracker:
     """The tracker bound to a cell and a path; every call takes and gives states, nothing is kept between calls."""
 
@@ -209,7 +214,7 @@ class PathTracker:
             compile_surface(cell, cell.resolve.joint_engine) if fuzzy else even,
             compile_surface(cell, cell.resolve.condition_engine) if fuzzy else even,
             cell.resolve.threshold,
-            np.zeros(len(cell), np.bool_),
+            standing_joints(cell),
         )
         self._speed = np.where(np.isfinite(cell.limits_of("speed")), cell.limits_of("speed"), np.inf)
 
