@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 RAMP = 0.2  # c0 / c1 behind a start from rest with constant jerk over one span: x ~ s^(4/3), so u = 2/3 x / s
 
 
+_CENTRED = 1e-3  # of Newton's decrement per value: close enough to the middle
+
+
 @numba.njit(cache=True, nogil=True, inline="always")
 def squares_of_span(c0: float, c1: float, c2: float) -> tuple[float, float, float]:
     """Bernstein coefficients of the square speed on a span."""
@@ -278,7 +281,7 @@ def centre(
             step[n - 1] = RAMP * step[n - 2]
         inner = slice(1 if start else 0, n - 1 if end else n)
         slope = np.dot(grad[inner], step[inner])
-        if -slope < 1e-3 * n:
+        if -slope < _CENTRED * n:
             return taken
         share = 1.0
         while share > 1e-6:

@@ -112,14 +112,7 @@ def optimal_feed(
     slow = program_time(cell, path, q, speed=programmed, stops=stop)
     rates = path_rates(cell, path, q)
     bounded = np.flatnonzero(np.isfinite(rates.speed))
-    bounds = MotionBounds(
-        rates.tool_acceleration,
-        rates.rotation_speed,
-        rates.rotation_acceleration,
-        rates.speed[bounded],
-        rates.acceleration[bounded],
-        rates.jerk[bounded],
-    )
+    bounds = _bounds(rates, bounded)
     columns = np.concatenate([np.arange(6), 6 + bounded])
     step = np.diff(slow.at, prepend=0.0)
     planned, speed, cause = slow.speed.copy(), programmed.copy(), np.zeros(len(path), np.int16)
@@ -155,6 +148,18 @@ def optimal_feed(
         losses=feed_losses(path, programmed, step, mean, cause, causes, axes),
         changes=int(np.count_nonzero(np.diff(speed))),
         deviation=deviation,
+    )
+
+
+def _bounds(rates: PathRates, bounded: NDArray[np.int64]) -> MotionBounds:
+    """Bounds of the tool and of the joints that have any."""
+    return MotionBounds(
+        rates.tool_acceleration,
+        rates.rotation_speed,
+        rates.rotation_acceleration,
+        rates.speed[bounded],
+        rates.acceleration[bounded],
+        rates.jerk[bounded],
     )
 
 
