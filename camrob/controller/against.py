@@ -28,12 +28,14 @@ class Coverage:
     """How a program covers CL points: motion (N,) that passes each point (-1: none), and the errors there, m and rad.
 
     stray: m, the farthest that the program's motions between two neighbouring points of one region leave the line between.
+    joined: (N,) True where a point lies in one region with the point before it.
     """
 
     motion: NDArray[np.int64]
     position_error: Array
     axis_error: Array
     stray: float
+    joined: NDArray[np.bool_]
     findings: tuple[Finding, ...]
 
     @property
@@ -224,4 +226,5 @@ def cover(
         findings.append(Finding("strays", "the program leaves the way between two CL points", Severity.ERROR,
                                 line=int(line[i]), point=i, value=m_to_mm(off), limit=m_to_mm(tolerance), unit="mm"))  # fmt: skip
     met = motion >= 0
-    return Coverage(motion, np.where(met, error, 0.0), np.where(met, axis_error, 0.0), off, tuple(findings))
+    joined = np.concatenate([[False], region[1:] == region[:-1]])[:n]
+    return Coverage(motion, np.where(met, error, 0.0), np.where(met, axis_error, 0.0), off, joined, tuple(findings))

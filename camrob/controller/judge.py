@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
 from camrob.controller.against import Coverage
+from camrob.controller.jumps import axis_jumps
 from camrob.controller.replay import Replay
 from camrob.issues import Finding, Severity
 from camrob.kinematics.batched import BatchedKinematics
@@ -51,6 +52,7 @@ def judge(program: KrlProgram, replay: Replay, coverage: Coverage | None = None,
     """Judge a replayed program; with `coverage`, against its CL points, with `feed` (N,), m/s (NaN in air), their speeds too."""
     findings = [*replay.findings, *(coverage.findings if coverage is not None else ())]
     findings += _limits(program, replay)
+    findings += axis_jumps(program, replay, coverage, feed)
     singular = np.flatnonzero((replay.inv_kf < SINGULAR_INV_KF) | (replay.bend < SINGULAR_BEND))
     if len(singular):
         row = int(singular[0])
@@ -64,6 +66,7 @@ def judge(program: KrlProgram, replay: Replay, coverage: Coverage | None = None,
                                 value=m_to_mm(error), limit=m_to_mm(POSE_TOLERANCE), unit="mm"))  # fmt: skip
     if coverage is not None and feed is not None:
         findings += _speeds(program, coverage, feed)
+        findings += _cuts_by_ptp(program, coverage, feed)
         findings += _standing(program, replay, coverage, feed)
     return Judgement(tuple(findings), error, count, len(singular), _margins(replay))
 
@@ -133,6 +136,21 @@ def _standing(program: KrlProgram, replay: Replay, coverage: Coverage, feed: Arr
     text = "the table turns while cutting, and this cell's $BASE does not follow it"
     row = int(bad[0])
     return [Finding("table-in-cut", text, Severity.ERROR, line=int(program.line[row]), point=row, count=len(bad))]
+
+
+def _cuts_by_ptp(program: KrlProgram, coverage: Coverage, feed: Array) -> list[Finding]:
+    """An error where a PTP leads from one CL point to the next that is cut: nobody knows its way between."""
+    ptp = np.asarray(program.kind) < KrlMotion.LIN
+    before = np.concatenate([[0], np.cumsum(ptp)])  # PTPs among the first k rows
+    motion = coverage.motion
+    cut = np.flatnonzero(coverage.joined & np.isfinite(feed) & (motion >= 0))
+    cut = cut[(cut > 0) & (motion[cut - 1] >= 0)]
+    bad = cut[before[motion[cut] + 1] > before[motion[cut - 1] + 1]]
+    if not len(bad):
+        return []
+    row = int(motion[bad[0]])
+    return [Finding("ptp-cuts", "a PTP leads through a cut; only LIN and CIRC keep to the line", Severity.ERROR,
+                    line=int(program.line[row]), point=row, count=len(bad))]  # fmt: skip
 
 
 def _margins(replay: Replay) -> dict[str, float | None]:

@@ -17,6 +17,7 @@ from camrob.check.collision_report import CollisionReport
 from camrob.check.collisions import check_collisions
 from camrob.check.margins import MarginReport, check_margins
 from camrob.controller.against import Coverage, cover
+from camrob.controller.intended import hold_to_intended
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.controller.trace import posture_trace
@@ -105,7 +106,7 @@ def post(
         with watch.stage("write"):
             files, split = _write(program, inputs, folder, max_lines)
         with watch.stage("verify"):
-            text, replayed, coverage, judgement = _verify(folder / f"{title}.src", inputs, watch.share)
+            text, replayed, coverage, judgement = _verify(folder / f"{title}.src", program, inputs, watch.share)
         with watch.stage("collisions"):
             collisions = _collisions(text, replayed, coverage, inputs, watch.share)
         margins = _margins(inputs, solution)
@@ -204,9 +205,9 @@ def _write(program: Program, inputs: JobInputs, folder: Path, max_lines: int | N
 
 
 def _verify(
-    source: Path, inputs: JobInputs, progress: Callable[[float], None]
+    source: Path, program: Program, inputs: JobInputs, progress: Callable[[float], None]
 ) -> tuple[KrlProgram, Replay, Coverage, Judgement]:
-    """Read the program's own text back, replay it, and hold it to the CL points."""
+    """Read the program's own text back, replay it, and hold it to the CL points and to what was meant."""
     text = read_krl(source)
     replayed = replay(text, inputs.cell, progress=progress)
     path = inputs.path
@@ -217,7 +218,8 @@ def _verify(
     )  # fmt: skip
     speed = np.where(path.cutting[own], path.feed[own], np.nan)
     judgement = judge(text, replayed, coverage, speed)
-    first = next((f for f in judgement.findings if f.severity is Severity.ERROR), None)
+    stands_against = [*judgement.findings, *hold_to_intended(text, replayed, program)]
+    first = next((f for f in stands_against if f.severity is Severity.ERROR), None)
     if first is not None:
         raise VerificationError(
             f"the program was not released: {first.text}" + (f" ({first.count} times)" if first.count > 1 else ""),
