@@ -53,8 +53,8 @@ class Certificate:
     def along(self, at: Array, s: Array) -> Array:
         """The bound (N,) at places s (N,) of a path whose waypoints lie at `at` (W,), increasing.
 
-        Linear between waypoints, raised by what the bend of the bound at both ends lets a smooth curve rise above its
-        chord (an eighth of the second difference).
+        Linear between waypoints, raised by what a curve that bends as at both ends rises above its chord (at most an
+        eighth of the second difference); where the bound has a kink, at a waypoint, there is nothing to raise.
         """
         value = np.asarray(self.inv_kf)
         line = np.interp(s, at, value)
@@ -64,7 +64,7 @@ class Certificate:
         bend[1:-1] = np.abs(value[2:] - 2.0 * value[1:-1] + value[:-2])
         k = np.clip(np.searchsorted(at, s, side="right") - 1, 0, len(at) - 2)
         share = np.clip((s - at[k]) / np.maximum(at[k + 1] - at[k], 1e-12), 0.0, 1.0)
-        return np.asarray(line + 0.5 * share * (1.0 - share) * np.maximum(bend[k], bend[k + 1]))
+        return np.asarray(line + 0.5 * share * (1.0 - share) * np.minimum(bend[k], bend[k + 1]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class Survey:
     anchors: Ints
     nearest: Ints
     grid: Array
-    best: Array
+    best: NDArray[np.float32]
     u: Array
     branch: Ints
 
@@ -152,7 +152,7 @@ def _inside(space: PlanSpace, q: Array) -> bool:
 
 
 @numba.njit(cache=True, nogil=True)
-def scan(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> Array:
+def scan(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> NDArray[np.float32]:
     """1/k_F (M, rolls, 8) of every external posture, roll (a turn's share; one where there is no roll) and branch; 0: none."""
     M, E = grid.shape
     F = space.free.shape[0]
@@ -181,7 +181,7 @@ def scan(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> Array:
     return out
 
 
-def _basins(space: PlanSpace, frame: Array, grid: Array, found: Array, u: Array, branch: Ints) -> None:
+def _basins(space: PlanSpace, frame: Array, grid: Array, found: NDArray[np.float32], u: Array, branch: Ints) -> None:
     """Fill u (S, F) and branch (S,) with the best nodes of a scan that lie apart in branch or by more than a grid step."""
     E, rolls = grid.shape[1], found.shape[1]
     order = np.argsort(found, axis=None)[::-1][:2000]
@@ -212,7 +212,7 @@ def _value(space: PlanSpace, frame: Array, u: Array, branch: int, q: Array, work
             return 0.0
     if not posture(space, frame, u, branch, space.center, q, work) or not _inside(space, q):
         return 0.0
-    return conditioning(space, q, work)
+    return float(conditioning(space, q, work))
 
 
 @numba.njit(cache=True)
@@ -246,18 +246,22 @@ def climb(space: PlanSpace, frame: Array, u: Array, branch: int, first: float, l
         if value > best:
             best = value
             u[:] = trial
-    return best
+    return float(best)
 
 
 @numba.njit(cache=True, nogil=True)
 def _climb_basins(space: PlanSpace, frames: Array, u: Array, branch: Ints) -> None:
-    """Climb the basins u (A, S, F) of frames (A, 4, 4); the best comes first, those that end in another's top are dropped (-1)."""
-    A, S, F = u.shape
+    """Climb the basins u (A, S, F) of frames (A, 4, 4): the best comes first, one that ends in another's top is dropped (-1)."""
+    A, S, _F = u.shape
     work = plan_work()
     value = np.empty(S)
     for a in range(A):
         for s in range(S):
-            value[s] = climb(space, frames[a], u[a, s], branch[a, s], _CLIMB_FIRST, _CLIMB_LAST, work) if branch[a, s] >= 0 else 0.0
+            value[s] = (
+                climb(space, frames[a], u[a, s], branch[a, s], _CLIMB_FIRST, _CLIMB_LAST, work)
+                if branch[a, s] >= 0
+                else 0.0
+            )
         order = np.argsort(-value)
         u[a] = u[a][order].copy()
         branch[a] = branch[a][order].copy()

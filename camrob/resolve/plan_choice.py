@@ -25,7 +25,7 @@ Curve: TypeAlias = list[tuple[str, Draft]]
 class Choice(NamedTuple):
     """The point of the curve that is taken, and the rule that took it."""
 
-    index: int
+    curve_index: int
     rule: str
 
 

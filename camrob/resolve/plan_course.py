@@ -32,7 +32,8 @@ _LEAST_STEP, _LEAST_TIME = 1e-3, 1e-3  # m, s taken for a move that is shorter
 @dataclass(frozen=True, slots=True)
 class Draft:
     """A plan: u (K, F), q (K, 6), branch (K,) at waypoints `index` (K,), increasing; one that stands twice is where the posture
-    jumps (`joined` (K,) False at the second). `rigid` (K,): the move there leads on in the same region. `price`: the search's."""
+    jumps (`joined` (K,) False at the second). `rigid` (K,): the move there leads on in the same region. `price`: the search's.
+    """
 
     index: Ints
     u: Array
@@ -94,7 +95,8 @@ def search(space: PlanSpace, objective: Objective, w: Waypoints, nodes: Nodes, *
     top = np.full((T, n), np.inf)
     top[:, :F] = objective.u_speed * np.maximum(w.time, _LEAST_TIME)[:, None]
     haste = objective.speed * ds
-    return cheapest_way(Layers(nodes.offset, x, price, window, rate, square, top, haste, endless, jump))
+    way: Way = cheapest_way(Layers(nodes.offset, x, price, window, rate, square, top, haste, endless, jump))
+    return way
 
 
 def _same_region(w: Waypoints) -> Mask:
@@ -131,7 +133,13 @@ def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way
     at = np.concatenate(index)
     rigid = np.concatenate([[False], _same_region(w)])[at] & np.concatenate(joined)
     draft = Draft(
-        at, np.concatenate(us), np.concatenate(starts), np.concatenate(branches), np.concatenate(joined), rigid, way.price
+        at,
+        np.concatenate(us),
+        np.concatenate(starts),
+        np.concatenate(branches),
+        np.concatenate(joined),
+        rigid,
+        way.price,
     )
     q, _good = arm_along(space, surroundings(space, w, draft, 0.0), draft.u, draft.q)
     return replace(draft, q=q)

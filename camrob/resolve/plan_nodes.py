@@ -59,7 +59,8 @@ def candidate_nodes(
     space: PlanSpace, objective: Objective, frames: Array, seeds: list[Array], certificate: Certificate | None = None
 ) -> Nodes:
     """Candidates of poses (T, 4, 4): `seeds` holds the external postures (K, E) to try at each; with a certificate (T poses)
-    its own best posture is one, too."""
+    its own best posture is one, too.
+    """
     external = len(space.free) - space.roll
     us, qs, branches, prices = [], [], [], []
     counts = [0]

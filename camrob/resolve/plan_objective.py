@@ -77,7 +77,8 @@ def plan_weights(cell: Cell) -> PlanWeights:
 
 class Objective(NamedTuple):
     """The weights for the kernels. margin (6,), u_margin (F,): what the joints shall keep, SI; travel (F,): price of external
-    travel (0 for the roll); u_speed (F,): the share of their speeds that may be used; u_smooth (F,)."""
+    travel (0 for the roll); u_speed (F,): the share of their speeds that may be used; u_smooth (F,).
+    """
 
     power: float
     threshold: float

@@ -25,7 +25,8 @@ _CLIP = 0.15  # rad or m that a freedom moves in one iteration at most
 class Course(NamedTuple):
     """What surrounds the waypoints: frames (W, 4, 4), branch (W,), weight (W,) m that each stands for, ds, dt, travel (W,) of the
     move to each: m, s, scale of the travel's price; joined (W,) False where the posture jumps before it; stiff (W, F): price of
-    the square of what each freedom moves on the way there, which holds it still."""
+    the square of what each freedom moves on the way there, which holds it still.
+    """
 
     frames: Array
     branch: Ints
@@ -85,11 +86,15 @@ def _coupling(objective: Objective, course: Course, k: int, d: Array) -> float:
 
 
 @numba.njit(cache=True)
-def _total(space: PlanSpace, objective: Objective, course: Course, u: Array, near: Array, q: Array, work: PlanWork) -> float:
+def _total(
+    space: PlanSpace, objective: Objective, course: Course, u: Array, near: Array, q: Array, work: PlanWork
+) -> float:
     """The price of a course; q (W, 6) is filled."""
     total = 0.0
     for k in range(u.shape[0]):
-        total += course.weight[k] * _local(space, objective, course.frames[k], u[k], course.branch[k], near[k], q[k], work)
+        total += course.weight[k] * _local(
+            space, objective, course.frames[k], u[k], course.branch[k], near[k], q[k], work
+        )
         if k > 0 and course.joined[k]:
             total += _coupling(objective, course, k, u[k] - u[k - 1])
             for i in range(6):
@@ -144,15 +149,25 @@ def _differences(
 
 @numba.njit(cache=True)
 def _assemble(
-    space: PlanSpace, objective: Objective, course: Course, u: Array, q: Array, g: Array, D: Array, O: Array, work: PlanWork
+    space: PlanSpace,
+    objective: Objective,
+    course: Course,
+    u: Array,
+    q: Array,
+    g: Array,
+    D: Array,
+    B: Array,
+    work: PlanWork,
 ) -> None:
-    """Gradient g (W, F), diagonal blocks D (W, F, F) and blocks O (W, F, F) that couple each waypoint with the one before."""
+    """Gradient g (W, F), diagonal blocks D (W, F, F) and blocks B (W, F, F) that couple each waypoint with the one before."""
     W, F = u.shape
     J, J_before = np.zeros((6, F)), np.zeros((6, F))
     for k in range(W):
         J_before[:] = J
-        _differences(space, objective, course.frames[k], u[k], course.branch[k], q[k], course.weight[k], g[k], D[k], J, work)
-        O[k] = 0.0
+        _differences(
+            space, objective, course.frames[k], u[k], course.branch[k], q[k], course.weight[k], g[k], D[k], J, work
+        )
+        B[k] = 0.0
         if k == 0 or not course.joined[k]:
             continue
         for i in range(F):
@@ -172,7 +187,7 @@ def _assemble(
             g[k - 1, i] -= slope
             D[k, i, i] += bend
             D[k - 1, i, i] += bend
-            O[k, i, i] -= bend
+            B[k, i, i] -= bend
         a = 2.0 * objective.arm_step / course.ds[k]
         for r in range(6):
             d = q[k, r] - q[k - 1, r]
@@ -182,11 +197,11 @@ def _assemble(
                 for j in range(F):
                     D[k, i, j] += a * J[r, i] * J[r, j]
                     D[k - 1, i, j] += a * J_before[r, i] * J_before[r, j]
-                    O[k, i, j] -= a * J[r, i] * J_before[r, j]
+                    B[k, i, j] -= a * J[r, i] * J_before[r, j]
 
 
 @numba.njit(cache=True)
-def _solve_blocks(g: Array, D: Array, O: Array, shift: float, held: NDArray[np.bool_], step: Array) -> None:
+def _solve_blocks(g: Array, D: Array, B: Array, shift: float, held: NDArray[np.bool_], step: Array) -> None:
     """step (W, F) <- -(H + shift I)^-1 g of the block-tridiagonal H, freedoms that are `held` (F,) left alone."""
     W, F = g.shape
     S, rhs = np.empty((W, F, F)), np.empty((W, F))
@@ -200,20 +215,20 @@ def _solve_blocks(g: Array, D: Array, O: Array, shift: float, held: NDArray[np.b
                 S[k, :, i] = 0.0
                 S[k, i, i] = 1.0
                 rhs[k, i] = 0.0
-                O[k, i, :] = 0.0
-                O[k, :, i] = 0.0
+                B[k, i, :] = 0.0
+                B[k, :, i] = 0.0
         if k > 0:
-            M = np.linalg.solve(S[k - 1], np.ascontiguousarray(O[k].T))  # S^-1 O^T
+            M = np.linalg.solve(S[k - 1], np.ascontiguousarray(B[k].T))  # S^-1 B^T
             for i in range(F):
                 for r in range(F):
                     rhs[k, i] -= M[r, i] * rhs[k - 1, r]
                     for j in range(F):
-                        S[k, i, j] -= O[k, i, r] * M[r, j]
+                        S[k, i, j] -= B[k, i, r] * M[r, j]
     for k in range(W - 1, -1, -1):
         if k + 1 < W:
             for i in range(F):
                 for r in range(F):
-                    rhs[k, i] -= O[k + 1, r, i] * step[k + 1, r]
+                    rhs[k, i] -= B[k + 1, r, i] * step[k + 1, r]
         step[k] = np.linalg.solve(S[k], rhs[k])
 
 
@@ -223,7 +238,7 @@ def refine_course(
 ) -> float:
     """Bring u (W, F) and q (W, 6) to the nearest optimum of the objective; returns its price. `held` (F,) freedoms stay."""
     W, F = u.shape
-    g, D, O, step = np.empty((W, F)), np.empty((W, F, F)), np.empty((W, F, F)), np.empty((W, F))
+    g, D, B, step = np.empty((W, F)), np.empty((W, F, F)), np.empty((W, F, F)), np.empty((W, F))
     trial, q_trial = np.empty((W, F)), np.empty((W, 6))
     work = plan_work()
     price = _total(space, objective, course, u, q.copy(), q, work)
@@ -232,8 +247,8 @@ def refine_course(
     fresh = True
     for _iteration in range(iterations):
         if fresh:
-            _assemble(space, objective, course, u, q, g, D, O, work)
-        _solve_blocks(g, D, O, shift, held, step)
+            _assemble(space, objective, course, u, q, g, D, B, work)
+        _solve_blocks(g, D, B, shift, held, step)
         for k in range(W):
             for i in range(F):
                 value = u[k, i] + min(_CLIP, max(-_CLIP, step[k, i]))
@@ -253,4 +268,4 @@ def refine_course(
             fresh = False
             if shift > 1e6 * mean:
                 break
-    return price
+    return float(price)

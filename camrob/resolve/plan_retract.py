@@ -22,7 +22,7 @@ def with_retracts(path: ToolPathInBase, points: NDArray[np.int64], clearance: fl
     after = np.unique(points)
     tips = path.base_T_tip[:, :3, 3]
     lifted = np.array(path.base_T_tip[after])
-    for k, frame in enumerate(lifted):
+    for frame in lifted:
         axis = frame[:3, 2]
         height = float(np.max(tips[path.of_toolpath] @ axis)) + clearance
         frame[:3, 3] += max(height - float(frame[:3, 3] @ axis), clearance) * axis

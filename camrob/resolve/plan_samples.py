@@ -46,7 +46,13 @@ class Waypoints:
     def __post_init__(self) -> None:
         for name in ("base_T_tip", "s", "cut", "time", "place"):
             object.__setattr__(self, name, locked(getattr(self, name), name=name))
-        for name, dtype in (("point", np.int64), ("region", np.int64), ("on_point", np.bool_), ("cutting", np.bool_), ("safe", np.bool_)):
+        for name, dtype in (
+            ("point", np.int64),
+            ("region", np.int64),
+            ("on_point", np.bool_),
+            ("cutting", np.bool_),
+            ("safe", np.bool_),
+        ):
             object.__setattr__(self, name, locked(getattr(self, name), dtype=dtype, name=name))
 
     def __len__(self) -> int:
@@ -80,9 +86,7 @@ def waypoints(path: ToolPathInBase, spacing: float) -> Waypoints:
     """
     tip, axis = path.base_T_tip[:, :3, 3], path.base_T_tip[:, :3, 2]
     step = np.linalg.norm(np.diff(tip, axis=0), axis=1)
-    turn = np.arctan2(
-        np.linalg.norm(np.cross(axis[1:], axis[:-1]), axis=1), np.sum(axis[1:] * axis[:-1], axis=1)
-    )
+    turn = np.arctan2(np.linalg.norm(np.cross(axis[1:], axis[:-1]), axis=1), np.sum(axis[1:] * axis[:-1], axis=1))
     metric = np.maximum(step, ARM_LENGTH * turn)
     place = np.concatenate([[0.0], np.cumsum(metric)])
     keep = _thin(place, _corners(path), spacing)

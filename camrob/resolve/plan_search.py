@@ -17,11 +17,11 @@ Ints = NDArray[np.int64]
 class Layers(NamedTuple):
     """Candidates of T layers, one after another.
 
-    offset (T + 1,): nodes of layer t are offset[t] .. offset[t + 1]. x (M, n): coordinates; price (M,): of standing in a node.
-    window (T, n): how far each coordinate may move on the way to layer t (the first one, within one turn where it is endless,
-    bands the search); rate, square (T, n): the way's price a unit of |dx|
-    and of dx^2. top (T, n): how far a coordinate may move on the way without haste; haste (T,): price of (|dx| / top - 1)+^2. endless (n,): coordinates that wrap at a turn. jump (T,): price of a re-posture at the layer, inf where
-    there may be none.
+    offset (T + 1,): nodes of layer t are offset[t] .. offset[t + 1]. x (M, n): coordinates; price (M,): of standing in a
+    node. window (T, n): how far each coordinate may move on the way to layer t (the first one, within one turn where it is
+    endless, bands the search); rate, square (T, n): the way's price a unit of |dx| and of dx^2; top (T, n): how far a
+    coordinate may move without haste; haste (T,): price of (|dx| / top - 1)+^2. endless (n,): coordinates that wrap at a
+    turn. jump (T,): price of a re-posture at the layer, inf where there may be none.
     """
 
     offset: Ints

@@ -83,7 +83,8 @@ def _references(
     cell: Cell, path: ToolPathInBase, space: PlanSpace, w: Waypoints, draft: Draft, part: slice, start: int, stop: int
 ) -> Array:
     """Reference postures (stop - start, n) at the path's points: freedoms by monotone cubics, exactly constant where the
-    waypoints about them are; the arm in closed form."""
+    waypoints about them are; the arm in closed form.
+    """
     at = w.s[draft.index[part]]
     place = np.clip(w.place[start:stop], at[0], at[-1])
     last = np.append(np.diff(at) > 0.0, True)

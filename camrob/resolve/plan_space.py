@@ -65,7 +65,9 @@ def plan_space(cell: Cell) -> PlanSpace:
     """The planner's view of a cell. Raises CellError where the arm has no closed form."""
     arm = Arm.of(cell)
     if arm.closed is None:
-        raise CellError(f"cell {cell.name}: planned postures need an arm with a spherical wrist", cure="use --method vjm")
+        raise CellError(
+            f"cell {cell.name}: planned postures need an arm with a spherical wrist", cure="use --method vjm"
+        )
     joints = cell.joints
     start = cell.indices(Role.ARM)[0]
     first = np.array(cell.base_T_first)
@@ -150,10 +152,8 @@ def pose_in_foot(space: PlanSpace, base_T_tip: Array, u: Array, work: PlanWork) 
 
 
 @numba.njit(cache=True)
-def posture(
-    space: PlanSpace, base_T_tip: Array, u: Array, branch: int, near: Array, q: Array, work: PlanWork
-) -> bool:
-    """q (6,) <- the arm's posture at a pose (4, 4) with the freedoms u on a branch, turns nearest to `near`; False out of reach."""
+def posture(space: PlanSpace, base_T_tip: Array, u: Array, branch: int, near: Array, q: Array, work: PlanWork) -> bool:
+    """q (6,) <- the arm's posture at a pose (4, 4) with freedoms u on a branch, turns nearest to `near`; False out of reach."""
     pose_in_foot(space, base_T_tip, u, work)
     solve_arm(space.arm, work.Rt, work.pt, near, work.Q, work.why)
     if work.why[branch] != BRANCH_OK:

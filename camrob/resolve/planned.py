@@ -12,7 +12,8 @@ the bound's mean 1/k_F; where none keeps it, the one that keeps most.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,7 +44,6 @@ __all__ = ["MODES", "resolve_planned"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Obstacles = Callable[[Array], NDArray[np.bool_]]
 
 MODES = ("knee", "still", "flowing")
 SPACING = 0.02  # m of s between waypoints
@@ -77,15 +77,17 @@ def resolve_planned(
     except CellError as error:
         return _published(cell, path, f"{error.what}", told)
     weights = plan_weights(cell)
-    given = path
+    given, plan = path, _plan(cell, path, space, weights, mode, told)
     for _round in range(_ROUNDS):
-        plan = _plan(cell, path, space, weights, mode, told)
         if plan is None:
             return _published(cell, given, "no candidate postures lead through the whole path", told)
         cuts = _cuts(plan)
         if len(cuts) == 0:
             break
         path = with_retracts(path, cuts, CLEARANCE)
+        plan = _plan(cell, path, space, weights, mode, told)
+    if plan is None:
+        return _published(cell, given, "no candidate postures lead through the path with its retracts", told)
     solution = _served(cell, path, plan, told)
     if solution is None:
         return _published(cell, given, "the tracker could not follow the plan", told)
@@ -181,19 +183,19 @@ def _seeds(w: Waypoints, coarse: Ints, survey: Survey, count: int, *, spread: bo
 
 
 def _between(space: PlanSpace, objective: Objective, w: Waypoints, still: Draft | None, flowing: Draft) -> Curve:
-    """The curve's points between still and flowing, each begun from the one before, on both sides; the cheaper is kept."""
-    from_flowing = []
-    draft = flowing
-    for travel in reversed(BETWEEN):
-        draft = relaxed(space, objective, w, draft, travel)
-        from_flowing.append(draft)
-    out: Curve = []
-    draft = still if still is not None else from_flowing[-1]
-    for travel, other in zip(BETWEEN, reversed(from_flowing), strict=True):
-        draft = relaxed(space, objective, w, draft, travel)
-        out.append((f"x{travel:g}", draft))
-        out.append((f"x{travel:g} from flowing", other))
-    return out
+    """The curve's points between still and flowing: from either end, side by side, each begun from the one before."""
+
+    def chain(draft: Draft, shares: Sequence[float], name: str) -> Curve:
+        out: Curve = []
+        for share in shares:
+            draft = relaxed(space, objective, w, draft, share)
+            out.append((name.format(share), draft))
+        return out
+
+    with ThreadPoolExecutor(2) as pool:  # the kernels release the interpreter's lock
+        other = pool.submit(chain, flowing, BETWEEN[::-1], "x{:g} from flowing")
+        first = chain(still, BETWEEN, "x{:g}") if still is not None else []
+        return [*first, *other.result()[::-1]]
 
 
 def _unsafe(w: Waypoints, draft: Draft) -> int:
@@ -204,7 +206,7 @@ def _unsafe(w: Waypoints, draft: Draft) -> int:
 
 def _cuts(plan: _Plan) -> Ints:
     """Path points at which the chosen draft needs a retract."""
-    draft = plan.curve[plan.choice.index][1]
+    draft = plan.curve[plan.choice.curve_index][1]
     jump = draft.index[1:][~draft.joined[1:]]
     return np.asarray(plan.w.point[jump[~plan.w.safe[jump]]], np.int64)
 
@@ -218,7 +220,7 @@ def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobErr
 
 def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float], None]) -> Solution | None:
     """The solution that the tracker makes of the plan."""
-    name, draft = plan.curve[plan.choice.index]
+    name, draft = plan.curve[plan.choice.curve_index]
     prismatic = np.array([j.prismatic for j in cell.joints])
     margin = np.where(prismatic, mm_to_m(plan.weights.margin_mm), deg_to_rad(plan.weights.margin_deg))
     try:
@@ -244,7 +246,7 @@ def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float
         repostures=sum(r.by_axes for r in served.revisions),
         retracts=0,
     )
-    findings = (_finding(report, points[plan.choice.index].share),)
+    findings = (_finding(report, points[plan.choice.curve_index].share),)
     told(1.0)
     return Solution("planned", served.q, served.inv_kf, cell.digest, path.digest, served.revisions, findings, report)
 
