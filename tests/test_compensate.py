@@ -1,0 +1,286 @@
+"""Compensation: the calibrated robot meets the poses, the text survives, what can't be done is refused."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, measure
+
+from camrob.calibrate.calibrate import calibrate_cell
+from camrob.calibrate.calibration_file import calibration_text
+from camrob.calibrate.compensate import compensate_postures, pose_difference
+from camrob.calibrate.derivatives import analyse_derivatives
+from camrob.calibrate.error_model import ErrorModel
+from camrob.calibrate.paper_newton import compensate_as_published
+from camrob.cli import run
+from camrob.errors import InputError, KrlError, LimitError, SingularError, StaleInputError
+from camrob.jobs.compensate import compensate
+from camrob.kinematics.frames import base_T_tool
+from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
+from camrob.post.krl_patch import NewTarget, literal_targets, patch_source
+
+CELL_FOLDER = ROOT / "cells" / "kr15_track_table"
+ERRORS = drawn(CELL)
+MODEL = ErrorModel.of(CELL, tuple(ERRORS), in_base=True)
+VALUES = np.array(list(ERRORS.values()))
+
+
+def good_postures(n: int) -> np.ndarray:
+    q = CELL.to_q(axis_values(CELL, 3 * n))
+    return q[inverse_kf_many(chain_arrays(CELL), q) > 0.15][:n]
+
+
+def test_the_calibrated_robot_meets_the_poses() -> None:
+    q = good_postures(400)
+    targets = base_T_tool(CELL, q)
+    result = compensate_postures(MODEL, VALUES, q, targets)
+    assert np.min(result.before[:, 0]) > 1e-4
+    assert np.max(result.after) < 1e-11
+    assert np.max(result.iterations) <= 5
+    external = [CELL.index("E1"), CELL.index("E2")]
+    assert np.array_equal(result.q[:, external], q[:, external])
+    reached = MODEL.poses(VALUES, np.asarray(result.q))
+    assert np.max(np.abs(pose_difference(targets, reached))) < 1e-11
+
+
+def test_ours_is_the_published_iteration() -> None:
+    """The paper's numbers, delta 1e-8 and epsilon 1e-15, end where ours ends, in 3 to 5 iterations."""
+    q = good_postures(12)
+    targets = base_T_tool(CELL, q)
+    ours = compensate_postures(MODEL, VALUES, q, targets)
+    part = CELL.arm_slice
+    for row in range(len(q)):
+
+        def forward(arm: np.ndarray, row: int = row) -> np.ndarray:
+            posture = q[row].copy()
+            posture[part] = arm
+            return MODEL.poses(VALUES, posture[None])[0]
+
+        theta, iterations = compensate_as_published(forward, targets[row], q[row, part])
+        assert np.allclose(theta, ours.q[row, part], atol=1e-9)
+        assert 2 <= iterations <= 5
+
+
+def test_the_published_iteration_says_when_it_does_not_end() -> None:
+    with pytest.raises(SingularError):
+        compensate_as_published(lambda q: np.eye(4), np.diag([1.0, 1.0, 1.0, 1.0]) + np.eye(4, k=3), np.zeros(6))
+
+
+def test_a_hundred_thousand_points_take_seconds() -> None:
+    q = np.tile(good_postures(2000), (50, 1))[:100_000]
+    targets = base_T_tool(CELL, q[:2000])
+    compensate_postures(MODEL, VALUES, q[:10], targets[:10])
+    start = time.perf_counter()
+    result = compensate_postures(MODEL, VALUES, q, np.tile(targets, (50, 1, 1))[: len(q)])
+    assert time.perf_counter() - start < 20.0
+    assert len(q) > 90_000 and np.max(result.after) < 1e-11
+
+
+def test_a_singular_posture_is_named() -> None:
+    q = np.repeat(good_postures(1), 3, axis=0)
+    q[1] = CELL.to_q(np.array([10.0, -80.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0]))  # the wrist is straight
+    with pytest.raises(SingularError, match="point 2 can't be compensated"):
+        compensate_postures(MODEL, VALUES, q, base_T_tool(CELL, q))
+
+
+# --- programs -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def calibration(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("calibration") / "CALIBRATION.toml"
+    path.write_text(calibration_text(calibrate_cell(CELL, measure(CELL, ERRORS, axis_values(CELL, 150)))))
+    return path
+
+
+def program(folder: Path, *, q0=(9.0, -77.0, 123.0, -26.0, 50.0, 27.0), more: str = "") -> Path:
+    """A program with a bit of everything, poses along a small square from a posture."""
+    from camrob.se3 import xyzabc_from_frame
+
+    pose = xyzabc_from_frame(base_T_tool(CELL, CELL.to_q(np.array([*q0, 100.0, 5.0]))))
+    x, y, z = 1e3 * pose[:3]
+    a, b, c = np.rad2deg(pose[3:])
+    axes = ",".join(f"A{k + 1} {v}" for k, v in enumerate(q0))
+    lines = [
+        "&ACCESS RVP",
+        "DEF sample()",
+        ";FOLD INI;%{PE}",
+        "BAS(#INITMOV,0)",
+        ";ENDFOLD",
+        "$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}",
+        "$TOOL={X 0,Y -41.763657,Z 415.577926,A 0,B 0,C -159.579784}",
+        "$VEL.CP=0.1",
+        f"PTP {{E6AXIS: {axes},E1 100.0,E2 5.0}} ; {{keep: X 1}}",
+        f"LIN {{E6POS: X {x:.4f},Y {y:.4f},Z {z:.4f},A {a:.5f},B {b:.5f},C {c:.5f},E1 100.0,E2 5.0}} C_DIS",
+        "WAIT SEC 0.5",
+        f"  lin {{x {x + 20:.2f}, y {y:.7f}, z {z:.4f}, a {a:.5f}, b {b:.5f}, c {c:.5f}, e1 101.5, e2 5.5}} c_dis ; 20.0 over",
+        "$OUT[3]=TRUE",
+        f"CIRC {{X {x + 30:.4f},Y {y + 10:.4f},Z {z:.4f},A {a:.5f},B {b:.5f},C {c:.5f}}},"
+        f"{{X {x + 20:.4f},Y {y + 20:.4f},Z {z:.4f},A {a:.5f},B {b:.5f},C {c:.5f},E1 103,E2 6}}",
+        *([more] if more else []),
+        "END",
+    ]
+    path = folder / "sample.src"
+    path.write_bytes("\r\n".join(lines).encode() + b"\r\n; trailing \xe9\r\n")
+    return path
+
+
+def test_a_program_is_rewritten_and_nothing_else_in_it(tmp_path: Path, calibration: Path) -> None:
+    source = program(tmp_path)
+    result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
+    assert result.summary["error_before"]["mean_mm"] > 0.5
+    assert result.summary["error_after"]["max_mm"] < 3e-4
+    assert result.summary["error_after"]["max_deg"] < 3e-5
+    assert json.loads((tmp_path / "out" / "sample.json").read_text()) == result.summary
+    old, new = source.read_bytes().split(b"\n"), (tmp_path / "out" / "sample.src").read_bytes().split(b"\n")
+    assert len(old) == len(new)
+    changed = [k for k, (a, b) in enumerate(zip(old, new, strict=True)) if a != b]
+    assert changed == [8, 9, 11, 13]
+    assert new[8].endswith(b"E1 100.0,E2 5.0} ; {keep: X 1}\r") and new[11].endswith(
+        b"e1 101.5, e2 5.5} c_dis ; 20.0 over\r"
+    )
+    assert new[11].startswith(b"  lin {x ") and len(new[11].split(b"y ")[1].split(b",")[0].split(b".")[1]) == 7
+
+
+def test_what_the_cell_truly_is_meets_the_poses(tmp_path: Path, calibration: Path) -> None:
+    """Not the model's word: the robot that was measured, with the errors that were drawn, runs the program."""
+    from camrob.controller.replay import replay
+    from camrob.post.krl_reader import read_krl
+
+    source = program(tmp_path)
+    compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
+    asked = replay(read_krl(source), CELL)
+    played = replay(read_krl(tmp_path / "out" / "sample.src"), CELL)
+    e = pose_difference(np.asarray(asked.base_T_tool), MODEL.poses(VALUES, np.asarray(played.q)))
+    before = pose_difference(np.asarray(asked.base_T_tool), MODEL.poses(VALUES, np.asarray(asked.q)))
+    assert np.linalg.norm(before[:, :3], axis=1).max() > 1e-3
+    e = np.delete(e, 3, axis=0)  # a CIRC's auxiliary point, where the table is under way
+    assert np.linalg.norm(e[:, :3], axis=1).max() < 5e-5  # 0.02 mm of noise an axis in 120 poses
+
+
+def test_a_rigid_shift_of_the_robot_shifts_the_program(tmp_path: Path) -> None:
+    """Truth on paper: a robot 1 mm too far in +x of the world is sent 1 mm to -x, at E2 = 0."""
+    result = calibrate_cell(CELL, measure(CELL, {"base.x": 1e-3}, axis_values(CELL, 60), sigma=1e-9, sigma_angle=1e-9),
+                            names=["base.x"], share=0.0)  # fmt: skip
+    (tmp_path / "C.toml").write_text(calibration_text(result))
+    q0 = (9.0, -77.0, 123.0, -26.0, 50.0, 27.0)
+    source = program(tmp_path, q0=q0)
+    source.write_bytes(
+        source.read_bytes().replace(b"E2 5.0", b"E2 0.0").replace(b"e2 5.5", b"e2 0.0").replace(b"E2 6", b"E2 0")
+    )
+    compensate(source, cell=CELL_FOLDER, calibration=tmp_path / "C.toml", out=tmp_path / "out")
+    old, new = (f.read_text(encoding="latin-1").splitlines()[9] for f in (source, tmp_path / "out" / "sample.src"))
+    x_old, x_new = (float(line.split("X ")[1].split(",")[0]) for line in (old, new))
+    assert x_new - x_old == pytest.approx(-1.0, abs=2e-4)
+    assert old.split(",")[1:3] == new.split(",")[1:3]
+
+
+def test_limits_are_kept(tmp_path: Path, calibration: Path) -> None:
+    low = -145.0 + 1e-4
+    source = program(tmp_path, q0=(9.0, low, 100.0, -26.0, 50.0, 27.0))
+    text = source.read_text(encoding="latin-1").splitlines(keepends=True)
+    source.write_text("".join([*text[:9], "END\n"]), encoding="latin-1")
+    outcomes = []
+    for sign in (1.0, -1.0):
+        data = measure(CELL, {"A2.zero": sign * 2e-3}, axis_values(CELL, 60))
+        (tmp_path / "C.toml").write_text(calibration_text(calibrate_cell(CELL, data, names=["A2.zero"], share=0.0)))
+        try:
+            compensate(source, cell=CELL_FOLDER, calibration=tmp_path / "C.toml", out=tmp_path / f"out{sign}")
+            outcomes.append("")
+        except LimitError as error:
+            outcomes.append(str(error))
+            assert not (tmp_path / f"out{sign}").exists()
+    assert "axis A2; -145.1" in outcomes[0] and "where the limit is -145.000" in outcomes[0] and "line 9" in outcomes[0]
+    assert outcomes[1] == ""
+
+
+def test_programs_that_can_t_be_rewritten_are_refused(tmp_path: Path, calibration: Path) -> None:
+    def attempt(more: str) -> None:
+        source = program(tmp_path, more=more)
+        compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
+
+    with pytest.raises(KrlError, match=r"sample\.src:15: the motion's target is not written"):
+        target = program(tmp_path).read_text(encoding="latin-1").splitlines()[9].split("E6POS: ")[1].split("}")[0]
+        (tmp_path / "sample.dat").write_text(f"DEFDAT sample\nDECL E6POS P1={{{target}}}\nENDDAT\n")
+        attempt("LIN P1")
+    (tmp_path / "sample.dat").unlink()
+    with pytest.raises(InputError, match="choose another --out"):
+        compensate(program(tmp_path), cell=CELL_FOLDER, calibration=calibration, out=tmp_path)
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(StaleInputError, match="of cell kr15_track_table, not of other"):
+        from camrob.calibrate.calibration_file import read_calibration
+
+        read_calibration(calibration, CELL).check(replace(CELL, name="other"))
+
+
+def test_the_text_of_targets() -> None:
+    pose = NewTarget((1.5, -2.25, 3.0, 10.0, -0.000001, 90.0), False)
+    assert patch_source("LIN {X 1,Y 2,Z 3,A 4,B 5,C 6}\n", {1: [pose]}) == (
+        "LIN {X 1.5000,Y -2.2500,Z 3.0000,A 10.00000,B 0.00000,C 90.00000}\n"
+    )
+    assert patch_source("LIN {POS: X 1, Z -3.000000} ;X 9", {1: [pose]}) == (
+        "LIN {POS: X 1.5000, Z 3.000000,Y -2.2500,A 10.00000,B 0.00000,C 90.00000} ;X 9"
+    )
+    kept = patch_source("PTP {E6POS: X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35,E1 -7.5,E2 0.0}", {1: [pose]})
+    assert kept.endswith("C 90.00000,S 2,T 35,E1 -7.5,E2 0.0}")
+    axes = NewTarget((1.0, 2.0, 3.0, 4.0, 5.0, 6.0), True)
+    assert patch_source("PTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0,E1 5}", {1: [axes]}) == (
+        "PTP {A1 1.00000,A2 2.00000,A3 3.00000,A4 4.00000,A5 5.00000,A6 6.00000,E1 5}"
+    )
+    for text, told in [
+        ("LIN P1", "is not written in the statement"),
+        ("LIN {X 1+2,Y 2,Z 3}", "X is no plain number"),
+        ("LIN {E1 5}", "holds no pose"),
+        ("$BASE={X 1,Y 2}", "is not written in the statement"),
+    ]:
+        with pytest.raises(KrlError, match=told) as caught:
+            patch_source("\n" + text, {2: [pose]})
+        assert caught.value.line == 2
+    assert [literal_targets(t) for t in ("LIN P1", "CIRC {X 1},{X 2}", "$BASE={X 1}", ";LIN {X 1}")] == [0, 2, 0, 0]
+
+
+def test_the_command(tmp_path: Path, calibration: Path, capsys) -> None:
+    source = program(tmp_path)
+    command = ["compensate", str(source), "--cell", str(CELL_FOLDER), "--calibration", str(calibration)]
+    assert run([*command, "--out", str(tmp_path / "out"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["error_after"]["max_mm"] < 3e-4
+    broken = tmp_path / "broken.toml"
+    broken.write_text("schema = 1\n")
+    assert run([*command[:-1], str(broken), "--out", str(tmp_path / "out2")]) == 2
+    assert "broken.toml" in capsys.readouterr().err
+
+
+# --- section III of the paper ---------------------------------------------------------------------------------------------
+
+
+def test_derivatives_of_a_known_path() -> None:
+    """On a circle in two axes |q_s| = 1, |q_ss| = 1/r, |q_sss| = 1/r^2; the limits follow."""
+    r = 0.4
+    angle = np.linspace(0.0, 2.0 * np.pi, 20_000)
+    q = r * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    found = analyse_derivatives(q, np.array([2.0, 2.0]), np.array([3.0, 3.0]), np.array([5.0, 5.0]), samples=1000)
+    inner = slice(10, -10)
+    assert np.allclose(np.linalg.norm(found.first[inner], axis=1), 1.0, atol=1e-3)
+    assert np.allclose(np.linalg.norm(found.second[inner], axis=1), 1.0 / r, atol=1e-2)
+    assert np.allclose(np.linalg.norm(found.third[inner], axis=1), 1.0 / r**2, atol=1e-1)
+    assert found.slowest[0] == pytest.approx(2.0, abs=1e-2)
+    assert found.allowed[inner, 1].min() == pytest.approx(np.sqrt(3.0 * r), rel=1e-2)
+    assert found.allowed[inner, 2].min() == pytest.approx(np.cbrt(5.0 * r**2), rel=1e-2)
+    with pytest.raises(ValueError, match="stands still"):
+        analyse_derivatives(np.ones((5, 2)), *np.ones((3, 2)))
+
+
+def test_compensation_of_a_real_program_brings_no_new_hurry(tmp_path: Path, calibration: Path) -> None:
+    source = SHARED / "gap_samples" / "cases" / "a_nothing" / "circle1.src"
+    if not source.is_file():
+        pytest.skip("../shared is not here: gap_samples")
+    summary = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out").summary
+    assert summary["error_before"]["mean_mm"] > 0.5 and summary["error_after"]["max_mm"] < 3e-4
+    for rates in summary["derivatives"].values():
+        assert rates["after"] > 0.95 * rates["before"]
+    assert summary["error_between"]["max_mm"] < 0.02
