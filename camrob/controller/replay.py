@@ -1,4 +1,4 @@
-"""Replay of a KRL program: every motion as the controller interpolates it, through the arm's closed form.
+"""Replay of a KRL program: every motion as the controller interpolates it, through the inverse of the arm alone.
 
 Nothing of the solver takes part: the program's text is all that is known. What the replay finds (out of reach, limits,
 singular postures, jumps) is judged by `judge`; the poses of the postures found are held to the text by forward kinematics
@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of
-from camrob.controller.replay_kernel import CODES, ReplayRun, replay_run
+from camrob.controller.replay_kernel import CODES, ReplayArm, ReplayRun, replay_run
 from camrob.errors import KrlError
 from camrob.frozen import locked
 from camrob.issues import Finding, Severity
@@ -79,7 +80,9 @@ def base_poses(program: KrlProgram, cell: Cell, q_external: Array) -> tuple[Arra
     q_external: (N, n) postures of which the external axes matter. Where the cell's base follows the table, E6POS is read in
     the turning base, `$BASE` being an offset in it; else `$BASE` stands in `world`.
     """
-    krl_T_tool = pose(abc_to_rotation(deg_to_rad(np.asarray(program.pose[:, 3:]))), mm_to_m(np.asarray(program.pose[:, :3])))
+    krl_T_tool = pose(
+        abc_to_rotation(deg_to_rad(np.asarray(program.pose[:, 3:]))), mm_to_m(np.asarray(program.pose[:, :3]))
+    )
     offsets = np.stack([_offset(f) for f in program.bases]) if program.bases else np.eye(4)[None]
     index = np.where(program.base >= 0, program.base, 0)
     findings = []
@@ -99,8 +102,7 @@ def replay(program: KrlProgram, cell: Cell, *, progress: Callable[[float], None]
     """Replay a program on a cell.
 
     Stops at the first motion that can't be followed; the finding (code "out-of-reach", "jump" or "ptp-unreachable") says
-    where, and the rows behind it repeat the last posture. Raises KrlError for a program whose axes are not the cell's, and
-    CellError for an arm without closed form.
+    where, and the rows behind it repeat the last posture. Raises KrlError for a program whose axes are not the cell's.
     """
     _check_axes(program, cell)
     tooled, findings = program_cell(program, cell)
@@ -108,9 +110,11 @@ def replay(program: KrlProgram, cell: Cell, *, progress: Callable[[float], None]
     findings += run.findings
     starts = [*np.flatnonzero(_is_ptp(program)).tolist(), len(program)]
     if starts[0] > 0:
-        findings.append(Finding("no-entry", "the program begins with LIN; HOME's branch is taken", line=int(program.line[0])))
+        findings.append(
+            Finding("no-entry", "the program begins with LIN; HOME's branch is taken", line=int(program.line[0]))
+        )
         findings += run.continuous(0, starts[0])
-    for begin, stop in zip(starts[:-1], starts[1:], strict=True):
+    for begin, stop in pairwise(starts):
         if run.failed:
             break
         findings += run.point_to_point(begin)
@@ -129,8 +133,12 @@ def _check_axes(program: KrlProgram, cell: Cell) -> None:
     if len(program) == 0:
         raise KrlError("holds no motion", cure="give the main program", path=program.files[0])
     strange = [n for n in program.external_names if n not in cell.external_names]
-    if strange and np.any(np.nan_to_num(np.asarray(program.external)[:, [program.external_names.index(n) for n in strange]])):
-        raise KrlError(f"moves {', '.join(strange)}, which cell {cell.name} lacks", cure="give its cell", path=program.files[0])
+    if strange and np.any(
+        np.nan_to_num(np.asarray(program.external)[:, [program.external_names.index(n) for n in strange]])
+    ):
+        raise KrlError(
+            f"moves {', '.join(strange)}, which cell {cell.name} lacks", cure="give its cell", path=program.files[0]
+        )
 
 
 def _foot_transforms(cell: Cell) -> Array:
@@ -149,13 +157,9 @@ class _Run:
     def __init__(self, program: KrlProgram, cell: Cell) -> None:
         self.program, self.cell = program, cell
         self.arm = Arm.of(cell)
-        self.status_turn = StatusTurn.of(cell)  # raises where the arm has no closed form
-        closed = self.arm.closed
-        if closed is None:
-            raise KrlError("needs an arm with a closed form to be replayed", cure="give a nominal cell", path=program.files[0])
-        self.closed = closed
-        self.chain = chain_arrays(cell)
-        self.fixed = _foot_transforms(cell)
+        self.status_turn = StatusTurn.of(cell) if self.arm.closed is not None else None
+        chain = chain_arrays(cell)
+        self.kernel = ReplayArm(chain, _foot_transforms(cell), *self.arm.kernel(), cell.q_lower, cell.q_upper)
         N, n = len(program), len(cell)
         externals = np.zeros((N, len(cell.external_names)))
         for k, name in enumerate(cell.external_names):
@@ -178,7 +182,9 @@ class _Run:
             if not choices:
                 self._stop(row)
                 status = f" with S {program.status[row]}, T {program.turn[row]}" if program.status[row] >= 0 else ""
-                reasons = ", ".join(self.arm.reasons(foot_T_tool, self.posture[part])) or "no branch has this Status and Turn"
+                reasons = (
+                    ", ".join(self.arm.reasons(foot_T_tool, self.posture[part])) or "no branch has this Status and Turn"
+                )
                 return [self._error("ptp-unreachable", f"the PTP's target can't be reached{status}: {reasons}", row)]
             self.q[row, part] = choices[0]
         else:
@@ -194,7 +200,7 @@ class _Run:
         near = self.posture[part]
         found = self.arm.branches(foot_T_tool, near)
         status, turn = int(self.program.status[row]), int(self.program.turn[row])
-        if status >= 0:
+        if status >= 0 and self.status_turn is not None:
             turned = []
             for q in found:
                 for k in np.ndindex(3, 3):  # the turns of A4 and A6
@@ -216,15 +222,14 @@ class _Run:
         if stop <= start:
             return []
         cell = self.cell
-        here = base_T_tool(cell, self.posture) if start == 0 or np.isnan(self.targets[start - 1, 0, 0]) else self.targets[start - 1]
+        before = self.targets[start - 1] if start else np.full((4, 4), np.nan)
+        here = base_T_tool(cell, self.posture) if np.isnan(before[0, 0]) else before
         rows = slice(start, stop)
-        out = ReplayRun(*(a[rows] for a in self.out))
         code, stopped, samples = replay_run(
-            self.chain, self.fixed, self.closed, cell.q_lower, cell.q_upper, self.posture,
-            np.ascontiguousarray(here[:3, :3]), np.ascontiguousarray(here[:3, 3]),
+            self.kernel, self.posture, np.ascontiguousarray(here[:3, :3]), np.ascontiguousarray(here[:3, 3]),
             np.ascontiguousarray(self.targets[rows, :3, :3]), np.ascontiguousarray(self.targets[rows, :3, 3]),
-            np.ascontiguousarray(self.q[rows, : self.chain.arm_start]), self.program.kind[rows],
-            int(KrlMotion.CIRC_VIA), int(KrlMotion.CIRC_END), np.array([SAMPLE_LENGTH, SAMPLE_ANGLE, SAMPLES]), JUMP, out,
+            np.ascontiguousarray(self.q[rows, : cell.arm_slice.start]), self.program.kind[rows] == KrlMotion.CIRC_VIA,
+            np.array([SAMPLE_LENGTH, SAMPLE_ANGLE, SAMPLES]), JUMP, ReplayRun(*(a[rows] for a in self.out)),
         )  # fmt: skip
         self.samples += samples
         if code == 0:
@@ -248,4 +253,5 @@ class _Run:
     def result(self, findings: tuple[Finding, ...]) -> Replay:
         """What was found."""
         margin = np.minimum(self.out.lower_margin, self.out.upper_margin)
-        return Replay(self.q, self.targets, self.out.inv_kf, self.out.bend, self.out.jump, margin, self.samples, self.cell, findings)
+        out = self.out
+        return Replay(self.q, self.targets, out.inv_kf, out.bend, out.jump, margin, self.samples, self.cell, findings)

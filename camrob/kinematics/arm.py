@@ -16,7 +16,14 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.kinematics.frames import base_T_root
 from camrob.kinematics.kernels import ChainArrays, chain_arrays, forward, jacobian
-from camrob.kinematics.spherical_wrist import BRANCH_OK, SphericalArm, nearest_turn, solve_arm, spherical_arm
+from camrob.kinematics.spherical_wrist import (
+    BRANCH_OK,
+    BRANCH_OUT_OF_REACH,
+    SphericalArm,
+    nearest_turn,
+    solve_arm,
+    spherical_arm,
+)
 from camrob.se3 import inverse
 
 __all__ = ["FOLLOWED", "FOLLOW_JUMP", "FOLLOW_LIMIT", "FOLLOW_UNREACHED", "Arm", "newton_arm"]
@@ -114,6 +121,13 @@ class Arm:
                     found.append(q)
         return found
 
+    def kernel(self) -> tuple[bool, SphericalArm, ChainArrays]:
+        """What `nearest_branch` needs: whether the closed form serves, that form (empty where not), the chain."""
+        if self.closed is not None:
+            return True, self.closed, self.chain
+        none = SphericalArm(np.zeros((6, 3)), np.zeros((6, 3)), np.zeros(3), np.eye(4))
+        return False, none, self.chain
+
     def follow(self, foot_T_tool: Array, start: Array, *, step: float) -> tuple[Array, int, int]:
         """Follow poses (K, 4, 4) from posture `start` (6,) on its branch and turn: (postures (K, 6), code, number followed).
 
@@ -121,10 +135,7 @@ class Arm:
         have to move more than `step` rad between neighbours.
         """
         poses = np.ascontiguousarray(foot_T_tool)
-        if self.closed is not None:
-            Q, code, count = _follow_closed(self.closed, poses, start, self.lower, self.upper, step)
-        else:
-            Q, code, count = _follow_newton(self.chain, poses, start, self.lower, self.upper, step)
+        Q, code, count = _follow(*self.kernel(), poses, start, self.lower, self.upper, step)
         return Q, int(code), int(count)
 
 
@@ -185,6 +196,47 @@ def newton_arm(chain: ChainArrays, R_target: Array, p_target: Array, q: Array) -
 
 
 @numba.njit(cache=True)
+def nearest_branch(
+    closed: bool,
+    arm: SphericalArm,
+    chain: ChainArrays,
+    R: Array,
+    p: Array,
+    near: Array,
+    Q: Array,
+    why: NDArray[np.int64],
+) -> float:
+    """Move `near` (6,) to the branch and turn nearest to it that puts the tool at R (3, 3), p (3,), seen from the foot.
+
+    Returns the farthest that a joint moved, -1 where no branch exists (`near` is then left alone). Q (8, 6), why (8,): scratch.
+    """
+    if closed:
+        if solve_arm(arm, R, p, near, Q, why) == 0:
+            return -1.0
+    else:
+        for i in range(6):
+            Q[0, i] = near[i]
+        if not newton_arm(chain, R, p, Q[0]):
+            return -1.0
+        for b in range(8):
+            why[b] = BRANCH_OUT_OF_REACH
+        why[0] = BRANCH_OK
+        for i in range(6):
+            Q[0, i] = nearest_turn(Q[0, i], near[i])
+    best, nearest = -1, np.inf
+    for b in range(8):
+        if why[b] == BRANCH_OK:
+            far = 0.0
+            for i in range(6):
+                far = max(far, abs(Q[b, i] - near[i]))
+            if far < nearest:
+                best, nearest = b, far
+    for i in range(6):
+        near[i] = Q[best, i]
+    return float(nearest)
+
+
+@numba.njit(cache=True)
 def _within(q: Array, lower: Array, upper: Array) -> bool:
     for i in range(6):
         if q[i] < lower[i] - 1e-9 or q[i] > upper[i] + 1e-9:
@@ -193,49 +245,27 @@ def _within(q: Array, lower: Array, upper: Array) -> bool:
 
 
 @numba.njit(cache=True, nogil=True)
-def _follow_closed(
-    arm: SphericalArm, poses: Array, start: Array, lower: Array, upper: Array, step: float
+def _follow(
+    closed: bool,
+    arm: SphericalArm,
+    chain: ChainArrays,
+    poses: Array,
+    start: Array,
+    lower: Array,
+    upper: Array,
+    step: float,
 ) -> tuple[Array, int, int]:
     K = poses.shape[0]
     out = np.empty((K, 6))
     near = start.copy()
     Q, why = np.empty((8, 6)), np.empty(8, np.int64)
     for k in range(K):
-        if solve_arm(arm, poses[k, :3, :3], poses[k, :3, 3], near, Q, why) == 0:
+        moved = nearest_branch(closed, arm, chain, poses[k, :3, :3], poses[k, :3, 3], near, Q, why)
+        if moved < 0.0:
             return out, FOLLOW_UNREACHED, k
-        best, nearest = -1, np.inf
-        for b in range(8):
-            if why[b] == BRANCH_OK:
-                far = 0.0
-                for i in range(6):
-                    far = max(far, abs(Q[b, i] - near[i]))
-                if far < nearest:
-                    best, nearest = b, far
-        if nearest > step:
+        if moved > step:
             return out, FOLLOW_JUMP, k
-        if not _within(Q[best], lower, upper):
+        if not _within(near, lower, upper):
             return out, FOLLOW_LIMIT, k
-        for i in range(6):
-            near[i] = out[k, i] = Q[best, i]
-    return out, FOLLOWED, K
-
-
-@numba.njit(cache=True, nogil=True)
-def _follow_newton(
-    chain: ChainArrays, poses: Array, start: Array, lower: Array, upper: Array, step: float
-) -> tuple[Array, int, int]:
-    K = poses.shape[0]
-    out = np.empty((K, 6))
-    q = start.copy()
-    for k in range(K):
-        before = q.copy()
-        if not newton_arm(chain, poses[k, :3, :3], poses[k, :3, 3], q):
-            return out, FOLLOW_UNREACHED, k
-        for i in range(6):
-            q[i] = nearest_turn(q[i], before[i])
-        if np.max(np.abs(q - before)) > step:
-            return out, FOLLOW_JUMP, k
-        if not _within(q, lower, upper):
-            return out, FOLLOW_LIMIT, k
-        out[k] = q
+        out[k] = near
     return out, FOLLOWED, K

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.kinematics.frames import world_T_base
 from camrob.kinematics.kernels import chain_arrays, forward_many
+from camrob.kinematics.spherical_wrist import spherical_arm
 from camrob.kinematics.status_turn import StatusTurn
 from camrob.post.arcs import circ_rows
 from camrob.post.krl_round import round_axes, round_frame, round_pose, round_speed
@@ -92,14 +93,15 @@ def assemble_program(
     if cell.names[-1] == "roll":
         real[:, -1] = 0.0
     kind = np.concatenate([[Motion.PTP_AXES], kind, [Motion.PTP_AXES]])
-    kind[1] = Motion.PTP_POSE
+    status_turn = StatusTurn.of(cell) if spherical_arm(cell) is not None else None
+    kind[1] = Motion.PTP_AXES if status_turn is None else Motion.PTP_POSE
     point = np.concatenate([[-1], point, [-1]])
     frames = forward_many(chain_arrays(cell), real)
     if not cell.base_follows_table:  # $BASE stands in the hall, where `base` is when the table is at 0
         frames = world_T_base(cell, real) @ frames
     pose, external_values = round_pose(printed_frames(frames), axis_values[:, 6:])
     axes = round_axes(axis_values[:, :6])
-    status_turn = StatusTurn.of(cell)
+    none = np.zeros(len(kind), np.int16)
     feed = np.where(path.cutting, path.feed if speed is None else speed, rapid_speed)
     of_path = point >= 0
     ptp = (kind == Motion.PTP_AXES) | (kind == Motion.PTP_POSE)
@@ -110,8 +112,8 @@ def assemble_program(
         axes=axes,
         external=external_values,
         external_names=cell.external_names,
-        status=status_turn.status(axes),
-        turn=status_turn.turn(axes),
+        status=none if status_turn is None else status_turn.status(axes),
+        turn=none if status_turn is None else status_turn.turn(axes),
         speed=round_speed(np.where(ptp, 0.0, np.where(of_path, feed[point], rapid_speed))),
         approximate=_approximate(path, point, kind, start_of, toolpath),
         line=np.where(of_path, path.line[point], 0),
