@@ -30,6 +30,7 @@ __all__ = [
     "lay_motions",
     "nearest_to_corner",
     "postures",
+    "to_world",
     "trace",
 ]
 
@@ -116,9 +117,8 @@ def lay_motions(motions: Motions, via: Array, sweep: Array, length: Array, turn:
 
 
 @numba.njit(cache=True)
-def _on_motion(motions: Motions, m: int, s: float, p: Array, R: Array, e: Array) -> None:
-    """Pose and external axes at s of motion m, which is no PTP."""
-    share = s / motions.size[m]
+def _point(motions: Motions, m: int, share: float, p: Array) -> None:
+    """Position of the tool at a share of motion m."""
     if motions.kind[m] == ARC:
         angle = share * motions.angle[m]
         co, si = np.cos(angle), np.sin(angle)
@@ -127,6 +127,13 @@ def _on_motion(motions: Motions, m: int, s: float, p: Array, R: Array, e: Array)
     else:
         for r in range(3):
             p[r] = motions.p[m, r] + share * (motions.p[m + 1, r] - motions.p[m, r])
+
+
+@numba.njit(cache=True)
+def _on_motion(motions: Motions, m: int, s: float, p: Array, R: Array, e: Array) -> None:
+    """Pose and external axes at s of motion m, which is no PTP."""
+    share = s / motions.size[m]
+    _point(motions, m, share, p)
     turned(motions.R[m], motions.w[m], share, R)
     for i in range(e.shape[0]):
         e[i] = motions.e[m, i] + share * (motions.e[m + 1, i] - motions.e[m, i])
@@ -254,12 +261,42 @@ def postures(
 def nearest_to_corner(motions: Motions, blend: Array) -> Array:
     """How far (M,) the rounding behind each motion, reaching blend (M,) to both sides, keeps from its corner, m."""
     out = np.zeros(blend.shape[0])
-    p, R, e = np.empty(3), np.empty((3, 3)), np.empty(motions.e.shape[1])
+    before, behind = np.empty(3), np.empty(3)
     for m in range(blend.shape[0]):
-        if blend[m] > 0.0 and motions.kind[m] != PTP:
+        d = blend[m]
+        if d > 0.0 and motions.kind[m] != PTP:
             least = np.inf
-            for j in range(-8, 9):
-                _in_blend(motions, m, blend[m], 0.125 * j * blend[m], p, R, e)
-                least = min(least, np.sum((p - motions.p[m + 1]) ** 2))
+            for j in range(-4, 5):
+                tau = 0.125 * j * d
+                _point(motions, m, 1.0 - (d - tau) ** 2 / (4.0 * d) / motions.size[m], before)
+                _point(motions, m + 1, (d + tau) ** 2 / (4.0 * d) / motions.size[m + 1], behind)
+                way = 0.0
+                for r in range(3):
+                    way += (before[r] + behind[r] - 2.0 * motions.p[m + 1, r]) ** 2
+                least = min(least, way)
             out[m] = np.sqrt(least)
     return out
+
+
+@numba.njit(cache=True, nogil=True)
+def to_world(carrier: ChainArrays, fixed: Array, zero: Array, q: Array, turning: NDArray[np.bool_], p: Array, R: Array) -> None:
+    """Tool p (N, 3), R (N, 3, 3) from `base` into `world`, in place, in the rows that `turning` (N,) names.
+
+    carrier: a chain whose first joints, up to `arm_start`, carry the workpiece, `fixed` (arm_start + 1, 4, 4) around them;
+    zero, q (N, n): postures in which `base` is `world`, and of the rows.
+    """
+    R0, p0, R1, p1 = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
+    at, a = np.empty(3), np.empty((3, 3))
+    foot(carrier, fixed, zero, R0, p0)
+    for i in range(q.shape[0]):
+        if not turning[i]:
+            continue
+        foot(carrier, fixed, q[i], R1, p1)
+        for r in range(3):
+            at[r] = R1[0, r] * (p[i, 0] - p1[0]) + R1[1, r] * (p[i, 1] - p1[1]) + R1[2, r] * (p[i, 2] - p1[2])
+            for c in range(3):
+                a[r, c] = R1[0, r] * R[i, 0, c] + R1[1, r] * R[i, 1, c] + R1[2, r] * R[i, 2, c]
+        for r in range(3):
+            p[i, r] = p0[r] + R0[r, 0] * at[0] + R0[r, 1] * at[1] + R0[r, 2] * at[2]
+            for c in range(3):
+                R[i, r, c] = R0[r, 0] * a[0, c] + R0[r, 1] * a[1, c] + R0[r, 2] * a[2, c]

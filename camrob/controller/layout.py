@@ -16,11 +16,11 @@ from camrob.errors import CellError
 from camrob.frozen import locked
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import world_T_base
-from camrob.kinematics.kernels import chain_arrays
+from camrob.kinematics.kernels import ChainArrays, chain_arrays
 from camrob.post.krl_program import KrlApproximation, KrlMotion, KrlProgram
 from camrob.units import deg_to_rad
 
-__all__ = ["Layout", "lay_out", "machine_of"]
+__all__ = ["Layout", "carrier_of", "lay_out", "machine_of"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -60,16 +60,33 @@ def machine_of(cell: Cell) -> Machine:
     closed = Arm.of(cell).closed
     if closed is None:
         raise CellError(f"cell {cell.name}: the arm has no closed form", cure="give the nominal cell")
-    carrying = cell.joints[: cell.arm_slice.start]
-    fixed = [np.asarray(cell.base_T_first)]
-    for joint in carrying:
-        fixed[-1] = fixed[-1] @ joint.before
-        fixed.append(np.asarray(joint.after))
-    held = np.full(len(carrying), np.nan)
+    carrying = cell.arm_slice.start
+    held = np.full(carrying, np.nan)
     if not cell.base_follows_table:
         for i in cell.indices(Role.WORKPIECE):
             held[i] = float(cell.joints[i].q_value(np.zeros(())))
-    return Machine(chain_arrays(cell), np.stack(fixed), closed, held)
+    return Machine(chain_arrays(cell), _fixed(cell, carrying), closed, held)
+
+
+def carrier_of(cell: Cell) -> tuple[ChainArrays, Array, Array] | None:
+    """What `to_world` needs of the joints that carry the workpiece; None where there are none, and `base` is `world`."""
+    workpiece = cell.indices(Role.WORKPIECE)
+    if not workpiece:
+        return None
+    zero = np.array(cell.q_home)
+    for i in workpiece:
+        zero[i] = float(cell.joints[i].q_value(np.zeros(())))
+    count = workpiece[-1] + 1
+    return chain_arrays(cell)._replace(arm_start=count), _fixed(cell, count), zero
+
+
+def _fixed(cell: Cell, count: int) -> Array:
+    """Constant transforms (count + 1, 4, 4) before, between and behind the chain's first joints."""
+    fixed = [np.asarray(cell.base_T_first)]
+    for joint in cell.joints[:count]:
+        fixed[-1] = fixed[-1] @ joint.before
+        fixed.append(np.asarray(joint.after))
+    return np.stack(fixed)
 
 
 def lay_out(program: KrlProgram, replay: Replay, settings: MotionSettings) -> Layout:

@@ -32,7 +32,7 @@ CAUSES = (
 )
 """What may hold the tool back, before the axes: then come the axes' speeds, then their accelerations."""
 FEED, STOP, TOOL, TURN, TURN_UP, AHEAD, AXES = range(7)
-_HALVINGS = 48
+_TRIES = 80
 
 
 class Bounds(NamedTuple):
@@ -86,53 +86,71 @@ def _rates(course: Course, k: int, j: int, A: Array, B: Array) -> None:
 
 
 @numba.njit(cache=True)
-def _norm(a: Array, b: Array, x: float, limit: float) -> tuple[float, float]:
-    """The u, from .. to, with |a u + b x| <= limit for vectors (3,); an empty range where there is none."""
-    if not np.isfinite(limit):
-        return -np.inf, np.inf
-    aa = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
-    ab = (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) * x
-    rest = (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]) * x * x - limit * limit
-    if aa < 1e-24:
-        return (-np.inf, np.inf) if rest <= 0.0 else (np.inf, -np.inf)
-    root = ab * ab - aa * rest
-    if root < 0.0:
-        return np.inf, -np.inf
-    root = np.sqrt(root)
-    return (-ab - root) / aa, (-ab + root) / aa
+def _tighten(room: Array, low: float, low_slope: float, high: float, high_slope: float) -> None:
+    """Take the range low .. high, with its slopes over x, out of room (4,): low, high and their slopes."""
+    if low > room[0]:
+        room[0], room[2] = low, low_slope
+    if high < room[1]:
+        room[1], room[3] = high, high_slope
 
 
 @numba.njit(cache=True)
-def _room(course: Course, bounds: Bounds, k: int, x: float, ends: Array, top: float) -> tuple[float, float]:
-    """Accelerations, from .. to, that a step of piece k which begins with square speed x may have; empty where none.
+def _norm(a: Array, b: Array, x: float, limit: float, room: Array) -> None:
+    """Tighten room to the u with |a u + b x| <= limit for vectors (3,); an empty range where there is none."""
+    aa = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+    ab = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    bb = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
+    if aa < 1e-24:
+        if bb * x * x > limit * limit:
+            _tighten(room, np.inf, 0.0, -np.inf, 0.0)
+        return
+    across = max(aa * bb - ab * ab, 0.0)
+    square = aa * limit * limit - across * x * x
+    if square < 0.0:
+        _tighten(room, np.inf, 0.0, -np.inf, 0.0)
+        return
+    root = np.sqrt(square)
+    slope = across * x / max(root, 1e-300)
+    _tighten(room, (-ab * x - root) / aa, (slope - ab) / aa, (-ab * x + root) / aa, (-slope - ab) / aa)
+
+
+@numba.njit(cache=True)
+def _line(a: float, b: float, x: float, limit: float, room: Array) -> None:
+    """Tighten room to the u with |a u + b x| <= limit."""
+    if abs(a) < 1e-12:
+        if abs(b * x) > limit:
+            _tighten(room, np.inf, 0.0, -np.inf, 0.0)
+        return
+    middle, half, slope = -b * x / a, limit / abs(a), -b / a
+    _tighten(room, middle - half, slope, middle + half, slope)
+
+
+@numba.njit(cache=True)
+def _room(course: Course, bounds: Bounds, k: int, x: float, ends: Array, top: float, room: Array) -> bool:
+    """Accelerations that a step of piece k which begins with square speed x may have; False where there is none.
 
     ends: (4, n + 6) derivatives A, B at its beginning and at its end, those of the rotation last. top: square speed that
-    its end may not pass.
+    its end may not pass. Fills room (4,): from, to, and their slopes over x.
     """
     n = course.q.shape[1]
     h = course.pieces.length[k] / course.pieces.steps[k]
-    low, high = -0.5 * x / h, 0.5 * (top - x) / h
-    a = np.empty(3)
+    room[0], room[1], room[2], room[3] = -0.5 * x / h, 0.5 * (top - x) / h, -0.5 / h, -0.5 / h
+    a, ptp = np.empty(3), course.ptp[k]
     for end in range(2):
         A, B = ends[2 * end], ends[2 * end + 1]
         grow = 2.0 * h * end
-        for group in range(2):
-            first = n + 3 * group
-            limit = course.push[k] if group == 0 else (np.inf if course.ptp[k] else bounds.turn_acceleration)
-            for r in range(3):
-                a[r] = A[first + r] + grow * B[first + r]
-            lo, hi = _norm(a, B[first : first + 3], x, limit)
-            low, high = max(low, lo), min(high, hi)
+        if not ptp:
+            for group in range(2):
+                first = n + 3 * group
+                for r in range(3):
+                    a[r] = A[first + r] + grow * B[first + r]
+                limit = course.push[k] if group == 0 else bounds.turn_acceleration
+                _norm(a, B[first : first + 3], x, limit, room)
         for i in range(n):
-            limit = bounds.acceleration[course.ptp[k], i]
-            rate, rest = A[i] + grow * B[i], B[i] * x
-            if abs(rate) < 1e-12:
-                if abs(rest) > limit:
-                    return np.inf, -np.inf
-            else:
-                lo, hi = (-limit - rest) / rate, (limit - rest) / rate
-                low, high = max(low, min(lo, hi)), min(high, max(lo, hi))
-    return low, high
+            limit = bounds.acceleration[ptp, i]
+            if limit < np.inf:
+                _line(A[i] + grow * B[i], B[i], x, limit, room)
+    return room[0] <= room[1]
 
 
 @numba.njit(cache=True)
@@ -212,21 +230,26 @@ def _worst(course: Course, bounds: Bounds, k: int, ends: Array) -> int:
 
 
 @numba.njit(cache=True)
-def _step_back(course: Course, bounds: Bounds, k: int, cap: float, ends: Array, top: float) -> float:
-    """The highest square speed up to `cap` at the beginning of a step of piece k that may end with up to `top`."""
-    low, high = _room(course, bounds, k, cap, ends, top)
-    if low <= high:
+def _step_back(course: Course, bounds: Bounds, k: int, cap: float, ends: Array, top: float, room: Array) -> float:
+    """The highest square speed up to `cap` at the beginning of a step of piece k that may end with up to `top`.
+
+    The width of the room is concave over x: Newton's method comes down from an infeasible x and stays above the answer.
+    """
+    if _room(course, bounds, k, cap, ends, top, room):
         return cap
     good, bad = 0.0, cap
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (good + bad)
-        low, high = _room(course, bounds, k, middle, ends, top)
-        if low <= high:
-            good = middle
+    for _ in range(_TRIES):
+        width, slope = room[1] - room[0], room[3] - room[2]
+        x = 0.5 * (good + bad)
+        if np.isfinite(width) and slope < 0.0:
+            x = max((bad - width / slope) * (1.0 - 1e-9), good)
+        if _room(course, bounds, k, x, ends, top, room):
+            good = x
+            if np.isfinite(width) or bad - good < 1e-9 * bad:
+                break
+            _room(course, bounds, k, bad, ends, top, room)
         else:
-            bad = middle
-        if bad - good < 1e-12 * bad:
-            break
+            bad = x
     return good
 
 
@@ -235,17 +258,17 @@ def brake(course: Course, bounds: Bounds, cap: Array, cause: Indices) -> tuple[A
     """Highest square speed (K,) at each node from which all that follows can be held, and its cause."""
     pieces = course.pieces
     x, why = cap.copy(), cause.copy()
-    ends = np.empty((4, course.q.shape[1] + 6))
+    ends, room = np.empty((4, course.q.shape[1] + 6)), np.empty(4)
     for k in range(pieces.motion.shape[0] - 1, -1, -1):
         for j in range(pieces.steps[k] - 1, -1, -1):
             node = pieces.first[k] + j
             if cap[node] == 0.0:
                 continue
             _ends(course, k, j, ends)
-            x[node] = _step_back(course, bounds, k, cap[node], ends, x[node + 1])
+            x[node] = _step_back(course, bounds, k, cap[node], ends, x[node + 1], room)
             if x[node] < cap[node]:
-                low, high = _room(course, bounds, k, min(1.0001 * x[node] + 1e-12, cap[node]), ends, np.inf)
-                why[node] = why[node + 1] if low <= high else _worst(course, bounds, k, ends)
+                freely = _room(course, bounds, k, min(1.0001 * x[node] + 1e-12, cap[node]), ends, np.inf, room)
+                why[node] = why[node + 1] if freely else _worst(course, bounds, k, ends)
     return x, why
 
 
@@ -259,7 +282,7 @@ def look_ahead(
     """
     pieces = course.pieces
     out, cause = x.copy(), why.copy()
-    ends = np.empty((4, course.q.shape[1] + 6))
+    ends, room = np.empty((4, course.q.shape[1] + 6)), np.empty(4)
     motions = last.shape[0]
     k0 = 0
     for m in range(motions):
@@ -272,7 +295,7 @@ def look_ahead(
                 for j in range(pieces.steps[k] - 1, -1, -1):
                     node = pieces.first[k] + j
                     _ends(course, k, j, ends)
-                    square = _step_back(course, bounds, k, x[node], ends, square)
+                    square = _step_back(course, bounds, k, x[node], ends, square, room)
                     if square >= x[node] * (1.0 - 1e-9):
                         known = True  # from here back nothing is new
                         break
@@ -288,7 +311,7 @@ def run_up(course: Course, bounds: Bounds, most: Array, why: Indices) -> tuple[A
     """Square speed x (K,) from rest, as high as it may be below `most`; seconds (K - 1,) a step, and its cause."""
     pieces = course.pieces
     x, seconds, cause = most.copy(), np.empty(max(most.shape[0] - 1, 0)), why[1:].copy()
-    ends = np.empty((4, course.q.shape[1] + 6))
+    ends, room = np.empty((4, course.q.shape[1] + 6)), np.empty(4)
     now = STOP
     for k in range(pieces.motion.shape[0]):
         h = pieces.length[k] / pieces.steps[k]
@@ -296,8 +319,7 @@ def run_up(course: Course, bounds: Bounds, most: Array, why: Indices) -> tuple[A
             node = pieces.first[k] + j
             top = most[node + 1]
             _ends(course, k, j, ends)
-            low, high = _room(course, bounds, k, x[node], ends, top)
-            u = high if low <= high else 0.5 * (low + high)
+            u = room[1] if _room(course, bounds, k, x[node], ends, top, room) else 0.5 * (room[0] + room[1])
             if not np.isfinite(u):  # rounding at the very edge of what is possible
                 u = 0.5 * (top - x[node]) / h
             reached = min(max(x[node] + 2.0 * h * u, 0.0), top)

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.controller.interpolate import OUT_OF_REACH, PTP, REACHED, postures, trace
-from camrob.controller.layout import CORNER_TIME, Layout, lay_out, machine_of
+from camrob.controller.interpolate import OUT_OF_REACH, PTP, REACHED, postures, to_world, trace
+from camrob.controller.layout import CORNER_TIME, Layout, carrier_of, lay_out, machine_of
 from camrob.controller.motion_settings import MotionSettings, motion_settings
 from camrob.controller.pieces import course_of, cut, motion_ends
 from camrob.controller.profile import CAUSES, FEED, Bounds, brake, cruise, look_ahead, run_up, where_at
@@ -30,7 +30,7 @@ from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measure.log import ORIENTATION, POSITION, MeasurementLog
 from camrob.measure.log_info import LogInfo
 from camrob.post.krl_program import KrlProgram
-from camrob.se3 import pose, rotation_to_abc
+from camrob.se3 import rotation_to_abc
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["Approximation", "FeedLost", "Simulation", "approximation", "simulate"]
@@ -139,6 +139,7 @@ class _Run:
         self.tell = progress or (lambda share: None)
         self.findings = (*replayed.findings, *settings.findings)
         self.machine = machine_of(self.cell)
+        self.carrier = carrier_of(self.cell)
         self.layout = lay_out(program, replayed, settings)
         self.pieces = cut(self.cell, self.layout, settings)
         self.start = np.asarray(self.layout.motions.q[0]).copy()
@@ -230,10 +231,9 @@ class _Run:
         if done < len(t):
             line = int(self.program.line[self.layout.row[end[done]]])
             raise UnreachableError("the tool leaves the arm's reach on this motion", line=line)
-        turning = np.flatnonzero((motions.kind[m] == PTP) | (not self.layout.in_world))
-        if len(turning):  # from `base`, which stands otherwise in `world` when the table has turned
-            frames = world_T_base(self.cell, q[turning]) @ pose(rotation[turning], position[turning])  # frames: base is any
-            position[turning], rotation[turning] = frames[:, :3, 3], frames[:, :3, :3]
+        turning = (motions.kind[m] == PTP) | (not self.layout.in_world)
+        if self.carrier is not None:
+            to_world(*self.carrier, q, turning, position, rotation)
 
     def _lost(self) -> FeedLost:
         """What the CP motion of the tool loses against its programmed speed."""
