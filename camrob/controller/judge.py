@@ -116,8 +116,10 @@ def _speeds(program: KrlProgram, coverage: Coverage, feed: Array) -> list[Findin
     if not len(bad):
         return []
     row = int(coverage.motion[cut[bad[0]]])
+    told = float(speed[bad[0]])
     return [Finding("speed", "$VEL.CP is faster than the programmed feed, or none", Severity.ERROR,
-                    line=int(program.line[row]), point=row, value=float(speed[bad[0]]), limit=float(feed[cut[bad[0]]]),
+                    line=int(program.line[row]), point=row, limit=float(feed[cut[bad[0]]]),
+                    value=told if np.isfinite(told) else None,
                     unit="m/s", count=len(bad))]  # fmt: skip
 
 
