@@ -24,6 +24,7 @@ __all__ = [
     "build_app",
     "calibrate",
     "compensate",
+    "feed",
     "main",
     "post",
     "regress",
@@ -204,7 +205,31 @@ def simulate(
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
 
 
-VERBS: tuple[Callable[..., int], ...] = (post, verify, simulate, regress, calibrate, compensate)
+def feed(
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the report.")],
+    solution: Annotated[
+        Path | None, typer.Option("--solution", metavar="NAME.path.npz", help="A solved path, to analyse its derivatives.")
+    ] = None,
+    compensated: Annotated[
+        Path | None, typer.Option("--compensated", metavar="OTHER.path.npz", help="Compensated coordinates beside it.")
+    ] = None,
+    axis: Annotated[str | None, typer.Option("--axis", help="The axis that is drawn. Default: A1.")] = None,
+    rate: Annotated[float, typer.Option("--rate", help="Rate along the axes' displacement, rad/s.")] = 1.0,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Feed, time and torque on a cell's weld seam, or the derivatives of a solved path."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("feed")(
+            solution, cell=cell, out=out, compensated=compensated, axis=axis, rate=rate, progress=progress
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+
+
+VERBS: tuple[Callable[..., int], ...] = (post, verify, simulate, regress, calibrate, compensate, feed)
 
 
 def _job(name: str) -> Callable[..., Any]:
