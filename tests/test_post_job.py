@@ -114,14 +114,16 @@ def table_1(q: np.ndarray) -> np.ndarray:
 
 
 def cl_points() -> dict[int, np.ndarray]:
-    """CL points by line, straight from the file's text: position in the part (MSYS moved up by 20 mm), axis."""
+    """CL points by line, straight from the file's text: position in the part (below its MSYS), axis. Of a hole, its bottom."""
     points = {}
-    axis = np.array([0.0, 0.0, 1.0])
+    axis, depth = np.array([0.0, 0.0, 1.0]), 0.0
     for number, line in enumerate(SAMPLE.read_text().splitlines(), start=1):
+        if line.startswith("CYCLE/"):
+            depth = float(line.split("FEDTO,")[1].split(",")[0]) if "FEDTO" in line else 0.0
         if line.startswith("GOTO/"):
             values = [float(v) for v in line[5:].split(",")]
             axis = np.array(values[3:6]) if len(values) == 6 else axis
-            points[number] = np.concatenate([values[:3], axis])
+            points[number] = np.concatenate([values[:3] + depth * axis, axis])
     return points
 
 
@@ -349,7 +351,7 @@ def test_an_older_program_survives_a_failure(posted: Path, tmp_path: Path, monke
     out = Path(shutil.copytree(posted, tmp_path / "out"))
     before = {f.name: f.read_bytes() for f in out.iterdir()}
     monkeypatch.setattr(job, "iter_krl", lambda *a, **o: iter([("engraving.src", b"DEF engraving ( )\r\nEND\r\n")]))
-    with pytest.raises(Exception, match="."):
+    with pytest.raises(VerificationError, match="not released"):
         post(SAMPLE, cell=CELL, out=out, report=False)
     assert {f.name: f.read_bytes() for f in out.iterdir()} == before
 

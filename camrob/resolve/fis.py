@@ -20,6 +20,9 @@ __all__ = ["FuzzyRule", "FuzzySystem", "FuzzyVariable", "Membership", "read_fis"
 Array = NDArray[np.float64]
 
 SAMPLES = 201  # of an output's range, for aggregation and centroid
+_RULE = re.compile(
+    r"((?:-?\d{1,3}\s+)*-?\d{1,3})\s*,\s*((?:\d{1,3}\s+)*\d{1,3})\s*\((1|1\.0*|0|0?\.\d+)\)\s*:\s*([12])", re.ASCII
+)  # terms of the inputs, terms of the outputs (weight, 0 to 1) : 1 for and, 2 for or
 _PARAMETERS = {"trimf": 3, "trapmf": 4, "gaussmf": 2, "gauss2mf": 4, "gbellmf": 3, "sigmf": 2, "zmf": 2, "smf": 2}
 
 
@@ -163,7 +166,9 @@ def read_fis(path: Path) -> FuzzySystem:
     rules = tuple(_rule(line, text, inputs, outputs, path) for text, line in sections.get("Rules", {}).values())
     if len(rules) != system.count("NumRules"):
         raise system.fail("NumRules", f"says {system.count('NumRules')}, there are {len(rules)}", "mend the count")
-    result = FuzzySystem(system.text("Name"), inputs, outputs, rules, system.text("AndMethod"), system.text("ImpMethod"))
+    result = FuzzySystem(
+        system.text("Name"), inputs, outputs, rules, system.text("AndMethod"), system.text("ImpMethod")
+    )
     _check_covered(result, path)
     return result
 
@@ -211,8 +216,8 @@ class _Section:
 
     def count(self, key: str) -> int:
         value = self.raw(key)
-        if not value.isdigit() or int(value) > 1000:
-            raise self.fail(key, f"is {value!r}", "give a whole number")
+        if not re.fullmatch("[1-9][0-9]{0,2}", value):
+            raise self.fail(key, f"is {value!r}", "give a whole number from 1 on")
         return int(value)
 
     def numbers(self, key: str, text: str) -> tuple[float, ...]:
@@ -235,27 +240,42 @@ def _variable(sections: dict[str, dict[str, tuple[str, int]]], name: str, path: 
         key = f"MF{i + 1}"
         match = re.fullmatch(r"'([^']*)'\s*:\s*'([^']*)'\s*,\s*(\[[^\]]*\])", section.raw(key))
         if match is None or match[2] not in _PARAMETERS:
-            raise section.fail(key, "is no term", f"write 'name':'kind',[numbers], kind one of {', '.join(_PARAMETERS)}")
+            raise section.fail(
+                key, "is no term", f"write 'name':'kind',[numbers], kind one of {', '.join(_PARAMETERS)}"
+            )
         parameters = section.numbers(key, match[3])
         if len(parameters) != _PARAMETERS[match[2]]:
             raise section.fail(key, f"has {len(parameters)} numbers", f"{match[2]} takes {_PARAMETERS[match[2]]}")
-        if match[2] in ("trimf", "trapmf") and list(parameters) != sorted(parameters):
-            raise section.fail(key, "has falling corners", "order them")
+        flaw = _flaw(match[2], parameters)
+        if flaw:
+            raise section.fail(key, flaw, "see the toolbox's description of the function")
         terms.append(Membership(match[1], match[2], parameters))
     return FuzzyVariable(section.text("Name"), span[0], span[1], tuple(terms))
+
+
+def _flaw(kind: str, p: tuple[float, ...]) -> str:
+    """What is wrong with a membership function's parameters, empty for nothing."""
+    if kind in ("trimf", "trapmf", "zmf", "smf") and list(p) != sorted(p):
+        return "has falling corners"
+    if kind == "gauss2mf" and p[1] > p[3]:
+        return "has its left flank right of the right one"
+    wide = {"gaussmf": p[:1], "gauss2mf": p[::2], "gbellmf": p[:1]}.get(kind, ())
+    return "has no width" if any(w <= 0.0 for w in wide) else ""
 
 
 def _rule(
     line: int, text: str, inputs: tuple[FuzzyVariable, ...], outputs: tuple[FuzzyVariable, ...], path: Path
 ) -> FuzzyRule:
-    match = re.fullmatch(r"([-\d\s]+),([-\d\s]+)\(([\d.]+)\)\s*:\s*([12])", text)
+    match = _RULE.fullmatch(text)
     if match is not None:
         ins, outs = tuple(map(int, match[1].split())), tuple(map(int, match[2].split()))
         fits = len(ins) == len(inputs) and len(outs) == len(outputs) and any(ins)
         fits = fits and all(abs(t) <= len(v.terms) for t, v in zip(ins, inputs, strict=True))
         if fits and all(0 <= t <= len(v.terms) for t, v in zip(outs, outputs, strict=True)):
             return FuzzyRule(ins, outs, float(match[3]), match[4] == "1")
-    raise CellError(f"{text!r} is no rule", cure="write terms of inputs, outputs (weight) : 1 or 2", path=path, line=line)
+    raise CellError(
+        f"{text!r} is no rule", cure="write terms of inputs, outputs (weight) : 1 or 2", path=path, line=line
+    )
 
 
 def _check_covered(system: FuzzySystem, path: Path) -> None:
@@ -264,6 +284,11 @@ def _check_covered(system: FuzzySystem, path: Path) -> None:
     x = np.stack([g.ravel() for g in grids], axis=1)
     strengths = system._strengths(x)
     for k, output in enumerate(system.outputs):
+        universe = np.linspace(output.lower, output.upper, SAMPLES)
+        for term in (output.terms[t - 1] for t in {rule.outputs[k] for rule in system.rules} if t):
+            if term(universe).max() < 1e-3:
+                what = f"term {term.name!r} of {output.name} lies outside of its Range"
+                raise CellError(what, cure="move it inside", path=path)
         concluding = [r for r, rule in enumerate(system.rules) if rule.outputs[k]]
         fired = strengths[:, concluding].max(axis=1) if concluding else np.zeros(len(x))
         if np.any(fired < 1e-6):
