@@ -29,6 +29,7 @@ __all__ = [
     "post",
     "regress",
     "run",
+    "simulate",
     "verify",
     "version",
 ]

@@ -152,7 +152,10 @@ def test_exact_stops_and_waits(tmp_path):
 
 
 def test_circles(tmp_path):
-    via, end = "{X 117,Y -21.764,Z 600,A 180,B 0,C 20.42,E1 0,E2 0}", "{X 97,Y -1.764,Z 600,A 180,B 0,C 20.42,E1 0,E2 0}"
+    via, end = (
+        "{X 117,Y -21.764,Z 600,A 180,B 0,C 20.42,E1 0,E2 0}",
+        "{X 97,Y -1.764,Z 600,A 180,B 0,C 20.42,E1 0,E2 0}",
+    )
     for text, sweep in (("", np.pi), (",CA 90", np.pi / 2), (",CA 300", np.pi * 5 / 3), (",CA -45", -np.pi / 4)):
         s = run(tmp_path, *START, f"CIRC {via},{end}{text}")
         p = s.log.position[s.log.line == LIN] * 1e3

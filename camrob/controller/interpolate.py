@@ -244,7 +244,15 @@ def trace(
 
 @numba.njit(cache=True, nogil=True)
 def postures(
-    machine: Machine, motions: Motions, pieces: Pieces, piece: Indices, at: Array, near: Array, q: Array, p: Array, R: Array
+    machine: Machine,
+    motions: Motions,
+    pieces: Pieces,
+    piece: Indices,
+    at: Array,
+    near: Array,
+    q: Array,
+    p: Array,
+    R: Array,
 ) -> int:
     """Postures q (N, n) and tool p (N, 3), R (N, 3, 3) at `at` (N,) from the beginnings of pieces (N,).
 
@@ -279,7 +287,9 @@ def nearest_to_corner(motions: Motions, blend: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def to_world(carrier: ChainArrays, fixed: Array, zero: Array, q: Array, turning: NDArray[np.bool_], p: Array, R: Array) -> None:
+def to_world(
+    carrier: ChainArrays, fixed: Array, zero: Array, q: Array, turning: NDArray[np.bool_], p: Array, R: Array
+) -> None:
     """Tool p (N, 3), R (N, 3, 3) from `base` into `world`, in place, in the rows that `turning` (N,) names.
 
     carrier: a chain whose first joints, up to `arm_start`, carry the workpiece, `fixed` (arm_start + 1, 4, 4) around them;

@@ -51,7 +51,13 @@ class Layout:
     in_world: bool
 
     def __post_init__(self) -> None:
-        for name, dtype in (("length", float), ("turn", float), ("reach", float), ("wait", float), ("deviation", float)):
+        for name, dtype in (
+            ("length", float),
+            ("turn", float),
+            ("reach", float),
+            ("wait", float),
+            ("deviation", float),
+        ):
             object.__setattr__(self, name, locked(getattr(self, name), dtype=dtype, name=name))
 
 
@@ -119,7 +125,9 @@ def lay_out(program: KrlProgram, replay: Replay, settings: MotionSettings) -> La
     return Layout(kept, row, length, turn, reach, stop, waits, deviation, not cell.base_follows_table)
 
 
-def _motions(program: KrlProgram, replay: Replay, poses: Array, rows: NDArray[np.int64]) -> tuple[Motions, Array, Array]:
+def _motions(
+    program: KrlProgram, replay: Replay, poses: Array, rows: NDArray[np.int64]
+) -> tuple[Motions, Array, Array]:
     """All motions between the program's targets `rows`, with length and turn of the tool."""
     cell = replay.cell
     M, k = len(rows) - 1, cell.arm_slice.start

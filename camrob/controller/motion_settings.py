@@ -67,7 +67,9 @@ def motion_settings(program: KrlProgram, cell: Cell) -> MotionSettings:
     def number(name: str, default: float, most: float = np.inf) -> float:
         value = program.settings.get(name, default)
         if isinstance(value, (bool, str)) or not 0.0 < value <= most:
-            raise KrlError(f"{name} = {value}", cure="write a positive number that the controller takes", path=program.files[0])
+            raise KrlError(
+                f"{name} = {value}", cure="write a positive number that the controller takes", path=program.files[0]
+            )
         return float(value)
 
     shares = np.ones((2, len(cell)))

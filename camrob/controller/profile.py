@@ -150,7 +150,7 @@ def _room(course: Course, bounds: Bounds, k: int, x: float, ends: Array, top: fl
             limit = bounds.acceleration[ptp, i]
             if limit < np.inf:
                 _line(A[i] + grow * B[i], B[i], x, limit, room)
-    return room[0] <= room[1]
+    return bool(room[0] <= room[1])
 
 
 @numba.njit(cache=True)

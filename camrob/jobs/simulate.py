@@ -114,7 +114,9 @@ def _limits(simulation: Simulation) -> dict[str, Any]:
 def _check(out: Path, cycle_ms: float) -> None:
     """Raise InputError for a cycle or a file that can't be."""
     if not _CYCLES_MS[0] <= cycle_ms <= _CYCLES_MS[1]:
-        raise InputError(f"--cycle-ms is {cycle_ms:g}", cure=f"use {_CYCLES_MS[0]:g} to {_CYCLES_MS[1]:g}, such as 12 or 4")
+        raise InputError(
+            f"--cycle-ms is {cycle_ms:g}", cure=f"use {_CYCLES_MS[0]:g} to {_CYCLES_MS[1]:g}, such as 12 or 4"
+        )
     check_file_name(out.name)
     if out.suffix.lower() not in _SUFFIXES:
         raise InputError(f"--out {out.name!r} is no log's name", cure="end it with .csv or .parquet", path=None)
