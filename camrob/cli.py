@@ -24,6 +24,7 @@ __all__ = [
     "build_app",
     "calibrate",
     "compensate",
+    "diagnose",
     "feed",
     "main",
     "post",
@@ -230,7 +231,33 @@ def feed(
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
 
 
-VERBS: tuple[Callable[..., int], ...] = (post, verify, simulate, regress, calibrate, compensate, feed)
+def diagnose(
+    cell: CellOption,
+    log: Annotated[list[Path], typer.Option("--log", metavar="LOG.csv", help="A measured run; may be given several times.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives diagnosis.json and .html.")],
+    withheld: Annotated[
+        list[Path] | None, typer.Option("--withheld", metavar="LOG.csv", help="A run that takes no part in choosing or fitting.")
+    ] = None,
+    program: Annotated[
+        Path | None, typer.Option("--program", metavar="PROGRAM.src", help="What was run. Default: what each LOG.toml names.")
+    ] = None,
+    without: Annotated[
+        list[str] | None, typer.Option("--without", metavar="EFFECT", help="Leave an effect out of the library.")
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Say where the gap between simulation and measurement lies, what causes it, and how far it shrinks without that."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("diagnose")(
+            cell=cell, log=log, withheld=withheld or [], program=program, without=without or [], out=out, progress=progress
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_diagnosis)
+
+
+VERBS: tuple[Callable[..., int], ...] = (post, verify, simulate, regress, calibrate, compensate, feed, diagnose)
 
 
 def _job(name: str) -> Callable[..., Any]:
@@ -250,6 +277,13 @@ def _render_regress(summary: Mapping[str, Any]) -> Any:
     from camrob.report.regress_text import render_regress
 
     return render_regress(summary)
+
+
+def _render_diagnosis(summary: Mapping[str, Any]) -> Any:
+    """What `diagnose` shows a person."""
+    from camrob.report.diagnosis_words import render_diagnosis
+
+    return render_diagnosis(summary)
 
 
 def _render_plain(summary: Mapping[str, Any]) -> Any:

@@ -1,0 +1,155 @@
+"""The diagnosis: where the gap lies, which effects cause it, and how far it shrinks without them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.errors import LogError
+from camrob.gap.align import Alignment, align
+from camrob.gap.diagnosis import Diagnosis, PathError
+from camrob.gap.effects.registry import library
+from camrob.gap.localise import axes_of, directions_of, regimes_of, segments_of
+from camrob.gap.model import Model, compare, whole_gap
+from camrob.gap.rungs import RUNGS, Ladder, ladder
+from camrob.gap.scene import Scene, make_scene
+from camrob.gap.shrink import trial_of
+from camrob.gap.verdict import Verdict, judge_effects
+from camrob.measure.log import MeasurementLog
+from camrob.post.krl_program import KrlProgram
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["diagnose"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+
+def diagnose(
+    logs: Sequence[MeasurementLog],
+    cell: Cell,
+    *,
+    withheld: Sequence[MeasurementLog] = (),
+    programs: Sequence[KrlProgram | None] = (),
+    without: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Diagnose the gap of some logs of one cell.
+
+    withheld: logs that take no part in choosing or fitting. programs: one a log, None where there is none. without: names
+    of effects to leave out of the library. Raises LogError for logs that can't be diagnosed, InputError for an unknown
+    effect.
+    """
+    if not logs:
+        raise LogError("no log was given", cure="give at least one --log")
+    tell = progress if progress is not None else (lambda what, share: None)
+    effects = library(without)
+    tell("reading the gap", 0.05)
+    scenes = [make_scene(log, cell) for log in logs]
+    kept_out = [make_scene(log, cell) for log in withheld]
+    _check(scenes)
+    alignment = align(scenes)
+    tell("comparing effects", 0.2)
+    in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
+    model = compare(scenes, [e for e in effects if not (in_world and e.name == "measurement_frame")])
+    tell("withholding", 0.7)
+    trial = trial_of(model, kept_out)
+    verdict = judge_effects(model, trial, effects, in_world=in_world)
+    tell("locating", 0.85)
+    ladders = [ladder(s, p) for s, p in zip(scenes, _padded(programs, len(scenes)), strict=True)]
+    summary = _summary(model, verdict, ladders, alignment, kept_out)
+    tell("done", 1.0)
+    return Diagnosis(summary, verdict.claimed, _paths(model, verdict))
+
+
+def _tables(cell: Cell) -> list[str]:
+    from camrob.cell.joint import Role
+
+    return [j.name for j in cell.joints if j.role is Role.WORKPIECE]
+
+
+def _padded(programs: Sequence[KrlProgram | None], count: int) -> list[KrlProgram | None]:
+    return [*programs, *[None] * count][:count]
+
+
+def _check(scenes: Sequence[Scene]) -> None:
+    """Refuse logs whose gap is no gap of this cell: metres away, or unrelated to the motion."""
+    for scene in scenes:
+        size = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
+        if size > 0.1:
+            what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
+            cure = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
+            raise LogError(what, cure=cure, path=scene.log.path)
+
+
+def _rms(vectors: Sequence[Array]) -> float:
+    return float(np.sqrt(np.mean(np.sum(np.concatenate(list(vectors)) ** 2, axis=1))))
+
+
+def _summary(
+    model: Model, verdict: Verdict, ladders: Sequence[Ladder], alignment: Alignment, withheld: Sequence[Scene]
+) -> dict[str, Any]:
+    good = [p.w_tcp[:, 0] > 0.0 for p in model.panels]
+    gaps = [whole_gap(p)[g] for p, g in zip(model.panels, good, strict=True)]
+    turned = [s.tcp_gap[s.seen[:, 3:].all(axis=1), 3:] for s in model.scenes]
+    sizes = np.linalg.norm(np.concatenate(gaps), axis=1)
+    regimes = regimes_of(model.panels, model.noise)
+    mm = m_to_mm
+    return {
+        "gap": {
+            "samples": int(sum(g.sum() for g in good)),
+            "rms_mm": mm(_rms(gaps)),
+            "p95_mm": mm(float(np.quantile(sizes, 0.95))),
+            "max_mm": mm(float(sizes.max())),
+            "rms_deg": rad_to_deg(_rms(turned)) if sum(len(t) for t in turned) else None,
+            "noise_mm": mm(model.noise),
+            "outliers": model.outliers,
+        },
+        "where": {
+            "rungs": _rungs(ladders),
+            "missing": sorted({m for one in ladders for m in one.missing}),
+            "segments": [
+                {
+                    "log": s.log, "from_line": s.from_line, "to_line": s.to_line, "rms_mm": mm(s.rms),
+                    "contour_mm": mm(s.contour), "tangential_mm": mm(s.tangential),
+                }
+                for s in segments_of(model.panels)
+            ],
+            "directions": {k: mm(v) for k, v in directions_of(model.panels).items()},
+            "axes": axes_of(model.panels),
+            "regimes": {k: v["share"] for k, v in regimes.items()},
+            "regime_intervals": {k: v["interval"] for k, v in regimes.items()},
+        },
+        "latency_s": alignment.summary,
+        **verdict.summary,
+        "logs": [s.name for s in model.scenes],
+    }  # fmt: skip
+
+
+def _rungs(ladders: Sequence[Ladder]) -> dict[str, float | None]:
+    """rms in mm of every rung over all logs; null where any log lacks it."""
+    out: dict[str, float | None] = {}
+    for name in RUNGS:
+        parts = [getattr(one, name) for one in ladders]
+        out[name] = None if any(p is None for p in parts) else m_to_mm(_rms(parts))
+    return out
+
+
+def _paths(model: Model, verdict: Verdict) -> tuple[PathError, ...]:
+    """What pictures are drawn from: every log, before and after all claimed effects."""
+    out = []
+    for p in model.panels:
+        good = np.flatnonzero(p.w_tcp[:, 0] > 0.0)
+        before = whole_gap(p)
+        after = before - p.moves(model.values(verdict.members, model.best))
+        line = p.scene.log.line if p.scene.log.has("line") else np.zeros(len(p.scene), np.int64)
+        out.append(
+            PathError(
+                p.scene.name, p.scene.nominal[good, :3, 3], before[good], after[good], p.scene.t[good], line[good]
+            )
+        )
+    return tuple(out)

@@ -1,0 +1,54 @@
+"""Play between an encoder and its link."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from camrob.cell.joint import Role
+from camrob.gap.effects.common import moved, shows
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.scene import Scene
+from camrob.gap.signals import play
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["EFFECT"]
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    cell = scenes[0].cell
+    units = []
+    if any(s.poses for s in scenes):
+        return ()
+    for joint in cell.joints:
+        a = joint.name
+        if joint.role is Role.ROLL or not moved(scenes, a) or not shows(scenes, a):
+            continue
+        if joint.prismatic:
+            parameter = EffectParameter(f"{a}_mm", "mm", mm_to_m(0.1), -mm_to_m(0.005), mm_to_m(1.0))
+        else:
+            parameter = EffectParameter(f"{a}_deg", "deg", deg_to_rad(0.03), -deg_to_rad(0.001), deg_to_rad(0.3))
+        units.append(Unit("backlash", a, (parameter,)))
+    return tuple(units)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    width = state.get(unit.parameters[0].name, 0.6 * unit.parameters[0].usual)
+    lag = play(scene.link[:, scene.index(unit.axis)], scene.t, scene.pieces, width)
+    return (Column(tcp=scene.shift(unit.axis, -0.5 * lag)),)
+
+
+def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
+    return {**state, **{name: value for name, value in values.items() if value > 0.0}}
+
+
+EFFECT = Effect(
+    name="backlash",
+    physics="The link rests until the play is taken up after a reversal: it lags its encoder by half the play.",
+    rungs=("encoder_to_tcp",),
+    regimes=("direction",),
+    experiment="run the path backwards: what play causes changes its sign, geometry and load don't",
+    units=_units,
+    columns=_columns,
+    refine=_refine,
+    accuracy=0.02,
+)

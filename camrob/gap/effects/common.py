@@ -1,0 +1,60 @@
+"""What several effects share: names of axes, constant errors, which axes move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
+from camrob.gap.effects.effect import Column, EffectParameter
+from camrob.gap.scene import Scene
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = [
+    "ANGLE",
+    "LENGTH",
+    "PLACES",
+    "TOOL_ANGLE",
+    "arm_axes",
+    "constant",
+    "moved",
+    "place_parameters",
+    "shows",
+]
+
+PLACES = ("x", "y", "z", "rx", "ry", "rz")
+LENGTH, ANGLE, TOOL_ANGLE = mm_to_m(0.6), deg_to_rad(0.04), deg_to_rad(0.06)
+_MOST = 20.0  # times the ordinary size: no longer plausible
+_STILL = 1e-4  # rad or m: an axis that moves less stands
+
+
+def arm_axes(cell: Cell) -> tuple[str, ...]:
+    """Names of the arm's axes."""
+    return tuple(j.name for j in cell.joints if j.role is Role.ARM)
+
+
+def place_parameters(parts: Iterable[str], length: float, angle: float) -> tuple[EffectParameter, ...]:
+    """Parameters of displacements x, y, z and turns rx, ry, rz, whatever stands before these letters."""
+    out = []
+    for part in parts:
+        turn = part.rpartition("_")[2].startswith("r")
+        usual, unit = (angle, "deg") if turn else (length, "mm")
+        out.append(EffectParameter(f"{part}_{unit}", unit, usual, -_MOST * usual, _MOST * usual))
+    return tuple(out)
+
+
+def constant(scene: Scene, terms: Iterable[str]) -> tuple[Column, ...]:
+    """Columns of constant errors."""
+    return tuple(Column(tcp=scene.place(term)) for term in terms)
+
+
+def moved(scenes: Sequence[Scene], axis: str) -> bool:
+    """True where an axis moves in any of the logs."""
+    return any(float(np.ptp(s.link[:, s.index(axis)])) > _STILL for s in scenes)
+
+
+def shows(scenes: Sequence[Scene], axis: str) -> bool:
+    """True where the axis's own errors reach the measured frame."""
+    return all(f"{axis}.zero" in s.places for s in scenes)

@@ -1,0 +1,92 @@
+"""What an effect of the library is: its physics, its parameters, and how a unit of each would show in a log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.scene import Scene
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "no_refinement"]
+
+Array = NDArray[np.float64]
+State = Mapping[str, float]
+"""Values in which an effect is not linear, by name (a time constant, the width of a play), as last refined."""
+
+_EDGE = {"mm": m_to_mm, "deg": rad_to_deg}
+
+
+@dataclass(frozen=True, slots=True)
+class EffectParameter:
+    """One parameter, SI. unit: that of the trade it is reported in. usual: its ordinary size; lower, upper: what is plausible."""
+
+    name: str
+    unit: str
+    usual: float
+    lower: float
+    upper: float
+
+    def at_edge(self, value: float) -> float:
+        """The value in the unit of the trade."""
+        convert = _EDGE.get(self.unit)
+        return value if convert is None else float(convert(value))
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """What is in or out as a whole: an effect, or its share in one axis. choices: how many such could have been picked."""
+
+    effect: str
+    axis: str
+    parameters: tuple[EffectParameter, ...]
+    choices: int = 1
+    key: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """How a unit of one parameter shows: tcp (N, 6) a twist behind the encoders; servo: signals (N,) by axis, encoder beyond
+    set-point.
+    """
+
+    tcp: Array | None = None
+    servo: Mapping[str, Array] = field(default_factory=dict)
+
+
+Units = Callable[[Sequence[Scene], State], tuple[Unit, ...]]
+Columns = Callable[[Scene, Unit, State], tuple[Column, ...]]
+Refine = Callable[[State, Mapping[str, float]], dict[str, float]]
+
+
+def no_refinement(state: State, values: Mapping[str, float]) -> dict[str, float]:
+    """The state of an effect that is linear in all its parameters."""
+    return dict(state)
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """An effect.
+
+    physics: what happens, in a sentence. rungs: where between program and TCP it can show. regimes: what it depends on.
+    experiment: the motion that would isolate it. units: what may be in or out on these logs, none where it can't show.
+    columns: one a parameter. start: the state before anything is known; refine: the next state from fitted values, by
+    parameter name; trials: changes of the state to choose among by what they leave unexplained. accuracy: by what share of itself the description may be wrong. compensable: a postprocessor can
+    correct it.
+    """
+
+    name: str
+    physics: str
+    rungs: tuple[str, ...]
+    regimes: tuple[str, ...]
+    experiment: str
+    units: Units
+    columns: Columns
+    start: State = field(default_factory=dict)
+    refine: Refine = no_refinement
+    trials: tuple[State, ...] = ()
+    accuracy: float = 0.01
+    compensable: bool = False

@@ -1,0 +1,34 @@
+"""The robot's foot stands elsewhere than the cell says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, constant, place_parameters
+from camrob.gap.effects.effect import Column, Effect, State, Unit
+from camrob.gap.scene import Scene
+
+__all__ = ["EFFECT"]
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    if any(s.frames.fitted_left for s in scenes):
+        return ()
+    return (Unit("frame_base", "", place_parameters(PLACES, LENGTH, ANGLE)),)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    return constant(scene, [f"base.{p}" for p in PLACES])
+
+
+EFFECT = Effect(
+    name="frame_base",
+    physics="world_T_root is another one: a rigid motion multiplied on its left, the same for every posture.",
+    rungs=("encoder_to_tcp",),
+    regimes=("position",),
+    experiment="measure three or more far corners of the work space with the table at 0 and the tool's orientation kept",
+    units=_units,
+    columns=_columns,
+    accuracy=0.0,
+    compensable=True,
+)

@@ -1,0 +1,34 @@
+"""The tool's tip lies elsewhere on the flange than `$TOOL` says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from camrob.gap.effects.common import LENGTH, PLACES, TOOL_ANGLE, constant, place_parameters
+from camrob.gap.effects.effect import Column, Effect, State, Unit
+from camrob.gap.scene import Scene
+
+__all__ = ["EFFECT"]
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    if any(s.frames.fitted_right for s in scenes):
+        return ()
+    return (Unit("frame_tool", "", place_parameters(PLACES, LENGTH, TOOL_ANGLE)),)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    return constant(scene, [f"tool.{p}" for p in PLACES])
+
+
+EFFECT = Effect(
+    name="frame_tool",
+    physics="$TOOL is another one: a rigid motion multiplied on its right at the tip, in the tool's axes.",
+    rungs=("encoder_to_tcp",),
+    regimes=("position",),
+    experiment="turn the tool about one point through three or more orientations (the four-point method)",
+    units=_units,
+    columns=_columns,
+    accuracy=0.0,
+    compensable=True,
+)

@@ -1,0 +1,56 @@
+"""Friction holds the drives back, and most at reversals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from camrob.gap.effects.common import moved
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.scene import Scene
+from camrob.gap.signals import first_order
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["EFFECT"]
+
+_PEAK = 0.15  # s for which the drive's integral part needs to overcome a reversal
+_REST = 0.02  # share of an axis's ordinary speed below which it counts as turning round
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    if any(s.poses or s.setpoint is None for s in scenes):
+        return ()
+    cell = scenes[0].cell
+    units = []
+    for a in scenes[0].axes:
+        if not moved(scenes, a) or any(s.servo_gap is None and f"{a}.zero" not in s.places for s in scenes):
+            continue
+        linear = cell.joints[cell.index(a)].prismatic
+        unit, usual = ("mm", mm_to_m(0.02)) if linear else ("deg", deg_to_rad(0.005))
+        kinds = (("constant", -0.05), ("peak", -20.0))
+        parameters = tuple(
+            EffectParameter(f"{a}_{k}_{unit}", unit, usual, low * usual, 40.0 * usual) for k, low in kinds
+        )
+        units.append(Unit("friction", a, parameters))
+    return tuple(units)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    v = scene.velocity(scene.command[:, [scene.index(unit.axis)]])
+    ordinary = float(np.median(np.abs(v[np.abs(v) > 1e-9]))) if np.any(np.abs(v) > 1e-9) else 1.0
+    sign = np.tanh(v / (_REST * ordinary + 1e-12))
+    peak = sign - first_order(sign, scene.t, scene.pieces, _PEAK)
+    return (Column(servo={unit.axis: -sign[:, 0]}), Column(servo={unit.axis: -peak[:, 0]}))
+
+
+EFFECT = Effect(
+    name="friction",
+    physics="Dry friction keeps a drive behind its set-point on the side it comes from, and peaks where it turns round.",
+    rungs=("setpoint_to_encoder",),
+    regimes=("direction", "speed"),
+    experiment="run small circles at two speeds: peaks stay at the quadrants, lag grows with speed",
+    units=_units,
+    columns=_columns,
+    accuracy=0.05,
+)

@@ -1,0 +1,41 @@
+"""The arm's axes stand elsewhere in their links: lengths, offsets and twists, joint zeros left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from camrob.gap.effects.common import arm_axes, constant, place_parameters
+from camrob.gap.effects.effect import Column, Effect, State, Unit
+from camrob.gap.scene import Scene
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["EFFECT"]
+
+_PARTS = ("x", "y", "rx", "ry")
+
+
+def _names(scene: Scene) -> list[str]:
+    return [f"{a}.{p}" for a in arm_axes(scene.cell) for p in _PARTS]
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    length, angle = mm_to_m(0.3), deg_to_rad(0.02)
+    names = [n.replace(".", "_") for n in _names(scenes[0])]
+    return (Unit("geometry", "", place_parameters(names, length, angle)),)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    return constant(scene, _names(scene))
+
+
+EFFECT = Effect(
+    name="geometry",
+    physics="Each axis of the arm is displaced and tilted against the one before by the tolerances of castings and bearings.",
+    rungs=("encoder_to_tcp",),
+    regimes=("position",),
+    experiment="calibrate the arm on 50 or more postures spread over its whole range (camrob calibrate)",
+    units=_units,
+    columns=_columns,
+    accuracy=0.002,
+    compensable=True,
+)

@@ -1,0 +1,43 @@
+"""Gears and links give way under gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from camrob.gap.effects.common import arm_axes
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.scene import Scene
+
+__all__ = ["EFFECT"]
+
+_USUAL, _MOST, _LEAST_TORQUE = 4e-6, 5e-5, 0.5
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    cell = scenes[0].cell
+    if not cell.masses:
+        return ()
+    return tuple(
+        Unit("joint_compliance", a, (EffectParameter(f"{a}_rad_nm", "rad/Nm", _USUAL, -1e-7, _MOST),))
+        for a in arm_axes(cell)
+        if max(float(np.abs(s.torque[:, s.index(a)]).max()) for s in scenes) > _LEAST_TORQUE
+    )
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    return (Column(tcp=scene.shift(unit.axis, scene.torque[:, scene.index(unit.axis)])),)
+
+
+EFFECT = Effect(
+    name="joint_compliance",
+    physics="Gravity's torque turns each link beyond its encoder by the joint's compliance.",
+    rungs=("encoder_to_tcp",),
+    regimes=("load", "position"),
+    experiment="run the same path with another payload: compliance changes with it, zeros and geometry don't",
+    units=_units,
+    columns=_columns,
+    accuracy=0.01,
+    compensable=True,
+)

@@ -1,0 +1,49 @@
+"""The load at the tool is another one than the controller or the model believes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from camrob.cell.load import PointMass
+from camrob.dynamics.gravity import gravity_arrays, gravity_torques
+from camrob.gap.effects.common import arm_axes
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.scene import Scene
+
+__all__ = ["EFFECT"]
+
+_COMPLIANCE = 3e-6  # rad/Nm an axis is taken to have where nobody measured it
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    if not scenes[0].cell.masses:
+        return ()
+    return (Unit("payload", "", (EffectParameter("mass_kg", "kg", 5.0, -30.0, 30.0),)),)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    cell = scene.cell
+    values = scene.log.axes(scene.axes) if scene.encoder is not None else scene.log.setpoints(scene.axes)
+    q = cell.to_q(values)
+    heaviest = max((m for m in cell.masses if m.after == cell.masses[-1].after), key=lambda m: m.mass)
+    torque = gravity_torques(gravity_arrays(cell, [PointMass("one", heaviest.after, 1.0, heaviest.center)]), q)
+    total = np.zeros((len(scene), 6))
+    for axis in arm_axes(cell):
+        i = cell.index(axis)
+        total += scene.shift(axis, _COMPLIANCE * cell.joints[i].sign * torque[:, i])
+    return (Column(tcp=total),)
+
+
+EFFECT = Effect(
+    name="payload",
+    physics="A mass at the tool that nobody counted makes every axis sag in proportion to its own torque about it.",
+    rungs=("encoder_to_tcp",),
+    regimes=("load", "position"),
+    experiment="run the path with and without the tool's mass, or read the axis torques at rest in three postures",
+    units=_units,
+    columns=_columns,
+    accuracy=0.05,
+    compensable=True,
+)

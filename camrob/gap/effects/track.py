@@ -1,0 +1,63 @@
+"""The linear track: its scale, its direction, its straightness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from camrob.cell.joint import Role
+from camrob.gap.effects.common import moved
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.scene import Scene
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["EFFECT"]
+
+_SPAN = 1.0  # m of travel that the shapes are given for
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    cell = scenes[0].cell
+    units = []
+    for joint in cell.joints:
+        if joint.role is not Role.CARRIAGE or not joint.prismatic or not moved(scenes, joint.name):
+            continue
+        tilt, bow, yaw = deg_to_rad(0.02), mm_to_m(0.2), deg_to_rad(0.02)
+        scale = EffectParameter(f"{joint.name}_scale", "1", 2e-4, -2e-3, 2e-3)
+        lean = [EffectParameter(f"{joint.name}_r{p}_deg", "deg", tilt, -0.01, 0.01) for p in "xy"]
+        bows = [EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005) for k in (2, 3) for p in "xyz"]
+        turns = [
+            EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01) for k in (1, 2) for p in "xyz"
+        ]
+        units.append(Unit("track", joint.name, (scale,), key="scale"))
+        units.append(Unit("track", joint.name, tuple(lean), key="direction"))
+        units.append(Unit("track", joint.name, tuple(bows), key="straightness"))
+        units.append(Unit("track", joint.name, tuple(turns), key="turning"))
+    return tuple(units)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    u = scene.link[:, scene.index(unit.axis)]
+    if unit.key == "scale":
+        return (Column(tcp=scene.shift(unit.axis, u)),)
+    if unit.key == "direction":
+        return tuple(Column(tcp=scene.place(f"{unit.axis}.r{p}")) for p in "xy")
+    s = u / _SPAN
+    if unit.key == "straightness":
+        shapes = [s**2, s**3]
+        return tuple(Column(tcp=scene.place(f"root.{p}") * w[:, None]) for w in shapes for p in "xyz")
+    return tuple(Column(tcp=scene.place(f"root.r{p}") * np.asarray(w)[:, None]) for w in (s, s**2) for p in "xyz")
+
+
+EFFECT = Effect(
+    name="track",
+    physics="The track's rack is longer or shorter than it counts, points elsewhere, and is not straight.",
+    rungs=("encoder_to_tcp",),
+    regimes=("position",),
+    experiment="drive the track alone from end to end and back, the arm's axes at rest",
+    units=_units,
+    columns=_columns,
+    accuracy=0.02,
+    compensable=True,
+)

@@ -1,0 +1,194 @@
+"""Where the gap lies: along the path, by direction, by axis, and by what it depends on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.design import Panel
+from camrob.gap.model import whole_gap
+from camrob.gap.scene import Scene
+from camrob.gap.signals import play
+from camrob.units import deg_to_rad
+
+__all__ = ["REGIMES", "Segment", "axes_of", "directions_of", "regimes_of", "segments_of"]
+
+Array = NDArray[np.float64]
+
+REGIMES = ("position", "direction", "speed", "acceleration", "load", "time")
+_MOST_SEGMENTS = 24
+_FOLDS = 8
+_DRAWS = 200
+_RIDGE = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Lines of the program, with rms, contour and tangential error, m."""
+
+    log: str
+    from_line: int
+    to_line: int
+    rms: float
+    contour: float
+    tangential: float
+
+
+def _tangent(scene: Scene) -> Array:
+    """(N, 3) unit vector of motion at the TCP, 0 at rest."""
+    v = scene.velocity(scene.nominal[:, :3, 3])
+    size = np.linalg.norm(v, axis=1, keepdims=True)
+    return np.where(size > 1e-6, v / np.maximum(size, 1e-12), 0.0)
+
+
+def segments_of(panels: Sequence[Panel]) -> tuple[Segment, ...]:
+    """Stretches of the path between points where the mean gap changes most (binary splitting of its piecewise mean)."""
+    out: list[Segment] = []
+    for p in panels:
+        good = p.w_tcp[:, 0] > 0.0
+        gap = np.where(good[:, None], whole_gap(p), 0.0)
+        tangent = _tangent(p.scene)
+        along = np.sum(gap * tangent, axis=1)
+        across = np.linalg.norm(gap - along[:, None] * tangent, axis=1)
+        line = p.scene.log.line if p.scene.log.has("line") else np.arange(len(p.scene)) + 2
+        for a, b in _splits(gap, max(2, _MOST_SEGMENTS // len(panels))):
+            ok = good[a:b]
+            if not ok.any():
+                continue
+            rms = [float(np.sqrt(np.mean(x[a:b][ok] ** 2))) for x in (np.linalg.norm(gap, axis=1), across, along)]
+            out.append(Segment(p.scene.name, int(line[a:b].min()), int(line[a:b].max()), *rms))
+    return tuple(out)
+
+
+def _splits(values: Array, most: int) -> list[tuple[int, int]]:
+    """Stretches of (N, d) whose means differ most, at most so many."""
+    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
+    least = max(8, len(values) // (4 * most))
+    parts = [(0, len(values))]
+
+    def best(a: int, b: int) -> tuple[float, int]:
+        if b - a < 2 * least:
+            return 0.0, a
+        cut = np.arange(a + least, b - least + 1)
+        left, right = (sums[cut] - sums[a]), (sums[b] - sums[cut])
+        whole = np.sum((sums[b] - sums[a]) ** 2) / (b - a)
+        gain = np.sum(left**2, axis=1) / (cut - a) + np.sum(right**2, axis=1) / (b - cut) - whole
+        k = int(np.argmax(gain))
+        return float(gain[k]), int(cut[k])
+
+    gains = [best(*parts[0])]
+    while len(parts) < most:
+        k = int(np.argmax([g for g, _ in gains]))
+        if gains[k][0] <= 0.0:
+            break
+        (a, b), cut = parts[k], gains[k][1]
+        parts[k : k + 1] = [(a, cut), (cut, b)]
+        gains[k : k + 1] = [best(a, cut), best(cut, b)]
+    return parts
+
+
+def directions_of(panels: Sequence[Panel]) -> dict[str, float]:
+    """rms in m along the measured frame's axes, along and across the path, and along the tool's axis."""
+    parts: dict[str, list[Array]] = {n: [] for n in ("x", "y", "z", "along", "across", "tool_axis")}
+    for p in panels:
+        good = p.w_tcp[:, 0] > 0.0
+        gap, tangent = whole_gap(p)[good], _tangent(p.scene)[good]
+        along = np.sum(gap * tangent, axis=1)
+        for k, name in enumerate("xyz"):
+            parts[name].append(gap[:, k])
+        parts["along"].append(along)
+        parts["across"].append(np.linalg.norm(gap - along[:, None] * tangent, axis=1))
+        parts["tool_axis"].append(np.sum(gap * p.scene.nominal[good, :3, 2], axis=1))
+    return {name: float(np.sqrt(np.mean(np.concatenate(v) ** 2))) for name, v in parts.items()}
+
+
+def axes_of(panels: Sequence[Panel]) -> dict[str, float]:
+    """Share of the gap's energy that a slow shift of each axis alone would explain, through its Jacobian."""
+    shares: dict[str, float] = {}
+    for axis in panels[0].scene.axes:
+        gained, total = 0.0, 0.0
+        for p in panels:
+            y = p.y_tcp.copy()
+            y[:, :3] = whole_gap(p)
+            w = p.w_tcp
+            total += float(np.sum((y[:, :3] * (w[:, :3] > 0.0)) ** 2))
+            if f"{axis}.zero" not in p.scene.places:
+                continue
+            J = p.scene.places[f"{axis}.zero"] * w
+            z = np.sum(J * y * w, axis=1) / np.maximum(np.sum(J**2, axis=1), 1e-30)
+            left = y[:, :3] - p.scene.places[f"{axis}.zero"][:, :3] * z[:, None]
+            seen = w[:, :3] > 0.0
+            gained += float(np.sum((y[:, :3] * seen) ** 2) - np.sum((left * seen) ** 2))
+        shares[axis] = max(0.0, gained / max(total, 1e-30))
+    return shares
+
+
+def regimes_of(panels: Sequence[Panel], noise: float) -> dict[str, dict[str, object]]:
+    """Share of withheld energy beyond the noise that smooth functions of each regime explain, alone; intervals of 90 %.
+
+    Ridge regression of the TCP vectors on low polynomials; stretches of the path are withheld in turn. The shares need not
+    add up: regimes overlap on any one path.
+    """
+    found: dict[str, dict[str, object]] = {}
+    y = np.concatenate([whole_gap(p) for p in panels])
+    good = np.concatenate([p.w_tcp[:, 0] > 0.0 for p in panels])
+    block = np.concatenate([p.block for p in panels]) % _FOLDS
+    y = y - y[good].mean(axis=0)
+    for name in REGIMES:
+        X = np.concatenate([_features(p.scene, name) for p in panels])
+        X = X[:, X.std(axis=0) > 1e-12] if X.size else X
+        if X.shape[1] == 0 or good.sum() < 40:
+            found[name] = {"share": 0.0, "interval": [0.0, 0.0], "p_value": 1.0}
+            continue
+        X = (X - X.mean(axis=0)) / X.std(axis=0)
+        found[name] = _withheld_share(X[good], y[good], block[good], noise)
+    return found
+
+
+def _withheld_share(X: Array, y: Array, block: NDArray[np.int64], noise: float) -> dict[str, object]:
+    names = np.unique(block)
+    A, b = X.T @ X, X.T @ y
+    before, gained = [], []
+    for k in names:
+        rows = block == k
+        Ak, bk = A - X[rows].T @ X[rows], b - X[rows].T @ y[rows]
+        ridge = _RIDGE * np.trace(Ak) / len(Ak) + 1e-12
+        solved = np.linalg.solve(Ak + ridge * np.eye(len(Ak)), bk)
+        before.append(np.sum(y[rows] ** 2) - rows.sum() * noise**2)
+        gained.append(np.sum(y[rows] ** 2) - np.sum((y[rows] - X[rows] @ solved) ** 2))
+    before_, gained_ = np.maximum(np.array(before), 1e-18), np.array(gained)
+    draws = np.random.default_rng(1).integers(0, len(names), (_DRAWS, len(names)))
+    shares = np.clip(gained_[draws].sum(axis=1) / before_[draws].sum(axis=1), 0.0, 1.0)
+    low, high = np.quantile(shares, [0.05, 0.95])
+    share = float(np.clip(gained_.sum() / before_.sum(), 0.0, 1.0))
+    return {
+        "share": share,
+        "interval": [float(low), float(high)],
+        "p_value": float(np.mean(gained_[draws].sum(axis=1) <= 0.0)),
+    }
+
+
+def _features(scene: Scene, regime: str) -> Array:
+    """(N, d) smooth functions of a regime."""
+    x = scene.link - scene.link.mean(axis=0)
+    if regime == "position":
+        return np.concatenate([x, x**2, x[:, :-1] * x[:, 1:], np.sin(3.0 * x), np.cos(3.0 * x)], axis=1)
+    if regime == "load":
+        force = scene.force
+        return scene.torque if force is None else np.concatenate([scene.torque, force], axis=1)
+    if regime == "time":
+        t = (scene.t - scene.t[0]) / max(float(np.ptp(scene.t)), 1e-9)
+        parts = [t, t**2, t**3]
+        if scene.temperature is not None:
+            parts.append(scene.temperature)
+        return np.stack(parts, axis=1)
+    if scene.poses:
+        return np.zeros((len(scene), 0))
+    if regime == "direction":
+        width = deg_to_rad(0.02)
+        return np.stack([play(x[:, k], scene.t, scene.pieces, width) for k in range(x.shape[1])], axis=1)
+    v = scene.velocity(scene.command)
+    return v if regime == "speed" else scene.velocity(v)

@@ -1,0 +1,130 @@
+"""How far the gap shrinks on samples that took no part in choosing or fitting."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.design import NUISANCE, Panel, make_panel
+from camrob.gap.evidence import Evidence
+from camrob.gap.model import Model, whole_gap
+from camrob.gap.noise import find_outliers, noise_of
+from camrob.gap.scene import Scene
+
+__all__ = ["Shrinkage", "Trial", "shrinkage", "trial_of"]
+
+Array = NDArray[np.float64]
+Set = frozenset[int]
+
+_DRAWS = 400
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """before, after: (M, 3) m at the TCP, on withheld samples; block: (M,). Intervals are block bootstraps, 90 %."""
+
+    before: Array
+    after: Array
+    block: NDArray[np.int64]
+
+    @property
+    def rms_before(self) -> float:
+        """m."""
+        return _rms(self.before)
+
+    @property
+    def rms_after(self) -> float:
+        """m."""
+        return _rms(self.after)
+
+    @property
+    def shrink(self) -> float:
+        """1 - after / before."""
+        return 1.0 - self.rms_after / max(self.rms_before, 1e-12)
+
+    def interval(self) -> tuple[float, float]:
+        """90 % of `shrink`, whole blocks drawn anew."""
+        names = np.unique(self.block)
+        sums = np.array([[np.sum(e[self.block == b] ** 2) for b in names] for e in (self.before, self.after)])
+        draws = np.random.default_rng(0).integers(0, len(names), (_DRAWS, len(names)))
+        before, after = sums[0][draws].sum(axis=1), sums[1][draws].sum(axis=1)
+        low, high = np.quantile(1.0 - np.sqrt(after / np.maximum(before, 1e-24)), [0.05, 0.95])
+        return float(low), float(high)
+
+    def quantiles(self) -> dict[str, tuple[float, float]]:
+        """95 % and largest error, before and after, m."""
+        a, b = (np.linalg.norm(e, axis=1) for e in (self.before, self.after))
+        return {
+            "p95": (float(np.quantile(a, 0.95)), float(np.quantile(b, 0.95))),
+            "max": (float(a.max()), float(b.max())),
+        }
+
+
+def _rms(vectors: Array) -> float:
+    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Withheld samples: panels, and for each the rows that are asked and the blocks that the fit leaves out."""
+
+    panels: tuple[Panel, ...]
+    asked: tuple[tuple[int, NDArray[np.bool_], int | None], ...]
+    name: str
+
+
+def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
+    """The withheld logs; without any, each block of the logs in turn."""
+    if withheld:
+        panels = []
+        for k, scene in enumerate(withheld):
+            noise = noise_of(scene)
+            kept = ~find_outliers(scene, noise)
+            panel = make_panel(scene, k, model.units, model.effects, model.states, noise, kept, 10, 10 * k)
+            panels.append(panel)
+        asked = tuple((k, p.w_tcp[:, 0] > 0.0, None) for k, p in enumerate(panels))
+        return Trial(tuple(panels), asked, ", ".join(s.name for s in withheld))
+    rows = []
+    for k, p in enumerate(model.panels):
+        for b in np.unique(p.block):
+            rows.append((k, (p.block == b) & (p.w_tcp[:, 0] > 0.0), int(b)))
+    return Trial(model.panels, tuple(rows), "blocks of the logs")
+
+
+def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None) -> Shrinkage:
+    """The gap before and after `keep` (all of `members` by default) is taken away, with `members` fitted together.
+
+    Frames that nobody told are fitted to the withheld rows themselves, before and after: they are nuisances there too.
+    """
+    kept = members if keep is None else keep
+    fits: dict[int | None, Array] = {}
+    before, after, blocks = [], [], []
+    for k, rows, left_out in trial.asked:
+        if left_out not in fits:
+            evidence = Evidence(model.design, model.evidence.noise, 1.0, () if left_out is None else (left_out,))
+            fits[left_out] = evidence.fit(members | evidence.always).mean
+        p = trial.panels[k]
+        values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out], 0.0)
+        gap = whole_gap(p)[rows]
+        rest = gap - p.moves(values)[rows]
+        before.append(_settled(model, p, rows, gap))
+        after.append(_settled(model, p, rows, rest))
+        blocks.append(p.block[rows])
+    return Shrinkage(np.concatenate(before), np.concatenate(after), np.concatenate(blocks))
+
+
+def _settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:
+    """The gap with frames that nobody told fitted anew."""
+    nuisance = [k for k, o in enumerate(model.design.owner) if model.units[o].effect == NUISANCE]
+    if not nuisance or len(gap) < 12:
+        return gap
+    X = panel.tcp[rows][:, :3, nuisance].reshape(-1, len(nuisance))
+    used = np.abs(X).max(axis=0) > 1e-12
+    X = X[:, used]
+    if X.shape[1] == 0:
+        return gap
+    solved = np.linalg.lstsq(X, gap.ravel(), rcond=1e-9)[0]
+    return np.asarray(gap - (X @ solved).reshape(-1, 3))

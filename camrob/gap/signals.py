@@ -1,0 +1,132 @@
+"""Signals over time: runs without holes, derivatives, filters, the play of a gear."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+__all__ = ["delayed", "derivative", "first_order", "pieces_of", "play", "robust_sigma"]
+
+Array = NDArray[np.float64]
+
+_FINE = 5  # steps that a sample is cut into where samples are too coarse
+_HOLE = 5.0  # times the ordinary step: more is a hole in time
+
+
+def pieces_of(t: Array) -> tuple[slice, ...]:
+    """Runs of samples without a hole in time."""
+    step = np.diff(t)
+    if len(step) == 0:
+        return (slice(0, len(t)),)
+    cuts = np.flatnonzero(step > _HOLE * np.median(step)) + 1
+    edges = [0, *cuts.tolist(), len(t)]
+    return tuple(slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))
+
+
+def derivative(values: Array, t: Array, pieces: tuple[slice, ...]) -> Array:
+    """Central differences of (N, k) within each run, 0 where a run has one sample."""
+    out = np.zeros_like(values)
+    for run in pieces:
+        if run.stop - run.start > 1:
+            out[run] = np.gradient(values[run], t[run], axis=0)
+    return out
+
+
+def first_order(values: Array, t: Array, pieces: tuple[slice, ...], tau: float, cycle: float = 0.0) -> Array:
+    """(N, k) behind a first-order lag of `tau` seconds.
+
+    cycle: 0 for a continuous filter (exact for straight stretches between splined samples), else the drive's own cycle, s:
+    y += (cycle / tau) (u - y) once a cycle. Each run starts in the steady state of its first slope.
+    """
+    if tau <= cycle or tau <= 0.0:
+        return values.copy()
+    out = np.empty_like(values)
+    for run in pieces:
+        u, own = values[run], t[run]
+        if len(u) < 4:
+            out[run] = u
+            continue
+        step = cycle if cycle > 0.0 else float(np.median(np.diff(own))) / _FINE
+        fine = np.arange(own[0], own[-1] + step, step)
+        dense = CubicSpline(own, u, axis=0)(np.minimum(fine, own[-1]))
+        late = _lag(np.ascontiguousarray(dense), step, tau, cycle > 0.0)
+        for k in range(u.shape[1]):
+            out[run, k] = np.interp(own, fine, late[:, k])
+    return out
+
+
+@numba.njit(cache=True)
+def _lag(u: Array, h: float, tau: float, cyclic: bool) -> Array:
+    out = np.empty_like(u)
+    count, width = u.shape
+    share = h / tau if cyclic else np.exp(-h / tau)
+    for k in range(width):
+        slope = (u[1, k] - u[0, k]) / h
+        behind = -(tau - h if cyclic else tau) * slope
+        out[0, k] = u[0, k] + behind
+        for i in range(1, count):
+            if cyclic:
+                out[i, k] = out[i - 1, k] + share * (u[i, k] - out[i - 1, k])
+            else:
+                slope = (u[i, k] - u[i - 1, k]) / h
+                behind = -tau * slope + (behind + tau * slope) * share
+                out[i, k] = u[i, k] + behind
+    return out
+
+
+def delayed(values: Array, t: Array, pieces: tuple[slice, ...], delay: float) -> Array:
+    """(N, k) as they were `delay` seconds before, interpolated within each run and continued straight at its ends."""
+    out = np.empty_like(values)
+    for run in pieces:
+        at, own = t[run] - delay, t[run]
+        for k in range(values.shape[1]):
+            u = values[run, k]
+            out[run, k] = np.interp(at, own, u)
+            if len(u) > 1:
+                early, late = at < own[0], at > own[-1]
+                out[run, k][early] = u[0] + (at[early] - own[0]) * (u[1] - u[0]) / (own[1] - own[0])
+                out[run, k][late] = u[-1] + (at[late] - own[-1]) * (u[-1] - u[-2]) / (own[-1] - own[-2])
+    return out
+
+
+def play(values: Array, t: Array, pieces: tuple[slice, ...], width: float) -> Array:
+    """State (N,) in [-1, 1] of a gear's play: the link lags its encoder by width / 2 times the state.
+
+    The play operator, run on a spline through the samples, as reversals lie between them: the link rests until the play
+    is taken up. A run starts on the side that it first moves to.
+    """
+    out = np.zeros(len(values))
+    for run in pieces:
+        u, own = values[run], t[run]
+        if len(u) < 4:
+            continue
+        fine = np.interp(np.arange((len(u) - 1) * _FINE + 1) / _FINE, np.arange(len(u)), own)
+        dense = CubicSpline(own, u)(fine)
+        out[run] = _play(np.ascontiguousarray(dense), max(width, 1e-12))[::_FINE]
+    return out
+
+
+@numba.njit(cache=True)
+def _play(u: Array, width: float) -> Array:
+    half = 0.5 * width
+    first = 0.0
+    for i in range(1, len(u)):
+        if abs(u[i] - u[0]) > half:
+            first = 1.0 if u[i] > u[0] else -1.0
+            break
+    link = u[0] - first * half
+    out = np.empty(len(u))
+    for i in range(len(u)):
+        link = min(max(link, u[i] - half), u[i] + half)
+        out[i] = (u[i] - link) / half
+    return out
+
+
+def robust_sigma(values: Array, pieces: tuple[slice, ...]) -> Array:
+    """(k,) noise of (N, k) from second differences, whose smooth part cancels; 0 for runs too short."""
+    parts = [np.diff(values[run], 2, axis=0) for run in pieces if run.stop - run.start > 4]
+    if not parts:
+        return np.zeros(values.shape[1])
+    return np.asarray(np.median(np.abs(np.concatenate(parts)), axis=0) / (0.6745 * np.sqrt(6.0)))

@@ -1,0 +1,214 @@
+"""The verdict on effects: probabilities, sizes, shrinkage on withheld samples, what stays, and what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camrob.gap.aliases import alias_groups, covered_by
+from camrob.gap.effects.effect import Effect
+from camrob.gap.experiment import next_experiment
+from camrob.gap.localise import regimes_of
+from camrob.gap.model import Model, effect_rms
+from camrob.gap.plausible import implausible, unknown_text
+from camrob.gap.shrink import Shrinkage, Trial, shrinkage
+from camrob.units import m_to_mm
+
+__all__ = ["Verdict", "judge_effects"]
+
+Set = frozenset[int]
+
+_WORTH_A_LINE = 0.02
+_CAUTIOUS = 0.79  # what no single name is given where something unexplained stays, or only a broad effect explains
+_LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
+_TWINS = {"frame_base": ("measurement_frame", 0.85)}  # alike where measured in `world`; share of the first
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """claimed: effects with a probability of 0.5 or more; members: their units; summary: the part of the JSON object."""
+
+    claimed: tuple[str, ...]
+    members: Set
+    summary: dict[str, Any]
+
+
+def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
+    """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
+    sets = {tuple(sorted(names)): p for names, p in model.sets.items()}
+    reasons = implausible(model)
+    top = max(model.sets, key=lambda names: model.sets[names])
+    members = frozenset(i for i in model.best.members if model.units[i].effect in top - {"unknown"})
+    whole = shrinkage(model, trial, model.best.members, members)
+    structure = _structure(whole)
+    unknown = sum(p for names, p in model.sets.items() if "unknown" in names)
+    left_over = _left_over(structure / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
+    unknown = max(unknown, left_over, 0.5 if reasons and not unknown else 0.0)
+    probability = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
+    caution = 1.0 - (1.0 - _CAUTIOUS) * min(1.0, 2.0 * unknown)
+    probability = {n: min(p, caution) if n not in reasons else min(p, 0.4) for n, p in probability.items()}
+    claimed_first = tuple(n for n, p in probability.items() if p >= 0.5)
+    entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
+    members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)
+    together = shrinkage(model, trial, model.best.members, members)
+    status = _status(together, model.noise, claimed, unknown, structure)
+    total = model.design.A.sum(axis=0)
+    sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
+    text = unknown_text(model)
+    return Verdict(claimed, members, {
+        "status": status,
+        "effects": entries,
+        "together": {
+            "rms_before_mm": m_to_mm(together.rms_before), "rms_after_mm": m_to_mm(together.rms_after),
+            "shrink": together.shrink, "shrink_interval": list(together.interval()), "withheld": trial.name,
+            **{f"{k}_{w}_mm": m_to_mm(v) for k, pair in together.quantiles().items() for w, v in zip(("before", "after"), pair, strict=True)},
+            "removable_removed": _removed(together, model.noise),
+            "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
+        },
+        "alternatives": _alternatives(sets, unknown),
+        "unknown": {"probability": unknown, "where": text, "implausible": reasons},
+        "aliases": [list(g) for g in alias_groups(model.design, total)] + ([["frame_base", "measurement_frame"]] if in_world else []),
+        "residual": {
+            "rms_mm": m_to_mm(together.rms_after), "noise_mm": m_to_mm(model.noise), "structured_mm": m_to_mm(structure),
+            "structure": _residual_regimes(model, members),
+        },
+        "next_experiment": next_experiment(claimed, probability, sizes, library, text),
+    })  # fmt: skip
+
+
+def _structure(shrunk: Shrinkage) -> float:
+    """m: rms of what hangs together in the error that is left, block by block."""
+    parts = []
+    for b in np.unique(shrunk.block):
+        r = shrunk.after[shrunk.block == b]
+        parts += [np.sum(r[k:] * r[:-k], axis=1) for k in (1, 2, 3) if len(r) > 3 * k]
+    return float(np.sqrt(max(0.0, float(np.mean(np.concatenate(parts)))))) if parts else 0.0
+
+
+def _left_over(structure: float, share: float) -> float:
+    """Probability that something unknown stays, from the structure left over the noise and the share of the gap it is."""
+    size = min(structure / _LEFT, share / 0.02)
+    return float(1.0 / (1.0 + np.exp(-6.0 * (size - 1.3))))
+
+
+def _removed(shrunk: Shrinkage, noise: float) -> float | None:
+    """Share of the removable gap (before less noise) that is removed; None where nothing is removable."""
+    removable = shrunk.rms_before - noise
+    return (
+        None
+        if removable < 0.2 * noise
+        else float(np.clip((shrunk.rms_before - shrunk.rms_after) / removable, -9.0, 1.0))
+    )
+
+
+def _status(shrunk: Shrinkage, noise: float, claimed: Sequence[str], unknown: float, structure: float) -> str:
+    if not claimed:
+        quiet = shrunk.rms_before < 1.25 * noise or structure < _LEFT * noise
+        return "no gap" if quiet and unknown < 0.5 else "unexplained"
+    return "partly explained" if unknown >= 0.5 else "explained"
+
+
+def _alternatives(sets: Mapping[tuple[str, ...], float], unknown: float) -> list[dict[str, Any]]:
+    """Sets of effects with their probabilities, the unknown among them; they sum to 1."""
+    inside = sum(p for names, p in sets.items() if "unknown" in names)
+    scale_in = unknown / inside if inside > 0.0 else 0.0
+    scale_out = (1.0 - (unknown if inside > 0.0 else 0.0)) / max(1.0 - inside, 1e-12) if inside < 1.0 else 0.0
+    out = [
+        {"effects": list(names), "probability": p * (scale_in if "unknown" in names else scale_out)}
+        for names, p in sets.items()
+    ]
+    if inside <= 0.0 and unknown > 0.0:
+        out = [{**o, "probability": o["probability"] * (1.0 - unknown)} for o in out]
+        out.append({"effects": ["unknown"], "probability": unknown})
+    out.sort(key=lambda o: -float(str(o["probability"])))
+    kept = out[:12]
+    total = sum(float(str(o["probability"])) for o in kept)
+    return [{**o, "probability": float(str(o["probability"])) / max(total, 1e-12)} for o in kept]
+
+
+def _entries(
+    model: Model, trial: Trial, library: Sequence[Effect], probability: Mapping[str, float],
+    reasons: Mapping[str, str], in_world: bool,
+) -> tuple[list[dict[str, Any]], tuple[str, ...]]:  # fmt: skip
+    """One entry an effect worth a line, by probability and shrink."""
+    entries = []
+    total = model.design.A.sum(axis=0)
+    for effect in library:
+        p = probability[effect.name]
+        if p < _WORTH_A_LINE:
+            continue
+        own = frozenset(i for i in model.best.members if model.units[i].effect == effect.name)
+        if not own:
+            # not in the best set: judged by what it would be on top of it
+            units = [i for i, u in enumerate(model.units) if u.effect == effect.name]
+            own = frozenset(units)
+        rest = model.best.members | own
+        joint = shrinkage(model, trial, rest, own)
+        alone = shrinkage(model, trial, own)
+        last = shrinkage(model, trial, rest, rest - own)
+        everything = shrinkage(model, trial, rest, rest)
+        twins = list(covered_by(model.design, total, model.values(own, model.best), effect.name))
+        if in_world and effect.name in _TWINS:
+            twins.append(_TWINS[effect.name][0])
+            p *= _TWINS[effect.name][1]
+        low, high = joint.interval()
+        entries.append({
+            "effect": effect.name, "axes": _axes(model, own), "probability": p, "parameters": _parameters(model, own),
+            "rms_before_mm": m_to_mm(joint.rms_before), "rms_after_mm": m_to_mm(joint.rms_after), "shrink": joint.shrink,
+            "shrink_interval": [low, high], "alone": {"rms_after_mm": m_to_mm(alone.rms_after)},
+            "added_last": {"rms_before_mm": m_to_mm(last.rms_after), "rms_after_mm": m_to_mm(everything.rms_after)},
+            "moves_mm": m_to_mm(effect_rms(model, model.panels, effect.name)),
+            "indistinguishable_from": twins, "implausible": reasons.get(effect.name, ""), "compensable": effect.compensable,
+            "rungs": list(effect.rungs),
+        })  # fmt: skip
+    entries.sort(key=lambda e: (-float(str(e["probability"])), -float(str(e["shrink"]))))
+    return entries, tuple(str(e["effect"]) for e in entries if float(str(e["probability"])) >= 0.5)
+
+
+def _axes(model: Model, own: Set) -> list[str]:
+    """Axes of an effect's units, those that move most first; parts too small to matter left out."""
+    moved: dict[str, float] = {}
+    for i in own:
+        axis = model.units[i].axis
+        if axis:
+            values = model.values(frozenset([i]), model.best)
+            energy = sum(float(np.sum(p.moves(values) ** 2)) for p in model.panels)
+            turned = sum(float(np.sum((p.tcp[:, 3:] @ values) ** 2)) for p in model.panels)
+            moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
+    most = max(moved.values(), default=0.0)
+    return [a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > 1e-4 * most]
+
+
+def _parameters(model: Model, own: Set) -> dict[str, dict[str, float]]:
+    deviations = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
+    return {
+        parameter.name: {
+            "value": parameter.at_edge(float(model.best.mean[k])), "std": parameter.at_edge(float(deviations[k])),
+        }
+        for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True))
+        if int(owner) in own
+    }  # fmt: skip
+
+
+def _compensable(model: Model, trial: Trial, library: Sequence[Effect], claimed: Sequence[str]) -> float:
+    """m: by how much the rms falls when only what a postprocessor can correct is taken away."""
+    able = {e.name for e in library if e.compensable} & set(claimed)
+    members = frozenset(i for i in model.best.members if model.units[i].effect in able)
+    shrunk = shrinkage(model, trial, model.best.members, members)
+    return shrunk.rms_before - shrunk.rms_after
+
+
+def _residual_regimes(model: Model, members: Set) -> list[dict[str, Any]]:
+    """What the residual still depends on."""
+    from dataclasses import replace
+
+    values = model.values(members | model.evidence.always, model.best)
+    left = []
+    for p in model.panels:
+        y_servo = None if p.y_servo is None or p.servo is None else p.y_servo - p.servo @ values[p.servo_columns]
+        left.append(replace(p, y_tcp=p.y_tcp - p.tcp @ values, y_servo=y_servo))
+    found = regimes_of(left, model.noise)
+    return [{"regime": k, "p_value": v["p_value"], "share": v["share"]} for k, v in found.items()]

@@ -1,0 +1,76 @@
+"""`camrob diagnose`: from logs to diagnosis.json and diagnosis.html."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from camrob.cell.read_cell import read_cell
+from camrob.errors import LogError
+from camrob.gap.diagnose import diagnose as run_diagnosis
+from camrob.gap.diagnosis import Diagnosis
+from camrob.jobs.files import check_file_name, staged_output
+from camrob.measure.log import MeasurementLog
+from camrob.measure.read_log import read_log
+from camrob.post.krl_program import KrlProgram
+from camrob.post.krl_reader import read_krl
+from camrob.report.diagnosis_report import diagnosis_report
+
+__all__ = ["DiagnoseResult", "diagnose"]
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnoseResult:
+    """The diagnosis and its JSON object."""
+
+    diagnosis: Diagnosis
+    summary: Mapping[str, Any]
+
+
+def diagnose(
+    *,
+    cell: Path,
+    log: Sequence[Path],
+    withheld: Sequence[Path] = (),
+    program: Path | None = None,
+    without: Sequence[str] = (),
+    out: Path,
+    progress: Callable[[str, float], None] | None = None,
+) -> DiagnoseResult:
+    """Diagnose logs and write diagnosis.json and diagnosis.html into `out`.
+
+    Raises LogError, CellError, KrlError and InputError for what can't be read; nothing is written then.
+    """
+    machine = read_cell(cell)
+    logs = [read_log(path) for path in log]
+    kept_out = [read_log(path) for path in withheld]
+    same = {p.resolve() for p in log} & {p.resolve() for p in withheld}
+    if same:
+        raise LogError("is both diagnosed and withheld", cure="give it once", path=sorted(same)[0])
+    programs = [_program(one, program) for one in logs]
+    found = run_diagnosis(
+        logs, machine, withheld=kept_out, programs=programs, without=tuple(without), progress=progress
+    )
+    summary = {"cell": machine.name, "without": list(without), **found.summary}
+    with staged_output(out) as staging:
+        text = json.dumps(summary, indent=2, allow_nan=False)
+        (staging / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
+        (staging / "diagnosis.html").write_text(diagnosis_report(summary, found.paths), encoding="utf-8")
+    return DiagnoseResult(found, summary)
+
+
+def _program(log: MeasurementLog, given: Path | None) -> KrlProgram | None:
+    """The program of a log: the one given, or the one that its LOG.toml names, where it lies beside it."""
+    if given is not None:
+        return read_krl(given)
+    if not log.info.program or log.path is None:
+        return None
+    try:
+        name = check_file_name(log.info.program)
+    except LogError:
+        return None
+    beside = log.path.parent / name
+    return read_krl(beside) if beside.is_file() else None
