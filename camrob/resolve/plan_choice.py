@@ -53,19 +53,23 @@ def plan_point(
     )
 
 
-def chosen_point(points: Sequence[PlanPoint], retracts: Sequence[int], share: float, mode: str) -> Choice:
-    """The point that a mode takes; for "knee" by the rule that `planned` writes down."""
+def chosen_point(points: Sequence[PlanPoint], price: Array, share: float, mode: str) -> Choice:
+    """The point that a mode takes; for "knee" by the rule that `planned` writes down. price: (E,) of external travel."""
     if mode != "knee" or len(points) == 1:
-        return Choice(len(points) - 1 if mode == "flowing" else 0, f"{mode} was asked for")
-    fewest = min(retracts)
-    able = [k for k in range(len(points)) if retracts[k] == fewest]
-    good = [k for k in able if points[k].share >= share]
+        last = len(points) - 1 if mode == "flowing" else 0
+        return Choice(
+            last, f"{mode} was asked for" if mode != "knee" else "nothing else leads through without a retract"
+        )
+    good = [k for k in range(len(points)) if points[k].share >= share]
     if not good:
-        best = max(able, key=lambda k: points[k].share)
+        best = max(range(len(points)), key=lambda k: points[k].share)
         return Choice(best, f"no point of the curve keeps {100.0 * share:g} % of the bound; this one keeps most")
-    longest = {n: max(max(p.travel[n] for p in points), 1e-9) for n in points[0].travel}
-    least = min(good, key=lambda k: (sum(points[k].travel[n] / longest[n] for n in longest), -points[k].share))
-    return Choice(least, f"the least external travel that keeps {100.0 * share:g} % of the bound")
+
+    def paid(k: int) -> tuple[float, float]:
+        travel = sum(p * t for p, t in zip(price, points[k].travel.values(), strict=False))
+        return travel, -points[k].share
+
+    return Choice(min(good, key=paid), f"the least external travel that keeps {100.0 * share:g} % of the bound")
 
 
 def plan_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) -> dict[str, float]:

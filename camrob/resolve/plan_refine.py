@@ -16,7 +16,7 @@ __all__ = ["Course", "arm_along", "refine_course"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-ITERATIONS = 40
+ITERATIONS = 30
 _H = 1e-3  # rad or m of the differences
 _SOFT = 1e-3  # rad or m below which the travel's |d| is rounded off
 _CLIP = 0.15  # rad or m that a freedom moves in one iteration at most
@@ -255,7 +255,7 @@ def refine_course(
                 trial[k, i] = min(space.u_upper[i], max(space.u_lower[i], value))
         new = _total(space, objective, course, trial, q, q_trial, work)
         if new < price:
-            small = price - new < 1e-5 * abs(price)
+            small = price - new < 1e-4 * abs(price)
             price = new
             u[:] = trial
             q[:] = q_trial

@@ -167,4 +167,4 @@ def posture(space: PlanSpace, base_T_tip: Array, u: Array, branch: int, near: Ar
 def conditioning(space: PlanSpace, q: Array, work: PlanWork) -> float:
     """1/k_F of the arm in posture q (6,)."""
     forward(space.chain, q, work.Z, work.P, work.R, work.p, work.plate)
-    return inverse_kf(space.chain, work.Z, work.P, work.plate)
+    return float(inverse_kf(space.chain, work.Z, work.P, work.plate))

@@ -5,14 +5,14 @@ fifth of them (`plan_nodes`, `plan_search`); Newton refinement of all (`plan_ref
 reference posture (`plan_serve`). The objective and its units stand in `plan_objective`.
 
 Modes: "still" keeps the external axes exactly still along each region, or along each stretch of it between re-postures;
-"flowing" prices their travel at next to nothing; "knee", the default, is taken from the curve between them by this rule: of
-the points that need no more retracts than any other, the one with the least external travel that keeps `knee_share` of
-the bound's mean 1/k_F; where none keeps it, the one that keeps most.
+"flowing" prices their travel at next to nothing; "knee", the default, is taken from the curve between them by this rule: the
+point with the least external travel in cutting moves, by the cell's prices, that keeps `knee_share` of the bound's mean
+1/k_F; where none keeps it, the one that keeps most. A path that one of the two ends follows without a retract is not cut.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -30,7 +30,7 @@ from camrob.resolve.plan_choice import Choice, Curve, chosen_point, plan_point, 
 from camrob.resolve.plan_course import Draft, coarse_index, draft_course, relaxed, search, stopped
 from camrob.resolve.plan_nodes import candidate_nodes, region_seeds
 from camrob.resolve.plan_objective import Objective, PlanWeights, plan_weights
-from camrob.resolve.plan_report import PlanReport
+from camrob.resolve.plan_report import PlanPoint, PlanReport
 from camrob.resolve.plan_retract import with_retracts
 from camrob.resolve.plan_samples import Waypoints, waypoints
 from camrob.resolve.plan_serve import serve
@@ -50,7 +50,7 @@ SPACING = 0.02  # m of s between waypoints
 COARSE = 0.1  # m of s between the waypoints that are searched over
 STILL_SEEDS, FLOW_SEEDS = 10, 24  # external postures that are tried at each
 FLOWING = 0.02  # share of the cell's travel price that flowing axes pay
-BETWEEN = (1.0, 0.3, 0.1)  # shares that the curve's points between still and flowing pay
+BETWEEN = (1.0, 0.3, 0.1, 0.05)  # shares that the curve's points between still and flowing pay
 CLEARANCE = 0.05  # m that a retract goes above all that the path passes
 _ROUNDS = 3  # plans that are made anew because a retract was put in
 
@@ -79,15 +79,11 @@ def resolve_planned(
     weights = plan_weights(cell)
     given, plan = path, _plan(cell, path, space, weights, mode, told)
     for _round in range(_ROUNDS):
-        if plan is None:
-            return _published(cell, given, "no candidate postures lead through the whole path", told)
-        cuts = _cuts(plan)
-        if len(cuts) == 0:
-            break
-        path = with_retracts(path, cuts, CLEARANCE)
-        plan = _plan(cell, path, space, weights, mode, told)
-    if plan is None:
-        return _published(cell, given, "no candidate postures lead through the path with its retracts", told)
+        if isinstance(plan, np.ndarray):
+            path = with_retracts(path, plan, CLEARANCE)
+            plan = _plan(cell, path, space, weights, mode, told)
+    if not isinstance(plan, _Plan):
+        return _published(cell, given, "no candidate postures lead through the whole path", told)
     solution = _served(cell, path, plan, told)
     if solution is None:
         return _published(cell, given, "the tracker could not follow the plan", told)
@@ -104,14 +100,15 @@ class _Plan:
     w: Waypoints
     certificate: Certificate
     curve: Curve
+    points: tuple[PlanPoint, ...]
     choice: Choice
     mode: str
 
 
 def _plan(
     cell: Cell, path: ToolPathInBase, space: PlanSpace, weights: PlanWeights, mode: str, told: Callable[[float], None]
-) -> _Plan | None:
-    """The plan of a path; None where no candidates lead through."""
+) -> _Plan | Ints | None:
+    """The plan of a path; the points at which it needs retracts first; None where no candidates lead through."""
     objective = Objective.of(cell, space, weights)
     w = waypoints(path, SPACING)
     survey = survey_poses(space, w.base_T_tip)
@@ -120,28 +117,56 @@ def _plan(
     told(0.25)
     if np.any(certificate.inv_kf <= 0.0):
         raise _unreached(cell, path, w, int(np.argmin(certificate.inv_kf)))
+    drafts = {}
     coarse = coarse_index(w, COARSE)
-    curve: Curve = []
-    start = None
-    if mode != "flowing":
-        draft = _drafted(cell, space, objective, w, coarse, survey, None)
-        if draft is not None:
-            start = stopped(space, objective, w, draft)
-            curve.append(("still", start))
-    told(0.45)
-    if mode != "still" or not curve:
-        draft = _drafted(cell, space, objective, w, coarse, survey, certificate)
-        if draft is not None:
-            flowing = relaxed(space, objective, w, draft, FLOWING)
-            if mode == "knee":
-                curve += _between(space, objective, w, start, flowing)
-            curve.append(("flowing", flowing))
-    told(0.8)
-    if not curve:
+    for name, known in (("still", None), ("flowing", certificate)):
+        if mode in ("knee", name):
+            draft = _drafted(cell, space, objective, w, coarse, survey, known)
+            if draft is not None:
+                drafts[name] = draft
+    told(0.4)
+    if not drafts:
         return None
-    points = [plan_point(cell, space, w, certificate, name, draft) for name, draft in curve]
-    choice = chosen_point(points, [_unsafe(w, draft) for _, draft in curve], weights.knee_share, mode)
-    return _Plan(space, objective, weights, w, certificate, curve, choice, mode)
+    cuts = min((_cuts(w, draft) for draft in drafts.values()), key=len)
+    if len(cuts):  # not even the best draft goes through in one piece
+        return cuts
+    curve = _curve(space, objective, w, {k: d for k, d in drafts.items() if len(_cuts(w, d)) == 0})
+    told(0.8)
+    points = tuple(plan_point(cell, space, w, certificate, name, draft) for name, draft in curve)
+    choice = chosen_point(points, objective.travel, weights.knee_share, mode)
+    return _Plan(space, objective, weights, w, certificate, curve, points, choice, mode)
+
+
+def _curve(space: PlanSpace, objective: Objective, w: Waypoints, drafts: Mapping[str, Draft]) -> Curve:
+    """The drafts refined, and where both ends are there the points between them: from either end, side by side, each begun
+    from the one before.
+    """
+
+    def chain(draft: Draft, shares: Sequence[float], name: str) -> Curve:
+        out: Curve = []
+        for share in shares:
+            draft = relaxed(space, objective, w, draft, share)
+            out.append((name.format(share), draft))
+        return out
+
+    def from_still() -> Curve:
+        if "still" not in drafts:
+            return []
+        still = stopped(space, objective, w, drafts["still"])
+        return [("still", still), *chain(still, BETWEEN if len(drafts) > 1 else (), "x{:g}")]
+
+    def from_flowing() -> Curve:
+        if "flowing" not in drafts:
+            return []
+        flowing = relaxed(space, objective, w, drafts["flowing"], FLOWING)
+        return [
+            *chain(flowing, BETWEEN[::-1] if len(drafts) > 1 else (), "x{:g} from flowing")[::-1],
+            ("flowing", flowing),
+        ]
+
+    with ThreadPoolExecutor(2) as pool:  # the kernels release the interpreter's lock
+        other = pool.submit(from_flowing)
+        return [*from_still(), *other.result()]
 
 
 def _drafted(
@@ -182,33 +207,10 @@ def _seeds(w: Waypoints, coarse: Ints, survey: Survey, count: int, *, spread: bo
     return seeds
 
 
-def _between(space: PlanSpace, objective: Objective, w: Waypoints, still: Draft | None, flowing: Draft) -> Curve:
-    """The curve's points between still and flowing: from either end, side by side, each begun from the one before."""
-
-    def chain(draft: Draft, shares: Sequence[float], name: str) -> Curve:
-        out: Curve = []
-        for share in shares:
-            draft = relaxed(space, objective, w, draft, share)
-            out.append((name.format(share), draft))
-        return out
-
-    with ThreadPoolExecutor(2) as pool:  # the kernels release the interpreter's lock
-        other = pool.submit(chain, flowing, BETWEEN[::-1], "x{:g} from flowing")
-        first = chain(still, BETWEEN, "x{:g}") if still is not None else []
-        return [*first, *other.result()[::-1]]
-
-
-def _unsafe(w: Waypoints, draft: Draft) -> int:
-    """How many of a draft's re-postures stand where the tool is not clear of the part."""
+def _cuts(w: Waypoints, draft: Draft) -> Ints:
+    """Path points of a draft's re-postures at which the tool is not clear of the part."""
     jump = draft.index[1:][~draft.joined[1:]]
-    return int(np.sum(~w.safe[jump]))
-
-
-def _cuts(plan: _Plan) -> Ints:
-    """Path points at which the chosen draft needs a retract."""
-    draft = plan.curve[plan.choice.curve_index][1]
-    jump = draft.index[1:][~draft.joined[1:]]
-    return np.asarray(plan.w.point[jump[~plan.w.safe[jump]]], np.int64)
+    return np.asarray(w.point[jump[~w.safe[jump]]], np.int64)
 
 
 def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
@@ -230,7 +232,6 @@ def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float
     told(0.95)
     w = plan.w
     bound = np.maximum(plan.certificate.along(w.s, w.place), served.inv_kf)
-    points = tuple(plan_point(cell, plan.space, w, plan.certificate, n, d) for n, d in plan.curve)
     length = np.diff(path.length, prepend=0.0) * path.cutting
     if not np.any(length > 0.0):
         length = np.ones(len(path))
@@ -242,11 +243,11 @@ def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float
         bound_mean=float(np.average(bound, weights=length)),
         bound_min=float(bound[length > 0.0].min()),
         terms=plan_terms(plan.space, plan.objective, w, draft),
-        curve=points,
+        curve=plan.points,
         repostures=sum(r.by_axes for r in served.revisions),
-        retracts=0,
+        retracts=int(np.sum((path.source < 0) & (path.region >= 0) & path.safe)),
     )
-    findings = (_finding(report, points[plan.choice.curve_index].share),)
+    findings = (_finding(report, plan.points[plan.choice.curve_index].share),)
     told(1.0)
     return Solution("planned", served.q, served.inv_kf, cell.digest, path.digest, served.revisions, findings, report)
 
