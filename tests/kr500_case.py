@@ -15,12 +15,12 @@ import numpy as np
 from camrob.calibrate.calibrate import calibrate_cell
 from camrob.calibrate.calibration import Calibration
 from camrob.calibrate.compensate import compensate_postures, pose_difference
-from camrob.calibrate.derivatives import DerivativeAnalysis, analyse_derivatives
 from camrob.calibrate.error_model import ErrorModel
 from camrob.calibrate.measurements import Measurements
 from camrob.calibrate.paper_newton import compensate_as_published
 from camrob.calibrate.terms import standard_names
 from camrob.cell.read_cell import read_cell
+from camrob.feed.derivative_analysis import DerivativeAnalysis, analyse_derivatives
 from camrob.kinematics.arm import FOLLOWED, Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.se3 import inverse, pose, rotation_exp
@@ -119,12 +119,17 @@ def tape_line(errors: dict[str, float], plain: Calibration, extended: Calibratio
         counts.append(count)
         difference = max(difference, float(np.max(np.abs(theta - ours.q[row]))))
     further = compensate_postures(*extended.model(CELL), planned, targets)
-    limits = [CELL.limits_of(k) for k in ("speed", "acceleration", "jerk")]
     return Line(
         planned, error_of(planned), error_of(np.asarray(ours.q)), error_of(np.asarray(further.q)),
         int(np.max(ours.iterations)), (min(counts), max(counts)), difference,
-        (analyse_derivatives(planned, *limits), analyse_derivatives(np.asarray(ours.q), *limits)),
+        (analyse_derivatives(CELL, planned), analyse_derivatives(CELL, np.asarray(ours.q))),
     )  # fmt: skip
+
+
+def slowest(analysis: DerivativeAnalysis) -> tuple[float, float, float]:
+    """The least ds/dt that the axes' speeds, accelerations and jerks allow, rad/s."""
+    rates = (analysis.rate_speed, analysis.rate_acceleration, analysis.rate_jerk)
+    return float(rates[0].min()), float(rates[1].min()), float(rates[2].min())
 
 
 def means(calibration: Calibration, stage: str) -> tuple[float, float]:
@@ -133,4 +138,4 @@ def means(calibration: Calibration, stage: str) -> tuple[float, float]:
     return 1e3 * size.mean, float(np.rad2deg(size.mean_angle))
 
 
-__all__ = ["PUBLISHED", "calibrated", "means", "tape_line", "truth"]
+__all__ = ["PUBLISHED", "calibrated", "means", "slowest", "tape_line", "truth"]

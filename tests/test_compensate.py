@@ -14,7 +14,6 @@ from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, measure
 from camrob.calibrate.calibrate import calibrate_cell
 from camrob.calibrate.calibration_file import calibration_text
 from camrob.calibrate.compensate import compensate_postures, pose_difference
-from camrob.calibrate.derivatives import analyse_derivatives
 from camrob.calibrate.error_model import ErrorModel
 from camrob.calibrate.paper_newton import compensate_as_published
 from camrob.cli import run
@@ -256,23 +255,6 @@ def test_the_command(tmp_path: Path, calibration: Path, capsys) -> None:
 
 
 # --- section III of the paper ---------------------------------------------------------------------------------------------
-
-
-def test_derivatives_of_a_known_path() -> None:
-    """On a circle in two axes |q_s| = 1, |q_ss| = 1/r, |q_sss| = 1/r^2; the limits follow."""
-    r = 0.4
-    angle = np.linspace(0.0, 2.0 * np.pi, 20_000)
-    q = r * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    found = analyse_derivatives(q, np.array([2.0, 2.0]), np.array([3.0, 3.0]), np.array([5.0, 5.0]), samples=1000)
-    inner = slice(10, -10)
-    assert np.allclose(np.linalg.norm(found.first[inner], axis=1), 1.0, atol=1e-3)
-    assert np.allclose(np.linalg.norm(found.second[inner], axis=1), 1.0 / r, atol=1e-2)
-    assert np.allclose(np.linalg.norm(found.third[inner], axis=1), 1.0 / r**2, atol=1e-1)
-    assert found.slowest[0] == pytest.approx(2.0, abs=1e-2)
-    assert found.allowed[inner, 1].min() == pytest.approx(np.sqrt(3.0 * r), rel=1e-2)
-    assert found.allowed[inner, 2].min() == pytest.approx(np.cbrt(5.0 * r**2), rel=1e-2)
-    with pytest.raises(ValueError, match="stands still"):
-        analyse_derivatives(np.ones((5, 2)), *np.ones((3, 2)))
 
 
 def test_compensation_of_a_real_program_brings_no_new_hurry(tmp_path: Path, calibration: Path) -> None:

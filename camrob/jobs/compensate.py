@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from camrob.calibrate.calibration import Calibration
 from camrob.calibrate.calibration_file import read_calibration
 from camrob.calibrate.compensate import Compensated, compensate_postures, pose_difference
-from camrob.calibrate.derivatives import analyse_derivatives
 from camrob.calibrate.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of, read_cell
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, KrlError, LimitError, SingularError, UnreachableError, VerificationError
+from camrob.feed.derivative_analysis import analyse_derivatives
 from camrob.issues import Finding, Severity
 from camrob.jobs.files import staged_output
 from camrob.kinematics.frames import base_T_tool, world_T_base
@@ -280,14 +280,22 @@ def _middle(poses: Array, rows: NDArray[np.int64]) -> Array:
 
 
 def _derivatives(cell: Cell, planned: Array, compensated: Array) -> dict[str, Any]:
-    """The least rate in machine space that the arm's limits allow, before and after (the paper's section III)."""
-    part = cell.arm_slice
-    limits = [cell.limits_of(quantity)[part] for quantity in ("speed", "acceleration", "jerk")]
-    if not np.any(np.diff(planned[:, part], axis=0)):
+    """The least rate in machine space that the axes' limits allow, before and after (the paper's section III).
+
+    Empty for a program of too few postures to differentiate.
+    """
+    try:
+        before, after = (analyse_derivatives(cell, q) for q in (planned, compensated))
+    except ValueError:
         return {}
-    before, after = (analyse_derivatives(q[:, part], *limits).slowest for q in (planned, compensated))
-    names = ("speed", "acceleration", "jerk")
-    return {n: {"before": b, "after": a} for n, b, a in zip(names, before, after, strict=True)}
+    return {
+        name: {"before": float(np.min(b)), "after": float(np.min(a))}
+        for name, b, a in (
+            ("speed", before.rate_speed, after.rate_speed),
+            ("acceleration", before.rate_acceleration, after.rate_acceleration),
+            ("jerk", before.rate_jerk, after.rate_jerk),
+        )
+    }
 
 
 def _said(summary: Mapping[str, Any]) -> list[Finding]:

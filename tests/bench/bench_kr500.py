@@ -14,7 +14,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from kr500_case import CELL, PUBLISHED, calibrated, means, tape_line, truth
+from kr500_case import CELL, PUBLISHED, calibrated, means, slowest, tape_line, truth
 
 from camrob.calibrate.compensate import compensate_postures
 from camrob.kinematics.frames import base_T_tool
@@ -50,7 +50,7 @@ def main() -> None:
     row("iterations, analytic Jacobian, to 1e-11 m", "-", f"at most {line.iterations}")
     row("largest difference between the two, rad", "-", f"{line.largest_difference:.1e}")
     for k, name in enumerate(("speed", "acceleration", "jerk")):
-        rates = [analysis.slowest[k] for analysis in line.analysis]
+        rates = [slowest(analysis)[k] for analysis in line.analysis]
         row(f"least ds/dt that {name} limits allow, rad/s", "no violation", f"{rates[0]:.4f}, then {rates[1]:.4f}")
     q = np.tile(line.planned, (337, 1))[:100_000]
     targets = base_T_tool(CELL, q)
