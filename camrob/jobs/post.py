@@ -21,7 +21,7 @@ from camrob.controller.intended import hold_to_intended
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.controller.trace import posture_trace
-from camrob.errors import CollisionError, InputError, JobError, VerificationError
+from camrob.errors import CollisionError, InputError, JobError, KrlError, VerificationError
 from camrob.feed.timing import program_time
 from camrob.issues import Finding, Severity, collapse
 from camrob.jobs.files import staged_output
@@ -208,8 +208,11 @@ def _verify(
     source: Path, program: Program, inputs: JobInputs, progress: Callable[[float], None]
 ) -> tuple[KrlProgram, Replay, Coverage, Judgement]:
     """Read the program's own text back, replay it, and hold it to the CL points and to what was meant."""
-    text = read_krl(source)
-    replayed = replay(text, inputs.cell, progress=progress)
+    try:
+        text = read_krl(source)
+        replayed = replay(text, inputs.cell, progress=progress)
+    except KrlError as error:
+        raise VerificationError(f"the program was not released: it reads back wrong: {error.what}") from None
     path = inputs.path
     own = path.of_toolpath
     coverage = cover(
