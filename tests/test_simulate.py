@@ -89,6 +89,17 @@ def test_ptp_moves_all_axes_together_in_the_leading_axis_time(tmp_path):
     assert share[-1] == pytest.approx(1.0) and np.diff(share).min() > -1e-12
 
 
+def test_ptp_corners_are_rounded_within_limits(tmp_path):
+    points = ["A1 20,A2 -90,A3 95", "A1 20,A2 -100,A3 95", "A1 5,A2 -95,A3 90"]
+    exact, rounded = (
+        run(tmp_path, HOME, *(f"PTP {{{p},A4 0,A5 85,A6 3,E1 0,E2 0}} {after}" for p in points))
+        for after in ("", "C_PTP")
+    )
+    assert rounded.duration < exact.duration - 0.05
+    assert max(rounded.peak_acceleration.values()) <= 1.005
+    assert rounded.log.setpoints(("A1", "A2"))[-1] == pytest.approx([5, -95], abs=1e-6)
+
+
 def test_a_corner_is_rounded_as_far_as_paper_says(tmp_path):
     d = 2.0
     corner = (*START, lin(x=127, after="C_DIS"), lin(x=127, y=-11.764))

@@ -19,6 +19,7 @@ Indices = NDArray[np.int64]
 
 STEP_LENGTH = 0.005  # m, of the tip or a track, between nodes
 STEP_ANGLE = 0.0175  # rad, of the tool or a table
+STEP_ARC = 0.1  # rad, of a circle
 STEP_TIME = 0.024  # s at the programmed speed
 RAMP_TIME = 0.006  # s likewise, where the tool may speed up or slow down
 _BLEND_STEPS = 4  # of a rounding, at the least
@@ -35,6 +36,7 @@ def cut(cell: Cell, layout: Layout, settings: MotionSettings) -> Pieces:
     motions = layout.motions
     carried = np.abs(np.diff(motions.e, axis=0))
     fine = np.maximum(layout.length / STEP_LENGTH, layout.turn / STEP_ANGLE)
+    fine = np.maximum(fine, np.abs(motions.angle) / STEP_ARC)
     for i in range(carried.shape[1]):
         fine = np.maximum(fine, carried[:, i] / (STEP_LENGTH if cell.joints[i].prismatic else STEP_ANGLE))
     fine = np.where(motions.kind == PTP, 0.0, fine) / motions.size

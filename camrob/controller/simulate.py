@@ -4,7 +4,8 @@ The model (all of it from the text and the cell; nothing of the solver takes par
 is. PTP moves all axes together; LIN and CIRC lead the tool at `$VEL.CP`, or slower where `$ACC.CP`, the tool's rotation or an
 axis asks for it. Approximated corners are rounded within `$APO.CDIS` (C_VEL, C_ORI: where they begin), at most half of the
 shorter motion; a corner whose rounding would be over within 4 ms is passed at a point, at a speed that the accelerations can
-change within that time. `$ADVANCE` motions are known ahead. Jerk is not limited.
+change within that time (rows closer than 8 ms may show up to twice the limit there). `$ADVANCE` motions are known ahead. Jerk
+is not limited.
 """
 
 from __future__ import annotations
