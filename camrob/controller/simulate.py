@@ -4,8 +4,8 @@ The model (all of it from the text and the cell; nothing of the solver takes par
 is. PTP moves all axes together; LIN and CIRC lead the tool at `$VEL.CP`, or slower where `$ACC.CP`, the tool's rotation or an
 axis asks for it. Approximated corners are rounded within `$APO.CDIS` (C_VEL, C_ORI: where they begin), at most half of the
 shorter motion; a corner whose rounding would be over within 4 ms is passed at a point, at a speed that the accelerations can
-change within that time (rows closer than 8 ms may show up to twice the limit there). `$ADVANCE` motions are known ahead. Jerk
-is not limited.
+change within that time (rows there may show up to 4/3 of a limit at 12 ms, twice at 4 ms). `$ADVANCE` motions are known ahead.
+Jerk is not limited.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def simulate(
 
     Raises KrlError for settings that no controller takes and CP motions without a speed, UnreachableError (with the line)
     where a motion can't be followed, CellError for an arm without closed form, ValueError for a cycle that is no positive
-    number. Cost: some ten microseconds a motion and five a row.
+    number. Cost: some hundred microseconds a motion and five a row.
     """
     if not (np.isfinite(cycle) and cycle > 0.0):
         raise ValueError(f"cycle is {cycle}, a positive number of seconds is needed")
