@@ -153,6 +153,13 @@ def calibrate(
     share: Annotated[
         float, typer.Option("--share", metavar="X", help="The share of the poses that is withheld without --withheld.")
     ] = 0.2,
+    poses: Annotated[
+        int,
+        typer.Option("--next", min=0, max=500, metavar="N", help="Choose N poses to measure next, as a KRL program."),
+    ] = 0,
+    path: Annotated[
+        Path | None, typer.Option("--for", metavar="PROGRAM.src", help="The program that these poses are to serve.")
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -167,6 +174,8 @@ def calibrate(
             parameters=parameter or (),
             harmonics=harmonics,
             share=share,
+            poses=poses,
+            path=path,
             progress=progress,
         )
 
@@ -194,8 +203,12 @@ def compensate(
 def simulate(
     program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
     cell: CellOption,
-    out: Annotated[Path, typer.Option("--out", metavar="LOG.csv", help="The log (.csv or .parquet); LOG.toml beside it.")],
-    cycle_ms: Annotated[float, typer.Option("--cycle-ms", metavar="MS", help="Milliseconds a row, such as 12 or 4.")] = 12.0,
+    out: Annotated[
+        Path, typer.Option("--out", metavar="LOG.csv", help="The log (.csv or .parquet); LOG.toml beside it.")
+    ],
+    cycle_ms: Annotated[
+        float, typer.Option("--cycle-ms", metavar="MS", help="Milliseconds a row, such as 12 or 4.")
+    ] = 12.0,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -211,7 +224,8 @@ def feed(
     cell: CellOption,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the report.")],
     solution: Annotated[
-        Path | None, typer.Option("--solution", metavar="NAME.path.npz", help="A solved path, to analyse its derivatives.")
+        Path | None,
+        typer.Option("--solution", metavar="NAME.path.npz", help="A solved path, to analyse its derivatives."),
     ] = None,
     compensated: Annotated[
         Path | None, typer.Option("--compensated", metavar="OTHER.path.npz", help="Compensated coordinates beside it.")
@@ -233,13 +247,19 @@ def feed(
 
 def diagnose(
     cell: CellOption,
-    log: Annotated[list[Path], typer.Option("--log", metavar="LOG.csv", help="A measured run; may be given several times.")],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives diagnosis.json and .html.")],
+    log: Annotated[
+        list[Path], typer.Option("--log", metavar="LOG.csv", help="A measured run; may be given several times.")
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="The folder that receives diagnosis.json and .html.")
+    ],
     withheld: Annotated[
-        list[Path] | None, typer.Option("--withheld", metavar="LOG.csv", help="A run that takes no part in choosing or fitting.")
+        list[Path] | None,
+        typer.Option("--withheld", metavar="LOG.csv", help="A run that takes no part in choosing or fitting."),
     ] = None,
     program: Annotated[
-        Path | None, typer.Option("--program", metavar="PROGRAM.src", help="What was run. Default: what each LOG.toml names.")
+        Path | None,
+        typer.Option("--program", metavar="PROGRAM.src", help="What was run. Default: what each LOG.toml names."),
     ] = None,
     without: Annotated[
         list[str] | None, typer.Option("--without", metavar="EFFECT", help="Leave an effect out of the library.")
@@ -251,7 +271,13 @@ def diagnose(
 
     def job(progress: ProgressHook) -> Any:
         return _job("diagnose")(
-            cell=cell, log=log, withheld=withheld or [], program=program, without=without or [], out=out, progress=progress
+            cell=cell,
+            log=log,
+            withheld=withheld or [],
+            program=program,
+            without=without or [],
+            out=out,
+            progress=progress,
         )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_diagnosis)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from camrob.calibrate.calibrate import calibrate_cell
 from camrob.calibrate.calibration import Calibration
@@ -14,10 +17,13 @@ from camrob.calibrate.calibration_file import calibration_summary, calibration_t
 from camrob.calibrate.measurements import measurements_of
 from camrob.calibrate.terms import standard_names
 from camrob.cell.read_cell import read_cell
+from camrob.controller.replay import replay
 from camrob.errors import InputError
 from camrob.jobs.files import check_file_name, staged_output
+from camrob.jobs.measuring import plan_measuring
 from camrob.measure.log_info import MeasuredFrame
 from camrob.measure.read_log import read_log
+from camrob.post.krl_reader import read_krl
 
 __all__ = ["CalibrateResult", "calibrate"]
 
@@ -39,13 +45,17 @@ def calibrate(
     parameters: Sequence[str] = (),
     harmonics: int = 0,
     share: float = 0.2,
+    poses: int = 0,
+    path: Path | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> CalibrateResult:
     """Calibrate a cell from a log and write CALIBRATION.toml.
 
     parameters: names to fit, all of them or none; without, the standard ones with `harmonics` orders of gear ripple,
-    as far as the poses tell them. withheld: a log whose poses take no part; without, a share of the poses. Raises
-    CellError, LogError (input), SingularError and JobError (a fit that can't be had honestly).
+    as far as the poses tell them. withheld: a log whose poses take no part; without, a share of the poses.
+    poses: how many to measure next are wanted, as a KRL program NAME_poses.src beside the file, chosen for the accuracy
+    on the program `path`, else on the poses measured. Raises CellError, LogError and KrlError (input), SingularError
+    and JobError (a fit that can't be had honestly), CollisionError (no poses that can be visited).
     """
     start = time.perf_counter()
 
@@ -71,7 +81,21 @@ def calibrate(
         machine, data, names=names, candidates=standard, withheld=other, share=0.0 if other is not None else share
     )
     tell("write", 0.9)
+    summary = {**calibration_summary(calibration), "file": out.name}
+    files: Mapping[str, bytes] = {}
+    if poses > 0:
+        way = np.asarray(data.q if path is None else replay(read_krl(Path(path)), machine).q)
+        plan = plan_measuring(machine, data, standard, way, poses, f"{_program_stem(out)}_poses")
+        files, summary["next"] = plan.files, dict(plan.summary)
     with staged_output(out.parent) as folder:
         (folder / out.name).write_text(calibration_text(calibration), encoding="utf-8")
-    summary = {**calibration_summary(calibration), "file": out.name, "seconds": time.perf_counter() - start}
+        for name, content in files.items():
+            (folder / name).write_bytes(content)
+    summary["seconds"] = time.perf_counter() - start
     return CalibrateResult(calibration, summary)
+
+
+def _program_stem(out: Path) -> str:
+    """A name for a KRL program, after a file's."""
+    plain = re.sub(r"\W+", "_", out.stem, flags=re.ASCII).strip("_")
+    return plain[:18] if plain[:1].isalpha() else f"P_{plain[:16]}"
