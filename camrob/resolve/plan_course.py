@@ -63,7 +63,7 @@ def coarse_index(w: Waypoints, spacing: float) -> Ints:
     return np.flatnonzero(must | fresh)
 
 
-def weights_of(w: Waypoints) -> Array:
+def _weights(w: Waypoints) -> Array:
     """(W,) m that the posture at each waypoint counts for: what is cut, and a share of what is travelled in air."""
     s = np.asarray(w.s)
     edge = np.concatenate([[s[0]], 0.5 * (s[1:] + s[:-1]), [s[-1]]])
@@ -91,7 +91,7 @@ def search(space: PlanSpace, objective: Objective, w: Waypoints, nodes: Nodes, *
     jump = np.where(w.safe, objective.reposture, np.where(w.on_point, RETRACT_PRICE, np.inf))
     endless = np.zeros(n, np.bool_)
     endless[:F] = space.u_endless
-    price = nodes.price * np.repeat(weights_of(w), np.diff(nodes.offset))
+    price = nodes.price * np.repeat(_weights(w), np.diff(nodes.offset))
     top = np.full((T, n), np.inf)
     top[:, :F] = objective.u_speed * np.maximum(w.time, _LEAST_TIME)[:, None]
     haste = objective.speed * ds
@@ -148,7 +148,7 @@ def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way
 def surroundings(space: PlanSpace, w: Waypoints, draft: Draft, travel: float, stiff: float = 0.0) -> Course:
     """The surroundings of a draft: external travel at `travel` times its price, `stiff` holding it within regions."""
     at, F = draft.index, len(space.free)
-    weight = weights_of(w)[at]
+    weight = _weights(w)[at]
     second = ~draft.joined
     second[0] = False
     weight[second] *= 0.5
@@ -180,7 +180,7 @@ def stopped(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) 
     external = len(space.free) - space.roll
     u, q = draft.u.copy(), draft.q.copy()
     group = np.cumsum(~draft.rigid) - 1
-    weight = weights_of(w)[draft.index]
+    weight = _weights(w)[draft.index]
     _settle(u, group, weight, external)
     nothing, hold = np.zeros(len(space.free), np.bool_), np.zeros(len(space.free), np.bool_)
     hold[:external] = True

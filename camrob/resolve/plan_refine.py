@@ -19,6 +19,7 @@ Ints = NDArray[np.int64]
 ITERATIONS = 30
 _H = 1e-3  # rad or m of the differences
 _SOFT = 1e-3  # rad or m below which the travel's |d| is rounded off
+_SHIFT = 1e-3  # of the mean weight, added to the blocks at first
 _CLIP = 0.15  # rad or m that a freedom moves in one iteration at most
 
 
@@ -243,7 +244,7 @@ def refine_course(
     work = plan_work()
     price = _total(space, objective, course, u, q.copy(), q, work)
     mean = np.mean(course.weight)
-    shift = 1e-3 * mean
+    shift = _SHIFT * mean
     fresh = True
     for _iteration in range(iterations):
         if fresh:

@@ -66,6 +66,31 @@ def _edge(layers: Layers, t: int, j: int, k: int) -> float:
     return total
 
 
+@numba.njit(cache=True)
+def _arrive(layers: Layers, t: int, leave: Array, arrive: Array, back: Ints) -> None:
+    """arrive (K,) <- the cheapest price at which each node of layer t is come to, and back (M,) from where."""
+    before, start, stop = layers.offset[t - 1], layers.offset[t], layers.offset[t + 1]
+    order = np.argsort(layers.x[before:start, 0])
+    column = layers.x[before:start, 0][order]
+    width = layers.window[t, 0]
+    for k in range(start, stop):
+        best = np.inf
+        for turn in range(-1, 2):
+            if turn != 0 and not layers.endless[0]:
+                continue
+            place = layers.x[k, 0] + 2.0 * np.pi * turn
+            low = np.searchsorted(column, place - width)
+            high = np.searchsorted(column, place + width, side="right")
+            for i in range(low, high):
+                j = before + order[i]
+                if leave[j] < best:
+                    price = leave[j] + _edge(layers, t, j, k)
+                    if price < best:
+                        best = price
+                        back[k] = j
+        arrive[k - start] = best
+
+
 @numba.njit(cache=True, nogil=True)
 def cheapest_way(layers: Layers) -> Way:
     """Viterbi's algorithm with banded transitions; memory of two indices a node, time linear in the layers.
@@ -84,27 +109,9 @@ def cheapest_way(layers: Layers) -> Way:
         cheapest, from_node = np.inf, -1
         arrive = np.full(stop - start, np.inf)
         if t > 0:
-            before = layers.offset[t - 1]
-            column = layers.x[before:start, 0]
-            order = np.argsort(column)
-            column = column[order]
-            width = layers.window[t, 0]
+            _arrive(layers, t, leave, arrive, back)
         for k in range(start, stop):
-            best = 0.0 if t == 0 else np.inf
-            if t > 0:
-                for turn in range(-1, 2):
-                    if turn != 0 and not layers.endless[0]:
-                        continue
-                    place = layers.x[k, 0] + 2.0 * np.pi * turn
-                    low = np.searchsorted(column, place - width)
-                    high = np.searchsorted(column, place + width, side="right")
-                    for i in range(low, high):
-                        j = before + order[i]
-                        if leave[j] < best:
-                            price = leave[j] + _edge(layers, t, j, k)
-                            if price < best:
-                                best = price
-                                back[k] = j
+            best = arrive[k - start] if t > 0 else 0.0
             arrive[k - start] = best + 0.5 * layers.price[k]
             if arrive[k - start] < cheapest:
                 cheapest, from_node = arrive[k - start], k

@@ -217,7 +217,8 @@ def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobErr
     """The error for a waypoint that no posture reaches."""
     point = int(w.point[k])
     state = PathTracker(cell, path, fuzzy=False).home()
-    return explain_failure(cell, Arm.of(cell), path, point, np.asarray(w.base_T_tip[k]), FAILED_NOT_REACHED, state)
+    base_T_target = np.asarray(w.base_T_tip[k])  # frames: target is tip
+    return explain_failure(cell, Arm.of(cell), path, point, base_T_target, FAILED_NOT_REACHED, state)
 
 
 def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float], None]) -> Solution | None:
