@@ -28,7 +28,8 @@ def next_experiment(
     """
     by_name = {e.name: e for e in library}
     if unknown:
-        return f"Isolate what is unexplained ({unknown}): move that axis alone through its range, the others at rest, and measure."
+        text = "move that axis alone through its range, the others at rest, and measure"
+        return f"Isolate what is unexplained ({unknown}): {text}."
     order = sorted((n for n in rivals if n in by_name and n not in claimed), key=lambda n: -rivals[n])
     pair = [*claimed, *order][:2] if len(claimed) < 2 or not order else [claimed[0], order[0]]
     if not pair:

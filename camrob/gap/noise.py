@@ -36,7 +36,7 @@ class Noise:
 
 
 def noise_of(scene: Scene) -> Noise:
-    """The noise of one log: what LOG.toml tells, or what second differences show where that is clearly more or nothing is told."""
+    """The noise of one log: what LOG.toml tells; what second differences show, where that is clearly more or nothing is told."""
     shown = np.zeros(6)
     if not scene.poses:
         shown[:3] = float(np.sqrt(np.mean(robust_sigma(scene.tcp_gap[:, :3], scene.pieces) ** 2)))

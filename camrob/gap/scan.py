@@ -96,7 +96,7 @@ def _peak(orders: Array, z: Array, w: Array, angle: Array) -> tuple[float, float
     bc, bs = C @ (w * zc), S @ (w * zc)
     det = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
     gain = (bc**2 * ss - 2.0 * bc * bs * cs + bs**2 * cc) / det
-    gain = np.where(det < 1e-3 * cc * ss, 0.0, gain)
+    gain = np.where(det < 2e-3 * cc * ss, 0.0, gain)
     k = int(np.argmax(gain))
     return float(orders[k]), float(gain[k])
 

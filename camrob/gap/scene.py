@@ -91,13 +91,6 @@ class Scene:
         """Time derivative of (N, k), run by run."""
         return derivative(values, self.t, self.pieces)
 
-    def reach(self) -> Array:
-        """(N, 3) m from the robot's foot to the TCP, in the measured frame."""
-        # a turn about an axis through the foot moves the TCP by axis x reach: two turns tell it
-        about = np.stack([self.places[f"root.{p}"][:, 3:] for p in ("rx", "ry", "rz")], axis=2)
-        moved = np.stack([self.places[f"root.{p}"][:, :3] for p in ("rx", "ry", "rz")], axis=2)
-        return 0.5 * np.asarray(np.sum(np.cross(moved, about, axis=1), axis=2))
-
     def moment(self) -> Array:
         """(N, 2) gravity's moment about x and y of `root` at the robot's foot, Nm, of all masses."""
         return _moment(self)

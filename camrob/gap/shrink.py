@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.design import NUISANCE, Panel, make_panel
-from camrob.gap.evidence import Evidence
+from camrob.gap.evidence import Evidence, Fitted
 from camrob.gap.model import Model, whole_gap
 from camrob.gap.noise import find_outliers, noise_of
 from camrob.gap.scene import Scene
@@ -24,11 +24,15 @@ _DRAWS = 400
 
 @dataclass(frozen=True)
 class Shrinkage:
-    """before, after: (M, 3) m at the TCP, on withheld samples; block: (M,). Intervals are block bootstraps, 90 %."""
+    """before, after: (M, 3) m at the TCP, on withheld samples; block: (M,). Intervals are block bootstraps, 90 %.
+
+    doubt: m (rms), by how much the prediction may be off as the fitted values are not known better.
+    """
 
     before: Array
     after: Array
     block: NDArray[np.int64]
+    doubt: float = 0.0
 
     @property
     def rms_before(self) -> float:
@@ -100,20 +104,29 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
     Frames that nobody told are fitted to the withheld rows themselves, before and after: they are nuisances there too.
     """
     kept = members if keep is None else keep
-    fits: dict[int | None, Array] = {}
-    before, after, blocks = [], [], []
+    fits: dict[int | None, Fitted] = {}
+    before, after, blocks, doubts = [], [], [], []
+    chosen = np.flatnonzero(np.isin(model.design.owner, list(kept)))
+    accuracy = {e.name: e.accuracy for e in model.effects}
     for k, rows, left_out in trial.asked:
         if left_out not in fits:
             evidence = Evidence(model.design, model.evidence.noise, 1.0, () if left_out is None else (left_out,))
-            fits[left_out] = evidence.fit(members | evidence.always).mean
+            fits[left_out] = evidence.fit(members | evidence.always)
         p = trial.panels[k]
-        values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out], 0.0)
+        values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
         gap = whole_gap(p)[rows]
         rest = gap - p.moves(values)[rows]
         before.append(_settled(model, p, rows, gap))
         after.append(_settled(model, p, rows, rest))
         blocks.append(p.block[rows])
-    return Shrinkage(np.concatenate(before), np.concatenate(after), np.concatenate(blocks))
+        X = p.tcp[rows][:, :3, chosen]
+        spread = np.einsum("nik,kl,nil->n", X, fits[left_out].cov[np.ix_(chosen, chosen)], X, optimize=True)
+        for i in kept:
+            own = np.where(model.design.owner == i, values, 0.0)
+            spread = spread + np.sum((accuracy.get(model.units[i].effect, 0.0) * p.moves(own)[rows]) ** 2, axis=1)
+        doubts.append(spread)
+    doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
+    return Shrinkage(np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt)
 
 
 def _settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:

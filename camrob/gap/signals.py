@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +24,7 @@ def pieces_of(t: Array) -> tuple[slice, ...]:
         return (slice(0, len(t)),)
     cuts = np.flatnonzero(step > _HOLE * np.median(step)) + 1
     edges = [0, *cuts.tolist(), len(t)]
-    return tuple(slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))
+    return tuple(slice(a, b) for a, b in pairwise(edges))
 
 
 def derivative(values: Array, t: Array, pieces: tuple[slice, ...]) -> Array:
@@ -34,11 +36,19 @@ def derivative(values: Array, t: Array, pieces: tuple[slice, ...]) -> Array:
     return out
 
 
-def first_order(values: Array, t: Array, pieces: tuple[slice, ...], tau: float, cycle: float = 0.0) -> Array:
+def first_order(
+    values: Array,
+    t: Array,
+    pieces: tuple[slice, ...],
+    tau: float,
+    cycle: float = 0.0,
+    known: Array | None = None,
+) -> Array:
     """(N, k) behind a first-order lag of `tau` seconds.
 
     cycle: 0 for a continuous filter (exact for straight stretches between splined samples), else the drive's own cycle, s:
-    y += (cycle / tau) (u - y) once a cycle. Each run starts in the steady state of its first slope.
+    y += (cycle / tau) (u - y) once a cycle. Each run starts where the filter stands by `known` (N, k), or else in the steady
+    state of its first slope.
     """
     if tau <= cycle or tau <= 0.0:
         return values.copy()
@@ -51,21 +61,22 @@ def first_order(values: Array, t: Array, pieces: tuple[slice, ...], tau: float, 
         step = cycle if cycle > 0.0 else float(np.median(np.diff(own))) / _FINE
         fine = np.arange(own[0], own[-1] + step, step)
         dense = CubicSpline(own, u, axis=0)(np.minimum(fine, own[-1]))
-        late = _lag(np.ascontiguousarray(dense), step, tau, cycle > 0.0)
+        slope = (dense[1] - dense[0]) / step
+        begin = u[0] - (tau - cycle) * slope if known is None else known[run.start]
+        late = _lag(np.ascontiguousarray(dense), np.ascontiguousarray(begin), step, tau, cycle > 0.0)
         for k in range(u.shape[1]):
             out[run, k] = np.interp(own, fine, late[:, k])
     return out
 
 
 @numba.njit(cache=True)
-def _lag(u: Array, h: float, tau: float, cyclic: bool) -> Array:
+def _lag(u: Array, begin: Array, h: float, tau: float, cyclic: bool) -> Array:
     out = np.empty_like(u)
     count, width = u.shape
     share = h / tau if cyclic else np.exp(-h / tau)
     for k in range(width):
-        slope = (u[1, k] - u[0, k]) / h
-        behind = -(tau - h if cyclic else tau) * slope
-        out[0, k] = u[0, k] + behind
+        out[0, k] = begin[k]
+        behind = begin[k] - u[0, k]
         for i in range(1, count):
             if cyclic:
                 out[i, k] = out[i - 1, k] + share * (u[i, k] - out[i - 1, k])

@@ -45,7 +45,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     whole = shrinkage(model, trial, model.best.members, members)
     structure = _structure(whole)
     unknown = sum(p for names, p in model.sets.items() if "unknown" in names)
-    left_over = _left_over(structure / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
+    beyond = np.sqrt(max(0.0, structure**2 - (2.0 * whole.doubt) ** 2))
+    left_over = _left_over(float(beyond) / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
     unknown = max(unknown, left_over, 0.5 if reasons and not unknown else 0.0)
     probability = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
     caution = 1.0 - (1.0 - _CAUTIOUS) * min(1.0, 2.0 * unknown)
@@ -55,7 +56,6 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)
     together = shrinkage(model, trial, model.best.members, members)
     status = _status(together, model.noise, claimed, unknown, structure)
-    total = model.design.A.sum(axis=0)
     sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
     text = unknown_text(model)
     return Verdict(claimed, members, {
@@ -64,19 +64,33 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         "together": {
             "rms_before_mm": m_to_mm(together.rms_before), "rms_after_mm": m_to_mm(together.rms_after),
             "shrink": together.shrink, "shrink_interval": list(together.interval()), "withheld": trial.name,
-            **{f"{k}_{w}_mm": m_to_mm(v) for k, pair in together.quantiles().items() for w, v in zip(("before", "after"), pair, strict=True)},
+            **_tails(together),
             "removable_removed": _removed(together, model.noise),
             "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
         },
         "alternatives": _alternatives(sets, unknown),
         "unknown": {"probability": unknown, "where": text, "implausible": reasons},
-        "aliases": [list(g) for g in alias_groups(model.design, total)] + ([["frame_base", "measurement_frame"]] if in_world else []),
+        "aliases": _alias_lists(model, in_world),
         "residual": {
             "rms_mm": m_to_mm(together.rms_after), "noise_mm": m_to_mm(model.noise), "structured_mm": m_to_mm(structure),
             "structure": _residual_regimes(model, members),
         },
         "next_experiment": next_experiment(claimed, probability, sizes, library, text),
     })  # fmt: skip
+
+
+def _tails(shrunk: Shrinkage) -> dict[str, float]:
+    """95 % and worst error before and after, mm."""
+    return {
+        f"{name}_{when}_mm": m_to_mm(value)
+        for name, pair in shrunk.quantiles().items()
+        for when, value in zip(("before", "after"), pair, strict=True)
+    }
+
+
+def _alias_lists(model: Model, in_world: bool) -> list[list[str]]:
+    groups = [list(g) for g in alias_groups(model.design, model.design.A.sum(axis=0))]
+    return groups + ([["frame_base", "measurement_frame"]] if in_world else [])
 
 
 def _structure(shrunk: Shrinkage) -> float:
@@ -116,7 +130,7 @@ def _alternatives(sets: Mapping[tuple[str, ...], float], unknown: float) -> list
     inside = sum(p for names, p in sets.items() if "unknown" in names)
     scale_in = unknown / inside if inside > 0.0 else 0.0
     scale_out = (1.0 - (unknown if inside > 0.0 else 0.0)) / max(1.0 - inside, 1e-12) if inside < 1.0 else 0.0
-    out = [
+    out: list[dict[str, Any]] = [
         {"effects": list(names), "probability": p * (scale_in if "unknown" in names else scale_out)}
         for names, p in sets.items()
     ]

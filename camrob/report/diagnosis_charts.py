@@ -37,7 +37,7 @@ def _spatial(paths: Sequence[PathError]) -> list[Chart]:
         ("before", "The path, coloured by the error before"),
         ("after", "and after the effects found"),
     ):
-        traces = []
+        traces: list[Chart] = []
         for p in paths:
             pick = _thin(len(p.t))
             xyz = m_to_mm(p.position[pick])

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis_charts import charts_of
 from camrob.report.diagnosis_words import sentence
@@ -99,7 +97,7 @@ def _residual(summary: Summary) -> str:
     unknown = summary["unknown"]
     where = f" {escape(unknown['where'])}." if unknown["where"] else ""
     latency = summary["latency_s"]["value"]
-    clock = "not visible" if latency is None else number(float(np.round(1e3 * latency, 3)), 2, "ms")
+    clock = "not visible" if latency is None else number(latency, 4, "s")
     return (
         f"<section><h2>What stays</h2><p>{number(left['rms_mm'], 3, 'mm')} rms, of which the instrument's noise is "
         f"{number(left['noise_mm'], 3, 'mm')} and {number(left['structured_mm'], 3, 'mm')} hangs together. "

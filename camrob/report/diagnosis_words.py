@@ -37,7 +37,8 @@ def sentence(summary: Summary) -> str:
     rungs = {k: v for k, v in summary["where"]["rungs"].items() if v is not None}
     total = sum(v * v for v in rungs.values())
     if summary["status"] == "no gap":
-        return f"There is no gap beyond the instrument's noise: {gap['rms_mm']:.3f} mm rms with a noise of {gap['noise_mm']:.3f} mm."
+        size, noise = f"{gap['rms_mm']:.3f} mm rms", f"{gap['noise_mm']:.3f} mm"
+        return f"There is no gap beyond the instrument's noise: {size} with a noise of {noise}."
     most = max(rungs, key=lambda k: rungs[k])
     share = 100.0 * rungs[most] ** 2 / max(total, 1e-12)
     text = f"{share:.0f} % of the gap ({gap['rms_mm']:.3f} mm rms) sits {_RUNG[most]}"

@@ -74,8 +74,8 @@ class Effect:
     physics: what happens, in a sentence. rungs: where between program and TCP it can show. regimes: what it depends on.
     experiment: the motion that would isolate it. units: what may be in or out on these logs, none where it can't show.
     columns: one a parameter. start: the state before anything is known; refine: the next state from fitted values, by
-    parameter name; trials: changes of the state to choose among by what they leave unexplained. accuracy: by what share of itself the description may be wrong. compensable: a postprocessor can
-    correct it.
+    parameter name; trials: changes of the state to choose among by what they leave unexplained. accuracy: by what share of
+    itself the description may be wrong. compensable: a postprocessor can correct it.
     """
 
     name: str

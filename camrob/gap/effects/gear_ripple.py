@@ -20,7 +20,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     most = deg_to_rad(0.1)
     units = []
     for key in sorted(state):
-        axis, _, which = key.partition("_order")
+        axis, _, _which = key.partition("_order")
         order = f"{state[key]:.2f}".rstrip("0").rstrip(".")
         usual = deg_to_rad(0.006)
         names = (f"{axis}_cos{order}_deg", f"{axis}_sin{order}_deg")

@@ -22,7 +22,8 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     cycle = state.get("cycle_s", 0.0)
     tau = max(state.get("lag_s", _START), 1e-4) + cycle
-    late = (first_order(scene.command, scene.t, scene.pieces, tau, cycle) - scene.command) / tau
+    known = scene.encoder  # where the drives stand at the start of a run is seen
+    late = (first_order(scene.command, scene.t, scene.pieces, tau, cycle, known) - scene.command) / tau
     return (Column(servo={a: late[:, k] for k, a in enumerate(scene.axes)}),)
 
 
