@@ -62,7 +62,7 @@ def chain_arrays(cell: Cell) -> ChainArrays:
     )
 
 
-@numba.njit(cache=True, inline="never")
+@numba.njit(cache=True, forceinline=True)
 def _step(R: Array, p: Array, fixed: Array) -> None:
     """R, p <- (R, p) * fixed, in place."""
     for r in range(3):
@@ -73,7 +73,7 @@ def _step(R: Array, p: Array, fixed: Array) -> None:
         R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def forward(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array, plate: Array) -> None:
     """Forward kinematics of posture q (n,).
 
@@ -105,7 +105,7 @@ def forward(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array
         _step(R, p, chain.after[i])
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def jacobian(chain: ChainArrays, Z: Array, P: Array, point: Array, J: Array) -> None:
     """Geometric Jacobian J (6, n), rows (v, w), of a point (3,) of the tool, from the axes that `forward` filled."""
     for i in range(Z.shape[0]):
@@ -122,7 +122,7 @@ def jacobian(chain: ChainArrays, Z: Array, P: Array, point: Array, J: Array) -> 
                 J[3 + r, i] = Z[i, r]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def inverse_kf(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
     """1/k_F of the bare arm's homogeneous Jacobian at the mounting plate, 0 where it is singular.
 

@@ -16,7 +16,7 @@ __all__ = ["apply_q", "apply_q_transposed", "qr_six", "solve_positive", "solve_r
 Array = NDArray[np.float64]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def qr_six(A: Array, m: int, tau: Array) -> float:
     """Factor A[:m, :6] in place: R above the diagonal, reflectors below it, their factors in tau (6,).
 
@@ -50,7 +50,7 @@ def qr_six(A: Array, m: int, tau: Array) -> float:
     return float(least / most)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _reflect(A: Array, m: int, tau: Array, j: int, x: Array) -> None:
     s = x[j]
     for i in range(j + 1, m):
@@ -61,21 +61,21 @@ def _reflect(A: Array, m: int, tau: Array, j: int, x: Array) -> None:
         x[i] -= s * A[i, j]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def apply_q(A: Array, m: int, tau: Array, x: Array) -> None:
     """x[:m] <- Q x, in place."""
     for j in range(5, -1, -1):
         _reflect(A, m, tau, j, x)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def apply_q_transposed(A: Array, m: int, tau: Array, x: Array) -> None:
     """x[:m] <- Q^T x, in place."""
     for j in range(6):
         _reflect(A, m, tau, j, x)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def solve_r(A: Array, x: Array) -> None:
     """x[:6] <- R^-1 x, in place."""
     for i in range(5, -1, -1):
@@ -85,7 +85,7 @@ def solve_r(A: Array, x: Array) -> None:
         x[i] = s / A[i, i]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def solve_r_transposed(A: Array, x: Array) -> None:
     """x[:6] <- R^-T x, in place."""
     for i in range(6):
@@ -95,7 +95,7 @@ def solve_r_transposed(A: Array, x: Array) -> None:
         x[i] = s / A[i, i]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def solve_positive(M: Array, r: int, shift: float, W: Array, x: Array) -> float:
     """x[:r] <- (M + s I)^-1 x, with the least s >= shift of a rising row for which every pivot is positive; returns s.
 

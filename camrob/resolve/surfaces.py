@@ -80,7 +80,7 @@ def _check(cell: Cell, engine: FuzzyEngine, system: FuzzySystem) -> None:
             raise CellError(f"has no output {output!r} for {joint}", cure=f"use one of {', '.join(names)}", path=path)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _cell_of(surface: WeightSurface, q: Array) -> tuple[int, int, float, float, bool, bool]:
     """Grid cell, place in it, and whether each axis lies within the grid."""
     size0, size1, _n = surface.table.shape
@@ -94,7 +94,7 @@ def _cell_of(surface: WeightSurface, q: Array) -> tuple[int, int, float, float, 
     return i, j, u - i, v - j, inside_u, inside_v
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def weights_at(surface: WeightSurface, q: Array, out: Array) -> None:
     """Weights (n,) of posture q (n,) into out; beyond the grid the border holds."""
     i, j, u, v, _inside_u, _inside_v = _cell_of(surface, q)
@@ -105,7 +105,7 @@ def weights_at(surface: WeightSurface, q: Array, out: Array) -> None:
         out[k] = low + u * (high - low)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def weights_and_slopes(surface: WeightSurface, q: Array, out: Array, slope0: Array, slope1: Array) -> None:
     """As `weights_at`, with the derivatives (n,) by the q of the surface's first and second axis."""
     i, j, u, v, inside_u, inside_v = _cell_of(surface, q)

@@ -86,14 +86,14 @@ class TrackState(NamedTuple):
     flags: NDArray[np.int64]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _from(q: float, reference: float, endless: bool) -> float:
     """q - reference, to the nearest turn where the joint is endless."""
     d = q - reference
     return float(d - 2.0 * np.pi * np.round(d / (2.0 * np.pi)) if endless else d)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _criterion(
     settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: TrackerWork
 ) -> None:
@@ -118,7 +118,7 @@ def _criterion(
             w.slope_cond1[i] *= kf * d
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w: TrackerWork) -> None:
     """Add the derivative of the weights to w.C, in the columns of the axes that they depend on."""
     for b in range(m):
@@ -130,7 +130,7 @@ def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w
                 w.C[a, b] += slope1[w.free[a]]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, w: TrackerWork) -> float:
     """w.s[:m] <- Newton step of the reduced criterion in the null space, the task's step (w.x) taken into account.
 
@@ -169,7 +169,7 @@ def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, w:
     return shift
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _task_step(scale: float, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork) -> int:
     """Factor the free joints' J^T; w.x <- pseudoinverse step to w.error. Returns the free joints' number, -1 if singular."""
     m = 0
@@ -194,7 +194,7 @@ def _task_step(scale: float, n: int, side: NDArray[np.int64], locked: NDArray[np
     return m
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
     """Shrink the self-motion w.s so that no joint's sum of it passes `limit` (n,); returns its largest component."""
     share = 1.0
@@ -212,7 +212,7 @@ def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
     return largest
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: TrackerWork) -> None:
     """Free the joints at a limit that the optimum draws inwards."""
     for i in range(n):
@@ -224,7 +224,7 @@ def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, 
                 side[i] = 0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _gradient_and_multipliers(
     settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, m: int,
     multipliers: Array, w: TrackerWork,
@@ -240,7 +240,7 @@ def _gradient_and_multipliers(
     solve_r(w.A, multipliers)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _self_motion(
     chain: ChainArrays, settings: TrackerSettings, m: int, acting: bool, shift: float, multipliers: Array,
     limit: Array, w: TrackerWork,
@@ -255,7 +255,7 @@ def _self_motion(
     return _bounded(m, w, limit), shift
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64], w: TrackerWork) -> None:
     """Take the steps w.x (bounded) and w.s; a joint that would pass its limit stays there and leaves the problem."""
     step = 0.0
@@ -271,7 +271,7 @@ def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64
             q[i], side[i] = settings.upper[i], 1
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _solve_point(
     chain: ChainArrays, settings: TrackerSettings, R_target: Array, p_target: Array, q: Array, q_reference: Array,
     state: TrackState, limit: Array, w: TrackerWork,

@@ -47,7 +47,7 @@ class TrackerWork(NamedTuple):
     free: NDArray[np.int64]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def tracker_work(n: int) -> TrackerWork:
     """Arrays for a chain of n joints."""
     return TrackerWork(
@@ -58,7 +58,7 @@ def tracker_work(n: int) -> TrackerWork:
     )  # fmt: skip
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def pose_error(R: Array, p: Array, R_target: Array, p_target: Array, error: Array) -> None:
     """error (6,) <- (position, rotation vector) in `base` from (R, p) to the target; a logarithm, exact at any angle."""
     for r in range(3):
@@ -83,7 +83,7 @@ def pose_error(R: Array, p: Array, R_target: Array, p_target: Array, error: Arra
             error[3 + r] = np.pi * (norm if r == i else 0.5 * d[r, i] / norm)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def curvature(chain: ChainArrays, m: int, scale: float, multipliers: Array, w: TrackerWork) -> None:
     """w.C[:m, :m] <- sum of multiplier times second derivative of the task (v scaled, rotation as logarithm)."""
     lx, ly, lz = multipliers[0] * scale, multipliers[1] * scale, multipliers[2] * scale
