@@ -21,6 +21,7 @@ __all__ = [
     "Feed",
     "Method",
     "Units",
+    "batch",
     "build_app",
     "calibrate",
     "compensate",
@@ -179,7 +180,7 @@ def calibrate(
             progress=progress,
         )
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_calibration)
 
 
 def compensate(
@@ -197,7 +198,7 @@ def compensate(
     def job(progress: ProgressHook) -> Any:
         return _job("compensate")(program, cell=cell, calibration=calibration, out=out, progress=progress)
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_compensation)
 
 
 def simulate(
@@ -283,7 +284,30 @@ def diagnose(
     return perform(job, as_json=as_json, quiet=quiet, render=_render_diagnosis)
 
 
-VERBS: tuple[Callable[..., int], ...] = (post, verify, simulate, regress, calibrate, compensate, feed, diagnose)
+def batch(
+    jobs: Annotated[Path, typer.Argument(metavar="JOBS.toml", help="The jobs: [defaults], and a [[job]] for each.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="What `out` is relative to. Default: JOBS.toml's folder."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, metavar="N", help="Processes. Default: one a core.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Use this Dask cluster: tcp://host:port.")
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Do many jobs side by side; the worst one's status is the batch's."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("batch")(jobs, out=out, workers=workers, scheduler=scheduler, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_batch, status=lambda result: int(result.status))
+
+
+VERBS: tuple[Callable[..., int], ...] = (post, verify, simulate, regress, calibrate, compensate, feed, diagnose, batch)
 
 
 def _job(name: str) -> Callable[..., Any]:
@@ -310,6 +334,27 @@ def _render_diagnosis(summary: Mapping[str, Any]) -> Any:
     from camrob.report.diagnosis_words import render_diagnosis
 
     return render_diagnosis(summary)
+
+
+def _render_batch(summary: Mapping[str, Any]) -> Any:
+    """What `batch` shows a person."""
+    from camrob.report.batch_text import render_batch
+
+    return render_batch(summary)
+
+
+def _render_calibration(summary: Mapping[str, Any]) -> Any:
+    """What `calibrate` shows a person."""
+    from camrob.report.calibration_text import render_calibration
+
+    return render_calibration(summary)
+
+
+def _render_compensation(summary: Mapping[str, Any]) -> Any:
+    """What `compensate` shows a person."""
+    from camrob.report.calibration_text import render_compensation
+
+    return render_compensation(summary)
 
 
 def _render_plain(summary: Mapping[str, Any]) -> Any:

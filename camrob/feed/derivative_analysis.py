@@ -9,17 +9,16 @@ end; the smoothing spline stays within the coordinates' printed resolution and h
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import make_splrep
 
 from camrob.cell.cell import Cell
 from camrob.feed.path_spline import MotionBounds
+from camrob.feed.smooth_curves import smooth_curves
 from camrob.frozen import locked
 
 __all__ = ["DerivativeAnalysis", "Interpolation", "LimitViolation", "analyse_derivatives", "machine_length"]
@@ -27,14 +26,14 @@ __all__ = ["DerivativeAnalysis", "Interpolation", "LimitViolation", "analyse_der
 Array = NDArray[np.float64]
 
 PARTS = 2900
-RESOLUTION = 1e-7  # rad or m: coordinates straight from a solver
+RESOLUTION = 1e-6  # rad or m: coordinates straight from a solver
 
 
 class Interpolation(StrEnum):
     """How coordinates between points are found."""
 
     LINEAR = "linear"  # as published
-    SMOOTH = "smooth"  # quintic smoothing spline within the resolution
+    SMOOTH = "smooth"  # smoothing spline within the resolution
 
 
 class LimitViolation(NamedTuple):
@@ -144,12 +143,7 @@ def analyse_derivatives(
         for _order in range(3):
             curves.append(np.gradient(curves[-1], grid, axis=0))
     else:
-        room = len(known) * resolution**2 / 12.0
-        with warnings.catch_warnings():
-            # FITPACK stops short of the exact residual now and then: the curve is good all the same
-            warnings.simplefilter("ignore", RuntimeWarning)
-            splines = [make_splrep(known, v, k=5, s=room) for v in values.T]
-        curves = [np.column_stack([spline(grid, nu=order) for spline in splines]) for order in range(4)]
+        curves = smooth_curves(known, values, parts, resolution)
     bounds = MotionBounds(
         np.inf, np.inf, np.inf, *(cell.limits_of(name)[columns] for name in ("speed", "acceleration", "jerk"))
     )
@@ -162,4 +156,5 @@ def analyse_derivatives(
         ]
     at = np.clip(np.searchsorted(known, grid, side="left"), 0, len(known) - 1)
     names = tuple(cell.names[c] for c in columns)
-    return DerivativeAnalysis(names, grid, *curves, *rates, lines[at], bounds)
+    q0, q1, q2, q3 = curves
+    return DerivativeAnalysis(names, grid, q0, q1, q2, q3, rates[0], rates[1], rates[2], lines[at], bounds)

@@ -135,7 +135,7 @@ def _solve(M: Array, x: Array) -> Array:
 
 def _times(J: Array, y: Array) -> Array:
     """J^T y."""
-    return np.einsum("nij,ni->nj", J, y)
+    return np.asarray(np.einsum("nij,ni->nj", J, y))
 
 
 def follow_points(cell: Cell, start: Array, points: Array, *, parts: int = 1) -> tuple[Array, Array]:

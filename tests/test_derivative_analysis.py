@@ -1,0 +1,103 @@
+"""Derivatives of machine coordinates over total displacement: laws, the paper's use case, planted violations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from feed_paths import CELL, wave
+
+from camrob.cli import run
+from camrob.feed.derivative_analysis import Interpolation, analyse_derivatives, machine_length
+from camrob.feed.straight_line import straight_line
+from camrob.kinematics.frames import base_T_tool
+
+SMOOTH = Interpolation.SMOOTH
+
+
+def line_postures() -> np.ndarray:
+    """The paper's use case: 297 points 5 mm apart on a straight line."""
+    return straight_line(CELL, CELL.q_home, np.array([0.0, 0.0, -1.0]), step=0.005, count=297)
+
+
+def test_the_straight_line_is_one():
+    tips = base_T_tool(CELL, line_postures())[:, :3, 3]
+    assert np.linalg.norm(tips[-1] - tips[0]) == pytest.approx(1.48, abs=1e-9)
+    assert np.allclose(np.linalg.norm(np.diff(tips, axis=0), axis=1), 0.005, atol=1e-9)
+    assert np.allclose(tips[:, :2], tips[0, :2], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", list(Interpolation))
+def test_the_first_derivative_is_a_unit_vector_and_s_the_length(kind):
+    analysis = analyse_derivatives(CELL, line_postures(), interpolation=kind)
+    assert len(analysis.s) == 2901
+    assert analysis.s[-1] == pytest.approx(machine_length(CELL, line_postures())[-1])
+    scale = np.array([CELL.condition_length if a == "E1" else 1.0 for a in analysis.axes])
+    norm = np.linalg.norm(analysis.q_s / scale, axis=1)
+    assert norm[50:-50] == pytest.approx(1.0, abs=2e-3)
+
+
+def test_smoothing_invents_no_jerk_and_linear_interpolation_does():
+    q = line_postures()
+    linear, smooth = analyse_derivatives(CELL, q), analyse_derivatives(CELL, q, interpolation=SMOOTH)
+    assert np.abs(linear.q_sss).max() > 100.0 * np.abs(smooth.q_sss).max()
+    assert linear.violations() and not smooth.violations()
+    fine = analyse_derivatives(CELL, q, parts=5800)
+    assert np.abs(fine.q_sss).max() > 2.0 * np.abs(linear.q_sss).max()  # it grows without end
+
+
+def test_a_known_curve_is_differentiated():
+    """Two axes on a circle in joint space: s is the angle times the radius."""
+    t = np.linspace(0.0, 2.0, 400)
+    q = np.tile(CELL.q_home, (400, 1))
+    q[:, CELL.index("A1")] += 0.5 * np.cos(t)
+    q[:, CELL.index("A2")] += 0.5 * np.sin(t)
+    found = analyse_derivatives(CELL, q, interpolation=SMOOTH, resolution=1e-7)
+    k, inner = found.axes.index("A1"), slice(100, -100)
+    angle = found.s / 0.5
+    assert found.q_s[inner, k] == pytest.approx(-np.sin(angle[inner]), abs=1e-3)
+    assert found.q_ss[inner, k] == pytest.approx(-np.cos(angle[inner]) / 0.5, abs=2e-2)
+    assert found.q_sss[inner, k] == pytest.approx(np.sin(angle[inner]) / 0.25, abs=0.3)
+
+
+def test_admitted_rates_and_constraints_are_the_papers():
+    found = analyse_derivatives(CELL, wave(300), interpolation=SMOOTH)
+    b = found.bounds
+    at = 700
+    assert found.rate_speed[at] == pytest.approx(np.min(b.speed / np.abs(found.q_s[at])))
+    assert found.rate_acceleration[at] == pytest.approx(np.sqrt(np.min(b.acceleration / np.abs(found.q_ss[at]))))
+    assert found.rate_jerk[at] == pytest.approx(np.cbrt(np.min(b.jerk / np.abs(found.q_sss[at]))))
+    assert len(found.constraints()) == 6
+    assert np.abs(found.constraints(2.0)["q_ss / a (24)"]) == pytest.approx(np.abs(4.0 * found.q_ss / b.acceleration))
+
+
+def test_a_planted_kink_is_found_with_its_axis_and_line():
+    q = line_postures().copy()
+    q[150, CELL.index("A4")] += 0.02
+    found = analyse_derivatives(CELL, q, line=np.arange(297) + 1000, interpolation=SMOOTH).violations(0.5)
+    worst = max(found, key=lambda v: v.worst)
+    assert worst.axis == "A4" and worst.quantity == "jerk"
+    assert abs(worst.line - 1150) <= 3
+
+
+def test_too_few_postures_are_refused():
+    with pytest.raises(ValueError, match="8 different"):
+        analyse_derivatives(CELL, np.tile(CELL.q_home, (20, 1)))
+
+
+def test_the_command_compares_nominal_and_compensated(tmp_path, capsys):
+    q = line_postures()
+    files = []
+    for name, shift in (("a", 0.0), ("b", 1e-3)):
+        files.append(tmp_path / f"{name}.path.npz")
+        np.savez(files[-1], q=q + shift, line=np.arange(297))
+    arguments = ["feed", "--cell", str(CELL.folder), "--solution", str(files[0]), "--compensated", str(files[1])]
+    assert run([*arguments, "--out", str(tmp_path / "out"), "--axis", "A3"]) == 0
+    assert "compensated" in (tmp_path / "out" / "feed.html").read_text(encoding="utf-8")
+    capsys.readouterr()
+    assert run([*arguments, "--out", str(tmp_path / "out"), "--axis", "Z9"]) == 2
+    assert "Z9" in capsys.readouterr().err
+    (tmp_path / "no.path.npz").write_bytes(b"PK\x03\x04 nothing")
+    assert (
+        run(["feed", "--cell", str(CELL.folder), "--solution", str(tmp_path / "no.path.npz"), "--out", str(tmp_path)])
+        == 2
+    )
