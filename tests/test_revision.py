@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from tracker_twins import CELL, CHAIN
@@ -60,7 +62,7 @@ def test_every_posture_on_the_way_is_within_limits() -> None:
     """Gone through again in steps of a quarter degree and 2 mm, by the arm's inverse at the held pose."""
     for q in starts(12):
         moves = revise_posture(CELL, CHAIN, ARM, q)
-        for begin, end in zip(moves[:-1], moves[1:], strict=True):
+        for begin, end in itertools.pairwise(moves):
             i = TABLE if abs(end[TABLE] - begin[TABLE]) > 1e-12 else TRACK
             count = int(np.ceil(abs(end[i] - begin[i]) / 0.004))
             between = np.tile(begin, (count, 1))

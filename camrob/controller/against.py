@@ -45,7 +45,19 @@ class Coverage:
 
 
 @numba.njit(cache=True)
-def _at(s: float, p0: Array, z0: Array, p1: Array, z1: Array, center: Array, u: Array, v: Array, angle: float, p: Array, z: Array) -> None:
+def _at(
+    s: float,
+    p0: Array,
+    z0: Array,
+    p1: Array,
+    z1: Array,
+    center: Array,
+    u: Array,
+    v: Array,
+    angle: float,
+    p: Array,
+    z: Array,
+) -> None:
     """Tip and tool axis at the share s of a motion; axes go along the great arc."""
     if angle > 0.0:
         co, si = np.cos(s * angle), np.sin(s * angle)
@@ -139,7 +151,9 @@ def _match(
 
 
 @numba.njit(cache=True)
-def _stray(before: Array, x: Array, first: int, end: int, share: float, p: Array, kind: NDArray[np.int8], m: _Match) -> float:
+def _stray(
+    before: Array, x: Array, first: int, end: int, share: float, p: Array, kind: NDArray[np.int8], m: _Match
+) -> float:
     """How far rows first .. end - 1, which the program passes between two points, lie from the line between these."""
     worst = 0.0
     for r in range(first, end):
@@ -188,8 +202,11 @@ def _cover(
                     if kind[other] != KrlMotion.CIRC_VIA and kind[other] != KrlMotion.CIRC_END:
                         _match(x[i - 1], zx[i - 1], p, z, kind, other, 0.0, tolerance, m)
                         if m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE:
+                            at = m.found[2]
                             motion[i - 1] = other
                             stray[i] = _stray(x[i - 1], x[i], other, motion[i], share, p, kind, m)
+                            if i > 1 and region[i - 1] == region[i - 2]:  # the way back counts before the point, then
+                                stray[i - 1] = _stray(x[i - 2], x[i - 1], motion[i - 2], other, at, p, kind, m)
                             break
 
 
