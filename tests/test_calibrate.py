@@ -250,3 +250,32 @@ def test_frames_that_are_inverted_are_seen() -> None:
     data = measure(CELL, true, axis_values(CELL, 60))
     found = calibrate_cell(CELL, data, names=["base.x", "base.rz"], share=0.0).parameters
     assert found["base.rz"].value == pytest.approx(2e-3, abs=1e-5)
+
+
+SAMPLES = SHARED / "gap_samples"
+
+
+@pytest.mark.skipif(not SAMPLES.is_dir(), reason="../shared is not here: gap_samples")
+def test_errors_that_other_code_made_are_found() -> None:
+    """Runs of a cell that another program simulated; its labels are the truth, a circle elsewhere is withheld."""
+    truth = json.loads((SAMPLES / "labels.json").read_text())
+
+    def calibrated(case: str, run_name: str, names: list[str]):
+        fitted, other = (
+            measurements_of(read_log(SAMPLES / "cases" / case / f"{name}.csv"), CELL) for name in (run_name, "circle1")
+        )
+        result = calibrate_cell(CELL, fitted, names=names, withheld=other)
+        assert result.errors["nominal/withheld"].mean > 6e-4
+        assert result.errors["calibrated/withheld"].mean < 3.5e-5  # three axes of 0.02 mm make 0.032 mm
+        return result.parameters
+
+    found = calibrated("b_joint_offset", "tour0", ["A3.zero", "A5.zero"])
+    zeros = np.rad2deg([found["A3.zero"].value, found["A5.zero"].value])
+    assert np.allclose(zeros, truth["b_joint_offset"]["effects"]["joint_offset"]["deg"], atol=1e-4)
+    tool = [f"tool.{k}" for k in ("x", "y", "z", "rx", "ry", "rz")]
+    found = calibrated("e_tool_and_compliance", "dome0", [*tool, "A2.compliance", "A3.compliance", "A5.compliance"])
+    want = truth["e_tool_and_compliance"]["effects"]
+    assert np.allclose([1e3 * found[n].value for n in tool[:3]], want["frame_tool"]["v"][:3], atol=2e-3)
+    assert np.allclose([found[n].value for n in tool[3:]], want["frame_tool"]["v"][3:], atol=2e-6)
+    for k in (2, 3, 5):
+        assert found[f"A{k}.compliance"].value == pytest.approx(want["joint_compliance"]["compl"][k - 1], rel=0.02)
