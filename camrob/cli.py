@@ -315,53 +315,20 @@ def _job(name: str) -> Callable[..., Any]:
     return getattr(importlib.import_module(f"camrob.jobs.{name}"), name)  # type: ignore[no-any-return]
 
 
-def _render_post(summary: Mapping[str, Any]) -> Any:
-    """What `post` shows a person."""
-    from camrob.report.terminal import render_post
-
-    return render_post(summary)
+def _render(module: str, name: str) -> Callable[[Mapping[str, Any]], Any]:
+    """What a verb shows a person; what draws it is imported when it is needed."""
+    return lambda summary: getattr(importlib.import_module(f"camrob.report.{module}"), name)(summary)
 
 
-def _render_regress(summary: Mapping[str, Any]) -> Any:
-    """What `regress` shows a person."""
-    from camrob.report.regress_text import render_regress
-
-    return render_regress(summary)
-
-
-def _render_diagnosis(summary: Mapping[str, Any]) -> Any:
-    """What `diagnose` shows a person."""
-    from camrob.report.diagnosis_words import render_diagnosis
-
-    return render_diagnosis(summary)
-
-
-def _render_batch(summary: Mapping[str, Any]) -> Any:
-    """What `batch` shows a person."""
-    from camrob.report.batch_text import render_batch
-
-    return render_batch(summary)
-
-
-def _render_calibration(summary: Mapping[str, Any]) -> Any:
-    """What `calibrate` shows a person."""
-    from camrob.report.calibration_text import render_calibration
-
-    return render_calibration(summary)
-
-
-def _render_compensation(summary: Mapping[str, Any]) -> Any:
-    """What `compensate` shows a person."""
-    from camrob.report.calibration_text import render_compensation
-
-    return render_compensation(summary)
-
-
-def _render_plain(summary: Mapping[str, Any]) -> Any:
-    """What the other verbs show a person."""
-    from camrob.report.terminal import render_summary
-
-    return render_summary(summary)
+_render_post = _render("terminal", "render_post")
+_render_regress = _render("regress_text", "render_regress")
+_render_diagnosis = _render("diagnosis_words", "render_diagnosis")
+_render_calibration = _render("calibration_text", "render_calibration")
+_render_compensation = _render("calibration_text", "render_compensation")
+_render_batch = _render("batch_text", "render_batch")
+_render_calibration = _render("calibration_text", "render_calibration")
+_render_compensation = _render("calibration_text", "render_compensation")
+_render_plain = _render("terminal", "render_summary")
 
 
 def version(asked: bool) -> None:

@@ -16,7 +16,8 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from camrob.errors import CamrobError, InputError, StaleInputError
+from camrob.errors import InputError
+from camrob.jobs.failure import CHECK_FAILED, DONE, failure_line, failure_status
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -25,7 +26,6 @@ __all__ = ["JobResult", "ProgressHook", "Terminated", "error_line", "exit_status
 
 ProgressHook = Callable[[str, float], None]
 
-DONE, CHECK_FAILED, INPUT_WRONG, NOT_SAFE = 0, 1, 2, 3
 INTERRUPTED, TERMINATED = 130, 143
 
 
@@ -51,24 +51,14 @@ def exit_status(error: BaseException) -> int:
         return TERMINATED
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED
-    if isinstance(error, InputError | StaleInputError | OSError):
-        return INPUT_WRONG
-    return NOT_SAFE
+    return failure_status(error)
 
 
 def error_line(error: BaseException) -> str:
     """What the user is told, in one line of printable characters."""
     if isinstance(error, KeyboardInterrupt):
-        text = "interrupted; no unfinished file was left"
-    elif isinstance(error, CamrobError):
-        text = str(error)
-    elif isinstance(error, OSError) and error.filename is not None:
-        text = f"{error.filename}: {error.strerror or 'input or output failed'}; check the path and its permissions"
-    elif isinstance(error, MemoryError):
-        text = "there is not enough memory for this job; split the CL file into operations"
-    else:
-        text = f"internal error ({type(error).__name__}: {error}); please report it with the files that led to it"
-    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+        return "interrupted; no unfinished file was left"
+    return failure_line(error)
 
 
 def perform(
@@ -78,10 +68,12 @@ def perform(
     quiet: bool,
     render: Callable[[Mapping[str, Any]], RenderableType],
     holds: Callable[[R], bool] = lambda result: True,
+    status: Callable[[R], int] | None = None,
 ) -> int:
     """Run a job, print its result, and give the exit status.
 
-    `render` makes the result readable for a person; `holds` says whether what the command checks came true.
+    `render` makes the result readable for a person; `holds` says whether what the command checks came true,
+    or `status` what the command ends with.
     With CAMROB_DEBUG set in the environment, an error shows its traceback first.
     """
     try:
@@ -97,6 +89,8 @@ def perform(
         _write(text)
     elif not quiet:
         _show(render(result.summary))
+    if status is not None:
+        return status(result)
     return DONE if holds(result) else CHECK_FAILED
 
 

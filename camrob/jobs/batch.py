@@ -1,0 +1,163 @@
+"""`camrob batch`: many jobs on all cores, or on a cluster; one that fails does not stop the rest."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from camrob.errors import InputError
+from camrob.jobs.batch_dask import run_cluster
+from camrob.jobs.batch_file import BatchJob, read_jobs
+from camrob.jobs.batch_local import cores, run_local
+from camrob.jobs.batch_parcel import Parcel, Place, pack_parcel
+from camrob.jobs.batch_work import Outcome
+from camrob.jobs.failure import DONE, failure_line, failure_status
+from camrob.jobs.files import staged_output
+
+__all__ = ["BatchResult", "batch"]
+
+
+@dataclass(frozen=True, slots=True)
+class BatchResult:
+    """The summary as JSON; `status` is that of the worst job (3 before 2 before 1 before 0), `ok` where it is 0."""
+
+    summary: Mapping[str, Any]
+    status: int
+
+    @property
+    def ok(self) -> bool:
+        """Whether every job is done and what it checks holds."""
+        return self.status == DONE
+
+
+def batch(
+    jobs: Path,
+    *,
+    out: Path | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> BatchResult:
+    """Do the jobs of a JOBS.toml, each as its own command would, and tell what became of each.
+
+    workers: processes on this machine, by default one a core; scheduler: the address of a Dask cluster that does the
+    jobs instead. Jobs run in sandboxes, and the files of each appear in its `out` all or none, when it has ended well; an
+    interruption leaves those of the finished jobs and nothing else. Raises InputError where JOBS.toml, `workers` or
+    the cluster is wrong; whatever is wrong with a job alone is in the summary.
+    """
+    start = time.perf_counter()
+    if workers is not None and (workers < 1 or scheduler is not None):
+        raise InputError(f"--workers {workers} makes no sense here", cure="give 1 or more, and no --scheduler")
+    listed = read_jobs(Path(jobs), out)
+    crew = workers or cores()
+    view = _View(listed, progress)
+    rows: dict[int, dict[str, Any]] = {}
+
+    def note(outcome: Outcome, attempts: int) -> None:
+        rows[outcome.index] = _row(listed[outcome.index], outcome, attempts)
+        view.ended(outcome)
+
+    parcels = []
+    for job in listed:
+        try:
+            parcels.append(pack_parcel(job))
+        except (InputError, OSError) as error:
+            note(Outcome(job.index, failure_status(error), failure_line(error), None, (), 0.0), 0)
+    with tempfile.TemporaryDirectory(prefix="camrob-batch-", ignore_cleanup_errors=True) as folder:
+        scratch = Path(folder)
+        ordered = sorted(parcels, key=_size, reverse=True)  # the longest first, so that none is left over at the end
+        if scheduler is None:
+            run = run_local(ordered, workers=crew, scratch=scratch, tell=view.running)
+        else:
+            run = run_cluster(ordered, address=scheduler, scratch=scratch, tell=view.running)
+        with closing(run) as ended:
+            for outcome, made, attempts in ended:
+                note(_published(listed[outcome.index], outcome, made), attempts)
+    in_order = [rows[job.index] for job in listed]
+    status = max(row["status"] for row in in_order)
+    summary = {
+        "ok": status == DONE,
+        "status": status,
+        "counts": {str(s): sum(row["status"] == s for row in in_order) for s in range(4)},
+        "workers": min(crew, len(listed)) if scheduler is None else None,
+        "scheduler": scheduler,
+        "jobs": in_order,
+        "seconds": round(time.perf_counter() - start, 3),
+    }
+    return BatchResult(summary, status)
+
+
+def _size(parcel: Parcel) -> int:
+    """Bytes of the largest file that a job reads, its cell's aside: how long it takes, roughly."""
+    cell = parcel.places.get("cell")
+    within = cell.parts if isinstance(cell, Place) else ()
+    return max((Path(f).stat().st_size for p, f in parcel.files if p.parts[: len(within)] != within), default=0)
+
+
+def _published(job: BatchJob, outcome: Outcome, made: Path | None) -> Outcome:
+    """Move a job's files to where they belong, all or none; the outcome, or why they could not be moved."""
+    if job.out is None or made is None or not outcome.files:
+        return outcome
+    program = (outcome.summary or {}).get("program")
+    try:
+        with staged_output(job.out, name=program if f"{program}.src" in outcome.files else None) as staging:
+            for name in outcome.files:
+                shutil.move(made / name, staging / name)
+    except (InputError, OSError) as error:
+        return replace(outcome, status=failure_status(error), error=failure_line(error), summary=None, files=())
+    return outcome
+
+
+def _row(job: BatchJob, outcome: Outcome, attempts: int) -> dict[str, Any]:
+    """How the summary tells of a job."""
+    return {
+        "index": job.index,
+        "verb": job.verb.name,
+        "input": job.label,
+        "out": None if job.out is None else str(job.out),
+        "status": outcome.status,
+        "error": outcome.error,
+        "files": list(outcome.files),
+        "attempts": attempts,
+        "seconds": outcome.seconds,
+        "summary": outcome.summary,
+    }
+
+
+@dataclass(slots=True)
+class _View:
+    """What a progress bar says of all jobs together."""
+
+    jobs: Sequence[BatchJob]
+    progress: Callable[[str, float], None] | None
+    shares: dict[int, tuple[str, float]] = field(default_factory=dict)
+    done: int = 0
+    failed: int = 0
+
+    def running(self, index: int, stage: str, share: float) -> None:
+        """A job has come so far in one of its stages."""
+        self.shares[index] = stage, share
+        self._show()
+
+    def ended(self, outcome: Outcome) -> None:
+        """A job has ended."""
+        self.shares.pop(outcome.index, None)
+        self.done += 1
+        self.failed += outcome.status != DONE
+        self._show()
+
+    def _show(self) -> None:
+        if self.progress is None:
+            return
+        failed = f", {self.failed} not well" if self.failed else ""
+        lines = [f"{self.done} of {len(self.jobs)} jobs done{failed}"]
+        for index, (stage, share) in list(self.shares.items()):
+            name = "".join(c if c.isprintable() else " " for c in Path(self.jobs[index].label).name)
+            lines.append(f"  {name[:40]}: {stage} {min(max(share, 0.0), 1.0):.0%}")
+        self.progress("\n".join(lines), self.done / len(self.jobs))

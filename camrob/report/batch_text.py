@@ -1,0 +1,65 @@
+"""The summary of `camrob batch` for a terminal: what failed first, then every job in a line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+__all__ = ["render_batch"]
+
+_WORDS = {0: ("done", "green"), 1: ("check failed", "yellow"), 2: ("input wrong", "red"), 3: ("not done", "bold red")}
+
+
+def render_batch(summary: Mapping[str, Any]) -> RenderableType:
+    """The jobs as a table, and the reasons of those that were not done below it (the JSON object of `camrob batch`)."""
+    jobs = summary.get("jobs") or []
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for heading in ("job", "verb", "result", "points", "worst 1/k_F", "warnings", "seconds"):
+        table.add_column(heading, justify="left" if heading in ("job", "verb", "result") else "right")
+    told: list[RenderableType] = []
+    for job in jobs:
+        of_job = job.get("summary") or {}
+        word, style = _WORDS.get(job["status"], ("?", "red"))
+        conditioning = of_job.get("conditioning") or {}
+        again = f" ({job['attempts']} attempts)" if job["attempts"] > 1 else ""
+        table.add_row(
+            _plain(job["input"]),
+            _plain(job["verb"]),
+            Text(word + again, style=style),
+            _number(of_job.get("points", of_job.get("motions"))),
+            _number(conditioning.get("inv_kf_min"), 3),
+            _number(len(of_job["warnings"]) if isinstance(of_job.get("warnings"), list) else None),
+            _number(job["seconds"], 1),
+        )
+        for reason in _reasons(job):
+            told.append(Text.assemble(_plain(job["input"], "bold"), ": ", _plain(reason), overflow="fold"))
+    well = summary.get("counts", {}).get("0", 0)
+    where = f"{summary['workers']} workers" if summary.get("workers") else f"the cluster at {summary.get('scheduler')}"
+    end = f"{well} of {len(jobs)} jobs done in {_number(summary.get('seconds'), 1)} s on {where}"
+    return Group(table, *([Text(""), *told] if told else []), Text(""), _plain(end))
+
+
+def _reasons(job: Mapping[str, Any]) -> list[str]:
+    """Why a job is not done, or what a check found."""
+    if job.get("error"):
+        return [str(job["error"])]
+    errors = (job.get("summary") or {}).get("errors") or []
+    first = [str(e.get("text", "")) for e in errors[:1] if isinstance(e, Mapping)]
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    return [text + more for text in first] if job.get("status") else []
+
+
+def _number(value: object, decimals: int = 0) -> str:
+    """A number, '-' where there is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return "-"
+    return f"{value:,.{decimals}f}".replace(",", " ")
+
+
+def _plain(value: object, style: str = "") -> Text:
+    """Text that is shown as it is, whatever file it came from."""
+    return Text("".join(c if c.isprintable() else " " for c in str(value)), style=style)
