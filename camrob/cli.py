@@ -323,8 +323,6 @@ def _render(module: str, name: str) -> Callable[[Mapping[str, Any]], Any]:
 _render_post = _render("terminal", "render_post")
 _render_regress = _render("regress_text", "render_regress")
 _render_diagnosis = _render("diagnosis_words", "render_diagnosis")
-_render_calibration = _render("calibration_text", "render_calibration")
-_render_compensation = _render("calibration_text", "render_compensation")
 _render_batch = _render("batch_text", "render_batch")
 _render_calibration = _render("calibration_text", "render_calibration")
 _render_compensation = _render("calibration_text", "render_compensation")
