@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 _ROUNDS = 7
 _MOST_SHAPES = 4
+_SAME_ORDER = 2e-3
 _BLOCKS = 10  # a log
 _STEP = 20.0  # how much less an effect's change from sample to sample is trusted than its value
 _LEAST_CLAIM = 0.35  # of the noise: an effect that moves the TCP by less is a nuisance
@@ -236,7 +237,7 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
             for r, p in zip(left, model.panels, strict=True)
         ]
         for key, order in gear_orders(model.panels, with_own, heat).items():
-            if key not in orders or abs(orders[key] - order) > 1e-3 * order:
+            if key not in orders or abs(orders[key] - order) > _SAME_ORDER * order:
                 orders[key] = order
                 offered = True
         states["gear_ripple"] = orders

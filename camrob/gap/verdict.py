@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,7 @@ class Verdict:
 
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
     """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
+    model = _without_harmful(model, trial)
     sets = {tuple(sorted(names)): p for names, p in model.sets.items()}
     reasons = implausible(model)
     top = max(model.sets, key=lambda names: model.sets[names])
@@ -77,6 +78,26 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         },
         "next_experiment": next_experiment(claimed, probability, sizes, library, text),
     })  # fmt: skip
+
+
+def _without_harmful(model: Model, trial: Trial) -> Model:
+    """The model with effects taken out that make the prediction of withheld samples worse than it is without them."""
+    for name in sorted(model.evidence.effects_of(model.best.members) - {"unknown"}):
+        own = frozenset(i for i in model.best.members if model.units[i].effect == name)
+        rest = model.best.members - own
+        with_it, without = (shrinkage(model, trial, m, m) for m in (model.best.members, rest))
+        gains = np.array([
+            float(np.sum(without.after[without.block == b] ** 2) - np.sum(with_it.after[with_it.block == b] ** 2))
+            for b in np.unique(with_it.block)
+        ])  # fmt: skip
+        error = float(gains.std()) * np.sqrt(len(gains))
+        if gains.sum() < -max(error, 1e-3 * float(np.sum(without.after**2))):
+            sets: dict[frozenset[str], float] = {}
+            for names, p in model.sets.items():
+                kept = names - {name}
+                sets[kept] = sets.get(kept, 0.0) + p
+            model = replace(model, best=model.evidence.fit(rest), sets=sets)
+    return model
 
 
 def _tails(shrunk: Shrinkage) -> dict[str, float]:
@@ -217,8 +238,6 @@ def _compensable(model: Model, trial: Trial, library: Sequence[Effect], claimed:
 
 def _residual_regimes(model: Model, members: Set) -> list[dict[str, Any]]:
     """What the residual still depends on."""
-    from dataclasses import replace
-
     values = model.values(members | model.evidence.always, model.best)
     left = []
     for p in model.panels:
