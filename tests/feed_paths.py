@@ -36,9 +36,9 @@ def path_of(q: np.ndarray, *, feed: float, cutting: np.ndarray | None = None) ->
     ), q
 
 
-def wave(count: int = 400) -> np.ndarray:
+def wave(count: int = 400, *, turns: float = 1.0) -> np.ndarray:
     """Postures (count, n) of a smooth winding path that uses all axes."""
-    t = np.linspace(0.0, 1.0, count)
+    t = np.linspace(0.0, turns, count)
     q = np.tile(CELL.q_home, (count, 1))
     for i in range(8):
         q[:, i] += 0.05 * np.sin(2.0 * np.pi * (t * (1 + 0.3 * i) + 0.1 * i))

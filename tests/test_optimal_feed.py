@@ -166,3 +166,22 @@ def test_smoothing_takes_noise_out_and_keeps_corners_within_tolerance():
     away = np.abs(s[:-1] - 0.5) > 0.05
     assert np.abs(third[away]).max() < 15.0 < 100.0 < np.abs(raw[away]).max()
     assert np.allclose((control[0] + 4 * control[1] + control[2]) / 6, noisy[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("length", [1e-6, 1e-4, 0.003])
+def test_a_tiny_cut_is_planned(length):
+    path, q = track_path(np.array([0.0, length]), feed=0.1)
+    plan = optimal_feed(CELL, path, q, rapid_speed=0.2)
+    assert 0.0 < plan.total < 1.0 and max(plan.use.values()) <= 1.0 + 1e-9
+
+
+def test_a_turn_on_the_spot_within_a_cut_is_planned():
+    q = np.tile(CELL.q_home, (60, 1))
+    q[:20, CELL.index("E1")] = np.linspace(0.0, 0.02, 20)
+    q[20:40, CELL.index("E1")] = 0.02
+    q[20:, CELL.index("A6")] += np.concatenate([np.linspace(0.0, 0.2, 20), np.full(20, 0.2)])
+    q[40:, CELL.index("E1")] = np.linspace(0.02, 0.04, 20)
+    path, q = path_of(q, feed=0.1)
+    plan = optimal_feed(CELL, path, q, rapid_speed=0.2)
+    assert np.all(np.isfinite(plan.at)) and np.all(np.diff(plan.at) >= 0.0)
+    assert max(plan.use.values()) <= 1.0 + 1e-9

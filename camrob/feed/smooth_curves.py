@@ -19,9 +19,10 @@ _PER_POINT, _FEWEST = 1, 32  # spans for each point: finer ones bear no more tha
 def smooth_curves(known: Array, values: Array, parts: int, resolution: float) -> list[Array]:
     """Values and three derivatives, each (parts + 1, D), of splines near `values` (N, D) at rising places `known` (N,).
 
-    The curves are sampled at `parts` + 1 even places. Cubic B-splines on even spans, each column with the greatest weight on its fourth differences that leaves a
-    root mean square distance to the data of at most the standard deviation of rounding, resolution / sqrt(12) (Morozov's
-    principle); what is rougher than that allows is followed as closely as the spans can. Linear in N and parts.
+    The curves are sampled at `parts` + 1 even places. They are cubic B-splines on even spans, each column with the
+    greatest weight on its fourth differences that leaves a root mean square distance to the data of at most the standard
+    deviation of rounding, resolution / sqrt(12) (Morozov's principle); what is rougher than that allows is followed as
+    closely as the spans can. Linear in N and parts.
     """
     length = float(known[-1] - known[0])
     spans = min(parts, max(_PER_POINT * len(known), _FEWEST))

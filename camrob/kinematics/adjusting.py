@@ -177,4 +177,7 @@ def _adjusted(cell: Cell, q: Array, target: Array, *, first: bool) -> tuple[Arra
 def _increment(cell: Cell, q: Array, missing: Array) -> Array:
     zero = np.zeros((1, len(q)))
     J = point_jacobians(cell, q[None], zero, zero)[0][0]
-    return np.asarray(J.T @ np.linalg.solve(J @ J.T, missing))
+    try:
+        return np.asarray(J.T @ np.linalg.solve(J @ J.T, missing))
+    except np.linalg.LinAlgError:
+        raise SingularError("the arm can't move its tip in every direction on its way to the point") from None

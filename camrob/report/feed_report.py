@@ -70,6 +70,13 @@ def weld_statements(cell: Cell, study: WeldStudy) -> tuple[Statement, ...]:
             f"{np.abs(study.torques.gravity).max(axis=0)[first]:.0f} Nm; under every assumption about the masses that was tried.",
             "holds" if all(int(np.argmax(c.largest)) == 1 for c in study.loads) else "holds not",
         ),
+        *_equations(study),
+    )
+
+
+def _equations(study: WeldStudy) -> tuple[Statement, ...]:
+    """What the equations and captions state."""
+    return (
         Statement(
             "Eq. 9 and 15: q'' = J+ (x'' - J' q').",
             f"A term is missing: (I - J+ J) J'^T (J J^T)^-1 x'. Without it the second derivative is off by up to "

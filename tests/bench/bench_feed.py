@@ -26,7 +26,7 @@ def beside_toppra(count: int) -> None:
     s = np.linspace(0.0, 1.0, count + 1)
     q = np.column_stack([0.5 * np.sin((3 + k) * s + k) + 0.2 * np.cos(7 * s * (k + 1)) for k in range(6)])
     bounds = MotionBounds(np.inf, np.inf, np.inf, np.full(6, 1.0), np.full(6, 2.0), np.full(6, np.inf))
-    for again in range(2):  # the first round compiles
+    for _again in range(2):  # the first round compiles
         start = time.perf_counter()
         control = interpolated(np.hstack([np.zeros((count + 1, 6)), q]), 1.0 / count)
         caps = speed_caps(control, 1.0 / count, np.full(count, 10.0), bounds)
@@ -48,9 +48,9 @@ def beside_toppra(count: int) -> None:
 
 def whole(count: int) -> None:
     """The KR15 cell's winding path: time as it stands, and planned with jerk."""
-    path, q = path_of(wave(count), feed=0.5)
+    path, q = path_of(wave(count, turns=count / 2500.0), feed=0.5)
     speed = np.full(count, 0.5)
-    optimal_feed(CELL, *path_of(wave(200), feed=0.5), rapid_speed=0.2)
+    optimal_feed(CELL, *path_of(wave(200, turns=0.2), feed=0.5), rapid_speed=0.2)
     program_time(CELL, path, q, speed=speed)
     start = time.perf_counter()
     program = program_time(CELL, path, q, speed=speed)
