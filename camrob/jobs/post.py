@@ -4,48 +4,45 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.check.collision_report import CollisionReport
-from camrob.check.collisions import check_collisions
-from camrob.check.margins import MarginReport, check_margins
-from camrob.controller.against import Coverage, cover
-from camrob.controller.intended import hold_to_intended
-from camrob.controller.judge import Judgement, judge
-from camrob.controller.replay import Replay, replay
-from camrob.controller.trace import posture_trace
-from camrob.errors import CollisionError, InputError, JobError, KrlError, VerificationError
+from camrob.errors import InputError, JobError, VerificationError
+from camrob.feed.optimal import optimal_feed
 from camrob.feed.timing import program_time
-from camrob.issues import Finding, Severity, collapse
+from camrob.issues import Finding
 from camrob.jobs.files import staged_output
 from camrob.jobs.inputs import JobInputs, program_name, read_inputs
+from camrob.jobs.release import check_release, named_region, path_margins, read_back
 from camrob.jobs.summary import post_summary
 from camrob.post.assemble import assemble_program
 from camrob.post.decimate import decimated
-from camrob.post.krl_program import KrlProgram
-from camrob.post.krl_reader import read_krl
 from camrob.post.krl_writer import iter_krl
 from camrob.post.program import Program
 from camrob.resolve.path import ToolPathInBase
+from camrob.resolve.planned import resolve_planned
 from camrob.resolve.solution import Solution
 from camrob.resolve.tracker import track
 from camrob.resolve.vjm import resolve_vjm
 from camrob.units import m_to_mm
 
-__all__ = ["PostResult", "post"]
+__all__ = ["FEEDS", "METHODS", "PostResult", "post"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
+Residual = tuple[Array, Array]
 
 COMPARED = 20_000  # points up to which the report shows the path resolved in other ways beside
 TRACKING_TOLERANCE = 1e-9  # m and rad: the solver's promise before rounding, 1e-6 mm and 1e-6 rad
+
+METHODS: dict[str, Callable[..., Solution]] = {"vjm": resolve_vjm, "planned": resolve_planned}
+FEEDS = ("program", "optimal")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,37 +86,29 @@ def post(
     with watch.stage("read"):
         inputs = read_inputs(clfile, cell, setup, dialect=dialect, units=units, progress=watch.share)
     with watch.stage("resolve"):
-        solution = _resolve(inputs, method, watch.share)
-        position, axis = solution.residual(inputs.cell, inputs.path)
-        if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
-            raise VerificationError(
-                f"the solver strays by {m_to_mm(float(position.max())):.2e} mm; please report this file"
-            )
+        inputs, solution, residual = _resolve(inputs, method, watch.share)
     with watch.stage("feed"):
-        keep = decimated(inputs.path, solution, inputs.setup.decimate)
-        speed, times = _speeds(inputs, solution, feed)
+        speed, times = _speeds(inputs, solution, feed, watch.share)
         program = assemble_program(
-            title, inputs.cell, inputs.toolpath, inputs.path, solution,
-            rapid_speed=inputs.rapid_speed, keep=keep, speed=speed, comment=_comment(inputs, method),
+            title, inputs.cell, inputs.toolpath, inputs.path, solution, rapid_speed=inputs.rapid_speed,
+            keep=decimated(inputs.path, solution, inputs.setup.decimate), speed=speed, comment=_comment(inputs, method),
         )  # fmt: skip
     with staged_output(out, name=title) as folder:
         with watch.stage("write"):
-            files, split = _write(program, inputs, folder, max_lines)
+            files, written = _write(program, inputs, folder, max_lines)
         with watch.stage("verify"):
-            text, replayed, coverage, judgement = _verify(folder / f"{title}.src", program, inputs, watch.share)
+            back = read_back(folder / f"{title}.src", program, inputs, watch.share)
         with watch.stage("collisions"):
-            collisions = _collisions(text, replayed, coverage, inputs, watch.share)
-        margins = _margins(inputs, solution)
-        findings = _gate(inputs, solution, judgement, collisions, margins, split)
+            margins = path_margins(inputs, solution)
+            collisions, findings = check_release(back, inputs, solution, margins, written, watch.share)
         files += [f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", inputs, solution)
         summary = post_summary(
-            inputs, solution, program, coverage, judgement, collisions, margins, findings,
-            residual=(position, axis), times=times, seconds=watch.seconds, files=files,
-        )  # fmt: skip
+            inputs, solution, title, back, collisions, margins, findings, residual=residual, times=times, files=files
+        )
         if report:
             with watch.stage("report"):
-                _report(folder / f"{title}.html", summary, inputs, solution, findings, method)
+                _report(folder / f"{title}.html", summary, inputs, solution, findings)
         summary["seconds"] = dict(watch.seconds)
         (folder / f"{title}.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return PostResult(summary, tuple(findings), out, tuple(files), inputs.path, solution, program)
@@ -131,11 +120,11 @@ class _Watch:
     def __init__(self, progress: Progress | None) -> None:
         self._progress = progress
         self._name = ""
-        self._note = " (compiling, this once)" if kernels_missing() else ""
+        self._note = " (compiling, this once)" if _kernels_missing() else ""
         self.seconds: dict[str, float] = {}
 
     @contextmanager
-    def stage(self, name: str) -> Any:
+    def stage(self, name: str) -> Iterator[None]:
         """Time one stage."""
         self._name = name + self._note
         self.share(0.0)
@@ -149,6 +138,12 @@ class _Watch:
             self._progress(self._name, done)
 
 
+def _kernels_missing() -> bool:
+    """True where the solver's kernels have yet to be compiled on this machine, which takes a minute, once."""
+    cache = track._cache.cache_path  # Numba has no public way to ask
+    return not any(Path(cache).glob("tracker.track-*.nbi"))
+
+
 def _check_choices(method: str, feed: str) -> None:
     if method not in METHODS:
         raise InputError(f"--method {method!r} is unknown", cure=f"use {' or '.join(METHODS)}")
@@ -156,34 +151,36 @@ def _check_choices(method: str, feed: str) -> None:
         raise InputError(f"--feed {feed!r} is unknown", cure=f"use {' or '.join(FEEDS)}")
 
 
-def _resolve(inputs: JobInputs, method: str, progress: Callable[[float], None]) -> Solution:
+def _resolve(inputs: JobInputs, method: str, progress: Callable[[float], None]) -> tuple[JobInputs, Solution, Residual]:
+    """The solution, held to its promise by forward kinematics, and the inputs with the path that it belongs to."""
     try:
-        return METHODS[method](inputs.cell, inputs.path, progress=progress)
+        solution = METHODS[method](inputs.cell, inputs.path, progress=progress)
     except JobError as e:
-        raise _named(e, inputs) from None
+        raise named_region(e, inputs) from None
+    if solution.path is not None:
+        inputs = replace(inputs, path=solution.path)
+    position, axis = solution.residual(inputs.cell, inputs.path)
+    if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
+        off = m_to_mm(float(position.max()))
+        raise VerificationError(f"the solver strays by {off:.2e} mm; please report this file")
+    return inputs, solution, (position, axis)
 
 
-def _named(error: JobError, inputs: JobInputs) -> JobError:
-    """The same error with the region's name instead of its index."""
-    regions = [r for r in inputs.toolpath.regions if len(r)]
-    if not error.region.isdigit() or int(error.region) >= len(regions):
-        return error
-    return type(error)(
-        error.what, line=error.line, region=regions[int(error.region)].name, axis=error.axis, value=error.value,
-        limit=error.limit, unit=error.unit, reasons=error.reasons,
-    )  # fmt: skip
-
-
-METHODS: dict[str, Callable[..., Solution]] = {"vjm": resolve_vjm}
-FEEDS = ("program",)
-
-
-def _speeds(inputs: JobInputs, solution: Solution, feed: str) -> tuple[Array | None, dict[str, float | None]]:
+def _speeds(
+    inputs: JobInputs, solution: Solution, feed: str, progress: Callable[[float], None]
+) -> tuple[Array | None, dict[str, float | None]]:
     """Speeds (N,) that replace the programmed feed, or None, and the program's times as it stands and at its best."""
-    path = inputs.path
+    path, q = inputs.path, np.asarray(solution.q)
     programmed = np.where(path.cutting, path.feed, inputs.rapid_speed)
-    timing = program_time(inputs.cell, path, np.asarray(solution.q), speed=programmed)
-    return None, {"program": float(timing.total), "optimal": None}
+    times: dict[str, float | None] = {
+        "program": float(program_time(inputs.cell, path, q, speed=programmed).total),
+        "optimal": None,
+    }
+    if feed != "optimal":
+        return None, times
+    plan = optimal_feed(inputs.cell, path, q, rapid_speed=inputs.rapid_speed, progress=progress)
+    times["optimal"] = float(plan.total)
+    return np.asarray(plan.speed), times
 
 
 def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
@@ -204,89 +201,6 @@ def _write(program: Program, inputs: JobInputs, folder: Path, max_lines: int | N
     return names, findings
 
 
-def _verify(
-    source: Path, program: Program, inputs: JobInputs, progress: Callable[[float], None]
-) -> tuple[KrlProgram, Replay, Coverage, Judgement]:
-    """Read the program's own text back, replay it, and hold it to the CL points and to what was meant."""
-    try:
-        text = read_krl(source)
-        replayed = replay(text, inputs.cell, progress=progress)
-    except KrlError as error:
-        raise VerificationError(f"the program was not released: it reads back wrong: {error.what}") from None
-    path = inputs.path
-    own = path.of_toolpath
-    coverage = cover(
-        np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64),
-        np.asarray(replayed.base_T_tool), np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
-    )  # fmt: skip
-    speed = np.where(path.cutting[own], path.feed[own], np.nan)
-    judgement = judge(text, replayed, coverage, speed)
-    stands_against = [*judgement.findings, *hold_to_intended(text, replayed, program)]
-    first = next((f for f in stands_against if f.severity is Severity.ERROR), None)
-    if first is not None:
-        raise VerificationError(
-            f"the program was not released: {first.text}" + (f" ({first.count} times)" if first.count > 1 else ""),
-            line=first.line, axis=first.axis, value=first.value, limit=first.limit, unit=first.unit,
-        )  # fmt: skip
-    return text, replayed, coverage, judgement
-
-
-def _collisions(
-    text: KrlProgram, replayed: Replay, coverage: Coverage, inputs: JobInputs, progress: Callable[[float], None]
-) -> CollisionReport:
-    """Collisions along the replayed program, void motions included."""
-    postures, rows = posture_trace(text, replayed)
-    line = np.zeros(len(text), np.int64)
-    cutting = np.zeros(len(text), bool)
-    region = np.full(len(text), -1, np.int64)
-    own = inputs.path.of_toolpath
-    met = coverage.motion
-    line[met], cutting[met], region[met] = inputs.path.line[own], inputs.path.cutting[own], inputs.path.region[own]
-    return check_collisions(
-        replayed.cell, postures, cutting=cutting[rows], line=line[rows], region=region[rows],
-        part_mesh=inputs.part, stock_mesh=inputs.stock, base_T_part=np.asarray(inputs.setup.base_T_part),
-        tool=inputs.tool, progress=lambda done, of: progress(done / of),
-    )  # fmt: skip
-
-
-def _margins(inputs: JobInputs, solution: Solution) -> MarginReport:
-    path = inputs.path
-    return check_margins(
-        inputs.cell,
-        np.asarray(solution.q),
-        inv_kf=solution.inv_kf,
-        cutting=path.cutting,
-        line=path.line,
-        region=path.region,
-    )
-
-
-def _gate(
-    inputs: JobInputs, solution: Solution, judgement: Judgement, collisions: CollisionReport, margins: MarginReport,
-    split: list[Finding],
-) -> list[Finding]:  # fmt: skip
-    """All findings, or the error that stops the release."""
-    if collisions.count:
-        first = next(f for f in collisions.findings if f.severity is Severity.ERROR)
-        error = CollisionError(f"{first.text} ({collisions.count} points)", line=first.line, region=str(first.region))
-        raise _named(error, inputs)
-    findings = collapse(
-        [
-            *inputs.toolpath.findings,
-            *inputs.findings,
-            *solution.findings,
-            *margins.findings,
-            *judgement.findings,
-            *collisions.findings,
-            *split,
-        ]
-    )
-    stopped = next((f for f in findings if f.severity is Severity.ERROR), None)
-    if stopped is not None:
-        raise VerificationError(stopped.text, line=stopped.line)
-    return findings
-
-
 def _save_path(file: Path, inputs: JobInputs, solution: Solution) -> None:
     own = inputs.path.of_toolpath
     q = np.asarray(solution.q)[own]
@@ -304,32 +218,31 @@ def _save_path(file: Path, inputs: JobInputs, solution: Solution) -> None:
 
 
 def _report(
-    file: Path, summary: Mapping[str, Any], inputs: JobInputs, solution: Solution, findings: list[Finding], method: str
+    file: Path, summary: Mapping[str, Any], inputs: JobInputs, solution: Solution, findings: list[Finding]
 ) -> None:
     import trimesh
 
     from camrob.report.post_report import post_report
 
-    comparison = _comparison(inputs) if method == "vjm" and len(inputs.path) <= COMPARED else {}
     body = inputs.part if inputs.part is not None else inputs.stock
-    mesh = None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body))
     page = post_report(
-        summary, inputs.cell, inputs.path, solution, findings=findings, part_mesh=mesh,
-        base_T_part=np.asarray(inputs.setup.base_T_part), comparison=comparison,
+        summary, inputs.cell, inputs.path, solution, findings=findings,
+        part_mesh=None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body)),
+        base_T_part=np.asarray(inputs.setup.base_T_part), comparison=_comparison(inputs, solution),
+        bound=None if solution.plan is None else np.asarray(solution.plan.bound),
     )  # fmt: skip
     file.write_text(page, encoding="utf-8")
 
 
-def _comparison(inputs: JobInputs) -> dict[str, Array]:
-    """1/k_F of the same path without fuzzy weights, and without revision; a way that fails is left out."""
+def _comparison(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
+    """1/k_F (N,) of the same path resolved in other ways; a way that fails, and all of them for long paths, are left out."""
+    if len(inputs.path) > COMPARED:
+        return {}
+    ways: dict[str, tuple[bool, bool]] = {"published method": (True, True)}
+    if solution.method == "vjm":
+        ways = {"all weights alike": (False, True), "without revision": (True, False)}
     others = {}
-    for name, fuzzy, revise in (("all weights alike", False, True), ("without revision", True, False)):
+    for name, (fuzzy, revise) in ways.items():
         with suppress(JobError):
             others[name] = np.asarray(resolve_vjm(inputs.cell, inputs.path, fuzzy=fuzzy, revise=revise).inv_kf)
     return others
-
-
-def kernels_missing() -> bool:
-    """True where the solver's kernels have yet to be compiled on this machine, which takes a minute, once."""
-    cache = track._cache.cache_path  # Numba has no public way to ask
-    return not any(Path(cache).glob("tracker.track-*.nbi"))

@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 
 from camrob.check.collision_report import CollisionReport
 from camrob.check.margins import MarginReport
-from camrob.controller.against import Coverage
-from camrob.controller.judge import Judgement
 from camrob.issues import Finding, Severity
 from camrob.jobs.inputs import JobInputs
-from camrob.post.program import Program
+from camrob.jobs.release import ReadBack
 from camrob.resolve.solution import Solution
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -26,25 +24,20 @@ Array = NDArray[np.float64]
 def post_summary(
     inputs: JobInputs,
     solution: Solution,
-    program: Program,
-    coverage: Coverage,
-    judgement: Judgement,
+    name: str,
+    back: ReadBack,
     collisions: CollisionReport,
     margins: MarginReport,
     findings: Sequence[Finding],
     *,
     residual: tuple[Array, Array],
     times: Mapping[str, float | None],
-    seconds: Mapping[str, float],
     files: Sequence[str],
 ) -> dict[str, Any]:
-    """The JSON object of the contract (spec: camrob post)."""
-    toolpath, path = inputs.toolpath, inputs.path
-    own = path.of_toolpath
-    inv_kf = np.asarray(solution.inv_kf)[own]
-    clearance = collisions.clearance_min
+    """The JSON object of the contract (spec: camrob post), but for `seconds`."""
+    toolpath = inputs.toolpath
     return {
-        "program": program.name,
+        "program": name,
         "cell": inputs.cell.name,
         "method": solution.method,
         "source": {
@@ -53,44 +46,85 @@ def post_summary(
             "dialect": toolpath.dialect,
             "units": toolpath.units,
         },
-        "points": int(own.sum()),
+        "points": int(inputs.path.of_toolpath.sum()),
         "regions": _regions(inputs, solution),
         "tracking": {
             "position_error_mm_max": m_to_mm(float(residual[0].max(initial=0.0))),
             "axis_error_deg_max": rad_to_deg(float(residual[1].max(initial=0.0))),
         },
-        "conditioning": {
-            "inv_kf_min": float(inv_kf.min()),
-            "inv_kf_mean": float(inv_kf.mean()),
-            "inv_kf_bound_mean": None,
-        },
+        "conditioning": _conditioning(inputs, solution),
         "limits": {
-            "margin_min": judgement.margin,
-            "violations": sum(f.code == "axis-limit" for f in judgement.findings),
+            "margin_min": back.judgement.margin,
+            "violations": sum(f.count for f in back.judgement.findings if f.code == "axis-limit"),
         },
-        "singular": judgement.singular,
-        "collisions": {
-            "checked": collisions.checked,
-            "count": collisions.count,
-            "clearance_min_mm": None if clearance is None else m_to_mm(clearance),
-            "clearance_pair": list(collisions.clearance_pair),
-            "sampled": collisions.sampled,
-            "skipped": list(collisions.skipped),
-        },
+        "singular": back.judgement.singular,
+        "collisions": _collisions(collisions),
         "external_travel": {key: round(value, 4) for key, value in margins.external_travel.items()},
         "time_s": dict(times),
-        "verified": {
-            "by": "the independent KRL reader and replay, and pytorch-kinematics",
-            "position_error_mm_max": m_to_mm(float(coverage.position_error.max(initial=0.0))),
-            "axis_error_deg_max": rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
-            "second_library_error_mm_max": m_to_mm(judgement.second_library_error),
-            "second_library_poses": judgement.second_library_poses,
-            "points": int(np.sum(coverage.motion >= 0)),
-        },
+        "verified": _verified(back),
+        "plan": _plan(solution),
         "warnings": [_warning(f) for f in findings if f.severity is not Severity.INFO],
         "notes": [_warning(f) for f in findings if f.severity is Severity.INFO],
         "files": list(files),
-        "seconds": dict(seconds),
+    }
+
+
+def _conditioning(inputs: JobInputs, solution: Solution) -> dict[str, float | None]:
+    own = inputs.path.of_toolpath
+    inv_kf = np.asarray(solution.inv_kf)[own]
+    bound = None if solution.plan is None else float(np.asarray(solution.plan.bound)[own].mean())
+    return {"inv_kf_min": float(inv_kf.min()), "inv_kf_mean": float(inv_kf.mean()), "inv_kf_bound_mean": bound}
+
+
+def _collisions(collisions: CollisionReport) -> dict[str, Any]:
+    clearance = collisions.clearance_min
+    return {
+        "checked": collisions.checked,
+        "count": collisions.count,
+        "clearance_min_mm": None if clearance is None else m_to_mm(clearance),
+        "clearance_pair": list(collisions.clearance_pair),
+        "sampled": collisions.sampled,
+        "skipped": list(collisions.skipped),
+    }
+
+
+def _verified(back: ReadBack) -> dict[str, Any]:
+    coverage, judgement = back.coverage, back.judgement
+    return {
+        "by": "the independent KRL reader and replay, and pytorch-kinematics",
+        "position_error_mm_max": m_to_mm(float(coverage.position_error.max(initial=0.0))),
+        "axis_error_deg_max": rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
+        "second_library_error_mm_max": m_to_mm(judgement.second_library_error),
+        "second_library_poses": judgement.second_library_poses,
+        "points": int(np.sum(coverage.motion >= 0)),
+    }
+
+
+def _plan(solution: Solution) -> dict[str, Any] | None:
+    """How a planned solution was chosen: the curve of conditioning against external travel, and the objective's terms."""
+    plan = solution.plan
+    if plan is None:
+        return None
+    return {
+        "mode": plan.mode,
+        "chosen": plan.chosen,
+        "rule": plan.rule,
+        "bound_mean": plan.bound_mean,
+        "bound_min": plan.bound_min,
+        "terms": dict(plan.terms),
+        "shares": plan.shares,
+        "repostures": plan.repostures,
+        "retracts": plan.retracts,
+        "curve": [
+            {
+                "name": point.name,
+                "inv_kf_mean": point.inv_kf_mean,
+                "inv_kf_min": point.inv_kf_min,
+                "share_of_bound": point.share,
+                "travel_si": dict(point.travel),
+            }
+            for point in plan.curve
+        ],
     }
 
 

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from camrob.cell.read_cell import read_cell
-from camrob.controller.against import Coverage, cover
-from camrob.controller.judge import judge
+from camrob.controller.against import Coverage
+from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.controller.simulate import approximation
 from camrob.errors import JobError, KrlError
 from camrob.issues import Finding, Severity, collapse
 from camrob.jobs.inputs import JobInputs, read_inputs
+from camrob.jobs.release import cover_toolpath
 from camrob.jobs.simulate import approximation_entry
 from camrob.post.krl_program import KrlProgram
 from camrob.post.krl_reader import read_krl
@@ -66,37 +67,39 @@ def verify(
         inputs = read_inputs(Path(against), cell, setup, progress=share("read"))
     machine = read_cell(cell) if inputs is None else inputs.cell
     replayed = replay(text, machine, progress=share("replay"))
-    coverage: Coverage | None = None
-    feed = None
     extra: list[Finding] = list(text.findings)
+    coverage, feed = None, None
     if inputs is not None:
-        path = inputs.path
-        own = path.of_toolpath
-        coverage = cover(
-            np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64),
-            np.asarray(replayed.base_T_tool), np.asarray(text.kind), chord_tolerance=inputs.setup.decimate,
-        )  # fmt: skip
-        feed = np.where(path.cutting[own], path.feed[own], np.nan)
+        coverage, feed = cover_toolpath(text, replayed, inputs)
         extra += _tool_findings(inputs, replayed.cell.flange_T_tool)
         extra += inputs.toolpath.findings
     judgement = judge(text, replayed, coverage, feed)
     findings = collapse([*extra, *judgement.findings])
     errors = [f for f in findings if f.severity is Severity.ERROR]
-    if against is not None:
-        errors += [
-            Finding("unclear", _BLOCKING[f.code], Severity.ERROR, line=f.line) for f in findings if f.code in _BLOCKING
-        ]
-    inv_kf = np.asarray(replayed.inv_kf)
-    finite = inv_kf[np.isfinite(inv_kf)]
-    summary: dict[str, Any] = {
+    if inputs is not None:
+        unclear = (f for f in findings if f.code in _BLOCKING)
+        errors += [Finding("unclear", _BLOCKING[f.code], Severity.ERROR, line=f.line) for f in unclear]
+    summary = {
         "program": Path(program).stem,
-        "files": [Path(f).name for f in text.files],
         "cell": machine.name,
         "ok": not errors,
-        "motions": len(text),
-        "samples": replayed.samples,
+        **_figures(text, replayed, judgement),
         "errors": [_entry(f) for f in errors],
         "warnings": [_entry(f) for f in findings if f.severity is Severity.WARNING],
+        "against": None if coverage is None or inputs is None else _against(coverage, inputs),
+        "seconds": round(time.perf_counter() - start, 3),
+    }
+    return VerifyResult(not errors, summary, tuple(findings))
+
+
+def _figures(text: KrlProgram, replayed: Replay, judgement: Judgement) -> dict[str, Any]:
+    """What the replay measured."""
+    inv_kf = np.asarray(replayed.inv_kf)
+    finite = inv_kf[np.isfinite(inv_kf)]
+    return {
+        "files": [Path(f).name for f in text.files],
+        "motions": len(text),
+        "samples": replayed.samples,
         "limits": {
             "margin_min": judgement.margin,
             "violations": sum(f.count for f in judgement.findings if f.code == "axis-limit"),
@@ -106,10 +109,7 @@ def verify(
         "jump_deg_max": rad_to_deg(float(np.max(replayed.jump, initial=0.0))),
         "second_library_error_mm_max": m_to_mm(judgement.second_library_error),
         "approximation": _approximation(text, replayed),
-        "against": None if coverage is None or inputs is None else _against(coverage, inputs),
-        "seconds": round(time.perf_counter() - start, 3),
     }
-    return VerifyResult(not errors, summary, tuple(findings))
 
 
 def _tool_findings(inputs: JobInputs, flange_T_tool: Any) -> list[Finding]:

@@ -114,7 +114,7 @@ def assemble_program(
         external_names=cell.external_names,
         status=none if status_turn is None else status_turn.status(axes),
         turn=none if status_turn is None else status_turn.turn(axes),
-        speed=round_speed(np.where(ptp, 0.0, np.where(of_path, feed[point], rapid_speed))),
+        speed=round_speed(np.where(ptp, 0.0, np.where(of_path, _slowest(feed, point, kind), rapid_speed))),
         approximate=_approximate(path, point, kind, start_of, toolpath),
         line=np.where(of_path, path.line[point], 0),
         region=np.where(of_path, path.region[point], TRANSIT),
@@ -126,6 +126,18 @@ def assemble_program(
     )
 
 
+def _slowest(feed: Array, point: NDArray[np.int64], kind: NDArray[np.int8]) -> Array:
+    """(rows,) speed of each motion: the slowest of the path points that it stands for, one for both rows of a CIRC."""
+    ends = np.unique(point[point >= 0])
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    slowest = np.full(len(feed), np.inf)
+    slowest[ends] = np.minimum.reduceat(feed, starts)
+    out = slowest[np.maximum(point, 0)]
+    end = np.flatnonzero(kind == Motion.CIRC_END)
+    out[end] = out[end - 1] = np.minimum(out[end], out[end - 1])
+    return out
+
+
 def _rows(
     toolpath: Toolpath, path: ToolPathInBase, solution: Solution, keep: NDArray[np.bool_]
 ) -> tuple[_Rows, dict[tuple[int, int], int]]:
@@ -134,7 +146,7 @@ def _rows(
     regions = [r for r in toolpath.regions if len(r)]
     kind = np.full(len(path), int(Motion.LIN), np.int8)
     keep = keep.copy()
-    starts = {int(path.region[i]): i for i in np.flatnonzero(path.source == 0)}
+    starts = {int(path.region[i]): int(i) for i in np.flatnonzero(path.source == 0)}
     for index, region in enumerate(regions):
         circ_rows(region, starts[index], kind, keep)
     revisions = {r.point: r for r in solution.revisions if r.kept}
