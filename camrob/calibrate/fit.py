@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from camrob.calibrate.error_model import ErrorModel
-from camrob.calibrate.measurements import Measurements
+from camrob.calibrate.measurements import Measurements, sampled_rows
 from camrob.calibrate.parameters import ParameterSet
 from camrob.errors import JobError, SingularError
 from camrob.frozen import locked
@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 _CHUNK = 20_000
 _ITERATIONS = 40
+_SETTLED = 1e-8  # squared standard errors
+_SAMPLE = 3000  # rows that a long log is begun with
 _OUTLIER = 5.0  # robust standard deviations
 _MEDIAN_NORM = 1.5382  # median length of a 3-D normal vector of unit deviation an axis
 _FLOOR_POSITION, _FLOOR_ANGLE = 1e-9, 1e-10  # m, rad: noise-free data must not divide by 0
@@ -92,25 +94,11 @@ def fit_parameters(pairs: Sequence[tuple[ErrorModel, Measurements]], parameters:
     scale = parameters.scales[free]
     lower = np.array([p.lower for p in parameters.items_])[free]
     upper = np.array([p.upper for p in parameters.items_])[free]
-    values = parameters.values_array
-    iteration = 0
-    for iteration in range(1, _ITERATIONS + 1):  # noqa: B007
-        spread = _spread(pairs, values)
-        H, g, cost = _normal(pairs, values, free, scale, spread)
-        step = _step(H, g, (lower - values[free]) / scale, (upper - values[free]) / scale, names)
-        length = 1.0
-        for _ in range(8):
-            trial = values.copy()
-            trial[free] = np.clip(values[free] + length * scale * step, lower, upper)
-            if _cost(pairs, trial, spread) <= cost * (1.0 + 1e-12):
-                break
-            length *= 0.5
-        else:
-            break
-        moved = float(np.max(np.abs(trial - values)[free] / scale, initial=0.0))
-        values = trial
-        if moved < 1e-7:
-            break
+    values, iterations = parameters.values_array, 0
+    sample = [(model, data.select(sampled_rows(len(data), _SAMPLE))) for model, data in pairs]
+    for part in (sample, pairs) if any(len(data) > 2 * _SAMPLE for _, data in pairs) else (pairs,):
+        values, count = _gauss_newton(part, values, free, (scale, lower, upper), names)
+        iterations += count
     spread = _spread(pairs, values)
     H, _, _ = _normal(pairs, values, free, scale, spread)
     covariance = np.linalg.inv(H)
@@ -131,8 +119,37 @@ def fit_parameters(pairs: Sequence[tuple[ErrorModel, Measurements]], parameters:
         scatter_angle=spread[1],
         outliers=int(np.sum(scattered > _OUTLIER)),
         rows=len(scattered),
-        iterations=iteration,
+        iterations=iterations,
     )
+
+
+def _gauss_newton(
+    pairs: Sequence[tuple[ErrorModel, Measurements]],
+    values: Array,
+    free: NDArray[np.int64],
+    bounds: tuple[Array, Array, Array],
+    names: tuple[str, ...],
+) -> tuple[Array, int]:
+    """Values (P,) where no step lessens the cost any more, and the number of steps; bounds: scale, lower, upper (V,)."""
+    scale, lower, upper = bounds
+    for iteration in range(1, _ITERATIONS + 1):
+        spread = _spread(pairs, values)
+        H, g, cost = _normal(pairs, values, free, scale, spread)
+        step = _step(H, g, (lower - values[free]) / scale, (upper - values[free]) / scale, names)
+        length = 1.0
+        for _ in range(8):
+            trial = values.copy()
+            trial[free] = np.clip(values[free] + length * scale * step, lower, upper)
+            if _cost(pairs, trial, spread) <= cost * (1.0 + 1e-12):
+                break
+            length *= 0.5
+        else:
+            return values, iteration
+        values = trial
+        # half of what the cost is expected to fall by, in squared standard errors
+        if float(g @ step) < _SETTLED:
+            break
+    return values, iteration
 
 
 def _spread(pairs: Sequence[tuple[ErrorModel, Measurements]], values: Array) -> tuple[float, float]:
