@@ -56,7 +56,7 @@ def run_cluster(
         client.subscribe_topic(topic, hear)
         waiting = iter(parcels)
         pending: dict[Any, Parcel] = {}
-        done = as_completed()
+        done = as_completed(loop=client.loop)
         try:
             room = _AHEAD * sum(client.nthreads().values())
             while True:

@@ -19,7 +19,8 @@ def render_batch(summary: Mapping[str, Any]) -> RenderableType:
     jobs = summary.get("jobs") or []
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for heading in ("job", "verb", "result", "points", "worst 1/k_F", "warnings", "seconds"):
-        table.add_column(heading, justify="left" if heading in ("job", "verb", "result") else "right")
+        left = heading in ("job", "verb", "result")
+        table.add_column(heading, justify="left" if left else "right", overflow="fold", no_wrap=heading != "job")
     told: list[RenderableType] = []
     for job in jobs:
         of_job = job.get("summary") or {}
@@ -36,7 +37,8 @@ def render_batch(summary: Mapping[str, Any]) -> RenderableType:
             _number(job["seconds"], 1),
         )
         for reason in _reasons(job):
-            told.append(Text.assemble(_plain(job["input"], "bold"), ": ", _plain(reason), overflow="fold"))
+            whose = () if job["input"] in reason else (_plain(job["input"], "bold"), ": ")
+            told.append(Text.assemble(*whose, _plain(reason), overflow="fold"))
     well = summary.get("counts", {}).get("0", 0)
     where = f"{summary['workers']} workers" if summary.get("workers") else f"the cluster at {summary.get('scheduler')}"
     end = f"{well} of {len(jobs)} jobs done in {_number(summary.get('seconds'), 1)} s on {where}"
