@@ -7,19 +7,22 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.errors import InputError, JobError, VerificationError
+from camrob.check.collision_report import CollisionReport
+from camrob.check.margins import MarginReport
+from camrob.errors import CollisionError, InputError, JobError, VerificationError
 from camrob.feed.optimal import optimal_feed
 from camrob.feed.timing import program_time
 from camrob.issues import Finding
 from camrob.jobs.files import staged_output
 from camrob.jobs.inputs import JobInputs, program_name, read_inputs
-from camrob.jobs.release import check_release, named_region, path_margins, read_back
+from camrob.jobs.release import ReadBack, check_release, named_region, path_margins, read_back
 from camrob.jobs.summary import post_summary
 from camrob.post.assemble import assemble_program
 from camrob.post.decimate import decimated
@@ -41,7 +44,16 @@ Residual = tuple[Array, Array]
 COMPARED = 20_000  # points up to which the report shows the path resolved in other ways beside
 TRACKING_TOLERANCE = 1e-9  # m and rad: the solver's promise before rounding, 1e-6 mm and 1e-6 rad
 
-METHODS: dict[str, Callable[..., Solution]] = {"vjm": resolve_vjm, "planned": resolve_planned}
+METHODS: Mapping[str, Mapping[str, Callable[..., Solution]]] = {
+    "vjm": {"published": resolve_vjm},
+    "planned": {
+        "knee": partial(resolve_planned, mode="knee"),
+        "still": partial(resolve_planned, mode="still"),
+        "flowing": partial(resolve_planned, mode="flowing"),
+        "published": resolve_vjm,
+    },
+}
+"""The ways of each method, tried in turn until one keeps free of collisions."""
 FEEDS = ("program", "optimal")
 
 
@@ -85,33 +97,88 @@ def post(
     _check_choices(method, feed)
     with watch.stage("read"):
         inputs = read_inputs(clfile, cell, setup, dialect=dialect, units=units, progress=watch.share)
-    with watch.stage("resolve"):
-        inputs, solution, residual = _resolve(inputs, method, watch.share)
-    with watch.stage("feed"):
-        speed, times = _speeds(inputs, solution, feed, watch.share)
-        program = assemble_program(
-            title, inputs.cell, inputs.toolpath, inputs.path, solution, rapid_speed=inputs.rapid_speed,
-            keep=decimated(inputs.path, solution, inputs.setup.decimate), speed=speed, comment=_comment(inputs, method),
-        )  # fmt: skip
     with staged_output(out, name=title) as folder:
-        with watch.stage("write"):
-            files, written = _write(program, inputs, folder, max_lines)
-        with watch.stage("verify"):
-            back = read_back(folder / f"{title}.src", program, inputs, watch.share)
-        with watch.stage("collisions"):
-            margins = path_margins(inputs, solution)
-            collisions, findings = check_release(back, inputs, solution, margins, written, watch.share)
-        files += [f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
-        _save_path(folder / f"{title}.path.npz", inputs, solution)
+        made = _first_free(_Order(title, method, feed, max_lines), inputs, folder, watch)
+        files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
+        _save_path(folder / f"{title}.path.npz", made.inputs, made.solution)
         summary = post_summary(
-            inputs, solution, title, back, collisions, margins, findings, residual=residual, times=times, files=files
-        )
+            made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
+            residual=made.residual, times=made.times, files=files,
+        )  # fmt: skip
         if report:
             with watch.stage("report"):
-                _report(folder / f"{title}.html", summary, inputs, solution, findings)
+                _report(folder / f"{title}.html", summary, made.inputs, made.solution, made.findings)
         summary["seconds"] = dict(watch.seconds)
         (folder / f"{title}.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return PostResult(summary, tuple(findings), out, tuple(files), inputs.path, solution, program)
+    return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
+
+
+@dataclass(frozen=True, slots=True)
+class _Order:
+    """What was asked for."""
+
+    title: str
+    method: str
+    feed: str
+    max_lines: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """A program in the staging folder, fit for release."""
+
+    inputs: JobInputs
+    solution: Solution
+    residual: Residual
+    program: Program
+    times: dict[str, float | None]
+    files: list[str]
+    back: ReadBack
+    collisions: CollisionReport
+    margins: MarginReport
+    findings: list[Finding]
+
+
+def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: _Watch) -> _Made:
+    """The program by the first of the method's ways that keeps free of collisions; the later ones say what was given up.
+
+    Raises the error of the first way where all collide.
+    """
+    first: CollisionError | None = None
+    for way, resolve in METHODS[order.method].items():
+        try:
+            made = _made(order, resolve, inputs, folder, watch)
+        except CollisionError as error:
+            first = first or error
+            continue
+        if first is not None:
+            text = f"the {way} plan was taken, as the one asked for collides: {first.what}"
+            made.findings.append(Finding("plan-collides", text, line=first.line))
+        return made
+    raise first or VerificationError(f"method {order.method} has no way to go")
+
+
+def _made(order: _Order, resolve: Callable[..., Solution], inputs: JobInputs, folder: Path, watch: _Watch) -> _Made:
+    """Resolve, write into the staging folder, read back, check; raises what stands against the release."""
+    with watch.stage("resolve"):
+        inputs, solution, residual = _resolve(inputs, resolve, watch.share)
+    with watch.stage("feed"):
+        speed, times = _speeds(inputs, solution, order.feed, watch.share)
+        program = assemble_program(
+            order.title, inputs.cell, inputs.toolpath, inputs.path, solution, rapid_speed=inputs.rapid_speed,
+            keep=decimated(inputs.path, solution, inputs.setup.decimate), speed=speed,
+            comment=_comment(inputs, solution.method),
+        )  # fmt: skip
+    for old in folder.iterdir():
+        old.unlink()
+    with watch.stage("write"):
+        files, written = _write(program, inputs, folder, order.max_lines)
+    with watch.stage("verify"):
+        back = read_back(folder / f"{order.title}.src", program, inputs, watch.share)
+    with watch.stage("collisions"):
+        margins = path_margins(inputs, solution)
+        collisions, findings = check_release(back, inputs, solution, margins, written, watch.share)
+    return _Made(inputs, solution, residual, program, times, files, back, collisions, margins, findings)
 
 
 class _Watch:
@@ -151,10 +218,12 @@ def _check_choices(method: str, feed: str) -> None:
         raise InputError(f"--feed {feed!r} is unknown", cure=f"use {' or '.join(FEEDS)}")
 
 
-def _resolve(inputs: JobInputs, method: str, progress: Callable[[float], None]) -> tuple[JobInputs, Solution, Residual]:
+def _resolve(
+    inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None]
+) -> tuple[JobInputs, Solution, Residual]:
     """The solution, held to its promise by forward kinematics, and the inputs with the path that it belongs to."""
     try:
-        solution = METHODS[method](inputs.cell, inputs.path, progress=progress)
+        solution = resolve(inputs.cell, inputs.path, progress=progress)
     except JobError as e:
         raise named_region(e, inputs) from None
     if solution.path is not None:
