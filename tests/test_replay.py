@@ -173,8 +173,9 @@ def test_a_base_that_is_offset(tmp_path) -> None:
     from camrob.se3 import frame_from_xyzabc, inverse
 
     base_T_krl = frame_from_xyzabc(np.array([0.1, -0.2, 0.05, 0.4, 0.1, -0.2]))
-    head = HEAD.replace("{X 0,Y 0,Z 0,A 0,B 0,C 0})",
-                        "{{X 100,Y -200,Z 50,A {:.9f},B {:.9f},C {:.9f}}})".format(*tuple(np.degrees([0.4, 0.1, -0.2]))))  # fmt: skip
+    a, b, c = np.degrees([0.4, 0.1, -0.2])
+    told = f"{{X 100,Y -200,Z 50,A {a:.9f},B {b:.9f},C {c:.9f}}})"
+    head = HEAD.replace("{X 0,Y 0,Z 0,A 0,B 0,C 0})", told)
     frame = inverse(base_T_krl) @ base_T_tool(CELL, np.append(B[:-1], 0.0))
     e = CELL.to_axis_values(B)[6:]
     program = read_rows(tmp_path, e6axis(A), f"LIN {e6pos(frame, *e)}", head=head)

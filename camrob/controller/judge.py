@@ -48,7 +48,9 @@ class Judgement:
         return not any(f.severity is Severity.ERROR for f in self.findings)
 
 
-def judge(program: KrlProgram, replay: Replay, coverage: Coverage | None = None, feed: Array | None = None) -> Judgement:
+def judge(
+    program: KrlProgram, replay: Replay, coverage: Coverage | None = None, feed: Array | None = None
+) -> Judgement:
     """Judge a replayed program; with `coverage`, against its CL points, with `feed` (N,), m/s (NaN in air), their speeds too."""
     findings = [*replay.findings, *(coverage.findings if coverage is not None else ())]
     findings += _limits(program, replay)
@@ -58,7 +60,8 @@ def judge(program: KrlProgram, replay: Replay, coverage: Coverage | None = None,
         row = int(singular[0])
         text = "the arm passes a singular posture (its wrist is straight, or it is stretched)"
         findings.append(Finding("singular", text, Severity.ERROR, line=int(program.line[row]), point=row,
-                                value=float(replay.inv_kf[row]), limit=SINGULAR_INV_KF, unit="1/k_F", count=len(singular)))  # fmt: skip
+                                value=float(replay.inv_kf[row]), limit=SINGULAR_INV_KF, unit="1/k_F",
+                                count=len(singular)))  # fmt: skip
     error, count, row = _second_opinion(program, replay)
     if error > POSE_TOLERANCE:
         text = "another library's kinematics does not agree with the replay"
@@ -162,5 +165,7 @@ def _margins(replay: Replay) -> dict[str, float | None]:
     for name in replay.cell.axis_names:
         i = replay.cell.index(name)
         joint = replay.cell.joints[i]
-        out[name] = None if joint.endless else (m_to_mm(float(least[i])) if joint.prismatic else rad_to_deg(float(least[i])))
+        out[name] = (
+            None if joint.endless else (m_to_mm(float(least[i])) if joint.prismatic else rad_to_deg(float(least[i])))
+        )
     return out

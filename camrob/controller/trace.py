@@ -38,7 +38,7 @@ def posture_trace(program: KrlProgram, replay: Replay) -> tuple[Array, NDArray[n
     pieces: list[Array] = []
     owners: list[NDArray[np.int64]] = []
     begin = 0
-    for row in long:
+    for row in long.tolist():
         pieces.append(q[begin:row])
         owners.append(np.arange(begin, row))
         between = _between((targets[row - 1], targets[row]), q[row - 1], q[row], arm, part, int(np.ceil(step[row])))

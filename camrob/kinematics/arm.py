@@ -26,7 +26,7 @@ from camrob.kinematics.spherical_wrist import (
 )
 from camrob.se3 import inverse
 
-__all__ = ["FOLLOWED", "FOLLOW_JUMP", "FOLLOW_LIMIT", "FOLLOW_UNREACHED", "Arm", "newton_arm"]
+__all__ = ["FOLLOWED", "FOLLOW_JUMP", "FOLLOW_LIMIT", "FOLLOW_UNREACHED", "Arm", "nearest_branch", "newton_arm"]
 
 Array = NDArray[np.float64]
 

@@ -77,7 +77,7 @@ def spherical_arm(cell: Cell) -> SphericalArm | None:
     wrist_regular = abs(float(h[3] @ h[4])) < 1e-9 and abs(float(h[4] @ h[5])) < 1e-9
     if off > 1e-9 or not wrist_regular or np.linalg.norm(np.cross(h[0], h[1])) < 1e-3:
         return None
-    return SphericalArm(h, o, wrist, np.ascontiguousarray(inverse(foot_T_tool)))
+    return SphericalArm(h, o, np.asarray(wrist, np.float64), np.ascontiguousarray(inverse(foot_T_tool)))
 
 
 @numba.njit(cache=True)
@@ -131,6 +131,66 @@ def nearest_turn(angle: float, near: float) -> float:
 
 
 @numba.njit(cache=True)
+def _first_axis(arm: SphericalArm, target: Array, out: Array) -> bool:
+    """The two angles of the first axis into out: the wrist's component along axes 2 and 3, which they can't change."""
+    h, o = arm.h, arm.o
+    h2 = h[1]
+    along = _dot(h[0], target)
+    c = _dot(h2, arm.wrist - o[1]) + _dot(h2, o[1] - o[0]) - along * _dot(h[0], h2)
+    return bool(_cone(_dot(h2, target) - along * _dot(h[0], h2), -_triple(h2, h[0], target), c, out))
+
+
+@numba.njit(cache=True)
+def _elbow(h3: Array, a: Array, b: Array, v: Array, out: Array) -> bool:
+    """The two angles of the third axis into out: the wrist's distance from the second axis's point. a, b: fore and upper arm."""
+    a_h, b_h = _dot(h3, a), _dot(h3, b)
+    c = 0.5 * (_dot(v, v) - _dot(a, a) - _dot(b, b)) - a_h * b_h
+    return bool(_cone(_dot(b, a) - a_h * b_h, _triple(b, h3, a), c, out))
+
+
+@numba.njit(cache=True, inline="always")
+def _wrist_rotation(h: Array, M: Array, c1: float, s1: float, q23: float, w: Array, W: Array) -> None:
+    """W <- the rotation that is left to the wrist, (R1 R2 R3)^T M; w (3,) is scratch."""
+    c23, s23 = np.cos(q23), np.sin(q23)
+    for col in range(3):
+        for r in range(3):
+            w[r] = M[r, col]
+        _rotate(h[0], c1, -s1, w, w)
+        _rotate(h[1], c23, -s23, w, w)
+        for r in range(3):
+            W[r, col] = w[r]
+
+
+@numba.njit(cache=True, inline="always")
+def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int) -> int:
+    """Rows k and k + 1 of Q, columns 3 to 5 <- the wrist's two ways to turn by W; how many there are. scratch: (4, 3)."""
+    w, d, y, bend = scratch[0], scratch[1], scratch[2], scratch[3]
+    for r in range(3):
+        w[r] = W[r, 0] * h[5, 0] + W[r, 1] * h[5, 1] + W[r, 2] * h[5, 2]
+    along5 = _dot(h[4], h[5]) * _dot(h[3], h[4])
+    along4 = _dot(h[3], w)
+    c = min(1.0, max(-1.0, along4)) - along5
+    if not _cone(_dot(h[3], h[5]) - along5, _triple(h[3], h[4], h[5]), c, bend):
+        return 0
+    for i in range(2):
+        c5, s5 = np.cos(bend[i]), np.sin(bend[i])
+        _rotate(h[4], c5, s5, h[5], d)
+        if 1.0 - along4 * along4 < _WRIST_SINGULAR * _WRIST_SINGULAR:
+            q4 = near[3]
+        else:
+            q4 = _turn_between(h[3], d, w)
+        # sixth: what takes a vector across it to where W asks for it
+        for r in range(3):
+            y[r] = W[r, 0] * h[4, 0] + W[r, 1] * h[4, 1] + W[r, 2] * h[4, 2]
+        _rotate(h[3], np.cos(q4), -np.sin(q4), y, y)
+        _rotate(h[4], c5, -s5, y, y)
+        Q[k + i, 3] = nearest_turn(q4, near[3])
+        Q[k + i, 4] = nearest_turn(bend[i], near[4])
+        Q[k + i, 5] = nearest_turn(_turn_between(h[5], h[4], y), near[5])
+    return 2
+
+
+@numba.njit(cache=True)
 def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64]) -> int:
     """All branches of the arm whose tool stands at rotation R (3, 3) and position p (3,) in `foot`.
 
@@ -142,86 +202,44 @@ def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why:
     M = np.empty((3, 3))
     for r in range(3):
         for c in range(3):
-            M[r, c] = R[r, 0] * arm.tool_T_foot[0, c] + R[r, 1] * arm.tool_T_foot[1, c] + R[r, 2] * arm.tool_T_foot[2, c]
+            M[r, c] = (
+                R[r, 0] * arm.tool_T_foot[0, c] + R[r, 1] * arm.tool_T_foot[1, c] + R[r, 2] * arm.tool_T_foot[2, c]
+            )
     target = np.empty(3)
     for r in range(3):
         target[r] = p[r] - o[0, r]
         for c in range(3):
             target[r] += R[r, c] * arm.tool_T_foot[c, 3] + M[r, c] * arm.wrist[c]
     a, b = arm.wrist - o[2], o[2] - o[1]
-    h2 = h[1]
-    # first axis: the wrist's component along axes 2 and 3
-    along1 = _dot(h[0], target)
-    C1 = _dot(h2, arm.wrist - o[1]) + _dot(h2, o[1] - o[0]) - along1 * _dot(h[0], h2)
-    A1 = _dot(h2, target) - along1 * _dot(h[0], h2)
-    B1 = -_triple(h2, h[0], target)
     for k in range(8):
         why[k] = BRANCH_OUT_OF_REACH
-    first, elbow, bend = np.empty(2), np.empty(2), np.empty(2)
-    v, w, y, d = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    W = np.empty((3, 3))
-    count = 0
-    if not _cone(A1, B1, C1, first):
+    first, elbow, v, y, W = np.empty(2), np.empty(2), np.empty(3), np.empty(3), np.empty((3, 3))
+    scratch = np.empty((4, 3))
+    if not _first_axis(arm, target, first):
         return 0
+    count = 0
+    side = 1.0 if _dot(h[2], h[1]) > 0.0 else -1.0
     for i1 in range(2):
         c1, s1 = np.cos(first[i1]), np.sin(first[i1])
         _rotate(h[0], c1, -s1, target, v)
         for r in range(3):
             v[r] += o[0, r] - o[1, r]
-        # elbow: the wrist's distance from the second axis's point
-        sign3 = 1.0 if _dot(h[2], h2) > 0.0 else -1.0
-        a_h, b_h = _dot(h[2], a), _dot(h[2], b)
-        A3 = _dot(b, a) - a_h * b_h
-        B3 = _triple(b, h[2], a)
-        C3 = 0.5 * (_dot(v, v) - _dot(a, a) - _dot(b, b)) - a_h * b_h
-        if not _cone(A3, B3, C3, elbow):
+        if not _elbow(h[2], a, b, v, elbow):
             continue
         for i3 in range(2):
             _rotate(h[2], np.cos(elbow[i3]), np.sin(elbow[i3]), a, y)
             for r in range(3):
                 y[r] += b[r]
-            q2 = _turn_between(h2, y, v)
-            # the wrist's rotation that is left: W = (R1 R2 R3)^T M
-            q23 = q2 + sign3 * elbow[i3]
-            c23, s23 = np.cos(q23), np.sin(q23)
-            for col in range(3):
-                for r in range(3):
-                    w[r] = M[r, col]
-                _rotate(h[0], c1, -s1, w, w)
-                _rotate(h2, c23, -s23, w, w)
-                for r in range(3):
-                    W[r, col] = w[r]
-            for r in range(3):
-                w[r] = W[r, 0] * h[5, 0] + W[r, 1] * h[5, 1] + W[r, 2] * h[5, 2]
-            along5 = _dot(h[4], h[5]) * _dot(h[3], h[4])
-            A5 = _dot(h[3], h[5]) - along5
-            B5 = _triple(h[3], h[4], h[5])
-            C5 = min(1.0, max(-1.0, _dot(h[3], w))) - along5
-            if not _cone(A5, B5, C5, bend):
-                continue
-            for i5 in range(2):
-                k = 4 * i1 + 2 * i3 + i5
-                c5, s5 = np.cos(bend[i5]), np.sin(bend[i5])
-                _rotate(h[4], c5, s5, h[5], d)
-                along4 = _dot(h[3], w)
-                if 1.0 - along4 * along4 < _WRIST_SINGULAR * _WRIST_SINGULAR:
-                    q4 = near[3]
-                else:
-                    q4 = _turn_between(h[3], d, w)
-                # sixth: what takes a vector across it to where W asks for it
-                for r in range(3):
-                    y[r] = W[r, 0] * h[4, 0] + W[r, 1] * h[4, 1] + W[r, 2] * h[4, 2]
-                _rotate(h[3], np.cos(q4), -np.sin(q4), y, y)
-                _rotate(h[4], c5, -s5, y, y)
-                q6 = _turn_between(h[5], h[4], y)
-                Q[k, 0] = nearest_turn(first[i1], near[0])
-                Q[k, 1] = nearest_turn(q2, near[1])
-                Q[k, 2] = nearest_turn(elbow[i3], near[2])
-                Q[k, 3] = nearest_turn(q4, near[3])
-                Q[k, 4] = nearest_turn(bend[i5], near[4])
-                Q[k, 5] = nearest_turn(q6, near[5])
-                why[k] = BRANCH_OK
-                count += 1
+            q2 = _turn_between(h[1], y, v)
+            _wrist_rotation(h, M, c1, s1, q2 + side * elbow[i3], scratch[0], W)
+            k = 4 * i1 + 2 * i3
+            found = _wrist(h, W, near, scratch, Q, k)
+            for j in range(k, k + found):
+                Q[j, 0] = nearest_turn(first[i1], near[0])
+                Q[j, 1] = nearest_turn(q2, near[1])
+                Q[j, 2] = nearest_turn(elbow[i3], near[2])
+                why[j] = BRANCH_OK
+            count += found
     return count
 
 

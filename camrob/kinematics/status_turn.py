@@ -40,7 +40,9 @@ class StatusTurn:
         """For a cell's arm. Raises CellError where the arm has no spherical wrist, for which KUKA defines no status."""
         arm = spherical_arm(cell)
         if arm is None:
-            raise CellError(f"cell {cell.name}: Status and Turn need an arm with a spherical wrist", cure="use PTP by axes")
+            raise CellError(
+                f"cell {cell.name}: Status and Turn need an arm with a spherical wrist", cure="use PTP by axes"
+            )
         joints = cell.joints[cell.arm_slice]
         h, o = arm.h, arm.o
         forward = np.cross(h[1], h[0])
@@ -74,9 +76,9 @@ class StatusTurn:
         overhead = wrist @ self._forward < 0.0
         a5 = axes_deg[:, 4]
         flipped = ((a5 >= -180.0) & (a5 < 0.0)) | (a5 >= 180.0)
-        return (overhead * 1 + (axes_deg[:, 2] >= self.stretch_deg) * 2 + flipped * 4).astype(np.int16)
+        return np.asarray(overhead * 1 + (axes_deg[:, 2] >= self.stretch_deg) * 2 + flipped * 4, np.int16)
 
     @staticmethod
     def turn(axes_deg: Array) -> NDArray[np.int16]:
         """T (N,) of axis values (N, 6), degrees."""
-        return ((axes_deg < 0.0) @ (1 << np.arange(6))).astype(np.int16)
+        return np.asarray((axes_deg < 0.0) @ (1 << np.arange(6)), np.int16)

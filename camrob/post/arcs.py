@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,4 +45,4 @@ def _pieces(arc: Arc) -> list[tuple[int, int, int]]:
     count = max(1, int(np.ceil(arc.angle / MOST_ANGLE)))
     count = min(count, points // 2)
     edges = np.round(np.linspace(arc.first, arc.last, count + 1)).astype(int)
-    return [(int(a), int((a + b) // 2), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [(int(a), int((a + b) // 2), int(b)) for a, b in pairwise(edges)]

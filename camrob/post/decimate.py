@@ -14,11 +14,39 @@ __all__ = ["decimated"]
 Array = NDArray[np.float64]
 
 AXIS_TOLERANCE = 8.7e-5  # rad (0.005 degrees) that the tool axis may leave its great arc: half of what verify allows
-EXTERNAL_TOLERANCE = 1e-3  # rad, m that an external axis may leave the straight line: it only moves the arm, not the tool
+EXTERNAL_TOLERANCE = 1e-3  # rad, m that an external axis may leave its straight line: it moves the arm, not the tool
 
 
 @numba.njit(cache=True)
-def _greedy(p: Array, z: Array, e: Array, fixed: NDArray[np.bool_], tolerance: float, axis_tolerance: float, external: float, keep: NDArray[np.bool_]) -> None:
+def _passes(
+    p: Array, z: Array, e: Array, start: int, trial: int, tolerance: float, turn: float, external: float
+) -> bool:
+    """Whether a straight motion from point `start` to `trial` passes all between, in order and within the tolerances."""
+    d = p[trial] - p[start]
+    n2 = np.sum(d * d)
+    last = 0.0
+    for k in range(start + 1, trial):
+        s = np.sum((p[k] - p[start]) * d) / n2 if n2 > 0.0 else -1.0
+        if not last <= s <= 1.0:
+            return False
+        last = s
+        off = p[start] + s * d - p[k]
+        axis = z[start] + s * (z[trial] - z[start])
+        across = np.cross(axis, z[k])
+        if np.sum(off * off) > tolerance * tolerance or np.sum(across * across) > turn * turn * np.sum(axis * axis):
+            return False
+        for i in range(e.shape[1]):
+            if abs(e[start, i] + s * (e[trial, i] - e[start, i]) - e[k, i]) > external:
+                return False
+    return True
+
+
+@numba.njit(cache=True)
+def _greedy(
+    p: Array, z: Array, e: Array, fixed: NDArray[np.bool_], tolerance: float, turn: float, external: float,
+    keep: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """keep <- the points where motions end, each as far on as it may go."""
     N = p.shape[0]
     start = 0
     keep[0] = True
@@ -26,27 +54,9 @@ def _greedy(p: Array, z: Array, e: Array, fixed: NDArray[np.bool_], tolerance: f
     while start < N - 1:
         end = start + 1
         while end < N - 1 and not fixed[end] and end - start < longest:
-            trial = end + 1
-            d = p[trial] - p[start]
-            n2 = np.sum(d * d)
-            good = n2 > 0.0
-            k = start + 1
-            last = 0.0
-            while good and k < trial:
-                s = np.sum((p[k] - p[start]) * d) / n2
-                good = last <= s <= 1.0
-                last = s
-                if good:
-                    off = p[start] + s * d - p[k]
-                    za = z[start] + s * (z[trial] - z[start])
-                    c = np.cross(za, z[k])
-                    good = np.sum(off * off) <= tolerance * tolerance and np.sum(c * c) <= axis_tolerance * axis_tolerance * np.sum(za * za)
-                    for i in range(e.shape[1]):
-                        good = good and abs(e[start, i] + s * (e[trial, i] - e[start, i]) - e[k, i]) <= external
-                k += 1
-            if not good:
+            if not _passes(p, z, e, start, end + 1, tolerance, turn, external):
                 break
-            end = trial
+            end += 1
         keep[end] = True
         start = end
 

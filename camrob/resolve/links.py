@@ -72,7 +72,9 @@ def build_path(
         feed=np.concatenate([part[3] for part in parts]),
         line=np.concatenate([part[4] for part in parts]),
         region=np.concatenate([np.full(len(part[0]), part[5]) for part in parts]),
-        source=np.concatenate([np.arange(len(part[0])) if part[5] != TRANSIT else np.full(len(part[0]), -1) for part in parts]),
+        source=np.concatenate(
+            [np.arange(len(part[0])) if part[5] != TRANSIT else np.full(len(part[0]), -1) for part in parts]
+        ),
         safe=np.concatenate([part[6] for part in parts]),
     )
 
@@ -117,7 +119,8 @@ def _around(leave: _End, come: _End, everything: Array, clearance: float) -> lis
     center = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
     radius = float(np.max(np.linalg.norm(everything - center, axis=1))) + clearance
     out, back = (_on_sphere(e, center, radius) for e in (leave, come))
-    count = max(2, int(np.ceil(_angle(out - center, back - center) / _ARC_STEP)), int(np.ceil(_angle(leave.axis, come.axis) / _ARC_STEP)))
+    far = max(_angle(out - center, back - center), _angle(leave.axis, come.axis))
+    count = max(2, int(np.ceil(far / _ARC_STEP)))
     points = []
     for s in np.linspace(0.0, 1.0, count + 1):
         direction = _between(out - center, back - center, float(s))

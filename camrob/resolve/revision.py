@@ -1,5 +1,7 @@
-"""Periodic posture revision (section 3.2 of the paper): in the void motion between regions the table first, then the
-track, are moved to raise 1/k_F while the cutter's pose is held."""
+"""Periodic posture revision (section 3.2 of the paper).
+
+In the void motion between regions the table first, then the track, are moved to raise 1/k_F while the cutter's pose is held.
+"""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from camrob.resolve.surfaces import compile_surface, constant_surface
 from camrob.resolve.tracker import TRACKED, TrackerSettings, TrackState, track
 from camrob.se3 import pose
 
-__all__ = ["Attempt", "PathTracker", "resolve_vjm"]
+__all__ = ["Attempt", "Failure", "PathTracker", "resolve_vjm", "standing_joints"]
 
 Array = NDArray[np.float64]
 
@@ -165,7 +165,9 @@ def _other_turns(
     Where none does, the failed attempt comes back.
     """
     cell = tracker.cell
-    many_turns = [i for i in range(*cell.arm_slice.indices(len(cell))) if cell.q_upper[i] - cell.q_lower[i] > 2.0 * np.pi]
+    many_turns = [
+        i for i in range(*cell.arm_slice.indices(len(cell))) if cell.q_upper[i] - cell.q_lower[i] > 2.0 * np.pi
+    ]
     for turns in sorted(product((0, 1, -1), repeat=len(many_turns)), key=lambda t: sum(map(abs, t)))[1:]:
         shift = np.zeros(len(cell))
         shift[many_turns] = 2.0 * np.pi * np.array(turns)
@@ -234,7 +236,14 @@ class PathTracker:
         return float(inverse_kf_many(self.chain, q[None])[0])
 
     def follow(
-        self, state: TrackState, reference: Array, start: int, stop: int, *, tolerant: bool = False, bounded: bool = True
+        self,
+        state: TrackState,
+        reference: Array,
+        start: int,
+        stop: int,
+        *,
+        tolerant: bool = False,
+        bounded: bool = True,
     ) -> Attempt:
         """Follow the path's points start .. stop from a state; the state itself is left alone.
 
@@ -243,7 +252,7 @@ class PathTracker:
         The way from the state's posture to the first point goes straight, the axis along the great arc. Raises the
         JobError of a point that can't be reached, or with `tolerant` returns it with what was reached.
         """
-        state = TrackState(*(np.array(a) for a in state))
+        state = TrackState(state.q.copy(), state.q_threshold.copy(), state.side.copy(), state.flags.copy())
         if stop <= start:
             return Attempt(np.empty((0, len(self.cell))), np.empty(0), state)
         here = base_T_tool(self.cell, state.q)
@@ -264,7 +273,9 @@ class PathTracker:
         else:
             reference = reference[None]
         q, inv_kf = np.empty((len(targets), len(self.cell))), np.empty(len(targets))
-        code, reached = track(self.chain, self.settings, targets, np.ascontiguousarray(reference), state, limits, q, inv_kf)
+        code, reached = track(
+            self.chain, self.settings, targets, np.ascontiguousarray(reference), state, limits, q, inv_kf
+        )
         if code == TRACKED:
             return Attempt(q[where], inv_kf[where], state)
         point = start + int(np.searchsorted(where, reached))
