@@ -128,7 +128,7 @@ def calibrate_cell(
         data, withheld = data.select(~mask), data.select(mask)
     prepared = prepare(cell, data, asked)
     scales = np.array([parameter_of(cell, n).scale for n in asked])
-    frames = fit_frames(cell, data, ParameterSet.of(()))
+    frames = fit_frames(cell, data.select(sampled_rows(len(data), _SAMPLE)), ParameterSet.of(()))
     _believable(frames[1], data)
     noise = (_EXPLAINED * frames[1].scatter_position, _EXPLAINED * frames[1].scatter_angle)
     for _ in range(2):
