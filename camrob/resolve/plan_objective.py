@@ -11,8 +11,9 @@ For waypoints k that stand for l_k m of cutting each (in air for AIR_SHARE of th
         + re-postures * reposture                                                       re-postures in void motions
 
 x_0 is the cell's own threshold on 1/k_F; (x_0/x)^power is convex in x, so that poor places weigh more than good ones gain.
-d_i is a joint's distance to its limit, m the margin wanted (margin_deg, margin_mm). The weights are numbers of the cell,
-`[resolve.planned]`, with these units:
+d_i is a joint's distance to its limit, m the margin wanted (margin_deg, margin_mm). Beside the limit margins stands what
+keeps the arm clear of obstacles: BLOCKED_PRICE (1 - r / BLOCKED_REACH)^2 where a posture that was found to touch something
+lies r < BLOCKED_REACH away, measured in `posture_features`. The weights are numbers of the cell, `[resolve.planned]`:
 
     conditioning 1      power 1         margin 1           margin_deg degrees     margin_mm mm
     travel_revolute m a rad             travel_prismatic m a m                    smoothness m2 a rad2 or m2
@@ -34,12 +35,25 @@ from camrob.errors import CellError
 from camrob.resolve.plan_space import PlanSpace, PlanWork, conditioning
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["AIR_SHARE", "Objective", "PlanWeights", "plan_weights", "posture_price", "prices"]
+__all__ = [
+    "AIR_SHARE",
+    "BEYOND",
+    "BLOCKED_PRICE",
+    "BLOCKED_REACH",
+    "Objective",
+    "PlanWeights",
+    "plan_weights",
+    "posture_features",
+    "posture_price",
+    "prices",
+]
 
 Array = NDArray[np.float64]
 
 AIR_SHARE = 0.1
 """What a metre in air counts of a metre of cutting, for postures and for travel."""
+BLOCKED_REACH, BLOCKED_PRICE = 0.35, 30.0
+"""How far about a touching posture is avoided, and its price a metre."""
 BEYOND = 100.0
 """Price of a metre where no posture exists."""
 
@@ -77,7 +91,8 @@ def plan_weights(cell: Cell) -> PlanWeights:
 
 class Objective(NamedTuple):
     """The weights for the kernels. margin (6,), u_margin (F,): what the joints shall keep, SI; travel (F,): price of external
-    travel (0 for the roll); u_speed (F,): the share of their speeds that may be used; u_smooth (F,).
+    travel (0 for the roll); u_speed (F,): the share of their speeds that may be used; u_smooth (F,). blocked
+    (K, 7): features of touching postures; wrist_zero: the fifth joint's angle at which the axes of the fourth and sixth are one.
     """
 
     power: float
@@ -92,6 +107,8 @@ class Objective(NamedTuple):
     speed: float
     arm_step: float
     reposture: float
+    blocked: Array
+    wrist_zero: float
 
     @classmethod
     def of(cls, cell: Cell, space: PlanSpace, weights: PlanWeights) -> Objective:
@@ -107,6 +124,8 @@ class Objective(NamedTuple):
             weights.power, cell.resolve.threshold, weights.conditioning, weights.margin,
             np.full(6, deg_to_rad(weights.margin_deg)), margin, travel, smooth, speed, weights.speed, weights.arm_step,
             weights.reposture,
+            np.zeros((0, 7)),
+            _wrist_zero(space),
         )  # fmt: skip
 
 
@@ -120,6 +139,20 @@ def _margin_price(d: float, m: float) -> float:
     return float(soft * soft + 10.0 * hard * hard)
 
 
+def _wrist_zero(space: PlanSpace) -> float:
+    """The fifth joint's angle at which it turns the sixth axis onto the fourth."""
+    h = space.arm.h
+    return float(np.arctan2(h[4] @ np.cross(h[5], h[3]), h[5] @ h[3] - (h[4] @ h[5]) * (h[4] @ h[3])))
+
+
+@numba.njit(cache=True)
+def posture_features(wrist_zero: float, q: Array) -> Array:
+    """What an arm's posture q (6,) looks like (7,), A1 apart: alike for whole turns and for both wrists of one pose."""
+    bend = q[4] - wrist_zero
+    s = np.sin(bend)
+    return np.array([q[1], q[2], np.cos(bend), s * np.cos(q[3]), s * np.sin(q[3]), s * np.cos(q[5]), s * np.sin(q[5])])
+
+
 @numba.njit(cache=True)
 def posture_price(space: PlanSpace, objective: Objective, u: Array, q: Array, value: float) -> tuple[float, float]:
     """Price of a metre cut in a posture u (F,), q (6,) whose 1/k_F is `value`: its conditioning, its limit margins."""
@@ -130,6 +163,15 @@ def posture_price(space: PlanSpace, objective: Objective, u: Array, q: Array, va
     for i in range(u.shape[0]):
         if not space.u_endless[i]:
             margins += _margin_price(min(u[i] - space.u_lower[i], space.u_upper[i] - u[i]), objective.u_margin[i])
+    if objective.blocked.shape[0] > 0:
+        feature = posture_features(objective.wrist_zero, q)
+    for b in range(objective.blocked.shape[0]):
+        square = 0.0
+        for i in range(7):
+            square += (feature[i] - objective.blocked[b, i]) ** 2
+        if square < BLOCKED_REACH * BLOCKED_REACH:
+            near = 1.0 - np.sqrt(square) / BLOCKED_REACH
+            margins += BLOCKED_PRICE * near * near
     return objective.conditioning * (objective.threshold / x) ** objective.power, objective.margin_price * margins
 
 

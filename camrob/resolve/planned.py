@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from camrob.resolve.path import ToolPathInBase
 from camrob.resolve.plan_choice import Choice, Curve, chosen_point, plan_point, plan_terms
 from camrob.resolve.plan_course import Draft, coarse_index, draft_course, relaxed, search, stopped
 from camrob.resolve.plan_nodes import candidate_nodes, region_seeds
-from camrob.resolve.plan_objective import Objective, PlanWeights, plan_weights
+from camrob.resolve.plan_objective import BLOCKED_REACH, Objective, PlanWeights, plan_weights, posture_features
 from camrob.resolve.plan_report import PlanPoint, PlanReport
 from camrob.resolve.plan_retract import with_retracts
 from camrob.resolve.plan_samples import Waypoints, waypoints
@@ -45,6 +46,8 @@ __all__ = ["MODES", "resolve_planned"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+Obstacles: TypeAlias = Callable[[ToolPathInBase, Solution], NDArray[np.bool_]]
+
 MODES = ("knee", "still", "flowing")
 SPACING = 0.02  # m of s between waypoints
 COARSE = 0.1  # m of s between the waypoints that are searched over
@@ -52,6 +55,8 @@ STILL_SEEDS, FLOW_SEEDS = 10, 24  # external postures that are tried at each
 FLOWING = 0.02  # share of the cell's travel price that flowing axes pay
 BETWEEN = (1.0, 0.3, 0.1, 0.05)  # shares that the curve's points between still and flowing pay
 CLEARANCE = 0.05  # m that a retract goes above all that the path passes
+_AVOIDINGS = 3  # further plans that keep clear of what the one before touched
+_BLOCKED = 24  # postures that stand for all that touch
 _ROUNDS = 3  # plans that are made anew because a retract was put in
 
 
@@ -60,10 +65,13 @@ def resolve_planned(
     path: ToolPathInBase,
     *,
     mode: str = "knee",
+    obstacles: Obstacles | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Solution:
     """Postures along a path, planned (see the module); `mode` is one of MODES.
 
+    obstacles(path, solution) says at which points (N,) a solution touches something: what it names is kept clear of in
+    up to three further plans (a solution that still touches is returned; whoever checks it, finds it).
     Where the path can't be followed without a re-posture and has no safe point for one, retracts are put in: the
     solution then belongs to `Solution.path`. An arm without closed form, and a path for which no plan is found, is left to
     the published method, with a finding that says so.
@@ -71,17 +79,58 @@ def resolve_planned(
     """
     if mode not in MODES:
         raise ValueError(f"mode is {mode!r}, expected one of {', '.join(MODES)}")
-    told = progress or (lambda share: None)
+    told = _rising(progress)
     try:
         space = plan_space(cell)
     except CellError as error:
         return _published(cell, path, f"{error.what}", told)
-    weights = plan_weights(cell)
-    given, plan = path, _plan(cell, path, space, weights, mode, told)
+    objective = Objective.of(cell, space, plan_weights(cell))
+    for again in range(_AVOIDINGS + 1):
+        solution = _resolved(cell, path, space, objective, mode, told)
+        touching = _touching(cell, objective, solution.path or path, solution, obstacles)
+        if len(touching) == 0 or again == _AVOIDINGS or solution.method != "planned":
+            break
+        objective = objective._replace(blocked=np.concatenate([objective.blocked, touching]))
+    told(1.0)
+    return solution
+
+
+def _rising(progress: Callable[[float], None] | None) -> Callable[[float], None]:
+    """Progress that never falls back, however often a plan is made anew."""
+    highest = [0.0]
+
+    def told(share: float) -> None:
+        if progress is not None and share > highest[0]:
+            highest[0] = share
+            progress(share)
+
+    return told
+
+
+def _touching(
+    cell: Cell, objective: Objective, path: ToolPathInBase, solution: Solution, obstacles: Obstacles | None
+) -> Array:
+    """Features (K, 7) of a few of the arm's postures that stand for all that touch something."""
+    chosen: list[Array] = []
+    if obstacles is not None:
+        hit = np.flatnonzero(obstacles(path, solution))
+        for q in solution.q[np.unique(np.concatenate([hit, np.maximum(hit - 1, 0)]))][:, cell.arm_slice]:
+            feature = posture_features(objective.wrist_zero, np.ascontiguousarray(q))
+            apart = all(np.linalg.norm(feature - other) > 0.5 * BLOCKED_REACH for other in chosen)
+            if apart and len(chosen) < _BLOCKED:
+                chosen.append(feature)
+    return np.array(chosen).reshape(-1, 7)
+
+
+def _resolved(
+    cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, told: Callable[[float], None]
+) -> Solution:
+    """The solution of one plan, with retracts put in where it needs them."""
+    given, plan = path, _plan(cell, path, space, objective, mode, told)
     for _round in range(_ROUNDS):
         if isinstance(plan, np.ndarray):
             path = with_retracts(path, plan, CLEARANCE)
-            plan = _plan(cell, path, space, weights, mode, told)
+            plan = _plan(cell, path, space, objective, mode, told)
     if not isinstance(plan, _Plan):
         return _published(cell, given, "no candidate postures lead through the whole path", told)
     solution = _served(cell, path, plan, told)
@@ -106,10 +155,10 @@ class _Plan:
 
 
 def _plan(
-    cell: Cell, path: ToolPathInBase, space: PlanSpace, weights: PlanWeights, mode: str, told: Callable[[float], None]
+    cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, told: Callable[[float], None]
 ) -> _Plan | Ints | None:
     """The plan of a path; the points at which it needs retracts first; None where no candidates lead through."""
-    objective = Objective.of(cell, space, weights)
+    weights = plan_weights(cell)
     w = waypoints(path, SPACING)
     survey = survey_poses(space, w.base_T_tip)
     told(0.1)
@@ -249,7 +298,6 @@ def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float
         retracts=int(np.sum((path.source < 0) & (path.region >= 0) & path.safe)),
     )
     findings = (_finding(report, plan.points[plan.choice.curve_index].share),)
-    told(1.0)
     return Solution("planned", served.q, served.inv_kf, cell.digest, path.digest, served.revisions, findings, report)
 
 
