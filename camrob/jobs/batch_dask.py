@@ -10,13 +10,14 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
 import camrob
-from camrob.errors import InputError
+from camrob.errors import InputError, JobError
 from camrob.jobs.batch_parcel import Parcel, Place, load_parcel, sandbox_path
 from camrob.jobs.batch_work import Outcome, lost_job, work
 from camrob.jobs.failure import failure_line, failure_status
@@ -95,6 +96,7 @@ def do_on_worker(parcel: Parcel, contents: Mapping[Place, bytes], topic: str) ->
     from distributed import get_worker
 
     worker = get_worker()
+    key = worker.get_current_task()
     stage_told, told = "", 0.0
 
     def speak(stage: str, share: float) -> None:
@@ -103,6 +105,9 @@ def do_on_worker(parcel: Parcel, contents: Mapping[Place, bytes], topic: str) ->
         if stage != stage_told or now - told >= _TOLD_EVERY:
             stage_told, told = stage, now
             worker.log_event(topic, (parcel.index, stage, share))
+            task = worker.state.tasks.get(key)
+            if task is None or task.state == "cancelled":  # Dask itself would let it run to its end
+                raise JobError("the batch was interrupted")
 
     worker.log_event(topic, (parcel.index, "", 0.0))
     # in the worker's own folder, which Dask clears even after a worker that was killed
@@ -121,13 +126,20 @@ def _received(future: Any, parcel: Parcel, scratch: Path) -> tuple[Outcome, Path
         outcome, files = future.result()
     except KilledWorker:
         return lost_job(parcel.index, "its workers were lost, one after the other; is there too little memory?"), None
+    except CancelledError:
+        return lost_job(parcel.index, "the connection to the scheduler was lost; do this job again"), None
     except Exception as error:
-        return lost_job(parcel.index, f"the cluster could not do it ({type(error).__name__}: {error})"[:300]), None
+        return lost_job(parcel.index, f"the cluster could not do it ({type(error).__name__}: {_short(error)})"), None
     folder = scratch / str(parcel.index)
     folder.mkdir()
     for name in outcome.files:
         (folder / check_file_name(name)).write_bytes(files[name])
     return outcome, folder
+
+
+def _short(error: Exception) -> str:
+    """What another library says, in one line of printable characters."""
+    return " ".join("".join(c if c.isprintable() else " " for c in str(error)).split())[:200]
 
 
 @contextmanager
@@ -160,12 +172,14 @@ def _connected(address: str) -> Iterator[Any]:
 @contextmanager
 def _silence() -> Iterator[None]:
     """While it lasts, Dask's own log and warnings are kept off the terminal: what matters comes back as an outcome."""
-    log = logging.getLogger("distributed")
-    before = log.level
-    log.setLevel(logging.CRITICAL + 1)
+    names = ["distributed", *(n for n in logging.root.manager.loggerDict if n.startswith("distributed."))]
+    before = {name: logging.getLogger(name).level for name in names}
+    for name in names:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             yield
         finally:
-            log.setLevel(before)
+            for name, level in before.items():
+                logging.getLogger(name).setLevel(level)

@@ -124,6 +124,15 @@ class _Order:
 
 
 @dataclass(frozen=True, slots=True)
+class _Resolved:
+    """A solution, what it leaves of the poses (m, rad), and the inputs with the path that it belongs to."""
+
+    inputs: JobInputs
+    solution: Solution
+    residual: Residual
+
+
+@dataclass(frozen=True, slots=True)
 class _Made:
     """A program in the staging folder, fit for release."""
 
@@ -144,24 +153,44 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: _Watch) -
 
     Raises the error of the first way where all collide.
     """
-    first: CollisionError | None = None
+    first: JobError | None = None
     for way, resolve in METHODS[order.method].items():
-        try:
-            made = _made(order, resolve, inputs, folder, watch)
-        except CollisionError as error:
-            first = first or error
-            continue
-        if first is not None:
-            text = f"the {way} plan was taken, as the one asked for collides: {first.what}"
-            made.findings.append(Finding("plan-collides", text, line=first.line))
-        return made
+        with watch.stage("resolve"):
+            resolved = _resolve(inputs, resolve, watch.share)
+        for name, choice in ((way, resolved), (f"{way}, re-postured by HOME", _by_home(resolved))):
+            if choice is None:
+                continue
+            try:
+                made = _made(order, choice, folder, watch)
+            except (CollisionError, VerificationError) as error:
+                first = first or error
+                continue
+            if first is not None:
+                text = f"posted as {name}, for the first choice was not fit: {first.what}"
+                made.findings.append(Finding("plan-collides", text, line=first.line))
+            return made
     raise first or VerificationError(f"method {order.method} has no way to go")
 
 
-def _made(order: _Order, resolve: Callable[..., Solution], inputs: JobInputs, folder: Path, watch: _Watch) -> _Made:
-    """Resolve, write into the staging folder, read back, check; raises what stands against the release."""
-    with watch.stage("resolve"):
-        inputs, solution, residual = _resolve(inputs, resolve, watch.share)
+def _by_home(resolved: _Resolved) -> _Resolved | None:
+    """The same solution with its re-postures led through HOME's arm posture; None where it has none."""
+    solution, cell = resolved.solution, resolved.inputs.cell
+    if not any(r.kept and r.by_axes for r in solution.revisions):
+        return None
+    revisions = []
+    for r in solution.revisions:
+        if r.kept and r.by_axes:
+            q = np.asarray(r.q)
+            home = 0.5 * (q[:1] + q[-1:])  # the external axes half-way, the arm at HOME
+            home[:, cell.arm_slice] = cell.q_home[cell.arm_slice]
+            r = replace(r, q=np.concatenate([q[:1], home, q[-1:]]))
+        revisions.append(r)
+    return replace(resolved, solution=replace(solution, revisions=tuple(revisions)))
+
+
+def _made(order: _Order, resolved: _Resolved, folder: Path, watch: _Watch) -> _Made:
+    """Write a solution into the staging folder, read back, check; raises what stands against the release."""
+    inputs, solution = resolved.inputs, resolved.solution
     with watch.stage("feed"):
         speed, times = _speeds(inputs, solution, order.feed, watch.share)
         program = assemble_program(
@@ -178,7 +207,7 @@ def _made(order: _Order, resolve: Callable[..., Solution], inputs: JobInputs, fo
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, written, watch.share)
-    return _Made(inputs, solution, residual, program, times, files, back, collisions, margins, findings)
+    return _Made(inputs, solution, resolved.residual, program, times, files, back, collisions, margins, findings)
 
 
 class _Watch:
@@ -218,10 +247,8 @@ def _check_choices(method: str, feed: str) -> None:
         raise InputError(f"--feed {feed!r} is unknown", cure=f"use {' or '.join(FEEDS)}")
 
 
-def _resolve(
-    inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None]
-) -> tuple[JobInputs, Solution, Residual]:
-    """The solution, held to its promise by forward kinematics, and the inputs with the path that it belongs to."""
+def _resolve(inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None]) -> _Resolved:
+    """A solution, held to its promise by forward kinematics."""
     try:
         solution = resolve(inputs.cell, inputs.path, progress=progress)
     except JobError as e:
@@ -232,7 +259,7 @@ def _resolve(
     if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
         off = m_to_mm(float(position.max()))
         raise VerificationError(f"the solver strays by {off:.2e} mm; please report this file")
-    return inputs, solution, (position, axis)
+    return _Resolved(inputs, solution, (position, axis))
 
 
 def _speeds(
