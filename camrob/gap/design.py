@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 NUISANCE = "nuisance"
 """The effect's name of units that are fitted and never claimed: frames that nobody told."""
 
+_ALL = slice(None)
 LEVER = 0.5  # m: what a turn counts as, where it hardly moves the TCP
 
 
@@ -42,21 +43,24 @@ class Panel:
     w_servo: Array | None
     block: NDArray[np.int64]
 
-    def moves(self, values: Array) -> Array:
-        """(N, 3) m that parameters (K,) move the TCP by, both rungs together."""
-        total = self.tcp[:, :3] @ values
+    def moves(self, values: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
+        """(M, 3) m that parameters (K,) move the TCP by at some rows, both rungs together."""
+        used = np.flatnonzero(values)
+        total = self.tcp[rows, :3][..., used] @ values[used]
         if self.servo is not None:
-            axis = self.servo @ values[self.servo_columns]
-            total = total + self.carried(axis)
+            served = np.flatnonzero(values[self.servo_columns])
+            if len(served):
+                axis = self.servo[rows][..., served] @ values[self.servo_columns[served]]
+                total = total + self.carried(axis, rows)
         return np.asarray(total)
 
-    def carried(self, axis: Array) -> Array:
-        """(N, 3) m at the TCP of shifts (N, k) of the axes."""
+    def carried(self, axis: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
+        """(M, 3) m at the TCP of shifts (M, k) of the axes at some rows."""
         scene = self.scene
         total = np.zeros((len(axis), 3))
         for k, name in enumerate(scene.axes):
-            if f"{name}.zero" in scene.places:
-                total += scene.place(f"{name}.zero")[:, :3] * axis[:, k : k + 1]
+            if f"{name}.zero" in scene.places and axis[:, k].any():
+                total += scene.place(f"{name}.zero")[rows, :3] * axis[:, k : k + 1]
         return total
 
 

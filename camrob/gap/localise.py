@@ -190,5 +190,4 @@ def _features(scene: Scene, regime: str) -> Array:
     if regime == "direction":
         width = deg_to_rad(0.02)
         return np.stack([play(x[:, k], scene.t, scene.pieces, width) for k in range(x.shape[1])], axis=1)
-    v = scene.velocity(scene.command)
-    return v if regime == "speed" else scene.velocity(v)
+    return scene.velocity(scene.command, 1 if regime == "speed" else 2)

@@ -249,7 +249,13 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
     kept = {k: v for k, v in states["unknown"].items() if k.rpartition("|")[0] in inside}
     room = _MOST_SHAPES - len(kept) // 2
     gap = float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in model.panels])))
-    least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * gap)
+    accuracy = {e.name: e.accuracy for e in model.effects}
+    inexact = [
+        accuracy[n] * effect_rms(model, model.panels, n)
+        for n in model.evidence.effects_of(model.best.members)
+        if n != UNKNOWN.name
+    ]
+    least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * gap, 2.0 * max(inexact, default=0.0))
     for shape in shapes(model.panels, left, servo, heat, least)[: max(room, 0)]:
         key = f"{shape.target}|{shape.quantity}"
         if f"{key}|lower" not in states["unknown"]:

@@ -87,9 +87,9 @@ class Scene:
         """(N, 6) twist where an axis stands `signal` (N,) beyond what is reported."""
         return self.places[f"{axis}.zero"] * signal[:, None]
 
-    def velocity(self, values: Array) -> Array:
-        """Time derivative of (N, k), run by run."""
-        return derivative(values, self.t, self.pieces)
+    def velocity(self, values: Array, order: int = 1) -> Array:
+        """Time derivative of (N, k), or a higher one, run by run."""
+        return derivative(values, self.t, self.pieces, order)
 
     def moment(self) -> Array:
         """(N, 2) gravity's moment about x and y of `root` at the robot's foot, Nm, of all masses."""

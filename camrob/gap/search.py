@@ -10,7 +10,7 @@ __all__ = ["explore", "posterior"]
 
 Set = frozenset[int]
 
-_MOST_FITS = 140
+_MOST_FITS = 90
 _CLOSE = 9.0  # log units below the best: not worth a look any more
 _EXCHANGE = 4  # of the best sets, how many are looked at with each member left out
 

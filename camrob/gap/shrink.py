@@ -115,7 +115,7 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
         p = trial.panels[k]
         values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
         gap = whole_gap(p)[rows]
-        rest = gap - p.moves(values)[rows]
+        rest = gap - p.moves(values, rows)
         before.append(_settled(model, p, rows, gap))
         after.append(_settled(model, p, rows, rest))
         blocks.append(p.block[rows])
@@ -123,7 +123,7 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
         spread = np.einsum("nik,kl,nil->n", X, fits[left_out].cov[np.ix_(chosen, chosen)], X, optimize=True)
         for i in kept:
             own = np.where(model.design.owner == i, values, 0.0)
-            spread = spread + np.sum((accuracy.get(model.units[i].effect, 0.0) * p.moves(own)[rows]) ** 2, axis=1)
+            spread = spread + np.sum((accuracy.get(model.units[i].effect, 0.0) * p.moves(own, rows)) ** 2, axis=1)
         doubts.append(spread)
     doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
     return Shrinkage(np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt)

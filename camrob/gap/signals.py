@@ -27,12 +27,12 @@ def pieces_of(t: Array) -> tuple[slice, ...]:
     return tuple(slice(a, b) for a, b in pairwise(edges))
 
 
-def derivative(values: Array, t: Array, pieces: tuple[slice, ...]) -> Array:
-    """Central differences of (N, k) within each run, 0 where a run has one sample."""
+def derivative(values: Array, t: Array, pieces: tuple[slice, ...], order: int = 1) -> Array:
+    """Time derivative of (N, k) of a cubic spline through each run; 0 where a run has too few samples."""
     out = np.zeros_like(values)
     for run in pieces:
-        if run.stop - run.start > 1:
-            out[run] = np.gradient(values[run], t[run], axis=0)
+        if run.stop - run.start > 3:
+            out[run] = CubicSpline(t[run], values[run], axis=0)(t[run], order)
     return out
 
 
@@ -88,17 +88,16 @@ def _lag(u: Array, begin: Array, h: float, tau: float, cyclic: bool) -> Array:
 
 
 def delayed(values: Array, t: Array, pieces: tuple[slice, ...], delay: float) -> Array:
-    """(N, k) as they were `delay` seconds before, interpolated within each run and continued straight at its ends."""
-    out = np.empty_like(values)
+    """(N, k) as they were `delay` seconds before, by a spline through each run, continued straight at its ends."""
+    out = values.copy()
     for run in pieces:
-        at, own = t[run] - delay, t[run]
-        for k in range(values.shape[1]):
-            u = values[run, k]
-            out[run, k] = np.interp(at, own, u)
-            if len(u) > 1:
-                early, late = at < own[0], at > own[-1]
-                out[run, k][early] = u[0] + (at[early] - own[0]) * (u[1] - u[0]) / (own[1] - own[0])
-                out[run, k][late] = u[-1] + (at[late] - own[-1]) * (u[-1] - u[-2]) / (own[-1] - own[-2])
+        own = t[run]
+        if len(own) < 4:
+            continue
+        spline = CubicSpline(own, values[run], axis=0)
+        at = own - delay
+        inside = np.clip(at, own[0], own[-1])
+        out[run] = spline(inside) + spline(inside, 1) * (at - inside)[:, None]
     return out
 
 

@@ -26,7 +26,7 @@ def quantities(scene: Scene) -> dict[str, Array]:
     """(N,) each: what the gap may depend on, by name."""
     found: dict[str, Array] = {}
     speed = scene.velocity(scene.link)
-    acceleration = scene.velocity(speed)
+    acceleration = scene.velocity(scene.link, 2)
     for k, axis in enumerate(scene.axes):
         found[f"{axis}"] = scene.link[:, k]
         if not scene.poses:

@@ -214,7 +214,7 @@ def _axes(model: Model, own: Set) -> list[str]:
             turned = sum(float(np.sum((p.tcp[:, 3:] @ values) ** 2)) for p in model.panels)
             moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
     most = max(moved.values(), default=0.0)
-    return [a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > 1e-4 * most]
+    return [a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > 1e-3 * most]
 
 
 def _parameters(model: Model, own: Set) -> dict[str, dict[str, float]]:

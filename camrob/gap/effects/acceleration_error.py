@@ -26,7 +26,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     values = scene.command if unit.key == "servo" else scene.link
-    acceleration = scene.velocity(scene.velocity(values))
+    acceleration = scene.velocity(values, 2)
     if unit.key == "servo":
         return (Column(servo={a: -acceleration[:, k] for k, a in enumerate(scene.axes)}),)
     total = np.zeros((len(scene), 6))

@@ -20,7 +20,8 @@ _COMPLIANCE = 3e-6  # rad/Nm an axis is taken to have where nobody measured it
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if not scenes[0].cell.masses:
         return ()
-    return (Unit("payload", "", (EffectParameter("mass_kg", "kg", 5.0, -30.0, 30.0),)),)
+    spread = tuple(EffectParameter(f"{a}_share_kg", "kg", 2.5, -30.0, 30.0) for a in arm_axes(scenes[0].cell)[1:])
+    return (Unit("payload", "", (EffectParameter("mass_kg", "kg", 5.0, -30.0, 30.0), *spread)),)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
@@ -29,11 +30,12 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     q = cell.to_q(values)
     heaviest = max((m for m in cell.masses if m.after == cell.masses[-1].after), key=lambda m: m.mass)
     torque = gravity_torques(gravity_arrays(cell, [PointMass("one", heaviest.after, 1.0, heaviest.center)]), q)
-    total = np.zeros((len(scene), 6))
+    parts = []
     for axis in arm_axes(cell):
         i = cell.index(axis)
-        total += scene.shift(axis, _COMPLIANCE * cell.joints[i].sign * torque[:, i])
-    return (Column(tcp=total),)
+        parts.append(scene.shift(axis, _COMPLIANCE * cell.joints[i].sign * torque[:, i]))
+    # all axes as compliant as usual, and each one's own departure from that
+    return tuple(Column(tcp=part) for part in (np.sum(parts, axis=0), *parts[1:]))
 
 
 EFFECT = Effect(

@@ -1,4 +1,4 @@
-"""The linear track: its scale, its direction, its straightness."""
+"""The linear track: its scale, its direction, its straightness over the travel that the logs pass."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
 
-_SPAN = 1.0  # m of travel that the shapes are given for
-
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     cell = scenes[0].cell
@@ -30,10 +28,12 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         turns = [
             EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01) for k in (1, 2) for p in "xyz"
         ]
+        travel = np.concatenate([s.link[:, s.index(joint.name)] for s in scenes])
+        middle, half = 0.5 * float(travel.max() + travel.min()), 0.5 * float(np.ptp(travel))
         units.append(Unit("track", joint.name, (scale,), key="scale"))
         units.append(Unit("track", joint.name, tuple(lean), key="direction"))
-        units.append(Unit("track", joint.name, tuple(bows), key="straightness"))
-        units.append(Unit("track", joint.name, tuple(turns), key="turning"))
+        units.append(Unit("track", joint.name, tuple(bows), key=f"straightness {middle:.6f} {half:.6f}"))
+        units.append(Unit("track", joint.name, tuple(turns), key=f"turning {middle:.6f} {half:.6f}"))
     return tuple(units)
 
 
@@ -43,8 +43,9 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
         return (Column(tcp=scene.shift(unit.axis, u)),)
     if unit.key == "direction":
         return tuple(Column(tcp=scene.place(f"{unit.axis}.r{p}")) for p in "xy")
-    s = u / _SPAN
-    if unit.key == "straightness":
+    kind, middle, half = unit.key.split()
+    s = (u - float(middle)) / float(half)
+    if kind == "straightness":
         shapes = [s**2, s**3]
         return tuple(Column(tcp=scene.place(f"root.{p}") * w[:, None]) for w in shapes for p in "xyz")
     return tuple(Column(tcp=scene.place(f"root.r{p}") * np.asarray(w)[:, None]) for w in (s, s**2) for p in "xyz")
