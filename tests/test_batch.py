@@ -375,6 +375,18 @@ def test_the_same_on_a_cluster_that_loses_a_worker(
     assert {f.name for f in (folder / "o").iterdir()} == {f.name for f in posted.iterdir()}
     assert any("engraving.cls: " in what for what in seen)
 
+    def interrupt(what: str, _: float) -> None:
+        if "resolve" in what:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    sandboxes = "w[12]/dask-scratch-space/worker-*/camrob-*"
+    left = set(folder.glob(sandboxes))  # by the worker that was killed, until Dask clears it
+    with pytest.raises(KeyboardInterrupt):
+        batch(jobs, out=folder / "o2", scheduler=address, progress=interrupt)
+    assert not (folder / "o2").exists()
+    until(lambda: set(folder.glob(sandboxes)) == left, 20)  # the worker stops, too, and clears up
+    assert len(left) == 1
+
 
 @needs_dask
 def test_a_scheduler_that_is_not_there(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

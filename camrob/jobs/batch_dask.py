@@ -110,7 +110,7 @@ def do_on_worker(parcel: Parcel, contents: Mapping[Place, bytes], topic: str) ->
                 raise JobError("the batch was interrupted")
 
     worker.log_event(topic, (parcel.index, "", 0.0))
-    # in the worker's own folder, which Dask clears even after a worker that was killed
+    # in the worker's own folder: what a killed worker leaves there, Dask clears when the next one starts
     with tempfile.TemporaryDirectory(dir=worker.local_directory, prefix="camrob-") as folder:
         sandbox = Path(folder)
         outcome = work(parcel, sandbox, speak, contents)
