@@ -5,6 +5,8 @@ The names below are loaded when they are first asked for, so that `import camrob
 
 from __future__ import annotations
 
+import os
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -65,6 +67,39 @@ _HOME = {
     "Toolpath": "camrob.toolpath.toolpath",
     "read_cell": "camrob.cell.read_cell",
 }
+
+
+def _keep_kernels_fresh() -> None:
+    """Give the compiled kernels a cache folder of their own for every state of the sources.
+
+    Numba recompiles a function when its own file changes, not when one that it calls lies in another file and changes.
+    Stale kernels would drive a robot, so the folder is named after the contents of all files that hold kernels. A folder that
+    the user set (NUMBA_CACHE_DIR) is left alone, and so is a process that has loaded Numba already.
+    """
+    if "numba" in sys.modules or "NUMBA_CACHE_DIR" in os.environ:
+        return
+    import hashlib
+
+    sources = hashlib.sha256()
+    for folder, below, files in os.walk(os.path.dirname(__file__)):
+        below.sort()
+        for file in sorted(files):
+            if file.endswith(".py"):
+                with open(os.path.join(folder, file), "rb") as source:
+                    text = source.read()
+                if b"numba" in text:
+                    sources.update(file.encode() + b"\0" + text)
+    root = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    place = os.path.join(root, "camrob", "kernels-" + sources.hexdigest()[:16])
+    try:
+        os.makedirs(place, exist_ok=True)
+    except OSError:
+        return  # nowhere to write: Numba's own places serve
+    if os.access(place, os.W_OK):
+        os.environ["NUMBA_CACHE_DIR"] = place
+
+
+_keep_kernels_fresh()
 
 
 def __getattr__(name: str) -> object:

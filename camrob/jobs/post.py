@@ -22,6 +22,7 @@ from camrob.feed.timing import program_time
 from camrob.issues import Finding
 from camrob.jobs.files import staged_output
 from camrob.jobs.inputs import JobInputs, program_name, read_inputs
+from camrob.jobs.plan_obstacles import job_obstacles
 from camrob.jobs.release import ReadBack, check_release, named_region, path_margins, read_back
 from camrob.jobs.summary import post_summary
 from camrob.post.assemble import assemble_program
@@ -250,7 +251,10 @@ def _check_choices(method: str, feed: str) -> None:
 def _resolve(inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None]) -> _Resolved:
     """A solution, held to its promise by forward kinematics."""
     try:
-        solution = resolve(inputs.cell, inputs.path, progress=progress)
+        if resolve is resolve_vjm:
+            solution = resolve_vjm(inputs.cell, inputs.path, progress=progress)
+        else:
+            solution = resolve(inputs.cell, inputs.path, obstacles=job_obstacles(inputs), progress=progress)
     except JobError as e:
         raise named_region(e, inputs) from None
     if solution.path is not None:
