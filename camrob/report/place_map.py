@@ -1,0 +1,76 @@
+"""A picture of what placements of a part are worth: a map over X and Y for each height, as SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["place_map"]
+
+Array = NDArray[np.float64]
+
+_CELL = 26.0
+_LEFT, _TOP, _GAP = 64.0, 54.0, 40.0
+
+
+def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int) -> str:
+    """SVG of placements xyz_mm (P, 3) coloured by `value` (P,), 0 for out of reach; one panel a height.
+
+    The best one is ringed, the present one crossed; every cell says its numbers when pointed at.
+    """
+    grid = np.round(xyz_mm, 3)
+    xs, ys, zs = (np.unique(grid[:, k]) for k in range(3))
+    reached = value[value > 0.0]
+    low, high = (float(reached.min()), float(reached.max())) if len(reached) else (0.0, 1.0)
+    panel = len(xs) * _CELL + _GAP
+    width = _LEFT + panel * len(zs)
+    height = _TOP + len(ys) * _CELL + 60.0
+    out = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
+        'font-family="sans-serif" font-size="11">',
+        f'<rect width="100%" height="100%" fill="#fff"/><text x="10" y="20" font-size="14">{escape(title)}</text>',
+    ]
+    for k, z in enumerate(zs):
+        left = _LEFT + k * panel
+        out.append(f'<text x="{left:.1f}" y="{_TOP - 10:.1f}">Z {z:g} mm</text>')
+        for i, x in enumerate(xs):
+            out.append(_label(left + (i + 0.5) * _CELL, _TOP + len(ys) * _CELL + 16.0, f"{x:g}", "middle"))
+        for p in np.flatnonzero(grid[:, 2] == z):
+            i, j = int(np.searchsorted(xs, grid[p, 0])), len(ys) - 1 - int(np.searchsorted(ys, grid[p, 1]))
+            out += _cell(left + i * _CELL, _TOP + j * _CELL, grid[p], float(value[p]), low, high, p == best, p == here)
+    for j, y in enumerate(ys[::-1]):
+        out.append(_label(_LEFT - 6.0, _TOP + (j + 0.65) * _CELL, f"{y:g}", "end"))
+    below = _TOP + len(ys) * _CELL + 40.0
+    legend = f"X across, Y up, mm in base. Colour: mean + worst bound of 1/k_F, {low:.3f} to {high:.3f}; ring: best, cross: now"
+    out.append(_label(10.0, below, legend, "start"))
+    return "\n".join([*out, "</svg>", ""])
+
+
+def _label(x: float, y: float, text: str, anchor: str) -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
+
+
+def _cell(
+    x: float, y: float, place: Array, value: float, low: float, high: float, best: bool, here: bool
+) -> Sequence[str]:
+    """One placement."""
+    share = (value - low) / max(high - low, 1e-9)
+    color = "#ddd" if value <= 0.0 else f"hsl({240.0 - 180.0 * share:.0f},70%,{35.0 + 30.0 * share:.0f}%)"
+    said = "out of reach" if value <= 0.0 else f"{value:.4f}"
+    hint = f"X {place[0]:g} Y {place[1]:g} Z {place[2]:g}: {said}"
+    out = [
+        f'<rect x="{x:.1f}" y="{y:.1f}" width="{_CELL - 1:.1f}" height="{_CELL - 1:.1f}" fill="{color}">'
+        f"<title>{escape(hint)}</title></rect>"
+    ]
+    center = 0.5 * (_CELL - 1)
+    if best:
+        out.append(
+            f'<circle cx="{x + center:.1f}" cy="{y + center:.1f}" r="8" fill="none" stroke="#000" stroke-width="2"/>'
+        )
+    if here:
+        a, b = x + center - 4.0, y + center - 4.0
+        out.append(f'<path d="M{a:.1f} {b:.1f}l8 8m0 -8l-8 8" stroke="#000" stroke-width="1.5"/>')
+    return out
