@@ -84,10 +84,7 @@ def assemble_program(
     kind = np.concatenate(rows.kind)
     axis_values = cell.to_axis_values(q)
     home = cell.to_axis_values(cell.q_home)[None]
-    last_home = home.copy()
-    for k, external in enumerate(cell.external_names, start=6):
-        if cell.joints[cell.index(external)].endless:  # back to HOME without unwinding whole turns
-            last_home[0, k] += 360.0 * np.round((axis_values[-1, k] - home[0, k]) / 360.0)
+    last_home = _home_without_unwinding(cell, home, axis_values[-1])
     axis_values = np.concatenate([home, axis_values, last_home])
     real = np.concatenate([cell.q_home[None], q, cell.to_q(last_home)])
     if cell.names[-1] == "roll":
@@ -124,6 +121,15 @@ def assemble_program(
         comment=tuple(comment),
         events=_events(toolpath, start_of, kind),
     )
+
+
+def _home_without_unwinding(cell: Cell, home: Array, last: Array) -> Array:
+    """HOME (1, axes) on the turns of endless external axes that lie nearest to the program's last point."""
+    out = home.copy()
+    for k, external in enumerate(cell.external_names, start=6):
+        if cell.joints[cell.index(external)].endless:
+            out[0, k] += 360.0 * np.round((last[k] - home[0, k]) / 360.0)
+    return out
 
 
 def _slowest(feed: Array, point: NDArray[np.int64], kind: NDArray[np.int8]) -> Array:

@@ -15,7 +15,7 @@ from camrob.resolve.path import ToolPathInBase
 from camrob.resolve.solution import Solution
 from camrob.units import m_to_mm
 
-__all__ = ["cards", "headline", "regions_table", "verdict", "warnings_table"]
+__all__ = ["cards", "duration", "headline", "regions_table", "verdict", "warnings_table"]
 
 Summary = Mapping[str, Any]
 

@@ -15,7 +15,7 @@ from camrob.toolpath.region import Move
 from camrob.toolpath.sampling import arc_angle, arc_radius, sample_arc
 from camrob.units import mm_to_m
 
-__all__ = ["Nurbs", "circle", "indirv", "tlon"]
+__all__ = ["Nurbs", "arc_to", "circle", "indirv", "tlon"]
 
 _MISFIT_MM = 0.05  # start and end may differ in radius by rounding, not by more than this
 _FLAT_MM = 0.001  # an axial rise below this is rounding: the arc stays an arc
