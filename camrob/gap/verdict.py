@@ -25,6 +25,7 @@ _WORTH_A_LINE = 0.02
 _CAUTIOUS = 0.79  # what no single name is given where something unexplained stays, or only a broad effect explains
 _LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
 _TWINS = {"frame_base": ("measurement_frame", 0.85)}  # alike where measured in `world`; share of the first
+_TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
             for b in np.unique(with_it.block)
         ])  # fmt: skip
         error = float(gains.std()) * np.sqrt(len(gains))
-        if gains.sum() < -max(error, 1e-3 * float(np.sum(without.after**2))):
+        if gains.sum() < -max(error, _TOO_SMALL * float(np.sum(without.after**2))):
             sets: dict[frozenset[str], float] = {}
             for names, p in model.sets.items():
                 kept = names - {name}
@@ -214,7 +215,7 @@ def _axes(model: Model, own: Set) -> list[str]:
             turned = sum(float(np.sum((p.tcp[:, 3:] @ values) ** 2)) for p in model.panels)
             moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
     most = max(moved.values(), default=0.0)
-    return [a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > 1e-3 * most]
+    return [a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > _TOO_SMALL * most]
 
 
 def _parameters(model: Model, own: Set) -> dict[str, dict[str, float]]:

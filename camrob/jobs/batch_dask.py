@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-import camrob
 from camrob.errors import InputError, JobError
 from camrob.jobs.batch_parcel import Parcel, Place, load_parcel, sandbox_path
 from camrob.jobs.batch_work import Outcome, lost_job, work
@@ -85,7 +84,7 @@ def run_cluster(
 def camrob_digest() -> str:
     """SHA-256 of the camrob that runs here: its sources, and Python's version."""
     digest = hashlib.sha256(sys.version.encode())
-    package = Path(camrob.__file__).parent
+    package = Path(__file__).resolve().parents[1]
     for file in sorted(package.rglob("*.py")):
         digest.update(file.relative_to(package).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
