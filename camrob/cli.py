@@ -201,6 +201,25 @@ def compensate(
     return perform(job, as_json=as_json, quiet=quiet, render=_render_compensation)
 
 
+def place(
+    clfile: Annotated[Path, typer.Argument(metavar="CLFILE", help="The CL file.")],
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the map and the numbers go.")],
+    setup: Annotated[Path | None, typer.Option("--setup", metavar="SETUP.toml", help="The job's set-up.")] = None,
+    x: Annotated[float, typer.Option("--x", metavar="MM", help="Freedom along X, to either side.")] = 200.0,
+    y: Annotated[float, typer.Option("--y", metavar="MM", help="Freedom along Y, to either side.")] = 200.0,
+    z: Annotated[float, typer.Option("--z", metavar="MM", help="Freedom along Z, upwards.")] = 0.0,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Propose where on the table the part is worked best."""
+
+    def job(progress: ProgressHook) -> Any:
+        return _job("place")(clfile, cell=cell, out=out, setup=setup, x_mm=x, y_mm=y, z_mm=z, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+
+
 def simulate(
     program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
     cell: CellOption,
@@ -307,7 +326,18 @@ def batch(
     return perform(job, as_json=as_json, quiet=quiet, render=_render_batch, status=lambda result: int(result.status))
 
 
-VERBS: tuple[Callable[..., int], ...] = (post, verify, simulate, regress, calibrate, compensate, feed, diagnose, batch)
+VERBS: tuple[Callable[..., int], ...] = (
+    post,
+    place,
+    verify,
+    simulate,
+    regress,
+    calibrate,
+    compensate,
+    feed,
+    diagnose,
+    batch,
+)
 
 
 def _job(name: str) -> Callable[..., Any]:

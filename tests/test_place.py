@@ -45,7 +45,7 @@ def test_out_of_reach_is_said():
 
 def test_place_writes_a_map_and_its_numbers(tmp_path):
     clfile = ROOT / "toolpaths" / "engraving" / "engraving.cls"
-    summary = place(clfile, cell=FOLDER, out=tmp_path, x_mm=150.0, y_mm=0.0, z_mm=100.0)
+    summary = place(clfile, cell=FOLDER, out=tmp_path, x_mm=150.0, y_mm=0.0, z_mm=100.0).summary
     assert summary == json.loads((tmp_path / "engraving.place.json").read_text())
     assert summary["best"]["inv_kf_bound_mean"] > summary["now"]["inv_kf_bound_mean"]
     assert summary["placements"] == 9 * 5 + 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,21 @@ from camrob.resolve.placement import Placements, place_part
 from camrob.se3 import xyzabc_from_frame
 from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 
-__all__ = ["place"]
+__all__ = ["PlaceResult", "place"]
 
 Array = NDArray[np.float64]
 
 STEPS = 9  # placements along X and Y
 HEIGHTS = 5  # and along Z
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceResult:
+    """What a placement found: the summary, and `files` in `out`."""
+
+    summary: Mapping[str, Any]
+    out: Path
+    files: tuple[str, ...]
 
 
 def place(
@@ -36,10 +46,10 @@ def place(
     y_mm: float = 200.0,
     z_mm: float = 0.0,
     progress: Callable[[str, float], None] | None = None,
-) -> Mapping[str, Any]:
+) -> PlaceResult:
     """Propose `part_in_base` within x_mm, y_mm, z_mm to either side (Z: upwards only) of the set-up's own.
 
-    Writes NAME.place.json and NAME.place.svg, a map, into `out`; returns the summary. Raises InputError for a freedom
+    Writes NAME.place.json and NAME.place.svg, a map, into `out`. Raises InputError for a freedom
     below 0, and UnreachableError where no placement has the whole path in reach.
     """
     freedom = (x_mm, y_mm, z_mm)
@@ -60,7 +70,7 @@ def place(
         picture = place_map(name, m_to_mm(np.asarray(found.base_T_part)[:, :3, 3]), value, found.best, found.here)
         (folder / f"{name}.place.svg").write_text(picture, encoding="utf-8")
         (folder / f"{name}.place.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
-    return summary
+    return PlaceResult(summary, Path(out), tuple(summary["files"]))
 
 
 def _summary(found: Placements, cell: str, name: str) -> dict[str, Any]:
