@@ -10,7 +10,7 @@ from camrob.errors import UnreachableError
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import forward, inverse_kf_many, jacobian
 from camrob.resolve import linear_algebra as la
-from camrob.resolve import tracker, tracker_work, twin
+from camrob.resolve import tracker_step, tracker_work, twin
 from camrob.resolve.surfaces import constant_surface
 from camrob.resolve.tracker import FAILED_NOT_REACHED, TRACKED
 from camrob.resolve.twin import TwinState, engine_weights, follow_as_published
@@ -392,7 +392,7 @@ def test_weights_enter_the_criterion_with_their_slopes() -> None:
 
     def gradient(q: np.ndarray) -> np.ndarray:
         w = filled(q)
-        tracker._criterion(SETTINGS, q, CELL.q_reference, state, CHAIN, w)
+        tracker_step.criterion(SETTINGS, q, CELL.q_reference, state, CHAIN, w)
         return w.g.copy()
 
     inv_kf = float(inverse_kf_many(CHAIN, LOW[None])[0])

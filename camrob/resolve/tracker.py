@@ -15,23 +15,21 @@ the criterion draws it inwards.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.kinematics.kernels import ChainArrays, forward, inverse_kf, jacobian
-from camrob.resolve.linear_algebra import (
-    apply_q,
-    apply_q_transposed,
-    qr_six,
-    solve_positive,
-    solve_r,
-    solve_r_transposed,
+from camrob.resolve.tracker_quick import foretell, history, quick_point, remember
+from camrob.resolve.tracker_step import (
+    TrackerSettings,
+    TrackState,
+    gradient_and_multipliers,
+    inwards,
+    self_motion,
+    task_step,
 )
-from camrob.resolve.surfaces import WeightSurface, weights_and_slopes
-from camrob.resolve.tracker_work import TrackerWork, curvature, pose_error, tracker_work
+from camrob.resolve.tracker_work import TrackerWork, pose_error, tracker_work
 
 __all__ = [
     "FAILED_LIMIT",
@@ -55,143 +53,6 @@ _SELF_TOLERANCE = 1e-9  # rad and m of self-motion left at a point
 _NEAR = 1e-5  # m and rad from the pose, from where on a step without self-motion ends it
 _ITERATIONS = 60
 _STEP = 0.3  # rad or m that a joint moves in one iteration at most
-_RANK = 1e-7  # ratio of R's diagonal below which the chain is singular
-
-
-class TrackerSettings(NamedTuple):
-    """What the tracker needs beside the chain: q limits (n,), endless (n,), both weight surfaces, threshold on 1/k_F.
-
-    locked (n,): joints that stand where the reference posture has them, exactly, and take no part in following.
-    """
-
-    lower: Array
-    upper: Array
-    endless: NDArray[np.bool_]
-    joint_weights: WeightSurface
-    condition_weights: WeightSurface
-    threshold: float
-    locked: NDArray[np.bool_]
-
-
-class TrackState(NamedTuple):
-    """What a path leaves to the next one: posture q (n,), the posture recorded at the threshold, the joints at a limit.
-
-    flags (2,): [0] 1 while the condition term acts; side (n,): -1, 0, 1 for a joint at its lower limit, free, at its
-    upper.
-    """
-
-    q: Array
-    q_threshold: Array
-    side: NDArray[np.int64]
-    flags: NDArray[np.int64]
-
-
-@numba.njit(cache=True, forceinline=True)
-def _from(q: float, reference: float, endless: bool) -> float:
-    """q - reference, to the nearest turn where the joint is endless."""
-    d = q - reference
-    return float(d - 2.0 * np.pi * np.round(d / (2.0 * np.pi)) if endless else d)
-
-
-@numba.njit(cache=True, forceinline=True)
-def _criterion(
-    settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: TrackerWork
-) -> None:
-    """w.g <- -h (eq. 18, 20); w.weight, w.slope0, w.slope1 <- the diagonal and the two columns of its derivative by W."""
-    n = q.shape[0]
-    weights_and_slopes(settings.joint_weights, q, w.weight, w.slope0, w.slope1)
-    for i in range(n):
-        d = _from(q[i], q_reference[i], settings.endless[i])
-        w.g[i] = w.weight[i] * d
-        w.slope0[i] *= d
-        w.slope1[i] *= d
-    if state.flags[0] == 1:
-        value = inverse_kf(chain, w.Z, w.P, w.plate)
-        kf = 1.0 / max(value, 1e-6)
-        surface = settings.condition_weights
-        weights_and_slopes(surface, q, w.weight_cond, w.slope_cond0, w.slope_cond1)
-        for i in range(n):
-            d = _from(q[i], state.q_threshold[i], settings.endless[i])
-            w.weight[i] += kf * w.weight_cond[i]
-            w.g[i] += kf * w.weight_cond[i] * d
-            w.slope_cond0[i] *= kf * d
-            w.slope_cond1[i] *= kf * d
-
-
-@numba.njit(cache=True, forceinline=True)
-def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w: TrackerWork) -> None:
-    """Add the derivative of the weights to w.C, in the columns of the axes that they depend on."""
-    for b in range(m):
-        if w.free[b] == axis[0]:
-            for a in range(m):
-                w.C[a, b] += slope0[w.free[a]]
-        if w.free[b] == axis[1]:
-            for a in range(m):
-                w.C[a, b] += slope1[w.free[a]]
-
-
-@numba.njit(cache=True, forceinline=True)
-def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, w: TrackerWork) -> float:
-    """w.s[:m] <- Newton step of the reduced criterion in the null space, the task's step (w.x) taken into account.
-
-    w.N[6:m] holds the null-space basis as rows, w.C the curvature. Returns the shift that was needed.
-    """
-    r = m - 6
-    for a in range(m):
-        for b in range(m):
-            w.C[a, b] = -w.C[a, b]
-        w.C[a, a] += w.weight[w.free[a]]
-    _add_slopes(settings.joint_weights.axis, m, w.slope0, w.slope1, w)
-    if acting:
-        _add_slopes(settings.condition_weights.axis, m, w.slope_cond0, w.slope_cond1, w)
-    for a in range(r):
-        w.reduced[a] = 0.0
-    for k in range(m):
-        total = w.g[w.free[k]]
-        for c in range(m):
-            total += w.C[k, c] * w.x[c]
-        for a in range(r):
-            w.reduced[a] -= w.N[6 + a, k] * total
-    for b in range(r):
-        for a in range(r):
-            w.H[a, b] = 0.0
-        for k in range(m):
-            hn = 0.0
-            for c in range(m):
-                hn += w.C[k, c] * w.N[6 + b, c]
-            for a in range(r):
-                w.H[a, b] += w.N[6 + a, k] * hn
-    shift = solve_positive(w.H, r, shift, w.L, w.reduced)
-    for k in range(m):
-        w.s[k] = 0.0
-        for a in range(r):
-            w.s[k] += w.N[6 + a, k] * w.reduced[a]
-    return shift
-
-
-@numba.njit(cache=True, forceinline=True)
-def _task_step(scale: float, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork) -> int:
-    """Factor the free joints' J^T; w.x <- pseudoinverse step to w.error. Returns the free joints' number, -1 if singular."""
-    m = 0
-    for i in range(n):
-        if side[i] == 0 and not locked[i]:
-            w.free[m] = i
-            for r in range(3):
-                w.A[m, r] = w.J[r, i] * scale
-                w.A[m, 3 + r] = w.J[3 + r, i]
-            m += 1
-    if m < 6:
-        return m
-    if qr_six(w.A, m, w.tau) < _RANK:
-        return -1
-    for r in range(3):
-        w.x[r] = w.error[r] * scale
-        w.x[3 + r] = w.error[3 + r]
-    solve_r_transposed(w.A, w.x)
-    for k in range(6, m):
-        w.x[k] = 0.0
-    apply_q(w.A, m, w.tau, w.x)
-    return m
 
 
 @numba.njit(cache=True, forceinline=True)
@@ -213,46 +74,14 @@ def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
 
 
 @numba.njit(cache=True, forceinline=True)
-def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: TrackerWork) -> None:
-    """Free the joints at a limit that the optimum draws inwards."""
+def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: TrackerWork) -> bool:
+    """Free the joints at a limit that the optimum draws inwards; returns whether there were any."""
+    freed = False
     for i in range(n):
-        if side[i] != 0:
-            pull = w.g[i]
-            for r in range(3):
-                pull -= (w.J[r, i] * scale) * multipliers[r] + w.J[3 + r, i] * multipliers[3 + r]
-            if pull * side[i] > 0.0:
-                side[i] = 0
-
-
-@numba.njit(cache=True, forceinline=True)
-def _gradient_and_multipliers(
-    settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, m: int,
-    multipliers: Array, w: TrackerWork,
-) -> None:  # fmt: skip
-    """w.g <- -h, multipliers (6,) <- those with which the task's rows meet it best, from the factored free joints."""
-    _criterion(settings, q, q_reference, state, chain, w)
-    gradient_free = w.N[0]
-    for k in range(m):
-        gradient_free[k] = w.g[w.free[k]]
-    apply_q_transposed(w.A, m, w.tau, gradient_free)
-    for r in range(6):
-        multipliers[r] = gradient_free[r]
-    solve_r(w.A, multipliers)
-
-
-@numba.njit(cache=True, forceinline=True)
-def _self_motion(
-    chain: ChainArrays, settings: TrackerSettings, m: int, acting: bool, shift: float, multipliers: Array,
-    limit: Array, w: TrackerWork,
-) -> tuple[float, float]:  # fmt: skip
-    """w.s[:m] <- the bounded step in the null space. Returns its largest component and the shift that it needed."""
-    for b in range(6, m):
-        for k in range(m):
-            w.N[b, k] = 1.0 if k == b else 0.0
-        apply_q(w.A, m, w.tau, w.N[b])
-    curvature(chain, m, 1.0 / chain.length, multipliers, w)
-    shift = _self_step(settings, m, acting, shift, w)
-    return _bounded(m, w, limit), shift
+        if side[i] != 0 and inwards(i, side[i], multipliers, scale, w):
+            side[i] = 0
+            freed = True
+    return freed
 
 
 @numba.njit(cache=True, forceinline=True)
@@ -290,22 +119,20 @@ def _solve_point(
         if task <= _TASK_TOLERANCE and settled:
             return TRACKED
         jacobian(chain, w.Z, w.P, w.p, w.J)
-        m = _task_step(1.0 / chain.length, n, side, settings.locked, w)
+        m = task_step(1.0 / chain.length, n, side, settings.locked, w)
         if m < 6:
             return FAILED_SINGULAR if m < 0 else FAILED_LIMIT
         w.s[:] = 0.0
         if not settled:
-            _gradient_and_multipliers(settings, q, q_reference, state, chain, m, multipliers, w)
+            gradient_and_multipliers(settings, q, q_reference, state, chain, m, multipliers, w)
             if not released:
                 released = True
-                before = m
-                _release(n, side, multipliers, 1.0 / chain.length, w)
-                m = _task_step(1.0 / chain.length, n, side, settings.locked, w)
-                if m != before:
+                if _release(n, side, multipliers, 1.0 / chain.length, w):
                     continue
             largest = 0.0
             if m > 6:
-                largest, shift = _self_motion(chain, settings, m, acting, shift, multipliers, limit, w)
+                shift = self_motion(chain, settings, m, acting, shift, multipliers, False, w)
+                largest = _bounded(m, w, limit)
                 shift = max(4.0 * shift, 1e-3) if largest > 0.7 * last_self else 0.25 * shift
             last_self = largest
             # far from the pose a step of nothing only says that there was nothing to do yet; and in the loop's second
@@ -327,8 +154,9 @@ def track(
     failed; `state` is then the posture that was reached there.
     """
     N, n = out.shape
-    w = tracker_work(n)
+    w, h = tracker_work(n), history(n)
     q = state.q
+    q_before, t = q.copy(), 0.0
     forward(chain, q, w.Z, w.P, w.R, w.p, w.plate)
     value = inverse_kf(chain, w.Z, w.P, w.plate)
     for k in range(N):
@@ -341,9 +169,24 @@ def track(
         for i in range(n):
             if settings.locked[i]:
                 q[i], state.side[i] = reference[i], 0
-        code = _solve_point(chain, settings, targets[k, :3, :3], targets[k, :3, 3], q, reference, state, limits[k], w)
-        if code != TRACKED:
-            return code, k
+        q_before[:] = q
+        done = False
+        if k > 0:
+            t = foretell(h, targets[k - 1], targets[k], chain.length, q)
+            for i in range(n):
+                if settings.locked[i]:
+                    q[i] = reference[i]
+                elif state.side[i] != 0:
+                    q[i] = q_before[i]
+            done = quick_point(chain, settings, targets[k], q, q_before, reference, state, limits[k], w)
+        if not done:
+            q[:] = q_before
+            code = _solve_point(
+                chain, settings, targets[k, :3, :3], targets[k, :3, 3], q, reference, state, limits[k], w
+            )
+            if code != TRACKED:
+                return code, k
+        remember(h, t, q)
         value = inverse_kf(chain, w.Z, w.P, w.plate)
         out[k] = q
         inv_kf[k] = value

@@ -42,6 +42,8 @@ class TrackerWork(NamedTuple):
     weight_cond: Array
     slope_cond0: Array
     slope_cond1: Array
+    kf_slope: Array
+    kf_part: Array
     reduced: Array
     moved: Array
     free: NDArray[np.int64]
@@ -54,7 +56,7 @@ def tracker_work(n: int) -> TrackerWork:
         np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, n)),
         np.empty((n, 6)), np.empty(6), np.empty(n), np.empty(n), np.empty((n, n)), np.empty((n, n)),
         np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(6), np.empty(n), np.empty(n), np.empty(n),
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64),
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64),
     )  # fmt: skip
 
 
