@@ -21,12 +21,14 @@ from camrob.gap.shrink import trial_of
 from camrob.gap.verdict import Verdict, judge_effects
 from camrob.measure.log import MeasurementLog
 from camrob.post.krl_program import KrlProgram
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["diagnose"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
+
+_FARTHEST_MM, _FARTHEST_DEG = 30.0, 3.0  # no gap of a working cell is larger: then something else is wrong
 
 
 def diagnose(
@@ -77,13 +79,20 @@ def _padded(programs: Sequence[KrlProgram | None], count: int) -> list[KrlProgra
 
 
 def _check(scenes: Sequence[Scene]) -> None:
-    """Refuse logs whose gap is no gap of this cell: metres away, or unrelated to the motion."""
+    """Refuse logs whose gap is no gap of this cell: centimetres or degrees away."""
     for scene in scenes:
         size = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
-        if size > 0.1:
+        if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
             cure = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
             raise LogError(what, cure=cure, path=scene.log.path)
+        turned = scene.seen[:, 3:].all(axis=1)
+        angle = float(np.median(np.linalg.norm(scene.tcp_gap[turned, 3:], axis=1))) if turned.any() else 0.0
+        if angle > deg_to_rad(_FARTHEST_DEG):
+            what = f"the measured tool is turned by {rad_to_deg(angle):.1f} degrees from where the axis values put it (median)"
+            raise LogError(
+                what, cure="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", path=scene.log.path
+            )
 
 
 def _rms(vectors: Sequence[Array]) -> float:

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Set = frozenset[int]
 
 NUISANCE_SHARE = 0.06  # of the noise's rms: what an effect that counts as absent may still move the TCP by
-_COUNTS = (0.22, 0.36, 0.26, 0.11, 0.04, 0.01)  # prior of how many effects a cell has
+_COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Evidence:
             chosen[unit.effect] = chosen.get(unit.effect, 0) + 1
             total -= log(unit.choices)
         n = len(chosen)
-        total += log(_COUNTS[n]) if n < len(_COUNTS) else log(_COUNTS[-1]) - 4.0 * (n - len(_COUNTS) + 1)
+        total += log(_COUNTS[n]) if n < len(_COUNTS) else log(_COUNTS[-1]) - 6.0 * (n - len(_COUNTS) + 1)
         total -= log(comb(max(len(self._effects), n), n))
         for name, k in chosen.items():
             m = len(self._effects[name])

@@ -111,6 +111,9 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         model = replace(model, sets=posterior(evidence, scores, _small(model)))
         starts = (frozenset(_name(units[i]) for i in best.members),)
         changed = _refine(model, states)
+        if round_ == 0:
+            # a shape in the gap itself, before effects of the library are enlisted to mimic it
+            _look(model, states, [p.y_tcp for p in panels], 1.0, raw=True)
         changed |= _look(model, states, left, heat)
         softened = _errors(model)
         if not changed and round_ > 1:
@@ -124,8 +127,11 @@ def _small(model: Model) -> frozenset[str]:
     """Effects of the best set that move the TCP by too little to be named: within the noise, or within what others leave."""
     gap = float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in model.panels])))
     least = max(_LEAST_CLAIM * model.noise, 0.5 * _LEAST_GAP * gap)
-    names = model.evidence.effects_of(model.best.members)
-    return frozenset(n for n in names if effect_rms(model, model.panels, n) < least)
+    accuracy = {e.name: e.accuracy for e in model.effects}
+    sizes = {n: effect_rms(model, model.panels, n) for n in model.evidence.effects_of(model.best.members)}
+    # what another effect is not described better than, it may have left
+    blurred = {n: max((accuracy[m] * s for m, s in sizes.items() if m != n), default=0.0) for n in sizes}
+    return frozenset(n for n, s in sizes.items() if s < max(least, blurred[n]))
 
 
 def effect_rms(model: Model, panels: Sequence[Panel], name: str) -> float:
@@ -224,10 +230,10 @@ def _tried(model: Model, effect: Effect, states: Mapping[str, State]) -> State:
     return best
 
 
-def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: float) -> bool:
-    """Offer what the residual's shape suggests; True where something was."""
+def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: float, *, raw: bool = False) -> bool:
+    """Offer what the residual's shape suggests (raw: the whole gap's, before anything explains it); True where something was."""
     offered = False
-    if "gear_ripple" in states:
+    if "gear_ripple" in states and not raw:
         inside = {u.key for i, u in enumerate(model.units) if u.effect == "gear_ripple" and i in model.best.members}
         orders = {k: v for k, v in states["gear_ripple"].items() if k in inside}
         with_own = [
@@ -246,8 +252,13 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
         for p in model.panels
     ]
     inside = {u.key for i, u in enumerate(model.units) if u.effect == "unknown" and i in model.best.members}
-    kept = {k: v for k, v in states["unknown"].items() if k.rpartition("|")[0] in inside}
-    room = _MOST_SHAPES - len(kept) // 2
+    tried = {u.key for u in model.units if u.effect == "unknown"}
+    kept = {
+        k: v
+        for k, v in states["unknown"].items()
+        if k.rpartition("|")[0] in inside or k.rpartition("|")[0] not in tried
+    }
+    room = 2 if raw else _MOST_SHAPES - len(kept) // 2
     gap = float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in model.panels])))
     accuracy = {e.name: e.accuracy for e in model.effects}
     inexact = [
@@ -255,7 +266,7 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
         for n in model.evidence.effects_of(model.best.members)
         if n != UNKNOWN.name
     ]
-    least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * gap, 2.0 * max(inexact, default=0.0))
+    least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * gap, 0.0 if raw else 2.0 * max(inexact, default=0.0))
     for shape in shapes(model.panels, left, servo, heat, least)[: max(room, 0)]:
         key = f"{shape.target}|{shape.quantity}"
         if f"{key}|lower" not in states["unknown"]:

@@ -46,7 +46,7 @@ def unknown_text(model: Model) -> str:
         shape = []
         for p in model.panels:
             X = basis(quantities(p.scene)[quantity], state[f"{unit.key}|lower"], state[f"{unit.key}|upper"], quantity)
-            shape.append(X @ model.best.mean[columns])
+            shape.append(X @ model.best.mean[columns[1:]])
         swing = float(np.ptp(np.concatenate(shape)))
         linear = unit.parameters[0].unit == "mm"
         size = f"{m_to_mm(swing):.3f} mm" if linear else f"{rad_to_deg(swing):.4f} degrees"

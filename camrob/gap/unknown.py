@@ -80,7 +80,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         linear = target.startswith("foot") or scenes[0].cell.joints[scenes[0].cell.index(part)].prismatic
         unit, usual = ("mm", mm_to_m(0.2)) if linear else ("deg", deg_to_rad(0.03))
         parameters = tuple(
-            EffectParameter(f"{target} by {quantity} {n}", unit, usual, -np.inf, np.inf) for n in range(1, count + 1)
+            EffectParameter(f"{target} by {quantity} {n}", unit, usual, -np.inf, np.inf) for n in range(count + 1)
         )
         units.append(Unit("unknown", part if not target.startswith("foot") else "", parameters, _CHOICES, key))
     return tuple(units)
@@ -88,10 +88,9 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     target, _, quantity = unit.key.partition("|")
-    values = quantities(scene)[quantity]
-    return target_columns(
-        scene, target, basis(values, state[f"{unit.key}|lower"], state[f"{unit.key}|upper"], quantity)
-    )
+    shape = basis(quantities(scene)[quantity], state[f"{unit.key}|lower"], state[f"{unit.key}|upper"], quantity)
+    # the constant belongs to the shape: no zero of an axis is to be blamed for it
+    return target_columns(scene, target, np.concatenate([np.ones((len(scene), 1)), shape], axis=1))
 
 
 UNKNOWN = Effect(

@@ -22,7 +22,9 @@ __all__ = ["Verdict", "judge_effects"]
 Set = frozenset[int]
 
 _WORTH_A_LINE = 0.02
-_CAUTIOUS = 0.79  # what no single name is given where something unexplained stays, or only a broad effect explains
+_CROWDED = 0.4
+_CAUTIOUS = 0.75  # what no single name is given where something unexplained stays, or only a broad effect explains
+_CROWD = 4  # effects: more than these together rather mimic what is unknown
 _LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
 _TWINS = {"frame_base": ("measurement_frame", 0.85)}  # alike where measured in `world`; share of the first
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
@@ -49,9 +51,12 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     unknown = sum(p for names, p in model.sets.items() if "unknown" in names)
     beyond = np.sqrt(max(0.0, structure**2 - (2.0 * whole.doubt) ** 2))
     left_over = _left_over(float(beyond) / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
-    unknown = max(unknown, left_over, 0.5 if reasons and not unknown else 0.0)
+    crowd = 0.6 if len(top - {"unknown"}) > _CROWD else 0.0
+    unknown = max(unknown, left_over, 0.55 if reasons and not unknown else 0.0, crowd)
     probability = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
-    caution = 1.0 - (1.0 - _CAUTIOUS) * min(1.0, 2.0 * unknown)
+    # beside something unknown two names may still stand; a crowd of them rather mimics it
+    least = _CAUTIOUS if len(top - {"unknown"}) <= 2 else _CROWDED
+    caution = 1.0 - (1.0 - least) * min(1.0, 2.0 * unknown)
     probability = {n: min(p, caution) if n not in reasons else min(p, 0.4) for n, p in probability.items()}
     claimed_first = tuple(n for n, p in probability.items() if p >= 0.5)
     entries, claimed = _entries(model, trial, library, probability, reasons, in_world)

@@ -22,7 +22,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 CELL = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
 
 
-def one_case(folder: str, seed: int, kind: str | None, exclude: tuple[str, ...], without: tuple[str, ...]) -> tuple[dict, dict]:
+def one_case(
+    folder: str, seed: int, kind: str | None, exclude: tuple[str, ...], without: tuple[str, ...]
+) -> tuple[dict, dict]:
     """Make and diagnose one case: the label and what the diagnosis says."""
     from gap_generator import write_case
 
@@ -59,17 +61,29 @@ def score(labels: list[dict], said: list[dict]) -> dict:
     rows = [(lab, s) for lab, s in zip(labels, said, strict=True) if "error" not in s]
     claims = lambda s: [e for e in s["effects"] if e["probability"] >= 0.5]  # noqa: E731
     none = [s for lab, s in rows if lab["kind"] == "none"]
-    out["false alarms on no-effect data (aim <= 1 %)"] = interval(sum(bool(claims(s)) or s["status"] != "no gap" for s in none), len(none))
+    out["false alarms on no-effect data (aim <= 1 %)"] = interval(
+        sum(bool(claims(s)) or s["status"] != "no gap" for s in none), len(none)
+    )
 
     def alike(entry: dict, truth: set) -> bool:
         return entry["effect"] in truth or bool(set(entry["indistinguishable_from"]) & truth)
 
     single = [(set(lab["effects"]), s) for lab, s in rows if len(lab["effects"]) == 1 and lab["kind"] == "one"]
-    strong = [(set(lab["effects"]), s) for lab, s in rows if lab["kind"] == "one" and any(e["size"] >= 2 for e in lab["effects"].values())]
+    strong = [
+        (set(lab["effects"]), s)
+        for lab, s in rows
+        if lab["kind"] == "one" and any(e["size"] >= 2 for e in lab["effects"].values())
+    ]
     first = lambda t, s: bool(s["effects"]) and s["effects"][0]["effect"] in t  # noqa: E731
-    out["one effect at >= 2x noise: right first (aim 95 %)"] = interval(sum(first(t, s) for t, s in strong), len(strong))
-    out["... up to its stated alias group (aim 99 %)"] = interval(sum(bool(s["effects"]) and alike(s["effects"][0], t) for t, s in strong), len(strong))
-    out["one effect, any size: exact set"] = interval(sum({e["effect"] for e in claims(s)} == t for t, s in single), len(single))
+    out["one effect at >= 2x noise: right first (aim 95 %)"] = interval(
+        sum(first(t, s) for t, s in strong), len(strong)
+    )
+    out["... up to its stated alias group (aim 99 %)"] = interval(
+        sum(bool(s["effects"]) and alike(s["effects"][0], t) for t, s in strong), len(strong)
+    )
+    out["one effect, any size: exact set"] = interval(
+        sum({e["effect"] for e in claims(s)} == t for t, s in single), len(single)
+    )
     inside = [(set(lab["effects"]), s) for lab, s in rows if lab["kind"] in ("one", "two", "three") and lab["effects"]]
 
     def reported(s: dict) -> list[set]:
@@ -81,39 +95,70 @@ def score(labels: list[dict], said: list[dict]) -> dict:
                 break
         return sets
 
-    out["truth in the reported set (aim 98 %)"] = interval(sum(any(t == r for r in reported(s)) for t, s in inside), len(inside))
-    out["mean size of the reported set (aim <= 1.5)"] = f"{np.mean([len(reported(s)) for _, s in inside]):.2f}" if inside else "-"
+    out["truth in the reported set (aim 98 %)"] = interval(
+        sum(any(t == r for r in reported(s)) for t, s in inside), len(inside)
+    )
+    out["mean size of the reported set (aim <= 1.5)"] = (
+        f"{np.mean([len(reported(s)) for _, s in inside]):.2f}" if inside else "-"
+    )
     for kind, aim in (("two", "95, 93, 85 %"), ("three", "-, -, 65 %")):
         some = [(set(lab["effects"]), s) for lab, s in rows if lab["kind"] == kind]
         found = [(t, {e["effect"] for e in claims(s)}) for t, s in some]
-        hit, total, said_n = sum(len(t & f) for t, f in found), sum(len(t) for t, _ in found), sum(len(f) for _, f in found)
-        out[f"{kind} effects: recall, precision, exact (aim {aim})"] = f"{interval(hit, total)}; {interval(hit, said_n)}; {interval(sum(t == f for t, f in found), len(found))}"
+        hit, total, said_n = (
+            sum(len(t & f) for t, f in found),
+            sum(len(t) for t, _ in found),
+            sum(len(f) for _, f in found),
+        )
+        out[f"{kind} effects: recall, precision, exact (aim {aim})"] = (
+            f"{interval(hit, total)}; {interval(hit, said_n)}; {interval(sum(t == f for t, f in found), len(found))}"
+        )
     outside = [s for lab, s in rows if lab["kind"] == "outside" and lab["effects"]]
     flagged = lambda s: s["unknown"]["probability"] >= 0.5 or s["status"] in ("unexplained", "partly explained")  # noqa: E731
     out["outside the library: flagged (aim 90 %)"] = interval(sum(flagged(s) for s in outside), len(outside))
-    out["... some name above 0.8 (aim none)"] = interval(sum(any(e["probability"] > 0.8 for e in s["effects"]) for s in outside), len(outside))
+    out["... some name above 0.8 (aim none)"] = interval(
+        sum(any(e["probability"] > 0.8 for e in s["effects"]) for s in outside), len(outside)
+    )
     out["false unknowns (aim <= 5 %)"] = interval(sum(flagged(s) for _, s in inside), len(inside))
     pairs = [(e["probability"], e["effect"] in lab["effects"]) for lab, s in rows for e in s["effects"]]
     if pairs:
         p, y = np.array([x for x, _ in pairs]), np.array([x for _, x in pairs], float)
         bins = np.clip((p * 10).astype(int), 0, 9)
-        curve = [(float(p[bins == b].mean()), float(y[bins == b].mean()), int((bins == b).sum())) for b in np.unique(bins)]
+        curve = [
+            (float(p[bins == b].mean()), float(y[bins == b].mean()), int((bins == b).sum())) for b in np.unique(bins)
+        ]
         out["calibration error of claims (aim <= 0.05)"] = f"{sum(n * abs(a - c) for a, c, n in curve) / len(p):.3f}"
         out["calibration curve (said, true, count)"] = [[round(a, 2), round(c, 2), n] for a, c, n in curve]
-    removed = [s["together"]["removable_removed"] for lab, s in rows if lab["kind"] in ("one", "two", "three") and s["together"]["removable_removed"] is not None]
+    removed = [
+        s["together"]["removable_removed"]
+        for lab, s in rows
+        if lab["kind"] in ("one", "two", "three") and s["together"]["removable_removed"] is not None
+    ]
     if removed:
-        out["removable gap removed on withheld blocks: median, 10th percentile (aim 97 %, 90 %)"] = f"{100 * np.median(removed):.1f} %, {100 * np.quantile(removed, 0.1):.1f} %"
-    axes = [(lab["effects"][e["effect"]]["axes"], e["axes"]) for lab, s in rows for e in claims(s) if "axes" in lab["effects"].get(e["effect"], {})]
-    out["axes named exactly, where the effect was (aim 92 %)"] = interval(sum(set(a) == set(b) for a, b in axes), len(axes))
+        out["removable gap removed on withheld blocks: median, 10th percentile (aim 97 %, 90 %)"] = (
+            f"{100 * np.median(removed):.1f} %, {100 * np.quantile(removed, 0.1):.1f} %"
+        )
+    axes = [
+        (lab["effects"][e["effect"]]["axes"], e["axes"])
+        for lab, s in rows
+        for e in claims(s)
+        if "axes" in lab["effects"].get(e["effect"], {})
+    ]
+    out["axes named exactly, where the effect was (aim 92 %)"] = interval(
+        sum(set(a) == set(b) for a, b in axes), len(axes)
+    )
     seconds = [s["seconds"] for _, s in rows]
-    out["seconds a case: median, worst"] = f"{np.median(seconds):.1f}, {np.max(seconds):.1f} (median of {np.median([s['rows'] for _, s in rows]):.0f} rows)"
+    out["seconds a case: median, worst"] = (
+        f"{np.median(seconds):.1f}, {np.max(seconds):.1f} (median of {np.median([s['rows'] for _, s in rows]):.0f} rows)"
+    )
     by: dict = {}
     for lab, s in rows:
         for name, e in lab["effects"].items():
             band = "0.5 to 2" if e["size"] < 2 else "2 to 20"
             hit = any(c["effect"] == name for c in claims(s)) if lab["kind"] != "outside" else flagged(s)
             by.setdefault(name, {}).setdefault(band, []).append(bool(hit))
-    out["found, by effect and size"] = {n: {b: f"{sum(v)} of {len(v)}" for b, v in d.items()} for n, d in sorted(by.items())}
+    out["found, by effect and size"] = {
+        n: {b: f"{sum(v)} of {len(v)}" for b, v in d.items()} for n, d in sorted(by.items())
+    }
     wrong: dict = {}
     for lab, s in rows:
         for e in claims(s):
@@ -129,7 +174,9 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=200)
     parser.add_argument("--first", type=int, default=1000)
     parser.add_argument("--kind", choices=["none", "one", "two", "three", "outside"])
-    parser.add_argument("--without", action="append", default=[], help="take an effect out of the library; cases have just it")
+    parser.add_argument(
+        "--without", action="append", default=[], help="take an effect out of the library; cases have just it"
+    )
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()

@@ -199,7 +199,9 @@ def path(rng, seconds):
     else:
         f = rng.uniform(2, 6, 3)
         ph = rng.uniform(0, 6.28, 3)
-        x, y, z = (c + r * np.sin(2 * np.pi * w * keys + p) for c, r, w, p in zip((0.16, 0, 0.25), (0.14, 0.14, 0.1), f, ph))
+        x, y, z = (
+            c + r * np.sin(2 * np.pi * w * keys + p) for c, r, w, p in zip((0.16, 0, 0.25), (0.14, 0.14, 0.1), f, ph)
+        )
     f, ph = rng.uniform(1, 5, 6), rng.uniform(0, 6.28, 6)
     tilt = [0.45 * np.sin(2 * np.pi * f[k] * keys + ph[k]) for k in range(3)]
     e1 = rng.uniform(0.05, 0.4) * np.sin(2 * np.pi * f[3] * 0.5 * keys + ph[3])
@@ -256,7 +258,9 @@ def draw(name, rng, world, context):
     if name == "joint_offset":
         axes = arm[: rng.integers(1, 3)]
         value = rng.choice([-1, 1], len(axes)) * rng.uniform(0.5, 1.5, len(axes)) * 0.04 * DEG
-        return {"axes": [AXES[a] for a in axes]}, lambda w, s: w.link.__setitem__((slice(None), axes), w.link[:, axes] + s * value)
+        return {"axes": [AXES[a] for a in axes]}, lambda w, s: w.link.__setitem__(
+            (slice(None), axes), w.link[:, axes] + s * value
+        )
     if name == "geometry":
         d = rng.normal(0, 1, (6, 3)) * np.array([1.5e-4, 2e-4, 2e-4])
 
@@ -264,6 +268,7 @@ def draw(name, rng, world, context):
             for i in range(6):
                 for k in range(3):
                     w.rows[i][k] += s * d[i, k]
+
         return {}, apply
     if name == "track":
         scale, bow = rng.normal(0, 2e-4), rng.normal(0, 2.5e-4, 2)
@@ -273,6 +278,7 @@ def draw(name, rng, world, context):
             w.after[:, 1] += s * scale * e
             for k, axis in enumerate((0, 2)):
                 w.after[:, axis] += s * bow[k] * (e / 0.5) ** 2
+
         return {}, apply
     if name == "lean":
         c = rng.uniform(0.5, 2) * 1.5e-7 * np.array([1, rng.uniform(0.7, 1.4), 0])
@@ -292,8 +298,9 @@ def draw(name, rng, world, context):
         width = rng.uniform(0.5, 1.5, len(axes)) * 0.03 * DEG
 
         def apply(w, s):
-            for a, b in zip(axes, width):
+            for a, b in zip(axes, width, strict=True):
                 w.link[:, a] += play(w.command[:, a] + w.drive[:, a], s * b)
+
         return {"axes": [AXES[a] for a in axes]}, apply
     if name == "servo_lag":
         tau = rng.uniform(0.02, 0.05)
@@ -304,6 +311,7 @@ def draw(name, rng, world, context):
             for i in range(len(u)):
                 y = y + share * (u[i] - y)
                 w.drive[i] += y - u[i]
+
         return {}, apply
     if name == "acceleration_error":
         a = smooth(np.gradient(speed, STEP, axis=0), 9)
@@ -313,9 +321,15 @@ def draw(name, rng, world, context):
         f = rng.uniform(0.5, 1.5, len(axes)) * 0.006 * DEG
 
         def apply(w, s):
-            for a, b in zip(axes, f):
+            for a, b in zip(axes, f, strict=True):
                 v = speed[:, a]
-                w.drive[:, a] -= s * b * np.tanh(v / (0.02 * np.abs(v).mean() + 1e-9)) * (1 + 0.3 * np.exp(-np.abs(v) / (0.1 * np.abs(v).max() + 1e-9)))
+                w.drive[:, a] -= (
+                    s
+                    * b
+                    * np.tanh(v / (0.02 * np.abs(v).mean() + 1e-9))
+                    * (1 + 0.3 * np.exp(-np.abs(v) / (0.1 * np.abs(v).max() + 1e-9)))
+                )
+
         return {"axes": [AXES[a] for a in axes]}, apply
     if name == "gear_ripple":
         axis = next((a for a in arm if np.ptp(command[:, a]) > 12 * DEG), 0)
@@ -323,13 +337,16 @@ def draw(name, rng, world, context):
         order, ph = rng.uniform(2.2 * 2 * np.pi / span, 8 * 2 * np.pi / span), rng.uniform(0, 6.28, 2)
         x = command[:, axis]
         shape = np.sin(order * x + ph[0]) + 0.1 * np.sin(2 * order * x + ph[1])
-        return {"axes": [AXES[axis]]}, lambda w, s: w.link.__setitem__((slice(None), axis), w.link[:, axis] + s * 0.01 * DEG * shape)
+        return {"axes": [AXES[axis]]}, lambda w, s: w.link.__setitem__(
+            (slice(None), axis), w.link[:, axis] + s * 0.01 * DEG * shape
+        )
     if name == "wrist_coupling":
         k = rng.normal(0, 1e-3, 3)
 
         def apply(w, s):
             w.link[:, 4] += s * k[0] * command[:, 3]
             w.link[:, 5] += s * (k[1] * command[:, 3] + k[2] * command[:, 4])
+
         return {}, apply
     if name == "thermal_drift":
         growth, warm = 1.5e-5 * rng.uniform(0.6, 1.4, 6), context["warm"]
@@ -338,6 +355,7 @@ def draw(name, rng, world, context):
             lengths = context["growth"]
             for i in range(6):
                 w.after += s * growth[i] * warm[:, None] * lengths[i]
+
         return {}, apply
     if name == "latency":
         return {}, lambda w, s: setattr(w, "delay", w.delay + s * 0.01)
@@ -350,17 +368,23 @@ def draw(name, rng, world, context):
         x = command[:, j]
         x = 2 * (x - x.min()) / np.ptp(x) - 1
         shape = x**2 * np.sign(x) if rng.random() < 0.5 else np.exp(-8 * x**2)
-        return {"axes": [AXES[i]]}, lambda w, s: w.link.__setitem__((slice(None), i), w.link[:, i] + s * 0.01 * DEG * shape)
+        return {"axes": [AXES[i]]}, lambda w, s: w.link.__setitem__(
+            (slice(None), i), w.link[:, i] + s * 0.01 * DEG * shape
+        )
     if name == "rack_pitch":
         pitch = np.ptp(command[:, 6]) / rng.uniform(3, 7)
-        return {"axes": ["E1"]}, lambda w, s: w.after.__setitem__((slice(None), 1), w.after[:, 1] + s * 1e-4 * np.sin(2 * np.pi * command[:, 6] / pitch))
+        return {"axes": ["E1"]}, lambda w, s: w.after.__setitem__(
+            (slice(None), 1), w.after[:, 1] + s * 1e-4 * np.sin(2 * np.pi * command[:, 6] / pitch)
+        )
     if name == "slip":
         at, v = rng.uniform(0.3, 0.7), rng.normal(0, 1e-4, 3)
         return {}, lambda w, s: setattr(w, "after", w.after + s * v * (t > at * t[-1])[:, None])
     if name == "hose":
         x = command[:, 3] + 0.5 * command[:, 5]
         shape = np.maximum(0, x - np.quantile(x, 0.55))
-        return {"axes": ["A4"]}, lambda w, s: w.link.__setitem__((slice(None), [3, 4]), w.link[:, [3, 4]] + s * 0.02 * np.outer(shape, [1, 0.6]) * 0.05)
+        return {"axes": ["A4"]}, lambda w, s: w.link.__setitem__(
+            (slice(None), [3, 4]), w.link[:, [3, 4]] + s * 0.02 * np.outer(shape, [1, 0.6]) * 0.05
+        )
     if name == "vibration":
         f, v = rng.uniform(0.4, 1.2), rng.normal(0, 1e-4, 3)
         return {}, lambda w, s: setattr(w, "after", w.after + s * v * np.sin(2 * np.pi * f * t)[:, None])
@@ -370,8 +394,10 @@ def draw(name, rng, world, context):
 
 def show(world, at):
     """Set-points, encoders (M, 8) and measured poses (M, 4, 4) at times."""
+
     def sampled(x, when):
         return np.stack([np.interp(when, world.t, x[:, k]) for k in range(x.shape[1])], 1)
+
     encoder = world.command + world.drive
     when = at - world.delay
     arm = Arm([tuple(r) for r in world.rows], TIP, world.tool)
@@ -423,7 +449,13 @@ def make_case(seed, kind=None, exclude=()):
     position_only = rng.random() < 0.2
     lacks = rng.choice(["", "encoders", "setpoints"], p=[0.8, 0.1, 0.1])
     noise = sigma * np.sqrt(3)
-    force = np.stack([np.clip(80 * np.sin(2 * np.pi * f * t + p) + 60, 0, 140) for f, p in zip(rng.uniform(0.05, 0.3, 3), rng.uniform(0, 6, 3))], 1)
+    force = np.stack(
+        [
+            np.clip(80 * np.sin(2 * np.pi * f * t + p) + 60, 0, 140)
+            for f, p in zip(rng.uniform(0.05, 0.3, 3), rng.uniform(0, 6, 3), strict=True)
+        ],
+        1,
+    )
     with_force, with_temp = rng.random() < 0.4, rng.random() < 0.6
     rise, tau = rng.uniform(8, 15), rng.uniform(20, 80)
     coarse = slice(None, None, 25)
@@ -435,7 +467,11 @@ def make_case(seed, kind=None, exclude=()):
         "warm": rise * (1 - np.exp(-t / tau)), "growth": [lengths[:, 3 * i : 3 * i + 3] for i in range(6)],
         "force_torque": np.einsum("nij,ni->nj", J, force),
     }  # fmt: skip
-    names = [n for n in INSIDE if n not in exclude and (n != "cutting_force" or with_force) and (n != "thermal_drift" or with_temp)]
+    names = [
+        n
+        for n in INSIDE
+        if n not in exclude and (n != "cutting_force" or with_force) and (n != "thermal_drift" or with_temp)
+    ]
     if lacks == "setpoints":
         names = [n for n in names if n not in ("servo_lag", "friction")]
     count = {"none": 0, "one": 1, "two": 2, "three": 3, "outside": 0}[str(kind)]
@@ -465,7 +501,11 @@ def make_case(seed, kind=None, exclude=()):
     columns = {"t": at, **{n: p[:, k] * 1e3 for k, n in enumerate("xyz")}}
     if not position_only:
         B = -np.arcsin(np.clip(R[:, 2, 0], -1, 1))
-        columns |= {"a": np.arctan2(R[:, 1, 0], R[:, 0, 0]) / DEG, "b": B / DEG, "c": np.arctan2(R[:, 2, 1], R[:, 2, 2]) / DEG}
+        columns |= {
+            "a": np.arctan2(R[:, 1, 0], R[:, 0, 0]) / DEG,
+            "b": B / DEG,
+            "c": np.arctan2(R[:, 2, 1], R[:, 2, 2]) / DEG,
+        }
     edge = np.array([1 / DEG] * 6 + [1e3, 1 / DEG])
     if lacks != "encoders":
         columns |= {n: np.round(encoder[:, k] * edge[k], 5) for k, n in enumerate(AXES)}

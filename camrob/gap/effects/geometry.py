@@ -21,11 +21,13 @@ def _names(scene: Scene) -> list[str]:
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     length, angle = mm_to_m(0.3), deg_to_rad(0.02)
     names = [n.replace(".", "_") for n in _names(scenes[0])]
-    return (Unit("geometry", "", place_parameters(names, length, angle)),)
+    # the last row ends at the flange: what is off there looks like a small error of the tool
+    last = place_parameters([f"flange_{p}" for p in (*_PARTS[:2], "z", *_PARTS[2:])], 0.5 * length, 0.5 * angle)
+    return (Unit("geometry", "", (*place_parameters(names, length, angle), *last)),)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    return constant(scene, _names(scene))
+    return constant(scene, [*_names(scene), *(f"tool.{p}" for p in ("x", "y", "z", "rx", "ry"))])
 
 
 EFFECT = Effect(

@@ -43,6 +43,6 @@ EFFECT = Effect(
     columns=_columns,
     refine=_refine,
     trials=({"cycle_s": 0.0}, {"cycle_s": 0.004}, {"cycle_s": 0.012}),
-    accuracy=0.01,
+    accuracy=0.015,
     compensable=True,
 )
