@@ -17,10 +17,10 @@ LEAST_ANGLE = 0.17  # rad; shorter arcs stay lines, within the chord tolerance t
 MOST_ANGLE = 3.5  # rad that one CIRC turns; a full circle becomes two
 
 
-def circ_rows(region: Region, start: int, kind: NDArray[np.int8], keep: NDArray[np.bool_]) -> None:
+def circ_rows(region: Region, place: NDArray[np.int64], kind: NDArray[np.int8], keep: NDArray[np.bool_]) -> None:
     """Mark a region's arcs as CIRC: `kind` and `keep` (of the whole path) are changed in place.
 
-    start: where in the path the region's first point stands. An arc stays lines where something happens on it, where
+    place: (n,) where in the path the region's points stand. An arc stays lines where the path leaves it on the way, where something happens on it, where
     its feed changes, or where it is too small or flat for three rounded points to carry it.
     """
     busy = {event.point for event in region.events}
@@ -29,14 +29,16 @@ def circ_rows(region: Region, start: int, kind: NDArray[np.int8], keep: NDArray[
         points = arc.last - arc.first
         whole = bool(np.all(region.move[inside] == Move.CUT)) and len(np.unique(region.feed[inside])) == 1
         quiet = not any(arc.first < p <= arc.last for p in busy)
-        if not (whole and quiet and points >= 2 and arc.radius >= LEAST_RADIUS and arc.angle >= LEAST_ANGLE):
+        unbroken = place[arc.last] - place[arc.first] == points
+        if not (
+            whole and quiet and unbroken and points >= 2 and arc.radius >= LEAST_RADIUS and arc.angle >= LEAST_ANGLE
+        ):
             continue
         for first, via, last in _pieces(arc):
-            between = start + np.arange(first + 1, last)
-            keep[between] = False
-            keep[[start + via, start + last]] = True
-            kind[start + via] = Motion.CIRC_VIA
-            kind[start + last] = Motion.CIRC_END
+            keep[place[first + 1 : last]] = False
+            keep[place[[via, last]]] = True
+            kind[place[via]] = Motion.CIRC_VIA
+            kind[place[last]] = Motion.CIRC_END
 
 
 def _pieces(arc: Arc) -> list[tuple[int, int, int]]:

@@ -152,9 +152,11 @@ def _rows(
     regions = [r for r in toolpath.regions if len(r)]
     kind = np.full(len(path), int(Motion.LIN), np.int8)
     keep = keep.copy()
-    starts = {int(path.region[i]): int(i) for i in np.flatnonzero(path.source == 0)}
-    for index, region in enumerate(regions):
-        circ_rows(region, starts[index], kind, keep)
+    places = [np.flatnonzero((path.region == index) & (path.source >= 0)) for index in range(len(regions))]
+    marked = _marked(regions, places)
+    keep[marked] = True
+    for region, place in zip(regions, places, strict=True):
+        circ_rows(region, place, kind, keep)
     revisions = {r.point: r for r in solution.revisions if r.kept}
     begin = 0
     for at in [*sorted(revisions), len(path)]:
@@ -172,15 +174,15 @@ def _rows(
     point = np.concatenate(rows.point)
     row_of = np.full(len(path), -1)
     row_of[point[::-1]] = np.arange(len(point), 0, -1)  # first row of each point, HOME counted
-    return rows, {(int(path.region[i]), int(path.source[i])): int(row_of[i]) for i in _marked(regions, path, starts)}
+    return rows, {(int(path.region[i]), int(path.source[i])): int(row_of[i]) for i in marked}
 
 
-def _marked(regions: Sequence[Region], path: ToolPathInBase, starts: dict[int, int]) -> list[int]:
+def _marked(regions: Sequence[Region], places: Sequence[NDArray[np.int64]]) -> list[int]:
     """Path points that events and region titles hang on."""
     marked: list[int] = []
-    for index, region in enumerate(regions):
+    for region, place in zip(regions, places, strict=True):
         wanted = {0, *(min(e.point, len(region) - 1) for e in region.events)}
-        marked += [starts[index] + k for k in sorted(wanted)]
+        marked += [int(place[k]) for k in sorted(wanted)]
     return marked
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from camrob.frozen import locked
 
-__all__ = ["Motion", "ProgramEvent", "ProgramEventKind", "Program"]
+__all__ = ["Motion", "Program", "ProgramEvent", "ProgramEventKind"]
 
 
 class Motion(IntEnum):

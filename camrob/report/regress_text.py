@@ -29,9 +29,9 @@ def render_regress(summary: Mapping[str, Any]) -> RenderableType:
     if summary.get("updated"):
         end = "the golden files are what came out now: look at the difference before you commit it"
     elif count:
-        end = f"{count} of {len(summary['samples'])} samples differ; where that is meant, make it golden with --update"
+        end = f"{count} of {len(summary.get('samples', []))} samples differ; where that is meant, make it golden with --update"
     else:
-        end = f"all {len(summary['samples'])} samples come out as before"
+        end = f"all {len(summary.get('samples', []))} samples come out as before"
     return Group(*parts, Text(end))
 
 
