@@ -200,7 +200,8 @@ def path(rng, seconds):
         f = rng.uniform(2, 6, 3)
         ph = rng.uniform(0, 6.28, 3)
         x, y, z = (
-            c + r * np.sin(2 * np.pi * w * keys + p) for c, r, w, p in zip((0.16, 0, 0.25), (0.14, 0.14, 0.1), f, ph)
+            c + r * np.sin(2 * np.pi * w * keys + p)
+            for c, r, w, p in zip((0.16, 0, 0.25), (0.14, 0.14, 0.1), f, ph, strict=True)
         )
     f, ph = rng.uniform(1, 5, 6), rng.uniform(0, 6.28, 6)
     tilt = [0.45 * np.sin(2 * np.pi * f[k] * keys + ph[k]) for k in range(3)]
