@@ -194,3 +194,11 @@ def test_summaries_by_meaning() -> None:
     assert compare_summary(was, {**was, "n": True}) == ["n was 3, is True"]
     assert compare_summary(was, {**was, "f": 0.0}) == ["f was None, is 0"]
     assert compare_summary(was, {**was, "new": "x"}) == ["new is new: 'x'"]
+
+
+def test_the_shipped_samples_come_out_as_their_golden_files() -> None:
+    """Whole programs and summaries of all three samples; `camrob regress toolpaths --update` makes a meant change golden."""
+    root = Path(__file__).resolve().parents[1]
+    result = regress(root / "toolpaths", cell=root / "cells" / "kr15_track_table")
+    assert result.ok, result.summary
+    assert len(result.summary["samples"]) == 3

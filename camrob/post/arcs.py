@@ -20,7 +20,8 @@ MOST_ANGLE = 3.5  # rad that one CIRC turns; a full circle becomes two
 def circ_rows(region: Region, place: NDArray[np.int64], kind: NDArray[np.int8], keep: NDArray[np.bool_]) -> None:
     """Mark a region's arcs as CIRC: `kind` and `keep` (of the whole path) are changed in place.
 
-    place: (n,) where in the path the region's points stand. An arc stays lines where the path leaves it on the way, where something happens on it, where
+    place: (n,) where in the path the region's points stand. An arc stays lines where the path leaves it on the
+    way, where something happens on it, where
     its feed changes, or where it is too small or flat for three rounded points to carry it.
     """
     busy = {event.point for event in region.events}
