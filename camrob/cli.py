@@ -9,18 +9,15 @@ from __future__ import annotations
 import importlib.util
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 
 from camrob.console import ProgressHook, error_line, perform
+from camrob.options import CellOption, Feed, JsonOption, Method, QuietOption, SetupOption, Units
 
 __all__ = [
-    "Feed",
-    "Method",
-    "Units",
     "batch",
     "build_app",
     "calibrate",
@@ -28,6 +25,7 @@ __all__ = [
     "diagnose",
     "feed",
     "main",
+    "place",
     "post",
     "regress",
     "run",
@@ -35,36 +33,6 @@ __all__ = [
     "verify",
     "version",
 ]
-
-
-class Method(StrEnum):
-    """How the redundancy is resolved."""
-
-    VJM = "vjm"
-    PLANNED = "planned"
-
-
-class Feed(StrEnum):
-    """Where the feed comes from."""
-
-    PROGRAM = "program"
-    OPTIMAL = "optimal"
-
-
-class Units(StrEnum):
-    """Units of length of a CL file."""
-
-    MM = "mm"
-    INCH = "inch"
-
-
-CellOption = Annotated[Path, typer.Option("--cell", help="The cell's folder (or its cell.toml).", metavar="CELL")]
-SetupOption = Annotated[
-    Path | None,
-    typer.Option("--setup", help="Where the part lies. Default: setup.toml beside the CL file.", metavar="SETUP.toml"),
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object, and nothing else.")]
-QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 
 
 def post(

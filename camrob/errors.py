@@ -1,19 +1,19 @@
 """The whole error tree.
 
-    CamrobError
-    ├── InputError            the command line or an input is wrong (exit status 2)
-    │   ├── CellError         cell.toml, poses.csv, .fis
-    │   ├── SetupError        setup.toml
-    │   ├── ToolpathError     CL data and G-code
-    │   ├── KrlError          a KRL program that can't be read
-    │   └── LogError          a measurement log or a calibration file
-    ├── JobError              the job can't be done safely (exit status 3)
-    │   ├── UnreachableError  a pose outside the arm's reach
-    │   ├── LimitError        an axis would pass its limit
-    │   ├── SingularError     the path runs through a singular posture
-    │   ├── CollisionError    something touches something
-    │   └── VerificationError read-back or replay of the program strays
-    └── StaleInputError       results handed together that do not belong together
+CamrobError
+├── InputError            the command line or an input is wrong (exit status 2)
+│   ├── CellError         cell.toml, poses.csv, .fis
+│   ├── SetupError        setup.toml
+│   ├── ToolpathError     CL data and G-code
+│   ├── KrlError          a KRL program that can't be read
+│   └── LogError          a measurement log or a calibration file
+├── JobError              the job can't be done safely (exit status 3)
+│   ├── UnreachableError  a pose outside the arm's reach
+│   ├── LimitError        an axis would pass its limit
+│   ├── SingularError     the path runs through a singular posture
+│   ├── CollisionError    something touches something
+│   └── VerificationError read-back or replay of the program strays
+└── StaleInputError       results handed together that do not belong together
 """
 
 from __future__ import annotations

@@ -22,7 +22,9 @@ def locked(
     """
     base = np.array(values, dtype=dtype, order="C", copy=True)
     if shape is not None:
-        fits = base.ndim == len(shape) and all(want is None or want == got for want, got in zip(shape, base.shape, strict=True))
+        fits = base.ndim == len(shape) and all(
+            want is None or want == got for want, got in zip(shape, base.shape, strict=True)
+        )
         if not fits:
             raise ValueError(f"{name} has shape {base.shape}, expected {tuple(shape)}")
     base.setflags(write=False)

@@ -206,16 +206,19 @@ def test_quiet_is_quiet(plant: Plant, capsys: pytest.CaptureFixture[str]) -> Non
     assert capsys.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(("verb", "arguments"), [("verify", ["p.src"]), ("regress", ["toolpaths"])])
+@pytest.mark.parametrize(
+    ("verb", "arguments", "told"),
+    [("verify", ["p.src"], ("moved 1.by", "1, 2")), ("regress", ["toolpaths"], ("all 0 samples come out as before",))],
+)
 @pytest.mark.parametrize("ok", [True, False])
 def test_a_failed_check_is_status_1(
-    plant: Plant, capsys: pytest.CaptureFixture[str], verb: str, arguments: list[str], ok: bool
+    plant: Plant, capsys: pytest.CaptureFixture[str], verb: str, arguments: list[str], told: tuple[str, ...], ok: bool
 ) -> None:
     summary = {"ok": ok, "warnings": [], "moved": [{"axis": "A1", "by": 0.5}], "lines": [1, 2]}
     calls = plant(verb, Result(summary, ok))
     assert cli.run([verb, *arguments, "--cell", "c"]) == (0 if ok else 1)
     shown = capsys.readouterr()
-    assert shown.err == "" and "moved 1.by" in shown.out and "1, 2" in shown.out
+    assert shown.err == "" and all(text in shown.out for text in told)
     assert calls[0]["first"] == Path(arguments[0]) and calls[0]["cell"] == Path("c")
     assert cli.run([verb, *arguments, "--cell", "c", "--json"]) == (0 if ok else 1)
     assert json.loads(capsys.readouterr().out) == summary

@@ -174,7 +174,8 @@ def _body_facets(
         )
     if part_mesh is not None and len(part_mesh.faces):
         world_T_part = poses["base"] @ base_T_part
-        out.append(("base", _facets(part_mesh, world_T_part, ROLE_COLORS["part"], len(cell.shapes))))  # frames: mesh is part
+        color = ROLE_COLORS["part"]
+        out.append(("base", _facets(part_mesh, world_T_part, color, len(cell.shapes))))  # frames: mesh is part
     moving = [f.corners.reshape(-1, 3) for name, f in out if name != "world"]
     if not moving:
         return out
