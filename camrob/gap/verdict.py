@@ -54,10 +54,17 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     crowd = 0.6 if len(top - {"unknown"}) > _CROWD else 0.0
     unknown = max(unknown, left_over, 0.55 if reasons and not unknown else 0.0, crowd)
     probability = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
-    # beside something unknown two names may still stand; a crowd of them rather mimics it
-    least = _CAUTIOUS if len(top - {"unknown"}) <= 2 else _CROWDED
-    caution = 1.0 - (1.0 - least) * min(1.0, 2.0 * unknown)
-    probability = {n: min(p, caution) if n not in reasons else min(p, 0.4) for n, p in probability.items()}
+    # beside something unknown a name or two may stand that explain far more than it; others rather mimic it
+    few = len(top - {"unknown"}) <= 2
+    shape = effect_rms(model, model.panels, "unknown") if "unknown" in top else 0.0
+    stands = {n for n in top if few and effect_rms(model, model.panels, n) >= 2.0 * shape}
+
+    def most(name: str) -> float:
+        if name in reasons:
+            return _CROWDED
+        return 1.0 - (1.0 - (_CAUTIOUS if name in stands else _CROWDED)) * min(1.0, 2.0 * unknown)
+
+    probability = {n: min(p, most(n)) for n, p in probability.items()}
     claimed_first = tuple(n for n, p in probability.items() if p >= 0.5)
     entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
     members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)
