@@ -203,7 +203,7 @@ def drawn_tree(docstring: str) -> dict[str, str]:
     parents: list[str] = []
     found: dict[str, str] = {}
     for line in docstring.splitlines():
-        match = re.match(r"^ {4}((?:[│ ]   )*)(?:[├└]── )?([A-Z]\w*Error)\b", line)
+        match = re.match(r"^(?: {4})?((?:[│ ]   )*)(?:[├└]── )?([A-Z]\w*Error)\b", line)
         if not match:
             continue
         depth = len(match[1]) // 4 + ("── " in line)
