@@ -58,7 +58,7 @@ def chain_links(cell: Cell) -> Links:
     return Links(before, np.stack([j.after for j in cell.joints]), np.array([j.prismatic for j in cell.joints]))
 
 
-@numba.njit(cache=True, inline="never")
+@numba.njit(cache=True, forceinline=True)
 def _then(R: Array, p: Array, fixed: Array) -> None:
     """R, p <- (R, p) * fixed, in place."""
     for r in range(3):
@@ -69,7 +69,7 @@ def _then(R: Array, p: Array, fixed: Array) -> None:
         R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _place(links: Links, riders: Riders, a: int, b: int, q: Array, R: Array, p: Array, rho: Array) -> None:
     """R, p <- body a seen from body b; rho[i] <- how far a reaches from the axis of joint i, for the joints between.
 
@@ -118,7 +118,7 @@ def _place(links: Links, riders: Riders, a: int, b: int, q: Array, R: Array, p: 
             R[r, c] = B[0, r] * x + B[1, r] * y + B[2, r] * z
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _moved(links: Links, low: int, high: int, turn: Array, rho: Array) -> float:
     """How far at most a body moves while the joints low..high leave the sample by at most turn[i]."""
     total = 0.0
@@ -130,7 +130,7 @@ def _moved(links: Links, low: int, high: int, turn: Array, rho: Array) -> float:
     return total
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _reach_on(
     links: Links,
     low: int,
@@ -179,7 +179,7 @@ def _reach_on(
     return j - 1, below, moved
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _next_run(active: NDArray[np.bool_], k: int) -> int:
     """Start of the next active segment at or behind point k; the number of points where there is none."""
     for j in range(k + 1, len(active)):

@@ -47,7 +47,7 @@ class Pieces(NamedTuple):
     triangles: Array
 
 
-@numba.njit(cache=True, inline="never")
+@numba.njit(cache=True, forceinline=True)
 def _support(pieces: Pieces, node: int, x: float, y: float, z: float, out: Array) -> None:
     """out <- the point of a piece, relative to its centre, that lies farthest along (x, y, z)."""
     kind = pieces.kind[node]
@@ -72,7 +72,7 @@ def _support(pieces: Pieces, node: int, x: float, y: float, z: float, out: Array
             out[r] = corners[pick, r]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _on_edge(W: Array, i: int, j: int, v: Array) -> int:
     """v <- the point of an edge nearest to the origin; bits say which of the two corners carry it."""
     along, length2 = 0.0, 0.0
@@ -91,7 +91,7 @@ def _on_edge(W: Array, i: int, j: int, v: Array) -> int:
     return mask
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _on_triangle(W: Array, i: int, j: int, k: int, v: Array) -> int:
     """v <- the point of a triangle nearest to the origin; bits say which corners carry it (Ericson, section 5.1.5)."""
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
@@ -128,7 +128,7 @@ def _on_triangle(W: Array, i: int, j: int, k: int, v: Array) -> int:
     return 7
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _beyond(W: Array, i: int, j: int, k: int, apex: int) -> bool:
     """Whether the origin lies on the other side of a face than the apex (also where there is no telling)."""
     ax, ay, az = W[j, 0] - W[i, 0], W[j, 1] - W[i, 1], W[j, 2] - W[i, 2]
@@ -143,7 +143,7 @@ def _beyond(W: Array, i: int, j: int, k: int, apex: int) -> bool:
 _FACES = np.array([[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]])
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _nearest(W: Array, n: int, v: Array, trial: Array) -> int:
     """v <- the point of a simplex of n corners nearest to the origin; keeps the corners that carry it, says how many.
 
@@ -179,7 +179,7 @@ def _nearest(W: Array, n: int, v: Array, trial: Array) -> int:
     return kept
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def piece_distance(
     pieces: Pieces, a: int, b: int, R: Array, p: Array, enough: float, tolerance: float, work: Array
 ) -> float:

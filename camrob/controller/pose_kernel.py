@@ -13,7 +13,7 @@ __all__ = ["circle", "foot", "rotation_vector", "turned"]
 Array = NDArray[np.float64]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def rotation_vector(A: Array, B: Array, out: Array) -> None:
     """out <- rotation vector of A^T B, in A's axes."""
     m = np.empty((3, 3))
@@ -35,7 +35,7 @@ def rotation_vector(A: Array, B: Array, out: Array) -> None:
             out[r] = np.pi * (norm if r == i else 0.5 * m[r, i] / norm)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def turned(A: Array, w: Array, s: float, out: Array) -> None:
     """out <- A exp(s w)."""
     angle = s * np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
@@ -58,7 +58,7 @@ def turned(A: Array, w: Array, s: float, out: Array) -> None:
             out[r, col] = A[r, 0] * e[0, col] + A[r, 1] * e[1, col] + A[r, 2] * e[2, col]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def circle(a: Array, via: Array, b: Array, center: Array, u: Array, v: Array) -> float:
     """Centre and axes u, v: the arc from a over via to b is centre + cos u + sin v; returns its angle, 0 if flat."""
     ab, ac = via - a, b - a
@@ -75,7 +75,7 @@ def circle(a: Array, via: Array, b: Array, center: Array, u: Array, v: Array) ->
     return float(angle if angle > 0.0 else angle + 2.0 * np.pi)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def foot(chain: ChainArrays, fixed: Array, q: Array, R: Array, p: Array) -> None:
     """Pose of the arm's foot in `base`: the joints before the arm, with `fixed` (arm_start + 1, 4, 4) around them."""
     for r in range(3):

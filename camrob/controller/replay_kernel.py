@@ -80,7 +80,7 @@ class _Motion(NamedTuple):
     plate: Array
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _motion(start_q: Array, start_R: Array, start_p: Array, arm_start: int) -> _Motion:
     n = start_q.shape[0]
     return _Motion(
@@ -91,7 +91,7 @@ def _motion(start_q: Array, start_R: Array, start_p: Array, arm_start: int) -> _
     )  # fmt: skip
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _sample(arm: ReplayArm, m: _Motion, s: float, angle: float, p_end: Array, external: Array) -> None:
     """Put the sample at the share s of the motion: tool pose, external axes, and the tool seen from the foot."""
     if angle > 0.0:
@@ -113,7 +113,7 @@ def _sample(arm: ReplayArm, m: _Motion, s: float, angle: float, p_end: Array, ex
             m.R_arm[r, c] = m.R_foot[0, r] * m.R[0, c] + m.R_foot[1, r] * m.R[1, c] + m.R_foot[2, r] * m.R[2, c]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _watch(arm: ReplayArm, m: _Motion, row: int, out: ReplayRun) -> None:
     """Take the sample's posture into the row's least margins, 1/k_F and bend."""
     chain = arm.chain
@@ -127,7 +127,7 @@ def _watch(arm: ReplayArm, m: _Motion, row: int, out: ReplayRun) -> None:
         out.upper_margin[row, i] = min(out.upper_margin[row, i], arm.upper[i] - m.q[i])
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _samples(
     arm: ReplayArm, m: _Motion, angle: float, R_end: Array, p_end: Array, external: Array, steps: Array
 ) -> int:

@@ -80,7 +80,7 @@ def spherical_arm(cell: Cell) -> SphericalArm | None:
     return SphericalArm(h, o, np.asarray(wrist, np.float64), np.ascontiguousarray(inverse(foot_T_tool)))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _rotate(h: Array, c: float, s: float, x: Array, out: Array) -> None:
     """out <- rotation of x about the unit axis h by the angle of cosine c and sine s."""
     k = (h[0] * x[0] + h[1] * x[1] + h[2] * x[2]) * (1.0 - c)
@@ -91,12 +91,12 @@ def _rotate(h: Array, c: float, s: float, x: Array, out: Array) -> None:
     out[1] = out1
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _dot(a: Array, b: Array) -> float:
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _triple(h: Array, x: Array, y: Array) -> float:
     """h . (x x y)."""
     return float(
@@ -104,7 +104,7 @@ def _triple(h: Array, x: Array, y: Array) -> float:
     )
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _cone(a: float, b: float, c: float, out: Array) -> bool:
     """The two angles with a cos + b sin = c into out; False where there is none."""
     r = np.sqrt(a * a + b * b)
@@ -117,20 +117,20 @@ def _cone(a: float, b: float, c: float, out: Array) -> bool:
     return True
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _turn_between(h: Array, x: Array, y: Array) -> float:
     """The angle about h that takes x's direction across h to y's."""
     hx, hy = _dot(h, x), _dot(h, y)
     return float(np.arctan2(_triple(h, x, y), _dot(x, y) - hx * hy))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def nearest_turn(angle: float, near: float) -> float:
     """The angle plus whole turns that lies nearest to `near`."""
     return float(angle + 2.0 * np.pi * np.round((near - angle) / (2.0 * np.pi)))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _first_axis(arm: SphericalArm, target: Array, out: Array) -> bool:
     """The two angles of the first axis into out: the wrist's component along axes 2 and 3, which they can't change."""
     h, o = arm.h, arm.o
@@ -140,7 +140,7 @@ def _first_axis(arm: SphericalArm, target: Array, out: Array) -> bool:
     return bool(_cone(_dot(h2, target) - along * _dot(h[0], h2), -_triple(h2, h[0], target), c, out))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def _elbow(h3: Array, a: Array, b: Array, v: Array, out: Array) -> bool:
     """The two angles of the third axis into out: the wrist's distance from the second axis's point. a, b: fore and upper arm."""
     a_h, b_h = _dot(h3, a), _dot(h3, b)
@@ -190,7 +190,7 @@ def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int) ->
     return 2
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, forceinline=True)
 def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64]) -> int:
     """All branches of the arm whose tool stands at rotation R (3, 3) and position p (3,) in `foot`.
 

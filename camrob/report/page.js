@@ -51,7 +51,7 @@
       delete trace.cl;
     });
     chart.layout.template = theme();
-    const bands = chart.layout.shapes.length;
+    const bands = (chart.layout.shapes || []).length;
     return Plotly.newPlot(element, chart.traces, chart.layout, config).then(() => {
       const xs = Object.keys(chart.layout).filter((key) => /^xaxis\d*$/.test(key));
       drawn.push({ element, bands, xs });

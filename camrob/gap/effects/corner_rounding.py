@@ -11,7 +11,7 @@ __all__ = ["EFFECT"]
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
-    """None: it lies between program and set-point, before the gap begins, and is judged there (see `gap.corners`)."""
+    """None: it lies between program and set-point, before the gap begins, and is judged there (see `gap.rungs`)."""
     return ()
 
 
