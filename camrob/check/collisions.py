@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.setup import ToolSetup
-from camrob.check.advance import Riders, chain_links, follow_pair
+from camrob.check.advance import Links, Riders, chain_links, follow_pair
 from camrob.check.air import AirRuns, air_runs
 from camrob.check.bodies import JOB_GROUPS, TOOL_GROUP, Body, base_T_bodies, cell_bodies, job_body
 from camrob.check.collision_report import CollisionReport, PairClearance
@@ -104,34 +106,47 @@ def _follow(
     pieces, roots = join_pieces([b.pieces for b in bodies])
     riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
     links = chain_links(cell)
+
+    def one(pair: Pair) -> tuple[PairClearance, NDArray[np.int64]]:
+        return _follow_one(cell, bodies, pair, links, riders, air, step, budget)
+
     out = []
-    for done, pair in enumerate(pairs, start=1):
-        hit = np.zeros(len(air.q), bool)
-        clearance, at, gap, samples = follow_pair(
-            links, riders, pair.far, pair.near, air.q, pair.active, step, budget, hit
-        )
-        start = _inside_at_start(cell, bodies[pair.far], bodies[pair.near], air.q, pair.active)
-        if start >= 0:
-            hit[start], clearance, at = True, 0.0, start
-        if len(hit) > 1:  # a touch where a run begins belongs to the motion that leaves from there
-            hit[1:] |= (hit & ~pair.active)[:-1]
-            hit &= pair.active
-        points = np.unique(air.point[hit])
-        far, near = bodies[pair.far], bodies[pair.near]
-        room = PairClearance(
-            pair=(far.name, near.name),
-            groups=(far.group, near.group),
-            count=len(points),
-            first=int(points[0]) if len(points) else -1,
-            clearance=float(clearance),
-            at=int(air.point[at]),
-            samples=int(samples),
-            largest_step=max(0.0, float(gap)),
-        )
-        out.append((room, points))
-        if progress is not None:
-            progress(done, len(pairs))
+    pool = ThreadPoolExecutor(min(len(pairs), os.cpu_count() or 1))  # the kernel lets other threads run
+    try:
+        for found in pool.map(one, pairs):
+            out.append(found)
+            if progress is not None:
+                progress(len(out), len(pairs))
+    finally:
+        pool.shutdown(cancel_futures=True)
     return out
+
+
+def _follow_one(
+    cell: Cell, bodies: Sequence[Body], pair: Pair, links: Links, riders: Riders, air: AirRuns, step: float, budget: int
+) -> tuple[PairClearance, NDArray[np.int64]]:
+    """One pair's clearance and the points at which, or on the way to which, it touches."""
+    hit = np.zeros(len(air.q), bool)
+    clearance, at, gap, samples = follow_pair(links, riders, pair.far, pair.near, air.q, pair.active, step, budget, hit)
+    start = _inside_at_start(cell, bodies[pair.far], bodies[pair.near], air.q, pair.active)
+    if start >= 0:
+        hit[start], clearance, at = True, 0.0, start
+    if len(hit) > 1:  # a touch where a run begins belongs to the motion that leaves from there
+        hit[1:] |= (hit & ~pair.active)[:-1]
+        hit &= pair.active
+    points = np.unique(air.point[hit])
+    far, near = bodies[pair.far], bodies[pair.near]
+    room = PairClearance(
+        pair=(far.name, near.name),
+        groups=(far.group, near.group),
+        count=len(points),
+        first=int(points[0]) if len(points) else -1,
+        clearance=float(clearance),
+        at=int(air.point[at]),
+        samples=int(samples),
+        largest_step=max(0.0, float(gap)),
+    )
+    return room, points
 
 
 def _inside_at_start(cell: Cell, far: Body, near: Body, q: Array, active: Mask) -> int:
