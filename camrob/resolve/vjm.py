@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -126,21 +127,23 @@ def _work(
 ) -> tuple[Attempt, Array, Revision]:
     """Work a region as the travel brings the posture, and from a revised posture; the better of both, and its reference."""
     cell, path = tracker.cell, tracker.path
-    plain = tracker.follow(travel.state, reference, block.at + 1, block.stop, tolerant=True)
+    way = block.at + 1, block.stop
+    safe = path.safe[block.at]
+    moves = revise_posture(cell, tracker.chain, tracker.arm, travel.q[-1]) if revise and safe else None
+    with ThreadPoolExecutor(1) as pool:  # both ways at once: the tracker lets other threads run
+        other = None if moves is None or len(moves) == 1 else pool.submit(_revised, tracker, moves, reference, way)
+        plain = tracker.follow(travel.state, reference, *way, tolerant=True)
     first = 0 if path.region[block.at] == TRANSIT else -1  # the region's first point within `plain`
     before = float(plain.inv_kf[first]) if first == 0 and len(plain.inv_kf) else float(travel.inv_kf[-1])
     none = Revision(block.region, block.at, np.empty((0, len(cell))), False, before, before)
     chosen, revision = plain, none
-    if (revise or plain.failure is not None) and path.safe[block.at]:
+    if moves is None and plain.failure is not None and safe:
         moves = revise_posture(cell, tracker.chain, tracker.arm, travel.q[-1])
+    if moves is not None:
         if len(moves) == 1:
             revision = replace(none, reason="the posture is the best within reach of the external axes")
         else:
-            external = [*cell.indices(Role.WORKPIECE), *cell.indices(Role.CARRIAGE)]
-            revised_reference = reference.copy()
-            revised_reference[external] = moves[-1, external]
-            start = tracker.at(moves[-1])
-            revised = tracker.follow(start, revised_reference, block.at + 1, block.stop, tolerant=True)
+            revised, revised_reference = _revised(tracker, moves, reference, way) if other is None else other.result()
             if revised.failure is None and (plain.failure is not None or _least(revised) >= _least(plain)):
                 after = float(revised.inv_kf[first]) if first == 0 else float(tracker.inv_kf(moves[-1]))
                 chosen, reference = revised, revised_reference
@@ -155,6 +158,15 @@ def _work(
         raise tracker.explain(chosen.failure)
     whole = Attempt(np.vstack([travel.q, chosen.q]), np.append(travel.inv_kf, chosen.inv_kf), chosen.state)
     return whole, reference, revision
+
+
+def _revised(tracker: PathTracker, moves: Array, reference: Array, way: tuple[int, int]) -> tuple[Attempt, Array]:
+    """A region worked from the posture that the revision ends in, with the external axes held about there; the reference too."""
+    cell = tracker.cell
+    external = [*cell.indices(Role.WORKPIECE), *cell.indices(Role.CARRIAGE)]
+    held = reference.copy()
+    held[external] = moves[-1, external]
+    return tracker.follow(tracker.at(moves[-1]), held, *way, tolerant=True), held
 
 
 def _other_turns(
