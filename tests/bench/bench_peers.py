@@ -1,0 +1,157 @@
+"""The tracker beside other solvers: same chain of nine joints, same path, same stopping rule, quality first.
+
+Run: OMP_NUM_THREADS=1 python tests/bench/bench_peers.py [--install] [--points N] [--out DIR] [--cache DIR]
+
+Every peer has an environment of its own under the cache folder (`--install` makes the missing ones with pip, several hundred
+megabytes each); one that is not there is left out, with the reason in the table. Thread time on one core, set-up left out.
+Writes peers.md and peers.png. Tesseract's planners are left out: they sample whole postures and hold no stopping rule.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import venv
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from bench_tracker import bounds, quality, run, setting  # noqa: E402
+
+from camrob.cell.urdf import cell_urdf  # noqa: E402
+from camrob.kinematics.kernels import inverse_kf_many  # noqa: E402
+
+PACKAGES = {
+    "placo": ["placo"],
+    "pinocchio": ["pin", "numpy"],
+    "pink": ["pin-pink", "qpsolvers[quadprog]"],
+    "mink": ["mink", "mujoco", "daqp", "qpsolvers[daqp]"],
+    "roboticstoolbox": ["roboticstoolbox-python"],
+    "pytorch-kinematics": ["pytorch-kinematics"],
+}
+COLUMNS = ("error mm", "error deg", "step deg", "step mm", "1/k_F min", "1/k_F mean", "E1 mm", "E2 deg")
+TIMEOUT = 600  # s a peer
+
+
+def python_of(peer: str, cache: Path, install: bool) -> Path | str:
+    """The peer's own Python, or why there is none."""
+    if peer == "pytorch-kinematics":
+        return Path(sys.executable)  # camrob needs it itself
+    python = cache / peer / "bin" / "python"
+    if not python.exists() and install:
+        venv.create(cache / peer, with_pip=True)
+        done = subprocess.run([python, "-m", "pip", "install", "-q", *PACKAGES[peer]], capture_output=True, text=True)
+        if done.returncode:
+            return "pip: " + done.stderr.strip().splitlines()[-1][:100]
+    return python if python.exists() else "not installed (--install)"
+
+
+def measure(peer: str, python: Path, folder: Path) -> tuple[np.ndarray, float, str] | str:
+    """Postures, seconds and version of a peer, or why there are none."""
+    script = Path(__file__).with_name("peer_runs.py")
+    out = folder / f"{peer}.npz"
+    command = [python, script, peer, folder / "chain.urdf", folder / "path.npz", out]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT)
+    except subprocess.TimeoutExpired:
+        return f"more than {TIMEOUT} s"
+    if done.returncode:
+        return "fails: " + (done.stderr.strip().splitlines() or ["no word"])[-1][:100]
+    found = np.load(out)
+    return found["q"], float(found["seconds"]), str(found["version"])
+
+
+def turned(cell, q: np.ndarray) -> np.ndarray:
+    """Postures with revolute joints followed over whole turns, which some peers take back to half a turn."""
+    revolute = ~np.array([joint.prismatic for joint in cell.joints])
+    out = q.copy()
+    out[:, revolute] = np.unwrap(q[:, revolute], axis=0)
+    return out
+
+
+def rows_of(arguments) -> list[tuple[str, str, float, dict[str, float]] | tuple[str, str]]:
+    """A row a solver: name, version, microseconds a point, quality; or name and reason."""
+    cell, chain, targets, settings = setting(arguments.points)
+    limits = bounds(cell, targets)
+    start = run(cell, chain, settings, targets[:1], np.full((1, len(cell)), np.inf), cell.q_home)[0][0]
+    found = [run(cell, chain, settings, targets, limits, start) for _ in range(5)]
+    q, inv_kf, _ = found[0]
+    seconds = min(f[2] for f in found)
+    rows = [("camrob, published method", version("numba"), 1e6 * seconds / len(q), quality(cell, targets, q, inv_kf))]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "chain.urdf").write_text(cell_urdf(cell))
+        np.savez(folder / "path.npz", start=start, targets=targets)
+        for peer in PACKAGES:
+            python = python_of(peer, arguments.cache, arguments.install)
+            told = python if isinstance(python, str) else measure(peer, python, folder)
+            if isinstance(told, str):
+                rows.append((peer, told))
+                continue
+            q = turned(cell, told[0])
+            inv_kf = inverse_kf_many(chain, np.ascontiguousarray(q))
+            rows.append((peer, told[2], 1e6 * told[1] / len(q), quality(cell, targets, q, inv_kf)))
+    return rows
+
+
+def table(rows, points: int) -> str:
+    """Markdown."""
+    lines = [
+        f"{points} points of a spiral on a dome in steps of 0.5 mm, nine joints; {platform.processor() or platform.machine()},"
+        f" one core of {os.cpu_count()}, load {os.getloadavg()[0]:.1f}, Python {platform.python_version()}",
+        "",
+        "| solver | version | " + " | ".join(COLUMNS) + " | us a point |",
+        "|---" * (len(COLUMNS) + 3) + "|",
+    ]
+    for row in rows:
+        if len(row) == 2:
+            lines.append(f"| {row[0]} | {row[1]} |" + " |" * (len(COLUMNS) + 1))
+        else:
+            values = " | ".join(f"{row[3][c]:.3g}" for c in COLUMNS)
+            lines.append(f"| {row[0]} | {row[1]} | {values} | {row[2]:.1f} |")
+    return "\n".join(lines) + "\n"
+
+
+def plot(rows, file: Path) -> None:
+    """Time against the worst conditioning."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(7, 4.5))
+    for row in rows:
+        if len(row) == 4:
+            axes.plot(row[2], row[3]["1/k_F min"], "o")
+            axes.annotate(row[0], (row[2], row[3]["1/k_F min"]), xytext=(6, 4), textcoords="offset points")
+    axes.set(xscale="log", xlabel="microseconds a point", ylabel="worst 1/k_F", ylim=(0.0, None))
+    axes.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(file, dpi=130)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="the tracker beside other solvers")
+    parser.add_argument("--install", action="store_true")
+    parser.add_argument("--points", type=int, default=10_000)
+    parser.add_argument("--out", type=Path, default=Path("out"))
+    parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "camrob-peers")
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    rows = rows_of(arguments)
+    text = table(rows, arguments.points)
+    (arguments.out / "peers.md").write_text(text)
+    plot(rows, arguments.out / "peers.png")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
