@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -213,6 +214,28 @@ def standing_joints(cell: Cell) -> NDArray[np.bool_]:
     return np.array([j.role is Role.WORKPIECE and not cell.base_follows_table for j in cell.joints])
 
 
+@numba.njit(cache=True, nogil=True)
+def _self_motion_bounds(
+    points: Array, axes: Array, feed: Array, where: NDArray[np.int64], slides: NDArray[np.bool_], length: float,
+    speed: Array, out: Array,
+) -> None:  # fmt: skip
+    """out (M, n) <- bounds on self-motion at points 1 .. M, of which `where` (N,) are the path's own, with feeds (N,)."""
+    own = 0
+    for k in range(out.shape[0]):
+        square, along = 0.0, 0.0
+        for r in range(3):
+            d = points[k + 1, r] - points[k, r]
+            square += d * d
+            along += axes[k + 1, r] * axes[k, r]
+        step, turn = np.sqrt(square), np.arccos(min(1.0, max(-1.0, along)))
+        while own < len(where) - 1 and where[own] < k:
+            own += 1
+        time = max(step / feed[own], turn / 1.0) + 1e-3
+        for i in range(out.shape[1]):
+            moved = step + length * turn if slides[i] else step / length + turn
+            out[k, i] = min(SPEED_SHARE * time * speed[i], SELF_RATIO * moved)
+
+
 class PathTracker:
     """The tracker bound to a cell and a path; every call takes and gives states, nothing is kept between calls."""
 
@@ -308,17 +331,10 @@ class PathTracker:
         What its speed allows in the time of the move, and in proportion to the tool's own motion, so that the posture
         glides where its equilibrium folds over to another; without bound at safe points and on the way from HOME.
         """
-        feed = np.repeat(
-            np.where(np.isfinite(self.path.feed[start:stop]), self.path.feed[start:stop], AIR_SPEED),
-            np.diff(where, prepend=-1),
-        )
-        step = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        turn = np.arccos(np.clip(np.sum(axes[1:] * axes[:-1], axis=1), -1.0, 1.0))
-        time = np.maximum(step / feed, turn / 1.0) + 1e-3
-        length = self.cell.condition_length
+        feed = np.where(np.isfinite(self.path.feed[start:stop]), self.path.feed[start:stop], AIR_SPEED)
         slides = np.array([j.prismatic for j in self.cell.joints])
-        moved = np.where(slides[None, :], (step + length * turn)[:, None], (step / length + turn)[:, None])
-        limits = np.minimum(SPEED_SHARE * time[:, None] * self._speed[None, :], SELF_RATIO * moved)
+        limits = np.empty((len(points) - 1, len(self.cell)))
+        _self_motion_bounds(points, axes, feed, where, slides, self.cell.condition_length, self._speed, limits)
         free = np.where(self.path.safe[start:stop])[0]
         limits[where[free]] = np.inf
         if start == 0:
