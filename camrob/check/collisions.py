@@ -30,6 +30,7 @@ Mask = NDArray[np.bool_]
 STEP = 0.001
 TOUCH = 0.0005
 MAX_SAMPLES = 20_000_000
+_CHUNK = 50_000  # postures
 _NEAR_RADII = 3.0  # how far from a cut, in tool radii, an air move still counts as leaving or entering it
 
 
@@ -87,7 +88,10 @@ def _air(cell: Cell, bodies: Sequence[Body], q: Array, cut: Mask) -> AirRuns:
     """The path with its air moves, split where they leave the neighbourhood of a cut."""
     roots = [b.pieces for b in bodies if b.group == TOOL_GROUP]
     radius = max((float(p.half[0, 0] + p.sweep[0]) for p in roots), default=0.0)
-    tip = forward_many(chain_arrays(cell), q)[:, :3, 3]
+    chain = chain_arrays(cell)
+    tip = np.empty((len(q), 3))
+    for start in range(0, len(q), _CHUNK):  # whole poses of a long path would be the job's largest array
+        tip[start : start + _CHUNK] = forward_many(chain, q[start : start + _CHUNK])[:, :3, 3]
     return air_runs(q, tip, cut, _NEAR_RADII * radius)
 
 
