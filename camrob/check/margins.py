@@ -27,6 +27,7 @@ _NEAR_TURN = deg_to_rad(5.0)  # margins below which a remark is made
 _NEAR_SLIDE = mm_to_m(20.0)
 _JUMP_TURN = deg_to_rad(5.0)  # an axis step that may be a jump
 _JUMP_RATIO = 20.0  # and is one where it is so many times the tool's own step
+_CHUNK = 50_000  # motions whose poses are held at a time
 _OVER = 1e-9  # rad or m: rounding, no violation
 
 
@@ -179,18 +180,8 @@ def _jumps(
     into = np.flatnonzero(linear[1:]) + 1
     if not len(into):
         return into, 0.0, 0.0
-    start, stop = q[into - 1].copy(), q[into].copy()
-    roll = cell.indices(Role.ROLL)
-    start[:, roll] = stop[:, roll] = 0.0  # the tool's own spin is no motion of the cell
-    chain = chain_arrays(cell)
-    base_T_start, base_T_stop = forward_many(chain, start), forward_many(chain, stop)
-    base_T_middle = forward_many(chain, 0.5 * (start + stop))
-    chord = base_T_stop[:, :3, 3] - base_T_start[:, :3, 3]
-    stray = base_T_middle[:, :3, 3] - 0.5 * (base_T_start[:, :3, 3] + base_T_stop[:, :3, 3])
-    cross = np.linalg.norm(np.cross(base_T_start[:, :3, 2], base_T_stop[:, :3, 2]), axis=1)
-    angle = np.arctan2(cross, np.einsum("ij,ij->i", base_T_start[:, :3, 2], base_T_stop[:, :3, 2]))
-    tool_step = angle + np.linalg.norm(chord, axis=1) / cell.condition_length
-    steps = np.abs(stop - start)[:, cell.arm_slice]
+    parts = [_steps(cell, q, into[k : k + _CHUNK]) for k in range(0, len(into), _CHUNK)]
+    steps, tool_step, stray = (np.concatenate(found) for found in zip(*parts, strict=True))
     axis_step = steps.max(axis=1)
     found = (axis_step > _JUMP_TURN) & (axis_step > _JUMP_RATIO * tool_step)
     jumps = into[found]
@@ -202,7 +193,25 @@ def _jumps(
             places.finding("jump", text, Severity.ERROR, int(jumps[0]), axis=name, unit="degrees", count=len(jumps),
                            value=rad_to_deg(float(axis_step[which])),
                            limit=rad_to_deg(max(_JUMP_TURN, _JUMP_RATIO * float(tool_step[which])))))  # fmt: skip
-    return jumps, float(axis_step.max()), float(np.linalg.norm(stray, axis=1).max())
+    return jumps, float(axis_step.max()), float(stray.max())
+
+
+def _steps(cell: Cell, q: Array, into: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    """Of the motions into points (K,): the arm axes' steps (K, 6), the tool's own step (K,), rad, and how far the middle lies
+    off the chord (K,), m.
+    """
+    start, stop = q[into - 1].copy(), q[into].copy()
+    roll = cell.indices(Role.ROLL)
+    start[:, roll] = stop[:, roll] = 0.0  # the tool's own spin is no motion of the cell
+    chain = chain_arrays(cell)
+    base_T_start, base_T_stop = forward_many(chain, start), forward_many(chain, stop)
+    base_T_middle = forward_many(chain, 0.5 * (start + stop))
+    chord = base_T_stop[:, :3, 3] - base_T_start[:, :3, 3]
+    stray = base_T_middle[:, :3, 3] - 0.5 * (base_T_start[:, :3, 3] + base_T_stop[:, :3, 3])
+    cross = np.linalg.norm(np.cross(base_T_start[:, :3, 2], base_T_stop[:, :3, 2]), axis=1)
+    angle = np.arctan2(cross, np.einsum("ij,ij->i", base_T_start[:, :3, 2], base_T_stop[:, :3, 2]))
+    tool_step = angle + np.linalg.norm(chord, axis=1) / cell.condition_length
+    return np.abs(stop - start)[:, cell.arm_slice], tool_step, np.linalg.norm(stray, axis=1)
 
 
 def _travel(cell: Cell, q: Array, cut: Mask) -> dict[str, float]:
