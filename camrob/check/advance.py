@@ -19,6 +19,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.check.convex import Pieces
 from camrob.check.tree import ball_distance, new_search, tree_distance
+from camrob.kinematics.kernels import compose
 
 __all__ = ["Links", "Riders", "chain_links", "follow_pair", "pair_distances"]
 
@@ -59,17 +60,6 @@ def chain_links(cell: Cell) -> Links:
 
 
 @numba.njit(cache=True, forceinline=True)
-def _then(R: Array, p: Array, fixed: Array) -> None:
-    """R, p <- (R, p) * fixed, in place."""
-    for r in range(3):
-        a, b, c = R[r, 0], R[r, 1], R[r, 2]
-        p[r] += a * fixed[0, 3] + b * fixed[1, 3] + c * fixed[2, 3]
-        R[r, 0] = a * fixed[0, 0] + b * fixed[1, 0] + c * fixed[2, 0]
-        R[r, 1] = a * fixed[0, 1] + b * fixed[1, 1] + c * fixed[2, 1]
-        R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
-
-
-@numba.njit(cache=True, forceinline=True)
 def _place(links: Links, riders: Riders, a: int, b: int, q: Array, R: Array, p: Array, rho: Array) -> None:
     """R, p <- body a seen from body b; rho[i] <- how far a reaches from the axis of joint i, for the joints between.
 
@@ -82,7 +72,7 @@ def _place(links: Links, riders: Riders, a: int, b: int, q: Array, R: Array, p: 
         for c in range(3):
             R[r, c] = 1.0 if r == c else 0.0
     for i in range(low, high + 1):
-        _then(R, p, links.before[i])
+        compose(R, p, links.before[i])
         for r in range(3):
             Z[i, r] = R[r, 2]
             P[i, r] = p[r]
@@ -95,8 +85,8 @@ def _place(links: Links, riders: Riders, a: int, b: int, q: Array, R: Array, p: 
                 x, y = R[r, 0], R[r, 1]
                 R[r, 0] = x * co + y * si
                 R[r, 1] = y * co - x * si
-        _then(R, p, links.after[i])
-    _then(R, p, riders.link_T_body[a])
+        compose(R, p, links.after[i])
+    compose(R, p, riders.link_T_body[a])
     root = riders.root[a]
     middle = riders.pieces.center[root]
     x = p[0] + R[0, 0] * middle[0] + R[0, 1] * middle[1] + R[0, 2] * middle[2]

@@ -9,6 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.controller.pose_kernel import circle
 from camrob.issues import Finding, Severity
 from camrob.post.krl_program import KrlMotion
 from camrob.units import m_to_mm, rad_to_deg
@@ -93,22 +94,6 @@ def _nearest(x: Array, p0: Array, p1: Array, center: Array, u: Array, v: Array, 
     return float(min(1.0, max(least, s)))
 
 
-@numba.njit(cache=True)
-def _arc(a: Array, via: Array, b: Array, center: Array, u: Array, v: Array) -> float:
-    ab, ac = via - a, b - a
-    normal = np.cross(ab, ac)
-    n2 = np.sum(normal * normal)
-    if n2 < 1e-20:
-        return 0.0
-    center[:] = a + (np.sum(ab * ab) * np.cross(ac, normal) + np.sum(ac * ac) * np.cross(normal, ab)) / (2.0 * n2)
-    normal = normal / np.sqrt(n2)
-    u[:] = a - center
-    v[:] = np.cross(normal, u)
-    d = b - center
-    angle = np.arctan2(np.sum(d * v), np.sum(d * u))
-    return float(angle if angle > 0.0 else angle + 2.0 * np.pi)
-
-
 class _Match(NamedTuple):
     """Scratch for matching: centre and axes of an arc, a tip and an axis; found: position and axis error, share."""
 
@@ -135,7 +120,7 @@ def _match(
     start = max(k - 1, 0)
     angle = 0.0
     if end > k:
-        angle = _arc(p[start], p[k], p[end], m.center, m.u, m.v)
+        angle = circle(p[start], p[k], p[end], m.center, m.u, m.v)
     elif kind[k] == KrlMotion.PTP_AXES or kind[k] == KrlMotion.PTP_POSE:
         start = k  # only its end is known to be met
     s = _nearest(x, p[start], p[end], m.center, m.u, m.v, angle, least)

@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 
-__all__ = ["ChainArrays", "chain_arrays", "forward", "forward_many", "inverse_kf", "inverse_kf_many", "jacobian"]
+__all__ = [
+    "ChainArrays",
+    "chain_arrays",
+    "compose",
+    "forward",
+    "forward_many",
+    "inverse_kf",
+    "inverse_kf_many",
+    "jacobian",
+]
 
 Array = NDArray[np.float64]
 
@@ -63,7 +72,7 @@ def chain_arrays(cell: Cell) -> ChainArrays:
 
 
 @numba.njit(cache=True, forceinline=True)
-def _step(R: Array, p: Array, fixed: Array) -> None:
+def compose(R: Array, p: Array, fixed: Array) -> None:
     """R, p <- (R, p) * fixed, in place."""
     for r in range(3):
         a, b, c = R[r, 0], R[r, 1], R[r, 2]
@@ -102,7 +111,7 @@ def forward(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array
         if i == last:
             for r in range(3):
                 plate[r] = p[r] + R[r, 0] * chain.plate[0] + R[r, 1] * chain.plate[1] + R[r, 2] * chain.plate[2]
-        _step(R, p, chain.after[i])
+        compose(R, p, chain.after[i])
 
 
 @numba.njit(cache=True, forceinline=True)
