@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 
-from camrob.console import ProgressHook, error_line, perform
+from camrob.cli_real import calibrate, compensate, diagnose, simulate
+from camrob.console import ProgressHook, error_line, job_of, perform, renderer
 from camrob.options import CellOption, Feed, JsonOption, Method, QuietOption, SetupOption, Units
 
 __all__ = [
@@ -55,7 +56,7 @@ def post(
     """Turn a CL file into a verified KRL program."""
 
     def job(progress: ProgressHook) -> Any:
-        return _job("post")(
+        return job_of("post")(
             clfile,
             cell=cell,
             out=out,
@@ -86,7 +87,7 @@ def verify(
     """Read a KRL program back, replay it and check it."""
 
     def job(progress: ProgressHook) -> Any:
-        return _job("verify")(program, cell=cell, against=against, setup=setup, progress=progress)
+        return job_of("verify")(program, cell=cell, against=against, setup=setup, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain, holds=lambda result: bool(result.ok))
 
@@ -101,72 +102,9 @@ def regress(
     """Post every sample and compare programs and summaries with the golden files."""
 
     def job(progress: ProgressHook) -> Any:
-        return _job("regress")(toolpaths, cell=cell, update=update, progress=progress)
+        return job_of("regress")(toolpaths, cell=cell, update=update, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_regress, holds=lambda result: bool(result.ok))
-
-
-def calibrate(
-    measured: Annotated[Path, typer.Argument(metavar="MEASURED.csv", help="A log of axis values and measured poses.")],
-    cell: CellOption,
-    out: Annotated[Path, typer.Option("--out", metavar="CALIBRATION.toml", help="The file to write.")],
-    withheld: Annotated[
-        Path | None, typer.Option("--withheld", metavar="LOG.csv", help="A log that takes no part, to judge by.")
-    ] = None,
-    parameter: Annotated[
-        list[str] | None, typer.Option("--parameter", metavar="NAME", help="Fit these alone (may be repeated).")
-    ] = None,
-    harmonics: Annotated[
-        int, typer.Option("--harmonics", min=0, max=12, metavar="N", help="Orders of gear ripple to fit.")
-    ] = 0,
-    share: Annotated[
-        float, typer.Option("--share", metavar="X", help="The share of the poses that is withheld without --withheld.")
-    ] = 0.2,
-    poses: Annotated[
-        int,
-        typer.Option("--next", min=0, max=500, metavar="N", help="Choose N poses to measure next, as a KRL program."),
-    ] = 0,
-    path: Annotated[
-        Path | None, typer.Option("--for", metavar="PROGRAM.src", help="The program that these poses are to serve.")
-    ] = None,
-    as_json: JsonOption = False,
-    quiet: QuietOption = False,
-) -> int:
-    """Fit a cell's error parameters to measured poses."""
-
-    def job(progress: ProgressHook) -> Any:
-        return _job("calibrate")(
-            measured,
-            cell=cell,
-            out=out,
-            withheld=withheld,
-            parameters=parameter or (),
-            harmonics=harmonics,
-            share=share,
-            poses=poses,
-            path=path,
-            progress=progress,
-        )
-
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_calibration)
-
-
-def compensate(
-    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program.")],
-    cell: CellOption,
-    calibration: Annotated[
-        Path, typer.Option("--calibration", metavar="CALIBRATION.toml", help="What `calibrate` wrote for the cell.")
-    ],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the program.")],
-    as_json: JsonOption = False,
-    quiet: QuietOption = False,
-) -> int:
-    """Rewrite a program so that the calibrated robot meets its poses."""
-
-    def job(progress: ProgressHook) -> Any:
-        return _job("compensate")(program, cell=cell, calibration=calibration, out=out, progress=progress)
-
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_compensation)
 
 
 def place(
@@ -183,27 +121,7 @@ def place(
     """Propose where on the table the part is worked best."""
 
     def job(progress: ProgressHook) -> Any:
-        return _job("place")(clfile, cell=cell, out=out, setup=setup, x_mm=x, y_mm=y, z_mm=z, progress=progress)
-
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
-
-
-def simulate(
-    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
-    cell: CellOption,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="LOG.csv", help="The log (.csv or .parquet); LOG.toml beside it.")
-    ],
-    cycle_ms: Annotated[
-        float, typer.Option("--cycle-ms", metavar="MS", help="Milliseconds a row, such as 12 or 4.")
-    ] = 12.0,
-    as_json: JsonOption = False,
-    quiet: QuietOption = False,
-) -> int:
-    """Run a KRL program on the ideal controller and write what it does as a log."""
-
-    def job(progress: ProgressHook) -> Any:
-        return _job("simulate")(program, cell=cell, out=out, cycle_ms=cycle_ms, progress=progress)
+        return job_of("place")(clfile, cell=cell, out=out, setup=setup, x_mm=x, y_mm=y, z_mm=z, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
 
@@ -226,49 +144,11 @@ def feed(
     """Feed, time and torque on a cell's weld seam, or the derivatives of a solved path."""
 
     def job(progress: ProgressHook) -> Any:
-        return _job("feed")(
+        return job_of("feed")(
             solution, cell=cell, out=out, compensated=compensated, axis=axis, rate=rate, progress=progress
         )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
-
-
-def diagnose(
-    cell: CellOption,
-    log: Annotated[
-        list[Path], typer.Option("--log", metavar="LOG.csv", help="A measured run; may be given several times.")
-    ],
-    out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="The folder that receives diagnosis.json and .html.")
-    ],
-    withheld: Annotated[
-        list[Path] | None,
-        typer.Option("--withheld", metavar="LOG.csv", help="A run that takes no part in choosing or fitting."),
-    ] = None,
-    program: Annotated[
-        Path | None,
-        typer.Option("--program", metavar="PROGRAM.src", help="What was run. Default: what each LOG.toml names."),
-    ] = None,
-    without: Annotated[
-        list[str] | None, typer.Option("--without", metavar="EFFECT", help="Leave an effect out of the library.")
-    ] = None,
-    as_json: JsonOption = False,
-    quiet: QuietOption = False,
-) -> int:
-    """Say where the gap between simulation and measurement lies, what causes it, and how far it shrinks without that."""
-
-    def job(progress: ProgressHook) -> Any:
-        return _job("diagnose")(
-            cell=cell,
-            log=log,
-            withheld=withheld or [],
-            program=program,
-            without=without or [],
-            out=out,
-            progress=progress,
-        )
-
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_diagnosis)
 
 
 def batch(
@@ -289,7 +169,7 @@ def batch(
     """Do many jobs side by side; the worst one's status is the batch's."""
 
     def job(progress: ProgressHook) -> Any:
-        return _job("batch")(jobs, out=out, workers=workers, scheduler=scheduler, progress=progress)
+        return job_of("batch")(jobs, out=out, workers=workers, scheduler=scheduler, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_batch, status=lambda result: int(result.status))
 
@@ -308,23 +188,10 @@ VERBS: tuple[Callable[..., int], ...] = (
 )
 
 
-def _job(name: str) -> Callable[..., Any]:
-    """The job behind a verb: the function of the verb's name in `camrob/jobs/<verb>.py`."""
-    return getattr(importlib.import_module(f"camrob.jobs.{name}"), name)  # type: ignore[no-any-return]
-
-
-def _render(module: str, name: str) -> Callable[[Mapping[str, Any]], Any]:
-    """What a verb shows a person; what draws it is imported when it is needed."""
-    return lambda summary: getattr(importlib.import_module(f"camrob.report.{module}"), name)(summary)
-
-
-_render_post = _render("terminal", "render_post")
-_render_regress = _render("regress_text", "render_regress")
-_render_diagnosis = _render("diagnosis_words", "render_diagnosis")
-_render_batch = _render("batch_text", "render_batch")
-_render_calibration = _render("calibration_text", "render_calibration")
-_render_compensation = _render("calibration_text", "render_compensation")
-_render_plain = _render("terminal", "render_summary")
+_render_post = renderer("terminal", "render_post")
+_render_regress = renderer("regress_text", "render_regress")
+_render_batch = renderer("batch_text", "render_batch")
+_render_plain = renderer("terminal", "render_summary")
 
 
 def version(asked: bool) -> None:

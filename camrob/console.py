@@ -6,6 +6,7 @@ An interruption ends with 130 (a request to terminate: 143), as shells expect.
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import signal
@@ -22,7 +23,17 @@ from camrob.jobs.failure import CHECK_FAILED, DONE, failure_line, failure_status
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-__all__ = ["JobResult", "ProgressHook", "Terminated", "error_line", "exit_status", "perform", "terminable"]
+__all__ = [
+    "JobResult",
+    "ProgressHook",
+    "Terminated",
+    "error_line",
+    "exit_status",
+    "job_of",
+    "perform",
+    "renderer",
+    "terminable",
+]
 
 ProgressHook = Callable[[str, float], None]
 
@@ -148,3 +159,13 @@ def _write(text: str) -> None:
         print(text, flush=True)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def job_of(verb: str) -> Callable[..., Any]:
+    """The job behind a verb: the function of the verb's name in `camrob/jobs/<verb>.py`, imported now."""
+    return getattr(importlib.import_module(f"camrob.jobs.{verb}"), verb)  # type: ignore[no-any-return]
+
+
+def renderer(module: str, name: str) -> Callable[[Mapping[str, Any]], Any]:
+    """What a verb shows a person; what draws it is imported when it is needed."""
+    return lambda summary: getattr(importlib.import_module(f"camrob.report.{module}"), name)(summary)

@@ -10,7 +10,7 @@ __all__ = ["HEAVY", "heavy_at_import", "import_cycles", "layering_faults", "shar
 
 # from the top down; a row imports only from rows below it, and the members of a row don't import each other
 ROWS = (
-    ("cli", "console", "options"),
+    ("cli", "cli_real", "console", "options"),
     ("jobs",),
     ("report",),
     ("gap",),
@@ -30,8 +30,14 @@ RANK = {room: i for i, row in enumerate(ROWS) for room in row}
 
 # the controller gets the text that the robot gets, and nothing from the solver that made it
 NEVER = {("controller", "resolve"), ("controller", "feed")}
-# the command line's two files are one room
-TOGETHER = {("cli", "console"), ("cli", "options")}
+# the command line's files are one room
+TOGETHER = {
+    ("cli", "console"),
+    ("cli", "options"),
+    ("cli", "cli_real"),
+    ("cli_real", "console"),
+    ("cli_real", "options"),
+}
 
 HEAVY = frozenset(
     {"torch", "matplotlib", "plotly", "trimesh", "pinocchio", "skfuzzy", "pytorch_kinematics", "fcl", "coal"}

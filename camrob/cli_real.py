@@ -1,0 +1,139 @@
+"""Verbs of the command line that deal with the real cell: simulate, calibrate, compensate, diagnose."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from camrob.console import ProgressHook, job_of, perform, renderer
+from camrob.options import CellOption, JsonOption, QuietOption
+
+__all__ = ["calibrate", "compensate", "diagnose", "simulate"]
+
+_render_diagnosis = renderer("diagnosis_words", "render_diagnosis")
+_render_calibration = renderer("calibration_text", "render_calibration")
+_render_compensation = renderer("calibration_text", "render_compensation")
+_render_plain = renderer("terminal", "render_summary")
+
+
+def simulate(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
+    cell: CellOption,
+    out: Annotated[
+        Path, typer.Option("--out", metavar="LOG.csv", help="The log (.csv or .parquet); LOG.toml beside it.")
+    ],
+    cycle_ms: Annotated[
+        float, typer.Option("--cycle-ms", metavar="MS", help="Milliseconds a row, such as 12 or 4.")
+    ] = 12.0,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Run a KRL program on the ideal controller and write what it does as a log."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("simulate")(program, cell=cell, out=out, cycle_ms=cycle_ms, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+
+
+def calibrate(
+    measured: Annotated[Path, typer.Argument(metavar="MEASURED.csv", help="A log of axis values and measured poses.")],
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="CALIBRATION.toml", help="The file to write.")],
+    withheld: Annotated[
+        Path | None, typer.Option("--withheld", metavar="LOG.csv", help="A log that takes no part, to judge by.")
+    ] = None,
+    parameter: Annotated[
+        list[str] | None, typer.Option("--parameter", metavar="NAME", help="Fit these alone (may be repeated).")
+    ] = None,
+    harmonics: Annotated[
+        int, typer.Option("--harmonics", min=0, max=12, metavar="N", help="Orders of gear ripple to fit.")
+    ] = 0,
+    share: Annotated[
+        float, typer.Option("--share", metavar="X", help="The share of the poses that is withheld without --withheld.")
+    ] = 0.2,
+    poses: Annotated[
+        int,
+        typer.Option("--next", min=0, max=500, metavar="N", help="Choose N poses to measure next, as a KRL program."),
+    ] = 0,
+    path: Annotated[
+        Path | None, typer.Option("--for", metavar="PROGRAM.src", help="The program that these poses are to serve.")
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Fit a cell's error parameters to measured poses."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("calibrate")(
+            measured,
+            cell=cell,
+            out=out,
+            withheld=withheld,
+            parameters=parameter or (),
+            harmonics=harmonics,
+            share=share,
+            poses=poses,
+            path=path,
+            progress=progress,
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_calibration)
+
+
+def compensate(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program.")],
+    cell: CellOption,
+    calibration: Annotated[
+        Path, typer.Option("--calibration", metavar="CALIBRATION.toml", help="What `calibrate` wrote for the cell.")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the program.")],
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Rewrite a program so that the calibrated robot meets its poses."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("compensate")(program, cell=cell, calibration=calibration, out=out, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_compensation)
+
+
+def diagnose(
+    cell: CellOption,
+    log: Annotated[
+        list[Path], typer.Option("--log", metavar="LOG.csv", help="A measured run; may be given several times.")
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="The folder that receives diagnosis.json and .html.")
+    ],
+    withheld: Annotated[
+        list[Path] | None,
+        typer.Option("--withheld", metavar="LOG.csv", help="A run that takes no part in choosing or fitting."),
+    ] = None,
+    program: Annotated[
+        Path | None,
+        typer.Option("--program", metavar="PROGRAM.src", help="What was run. Default: what each LOG.toml names."),
+    ] = None,
+    without: Annotated[
+        list[str] | None, typer.Option("--without", metavar="EFFECT", help="Leave an effect out of the library.")
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Say where the gap between simulation and measurement lies, what causes it, and how far it shrinks without that."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("diagnose")(
+            cell=cell,
+            log=log,
+            withheld=withheld or [],
+            program=program,
+            without=without or [],
+            out=out,
+            progress=progress,
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_diagnosis)
