@@ -196,7 +196,7 @@ def _made(order: _Order, resolved: _Resolved, folder: Path, watch: _Watch) -> _M
         speed, times = _speeds(inputs, solution, order.feed, watch.share)
         program = assemble_program(
             order.title, inputs.cell, inputs.toolpath, inputs.path, solution, rapid_speed=inputs.rapid_speed,
-            keep=decimated(inputs.path, solution, inputs.setup.decimate), speed=speed,
+            keep=decimated(inputs.path, solution, inputs.setup.decimate) & ~inputs.path.repeated, speed=speed,
             comment=_comment(inputs, solution.method),
         )  # fmt: skip
     for old in folder.iterdir():
@@ -204,7 +204,7 @@ def _made(order: _Order, resolved: _Resolved, folder: Path, watch: _Watch) -> _M
     with watch.stage("write"):
         files, written = _write(program, inputs, folder, order.max_lines)
     with watch.stage("verify"):
-        back = read_back(folder / f"{order.title}.src", program, inputs, watch.share)
+        back = read_back(folder / f"{order.title}.src", program, inputs, solution, watch.share)
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, written, watch.share)

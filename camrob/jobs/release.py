@@ -20,6 +20,7 @@ from camrob.controller.trace import posture_trace
 from camrob.errors import CollisionError, JobError, KrlError, VerificationError
 from camrob.issues import Finding, Severity, collapse
 from camrob.jobs.inputs import JobInputs
+from camrob.jobs.solved import hold_to_solution
 from camrob.post.krl_program import KrlProgram
 from camrob.post.krl_reader import read_krl
 from camrob.post.program import Program
@@ -59,8 +60,10 @@ def cover_toolpath(text: KrlProgram, replayed: Replay, inputs: JobInputs) -> tup
     return coverage, np.where(path.cutting[own], path.feed[own], np.nan)
 
 
-def read_back(source: Path, program: Program, inputs: JobInputs, progress: Callable[[float], None]) -> ReadBack:
-    """Read a written program back, replay it, and hold it to the CL points and to what was meant.
+def read_back(
+    source: Path, program: Program, inputs: JobInputs, solution: Solution, progress: Callable[[float], None]
+) -> ReadBack:
+    """Read a written program back, replay it, and hold it to the CL points, to what was meant, and to what was solved.
 
     Raises VerificationError for the first thing that stands against it.
     """
@@ -71,7 +74,9 @@ def read_back(source: Path, program: Program, inputs: JobInputs, progress: Calla
         raise VerificationError(f"the program was not released: it reads back wrong: {error.what}") from None
     coverage, feed = cover_toolpath(text, replayed, inputs)
     judgement = judge(text, replayed, coverage, feed)
-    against = [*judgement.findings, *hold_to_intended(text, replayed, program)]
+    against = [*judgement.findings, *hold_to_intended(text, replayed, program, inputs.cell.controller)]
+    if all(f.severity is not Severity.ERROR for f in against):
+        against += hold_to_solution(text, replayed, coverage, inputs.path, solution)
     first = next((f for f in against if f.severity is Severity.ERROR), None)
     if first is not None:
         raise VerificationError(

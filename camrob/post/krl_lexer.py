@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from camrob.errors import KrlError
 
-__all__ = ["Token", "TokenKind", "shown", "statement_of", "tokens_of"]
+__all__ = ["Token", "TokenKind", "canonical", "shown", "statement_of", "tokens_of"]
 
 TokenKind = str
 """`number`, `string`, `bits`, `name` (upper case), `enum` (with its #), `sign` (an operator or a bracket), `end`."""
@@ -67,3 +67,9 @@ def tokens_of(statement: str) -> tuple[Token, ...]:
         at = found.end()
     tokens.append(Token("end", ""))
     return tuple(tokens)
+
+
+def canonical(statement: str) -> str:
+    """A statement, written in the one way in which all that mean the same are written. Raises KrlError as `tokens_of`."""
+    parts = (repr(float(t.text)) if t.kind == "number" else t.text for t in tokens_of(statement)[:-1])
+    return " ".join(parts)

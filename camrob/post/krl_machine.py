@@ -10,9 +10,9 @@ import numpy as np
 from camrob.errors import KrlError
 from camrob.issues import Finding, Severity
 from camrob.post.krl_expr import Aggregate, Enumerated, Expression, Mechanism, Unknown, Value
-from camrob.post.krl_lexer import Token, shown
+from camrob.post.krl_lexer import Token, canonical, shown
 from camrob.post.krl_module import Module
-from camrob.post.krl_program import KrlApproximation, KrlFrame, KrlFrameKind, KrlMotion
+from camrob.post.krl_program import KrlAction, KrlApproximation, KrlFrame, KrlFrameKind, KrlMotion
 from camrob.post.krl_rows import KrlRows
 from camrob.post.krl_target import Target, merged, target_of
 from camrob.post.krl_variables import Variables
@@ -36,6 +36,7 @@ class KrlMachine:
         self.rows = KrlRows()
         self.statements: Counter[str] = Counter()
         self.findings: list[Finding] = []
+        self.actions: list[KrlAction] = []
         self.frames: dict[str, list[KrlFrame]] = {"tool": [], "base": []}
         for name in self.frames:
             self._set_frame(name, Unknown("never set"))
@@ -43,6 +44,10 @@ class KrlMachine:
     def find(self, code: str, text: str, line: int, severity: Severity = Severity.WARNING) -> None:
         """Notes a finding."""
         self.findings.append(Finding(code, text, severity, line))
+
+    def act(self, statement: str) -> None:
+        """Notes what a statement does beside moving."""
+        self.actions.append(KrlAction(self.rows.count, canonical(statement)))
 
     def bulk(self, module: Module, start: int, end: int) -> None:
         """The usual LIN and `$VEL.CP` lines among lines `start` to `end` (exclusive)."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from camrob.frozen import locked
 from camrob.issues import Finding
 
-__all__ = ["KrlApproximation", "KrlFrame", "KrlFrameKind", "KrlMotion", "KrlProgram"]
+__all__ = ["KrlAction", "KrlApproximation", "KrlFrame", "KrlFrameKind", "KrlMotion", "KrlProgram"]
 
 
 class KrlMotion(IntEnum):
@@ -57,6 +57,14 @@ class KrlFrame:
 
 
 @dataclass(frozen=True, slots=True)
+class KrlAction:
+    """What the text does beside moving, before motion `motion` (N: behind the last): the statement, `canonical`."""
+
+    motion: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class KrlProgram:
     """N motions in the order in which the controller would run them.
 
@@ -68,6 +76,7 @@ class KrlProgram:
     `KrlApproximation`.
     wait: (N,) seconds of WAIT SEC before the motion; final_wait: those after the last. file: (N,) index into `files`;
     line: (N,) 1-based line there. tool, base: (N,) indices into `tools`, `bases`.
+    actions: outputs, waits, halts, settings, in their order; frames and `$VEL.CP`, which the columns hold, left out.
     statements: how often each keyword was met. settings: values that system variables had at the end.
     findings: what was not understood, or has an effect that is not known here.
     """
@@ -94,6 +103,7 @@ class KrlProgram:
     base: NDArray[np.int32]
     tools: tuple[KrlFrame, ...]
     bases: tuple[KrlFrame, ...]
+    actions: tuple[KrlAction, ...] = ()
     statements: Mapping[str, int] = field(default_factory=dict)
     settings: Mapping[str, float | int | bool | str] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()

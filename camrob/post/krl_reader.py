@@ -31,6 +31,8 @@ _HARMLESS = frozenset(
     """EXT EXTFCT IMPORT SIGNAL STRUC ENUM CHANNEL INTERRUPT TRIGGER PULSE HALT CONTINUE BRAKE RESUME ANIN ANOUT DIGIN
     CWRITE CREAD COPEN CCLOSE SREAD SWRITE ASYSTOP ASYCONT ASYCANCEL ERR_RAISE CONFIRM ON_ERROR_PROCEED""".split()
 )
+_DECLARED = frozenset(("EXT", "EXTFCT", "IMPORT", "SIGNAL", "STRUC", "ENUM", "CHANNEL"))
+_IN_COLUMNS = ("$VEL.CP", "$TOOL", "$BASE")
 _LATER = frozenset(("ELSE", "ENDIF", "ENDFOR", "ENDWHILE", "ENDLOOP", "UNTIL", "ENDSWITCH", "ENDSPLINE"))
 _STATE = ("$VEL", "$ACC", "$APO", "$BASE", "$TOOL", "$IPO_MODE", "FDAT_ACT", "LDAT_ACT", "$ACT_BASE", "$ACT_TOOL")
 
@@ -78,6 +80,7 @@ class _Reader:
             files=tuple(m.path.name for m in self._modules),
             external_names=tuple(f"E{k + 1}" for k in used),
             final_wait=machine.rows.modal.wait,
+            actions=tuple(machine.actions),
             tools=tools,
             bases=bases,
             statements=machine.statements,
@@ -162,35 +165,40 @@ class _Reader:
             machine.statements[word] += 1
             return -1
         elif word == "WAIT":
+            machine.act(text)
             machine.wait(tokens, line + 1)
         elif word == "BAS" and tokens[1].text == "(":
+            machine.act(text)
             machine.bas(tokens, line + 1)
         elif word in _HARMLESS or (word == "GLOBAL" and tokens[1].text == "INTERRUPT"):
             machine.statements[tokens[1].text if word == "GLOBAL" else word] += 1
+            if word not in _DECLARED:
+                machine.act(text)
         elif word in _LATER:
             raise KrlError(f"{word} without its beginning", cure="the file is damaged")
         elif word and is_declaration(tokens):
             machine.statements["DECL"] += 1
             declare(tokens, machine.variables, machine.variables.scopes[0])
         else:
-            self._other(module, line, tokens)
+            self._other(module, line, text, tokens)
         return line + 1
 
-    def _other(self, module: Module, line: int, tokens: tuple[Token, ...]) -> None:
+    def _other(self, module: Module, line: int, text: str, tokens: tuple[Token, ...]) -> None:
         """An assignment or a call; anything else is noted."""
         machine = self._machine
         expression = Expression(tokens, machine.variables.lookup)
         path = expression.path() if tokens[0].kind == "name" else ""
         if path and expression.accept("="):
+            if path.startswith("$") and path not in _IN_COLUMNS:
+                machine.act(text)
             machine.assign(expression, path, line + 1)
         elif path and expression.next.text == "(" and "." not in path and "[" not in path:
-            self._routine_call(module, line, path, tokens, expression)
+            self._routine_call(module, line, text, path, tokens, expression)
         else:
-            text = " ".join(t.text for t in tokens[:-1])
             machine.find("not-understood", f"{shown(text)!r} is not understood", line + 1)
 
     def _routine_call(
-        self, module: Module, line: int, name: str, tokens: tuple[Token, ...], expression: Expression
+        self, module: Module, line: int, text: str, name: str, tokens: tuple[Token, ...], expression: Expression
     ) -> None:
         """Runs a routine of this file, or of the file of its name beside it."""
         machine = self._machine
@@ -199,8 +207,9 @@ class _Reader:
         arguments = expression.arguments()
         found = (module, module.routines[name]) if name in module.routines else self._external(name)
         if found is None:
-            text = f"{shown(name)}(...) is not in the folder: what it does, and whether it moves, is not known"
-            machine.find("call-unknown", text, line + 1)
+            told = f"{shown(name)}(...) is not in the folder: what it does, and whether it moves, is not known"
+            machine.find("call-unknown", told, line + 1)
+            machine.act(text)
             return
         after = self._call(*found, arguments)
         routine = found[1]

@@ -14,6 +14,7 @@ __all__ = ["TRANSIT", "ToolPathInBase"]
 
 Array = NDArray[np.float64]
 
+REPEATED = 2e-6  # m, rad: poses nearer to each other than this may be printed alike
 TRANSIT = -1
 """The region index of points that camrob puts between regions."""
 
@@ -62,6 +63,29 @@ class ToolPathInBase:
     def cutting(self) -> NDArray[np.bool_]:
         """(N,) True for points that the tool comes to at the programmed feed."""
         return np.asarray(self.move == int(Move.CUT))
+
+    @property
+    def repeated(self) -> NDArray[np.bool_]:
+        """(N,) True for points that a printed program can't tell from the last one that is kept (`REPEATED`, m and rad).
+
+        Kind of move, region and feed are that one's too. A LIN that leads nowhere would stop the tool.
+        """
+        out = np.zeros(len(self), np.bool_)
+        frames, feed = np.asarray(self.base_T_tip), np.nan_to_num(np.asarray(self.feed))
+        for start in range(1, len(self), 50_000):
+            here = slice(start, min(start + 50_000, len(self)))
+            before = slice(here.start - 1, here.stop - 1)
+            out[here] = np.abs(frames[here] - frames[before]).max(axis=(1, 2)) <= REPEATED
+            out[here] &= (feed[here] == feed[before]) & (self.move[here] == self.move[before])
+            out[here] &= self.region[here] == self.region[before]
+        kept, last = -1, -1
+        for i in np.flatnonzero(out).tolist():
+            if last != i - 1:
+                kept = i - 1
+            last = i
+            if np.abs(frames[i] - frames[kept]).max() > REPEATED:
+                out[i], kept = False, i
+        return out
 
     @property
     def length(self) -> Array:
