@@ -1,0 +1,153 @@
+"""What a cell's tracker.toml says: the loop, the tests, the tracker, and the simulated robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.read_cell import frame_of, read_toml
+from camrob.cell.table import TableReader
+from camrob.controller.tracker.law import CorrectionLaw
+from camrob.frozen import locked
+from camrob.units import deg_to_rad, mm_min_to_m_s, mm_to_m, ms_to_s
+
+__all__ = ["RobotErrors", "TrackerCase", "TrackerNoise", "read_tracker_case"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerNoise:
+    """Standard deviations of a sample: `position` of each coordinate, m, `angle` about each axis, rad; samples a second."""
+
+    position: float
+    angle: float
+    rate: float
+
+
+@dataclass(frozen=True, slots=True)
+class RobotErrors:
+    """How the simulated robot differs from its nominal self. Arrays are per joint (6,), rad and s, unless said.
+
+    delay: cycles from command to joint control. lag: time constants. lost: half the motion lost at a reversal. friction:
+    half of what friction holds back there, dying away with `recovery`, s. sliding: how far a joint turns until friction has
+    changed sides. seed, link, link_angle: of the drawn link errors, m and rad. static (6,): x, y, z, A, B, C of the tool's
+    error at the first test's start, m and rad.
+    """
+
+    delay: int
+    lag: Array
+    lost: Array
+    friction: Array
+    recovery: float
+    sliding: float
+    seed: int
+    link: float
+    link_angle: float
+    static: Array
+
+    def __post_init__(self) -> None:
+        for name in ("lag", "lost", "friction", "static"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(6,), name=name))
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerCase:
+    """A case, SI. base_T_tracker: where the tracker stands, as calibrated. latency: cycles. corner, center: (3,), m.
+
+    `provenance` maps dotted keys of tracker.toml to their standing.
+    """
+
+    law: CorrectionLaw
+    base_T_tracker: Array
+    noise: TrackerNoise
+    latency: int
+    feed: float
+    acceleration: float
+    rest: float
+    side: float
+    corner: Array
+    switched_on: float
+    radius: float
+    center: Array
+    robot: RobotErrors
+    provenance: dict[str, str]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "base_T_tracker", locked(self.base_T_tracker, shape=(4, 4), name="base_T_tracker"))
+        for name in ("corner", "center"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(3,), name=name))
+
+
+def read_tracker_case(folder: Path) -> TrackerCase:
+    """The case of a cell's folder. Raises CellError, with key and cure, where tracker.toml is wrong or absent."""
+    file = folder / "tracker.toml"
+    table = TableReader(read_toml(file), file, standings=True)
+    tracker, motion = table.table("tracker"), table.table("motion")
+    square, circle = table.table("square"), table.table("circle")
+    case = TrackerCase(
+        law=_law(table.table("loop")),
+        base_T_tracker=frame_of(tracker.vector("base_to_tracker", 6)),
+        noise=TrackerNoise(
+            mm_to_m(tracker.number("noise_mm", lower=0.0, upper=1.0)),
+            deg_to_rad(tracker.number("noise_deg", lower=0.0, upper=1.0)),
+            tracker.number("rate_hz", lower=1.0, upper=1e5),
+        ),
+        latency=tracker.integer("latency_cycles", lower=0, upper=50),
+        feed=mm_min_to_m_s(motion.number("feed_mm_min", lower=1.0, upper=1e5)),
+        acceleration=motion.number("acceleration_m_s2", lower=1e-3, upper=100.0),
+        rest=motion.number("rest_s", lower=0.1, upper=100.0),
+        side=mm_to_m(square.number("side_mm", lower=1.0, upper=1e4)),
+        corner=mm_to_m(square.vector("corner_mm", 3)),
+        switched_on=square.number("on_s", lower=0.0, upper=1e4),
+        radius=mm_to_m(circle.number("radius_mm", lower=1.0, upper=1e4)),
+        center=mm_to_m(circle.vector("center_mm", 3)),
+        robot=_robot(table.table("robot")),
+        provenance=table.provenance,
+    )
+    for part in (tracker, motion, square, circle, table):
+        part.finish()
+    return case
+
+
+def _law(table: TableReader) -> CorrectionLaw:
+    """[loop]."""
+    law = CorrectionLaw(
+        gain=table.number("gain", lower=1e-6, upper=1.0),
+        limit_m=mm_to_m(table.number("limit_mm", lower=1e-3, upper=100.0)),
+        limit_rad=deg_to_rad(table.number("limit_deg", lower=1e-3, upper=10.0)),
+        cycle_s=ms_to_s(table.number("cycle_ms", lower=0.1, upper=100.0)),
+        step_m=mm_to_m(table.number("step_mm", lower=1e-6, upper=10.0)),
+        step_rad=deg_to_rad(table.number("step_deg", lower=1e-6, upper=10.0)),
+    )
+    table.finish()
+    return law
+
+
+def _robot(table: TableReader) -> RobotErrors:
+    """[robot]."""
+    errors = RobotErrors(
+        delay=table.integer("delay_cycles", lower=0, upper=100),
+        lag=ms_to_s(_positive(table, "lag_ms", 0.0)),
+        lost=deg_to_rad(_positive(table, "lost_deg", 0.0)),
+        friction=deg_to_rad(_positive(table, "friction_deg", 0.0)),
+        recovery=ms_to_s(table.number("recovery_ms", lower=1.0, upper=1e4)),
+        sliding=deg_to_rad(table.number("sliding_deg", lower=1e-6, upper=10.0)),
+        seed=table.integer("seed", lower=0, upper=2**31),
+        link=mm_to_m(table.number("link_mm", lower=0.0, upper=10.0)),
+        link_angle=deg_to_rad(table.number("link_deg", lower=0.0, upper=5.0)),
+        static=np.concatenate([mm_to_m(table.vector("static_mm", 3)), deg_to_rad(table.vector("static_deg", 3))]),
+    )
+    table.finish()
+    return errors
+
+
+def _positive(table: TableReader, key: str, lower: float) -> Array:
+    """Six numbers, none below `lower`."""
+    values = table.vector(key, 6)
+    if np.any(values < lower):
+        raise table.fail(key, f"holds {values.min():g}", f"give six numbers from {lower:g} on")
+    return values
