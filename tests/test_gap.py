@@ -12,6 +12,7 @@ from test_gap_effects import DEG, plant_link, plant_play
 
 from camrob.errors import LogError
 from camrob.gap.diagnose import diagnose
+from camrob.gap.program_track import track_of
 from camrob.gap.rungs import ladder
 from camrob.gap.scene import make_scene
 from camrob.jobs.diagnose import diagnose as diagnose_job
@@ -168,10 +169,10 @@ def test_the_program_rung_of_a_sample_is_nothing_and_all_three_add_up() -> None:
     if not folder.is_dir():
         pytest.skip("../shared is not here: no labelled samples")
     scene = make_scene(read_log(folder / "circle1.csv"), kr15())
-    rungs = ladder(scene, read_krl(folder / "circle1.src"))
+    rungs = ladder(scene, track_of(scene, read_krl(folder / "circle1.src")))
     assert rungs.missing == ()
     assert rungs.program_to_setpoint is not None
     assert rungs.setpoint_to_encoder is not None
     total = rungs.program_to_setpoint + rungs.setpoint_to_encoder + rungs.encoder_to_tcp
     assert np.abs(total - rungs.whole).max() < 1e-12
-    assert np.sqrt(np.mean(np.sum(rungs.program_to_setpoint**2, axis=1))) < 2e-5
+    assert np.sqrt(np.mean(np.sum(rungs.program_to_setpoint**2, axis=1))) < 1e-6

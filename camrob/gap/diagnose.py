@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.errors import LogError
+from camrob.controller.replay import program_cell
+from camrob.errors import KrlError, LogError, UnreachableError
 from camrob.gap.align import Alignment, align
+from camrob.gap.corners import judge_corners, with_corners
 from camrob.gap.diagnosis import Diagnosis, PathError
 from camrob.gap.effects.registry import library
 from camrob.gap.localise import axes_of, directions_of, regimes_of, segments_of
 from camrob.gap.model import Model, compare, whole_gap
+from camrob.gap.program_track import ProgramTrack, track_of
 from camrob.gap.rungs import RUNGS, Ladder, ladder
 from camrob.gap.scene import Scene, make_scene
 from camrob.gap.shrink import trial_of
@@ -37,23 +40,27 @@ def diagnose(
     *,
     withheld: Sequence[MeasurementLog] = (),
     programs: Sequence[KrlProgram | None] = (),
+    withheld_programs: Sequence[KrlProgram | None] = (),
     without: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Diagnose the gap of some logs of one cell.
 
-    withheld: logs that take no part in choosing or fitting. programs: one a log, None where there is none. without: names
-    of effects to leave out of the library. Raises LogError for logs that can't be diagnosed, InputError for an unknown
-    effect.
+    withheld: logs that take no part in choosing or fitting. programs, withheld_programs: one a log, None where there is
+    none; a `$TOOL` that a program sets is the one whose tip was measured. without: names of effects to leave out of the
+    library. Raises LogError for logs that can't be diagnosed, InputError for an unknown effect.
     """
     if not logs:
         raise LogError("no log was given", cure="give at least one --log")
     tell = progress if progress is not None else (lambda what, share: None)
     effects = library(without)
     tell("reading the gap", 0.05)
-    scenes = [make_scene(log, cell) for log in logs]
-    kept_out = [make_scene(log, cell) for log in withheld]
+    told = _padded(programs, len(logs))
+    scenes = [make_scene(log, _tooled(p, cell)) for log, p in zip(logs, told, strict=True)]
+    others = _padded(withheld_programs, len(withheld))
+    kept_out = [make_scene(log, _tooled(p, cell)) for log, p in zip(withheld, others, strict=True)]
     _check(scenes)
+    tracks, ladders = _climbed(scenes, told)
     alignment = align(scenes)
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
@@ -62,16 +69,39 @@ def diagnose(
     trial = trial_of(model, kept_out)
     verdict = judge_effects(model, trial, effects, in_world=in_world)
     tell("locating", 0.85)
-    ladders = [ladder(s, p) for s, p in zip(scenes, _padded(programs, len(scenes)), strict=True)]
-    summary = _summary(model, verdict, ladders, alignment, kept_out)
+    corners = judge_corners(tracks, model.noise, known=any(e.name == "corner_rounding" for e in effects))
+    summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
     tell("done", 1.0)
-    return Diagnosis(summary, verdict.claimed, _paths(model, verdict))
+    claimed = tuple(e["effect"] for e in summary["effects"] if e["probability"] >= 0.5)
+    return Diagnosis(summary, claimed, _paths(model, verdict))
+
+
+def _climbed(scenes: Sequence[Scene], programs: Sequence[KrlProgram | None]) -> tuple[list[ProgramTrack], list[Ladder]]:
+    """Logs laid beside their programs, where both are there, and every log's rungs."""
+    tracks, ladders = [], []
+    for scene, program in zip(scenes, programs, strict=True):
+        track, why = None, "no program"
+        if program is not None and scene.setpoint is not None and not scene.poses:
+            try:
+                track = track_of(scene, program)
+                tracks.append(track)
+            except (UnreachableError, KrlError) as error:
+                why = f"the program can't be followed on this cell ({error})"
+        elif program is not None:
+            why = "single poses" if scene.poses else "no set-points to hold the program against"
+        ladders.append(ladder(scene, track, why=why))
+    return tracks, ladders
 
 
 def _tables(cell: Cell) -> list[str]:
     from camrob.cell.joint import Role
 
     return [j.name for j in cell.joints if j.role is Role.WORKPIECE]
+
+
+def _tooled(program: KrlProgram | None, cell: Cell) -> Cell:
+    """The cell with the tool that the program sets, where there is a program and it does."""
+    return cell if program is None else program_cell(program, cell)[0]
 
 
 def _padded(programs: Sequence[KrlProgram | None], count: int) -> list[KrlProgram | None]:

@@ -52,8 +52,9 @@ def diagnose(
         raise LogError("is both diagnosed and withheld", cure="give it once", path=sorted(same)[0])
     programs = [_program(one, program) for one in logs]
     found = run_diagnosis(
-        logs, machine, withheld=kept_out, programs=programs, without=tuple(without), progress=progress
-    )
+        logs, machine, withheld=kept_out, programs=programs, without=tuple(without), progress=progress,
+        withheld_programs=[_program(one, program) for one in kept_out],
+    )  # fmt: skip
     summary = {"cell": machine.name, "without": list(without), **found.summary}
     with staged_output(out) as staging:
         text = json.dumps(summary, indent=2, allow_nan=False)

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from camrob.gap.effects.effect import Column, Effect, State, Unit
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
+from camrob.units import mm_to_m
 
-__all__ = ["EFFECT"]
+__all__ = ["DISTANCE", "EFFECT"]
+
+DISTANCE = EffectParameter("cdis_mm", "mm", mm_to_m(1.0), -mm_to_m(0.001), mm_to_m(50.0))
+"""How far from a corner the tool leaves the path: `$APO.CDIS`, or half of the shorter motion where that is less."""
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
-    """None: it lies between program and set-point, before the gap begins, and is judged there (see `gap.rungs`)."""
+    """None: it lies between program and set-point, before the gap begins, and is judged there (see `gap.corners`)."""
     return ()
 
 
@@ -28,5 +32,4 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.1,
-    compensable=True,
 )
