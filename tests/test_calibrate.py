@@ -10,12 +10,13 @@ import pytest
 from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, log_of, measure
 
 from camrob.calibrate.align import align
-from camrob.calibrate.calibrate import calibrate_cell, fit_frames
+from camrob.calibrate.calibrate import calibrate_cell
 from camrob.calibrate.calibration_file import calibration_text, read_calibration
 from camrob.calibrate.fit import pose_errors
 from camrob.calibrate.identify import Observability, identify
 from camrob.calibrate.measurements import measurements_of
 from camrob.calibrate.parameters import ParameterSet
+from camrob.calibrate.sets import fit_frames
 from camrob.calibrate.terms import standard_names
 from camrob.cell.load import PointMass
 from camrob.cell.read_cell import read_cell

@@ -10,167 +10,142 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibrate.align import align
 from camrob.calibrate.calibration import Calibration, ErrorSize, Held, robot_digest
 from camrob.calibrate.error_model import ErrorModel
-from camrob.calibrate.fit import Fit, fit_parameters, pose_errors
-from camrob.calibrate.identify import Identifiability, identify
+from camrob.calibrate.evidence import Evidence, PoseErrors
+from camrob.calibrate.fit import Fit, fit_parameters
+from camrob.calibrate.identify import Identifiability
 from camrob.calibrate.measurements import Measurements, sampled_rows, withheld_rows
 from camrob.calibrate.parameters import ParameterSet
-from camrob.calibrate.terms import PARTS, parameter_of, standard_names
+from camrob.calibrate.sets import (
+    FRAMES,
+    Prepared,
+    fit_frames,
+    identifiability,
+    named_parameter,
+    nuisance_of,
+    prepare_sets,
+)
+from camrob.calibrate.stages import Stages, carried_over, pose_errors_of, sizes
+from camrob.calibrate.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.errors import JobError, LogError, SingularError
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["FRAMES", "Prepared", "calibrate_cell", "fit_frames", "identifiability", "prepare"]
+__all__ = ["Study", "calibrate_cell", "study_cell"]
 
 Array = NDArray[np.float64]
 
-FRAMES = tuple(f"{owner}.{part}" for owner in ("base", "tool") for part in PARTS)
-_SAMPLE = 2000  # rows that suffice to see what the data tell
-_SIGMA_POSITION, _SIGMA_ANGLE = 5e-5, 1e-4  # m and rad an axis, where LOG.toml is silent
-_FEWEST = 8
+_SAMPLE = 2000  # rows that suffice for a first look
 _MOST_POSITION, _MOST_ANGLE = 0.03, 0.06  # m and rad an axis: no robot that works is so far off
 _EXPLAINED = 0.2  # of what base and tool leave, a calibration is expected to leave so much
 
 
 @dataclass(frozen=True, slots=True)
-class Prepared:
-    """Measured poses with the model of their instrument; nuisance: parameters that are the instrument's alone."""
+class Study:
+    """A calibration and what it rests on."""
 
-    model: ErrorModel
-    data: Measurements
-    nuisance: tuple[str, ...]
-
-
-def prepare(cell: Cell, data: Measurements, names: Sequence[str]) -> Prepared:
-    """The model of some parameters for measured poses; an unknown instrument and reflector are placed first.
-
-    Raises LogError for too few poses and SingularError where the instrument can't be placed.
-    """
-    if len(data) < _FEWEST:
-        raise LogError(
-            f"holds {len(data)} whole poses", cure=f"measure {_FEWEST} at the least, better 50", path=data.name
-        )
-    nuisance = tuple(
-        name
-        for owner, known in (("base", data.frame_known), ("tool", data.target_known))
-        for name in FRAMES
-        if name.startswith(owner) and not known
-    )
-    plain = ErrorModel.of(cell, (), in_base=data.in_base)
-    index = sampled_rows(len(data), _SAMPLE)
-    left, right = align(
-        plain.poses(np.zeros(0), data.q[index]),
-        np.asarray(data.frames[index]),
-        oriented=data.oriented,
-        frame_known=data.frame_known,
-        target_known=data.target_known,
-    )
-    return Prepared(ErrorModel.of(cell, names, in_base=data.in_base, left=left, right=right), data, nuisance)
-
-
-def identifiability(prepared: Prepared, scales: Array, noise: tuple[float, float] = (0.0, 0.0)) -> Identifiability:
-    """What the poses tell of the model's parameters, at their nominal values.
-
-    noise: deviations an axis, m and rad, where they are larger than the instrument's: what no model explains blurs as
-    noise does.
-    """
-    data, model = prepared.data, prepared.model
-    index = sampled_rows(len(data), _SAMPLE)
-    J = model.poses_and_jacobian(np.zeros(len(model.names)), data.q[index])[1]
-    sigma_p = data.sigma_position if data.sigma_position > 0.0 else _SIGMA_POSITION
-    sigma_a = data.sigma_angle if data.sigma_angle > 0.0 else _SIGMA_ANGLE
-    J[:, :3] /= max(sigma_p, noise[0])
-    J[:, 3:] /= max(sigma_a, noise[1])
-    rows = 6 if data.oriented else 3
-    gain = float(np.sqrt(len(data) / len(index)))
-    return identify(model.names, J[:, :rows].reshape(-1, J.shape[2]), scales, gain=gain)
-
-
-def fit_frames(cell: Cell, data: Measurements, robot: ParameterSet) -> tuple[ErrorModel, Fit]:
-    """Base and tool fitted with the robot's own parameters held; the model has both.
-
-    For a first look (no robot parameters), and to carry a robot's parameters over to another instrument.
-    """
-    own = [p.name for p in robot.items_ if p.name not in FRAMES]
-    prepared = prepare(cell, data, (*FRAMES, *own))
-    seen = identifiability(prepare(cell, data, FRAMES), np.full(len(FRAMES), 1e-3))
-    parameters = [parameter_of(cell, n) for n in FRAMES] + [robot[n] for n in own]
-    held = [*own, *(n for n in FRAMES if n not in seen.kept)]
-    fit = fit_parameters([(prepared.model, data)], ParameterSet.of(parameters).fixed(held))
-    return prepared.model, fit
+    calibration: Calibration
+    evidence: Evidence
 
 
 def calibrate_cell(
     cell: Cell,
-    data: Measurements,
+    data: Measurements | Sequence[Measurements],
     *,
     names: Sequence[str] | None = None,
     candidates: Sequence[str] | None = None,
-    withheld: Measurements | None = None,
+    withheld: Measurements | Sequence[Measurements] | None = None,
     share: float = 0.2,
 ) -> Calibration:
-    """Calibrate a cell from measured poses.
+    """The calibration of `study_cell` alone."""
+    return study_cell(cell, data, names=names, candidates=candidates, withheld=withheld, share=share).calibration
 
-    names: the parameters asked for; those are required, and a set of them that the poses can't tell apart is refused.
-    Without, `candidates` (by default the standard ones) are tried, and what the poses don't tell is left out and
-    said. withheld: poses that take no part, else a share of the poses (0: none). Raises LogError for data that can't
+
+def study_cell(
+    cell: Cell,
+    data: Measurements | Sequence[Measurements],
+    *,
+    names: Sequence[str] | None = None,
+    candidates: Sequence[str] | None = None,
+    withheld: Measurements | Sequence[Measurements] | None = None,
+    share: float = 0.2,
+) -> Study:
+    """Calibrate a cell from one or several sets of measured poses.
+
+    Sets of an unknown instrument get a base and a reflector of their own. names: the parameters asked for; those are
+    required, and a set of them that the poses can't tell apart is refused. Without, `candidates` (by default the
+    standard ones) are tried, and what the poses don't tell is left out and said. withheld: sets that take no part, else
+    a share of the poses (0: none). Where the instrument of a withheld set is unknown, only the robot's parameters carry
+    over: base and reflector are refitted on half of it, and the other half judges. Raises LogError for data that can't
     serve, SingularError for parameters that can't be told apart, JobError for a fit that ends where no robot is.
     """
-    tried = standard_names(cell, table=data.in_base) if candidates is None else tuple(candidates)
-    asked = tried if names is None else tuple(names)
-    if names is not None:  # an unknown instrument is always fitted
-        always = [n for n in FRAMES if not (data.frame_known if n[0] == "b" else data.target_known)]
-        asked = (*(n for n in always if n not in asked), *asked)
+    sets = [data] if isinstance(data, Measurements) else list(data)
+    others = [withheld] if isinstance(withheld, Measurements) else list(withheld or ())
+    parts: list[Measurements | None] = [None] * len(sets)
     if withheld is None and share > 0.0:
-        mask = withheld_rows([data], share)[0]
-        data, withheld = data.select(~mask), data.select(mask)
-    prepared = prepare(cell, data, asked)
-    scales = np.array([parameter_of(cell, n).scale for n in asked])
-    frames = fit_frames(cell, data.select(sampled_rows(len(data), _SAMPLE)), ParameterSet.of(()))
-    _believable(frames[1], data)
-    noise = (_EXPLAINED * frames[1].scatter_position, _EXPLAINED * frames[1].scatter_angle)
+        masks = withheld_rows(sets, share)
+        parts = [part.select(mask) for part, mask in zip(sets, masks, strict=True)]
+        sets = [part.select(~mask) for part, mask in zip(sets, masks, strict=True)]
+    prepared = prepare_sets(cell, sets, _asked(cell, sets, names, candidates))
+    firsts = [fit_frames(cell, part.select(sampled_rows(len(part), _SAMPLE)), ParameterSet.of(())) for part in sets]
+    for part, (_, first) in zip(sets, firsts, strict=True):
+        _believable(first, part)
+    kept, fit, seen = _fitted_as_far_as_told(cell, prepared, [first for _, first in firsts], names)
+    stages = [_stages(part, first, fit) for part, first in zip(kept, firsts, strict=True)]
+    poses = [pose_errors_of(part, s, withheld=False) for part, s in zip(sets, stages, strict=True)]
+    poses += [
+        pose_errors_of(part, s, withheld=True)
+        for part, s in zip(parts, stages, strict=True)
+        if part is not None and len(part)
+    ]
+    for other in others:
+        poses.append(_predicted(cell, other, stages[0], fit, kept[0].nuisance))
+    calibration = _result(cell, sets, kept[0], fit, seen, poses)
+    return Study(calibration, Evidence(tuple(poses), fit.names, fit.correlation, seen.singular))
+
+
+def _asked(
+    cell: Cell, sets: Sequence[Measurements], names: Sequence[str] | None, candidates: Sequence[str] | None
+) -> tuple[str, ...]:
+    """The names to try: those asked for and, always, those of unknown instruments; else the candidates."""
+    if names is None:
+        table = any(part.in_base for part in sets)
+        return standard_names(cell, table=table) if candidates is None else tuple(candidates)
+    unknown = {n for part in sets for n in nuisance_of(part)}
+    return (*(n for n in FRAMES if n in unknown and n not in names), *names)
+
+
+def _fitted_as_far_as_told(
+    cell: Cell, prepared: Sequence[Prepared], firsts: Sequence[Fit], names: Sequence[str] | None
+) -> tuple[tuple[Prepared, ...], Fit, Identifiability]:
+    """The sets with the parameters that the poses tell, and their fit."""
+    scales = np.array([named_parameter(cell, n).scale for n in prepared[0].names])
+    noise = [(_EXPLAINED * f.scatter_position, _EXPLAINED * f.scatter_angle) for f in firsts]
     for _ in range(2):
         seen = _told(prepared, scales, noise, cell)
         if names is not None:
-            _refuse(seen, names, data)
-        kept, fit = _fitted(cell, prepared, seen.kept)
-        as_hoped = fit.scatter_position <= 1.2 * noise[0] and fit.scatter_angle <= 1.2 * noise[1]
-        if as_hoped or names is not None:
+            _refuse(seen, names, prepared[0].data)
+        _enough(prepared, seen.kept)
+        kept = tuple(part.with_names(seen.kept) for part in prepared)
+        pairs = [(part.model, part.data) for part in kept]
+        fit = fit_parameters(pairs, ParameterSet.of(named_parameter(cell, n) for n in seen.kept))
+        hoped_p, hoped_a = (max(n[k] for n in noise) for k in (0, 1))
+        if names is not None or (fit.scatter_position <= 1.2 * hoped_p and fit.scatter_angle <= 1.2 * hoped_a):
             break
-        noise = fit.scatter_position, fit.scatter_angle  # more remains than was hoped: what is weak in it goes
-    sets = {"fitted": data} | ({"withheld": withheld} if withheld is not None and len(withheld) else {})
-    return Calibration(
-        cell_name=cell.name,
-        cell_digest=robot_digest(cell),
-        parameters=fit.parameters,
-        nuisance=tuple(n for n in seen.kept if n in prepared.nuisance),
-        held=_held(seen),
-        errors=_errors(prepared, frames, (kept, fit), sets),
-        correlations=tuple(fit.strongest()),
-        condition=seen.condition,
-        observability=tuple(getattr(seen.observability, f"o{k}") for k in range(1, 6)),
-        scatter_position=fit.scatter_position,
-        scatter_angle=fit.scatter_angle if data.oriented else float("nan"),
-        logs=((data.name, data.digest),),
-        rows=len(data),
-        outliers=fit.outliers,
-        left_out=data.left_out,
-        oriented=data.oriented,
-        warnings=_warnings(fit, seen, data),
-    )
+        # more remains than was hoped: what is weak in it goes
+        noise = [(fit.scatter_position, fit.scatter_angle)] * len(prepared)
+    return kept, fit, seen
 
 
-def _fitted(cell: Cell, prepared: Prepared, names: tuple[str, ...]) -> tuple[ErrorModel, Fit]:
-    """The model of the parameters that the poses tell, and their fit."""
-    data, arrays = prepared.data, prepared.model.arrays
-    rows = 6 if data.oriented else 3
-    if len(data) * rows < 2 * len(names):
-        cure = f"{len(names)} parameters need {-(-2 * len(names) // rows)} at the least"
-        raise LogError(f"holds {len(data)} poses to fit", cure=cure, path=data.name)
-    model = ErrorModel.of(cell, names, in_base=data.in_base, left=arrays.left, right=arrays.right)
-    return model, fit_parameters([(model, data)], ParameterSet.of(parameter_of(cell, n) for n in names))
+def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:
+    """Raise LogError where the poses are too few for the parameters."""
+    rows = sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared)
+    if rows >= 2 * len(names):
+        return
+    poses = sum(len(part.data) for part in prepared)
+    cure = f"{len(names)} parameters need {-(-2 * len(names) * poses // rows)} at the least"
+    raise LogError(f"holds {poses} poses to fit", cure=cure, path=prepared[0].data.name)
 
 
 def _believable(frames: Fit, data: Measurements) -> None:
@@ -181,7 +156,9 @@ def _believable(frames: Fit, data: Measurements) -> None:
         raise JobError(f"{what} and {turn:.2f} degrees an axis remain; check the cell, the axes' signs and the units")
 
 
-def _told(prepared: Prepared, scales: Array, noise: tuple[float, float], cell: Cell) -> Identifiability:
+def _told(
+    prepared: Sequence[Prepared], scales: Array, noise: Sequence[tuple[float, float]], cell: Cell
+) -> Identifiability:
     try:
         return identifiability(prepared, scales, noise)
     except ValueError as error:
@@ -199,31 +176,78 @@ def _refuse(seen: Identifiability, names: Sequence[str], data: Measurements) -> 
         raise SingularError(f"{what}; leave parameters out or measure other poses")
 
 
+def _stages(part: Prepared, first: tuple[ErrorModel, Fit], fit: Fit) -> Stages:
+    """The models of a fitted set, from the nominal robot to the calibrated one."""
+    values = fit.parameters.values_array
+    found = Stages(
+        frames=(first[0], first[1].parameters.values_array),
+        calibrated=(part.model.model, values[np.asarray(part.model.columns)]),
+        spread=(fit.scatter_position, fit.scatter_angle),
+    )
+    if nuisance_of(part.data):  # with an unknown instrument nothing can be said without fitting its frame
+        return found
+    plain = ErrorModel.of(part.model.model.cell, (), in_base=part.data.in_base)
+    return found.with_nominal((plain, np.zeros(0)))
+
+
+def _predicted(cell: Cell, data: Measurements, stages: Stages, fit: Fit, nuisance: tuple[str, ...]) -> PoseErrors:
+    """The errors of a set that took no part."""
+    if not nuisance and not nuisance_of(data):
+        return pose_errors_of(data, stages.seen_from(cell, data.in_base), withheld=True)
+    robot = fit.parameters.only(n for n in fit.names if n not in FRAMES and "@" not in n)
+    judging, refitted = carried_over(cell, data, robot, stages.spread)
+    return pose_errors_of(judging, refitted, withheld=True, refitted=True)
+
+
+def _result(
+    cell: Cell,
+    sets: Sequence[Measurements],
+    kept: Prepared,
+    fit: Fit,
+    seen: Identifiability,
+    poses: Sequence[PoseErrors],
+) -> Calibration:
+    """What was found, as it is written. Bases and reflectors of later sets end here: they are nobody's but the fit's."""
+    oriented = any(part.oriented for part in sets)
+    own = [n for n in seen.kept if "@" not in n]
+    return Calibration(
+        cell_name=cell.name,
+        cell_digest=robot_digest(cell),
+        parameters=fit.parameters.only(own),
+        nuisance=tuple(n for n in own if n in kept.nuisance),
+        held=_held(seen),
+        errors=_errors(poses),
+        correlations=tuple(pair for pair in fit.strongest(60) if "@" not in pair[0] + pair[1])[:10],
+        condition=seen.condition,
+        observability=tuple(getattr(seen.observability, f"o{k}") for k in range(1, 6)),
+        scatter_position=fit.scatter_position,
+        scatter_angle=fit.scatter_angle if oriented else float("nan"),
+        logs=tuple((part.name, part.digest) for part in sets),
+        rows=sum(len(part) for part in sets),
+        outliers=fit.outliers,
+        left_out=sum(part.left_out for part in sets),
+        oriented=oriented,
+        warnings=_warnings(fit, sets),
+    )
+
+
 def _held(seen: Identifiability) -> tuple[Held, ...]:
     merged = [Held(n, "merged", others[:8]) for n, others in seen.merged.items()]
-    return (*merged, *(Held(n, "unseen") for n in seen.unseen), *(Held(n, "weak") for n in seen.weak))
+    every = (*merged, *(Held(n, "unseen") for n in seen.unseen), *(Held(n, "weak") for n in seen.weak))
+    return tuple(h for h in every if "@" not in h.name)
 
 
-def _errors(
-    prepared: Prepared,
-    frames: tuple[ErrorModel, Fit],
-    fitted: tuple[ErrorModel, Fit],
-    sets: dict[str, Measurements],
-) -> dict[str, ErrorSize]:
+def _errors(poses: Sequence[PoseErrors]) -> dict[str, ErrorSize]:
     """Errors by stage and set."""
-    stages = [("frames", frames[0], frames[1].parameters.values_array)]
-    if not prepared.nuisance:  # with an unknown instrument nothing can be said without fitting its frame
-        plain = ErrorModel.of(prepared.model.cell, (), in_base=prepared.data.in_base)
-        stages.insert(0, ("nominal", plain, np.zeros(0)))
-    stages.append(("calibrated", fitted[0], fitted[1].parameters.values_array))
     return {
-        f"{stage}/{name}": ErrorSize.of(*pose_errors(model, values, data), oriented=data.oriented)
-        for stage, model, values in stages
-        for name, data in sets.items()
+        f"{stage}/{name}": size
+        for stage in ("nominal", "frames", "calibrated")
+        for name, withheld in (("fitted", False), ("withheld", True))
+        if (size := sizes([p for p in poses if p.withheld is withheld], stage)) is not None
     }
 
 
-def _warnings(fit: Fit, seen: Identifiability, data: Measurements) -> tuple[str, ...]:
+def _warnings(fit: Fit, sets: Sequence[Measurements]) -> tuple[str, ...]:
     """What a person should know before trusting the numbers."""
     said = []
     if fit.outliers > 0.02 * fit.rows:
@@ -231,8 +255,9 @@ def _warnings(fit: Fit, seen: Identifiability, data: Measurements) -> tuple[str,
     if fit.strongest(1) and abs(fit.strongest(1)[0][2]) > 0.98:
         a, b, r = fit.strongest(1)[0]
         said.append(f"{a} and {b} are nearly one parameter in these poses (correlation {r:.3f})")
-    if data.sigma_position > 0.0 and fit.scatter_position > 3.0 * data.sigma_position:
-        ratio = fit.scatter_position / data.sigma_position
+    sigma = max(part.sigma_position for part in sets)
+    if sigma > 0.0 and fit.scatter_position > 3.0 * sigma:
+        ratio = fit.scatter_position / sigma
         said.append(
             f"what remains is {ratio:.0f} times the instrument's noise: something else is at work that was not fitted"
         )

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from camrob.calibrate.error_model import ErrorModel
 from camrob.calibrate.measurements import Measurements, sampled_rows
 from camrob.calibrate.parameters import ParameterSet
 from camrob.errors import JobError, SingularError
 from camrob.frozen import locked
 from camrob.se3 import rotation_log
 
-__all__ = ["Fit", "fit_parameters", "pose_errors", "residuals"]
+__all__ = ["Fit", "PoseModel", "fit_parameters", "pose_errors", "residuals"]
 
 Array = NDArray[np.float64]
 
@@ -27,6 +27,18 @@ _SAMPLE = 3000  # rows that a long log is begun with
 _OUTLIER = 5.0  # robust standard deviations
 _MEDIAN_NORM = 1.5382  # median length of a 3-D normal vector of unit deviation an axis
 _FLOOR_POSITION, _FLOOR_ANGLE = 1e-9, 1e-10  # m, rad: noise-free data must not divide by 0
+
+
+class PoseModel(Protocol):
+    """What is fitted: target poses of postures, and their derivatives by the parameters."""
+
+    def poses(self, values: Array, q: Array, /) -> Array:
+        """Poses (N, 4, 4) of postures q (N, n) with the parameters' values (P,)."""
+        ...
+
+    def poses_and_jacobian(self, values: Array, q: Array, /) -> tuple[Array, Array]:
+        """Poses, and derivatives (N, 6, P)."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +70,7 @@ class Fit:
         return [(self.names[i], self.names[j], float(self.correlation[i, j])) for i, j in found if upper[i, j] > 0.0]
 
 
-def residuals(model: ErrorModel, values: Array, data: Measurements) -> Array:
+def residuals(model: PoseModel, values: Array, data: Measurements) -> Array:
     """Measured beyond modelled (N, 6): position, m, and rotation vector, rad, in the axes of the measured frame."""
     out = np.zeros((len(data), 6))
     for start in range(0, len(data), _CHUNK):
@@ -75,13 +87,13 @@ def _difference(poses: Array, frames: Array, oriented: bool) -> Array:
     return out
 
 
-def pose_errors(model: ErrorModel, values: Array, data: Measurements) -> tuple[Array, Array]:
+def pose_errors(model: PoseModel, values: Array, data: Measurements) -> tuple[Array, Array]:
     """Distances (N,), m, and angles (N,), rad, between measured and modelled poses (angles 0 without orientation)."""
     r = residuals(model, values, data)
     return np.linalg.norm(r[:, :3], axis=1), np.linalg.norm(r[:, 3:], axis=1)
 
 
-def fit_parameters(pairs: Sequence[tuple[ErrorModel, Measurements]], parameters: ParameterSet) -> Fit:
+def fit_parameters(pairs: Sequence[tuple[PoseModel, Measurements]], parameters: ParameterSet) -> Fit:
     """Fit the varying parameters to measured poses, each set with the model of its own instrument.
 
     All models have `parameters`' names. Gauss-Newton within the bounds, steps halved where they don't help; rows are
@@ -124,7 +136,7 @@ def fit_parameters(pairs: Sequence[tuple[ErrorModel, Measurements]], parameters:
 
 
 def _gauss_newton(
-    pairs: Sequence[tuple[ErrorModel, Measurements]],
+    pairs: Sequence[tuple[PoseModel, Measurements]],
     values: Array,
     free: NDArray[np.int64],
     bounds: tuple[Array, Array, Array],
@@ -152,7 +164,7 @@ def _gauss_newton(
     return values, iteration
 
 
-def _spread(pairs: Sequence[tuple[ErrorModel, Measurements]], values: Array) -> tuple[float, float]:
+def _spread(pairs: Sequence[tuple[PoseModel, Measurements]], values: Array) -> tuple[float, float]:
     """Robust deviations an axis of positions and orientations."""
     r = [residuals(model, values, data) for model, data in pairs]
     place = np.concatenate([np.linalg.norm(x[:, :3], axis=1) for x in r])
@@ -169,13 +181,13 @@ def _whitened(r: Array, oriented: bool, spread: tuple[float, float]) -> Array:
     return np.asarray(out if oriented else out[:, :3])
 
 
-def _lengths(model: ErrorModel, values: Array, data: Measurements, spread: tuple[float, float]) -> Array:
+def _lengths(model: PoseModel, values: Array, data: Measurements, spread: tuple[float, float]) -> Array:
     """Lengths (N,) of the residuals in deviations an axis."""
     e = _whitened(residuals(model, values, data), data.oriented, spread)
     return np.asarray(np.linalg.norm(e, axis=1) / np.sqrt(e.shape[1]))
 
 
-def _cost(pairs: Sequence[tuple[ErrorModel, Measurements]], values: Array, spread: tuple[float, float]) -> float:
+def _cost(pairs: Sequence[tuple[PoseModel, Measurements]], values: Array, spread: tuple[float, float]) -> float:
     """The sum of soft L1 losses: 2 (sqrt(1 + e^2) - 1) of rows' lengths in threes of deviations."""
     total = 0.0
     for model, data in pairs:
@@ -185,7 +197,7 @@ def _cost(pairs: Sequence[tuple[ErrorModel, Measurements]], values: Array, sprea
 
 
 def _normal(
-    pairs: Sequence[tuple[ErrorModel, Measurements]],
+    pairs: Sequence[tuple[PoseModel, Measurements]],
     values: Array,
     free: NDArray[np.int64],
     scale: Array,
