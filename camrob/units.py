@@ -8,7 +8,17 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["INCH_MM", "deg_to_rad", "m_s_to_mm_min", "m_to_mm", "mm_min_to_m_s", "mm_to_m", "ms_to_s", "rad_to_deg"]
+__all__ = [
+    "INCH_MM",
+    "deg_to_rad",
+    "m_s_to_mm_min",
+    "m_to_mm",
+    "mm_min_to_m_s",
+    "mm_to_m",
+    "ms_to_s",
+    "rad_to_deg",
+    "s_to_ms",
+]
 
 Value = TypeVar("Value", float, NDArray[np.float64])
 
@@ -49,3 +59,8 @@ def m_s_to_mm_min(speed: Value) -> Value:
 def ms_to_s(time_ms: Value) -> Value:
     """Milliseconds to seconds."""
     return time_ms / 1000.0
+
+
+def s_to_ms(time: Value) -> Value:
+    """Seconds to milliseconds."""
+    return time * 1000.0

@@ -2,10 +2,10 @@
 
     t_s x_mm y_mm z_mm q0 q1 q2 q3
 
-`t_s` is the instrument's own clock in seconds and has to grow from datagram to datagram; x, y, z are the tool centre point in the
-instrument's frame, in mm; q0 (real), q1, q2, q3 the tool frame's orientation in it, a unit quaternion as in paper 001, eq. 1. Numbers are
-apart by single spaces; a line feed may end the line. A datagram with anything else, NaN and infinity included, is refused and counted.
-A tracker that reports distance and angles is turned into this by x = r sin(alpha) cos(theta), and so on (eq. 1).
+`t_s` is the instrument's own clock in seconds and has to grow from datagram to datagram; x, y, z are the tool centre point
+in the instrument's frame, in mm; q0 (real), q1, q2, q3 the tool frame's orientation in it, a unit quaternion as in paper
+001, eq. 1. Numbers are apart by single spaces; a line feed may end the line. A datagram with anything else, NaN and infinity
+included, is refused and counted. Distance and angles become this by eq. 1: x = r sin(alpha) cos(theta), and so on.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from camrob.errors import InputError
 from camrob.frozen import locked
 
-__all__ = ["CorrectionLaw", "LawState", "LawStep", "accumulate", "step"]
+__all__ = ["CorrectionLaw", "LawState", "LawStep", "accumulate", "hold", "step"]
 
 Array = NDArray[np.float64]
 Mode = Literal["absolute", "relative"]
@@ -108,6 +108,11 @@ def accumulate(law: CorrectionLaw, total: Array, error: Array) -> tuple[Array, A
     return after, after - total
 
 
+def hold(law: CorrectionLaw, state: LawState) -> Array:
+    """What leaves the correction as it is (6,): the total in mode `absolute`, zero in mode `relative`."""
+    return np.zeros(6) if law.mode == "relative" else np.array(state.total)
+
+
 def step(law: CorrectionLaw, state: LawState, error: ArrayLike | None) -> LawStep:
     """One cycle of the law; `error` (6,) is p* - p, or None where there is no usable measurement.
 
@@ -122,8 +127,7 @@ def step(law: CorrectionLaw, state: LawState, error: ArrayLike | None) -> LawSte
         stale = state.stale_cycles + 1
         stopped = stale > law.stop_after_cycles
         held = LawState(state.total, stale, stopped)
-        sent = np.zeros(6) if stopped or law.mode == "relative" else np.array(state.total)
-        return LawStep(held, sent, not stopped, none)
+        return LawStep(held, np.zeros(6) if stopped else hold(law, state), not stopped, none)
     e = np.asarray(error, dtype=float)
     if e.shape != (6,) or not np.isfinite(e).all():
         raise InputError(

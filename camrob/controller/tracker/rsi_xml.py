@@ -1,13 +1,13 @@
 """Frames of KUKA's RSI over UDP: a strict reader of what the controller sends, a writer of what it wants back.
 
-The controller sends, every cycle, `<Rob Type="KUKA">` with `<RIst X Y Z A B C/>` (actual pose), `<RSol .../>` (set-point) and
-`<IPOC>` (its clock); it wants `<Sen Type="...">` with `<RKorr X Y Z A B C/>` and the same IPOC, character by character. Lengths
-are mm and angles degrees; A, B, C turn about Z, Y', X'': R = Rz(A) Ry(B) Rx(C). In memory all of it is m and rad.
+The controller sends, every cycle, `<Rob Type="KUKA">` with `<RIst X Y Z A B C/>` (actual pose), `<RSol .../>` (set-point)
+and `<IPOC>` (its clock); it wants `<Sen Type="...">` with `<RKorr X Y Z A B C/>` and the same IPOC, character by character.
+Lengths are mm, angles degrees; A, B, C turn about Z, Y', X'': R = Rz(A) Ry(B) Rx(C). In memory all of it is m and rad.
 
-What arrives is hostile until it is read. The reader knows elements, attributes and plain text, and nothing else of XML: no `<!` (so no
-document type, entity, comment or CDATA), no `&`, no processing instruction but a leading `<?xml ...?>`. There is nothing that could
-expand or reach outside, and the time it takes grows with the length, which is bounded. Each refusal is an InputError with one of a
-few fixed texts, so that refusals can be counted by text, and no part of the frame is repeated in a message.
+What arrives is hostile until it is read. The reader knows elements, attributes and plain text, and nothing else of XML: no
+`<!` (so no document type, entity, comment or CDATA), no `&`, no processing instruction but a leading `<?xml ...?>`. There is
+nothing that could expand or reach outside, and the time it takes grows with the length, which is bounded. Each refusal is an
+InputError with one of a few fixed texts, so that refusals can be counted by text, and no message repeats part of a frame.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ _CURE = "check the controller's Ethernet configuration, and what else sends to t
 
 
 class RobFrame(NamedTuple):
-    """One frame of the controller: `ipoc` as written and as `count`, `setpoint` (RSol) and `actual` (RIst or None), each (6,), m and rad."""
+    """A frame: `ipoc` as written and as a number, `ticks`; `setpoint` (RSol), `actual` (RIst, or None), (6,), m and rad."""
 
     ipoc: str
-    count: int
+    ticks: int
     setpoint: Array
     actual: Array | None
 

@@ -1,0 +1,176 @@
+"""The tracker loop as a UDP server: it answers a KUKA controller's RSI frames from an instrument's stream.
+
+On the controller's side: an RSI context with ETHERNET -> POSCORR (RefCorrSys = Base), POSCORRMON, and an Ethernet
+configuration whose IP_NUMBER and PORT are this server's, SENTYPE its `sen_type`, ONLYSEND FALSE; SEND holds DEF_RIst and
+DEF_RSol (INDX INTERNAL), RECEIVE holds RKorr.X, .Y, .Z, .A, .B, .C (DOUBLE, INDX 1 to 6). For a server in mode `absolute`,
+RSI_ON is given #ABSOLUTE and HOLDON is "1" (a late answer keeps the last total; with "0" it would jump back to zero). In mode
+`relative`, #RELATIVE and HOLDON "0" (with "1" a late answer would add the last step again). ETHERNET's Timeout, in cycles, is
+what ends RSI after this server stopped answering; the limits of POSCORR and POSCORRMON stand a little above the law's. The
+cycle is 4 ms (#IPO_FAST) or 12 ms (#IPO), as RSI_ON says. Whether RSol already holds the correction has to be tried on the
+controller once: with the instrument covered, move by a known correction and look at RSol.
+
+An answer goes to the address and port that the frame came from. One thread waits on both sockets; the instrument's datagrams
+are taken in first, so that an answer is made from the newest. Where the kernel stamps datagrams, latency counts from there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import select
+import socket
+import struct
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from camrob.controller.tracker.cycle_log import CycleLog
+from camrob.controller.tracker.rsi_xml import LONGEST_FRAME
+from camrob.controller.tracker.session import Address, LinkSettings, TrackerSession
+from camrob.errors import InputError
+
+__all__ = ["RsiServer"]
+
+_STAMP = getattr(socket, "SO_TIMESTAMPNS", 35)  # Linux; Python doesn't name it everywhere
+_TIMESPEC = struct.Struct("@ll")
+_AT_ONCE = 64  # datagrams of one socket, before the other one has its turn
+_PATIENCE_S = 0.02  # the longest wait before duration, silence and `should_stop` are looked at
+_LONGEST_STAMP_S = 10.0  # a stamp that is older comes from a clock that was set
+
+
+class RsiServer:
+    """Binds both ports at once and keeps them until closed; a context manager.
+
+    `listen` and `instrument` are IPv4 addresses and ports; port 0 takes a free one. Raises InputError for one that can't be
+    bound.
+    """
+
+    def __init__(self, settings: LinkSettings, *, listen: Address, instrument: Address) -> None:
+        self.session = TrackerSession(settings)
+        self.log = CycleLog()
+        self.kernel_stamps = False
+        self._frames = _bound(listen)
+        try:
+            self._measurements = _bound(instrument)
+        except InputError:
+            self._frames.close()
+            raise
+        for s in (self._frames, self._measurements):
+            with contextlib.suppress(OSError):
+                s.setsockopt(socket.SOL_SOCKET, _STAMP, 1)
+
+    def __enter__(self) -> RsiServer:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    @property
+    def controller_address(self) -> Address:
+        """Where the controller's frames are awaited."""
+        return _address(self._frames.getsockname())
+
+    @property
+    def instrument_address(self) -> Address:
+        """Where the instrument's datagrams are awaited."""
+        return _address(self._measurements.getsockname())
+
+    def close(self) -> None:
+        """Give both ports back."""
+        self._frames.close()
+        self._measurements.close()
+
+    def serve(
+        self, *, duration_s: float | None = None, should_stop: Callable[[], bool] = lambda: False
+    ) -> TrackerSession:
+        """Answer until a fault, the end of `duration_s`, an interruption or `should_stop`; the session says which it was.
+
+        Every fault ends it, and with it the answers: the controller stops the robot.
+        """
+        end = float("inf") if duration_s is None else time.monotonic() + duration_s
+        session = self.session
+        with _no_pauses():
+            try:
+                while session.stopped is None:
+                    self._turn(session)
+                    if time.monotonic() >= end:
+                        session.stop("duration", "the time asked for is over")
+                    elif should_stop():
+                        session.stop("operator", "stopped by the operator")
+            except KeyboardInterrupt:
+                session.stop("operator", "stopped by the operator")
+            except OSError as error:
+                session.stop("socket", f"a socket failed ({error.strerror or type(error).__name__})")
+            except Exception as error:  # whatever it is, the robot has to stop and the reason has to be known
+                session.stop("internal", f"internal error ({type(error).__name__}: {error})")
+        return session
+
+    def _turn(self, session: TrackerSession) -> None:
+        """Wait for datagrams and deal with those that came."""
+        ready = select.select([self._frames, self._measurements], [], [], _PATIENCE_S)[0]
+        for data, sender, at_s, _ in self._received(self._measurements) if self._measurements in ready else ():
+            session.measure(data, sender, at_s)
+        if self._frames not in ready:
+            session.silent(time.monotonic())
+            return
+        for data, sender, at_s, stamp_s in self._received(self._frames):
+            answer = session.answer(data, sender, at_s, time.monotonic())
+            if answer is not None:
+                self._frames.sendto(answer.data, sender)
+                self.log.add(answer, at_s, time.time() - stamp_s)
+
+    def _received(self, source: socket.socket) -> Iterator[tuple[bytes, Address, float, float]]:
+        """Datagrams that wait: bytes, sender, arrival on the monotonic clock, and on the wall clock."""
+        for _ in range(_AT_ONCE):
+            try:
+                data, ancillary, _, sender = source.recvmsg(LONGEST_FRAME + 1, 64)
+            except BlockingIOError:
+                return
+            now, wall = time.monotonic(), time.time()
+            stamp = _stamp(ancillary)
+            if stamp is None or not 0.0 <= wall - stamp <= _LONGEST_STAMP_S:
+                stamp = wall
+            else:
+                self.kernel_stamps = True
+            yield data, _address(sender), now - (wall - stamp), stamp
+
+
+def _stamp(ancillary: list[tuple[int, int, bytes]]) -> float | None:
+    """When the kernel received a datagram, s on the wall clock."""
+    for level, kind, data in ancillary:
+        if level == socket.SOL_SOCKET and kind == _STAMP and len(data) >= _TIMESPEC.size:
+            seconds, nanoseconds = _TIMESPEC.unpack_from(data)
+            return float(seconds + nanoseconds * 1e-9)
+    return None
+
+
+def _bound(address: Address) -> socket.socket:
+    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        made.setblocking(False)
+        made.bind(address)
+    except (OSError, OverflowError) as error:
+        made.close()
+        what = getattr(error, "strerror", None) or "no such port"
+        raise InputError(
+            f"{address[0]}:{address[1]} can't be listened on ({what})",
+            cure="choose an address of this machine, a free port",
+        ) from None
+    return made
+
+
+def _address(name: Any) -> Address:
+    return str(name[0]), int(name[1])
+
+
+@contextlib.contextmanager
+def _no_pauses() -> Iterator[None]:
+    """While it lasts, memory isn't collected: a collection takes milliseconds, and the loop makes no cycles."""
+    was = gc.isenabled()
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
