@@ -15,7 +15,7 @@ from camrob.kinematics.arm import FOLLOW_LIMIT, FOLLOWED, Arm
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.se3 import frame_from_xyzabc
 
-__all__ = ["TestPath", "circle_path", "square_path"]
+__all__ = ["TestPath", "circle_path", "square_path", "start_posture", "travelled"]
 
 Array = NDArray[np.float64]
 
@@ -114,16 +114,22 @@ def _path(
     return TestPath(name, wanted, q, time, moved, ends, side, center, radius)
 
 
+def start_posture(cell: Cell, wanted: Array, name: str) -> Array:
+    """The posture (6,) nearest to HOME at a set-point (6,), x, y, z, A, B, C. Raises UnreachableError."""
+    arm, home = Arm.of(cell), cell.q_home[cell.arm_slice]
+    foot_T_tool = arm.foot_T_tool(frame_from_xyzabc(wanted), cell.q_home)
+    starts = arm.branches(foot_T_tool, home)
+    if not starts:
+        raise UnreachableError(f"the {name}'s start is out of reach", reasons=arm.reasons(foot_T_tool, home))
+    return min(starts, key=lambda q: float(np.max(np.abs(q - home))))
+
+
 def _postures(cell: Cell, wanted: Array, name: str) -> Array:
     """The nominal arm's postures along set-points, from the branch nearest to HOME."""
     arm = Arm.of(cell)
-    home = cell.q_home[cell.arm_slice]
     q_all = np.broadcast_to(cell.q_home, (len(wanted), len(cell)))
     foot_T_tool = arm.foot_T_tool(frame_from_xyzabc(wanted), q_all)
-    starts = arm.branches(foot_T_tool[0], home)
-    if not starts:
-        raise UnreachableError(f"the {name}'s start is out of reach", reasons=arm.reasons(foot_T_tool[0], home))
-    start = min(starts, key=lambda q: float(np.max(np.abs(q - home))))
+    start = start_posture(cell, wanted[0], name)
     q, code, count = arm.follow(foot_T_tool, start, step=_STEP)
     if code != FOLLOWED:
         kind = LimitError if code == FOLLOW_LIMIT else UnreachableError
