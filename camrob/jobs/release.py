@@ -25,11 +25,13 @@ from camrob.post.krl_program import KrlProgram
 from camrob.post.krl_reader import read_krl
 from camrob.post.program import Program
 from camrob.resolve.solution import Solution
+from camrob.units import m_to_mm
 
 __all__ = [
     "ReadBack",
     "check_release",
     "cover_toolpath",
+    "hold_to_tool",
     "named_region",
     "path_collisions",
     "path_margins",
@@ -37,6 +39,8 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+
+TOOL_TOLERANCE = 1e-6  # m, and elements of the rotation: a frame is printed to 5 decimals, two hundred times finer
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +64,15 @@ def cover_toolpath(text: KrlProgram, replayed: Replay, inputs: JobInputs) -> tup
     return coverage, np.where(path.cutting[own], path.feed[own], np.nan)
 
 
+def hold_to_tool(replayed: Replay, inputs: JobInputs) -> list[Finding]:
+    """An error where the text's `$TOOL` is not the set-up's tool: the arm would stand elsewhere, or the tip would."""
+    off = float(np.abs(np.asarray(replayed.cell.flange_T_tool) - np.asarray(inputs.cell.flange_T_tool)).max())
+    if off <= TOOL_TOLERANCE:
+        return []
+    text = f"the program's $TOOL is not the set-up's (they differ by {m_to_mm(off):.4f} mm or the like)"
+    return [Finding("tool-differs", text, Severity.ERROR)]
+
+
 def read_back(
     source: Path, program: Program, inputs: JobInputs, solution: Solution, progress: Callable[[float], None]
 ) -> ReadBack:
@@ -74,7 +87,8 @@ def read_back(
         raise VerificationError(f"the program was not released: it reads back wrong: {error.what}") from None
     coverage, feed = cover_toolpath(text, replayed, inputs)
     judgement = judge(text, replayed, coverage, feed)
-    against = [*judgement.findings, *hold_to_intended(text, replayed, program, inputs.cell.controller)]
+    against = [*judgement.findings, *hold_to_tool(replayed, inputs)]
+    against += hold_to_intended(text, replayed, program, inputs.cell.controller)
     if all(f.severity is not Severity.ERROR for f in against):
         against += hold_to_solution(text, replayed, coverage, inputs.path, solution)
     first = next((f for f in against if f.severity is Severity.ERROR), None)

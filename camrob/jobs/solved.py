@@ -42,8 +42,8 @@ def hold_to_solution(
     revised = {r.point: r for r in solution.revisions if r.kept}
     if revised:  # the point is reached in one posture and left in another: either counts
         before = wanted[0].copy()
-        for k in np.flatnonzero(np.isin(own, list(revised))):
-            before[k] = revised[int(own[k])].q[0]
+        for at in np.flatnonzero(np.isin(own, list(revised))).tolist():
+            before[at] = revised[int(own[at])].q[0]
         wanted.append(before)
     real = [j for j, joint in enumerate(cell.joints) if joint.role is not Role.ROLL]
     tolerance = np.array([_tolerance(cell, j) for j in real])

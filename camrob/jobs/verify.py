@@ -19,7 +19,7 @@ from camrob.controller.simulate import approximation
 from camrob.errors import JobError, KrlError
 from camrob.issues import Finding, Severity, collapse
 from camrob.jobs.inputs import JobInputs, read_inputs
-from camrob.jobs.release import cover_toolpath
+from camrob.jobs.release import cover_toolpath, hold_to_tool
 from camrob.jobs.simulate import approximation_entry
 from camrob.post.krl_program import KrlProgram
 from camrob.post.krl_reader import read_krl
@@ -72,7 +72,7 @@ def verify(
     coverage, feed = None, None
     if inputs is not None:
         coverage, feed = cover_toolpath(text, replayed, inputs)
-        extra += _tool_findings(inputs, replayed.cell.flange_T_tool)
+        extra += hold_to_tool(replayed, inputs)
         extra += inputs.toolpath.findings
     judgement = judge(text, replayed, coverage, feed)
     findings = collapse([*extra, *judgement.findings])
@@ -118,15 +118,6 @@ def _figures(text: KrlProgram, replayed: Replay, judgement: Judgement) -> dict[s
         "second_library_error_mm_max": m_to_mm(judgement.second_library_error),
         "approximation": _approximation(text, replayed),
     }
-
-
-def _tool_findings(inputs: JobInputs, flange_T_tool: Any) -> list[Finding]:
-    """An error where the program's tool is not the set-up's."""
-    off = np.abs(np.asarray(flange_T_tool) - np.asarray(inputs.cell.flange_T_tool)).max()
-    if off <= 1e-6:
-        return []
-    text = f"the program's $TOOL is not the set-up's (they differ by {m_to_mm(float(off)):.4f} mm or the like)"
-    return [Finding("tool-differs", text, Severity.ERROR)]
 
 
 def _against(coverage: Coverage, inputs: JobInputs) -> dict[str, Any]:
