@@ -115,7 +115,7 @@ def test_a_winding_path_is_slowed_by_its_axes_and_they_are_named():
     assert max(plan.use.values()) <= 1.0 + 1e-9
     assert plan.unjerked < plan.cutting
     assert set(plan.lost_by_axis) - {""} <= set(CELL.names) and plan.lost_by_axis
-    assert plan.deviation < 1e-4
+    assert plan.deviation < 1.8e-4  # what a right angle rounded within 0.5 mm is left by
     assert np.all(plan.speed[1:] <= 2.0) and np.all(plan.speed > 0.0)
 
 
@@ -185,3 +185,29 @@ def test_a_turn_on_the_spot_within_a_cut_is_planned():
     plan = optimal_feed(CELL, path, q, rapid_speed=0.2)
     assert np.all(np.isfinite(plan.at)) and np.all(np.diff(plan.at) >= 0.0)
     assert max(plan.use.values()) <= 1.0 + 1e-9
+
+
+def test_a_slow_plunge_takes_no_longer_than_its_feed_and_ramps():
+    """9 mm at 5 mm/s: a ramp of one long span from rest would cost a fifth of a second at each end."""
+    path, q = track_path(np.array([0.0, 0.009]), feed=0.005)
+    plan = optimal_feed(CELL, path, q, rapid_speed=0.2)
+    assert 1.8 < plan.total < 1.9 and max(plan.use.values()) <= 1.0 + 1e-9
+
+
+def test_a_loss_is_laid_to_what_binds_and_not_to_the_feed():
+    y = np.concatenate([np.linspace(0.0, 0.1, 11), np.linspace(0.1, 0.0, 11)[1:]])  # turns round on the spot
+    path, q = track_path(y, feed=0.2)
+    plan = optimal_feed(CELL, path, q, rapid_speed=0.2)
+    at_turn = [loss for loss in plan.losses if loss.start <= 10 < loss.stop]
+    assert [loss.cause for loss in at_turn] == ["E1 jerk"]
+    assert sum(loss.lost for loss in plan.losses if loss.axis == "E1") > 0.9 * sum(loss.lost for loss in plan.losses)
+
+
+def test_a_constant_feed_that_is_feasible_is_the_optimum_to_a_millionth():
+    """With moving ends nothing is faster than the feed itself; the profile must not be slower by more than 1e-6."""
+    count = 300
+    _s, q = curve(count)
+    control = interpolated(np.hstack([np.zeros((count + 1, 6)), q]), 1.0 / count)
+    feed = np.full(count, 0.05)
+    profile = fastest_profile(control, 1.0 / count, feed, bounds(6, jerk=20.0), start=False, end=False)
+    assert 0.0 <= fine_grid(profile, 10).at[-1] / (1.0 / 0.05) - 1.0 < 1e-6

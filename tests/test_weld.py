@@ -111,8 +111,8 @@ def test_the_scheme_stops_at_the_last_step_below_a_planted_bound():
 def test_the_true_optimum_is_not_slower_and_breaks_nothing():
     low, high = study().schemes
     assert low.use.max() < 1.0  # the published profile at 0.3 m/s is feasible: the optimum must reach it
-    assert low.moving.grid.at[-1] <= low.at[-1] * 1.001
-    assert high.use[2] > 2.0  # at 1.2 m/s it is not
+    assert low.moving.grid.at[-1] <= low.at[-1] * (1.0 + 1e-6)
+    assert high.use[2] > 2.0  # at 1.2 m/s it is not, with its own df/dt and d2f/dt2
     for scheme in (low, high):
         for found in (scheme.moving, scheme.resting):
             assert found.use.max() <= 1.0 + 1e-9

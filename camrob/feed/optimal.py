@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -17,13 +16,21 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.feed.losses import FeedLoss, feed_losses, lost_by_axis
-from camrob.feed.path_spline import MotionBounds, smoothed
-from camrob.feed.profile import FEWEST_SPANS, fastest_profile, fine_grid, worst_use
-from camrob.feed.segments import PathRates, path_rates
+from camrob.feed.path_spline import MotionBounds
+from camrob.feed.profile import fastest_profile, fine_grid, worst_use
+from camrob.feed.segments import path_rates
+from camrob.feed.smooth_runs import (
+    SmoothRun,
+    cause_names,
+    least_between,
+    piece_feeds,
+    run_bounds,
+    run_pieces,
+    smooth_run,
+)
 from camrob.feed.timing import exact_stops, program_time
 from camrob.frozen import locked
 from camrob.resolve.path import ToolPathInBase
-from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["FeedPlan", "coarsen", "optimal_feed"]
 
@@ -31,31 +38,26 @@ Array = NDArray[np.float64]
 
 _SAMPLES = 4  # a span, for times between points
 _FINER = 10  # times finer: the grid that the plan is checked on
-_SETTLE = (
-    0.1  # s that acceleration takes to build up: shorter waves of the path are the program's rounding, not the part
-)
-_ROUNDING = 0.1  # of `$APO.CDIS`: how far the planned curve may round the program's polyline
-_SMALLEST = mm_to_m(0.1)  # taken for `$APO.CDIS` where it is less
-_TURNING = deg_to_rad(0.05)  # likewise for the tool's rotation
+_GAP = 1e-4  # of the time: as near to the optimum as a program needs
 _LONG = 4  # spans: on a longer piece the program says its top speed, for the controller itself slows before a corner
 _WINDOW = 500  # spans at each end that are planned anew without the stop
 _STEP = 1e-5  # m/s: `$VEL.CP` is printed so, rounded down here
-_UNBOUND = 1e3  # m/s where the tip stands still and has no feed
 
 
 @dataclass(frozen=True, slots=True)
 class FeedPlan:
     """A planned feed. speed: (N,) m/s to write as `$VEL.CP` for the motion to each point (rapid in air).
 
-    planned: (N,) m/s at each point; at: (N,) s. total: s, cutting: s of it at the programmed feed's moves; unjerked: s that
-    cutting would take were jerk without bounds. use: the largest share of the bounds on "speed", "acceleration" and
-    "jerk" that is taken anywhere on a 10 times finer grid; 1.0 is all. cause: (N,) index into `causes` of what binds most
-    on the way to a point; losses: where the plan stays below the programmed feed. changes: how often `speed` changes.
-    deviation: m that the planned curve rounds the program's corners at most.
+    planned, push: (N,) m/s and m/s2 at each point; at: (N,) s. total: s, cutting: s of it at the programmed feed's moves;
+    unjerked: s that cutting would take were jerk without bounds. use: the largest share of the bounds on "speed",
+    "acceleration" and "jerk" that is taken anywhere on a 10 times finer grid; 1.0 is all. cause: (N,) index into `causes`
+    of what binds most on the way to a point; losses: where the plan stays below the programmed feed. changes: how often
+    `speed` changes. deviation: m that the planned curve rounds the program's corners at most.
     """
 
     speed: Array
     planned: Array
+    push: Array
     at: Array
     total: float
     cutting: float
@@ -70,7 +72,8 @@ class FeedPlan:
     def __post_init__(self) -> None:
         speed = locked(self.speed, shape=(None,), name="speed")
         object.__setattr__(self, "speed", speed)
-        for name, dtype in (("planned", np.float64), ("at", np.float64), ("cause", np.int16)):
+        for name in ("planned", "push", "at", "cause"):
+            dtype = np.int16 if name == "cause" else np.float64
             object.__setattr__(self, name, locked(getattr(self, name), shape=(len(speed),), dtype=dtype, name=name))
 
     @property
@@ -79,16 +82,16 @@ class FeedPlan:
         return lost_by_axis(self.losses)
 
 
-class _Run(NamedTuple):
-    """A run's plan: at its P pieces' ends v (P + 1,) and seconds (P,), ceilings (P,), causes (P,); and for the whole."""
+class _Planned(NamedTuple):
+    """A run's plan: at its P pieces' ends v, u (P + 1,), seconds (P,), ceilings (P,), causes (P,); and for the whole."""
 
     v: Array
+    u: Array
     seconds: Array
     ceiling: Array
     cause: NDArray[np.int64]
     unjerked: float
     use: Array
-    deviation: float
 
 
 def optimal_feed(
@@ -111,33 +114,32 @@ def optimal_feed(
     stop = exact_stops(path) if stops is None else np.asarray(stops, bool)
     slow = program_time(cell, path, q, speed=programmed, stops=stop)
     rates = path_rates(cell, path, q)
-    bounded = np.flatnonzero(np.isfinite(rates.speed))
-    bounds = _bounds(rates, bounded)
-    columns = np.concatenate([np.arange(6), 6 + bounded])
+    bounds, bounded = run_bounds(rates)
     step = np.diff(slow.at, prepend=0.0)
-    planned, speed, cause = slow.speed.copy(), programmed.copy(), np.zeros(len(path), np.int16)
+    planned, speed, push = slow.speed.copy(), programmed.copy(), np.zeros(len(path))
+    cause = np.zeros(len(path), np.int16)
     unjerked, use, deviation = 0.0, np.zeros(3), 0.0
-    feed = np.where(rates.translates, programmed[rates.end], _UNBOUND)
-    within = np.array([_ROUNDING * max(rates.blend, _SMALLEST), _TURNING])
-    runs = _runs(rates, path.cutting, stop)
-    for k, (first, last) in enumerate(runs):
-        pieces = slice(first, last)
-        run = _plan(rates, pieces, columns, bounds, feed[pieces], within)
+    feed = piece_feeds(rates, programmed)
+    runs = run_pieces(rates, path, stop)
+    for k, pieces in enumerate(runs):
+        run = smooth_run(rates, pieces, bounded, feed[pieces])
+        plan = _plan(run, bounds)
         ends = rates.end[pieces]
-        planned[ends], step[ends], cause[ends] = run.v[1:], run.seconds, run.cause
-        speed[ends] = coarsen(np.minimum(run.ceiling, programmed[ends]), tolerance)
-        unjerked, use = unjerked + run.unjerked, np.maximum(use, run.use)
+        planned[ends], push[ends], step[ends], cause[ends] = plan.v[1:], plan.u[1:], plan.seconds, plan.cause
+        speed[ends] = coarsen(np.minimum(plan.ceiling, programmed[ends]), tolerance)
+        unjerked, use = unjerked + plan.unjerked, np.maximum(use, plan.use)
         deviation = max(deviation, run.deviation)
         if progress is not None:
             progress((k + 1) / len(runs))
     mean = np.full(len(path), np.nan)
     travels = rates.end[rates.translates]
     mean[travels] = rates.length[rates.translates] / step[travels]
-    causes, axes = _causes(cell, bounded)
+    causes, axes = cause_names(cell.names, bounded)
     at = np.cumsum(step)
     return FeedPlan(
         speed=speed,
         planned=planned,
+        push=push,
         at=at,
         total=float(at[-1]) if len(at) else 0.0,
         cutting=float(np.sum(step[path.cutting])),
@@ -151,60 +153,26 @@ def optimal_feed(
     )
 
 
-def _bounds(rates: PathRates, bounded: NDArray[np.int64]) -> MotionBounds:
-    """Bounds of the tool and of the joints that have any."""
-    return MotionBounds(
-        rates.tool_acceleration,
-        rates.rotation_speed,
-        rates.rotation_acceleration,
-        rates.speed[bounded],
-        rates.acceleration[bounded],
-        rates.jerk[bounded],
-    )
-
-
-def _runs(rates: PathRates, cutting: NDArray[np.bool_], stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Pieces first .. last of every stretch of cutting without an exact stop within."""
-    cuts = cutting[rates.end]
-    stops_at = np.searchsorted(rates.end, np.flatnonzero(stop), side="right")  # pieces before the stop
-    borders = np.flatnonzero(np.diff(cuts.astype(np.int8))) + 1
-    marks = np.unique(np.concatenate([[0, len(cuts)], borders, stops_at]))
-    return [(int(a), int(b)) for a, b in pairwise(marks) if b > a and cuts[a]]
-
-
-def _plan(
-    rates: PathRates, pieces: slice, columns: NDArray[np.int64], bounds: MotionBounds, feed: Array, tolerance: Array
-) -> _Run:
-    """Plan one run of pieces from rest to rest, and once more without its stops for what the program says."""
-    length = np.concatenate([[0.0], np.cumsum(rates.length[pieces])])
-    moves = rates.rate[pieces][:, columns] * rates.length[pieces][:, None]
-    values = np.vstack([np.zeros(len(columns)), np.cumsum(moves, axis=0)])
-    whole = float(length[-1])
-    wanted = whole / len(feed)
-    if rates.blend > 0.0:
-        wanted = min(max(wanted, 0.1 * rates.blend), rates.blend)
-    count = max(FEWEST_SPANS, int(np.ceil(whole / wanted)))
-    spacing = whole / count
-    reach = float(np.median(feed)) * _SETTLE
-    control, deviation = smoothed(length, values, count, min(reach, 40.0 * spacing), tolerance)
-    knots = np.linspace(0.0, whole, count + 1)
-    first = np.clip(np.searchsorted(length, knots[:-1], side="right") - 1, 0, len(feed) - 1)
-    last = np.clip(np.searchsorted(length, knots[1:], side="left") - 1, first, len(feed) - 1)
-    span_feed = _least_between(feed, first, last)
-    resting = fastest_profile(control, spacing, span_feed, bounds)
-    use, which = worst_use(control, resting, bounds, span_feed, _FINER)
+def _plan(run: SmoothRun, bounds: MotionBounds) -> _Planned:
+    """Plan one run from rest to rest, and once more without its stops for what the program says."""
+    count = len(run.feed)
+    resting = fastest_profile(run.control, run.spacing, run.feed, bounds, gap=_GAP)
+    use, which = worst_use(run.control, resting, bounds, run.feed, _FINER)
     grid = fine_grid(resting, _SAMPLES)
-    at = np.interp(length, grid.s, grid.at)
-    begins = np.clip((length[:-1] / spacing).astype(np.int64), 0, count - 1)
-    stops = np.clip(np.ceil(length[1:] / spacing).astype(np.int64) - 1, begins, count - 1)
-    free = _without_stops(control, spacing, span_feed, bounds, grid.v)
+    at = np.interp(run.length, grid.s, grid.at)
+    free = _without_stops(run.control, run.spacing, run.feed, bounds, grid.v)
     parts = np.lib.stride_tricks.sliding_window_view(free, _SAMPLES + 1)[::_SAMPLES]
-    least, most = _least_between(parts.min(axis=1), begins, stops), -_least_between(-parts.max(axis=1), begins, stops)
-    ceiling = np.where(stops - begins < _LONG, least, most)
-    v = np.interp(length, grid.s, grid.v)
-    v[[0, -1]] = 0.0
-    middle = which[np.minimum((begins + stops) // 2, count - 1)]
-    return _Run(v, np.diff(at), ceiling, middle, resting.shortest_time, use.max(axis=0), float(deviation[:, 0].max()))
+    least = least_between(parts.min(axis=1), run.first, run.last)
+    most = -least_between(-parts.max(axis=1), run.first, run.last)
+    ceiling = np.where(run.last - run.first < _LONG, least, most)
+    v, u = np.interp(run.length, grid.s, grid.v), np.interp(run.length, grid.s, grid.u)
+    v[[0, -1]] = u[[0, -1]] = 0.0
+    # what holds a piece back is what binds on the span that loses most of its time
+    lost = np.diff(grid.at[::_SAMPLES]) - run.spacing / run.feed
+    rank = np.empty(count)
+    rank[np.argsort(lost, kind="stable")] = np.arange(count)
+    worst = np.argsort(rank)[(-least_between(-rank, run.first, run.last)).astype(np.int64)]
+    return _Planned(v, u, np.diff(at), ceiling, which[worst], resting.shortest_time, use.max(axis=0))
 
 
 def _without_stops(control: Array, spacing: float, feed: Array, bounds: MotionBounds, v: Array) -> Array:
@@ -218,7 +186,7 @@ def _without_stops(control: Array, spacing: float, feed: Array, bounds: MotionBo
     for at_end in (False, True):
         part = slice(count - window, count) if at_end else slice(0, window)
         inner = np.ascontiguousarray(control[part.start : part.stop + 3])
-        new = fastest_profile(inner, spacing, feed[part], bounds, start=False, end=False)
+        new = fastest_profile(inner, spacing, feed[part], bounds, start=False, end=False, gap=_GAP)
         free = fine_grid(new, _SAMPLES).v
         if window == count:
             return np.asarray(np.maximum(free, v))
@@ -230,13 +198,6 @@ def _without_stops(control: Array, spacing: float, feed: Array, bounds: MotionBo
         ramp = np.concatenate([free[:upto], old[upto:]])
         out[part.start * _SAMPLES : part.stop * _SAMPLES + 1] = ramp[::-1] if at_end else ramp
     return out
-
-
-def _least_between(values: Array, first: NDArray[np.int64], last: NDArray[np.int64]) -> Array:
-    """Least of values first .. last (inclusive) for each pair."""
-    padded = np.append(values, np.inf)
-    pairs = np.column_stack([first, last + 1]).ravel()
-    return np.asarray(np.minimum.reduceat(padded, pairs)[::2])
 
 
 def coarsen(speed: Array, tolerance: float) -> Array:
@@ -256,15 +217,3 @@ def coarsen(speed: Array, tolerance: float) -> Array:
             low, high = min(low, value), max(high, value)
     out[start:] = low
     return np.maximum(np.floor(out / _STEP) * _STEP, _STEP)
-
-
-def _causes(cell: Cell, bounded: NDArray[np.int64]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the causes in `worst_use`'s order, and the axis of each."""
-    names, axes = (
-        ["programmed feed", "tool acceleration", "tool rotation speed", "tool rotation acceleration"],
-        [""] * 4,
-    )
-    for k in bounded.tolist():
-        names += [f"{cell.names[k]} {what}" for what in ("speed", "acceleration", "jerk")]
-        axes += [cell.names[k]] * 3
-    return tuple(names), tuple(axes)

@@ -20,7 +20,7 @@ __all__ = ["FEWEST_SPANS", "FineGrid", "Profile", "fastest_profile", "fine_grid"
 Array = NDArray[np.float64]
 
 FEWEST_SPANS = 24
-_GAP = 1e-4  # of the time: about how far from the optimum the plan may end
+_GAP = 1e-7  # of the time: about how far from the optimum the plan may end
 _EASINGS = 4
 
 
@@ -60,13 +60,20 @@ class FineGrid(NamedTuple):
 
 
 def fastest_profile(
-    control: Array, spacing: float, feed: Array, bounds: MotionBounds, *, start: bool = True, end: bool = True
+    control: Array,
+    spacing: float,
+    feed: Array,
+    bounds: MotionBounds,
+    *,
+    start: bool = True,
+    end: bool = True,
+    gap: float = _GAP,
 ) -> Profile:
     """The fastest profile along a spline (`control` (K + 3, 6 + n)) under the programmed feed (K,), m/s, and all bounds.
 
-    start, end: True to come from rest and end at rest; else speed and acceleration are free there. Solved to about a
-    thousandth of the time, a local optimum where jerk binds. K is at least `FEWEST_SPANS`. Cost: linear in K, about
-    a tenth of a millisecond a span and axis.
+    start, end: True to come from rest and end at rest; else speed and acceleration are free there. gap: about the share
+    of the time that may be missing to the optimum, a local one where jerk binds; a tenfold smaller one costs a tenth
+    more. K is at least `FEWEST_SPANS`. Cost: linear in K, about a tenth of a millisecond a span and axis.
     """
     tops = speed_caps(control, spacing, feed, bounds)
     fast = fastest_squares(control, spacing, tops, bounds, 0.0 if start else np.inf, 0.0 if end else np.inf)
@@ -87,10 +94,10 @@ def fastest_profile(
     _shrink(c, weight, caps, ease, inner, spacing, bounds)
     v = np.sqrt(fast)
     seconds = float(np.sum(2.0 * spacing / np.maximum(v[1:] + v[:-1], 1e-9)))
-    gap = 0.3
-    while gap > _GAP:
-        centre(c, len(c) / (gap * seconds), weight, caps, ease, inner, spacing, bounds, start, end, 60)
-        gap /= 6.0
+    left = 0.3
+    while left > gap:
+        centre(c, len(c) / (left * seconds), weight, caps, ease, inner, spacing, bounds, start, end, 60)
+        left /= 6.0
     # bounds on jerk hold at each Bernstein coefficient by itself; where the finer grid finds more, the span gets less
     for _round in range(_EASINGS):
         profile = Profile(c, spacing, start, end, fast)
@@ -100,7 +107,7 @@ def fastest_profile(
             break
         ease[over > 1.0] /= 1.002 * over[over > 1.0]
         _shrink(c, weight, caps, ease, inner, spacing, bounds)
-        centre(c, len(c) / (gap * 6.0 * seconds), weight, caps, ease, inner, spacing, bounds, start, end, 60)
+        centre(c, len(c) / (left * 6.0 * seconds), weight, caps, ease, inner, spacing, bounds, start, end, 60)
     profile = Profile(c, spacing, start, end, fast)
     most = worst_use(control, profile, bounds, feed, 10)[0].max(axis=0)
     excess = max(most[0], np.sqrt(most[1]), np.cbrt(most[2]))
