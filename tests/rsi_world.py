@@ -1,4 +1,4 @@
-"""A controller, a robot and an instrument for the tracker server's tests: their XML and their geometry are written apart from camrob's."""
+"""A controller, a robot and an instrument for the tracker server's tests: XML and geometry of their own, not camrob's."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ HOST = "127.0.0.1"
 
 def turn(axis: str, degrees: float) -> np.ndarray:
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return np.array({"z": [[c, -s, 0], [s, c, 0], [0, 0, 1]], "y": [[c, 0, s], [0, 1, 0], [-s, 0, c]], "x": [[1, 0, 0], [0, c, -s], [0, s, c]]}[axis])  # fmt: skip  # noqa: E501
+    rows = {"z": [[c, -s, 0], [s, c, 0], [0, 0, 1]], "y": [[c, 0, s], [0, 1, 0], [-s, 0, c]]}
+    return np.array(rows.get(axis, [[1, 0, 0], [0, c, -s], [0, s, c]]))
 
 
 def kuka_rotation(a: float, b: float, c: float) -> np.ndarray:
@@ -63,7 +64,7 @@ def line(t_s: float, p_mm, R: np.ndarray) -> bytes:
 
 @dataclass
 class Plant:
-    """A robot that stands `off_mm` and turned by `off_R` (about the base's axes) away from what it is told; POSCORR in `$BASE`."""
+    """A robot that stands `off_mm` and `off_deg` (in the base's axes) away from what it is told; POSCORR in `$BASE`."""
 
     mode: str
     off_mm: np.ndarray = field(default_factory=lambda: np.array([0.3, -0.2, 0.4]))
@@ -125,7 +126,7 @@ class Controller:
         *,
         path=lambda k: (1000.0, 200.0, 300.0, 10.0, 20.0, 30.0),
         measured=lambda k: True,
-    ) -> Heard:  # noqa: E501
+    ) -> Heard:
         heard, times = Heard(), {}
         start = time.monotonic()
         for k in range(cycles):

@@ -140,6 +140,8 @@ def _children(text: str) -> list[tuple[str, dict[str, str], str]]:
             if len(open_names) == 1:
                 children.append((name, given, ""))
                 texts = []
+            elif len(open_names) == 2:
+                texts.append("<")  # what is apart in the frame doesn't become one number here
             open_names.append(name)
         elif not open_names or open_names[-1] != closing:
             raise _refused("a frame isn't well-formed")

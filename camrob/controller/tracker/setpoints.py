@@ -56,15 +56,15 @@ def rkorr_error(setpoint: Array, base_T_tcp: Array) -> tuple[Array, Array]:
     """The error in RKorr's terms, and eq. 3's own, each (6,), m and rad, of a measured pose against a set-point (6,)."""
     measured = xyzabc_from_frame(base_T_tcp)
     e = setpoint_error(setpoint, measured)
-    base_R_reached = abc_to_rotation(measured[3:] + e[3:])
-    turn = base_R_reached @ base_T_tcp[:3, :3].T
+    wanted = abc_to_rotation(measured[3:] + e[3:])
+    turn = wanted @ base_T_tcp[:3, :3].T
     return np.concatenate([e[:3], rotation_to_abc(turn)]), e
 
 
 def without_correction(setpoint: Array, total: Array) -> Array:
     """The programmed pose (6,) behind a set-point that already holds the correction `total` (6,), m and rad."""
-    base_R_programmed = abc_to_rotation(total[3:]).T @ abc_to_rotation(setpoint[3:])
-    return np.concatenate([setpoint[:3] - total[:3], rotation_to_abc(base_R_programmed)])
+    programmed = abc_to_rotation(total[3:]).T @ abc_to_rotation(setpoint[3:])
+    return np.concatenate([setpoint[:3] - total[:3], rotation_to_abc(programmed)])
 
 
 def _between(before: Array, after: Array, share: float) -> Array:
