@@ -27,6 +27,7 @@ _LEAST_NOISE = 0.35  # of the instrument's noise: as for all effects
 _LEAST_SHRINK = 0.25  # of the deviation, that rounding has to explain
 _DRAWS = 400
 _SURE = 0.98
+_SAME = 1e-3  # share of a distance that is not looked at more closely
 _MOST_SETS = 12
 _UNTOLD = 0.9  # probability of something unknown, where much stays
 
@@ -86,7 +87,7 @@ def _between(found: dict[float, Array]) -> list[float]:
     names = sorted(found)
     k = int(np.argmin([np.sum(found[d] ** 2) for d in names]))
     near = [names[i] for i in (k - 1, k + 1) if 0 <= i < len(names)]
-    return [0.5 * (names[k] + d) for d in near if abs(d - names[k]) > 1e-3 * names[k]]
+    return [0.5 * (names[k] + d) for d in near if abs(d - names[k]) > _SAME * names[k]]
 
 
 def _probability(shrunk: Shrinkage, distance: float) -> float:

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.controller.replay import program_cell
-from camrob.errors import KrlError, LogError, UnreachableError
+from camrob.errors import CellError, KrlError, LogError, UnreachableError
 from camrob.gap.align import Alignment, align
+from camrob.gap.conformance import effect_faults
 from camrob.gap.corners import judge_corners, with_corners
 from camrob.gap.diagnosis import Diagnosis, PathError
+from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
 from camrob.gap.localise import axes_of, directions_of, regimes_of, segments_of
 from camrob.gap.model import Model, compare, whole_gap
@@ -42,24 +44,30 @@ def diagnose(
     programs: Sequence[KrlProgram | None] = (),
     withheld_programs: Sequence[KrlProgram | None] = (),
     without: Sequence[str] = (),
+    extra: Sequence[Effect] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Diagnose the gap of some logs of one cell.
 
     withheld: logs that take no part in choosing or fitting. programs, withheld_programs: one a log, None where there is
     none; a `$TOOL` that a program sets is the one whose tip was measured. without: names of effects to leave out of the
-    library. Raises LogError for logs that can't be diagnosed, InputError for an unknown effect.
+    library; extra: effects that the cell brings (see `cell_effects`). Raises LogError for logs that can't be diagnosed,
+    InputError for an unknown effect, CellError for an effect of the cell that breaks its promises on these logs.
     """
     if not logs:
         raise LogError("no log was given", cure="give at least one --log")
     tell = progress if progress is not None else (lambda what, share: None)
-    effects = library(without)
+    effects = library(without, extra)
     tell("reading the gap", 0.05)
     told = _padded(programs, len(logs))
     scenes = [make_scene(log, _tooled(p, cell)) for log, p in zip(logs, told, strict=True)]
     others = _padded(withheld_programs, len(withheld))
     kept_out = [make_scene(log, _tooled(p, cell)) for log, p in zip(withheld, others, strict=True)]
     _check(scenes)
+    for effect in extra:
+        faults = effect_faults(effect, [*scenes, *kept_out])
+        if faults:
+            raise CellError(f"its effect {effect.name} {faults[0]}", cure="mend or remove its file")
     tracks, ladders = _climbed(scenes, told)
     alignment = align(scenes)
     tell("comparing effects", 0.2)

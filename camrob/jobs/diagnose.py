@@ -10,6 +10,7 @@ from typing import Any
 
 from camrob.cell.read_cell import read_cell
 from camrob.errors import LogError
+from camrob.gap.cell_effects import cell_effects
 from camrob.gap.diagnose import diagnose as run_diagnosis
 from camrob.gap.diagnosis import Diagnosis
 from camrob.jobs.files import check_file_name, staged_output
@@ -53,6 +54,7 @@ def diagnose(
     programs = [_program(one, program) for one in logs]
     found = run_diagnosis(
         logs, machine, withheld=kept_out, programs=programs, without=tuple(without), progress=progress,
+        extra=cell_effects(cell, machine),
         withheld_programs=[_program(one, program) for one in kept_out],
     )  # fmt: skip
     summary = {"cell": machine.name, "without": list(without), **found.summary}

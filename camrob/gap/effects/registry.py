@@ -24,10 +24,11 @@ def _all() -> tuple[Effect, ...]:
     return tuple(found)
 
 
-def library(without: Iterable[str] = ()) -> tuple[Effect, ...]:
-    """All effects but some. Raises InputError for a name that no effect has."""
+def library(without: Iterable[str] = (), extra: Iterable[Effect] = ()) -> tuple[Effect, ...]:
+    """All effects, and `extra` ones of a cell, but some. Raises InputError for a name that no effect has."""
     left_out = set(without)
-    known = {e.name for e in _all()}
+    every = (*_all(), *extra)
+    known = {e.name for e in every}
     for name in sorted(left_out - known):
         raise InputError(f"--without {name[:40]!r} is no effect", cure=f"use one of {', '.join(sorted(known))}")
-    return tuple(e for e in _all() if e.name not in left_out)
+    return tuple(e for e in every if e.name not in left_out)
