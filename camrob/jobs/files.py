@@ -9,6 +9,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 
 from camrob.errors import InputError
@@ -37,16 +38,24 @@ def staged_output(out: Path, *, name: str | None = None) -> Iterator[Path]:
     where it wasn't there). Files of the same names are replaced; should that fail half-way, the old ones are put back.
     `.src` files come last, `NAME.src` as the very last, so that a program never runs with another one's data. With
     `name`, files that the older `NAME.json` lists under "files" and that are no longer made (parts of a longer program)
-    are removed.
+    are removed. Two runs into one folder publish one after the other, each as a whole; what a run that was killed
+    left behind is cleared by the next one.
 
     Raises InputError when `out` can't be made, written or has vanished.
     """
     out = Path(out)
     made = _make_folder(out)
     staging: Path | None = None
+    owned: int | None = None
     try:
         try:
-            staging = Path(tempfile.mkdtemp(prefix=_STAGING, dir=out))
+            turn = _lock(out, wait=True)  # nobody clears the new folder away before it is locked
+            try:
+                _clear_abandoned(out)
+                staging = Path(tempfile.mkdtemp(prefix=_STAGING, dir=out))
+                owned = _lock(staging, wait=False)
+            finally:
+                _unlock(turn)
         except OSError as error:
             raise _failed(out, error) from None
         try:
@@ -56,7 +65,11 @@ def staged_output(out: Path, *, name: str | None = None) -> Iterator[Path]:
                 raise _failed(out, error) from None
             raise
         try:
-            _publish(staging, out, name)
+            turn = _lock(out, wait=True)
+            try:
+                _publish(staging, out, name)
+            finally:
+                _unlock(turn)
         except OSError as error:
             raise _failed(out, error) from None
     except BaseException:
@@ -66,7 +79,49 @@ def staged_output(out: Path, *, name: str | None = None) -> Iterator[Path]:
             with suppress(OSError):  # not empty any more: somebody else's files are in it
                 folder.rmdir()
         raise
+    finally:
+        _unlock(owned)
     shutil.rmtree(staging, ignore_errors=True)
+
+
+def _lock(folder: Path, *, wait: bool) -> int | None:
+    """A lock on a folder, which ends with this process at the latest; None where there is none to be had.
+
+    Raises BlockingIOError where another process holds it and `wait` is False. Systems without flock do without locks.
+    """
+    try:
+        flock = import_module("fcntl")
+    except ImportError:
+        return None
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        flock.flock(descriptor, flock.LOCK_EX | (0 if wait else flock.LOCK_NB))
+    except BlockingIOError:
+        os.close(descriptor)
+        raise
+    except OSError:  # a file system that knows no locks
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+def _unlock(descriptor: int | None) -> None:
+    if descriptor is not None:
+        os.close(descriptor)
+
+
+def _clear_abandoned(out: Path) -> None:
+    """Remove what runs that were killed left in `out`; one that was killed while it replaced files keeps the old ones."""
+    for folder in out.glob(f"{_STAGING}*"):
+        before = folder / "before"
+        try:
+            lock = _lock(folder, wait=False)
+        except OSError:  # somebody is at work in it, or it has just gone
+            continue
+        if lock is not None:
+            if not (before.is_dir() and any(before.iterdir())):
+                shutil.rmtree(folder, ignore_errors=True)
+            _unlock(lock)
 
 
 def _failed(out: Path, error: OSError) -> InputError:
