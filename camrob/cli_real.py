@@ -39,11 +39,16 @@ def simulate(
 
 
 def calibrate(
-    measured: Annotated[Path, typer.Argument(metavar="MEASURED.csv", help="A log of axis values and measured poses.")],
+    measured: Annotated[
+        list[Path], typer.Argument(metavar="MEASURED.csv...", help="Logs of axis values and measured poses.")
+    ],
     cell: CellOption,
-    out: Annotated[Path, typer.Option("--out", metavar="CALIBRATION.toml", help="The file to write.")],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="CALIBRATION.toml", help="The file to write; a report .html beside it.")
+    ],
     withheld: Annotated[
-        Path | None, typer.Option("--withheld", metavar="LOG.csv", help="A log that takes no part, to judge by.")
+        list[Path] | None,
+        typer.Option("--withheld", metavar="LOG.csv", help="A log that takes no part, to judge by (may be repeated)."),
     ] = None,
     parameter: Annotated[
         list[str] | None, typer.Option("--parameter", metavar="NAME", help="Fit these alone (may be repeated).")
@@ -68,10 +73,11 @@ def calibrate(
 
     def job(progress: ProgressHook) -> Any:
         return job_of("calibrate")(
-            measured,
+            measured[0],
+            more=measured[1:],
             cell=cell,
             out=out,
-            withheld=withheld,
+            withheld=withheld or (),
             parameters=parameter or (),
             harmonics=harmonics,
             share=share,

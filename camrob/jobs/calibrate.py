@@ -11,28 +11,31 @@ from typing import Any
 
 import numpy as np
 
-from camrob.calibrate.calibrate import calibrate_cell
+from camrob.calibrate.calibrate import study_cell
 from camrob.calibrate.calibration import Calibration
 from camrob.calibrate.calibration_file import calibration_summary, calibration_text
-from camrob.calibrate.measurements import measurements_of
+from camrob.calibrate.evidence import Evidence
+from camrob.calibrate.measurements import Measurements, measurements_of
 from camrob.calibrate.terms import standard_names
+from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
-from camrob.errors import InputError
+from camrob.errors import InputError, LogError
 from camrob.jobs.files import check_file_name, staged_output
 from camrob.jobs.measuring import plan_measuring
-from camrob.measure.log_info import MeasuredFrame
 from camrob.measure.read_log import read_log
 from camrob.post.krl_reader import read_krl
+from camrob.report.calibration_report import calibration_report
 
 __all__ = ["CalibrateResult", "calibrate"]
 
 
 @dataclass(frozen=True, slots=True)
 class CalibrateResult:
-    """The calibration and its summary as JSON."""
+    """The calibration, what it rests on, and its summary as JSON."""
 
     calibration: Calibration
+    evidence: Evidence
     summary: Mapping[str, Any]
 
 
@@ -41,7 +44,8 @@ def calibrate(
     *,
     cell: Path,
     out: Path,
-    withheld: Path | None = None,
+    more: Sequence[Path] = (),
+    withheld: Sequence[Path] = (),
     parameters: Sequence[str] = (),
     harmonics: int = 0,
     share: float = 0.2,
@@ -49,13 +53,15 @@ def calibrate(
     path: Path | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> CalibrateResult:
-    """Calibrate a cell from a log and write CALIBRATION.toml.
+    """Calibrate a cell from one or several logs; write CALIBRATION.toml and, beside it, the report CALIBRATION.html.
 
-    parameters: names to fit, all of them or none; without, the standard ones with `harmonics` orders of gear ripple,
-    as far as the poses tell them. withheld: a log whose poses take no part; without, a share of the poses.
-    poses: how many to measure next are wanted, as a KRL program NAME_poses.src beside the file, chosen for the accuracy
-    on the program `path`, else on the poses measured. Raises CellError, LogError and KrlError (input), SingularError
-    and JobError (a fit that can't be had honestly), CollisionError (no poses that can be visited).
+    more: further logs; one of an unknown instrument gets a base and a reflector of its own. parameters: names to fit,
+    all of them or none; without, the standard ones with `harmonics` orders of gear ripple, as far as the poses tell
+    them. withheld: logs whose poses take no part; without, a share of the poses. Where the instrument of such a log is
+    unknown, base and reflector are refitted on half of it and the other half judges the robot's parameters. poses: how
+    many to measure next are wanted, as a KRL program NAME_poses.src beside the file, chosen for the accuracy on the
+    program `path`, else on the poses measured. Raises CellError, LogError and KrlError (input), SingularError and
+    JobError (a fit that can't be had honestly), CollisionError (no poses that can be visited).
     """
     start = time.perf_counter()
 
@@ -69,30 +75,48 @@ def calibrate(
     if not 0.0 <= share < 1.0:
         raise InputError(f"a share of {share:g} can't be withheld", cure="give a number from 0 to below 1")
     machine = read_cell(cell)
+    _once([measured, *more], withheld)
     tell("read", 0.1)
-    log = read_log(Path(measured))
-    data = measurements_of(log, machine)
-    other = measurements_of(read_log(Path(withheld)), machine) if withheld is not None else None
+    fitted, others = _read([measured, *more], machine), _read(withheld, machine)
     names: Sequence[str] | None = tuple(dict.fromkeys(parameters)) or None
-    extra = harmonics if names is None else 0
-    standard = standard_names(machine, table=log.info.measured_frame is MeasuredFrame.BASE, harmonics=extra)
+    table = any(data.in_base for data in fitted)
+    standard = standard_names(machine, table=table, harmonics=harmonics if names is None else 0)
     tell("fit", 0.3)
-    calibration = calibrate_cell(
-        machine, data, names=names, candidates=standard, withheld=other, share=0.0 if other is not None else share
-    )
+    study = study_cell(machine, fitted, names=names, candidates=standard, withheld=others or None, share=share)
     tell("write", 0.9)
-    summary = {**calibration_summary(calibration), "file": out.name}
+    calibration = study.calibration
+    report = out.with_suffix(".html").name
+    summary: dict[str, Any] = {**calibration_summary(calibration), "file": out.name, "report": report}
+    summary["withheld"] = [
+        {"file": p.log, "poses": len(p.rows), "refitted": p.refitted} for p in study.evidence.poses if p.withheld
+    ]
     files: Mapping[str, bytes] = {}
     if poses > 0:
-        way = np.asarray(data.q if path is None else replay(read_krl(Path(path)), machine).q)
-        plan = plan_measuring(machine, data, standard, way, poses, f"{_program_stem(out)}_poses")
+        way = np.concatenate([data.q for data in fitted]) if path is None else replay(read_krl(path), machine).q
+        plan = plan_measuring(machine, fitted[0], standard, np.asarray(way), poses, f"{_program_stem(out)}_poses")
         files, summary["next"] = plan.files, dict(plan.summary)
     with staged_output(out.parent) as folder:
         (folder / out.name).write_text(calibration_text(calibration), encoding="utf-8")
+        page = calibration_report(summary, study.evidence, machine.axis_names)
+        (folder / report).write_text(page, encoding="utf-8")
         for name, content in files.items():
             (folder / name).write_bytes(content)
     summary["seconds"] = time.perf_counter() - start
-    return CalibrateResult(calibration, summary)
+    return CalibrateResult(calibration, study.evidence, summary)
+
+
+def _read(logs: Sequence[Path], cell: Cell) -> list[Measurements]:
+    """The poses of some logs."""
+    return [measurements_of(read_log(Path(path)), cell) for path in logs]
+
+
+def _once(fitted: Sequence[Path], withheld: Sequence[Path]) -> None:
+    """Every log has one part to play. Raises LogError."""
+    seen: set[Path] = set()
+    for path in (*fitted, *withheld):
+        if path.resolve() in seen:
+            raise LogError("is given twice", cure="give each log once, to fit or to withhold", path=path)
+        seen.add(path.resolve())
 
 
 def _program_stem(out: Path) -> str:

@@ -54,7 +54,7 @@
     const bands = (chart.layout.shapes || []).length;
     return Plotly.newPlot(element, chart.traces, chart.layout, config).then(() => {
       const xs = Object.keys(chart.layout).filter((key) => /^xaxis\d*$/.test(key));
-      drawn.push({ element, bands, xs });
+      drawn.push({ element, bands, xs, ruler: chart.ruler || "" });
       element.on("plotly_relayout", (change) => sameZoom(element, change));
       element.on("plotly_click", (event) => goNear(event.points[0].x));
     });
@@ -66,7 +66,9 @@
     if (!key) return;
     zooming = true;
     const update = { "xaxis.range": source.layout[key.split(".")[0]].range.slice() };
-    Promise.all(drawn.filter((d) => d.element !== source).map((d) => Plotly.relayout(d.element, update)))
+    // charts over the same length are zoomed together; those of another ruler measure something else
+    const ruler = drawn.find((d) => d.element === source).ruler;
+    Promise.all(drawn.filter((d) => d.element !== source && d.ruler === ruler).map((d) => Plotly.relayout(d.element, update)))
       .then(() => { zooming = false; }, () => { zooming = false; });
   }
 
