@@ -102,6 +102,7 @@ def track_live(
     instrument: str = "127.0.0.1:59153",
     options: LiveOptions | None = None,
     duration_s: float | None = None,
+    realtime: bool = False,
     out: Path | None = None,
     ready: Callable[[RsiServer], None] = lambda server: None,
     should_stop: Callable[[], bool] = lambda: False,
@@ -110,7 +111,7 @@ def track_live(
     """Serve a controller on `listen` from an instrument on `instrument` until a fault, an interruption, or `duration_s`.
 
     Whatever ends it, the answers end with it, and the summary says why. With `out`, `tracker.csv` (a row for each answer) and
-    `tracker.json` appear there afterwards. `ready` is told when both ports are open.
+    `tracker.json` appear there afterwards. `realtime` asks for real-time priority, `ready` is told when both ports are open.
     Raises InputError for an address or an option that is wrong.
     """
     options = options or LiveOptions()
@@ -123,7 +124,7 @@ def track_live(
         if progress is not None:
             progress(where, 0.0)
         ready(server)
-        session = server.serve(duration_s=duration_s, should_stop=should_stop)
+        session = server.serve(duration_s=duration_s, should_stop=should_stop, realtime=realtime)
     summary = _summary(options, server, session, time.monotonic() - start)
     if out is not None:
         with staged_output(Path(out)) as folder:

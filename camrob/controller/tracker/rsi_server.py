@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import os
 import select
 import socket
 import struct
@@ -33,6 +34,7 @@ __all__ = ["RsiServer"]
 
 _STAMP = getattr(socket, "SO_TIMESTAMPNS", 35)  # Linux; Python doesn't name it everywhere
 _TIMESPEC = struct.Struct("@ll")
+_PRIORITY = 50  # of 1 to 99: before all ordinary threads, after the kernel's own
 _AT_ONCE = 64  # datagrams of one socket, before the other one has its turn
 _PATIENCE_S = 0.02  # the longest wait before duration, silence and `should_stop` are looked at
 _LONGEST_STAMP_S = 10.0  # a stamp that is older comes from a clock that was set
@@ -81,15 +83,20 @@ class RsiServer:
         self._measurements.close()
 
     def serve(
-        self, *, duration_s: float | None = None, should_stop: Callable[[], bool] = lambda: False
+        self,
+        *,
+        duration_s: float | None = None,
+        should_stop: Callable[[], bool] = lambda: False,
+        realtime: bool = False,
     ) -> TrackerSession:
         """Answer until a fault, the end of `duration_s`, an interruption or `should_stop`; the session says which it was.
 
-        Every fault ends it, and with it the answers: the controller stops the robot.
+        Every fault ends it, and with it the answers: the controller stops the robot. `realtime` asks the system to run this
+        thread before all ordinary ones (SCHED_FIFO). Raises InputError where the system doesn't allow that.
         """
         end = float("inf") if duration_s is None else time.monotonic() + duration_s
         session = self.session
-        with _no_pauses():
+        with _no_pauses(), _first_in_line(realtime):
             try:
                 while session.stopped is None:
                     self._turn(session)
@@ -174,3 +181,23 @@ def _no_pauses() -> Iterator[None]:
     finally:
         if was:
             gc.enable()
+
+
+@contextlib.contextmanager
+def _first_in_line(asked: bool) -> Iterator[None]:
+    """While it lasts, this thread runs as soon as it can, whatever ordinary threads do."""
+    if not asked:
+        yield
+        return
+    cure = "run as root or with CAP_SYS_NICE on Linux, or leave the option out"
+    if not hasattr(os, "sched_setscheduler"):
+        raise InputError("this system has no real-time threads", cure=cure)
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+    except OSError as error:
+        raise InputError(f"real-time priority isn't given ({error.strerror})", cure=cure) from None
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, *before)
