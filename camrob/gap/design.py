@@ -177,6 +177,8 @@ def pool(panels: Sequence[Panel], units: Sequence[Unit]) -> Design:
 
 def _add(A: Array, b: Array, X: Array, y: Array, columns: NDArray[np.int64] | None) -> None:
     """Add rows to a block's Gram matrix."""
+    if X.shape[-1] == 0:
+        return
     X = X.reshape(-1, X.shape[-1])
     gram, right = X.T @ X, X.T @ y.ravel()
     if columns is None:

@@ -7,11 +7,14 @@ one factorisation of the posterior gives that of all sets which differ in one un
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from math import comb, log
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri
 
 from camrob.gap.design import NUISANCE, Design
 
@@ -22,6 +25,11 @@ Set = frozenset[int]
 
 NUISANCE_SHARE = 0.06  # of the noise's rms: what an effect that counts as absent may still move the TCP by
 _COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
+
+
+@cache
+def _log_comb(n: int, k: int) -> float:
+    return log(comb(n, k))
 
 
 @dataclass(frozen=True)
@@ -86,22 +94,21 @@ class Evidence:
 
     def prior(self, members: Set) -> float:
         """Log prior: so many effects, any of them alike, and of each any of its units."""
-        from math import comb, log
-
-        total = 0.0
         chosen: dict[str, int] = {}
-        for i in members:
-            unit = self.design.units[i]
-            if i in self.always:
-                continue
-            chosen[unit.effect] = chosen.get(unit.effect, 0) + 1
-            total -= log(unit.choices)
-        n = len(chosen)
-        total += log(_COUNTS[n]) if n < len(_COUNTS) else log(_COUNTS[-1]) - 6.0 * (n - len(_COUNTS) + 1)
-        total -= log(comb(max(len(self._effects), n), n))
+        for i in members - self.always:
+            name = self.design.units[i].effect
+            chosen[name] = chosen.get(name, 0) + 1
+        return self._prior(chosen) - sum(log(self.design.units[i].choices) for i in members - self.always)
+
+    def _prior(self, chosen: Mapping[str, int]) -> float:
+        """Log prior of so many units of each effect, whichever they are."""
+        n = sum(1 for k in chosen.values() if k > 0)
+        total = log(_COUNTS[n]) if n < len(_COUNTS) else log(_COUNTS[-1]) - 6.0 * (n - len(_COUNTS) + 1)
+        total -= _log_comb(max(len(self._effects), n), n)
         for name, k in chosen.items():
-            m = len(self._effects[name])
-            total -= log(m) + log(comb(m, k))
+            if k > 0:
+                m = len(self._effects[name])
+                total -= log(m) + _log_comb(m, k)
         return total
 
     def fit(self, members: Set) -> Fitted:
@@ -113,36 +120,49 @@ class Evidence:
         ratio = np.where(inside, (out / usual) ** 2, 1.0)
         P = A * np.outer(scale, scale)
         P[np.diag_indices_from(P)] += ratio
-        L = np.linalg.cholesky(P)
-        inverse = np.linalg.inv(L)
-        C = inverse.T @ inverse
+        L, _ = dpotrf(P, lower=1, clean=1)
+        C, _ = dpotri(L, lower=1)
+        C = np.tril(C) + np.tril(C, -1).T
         right = b * scale
         mean = C @ right
         log_evidence = -0.5 * (yy - right @ mean) - np.log(np.diag(L)).sum() + 0.5 * np.log(ratio).sum()
         score = float(log_evidence) / self.temperature + self.prior(members)
         return Fitted(members, mean * scale, C * np.outer(scale, scale), score)
 
+    @cached_property
+    def _batches(self) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+        """Candidates with equally many columns, and these columns (U, k)."""
+        by_size: dict[int, list[int]] = {}
+        for i in self.candidates:
+            by_size.setdefault(len(self._columns[i]), []).append(i)
+        return [(np.array(units), np.stack([self._columns[i] for i in units])) for units in by_size.values()]
+
     def neighbours(self, fitted: Fitted) -> dict[Set, float]:
         """Scores of all sets that differ in one unit."""
         out, usual = self._widths
         scores: dict[Set, float] = {}
-        base = fitted.score - self.prior(fitted.members)
-        for i in self.candidates:
-            c = self._columns[i]
-            s = out[c]
-            mean, C = fitted.mean[c] / s, fitted.cov[np.ix_(c, c)] / np.outer(s, s)
-            ratio = (s / usual[c]) ** 2
-            entering = i not in fitted.members
-            change = (ratio - 1.0) if entering else (1.0 - ratio)
-            if np.all(np.abs(change) < 1e-12):
-                continue
-            M = np.eye(len(c)) + change[:, None] * C
-            sign, log_det = np.linalg.slogdet(M)
-            if sign <= 0:
-                continue
-            gain = -0.5 * float(mean @ np.linalg.solve(M, change * mean))
-            log_ratio = 0.5 * np.log(ratio).sum() * (1.0 if entering else -1.0)
-            members = fitted.members | {i} if entering else fitted.members - {i}
-            delta = gain - 0.5 * float(log_det) + log_ratio
-            scores[members] = base + delta / self.temperature + self.prior(members)
+        members = fitted.members
+        base = fitted.score - self.prior(members)
+        chosen = {name: sum(i in members for i in own) for name, own in self._effects.items()}
+        choices = sum(log(self.design.units[i].choices) for i in members - self.always)
+        for units, columns in self._batches:
+            s, wide = out[columns], usual[columns]
+            mean = fitted.mean[columns] / s
+            C = fitted.cov[columns[:, :, None], columns[:, None, :]] / (s[:, :, None] * s[:, None, :])
+            ratio = (s / wide) ** 2
+            entering = np.isin(units, list(members), invert=True)
+            sign = np.where(entering, 1.0, -1.0)
+            change = sign[:, None] * (ratio - 1.0)
+            M = np.eye(columns.shape[1]) + change[:, :, None] * C
+            positive, log_det = np.linalg.slogdet(M)
+            safe = np.where((positive > 0)[:, None, None], M, np.eye(columns.shape[1]))
+            gain = -0.5 * np.sum(mean * np.linalg.solve(safe, (change * mean)[..., None])[..., 0], axis=1)
+            delta = (gain - 0.5 * log_det + 0.5 * sign * np.log(ratio).sum(axis=1)) / self.temperature
+            tell = (positive > 0) & (np.abs(change) >= 1e-12).any(axis=1)
+            for k in np.flatnonzero(tell):
+                i = int(units[k])
+                unit, step = self.design.units[i], int(sign[k])
+                prior = self._prior({**chosen, unit.effect: chosen[unit.effect] + step})
+                prior -= choices + step * log(unit.choices)
+                scores[members | {i} if step > 0 else members - {i}] = base + float(delta[k]) + prior
         return scores

@@ -25,6 +25,7 @@ _ROUNDS = 7
 _MOST_SHAPES = 4
 _SAME_ORDER = 2e-3
 _BLOCKS = 10  # a log
+_LAGS = 40  # samples over which what is left may hang together
 _STEP = 20.0  # how much less an effect's change from sample to sample is trusted than its value
 _LEAST_CLAIM = 0.35  # of the noise: an effect that moves the TCP by less is a nuisance
 _LEAST_NOISE, _LEAST_GAP = 0.5, 0.012  # of the noise and of the gap: what is unknown and less isn't worth a word
@@ -99,7 +100,11 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         named = {_name(u): i for i, u in enumerate(units)}
         again = tuple(frozenset(named[n] for n in names if n in named) for names in starts)
         before = _best_of(evidence, again)
-        heat = _temperature(panels, before.mean)
+        heat, *others = _temperatures(panels, before.mean)
+        if max(others) > heat:
+            # what turns and servo errors show beyond white noise must not outweigh the positions
+            panels = _cooled(panels, heat, *others)
+            design = pool(panels, units)
         evidence = Evidence(design, noise, heat)
         scores, best = explore(evidence, again)
         left = [p.y_tcp - p.tcp @ best.mean for p in panels]
@@ -109,14 +114,16 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
             {}, best, excess, int(sum((~k).sum() for k in kept)),
         )  # fmt: skip
         model = replace(model, sets=posterior(evidence, scores, _small(model)))
-        starts = (frozenset(_name(units[i]) for i in best.members),)
+        names = frozenset(_name(units[i]) for i in best.members)
         changed = _refine(model, states)
+        settled = not changed and names in starts  # what is offered now was offered, and not taken
+        starts = (names,)
         if round_ == 0:
             # a shape in the gap itself, before effects of the library are enlisted to mimic it
             _look(model, states, [p.y_tcp for p in panels], 1.0, raw=True)
         changed |= _look(model, states, left, heat)
         softened = _errors(model)
-        if not changed and round_ > 1:
+        if round_ > 1 and (settled or not changed):
             break
     if model is None:
         raise ValueError("at least one round is needed")
@@ -156,20 +163,30 @@ def _best_of(evidence: Evidence, starts: Sequence[frozenset[int]]) -> Fitted:
     return max((evidence.fit(s) for s in sets), key=lambda f: f.score)
 
 
-def _temperature(panels: Sequence[Panel], mean: Array) -> float:
-    """How much more the residual speaks than white noise would: its size, times the length over which it hangs together."""
-    worst = 1.0
+def _temperatures(panels: Sequence[Panel], mean: Array) -> tuple[float, float, float]:
+    """How much more the residual speaks than white noise would, in positions, turns and servo errors: its size, times the
+    length over which it hangs together.
+    """
+    worst = [1.0, 1.0, 1.0]
     for p in panels:
-        parts = [(p.y_tcp - p.tcp @ mean) * p.w_tcp]
+        r = (p.y_tcp - p.tcp @ mean) * p.w_tcp
+        parts = [(r[:, :3], p.w_tcp[:, :3]), (r[:, 3:], p.w_tcp[:, 3:])]
         if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
-            parts.append((p.y_servo - p.servo @ mean[p.servo_columns]) * p.w_servo)
-        energy = sum(float(np.sum(r**2)) for r in parts)
-        rows = sum(float(np.count_nonzero(w)) for w in (p.w_tcp, p.w_servo) if w is not None)
-        lagged = 0.0
-        if not p.scene.poses:
-            lagged = sum(sum(float(np.sum(r[k:] * r[:-k])) for r in parts) for k in range(1, 40))
-        worst = max(worst, (energy + 2.0 * max(lagged, 0.0)) / max(rows, 1.0))
-    return worst
+            parts.append(((p.y_servo - p.servo @ mean[p.servo_columns]) * p.w_servo, p.w_servo))
+        for k, (part, w) in enumerate(parts):
+            energy, rows = float(np.sum(part**2)), float(np.count_nonzero(w))
+            lagged = 0.0 if p.scene.poses else sum(float(np.sum(part[n:] * part[:-n])) for n in range(1, _LAGS))
+            worst[k] = max(worst[k], (energy + 2.0 * max(lagged, 0.0)) / max(rows, 1.0))
+    return worst[0], worst[1], worst[2]
+
+
+def _cooled(panels: Sequence[Panel], heat: float, turned: float, servo: float) -> tuple[Panel, ...]:
+    """The panels with weights of turns and servo errors lowered to the positions' temperature."""
+    scale = np.sqrt(heat / np.maximum([turned, servo], heat))
+    w = np.array([1.0, 1.0, 1.0, *[scale[0]] * 3])
+    return tuple(
+        replace(p, w_tcp=p.w_tcp * w, w_servo=None if p.w_servo is None else p.w_servo * scale[1]) for p in panels
+    )
 
 
 def _structured(panel: Panel, residual: Array) -> float:

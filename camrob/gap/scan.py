@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 _HIGHEST_ORDER = 400.0
 _CYCLES = 1.2  # an order is only one where the axis passes as many of its cycles
+_RIDGE = 1e-9
 _GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
 
 
@@ -146,5 +147,5 @@ def _gain(X: Array, z: Array, w: Array) -> tuple[float, Array]:
     Xc, zc = X - (w @ X) / total, z - np.sum(w * z) / total
     A, b = Xc.T @ (Xc * w[:, None]), Xc.T @ (w * zc)
     scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    solved = np.linalg.lstsq(A / np.outer(scale, scale), b / scale, rcond=1e-8)[0]
+    solved = np.linalg.solve(A / np.outer(scale, scale) + _RIDGE * np.eye(len(b)), b / scale)
     return float(solved @ (b / scale)), Xc @ (solved / scale)

@@ -14,7 +14,7 @@ from camrob.gap.model import Model, whole_gap
 from camrob.gap.noise import find_outliers, noise_of
 from camrob.gap.scene import Scene
 
-__all__ = ["Shrinkage", "Trial", "shrinkage", "trial_of"]
+__all__ = ["Shrinkage", "Trial", "predicted_shrink", "shrinkage", "trial_of"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -127,6 +127,18 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
         doubts.append(spread)
     doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
     return Shrinkage(np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt)
+
+
+def predicted_shrink(model: Model, trial: Trial, blocks: Trial, keep: Set) -> float:
+    """By how much the rms on withheld samples should shrink once `keep` is taken away, told without their measured poses.
+
+    What `keep` moves the TCP by there, beside what it leaves in the blocks of the logs that the fit left out in turn.
+    """
+    left = shrinkage(model, blocks, model.best.members, keep).rms_after
+    values = model.values(keep, model.best)
+    moves = [_settled(model, trial.panels[k], rows, trial.panels[k].moves(values, rows)) for k, rows, _ in trial.asked]
+    before = float(np.hypot(_rms(np.concatenate(moves)), left))
+    return 1.0 - left / max(before, 1e-12)
 
 
 def _settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:

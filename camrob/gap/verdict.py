@@ -14,7 +14,7 @@ from camrob.gap.experiment import next_experiment
 from camrob.gap.localise import regimes_of
 from camrob.gap.model import Model, effect_rms
 from camrob.gap.plausible import implausible, unknown_text
-from camrob.gap.shrink import Shrinkage, Trial, shrinkage
+from camrob.gap.shrink import Shrinkage, Trial, predicted_shrink, shrinkage, trial_of
 from camrob.units import m_to_mm
 
 __all__ = ["Verdict", "judge_effects"]
@@ -41,7 +41,8 @@ class Verdict:
 
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
     """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
-    model = _without_harmful(model, trial)
+    blocks = trial_of(model, ())
+    model = _without_harmful(model, blocks)
     sets = {tuple(sorted(names)): p for names, p in model.sets.items()}
     reasons = implausible(model)
     top = max(model.sets, key=lambda names: model.sets[names])
@@ -79,6 +80,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
             "rms_before_mm": m_to_mm(together.rms_before), "rms_after_mm": m_to_mm(together.rms_after),
             "shrink": together.shrink, "shrink_interval": list(together.interval()), "withheld": trial.name,
             **_tails(together),
+            "predicted_shrink": predicted_shrink(model, trial, blocks, members),
             "removable_removed": _removed(together, model.noise),
             "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
         },

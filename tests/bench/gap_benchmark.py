@@ -1,7 +1,8 @@
-"""The sealed benchmark of the diagnosis: `python tests/bench/gap_benchmark.py --cases 200 --out DIR`.
+"""The sealed benchmark of the diagnosis: `python tests/bench/gap_benchmark.py --out DIR` runs all of it and writes DIR/report.md.
 
-Cases come from `gap_generator`, which shares no code with camrob. Labels go to a file outside of the cases' folder and
-are opened by the scorer, once every case has been diagnosed. Writes results.json and report.md.
+Cases come from `gap_maker`, which shares no code with camrob; makers and diagnoses are processes of their own. A maker
+hands the logs to a folder, and the label to DIR/sealed, which no diagnosis is told of and which is opened by the scorer,
+once every case has been diagnosed. A run that was stopped goes on where it stood. `--score` only scores what is there.
 """
 
 from __future__ import annotations
@@ -15,194 +16,125 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 CELL = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
+ALL = (
+    "frame_base", "frame_tool", "frame_table", "measurement_frame", "joint_offset", "geometry", "track", "lean",
+    "joint_compliance", "payload", "backlash", "servo_lag", "acceleration_error", "friction", "gear_ripple", "wrist_coupling",
+    "thermal_drift", "latency", "early_reading", "cutting_force",
+)  # fmt: skip
+KEPT = ("status", "effects", "together", "alternatives", "unknown", "aliases", "residual", "next_experiment")
 
 
-def one_case(
-    folder: str, seed: int, kind: str | None, exclude: tuple[str, ...], without: tuple[str, ...]
-) -> tuple[dict, dict]:
-    """Make and diagnose one case: the label and what the diagnosis says."""
-    from gap_generator import write_case
+def make(folder: str, task: dict) -> dict:
+    """Write a case's logs; gives the label."""
+    from gap_maker import write_case
 
-    label = write_case(Path(folder), seed, kind, exclude)
+    sizes = tuple(task["sizes"]) if task.get("sizes") else None
+    return write_case(Path(folder), task["seed"], task.get("kind"), task.get("only"), sizes)
+
+
+def answer(folder: str, seed: int, without: tuple[str, ...]) -> dict:
+    """Diagnose a case, knowing its logs alone."""
     from camrob.cell.read_cell import read_cell
     from camrob.gap.diagnose import diagnose
     from camrob.measure.read_log import read_log
 
-    log = read_log(Path(folder) / f"{seed}.csv")
-    begin = time.perf_counter()
+    files = [Path(folder) / f"{seed}.csv", Path(folder) / f"{seed}_withheld.csv"]
+    cell, (log, withheld) = read_cell(CELL), [read_log(f) for f in files]
+    begin = time.process_time()
     try:
-        said = dict(diagnose([log], read_cell(CELL), without=without).summary)
+        found = diagnose([log], cell, withheld=[withheld], without=without).summary
+        said = {k: found[k] for k in KEPT} | {"rungs": found["where"]["rungs"], "regimes": found["where"]["regimes"]}
+        said["noise_mm"] = found["gap"]["noise_mm"]
     except Exception as error:
         said = {"error": f"{type(error).__name__}: {error}"}
-    said["seconds"] = time.perf_counter() - begin
-    said["rows"] = len(log)
-    (Path(folder) / f"{seed}.csv").unlink()
-    return label, said
+    said |= {"seconds": time.process_time() - begin, "rows": len(log)}
+    for f in files:
+        f.unlink()
+        f.with_suffix(".toml").unlink()
+    return said
 
 
-def interval(hits: int, count: int) -> str:
-    """Share with its 95 % Wilson interval."""
-    if count == 0:
-        return "-"
-    p, z = hits / count, 1.96
-    mid = (p + z * z / (2 * count)) / (1 + z * z / count)
-    half = z * np.sqrt(p * (1 - p) / count + z * z / (4 * count**2)) / (1 + z * z / count)
-    return f"{100 * p:.1f} % ({100 * max(0, mid - half):.0f} to {100 * min(1, mid + half):.0f}; {hits} of {count})"
+def tasks_of(arguments: argparse.Namespace) -> list[dict]:
+    """Every case to be made, in order: the mix, every effect alone at twice the noise, every effect taken out."""
+    first = arguments.first
+    tasks = [{"key": f"mix {first + k}", "seed": first + k} for k in range(arguments.cases)]
+    for k, name in enumerate(ALL):
+        for n in range(arguments.each):
+            seed = first + 1_000_000 + 1000 * k + n
+            tasks.append({"key": f"each {seed}", "seed": seed, "only": name, "sizes": [2.0, 2.5]})
+        for n in range(arguments.left_out):
+            seed = first + 2_000_000 + 1000 * k + n
+            tasks.append(
+                {"key": f"left out {seed}", "seed": seed, "only": name, "sizes": [2.0, 20.0], "without": [name]}
+            )
+    return tasks
 
 
-def score(labels: list[dict], said: list[dict]) -> dict:
-    """All figures."""
-    out: dict = {"cases": len(labels), "errors": sum("error" in s for s in said)}
-    rows = [(lab, s) for lab, s in zip(labels, said, strict=True) if "error" not in s]
-    claims = lambda s: [e for e in s["effects"] if e["probability"] >= 0.5]  # noqa: E731
-    none = [s for lab, s in rows if lab["kind"] == "none"]
-    out["false alarms on no-effect data (aim <= 1 %)"] = interval(
-        sum(bool(claims(s)) or s["status"] != "no gap" for s in none), len(none)
-    )
+def read_lines(path: Path) -> dict[str, dict]:
+    """Records by key; a line that was cut short is left aside."""
+    found = {}
+    if path.exists():
+        for line in path.read_text().splitlines():
+            try:
+                record = json.loads(line)
+            except json.JSONDecodeError:
+                continue
+            found[record["key"]] = record
+    return found
 
-    def alike(entry: dict, truth: set) -> bool:
-        return entry["effect"] in truth or bool(set(entry["indistinguishable_from"]) & truth)
 
-    single = [(set(lab["effects"]), s) for lab, s in rows if len(lab["effects"]) == 1 and lab["kind"] == "one"]
-    strong = [
-        (set(lab["effects"]), s)
-        for lab, s in rows
-        if lab["kind"] == "one" and any(e["size"] >= 2 for e in lab["effects"].values())
-    ]
-    first = lambda t, s: bool(s["effects"]) and s["effects"][0]["effect"] in t  # noqa: E731
-    out["one effect at >= 2x noise: right first (aim 95 %)"] = interval(
-        sum(first(t, s) for t, s in strong), len(strong)
-    )
-    out["... up to its stated alias group (aim 99 %)"] = interval(
-        sum(bool(s["effects"]) and alike(s["effects"][0], t) for t, s in strong), len(strong)
-    )
-    out["one effect, any size: exact set"] = interval(
-        sum({e["effect"] for e in claims(s)} == t for t, s in single), len(single)
-    )
-    inside = [(set(lab["effects"]), s) for lab, s in rows if lab["kind"] in ("one", "two", "three") and lab["effects"]]
-
-    def reported(s: dict) -> list[set]:
-        total, sets = 0.0, []
-        for a in s["alternatives"]:
-            sets.append(set(a["effects"]) - {"unknown"})
-            total += a["probability"]
-            if total >= 0.98:
-                break
-        return sets
-
-    out["truth in the reported set (aim 98 %)"] = interval(
-        sum(any(t == r for r in reported(s)) for t, s in inside), len(inside)
-    )
-    out["mean size of the reported set (aim <= 1.5)"] = (
-        f"{np.mean([len(reported(s)) for _, s in inside]):.2f}" if inside else "-"
-    )
-    for kind, aim in (("two", "95, 93, 85 %"), ("three", "-, -, 65 %")):
-        some = [(set(lab["effects"]), s) for lab, s in rows if lab["kind"] == kind]
-        found = [(t, {e["effect"] for e in claims(s)}) for t, s in some]
-        hit, total, said_n = (
-            sum(len(t & f) for t, f in found),
-            sum(len(t) for t, _ in found),
-            sum(len(f) for _, f in found),
-        )
-        out[f"{kind} effects: recall, precision, exact (aim {aim})"] = (
-            f"{interval(hit, total)}; {interval(hit, said_n)}; {interval(sum(t == f for t, f in found), len(found))}"
-        )
-    outside = [s for lab, s in rows if lab["kind"] == "outside" and lab["effects"]]
-    flagged = lambda s: s["unknown"]["probability"] >= 0.5 or s["status"] in ("unexplained", "partly explained")  # noqa: E731
-    out["outside the library: flagged (aim 90 %)"] = interval(sum(flagged(s) for s in outside), len(outside))
-    out["... some name above 0.8 (aim none)"] = interval(
-        sum(any(e["probability"] > 0.8 for e in s["effects"]) for s in outside), len(outside)
-    )
-    out["false unknowns (aim <= 5 %)"] = interval(sum(flagged(s) for _, s in inside), len(inside))
-    pairs = [(e["probability"], e["effect"] in lab["effects"]) for lab, s in rows for e in s["effects"]]
-    if pairs:
-        p, y = np.array([x for x, _ in pairs]), np.array([x for _, x in pairs], float)
-        bins = np.clip((p * 10).astype(int), 0, 9)
-        curve = [
-            (float(p[bins == b].mean()), float(y[bins == b].mean()), int((bins == b).sum())) for b in np.unique(bins)
-        ]
-        out["calibration error of claims (aim <= 0.05)"] = f"{sum(n * abs(a - c) for a, c, n in curve) / len(p):.3f}"
-        out["calibration curve (said, true, count)"] = [[round(a, 2), round(c, 2), n] for a, c, n in curve]
-    removed = [
-        s["together"]["removable_removed"]
-        for lab, s in rows
-        if lab["kind"] in ("one", "two", "three") and s["together"]["removable_removed"] is not None
-    ]
-    if removed:
-        out["removable gap removed on withheld blocks: median, 10th percentile (aim 97 %, 90 %)"] = (
-            f"{100 * np.median(removed):.1f} %, {100 * np.quantile(removed, 0.1):.1f} %"
-        )
-    axes = [
-        (lab["effects"][e["effect"]]["axes"], e["axes"])
-        for lab, s in rows
-        for e in claims(s)
-        if "axes" in lab["effects"].get(e["effect"], {})
-    ]
-    out["axes named exactly, where the effect was (aim 92 %)"] = interval(
-        sum(set(a) == set(b) for a, b in axes), len(axes)
-    )
-    seconds = [s["seconds"] for _, s in rows]
-    out["seconds a case: median, worst"] = (
-        f"{np.median(seconds):.1f}, {np.max(seconds):.1f} (median of {np.median([s['rows'] for _, s in rows]):.0f} rows)"
-    )
-    by: dict = {}
-    for lab, s in rows:
-        for name, e in lab["effects"].items():
-            band = "0.5 to 2" if e["size"] < 2 else "2 to 20"
-            hit = any(c["effect"] == name for c in claims(s)) if lab["kind"] != "outside" else flagged(s)
-            by.setdefault(name, {}).setdefault(band, []).append(bool(hit))
-    out["found, by effect and size"] = {
-        n: {b: f"{sum(v)} of {len(v)}" for b, v in d.items()} for n, d in sorted(by.items())
-    }
-    wrong: dict = {}
-    for lab, s in rows:
-        for e in claims(s):
-            if e["effect"] not in lab["effects"]:
-                key = f"{' + '.join(sorted(lab['effects'])) or 'nothing'} -> {e['effect']}"
-                wrong[key] = wrong.get(key, 0) + 1
-    out["wrongly claimed (truth -> claim)"] = dict(sorted(wrong.items(), key=lambda x: -x[1]))
-    return out
+def run(arguments: argparse.Namespace) -> None:
+    """Make and diagnose every case that has no answer yet."""
+    sealed, answers = arguments.out / "sealed" / "labels.jsonl", arguments.out / "answers.jsonl"
+    sealed.parent.mkdir(parents=True, exist_ok=True)
+    done = read_lines(answers)
+    waiting = [t for t in tasks_of(arguments) if t["key"] not in done]
+    begin = time.time()
+    with (
+        tempfile.TemporaryDirectory() as folder, sealed.open("a") as labels, answers.open("a") as said,
+        ProcessPoolExecutor(arguments.workers) as makers, ProcessPoolExecutor(arguments.workers) as doctors,
+    ):  # fmt: skip
+        for start in range(0, len(waiting), 4 * arguments.workers):
+            some = waiting[start : start + 4 * arguments.workers]
+            pending = []
+            for task, made in [(t, makers.submit(make, folder, t)) for t in some]:
+                label = made.result()
+                labels.write(json.dumps({"key": task["key"], "task": task, "label": label}, default=float) + "\n")
+                pending.append((task, doctors.submit(answer, folder, task["seed"], tuple(task.get("without", ())))))
+            for task, job in pending:
+                said.write(json.dumps({"key": task["key"], "said": job.result()}, default=float) + "\n")
+            labels.flush()
+            said.flush()
+            sys.stderr.write(f"{start + len(some)} of {len(waiting)}, {time.time() - begin:.0f} s\n")
 
 
 def main() -> None:
+    """Run, then score."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--cases", type=int, default=200)
-    parser.add_argument("--first", type=int, default=1000)
-    parser.add_argument("--kind", choices=["none", "one", "two", "three", "outside"])
-    parser.add_argument(
-        "--without", action="append", default=[], help="take an effect out of the library; cases have just it"
-    )
+    parser.add_argument("--cases", type=int, default=2000, help="of the mix: 15, 35, 25, 10, 15 %%")
+    parser.add_argument("--each", type=int, default=10, help="cases of every effect alone, at twice the noise")
+    parser.add_argument("--left-out", type=int, default=5, help="cases of every effect, taken out of the library")
+    parser.add_argument("--first", type=int, default=100_000, help="the first seed")
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--score", action="store_true", help="only score what is there")
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    labels, said = [], []
-    begin = time.time()
-    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(arguments.workers) as workers:
-        seeds = range(arguments.first, arguments.first + arguments.cases)
-        jobs = [workers.submit(one_case, folder, s, arguments.kind, (), tuple(arguments.without)) for s in seeds]
-        for k, job in enumerate(jobs):
-            label, answer = job.result()
-            labels.append(label)
-            said.append(answer)
-            sys.stderr.write(f"\r{k + 1} of {arguments.cases}, {time.time() - begin:.0f} s ")
-    sealed = json.dumps(labels, sort_keys=True, default=float)
-    figures = {"labels sha256": hashlib.sha256(sealed.encode()).hexdigest(), **score(labels, said)}
-    everything = [{"label": lab, "said": s} for lab, s in zip(labels, said, strict=True)]
-    (arguments.out / "results.json").write_text(json.dumps(everything, default=float))
-    lines = ["# Sealed benchmark of `camrob diagnose`", ""]
-    for name, value in figures.items():
-        if isinstance(value, dict):
-            lines += [f"- {name}:", *(f"  - {k}: {v}" for k, v in value.items())]
-        else:
-            lines.append(f"- {name}: {value}")
-    (arguments.out / "report.md").write_text("\n".join(lines) + "\n")
-    sys.stdout.write("\n".join(lines) + "\n")
+    if not arguments.score:
+        run(arguments)
+    from gap_report import write_report
+    from gap_score import rows_of, score
+
+    sealed = arguments.out / "sealed" / "labels.jsonl"
+    labels, answers = read_lines(sealed), read_lines(arguments.out / "answers.jsonl")
+    text = "".join(json.dumps(labels[k]["label"], sort_keys=True) for k in sorted(labels) if k in answers)
+    figures = score(rows_of(labels, answers))
+    figures["sha256 of the labels"] = hashlib.sha256(text.encode()).hexdigest()
+    (arguments.out / "figures.json").write_text(json.dumps(figures, indent=1, default=float))
+    write_report(figures, arguments.out)
 
 
 if __name__ == "__main__":

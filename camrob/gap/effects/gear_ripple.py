@@ -13,6 +13,11 @@ from camrob.units import deg_to_rad
 __all__ = ["EFFECT"]
 
 _CHOICES = 300  # orders that could have been picked
+_HARMONICS = ((1, deg_to_rad(0.006)), (2, deg_to_rad(0.001)))  # times the order, ordinary size
+
+
+def _text(order: float) -> str:
+    return f"{order:.2f}".rstrip("0").rstrip(".")
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -21,22 +26,27 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     units = []
     for key in sorted(state):
         axis, _, _which = key.partition("_order")
-        order = f"{state[key]:.2f}".rstrip("0").rstrip(".")
-        usual = deg_to_rad(0.006)
-        names = (f"{axis}_cos{order}_deg", f"{axis}_sin{order}_deg")
-        parameters = tuple(EffectParameter(n, "deg", usual, -most, most) for n in names)
+        parameters = tuple(
+            EffectParameter(f"{axis}_{wave}{_text(times * state[key])}_deg", "deg", usual, -most, most)
+            for times, usual in _HARMONICS
+            for wave in ("cos", "sin")
+        )
         units.append(Unit("gear_ripple", axis, parameters, choices=_CHOICES, key=key))
     return tuple(units)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     angle = state[unit.key] * scene.link[:, scene.index(unit.axis)]
-    return tuple(Column(tcp=scene.shift(unit.axis, np.asarray(wave(angle)))) for wave in (np.cos, np.sin))
+    return tuple(
+        Column(tcp=scene.shift(unit.axis, np.asarray(wave(times * angle))))
+        for times, _ in _HARMONICS
+        for wave in (np.cos, np.sin)
+    )
 
 
 EFFECT = Effect(
     name="gear_ripple",
-    physics="The link runs ahead of and behind its encoder once or several times a turn of the axis, or of its motor.",
+    physics="The link runs ahead of and behind its encoder once or several times a turn of the axis, or of its motor; not quite as a sine.",
     rungs=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the axis alone slowly through its range, both ways",

@@ -1,0 +1,242 @@
+"""Cases of the gap benchmark: a cell with true effects, nuisances of all others, two runs of it, and the label.
+
+A case is drawn from its seed alone. The second run is another path of the same cell; it is withheld from the diagnosis's
+choice and fit. Nothing here comes from camrob.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from gap_draws import ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
+from gap_generator import AXES, DEG, STEP, World, growths, jacobian, moment, path, show, torques, turns
+
+KINDS = {"none": 0.15, "one": 0.35, "two": 0.25, "three": 0.10, "outside": 0.15}
+NUISANCE = 0.1  # of the noise: what all absent effects together move the TCP by at most
+_TRIES = 8  # draws of an effect, each of less than the one before, until it moves the tool enough with a value that machines have
+_MOST = {"payload": 4.0}  # times the ordinary amount; 12 for all others
+HOME = np.array([0, -90, 90, 0, 90, 0, 0, 0.0]) * DEG
+
+
+@dataclass
+class Rig:
+    """What is drawn of a case beside its effects."""
+
+    poses: bool
+    in_base: bool
+    sigma: float
+    sigma_turned: float
+    told: bool
+    position_only: bool
+    lacks: str
+    with_force: bool
+    with_temp: bool
+    outliers: float
+    rise: float
+    tau: float
+    waves: np.ndarray = field(repr=False)
+
+    @property
+    def noise(self):
+        """3-D rms of the instrument's noise, m."""
+        return self.sigma * np.sqrt(3)
+
+
+def draw_rig(rng):
+    """Instrument, frame, what is logged."""
+    poses = rng.random() < 0.12
+    return Rig(
+        poses=poses, in_base=rng.random() < 0.15, sigma=rng.uniform(0.01, 0.04) * 1e-3,
+        sigma_turned=rng.choice([2e-4, 1e-3, 4e-3]) * DEG, told=poses or rng.random() < 0.85, position_only=rng.random() < 0.2,
+        lacks=str(rng.choice(["", "encoders", "setpoints"], p=[0.8, 0.1, 0.1])), with_force=not poses and rng.random() < 0.4,
+        with_temp=rng.random() < 0.6, outliers=rng.choice([0, 0.01]), rise=rng.uniform(8, 15), tau=rng.uniform(20, 80),
+        waves=rng.uniform(0, 1, (2, 3)),
+    )  # fmt: skip
+
+
+def posture_list(rng):
+    """Axis values (M, 8) of single poses, spread over the workspace."""
+    count = int(rng.integers(80, 260))
+    spread = np.array([30, 20, 25, 60, 40, 90]) * DEG
+    axis = HOME + np.zeros((count, 8))
+    axis[:, :6] += rng.uniform(-1, 1, (count, 6)) * spread
+    axis[:, 6] = rng.uniform(-0.5, 0.5, count)
+    axis[:, 7] = rng.uniform(-2.5, 2.5, count)
+    return axis
+
+
+def run_of(rng, rig, seconds):
+    """(world, sample times) of one run, nothing wrong yet."""
+    if rig.poses:
+        command = posture_list(rng)
+        t = np.arange(len(command), dtype=float)
+        at, coarse = t, slice(None)
+    else:
+        t, command = path(rng, seconds, table=rng.uniform(0.3, 2.5) if rig.in_base else 0.3)
+        rate = rng.choice([10.0, 12.5, 25.0, 62.5])
+        at, coarse = np.arange(0.3, t[-1] - 0.3, 1.0 / rate), slice(None, None, 25)
+    world = World(t, command)
+    world.in_base = rig.in_base
+    force = np.clip(80 * np.sin(2 * np.pi * np.outer(t, 0.05 + 0.25 * rig.waves[0]) + 6 * rig.waves[1]) + 60, 0, 140)
+    few, short = command[coarse], t[coarse]
+
+    def wide(values):
+        return values if rig.poses else np.stack([np.interp(t, short, c) for c in values.T], 1)
+
+    J = wide(jacobian(few)[:, :3].reshape(len(few), -1)).reshape(-1, 3, 6)
+    lengths = wide(np.concatenate(growths(few), 1))
+    world.context = {
+        "moment": wide(moment(few)), "torque": wide(torques(few)), "payload": wide(torques(few, [(5, 1.0, (0, 0, 0.13))])),
+        "warm": rig.rise * (1 - np.exp(-t / rig.tau)), "growth": [lengths[:, 3 * i : 3 * i + 3] for i in range(6)],
+        "force": np.einsum("nij,ni->nj", J, force), "pushed": force,
+    }  # fmt: skip
+    return world, at
+
+
+def clone(world):
+    """The same run with nothing wrong."""
+    fresh = World(world.t, world.command)
+    fresh.context, fresh.in_base = world.context, world.in_base
+    return fresh
+
+
+def moved(world, appliers, at):
+    """m (rms): by how much effects, given as (apply, size), move the TCP."""
+    plain, other = clone(world), clone(world)
+    for apply, s in appliers:
+        apply(other, s)
+    a, b = show(plain, at)[2], show(other, at)[2]
+    return float(np.sqrt(np.mean(np.sum((b[:, :3, 3] - a[:, :3, 3]) ** 2, 1))))
+
+
+def scaled(world, apply, target, at, rounds=4):
+    """The size at which an effect moves the TCP by target m (rms); None where it can't."""
+    s = 1.0
+    for _ in range(rounds):
+        size = moved(world, [(apply, s)], at)
+        if size < 1e-9:
+            return None
+        s *= target / size
+    return s
+
+
+def names_of(rig, without=()):
+    """Effects of the library that a case with this rig can have."""
+    names = list(POSES if rig.poses else PATHS) + (list(ON_TABLE) if rig.in_base else [])
+    names += ["thermal_drift"] if rig.poses and rig.with_temp else []
+    lacking = {"cutting_force": rig.with_force, "thermal_drift": rig.with_temp}
+    if rig.lacks == "setpoints":
+        lacking |= {"servo_lag": False, "friction": False}
+    return [n for n in names if lacking.get(n, True) and n not in without]
+
+
+def drawn(seed, kind=None, only=None, sizes=None, whole=True):
+    """(rng, rig, runs, chosen effects as (name, apply, size), label). only: the one effect; sizes: (least, most) times the noise.
+
+    whole: with the second run and the nuisances; without, the first run has nothing wrong yet.
+    """
+    rng, other = np.random.default_rng(seed), np.random.default_rng([seed, 1])
+    kind = kind or str(rng.choice(list(KINDS), p=list(KINDS.values())))
+    rig = draw_rig(rng)
+    if only is not None:
+        kind, rig = "one", _fitting(rig, only)
+    runs = [run_of(rng, rig, np.exp(rng.uniform(np.log(25), np.log(100))))]
+    world, at = runs[0]
+    few = at[:: max(1, len(at) // 300)]
+    names = names_of(rig)
+    count = {"none": 0, "one": 1, "two": 2, "three": 3, "outside": 0}[kind]
+    picked = [only] if only is not None else list(rng.choice(names, count, replace=False))
+    if kind == "outside":
+        picked = [str(rng.choice(POSES_OUTSIDE if rig.poses else OUTSIDE))]
+    low, high = sizes or (1.5 if kind == "outside" else 0.5, 20.0)
+    label = {"seed": seed, "kind": kind, "effects": {}, "noise_mm": rig.noise * 1e3}
+    chosen = []
+    for name in picked:
+        times = float(np.exp(rng.uniform(np.log(low), np.log(high))))
+        for _ in range(_TRIES):
+            facts, apply = draw(name, rng, world)
+            s = scaled(world, apply, times * rig.noise, few)
+            if s is not None and s <= _MOST.get(name, 12.0):
+                break
+            times = max(low, 0.7 * times)
+        if s is None or s > _MOST.get(name, 12.0):
+            continue
+        chosen.append((str(name), apply, s))
+        label["effects"][str(name)] = {"size": times, **facts}
+    if not whole:
+        return rng, rig, runs, chosen, label
+    runs.append(run_of(other, rig, other.uniform(15, 30)))
+    nuisances = []
+    for name in (n for n in names if n not in picked):
+        _, apply = draw(name, rng, world)
+        s = scaled(world, apply, 0.02 * rig.noise, few, rounds=2)
+        if s is not None:
+            nuisances.append((apply, s))
+    total = moved(world, nuisances, few) / rig.noise if nuisances else 0.0
+    share = rng.uniform(0, NUISANCE)
+    for one, _ in runs:
+        for _, apply, s in chosen:
+            apply(one, s)
+        for apply, s in nuisances:
+            apply(one, s * share / max(total, 1e-9))
+    label |= {
+        "nuisance": share,
+        "poses": rig.poses,
+        "in_base": rig.in_base,
+        "lacks": rig.lacks,
+        "position_only": rig.position_only,
+    }
+    return rng, rig, runs, chosen, label
+
+
+def _fitting(rig, only):
+    """The rig changed so that it can show an effect."""
+    rig.poses = only == "early_reading" or (rig.poses and only in POSES)
+    rig.in_base = only in ON_TABLE or rig.in_base
+    rig.with_force = not rig.poses and (only == "cutting_force" or rig.with_force)
+    rig.with_temp = only == "thermal_drift" or rig.with_temp
+    rig.lacks = "" if only in ("servo_lag", "friction") and rig.lacks == "setpoints" else rig.lacks
+    return rig
+
+
+def columns_of(rng, rig, world, at):
+    """The log's columns, in its units."""
+    setpoint, encoder, T = show(world, at)
+    p = T[:, :3, 3] + rng.normal(0, rig.sigma, (len(at), 3))
+    bad = rng.random(len(at)) < (0 if rig.poses else rig.outliers)
+    p[bad] += rng.normal(0, 1e-3, (bad.sum(), 3))
+    R = turns(rng.normal(0, rig.sigma_turned, (len(at), 3))) @ T[:, :3, :3]
+    columns = {"t": at, **{n: p[:, k] * 1e3 for k, n in enumerate("xyz")}}
+    if not rig.position_only:
+        columns |= {
+            "a": np.arctan2(R[:, 1, 0], R[:, 0, 0]) / DEG, "b": -np.arcsin(np.clip(R[:, 2, 0], -1, 1)) / DEG,
+            "c": np.arctan2(R[:, 2, 1], R[:, 2, 2]) / DEG,
+        }  # fmt: skip
+    edge = np.array([1 / DEG] * 6 + [1e3, 1 / DEG])
+    if rig.lacks != "encoders":
+        columns |= {n: np.round(encoder[:, k] * edge[k], 5) for k, n in enumerate(AXES)}
+    if rig.lacks != "setpoints":
+        columns |= {f"c{n}": np.round(setpoint[:, k] * edge[k], 5) for k, n in enumerate(AXES)}
+    if rig.with_temp:
+        columns["temp"] = 21.0 + np.interp(at, world.t, world.context["warm"])
+    if rig.with_force:
+        columns |= {f"f{n}": np.interp(at, world.t, world.context["pushed"][:, k]) for k, n in enumerate("xyz")}
+    return columns
+
+
+def write_case(folder: Path, seed: int, kind=None, only=None, sizes=None) -> dict:
+    """Write SEED.csv and SEED_withheld.csv, with what is told beside them, into a folder; gives the label, which goes elsewhere."""
+    rng, rig, runs, _, label = drawn(seed, kind, only, sizes)
+    facts = {"sigma_mm": rig.sigma * 1e3, "sigma_deg": rig.sigma_turned / DEG} if rig.told else {}
+    facts |= {"measured_frame": "base"} if rig.in_base else {}
+    facts |= {"poses": True} if rig.poses else {}
+    for name, (world, at) in zip((f"{seed}", f"{seed}_withheld"), runs, strict=True):
+        columns = columns_of(rng, rig, world, at)
+        order = [n for n in ("t", *"xyzabc", *AXES, *(f"c{a}" for a in AXES), "temp", "fx", "fy", "fz") if n in columns]
+        table = np.stack([columns[n] for n in order], 1)
+        np.savetxt(folder / f"{name}.csv", table, fmt="%.6f", delimiter=",", header=",".join(order), comments="")
+        (folder / f"{name}.toml").write_text("".join(f"{k} = {json.dumps(v)}\n" for k, v in facts.items()))
+    return label
