@@ -34,7 +34,7 @@ class RobotErrors:
 
     delay: cycles from command to joint control. lag: time constants. lost: half the motion lost at a reversal. friction:
     half of what friction holds back there, dying away with `recovery`, s. sliding: how far a joint turns until friction has
-    changed sides. seed, link, link_angle: of the drawn link errors, m and rad. static (6,): x, y, z, A, B, C of the tool's
+    changed sides, at least twice the sum of both, or the link would move against its motor. seed, link, link_angle: of the drawn link errors, m and rad. static (6,): x, y, z, A, B, C of the tool's
     error at the first test's start, m and rad.
     """
 
@@ -43,14 +43,14 @@ class RobotErrors:
     lost: Array
     friction: Array
     recovery: float
-    sliding: float
+    sliding: Array
     seed: int
     link: float
     link_angle: float
     static: Array
 
     def __post_init__(self) -> None:
-        for name in ("lag", "lost", "friction", "static"):
+        for name in ("lag", "lost", "friction", "sliding", "static"):
             object.__setattr__(self, name, locked(getattr(self, name), shape=(6,), name=name))
 
 
@@ -135,12 +135,16 @@ def _robot(table: TableReader) -> RobotErrors:
         lost=deg_to_rad(_positive(table, "lost_deg", 0.0)),
         friction=deg_to_rad(_positive(table, "friction_deg", 0.0)),
         recovery=ms_to_s(table.number("recovery_ms", lower=1.0, upper=1e4)),
-        sliding=deg_to_rad(table.number("sliding_deg", lower=1e-6, upper=10.0)),
+        sliding=deg_to_rad(_positive(table, "sliding_deg", 1e-6)),
         seed=table.integer("seed", lower=0, upper=2**31),
         link=mm_to_m(table.number("link_mm", lower=0.0, upper=10.0)),
         link_angle=deg_to_rad(table.number("link_deg", lower=0.0, upper=5.0)),
         static=np.concatenate([mm_to_m(table.vector("static_mm", 3)), deg_to_rad(table.vector("static_deg", 3))]),
     )
+    if np.any(errors.sliding < 2.0 * (errors.lost + errors.friction) * (1.0 - 1e-9)):
+        raise table.fail(
+            "sliding_deg", "is less than twice lost_deg + friction_deg", "give more: a link can't run backwards"
+        )
     table.finish()
     return errors
 

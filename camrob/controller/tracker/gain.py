@@ -1,7 +1,8 @@
 """The gain by analysis: what a run without correction lets one expect of the loop at any gain, before it is tried.
 
 At one posture the joints' loops are separate (see `analysis`), so a recorded error is taken to the joints, filtered by each
-joint's own loop, and taken back. The tracker's noise is smoothed away beforehand and added as the variance that the loop lets through.
+joint's own loop, and taken back. The tracker's noise is smoothed away beforehand, and the variance of it that the loop lets
+through is added.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ _SMOOTHING = 0.02  # s
 
 @dataclass(frozen=True, slots=True)
 class GainChoice:
-    """Gains (G,) with what is expected of them: `expected` (G, paths), m, root mean square of the tool's error; `noise` (G,), m, the
-    part of it that the tracker's noise makes; `peak` (G,) of |S| and `room` (G,), the factor to instability, worst joint. `chosen`:
-    the least expected error within the bounds on peak and room.
+    """Gains (G,) with what is expected of them: `expected` (G, paths), m, root mean square of the tool's error; `noise` (G,), m,
+    the part of it that the tracker's noise makes in a coordinate; `peak` (G,) of |S| and `room` (G,), the factor to
+    instability, of the worst joint. `chosen`: the least expected error within the bounds on peak and room.
     """
 
     gains: Array

@@ -1,8 +1,8 @@
 """What a run without correction tells about the joints: how late each one is, and how much motion it loses where it reverses.
 
 The errors seen at the tool are taken to the joints by the nominal Jacobian. Joint i's part is then regressed on its speed (how
-late it is, s), on its state of friction along the programmed path (half of the lost motion, rad), and on a constant and the joints'
-positions, which stand for the link errors. From the first two come set-points ahead of the path.
+late it is, s), on its state of friction along the programmed path (half of the lost motion, rad), and on a constant and the
+joints' positions, which stand for the link errors. From the first two come set-points ahead of the path.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The tracker loop in simulation: measured, compared, corrected and sent on every cycle; many runs side by side.
 
 A cycle k, in this order: the robot stands at y(k); the tracker's sample of y(k - latency) is there; the error e is taken against
-the set-point of now (as published) or of the measured instant (`aligned`); the law adds to the correction u(k); the nominal inverse
-kinematics of set-point plus correction goes to the robot, which moves by y(k + 1).
+the set-point of now (as published) or of the measured instant (`aligned`); the law adds to the correction u(k); the nominal
+inverse kinematics of set-point plus correction goes to the robot, which moves by y(k + 1).
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ _RAMP = 1.0  # s in which a learned correction is let in at a run's start
 
 @dataclass(frozen=True, slots=True)
 class LoopRun:
-    """What one run is. `law` None: no correction; it begins at cycle `begin`. `learned` (N, 6): added to the set-points, m and rad;
-    `ahead` (N, 6): added to the joints' commands, rad. `noise_seed`: runs of one seed see the same noise.
+    """What one run is. `law` None: no correction; it begins at cycle `begin`. `learned` (N, 6): added to the set-points,
+    m and rad; `ahead` (N, 6): added to the joints' commands, rad. `noise_seed`: runs of one seed see the same noise.
     """
 
     path: TestPath
@@ -79,7 +79,7 @@ class LoopLog:
 
 
 def check_arm_alone(cell: Cell) -> None:
-    """Raises CellError for a cell whose arm stands on a track, or whose part turns: the loop corrects six axes in the base frame."""
+    """Raises CellError for a cell whose arm stands on a track or whose part turns: the loop corrects six axes in the base."""
     if cell.indices(Role.WORKPIECE) or cell.indices(Role.CARRIAGE) or cell.indices(Role.ROLL):
         raise CellError(
             "the tracker loop is for an arm alone, and this cell has other joints",

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -57,7 +55,7 @@ class Size(NamedTuple):
 class RunMeasure:
     """Over the moving part of a run from `begin` s on; m and rad.
 
-    axes: x, y, z, A, B, C. tool: from the set-point to the tool. path: from the programmed line or circle, in its plane.
+    axes: six, of x, y, z, A, B, C. tool: from the set-point to the tool. path: from the programmed line or circle, in its plane.
     Those with `seen_` are the tracker's view, noise and latency included; the others where the tool really was. corners: largest
     distance to the set-point about each; peaks: greatest change across the path at each of `reversals`. static: the error at
     rest before the start, or with the correction on, at the end of it. late_cuts: share of cycles, from 3 s after the
@@ -65,8 +63,8 @@ class RunMeasure:
     """
 
     begin: float
-    axes: Mapping[str, Size]
-    seen_axes: Mapping[str, Size]
+    axes: tuple[Size, ...]
+    seen_axes: tuple[Size, ...]
     tool: Size
     seen_tool: Size
     path: Size
@@ -78,8 +76,6 @@ class RunMeasure:
     late_cuts: float
 
     def __post_init__(self) -> None:
-        for name in ("axes", "seen_axes"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
         for name in ("corners", "peaks", "static"):
             object.__setattr__(self, name, locked(getattr(self, name), name=name))
 
@@ -147,8 +143,8 @@ def measure_run(log: LoopLog, begin: float) -> RunMeasure:
     settled = np.flatnonzero(path.time >= log.run.begin * cycle + 3.0)
     return RunMeasure(
         begin,
-        {name: Size.of(error[part, k]) for k, name in enumerate("xyzABC")},
-        {name: Size.of(seen[part, k]) for k, name in enumerate("xyzABC")},
+        tuple(Size.of(error[part, k]) for k in range(6)),
+        tuple(Size.of(seen[part, k]) for k in range(6)),
         Size.of(distance[part]),
         Size.of(np.linalg.norm(seen[part, :3], axis=1)),
         Size.of(off_path(path, error)[part]),

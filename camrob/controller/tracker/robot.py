@@ -1,8 +1,8 @@
 """The simulated robot: link errors, joints that follow late, and friction and lost motion where a joint reverses.
 
 A cycle of joint i: the command that is `delay` cycles old moves the motor by a first-order lag, q <- q + a (c - q) with
-a = 1 - exp(-T / lag). Friction has a state s between -1 and 1 that follows the direction of motion within the way `sliding` (Dahl's
-model: ds = (sign - s) (1 - exp(-|dq| / sliding))). The link stands `lost` s behind the motor, which its encoder doesn't show; the
+a = 1 - exp(-T / lag). Friction has a state s between -1 and 1 that follows the direction of motion within the way `sliding`
+(Dahl's model: ds = (sign - s) (1 - exp(-|dq| / sliding))). The link stands `lost` s behind the motor, which its encoder doesn't show; the
 motor itself stands `friction` h behind, where h follows the changes of s and dies away with `recovery`.
 """
 
@@ -41,15 +41,15 @@ def actual_chain(cell: Cell, errors: RobotErrors, q_start: Array, wanted_start: 
     return chain_arrays(wrong.with_tool(flange_T_drawn @ drawn_T_real))
 
 
-def friction_state(q: Array, sliding: float) -> Array:
-    """s (N, ...) of joints that stand at q (N, ...) one cycle after the other, from rest at s = 0."""
+def friction_state(q: Array, sliding: Array) -> Array:
+    """s (N, 6) of joints that stand at q (N, 6) one cycle after the other, from rest at s = 0; `sliding` (6,), rad."""
     out = np.zeros_like(q)
     for k in range(1, len(q)):
         out[k] = _slid(out[k - 1], q[k] - q[k - 1], sliding)
     return out
 
 
-def _slid(s: Array, moved: Array, sliding: Array | float) -> Array:
+def _slid(s: Array, moved: Array, sliding: Array) -> Array:
     """s after motions of the joints, rad."""
     side = np.sign(moved)
     return np.asarray(s + (side - s) * -np.expm1(-np.abs(moved) / sliding) * (side != 0.0))
@@ -75,7 +75,7 @@ class RobotBatch:
         self._lost = np.stack([e.lost for e in errors])
         self._friction = np.stack([e.friction for e in errors])
         self._keep = np.exp(-cycle / np.array([e.recovery for e in errors]))[:, None]
-        self._sliding = np.array([e.sliding for e in errors])[:, None]
+        self._sliding = np.stack([e.sliding for e in errors])
         self._delay = np.array([e.delay for e in errors])
         self._sent = np.repeat(start[None], int(self._delay.max()) + 1, axis=0)
         self._rows = np.arange(len(start))

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 SETTLED = 3.0  # s after the correction is switched on, from which its effect is measured
-SMOOTHING = 0.03  # s, of what is learned
+SMOOTHING, STEP = 0.05, 0.7  # of what is learned: its width, s, and what share of a lap's findings is taken over
 LATENCIES = (0, 1, 2, 5, 10, 25, 50)  # cycles
 _MOST_LAPS = 20
 _TRIED = (0.005, 0.02, 0.06)  # gains that are simulated beside the expected curve
@@ -190,13 +190,13 @@ def _learn(
     for start in starts:
         law = start.square.run.law or case.law
         loops = [loop for loop, moved in zip(joint_loops(case, lags.lag(case)), lags.moved, strict=True) if moved]
-        plans.append(best_lead(loops, law.gain, SMOOTHING))
+        plans.append(best_lead(loops, law.gain, SMOOTHING, STEP))
     logs = [log for start in starts for log in (start.square, start.circle)]
     measures = [[(start.of_square, start.of_circle)] for start in starts]
     for lap in range(1, laps + 1):
         runs = []
         for k, log in enumerate(logs):
-            learned = learned_after(log, plans[k // 2][0], SMOOTHING, case.law.cycle_s)
+            learned = learned_after(log, plans[k // 2][0], SMOOTHING, STEP)
             runs.append(replace(log.run, learned=learned, noise_seed=1 + lap))
         logs = simulate(cell, case, runs)
         for k in range(len(starts)):
@@ -242,7 +242,12 @@ def _sensitivity(cell: Cell, case: TrackerCase, path: TestPath) -> tuple[Sensiti
         ("joint lags half as large again", replace(r, lag=1.5 * r.lag), noise, case.latency),
         ("all joints equally late", replace(r, lag=np.full(6, float(np.mean(r.lag[:3])))), noise, case.latency),
         ("no friction, no lost motion", replace(r, lost=0.0 * r.lost, friction=0.0 * r.friction), noise, case.latency),
-        ("three times of both", replace(r, lost=3.0 * r.lost, friction=3.0 * r.friction), noise, case.latency),
+        (
+            "three times of both",
+            replace(r, lost=3.0 * r.lost, friction=3.0 * r.friction, sliding=3.0 * r.sliding),
+            noise,
+            case.latency,
+        ),
         ("no link errors", replace(r, link=0.0, link_angle=0.0), noise, case.latency),
         ("link errors doubled", replace(r, link=2.0 * r.link, link_angle=2.0 * r.link_angle), noise, case.latency),
         ("other link errors drawn", replace(r, seed=r.seed + 1), noise, case.latency),
