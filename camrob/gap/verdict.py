@@ -22,6 +22,7 @@ __all__ = ["Verdict", "judge_effects"]
 Set = frozenset[int]
 
 _WORTH_A_LINE = 0.02
+_REPORTED = 0.98  # of the probability: the likeliest sets that hold as much are told
 _CROWDED = 0.4
 _CAUTIOUS = 0.75  # what no single name is given where something unexplained stays, or only a broad effect explains
 _CROWD = 4  # effects: more than these together rather mimic what is unknown
@@ -162,7 +163,7 @@ def _status(shrunk: Shrinkage, noise: float, claimed: Sequence[str], unknown: fl
 
 
 def _alternatives(sets: Mapping[tuple[str, ...], float], unknown: float) -> list[dict[str, Any]]:
-    """Sets of effects with their probabilities, the unknown among them; they sum to 1."""
+    """The likeliest sets of effects with their probabilities, the unknown among them; they sum to 1."""
     inside = sum(p for names, p in sets.items() if "unknown" in names)
     scale_in = unknown / inside if inside > 0.0 else 0.0
     scale_out = (1.0 - (unknown if inside > 0.0 else 0.0)) / max(1.0 - inside, 1e-12) if inside < 1.0 else 0.0
@@ -174,7 +175,8 @@ def _alternatives(sets: Mapping[tuple[str, ...], float], unknown: float) -> list
         out = [{**o, "probability": o["probability"] * (1.0 - unknown)} for o in out]
         out.append({"effects": ["unknown"], "probability": unknown})
     out.sort(key=lambda o: -float(str(o["probability"])))
-    kept = out[:12]
+    whole = np.cumsum([float(str(o["probability"])) for o in out])
+    kept = out[: int(np.searchsorted(whole, _REPORTED * whole[-1])) + 1]
     total = sum(float(str(o["probability"])) for o in kept)
     return [{**o, "probability": float(str(o["probability"])) / max(total, 1e-12)} for o in kept]
 

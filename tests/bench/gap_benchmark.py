@@ -105,9 +105,9 @@ def run(arguments: argparse.Namespace) -> None:
                 label = made.result()
                 labels.write(json.dumps({"key": task["key"], "task": task, "label": label}, default=float) + "\n")
                 pending.append((task, doctors.submit(answer, folder, task["seed"], tuple(task.get("without", ())))))
+            labels.flush()
             for task, job in pending:
                 said.write(json.dumps({"key": task["key"], "said": job.result()}, default=float) + "\n")
-            labels.flush()
             said.flush()
             sys.stderr.write(f"{start + len(some)} of {len(waiting)}, {time.time() - begin:.0f} s\n")
 

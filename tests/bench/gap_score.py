@@ -116,6 +116,8 @@ def rows_of(labels, answers):
     """Rows of all cases that were answered."""
     out = []
     for key, a in answers.items():
+        if key not in labels:
+            continue
         label = labels[key]
         out.append(Row(key.rpartition(" ")[0], label["task"], label["label"], a["said"]))
     return out

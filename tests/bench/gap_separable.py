@@ -112,7 +112,7 @@ class Separation:
     def _pattern(self, apply):
         w = clone(self.world)
         apply(w)
-        setpoint, encoder, T = show(w, self.at)
+        _, encoder, T = show(w, self.at)
         rows = [((T[:, :3, 3] - self.plain[2][:, :3, 3]) / self.rig.sigma).ravel()]
         if not self.rig.position_only:
             turned = T[:, :3, :3] @ self.plain[2][:, :3, :3].swapaxes(1, 2)
