@@ -8,9 +8,25 @@ from typing import Annotated, Any
 import typer
 
 from camrob.console import ProgressHook, job_of, perform, renderer
-from camrob.options import CellOption, JsonOption, QuietOption
+from camrob.options import (
+    CellOption,
+    CorrectedOption,
+    CycleOption,
+    DurationOption,
+    FrameOption,
+    GainOption,
+    InstrumentOption,
+    JsonOption,
+    LatencyOption,
+    ListenOption,
+    ModeOption,
+    PairOption,
+    QuietOption,
+    RealtimeOption,
+    SenTypeOption,
+)
 
-__all__ = ["calibrate", "compensate", "diagnose", "simulate"]
+__all__ = ["calibrate", "compensate", "diagnose", "simulate", "tracker"]
 
 _render_diagnosis = renderer("diagnosis_words", "render_diagnosis")
 _render_calibration = renderer("calibration_text", "render_calibration")
@@ -90,19 +106,24 @@ def calibrate(
 
 
 def compensate(
-    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program.")],
+    program: Annotated[
+        Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, or a solved path, NAME.path.npz.")
+    ],
     cell: CellOption,
     calibration: Annotated[
         Path, typer.Option("--calibration", metavar="CALIBRATION.toml", help="What `calibrate` wrote for the cell.")
     ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the program.")],
+    feed: Annotated[
+        float | None, typer.Option("--feed", metavar="MM_MIN", help="The feed, where a solved path is given.")
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
     """Rewrite a program so that the calibrated robot meets its poses."""
 
     def job(progress: ProgressHook) -> Any:
-        return job_of("compensate")(program, cell=cell, calibration=calibration, out=out, progress=progress)
+        return job_of("compensate")(program, cell=cell, calibration=calibration, out=out, feed=feed, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_compensation)
 
@@ -126,6 +147,10 @@ def diagnose(
     without: Annotated[
         list[str] | None, typer.Option("--without", metavar="EFFECT", help="Leave an effect out of the library.")
     ] = None,
+    experiment: Annotated[
+        Path | None,
+        typer.Option("--write-experiment", metavar="FILE.src", help="Write the next experiment as a checked program."),
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -139,7 +164,63 @@ def diagnose(
             program=program,
             without=without or [],
             out=out,
+            experiment=experiment,
             progress=progress,
         )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_diagnosis)
+
+
+def tracker(
+    cell: Annotated[
+        Path | None, typer.Option("--cell", metavar="CELL", help="A cell with a tracker.toml (or its cell.toml).")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="The folder that receives the files.")
+    ] = None,
+    listen: ListenOption = None,
+    instrument: InstrumentOption = "127.0.0.1:59153",
+    mode: ModeOption = None,
+    gain: GainOption = None,
+    cycle_ms: CycleOption = None,
+    latency_ms: LatencyOption = None,
+    tracker_in_base: FrameOption = None,
+    corrected: CorrectedOption = None,
+    sen_type: SenTypeOption = None,
+    bounds: PairOption = None,
+    realtime: RealtimeOption = False,
+    duration: DurationOption = None,
+    experiment: Annotated[
+        Path | None,
+        typer.Option("--write-experiment", metavar="FILE.src", help="Write the next experiment as a checked program."),
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Study a cell's tracker loop, or with --listen be the loop: serve a controller that speaks RSI."""
+    said = {
+        "mode": None if mode is None else mode.value,
+        "gain": gain,
+        "cycle_ms": cycle_ms,
+        "latency_ms": latency_ms,
+        "tracker_in_base": tracker_in_base,
+        "corrected": corrected,
+        "sen_type": sen_type,
+    }
+
+    def job(progress: ProgressHook) -> Any:
+        if listen is None:
+            return job_of("tracker")(cell=cell, out=out, progress=progress)
+        return job_of("track_live")(
+            listen=listen,
+            instrument=instrument,
+            cell=cell,
+            said={**{k: v for k, v in said.items() if v is not None}, "bounds": bounds or ()},
+            duration_s=duration,
+            realtime=realtime,
+            out=out,
+            experiment=experiment,
+            progress=progress,
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain, status=lambda result: int(result.status))

@@ -17,7 +17,7 @@ from camrob.calibrate.compensate import compensate_postures, pose_difference
 from camrob.calibrate.error_model import ErrorModel
 from camrob.calibrate.paper_newton import compensate_as_published
 from camrob.cli import run
-from camrob.errors import InputError, KrlError, LimitError, SingularError, StaleInputError
+from camrob.errors import InputError, KrlError, SingularError, StaleInputError
 from camrob.jobs.compensate import compensate
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
@@ -184,18 +184,35 @@ def test_limits_are_kept(tmp_path: Path, calibration: Path) -> None:
     source = program(tmp_path, q0=(9.0, low, 100.0, -26.0, 50.0, 27.0))
     text = source.read_text(encoding="latin-1").splitlines(keepends=True)
     source.write_text("".join([*text[:9], "END\n"]), encoding="latin-1")
-    outcomes = []
+    found = {}
     for sign in (1.0, -1.0):
         data = measure(CELL, {"A2.zero": sign * 2e-3}, axis_values(CELL, 60))
         (tmp_path / "C.toml").write_text(calibration_text(calibrate_cell(CELL, data, names=["A2.zero"], share=0.0)))
-        try:
-            compensate(source, cell=CELL_FOLDER, calibration=tmp_path / "C.toml", out=tmp_path / f"out{sign}")
-            outcomes.append("")
-        except LimitError as error:
-            outcomes.append(str(error))
-            assert not (tmp_path / f"out{sign}").exists()
-    assert "axis A2; -145.1" in outcomes[0] and "where the limit is -145.000" in outcomes[0] and "line 9" in outcomes[0]
-    assert outcomes[1] == ""
+        out = tmp_path / f"out{sign}"
+        found[sign] = compensate(source, cell=CELL_FOLDER, calibration=tmp_path / "C.toml", out=out).summary
+        assert found[sign]["limits"]["margin_min"]["A2"] >= 0.0
+    short, free = ([w for w in found[sign]["warnings"] if w["code"] == "limit"] for sign in (1.0, -1.0))
+    assert [(w["text"], w["line"]) for w in short] == [("1 point is corrected in part only: A2 is at its limit", 9)]
+    assert found[1.0]["error_after"]["max_mm"] == pytest.approx(found[1.0]["error_before"]["max_mm"], rel=2e-3)
+    assert any(w["code"] == "residual" for w in found[1.0]["warnings"])
+    assert free == [] and found[-1.0]["error_after"]["max_mm"] < 3e-4
+
+
+def test_corrections_fade_towards_a_limit(tmp_path: Path) -> None:
+    """Where the limit is near, what it leaves is used, and neighbours stay neighbours: the correction has no step."""
+    data = measure(CELL, {"A2.zero": 2e-3}, axis_values(CELL, 60))
+    (tmp_path / "C.toml").write_text(calibration_text(calibrate_cell(CELL, data, names=["A2.zero"], share=0.0)))
+    a2 = np.linspace(-144.7, -144.999, 13)
+    rows = [f"PTP {{E6AXIS: A1 9,A2 {v:.5f},A3 100,A4 -26,A5 50,A6 27,E1 100,E2 5}}" for v in a2]
+    source = tmp_path / "fade.src"
+    source.write_text("\n".join(["DEF fade()", "BAS(#INITMOV,0)", *rows, "END", ""]))
+    result = compensate(source, cell=CELL_FOLDER, calibration=tmp_path / "C.toml", out=tmp_path / "out")
+    after = np.load(tmp_path / "out" / "fade.path.npz")["axis_values"][:, 1]
+    moved = a2 - after
+    assert np.all(after >= -145.0) and np.allclose(moved[:7], np.rad2deg(2e-3), atol=1e-3)
+    assert np.all(np.diff(moved) < 1e-3) and np.max(np.abs(np.diff(after))) < 0.03
+    assert np.all(np.diff(result.error_after[8:, 0]) > 0.0)
+    assert "points are corrected in part only: A2" in "".join(w["text"] for w in result.summary["warnings"])
 
 
 def test_programs_that_can_t_be_rewritten_are_refused(tmp_path: Path, calibration: Path) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -20,24 +21,30 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of, read_cell
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
-from camrob.errors import InputError, KrlError, LimitError, SingularError, UnreachableError, VerificationError
-from camrob.feed.derivative_analysis import analyse_derivatives
+from camrob.errors import InputError, KrlError, SingularError, UnreachableError, VerificationError
 from camrob.issues import Finding, Severity
+from camrob.jobs.compensate_summary import (
+    analyses_of,
+    compensation_findings,
+    compensation_summary,
+    derivative_summary,
+    error_between,
+)
 from camrob.jobs.files import staged_output
+from camrob.jobs.solution_program import check_feed, is_solution, program_of_solution, save_solution
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.post.krl_patch import NewTarget, literal_targets, patch_source
 from camrob.post.krl_program import KrlFrameKind, KrlMotion, KrlProgram
 from camrob.post.krl_reader import read_krl
-from camrob.se3 import inverse, pose, slerp, xyzabc_from_frame
+from camrob.report.compensation_report import PathErrors, compensation_report
+from camrob.se3 import inverse, xyzabc_from_frame
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["CompensateResult", "compensate"]
 
 Array = NDArray[np.float64]
 
-_PRINTED = 2e-6  # m and rad: what rounding to 4 and 5 decimals may leave, seen from a far flange
-_BETWEEN_MM = 0.02
-_SLOWER = 0.9  # of the feed that the axes allow: less than that share of it is said
+_GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis by
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,13 +62,16 @@ def compensate(
     cell: Path,
     calibration: Path,
     out: Path,
+    feed: float | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> CompensateResult:
     """Rewrite the targets of a program, everything else left byte for byte, and check the result by replay.
 
-    Written are NAME.src, the parts and data lists that it needs, and NAME.json. Raises KrlError, LogError, CellError
-    and StaleInputError for input; UnreachableError, SingularError and LimitError where a pose can't be met;
-    VerificationError where the written program, read back, does not do it.
+    program: PROGRAM.src, or a solution, NAME.path.npz, which becomes a program of one LIN a point at `feed` (mm/min).
+    Written are NAME.src, the parts and data lists that it needs, NAME.path.npz (the compensated postures), the report
+    NAME.html and NAME.json. A correction that would carry an axis beyond its limit is shrunk to what the limit leaves,
+    and said. Raises KrlError, LogError, CellError and StaleInputError for input; UnreachableError and SingularError
+    where a pose can't be met; VerificationError where the written program, read back, does not do it.
     """
     start = time.perf_counter()
     program, out = Path(program), Path(out)
@@ -69,37 +79,81 @@ def compensate(
         raise InputError("is the program's own folder", cure="choose another --out: the original must stay", path=out)
     machine = read_cell(cell)
     found = read_calibration(calibration, machine)
+    check_feed(program, feed)
+    with TemporaryDirectory() as scratch:
+        source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
+        made = _Work(source, found, read_krl(source), machine, progress)
+        with staged_output(out, name=source.stem) as folder:
+            summary, after = _written(made, Path(calibration).name, folder)
+            summary["source"] = program.name
+            files = [*(f.name for f in folder.iterdir()), f"{source.stem}.json"]
+            summary |= {"files": sorted(files), "seconds": time.perf_counter() - start}
+            text = json.dumps(summary, indent=2, allow_nan=False)
+            (folder / f"{source.stem}.json").write_text(text, encoding="utf-8")
+    return CompensateResult(summary, np.asarray(made.result.before), after)
 
-    def tell(stage: str) -> Callable[[float], None]:
-        return lambda done: progress(stage, done) if progress is not None else None
 
-    text = read_krl(program)
-    planned = replay(text, machine, progress=tell("replay"))
-    judged = judge(text, planned)
-    _followed(planned)
-    model, values = found.model(planned.cell, in_base=True)
-    targets = np.asarray(planned.base_T_tool)
-    q = _postures(text, planned)
-    result = _compensated(model, values, planned, q, text, tell("compensate"))
-    sources, warnings = _patched(program.parent, text, planned, np.asarray(result.q))
-    with staged_output(out, name=program.stem) as folder:
-        _write(folder, program.parent, text, sources)
-        again = read_krl(folder / program.name)
-        replayed = replay(again, machine, progress=tell("check"))
-        after = _checked(model, values, targets, replayed, again)
-        judged_after = judge(again, replayed)
-        _no_new_fault(judged, judged_after)
-        summary = _summary(text, found, result, planned, replayed, after)
-        summary["error_between"] = _between(model, values, text, planned, replayed)
-        summary |= {
-            "calibration": {"file": Path(calibration).name, "logs": [name for name, _ in found.logs]},
-            "limits": {"margin_min": judged_after.margin},
-            "warnings": [{"line": f.line, "code": f.code, "text": f.text} for f in (*warnings, *_said(summary))],
-            "files": [*sorted(f.name for f in folder.iterdir()), f"{program.stem}.json"],
-            "seconds": time.perf_counter() - start,
-        }
-        (folder / f"{program.stem}.json").write_text(json.dumps(summary, indent=2, allow_nan=False), encoding="utf-8")
-    return CompensateResult(summary, np.asarray(result.before), after)
+class _Work:
+    """A program on its way: read, replayed, judged and compensated."""
+
+    def __init__(
+        self,
+        source: Path,
+        found: Calibration,
+        text: KrlProgram,
+        machine: Cell,
+        progress: Callable[[str, float], None] | None,
+    ) -> None:
+        self.source, self.found, self.text = source, found, text
+        self.progress = progress
+        self.planned = replay(text, machine, progress=self.tell("replay"))
+        self.judged = judge(text, self.planned)
+        _followed(self.planned)
+        self.model, self.values = found.model(self.planned.cell, in_base=True)
+        self.q = _postures(text, self.planned)
+        self.result, self.left = _compensated(
+            self.model, self.values, self.planned, self.q, text, self.tell("compensate")
+        )
+
+    def tell(self, stage: str) -> Callable[[float], None]:
+        """A hook for the progress of a stage."""
+        return lambda done: self.progress(stage, done) if self.progress is not None else None
+
+
+def _written(work: _Work, calibration: str, folder: Path) -> tuple[dict[str, Any], Array]:
+    """Write the compensated program into a staged folder, read it back, and check it: its summary and errors (N, 2)."""
+    text, planned, model, values = work.text, work.planned, work.model, work.values
+    sources, warnings = _patched(work.source.parent, text, planned, np.asarray(work.result.q))
+    _write(folder, work.source.parent, text, sources)
+    again = read_krl(folder / work.source.name)
+    replayed = replay(again, planned.cell, progress=work.tell("check"))
+    after = _checked(model, values, np.asarray(planned.base_T_tool), replayed, again)
+    judged_after = judge(again, replayed)
+    _no_new_fault(work.judged, judged_after)
+    correction = np.asarray(work.result.q) - work.q
+    analyses = analyses_of(planned.cell, text, np.asarray(planned.q), np.asarray(replayed.q))
+    summary = compensation_summary(text, work.found, work.result, correction, planned, after)
+    summary["calibration"] = {"file": calibration, "logs": [name for name, _ in work.found.logs]}
+    summary["error_between"] = error_between(model, values, text, planned, replayed)
+    summary["derivatives"], summary["violations"] = derivative_summary(analyses, text, planned)
+    summary["limits"] = {"margin_min": judged_after.margin, "margin_min_before": work.judged.margin}
+    findings = [*warnings, *work.left, *compensation_findings(summary)]
+    summary["warnings"] = [{"line": f.line, "code": f.code, "text": f.text} for f in findings]
+    save_solution(folder / f"{work.source.stem}.path.npz", planned.cell, np.asarray(replayed.q), text)
+    page = compensation_report(
+        summary,
+        PathErrors(
+            line=np.asarray(text.line),
+            axes=tuple(j.name for j in planned.cell.joints[planned.cell.arm_slice]),
+            before=np.asarray(work.result.before),
+            after=after,
+            correction=correction[:, planned.cell.arm_slice],
+            shown=np.asarray(text.kind) != KrlMotion.CIRC_VIA,
+        ),
+        analyses,
+    )
+    (folder / f"{work.source.stem}.html").write_text(page, encoding="utf-8")
+    return summary, after
 
 
 def _followed(planned: Replay) -> None:
@@ -123,8 +177,8 @@ def _postures(text: KrlProgram, planned: Replay) -> Array:
 
 def _compensated(
     model: ErrorModel, values: Array, planned: Replay, q: Array, text: KrlProgram, progress: Callable[[float], None]
-) -> Compensated:
-    """Compensated postures within the axes' limits."""
+) -> tuple[Compensated, list[Finding]]:
+    """Compensated postures within the axes' limits, and what was left because of them."""
     cell, targets = planned.cell, np.asarray(planned.base_T_tool)
     try:
         result = compensate_postures(model, values, q, targets, progress=progress)
@@ -132,17 +186,30 @@ def _compensated(
         row = int(error.value or 0.0)
         what = "the pose can't be compensated: the arm is singular there"
         raise SingularError(what, line=int(text.line[row])) from None
-    beyond = np.maximum(cell.q_lower - result.q, result.q - cell.q_upper)[:, cell.arm_slice]
-    if beyond.max(initial=-1.0) > 0.0:
-        row, axis = divmod(int(np.argmax(beyond)), beyond.shape[1])
-        joint = cell.joints[cell.arm_slice.start + axis]
-        value = float(joint.axis_value(result.q[row, cell.arm_slice.start + axis]))
-        limit = min(joint.lower, joint.upper, key=lambda bound: abs(value - bound))
-        raise LimitError(
-            "the compensated program would pass an axis's limit", line=int(text.line[row]), axis=joint.name,
-            value=rad_to_deg(value), limit=rad_to_deg(limit), unit="degrees",
-        )  # fmt: skip
-    return result
+    return _within_limits(cell, q, result, text)
+
+
+def _within_limits(cell: Cell, q: Array, result: Compensated, text: KrlProgram) -> tuple[Compensated, list[Finding]]:
+    """Corrections shrunk, point by point, to what the limits leave of them; so they fade where an axis nears its limit."""
+    part = cell.arm_slice
+    wanted = (np.asarray(result.q) - q)[:, part]
+    room = np.where(wanted > 0.0, cell.q_upper[part] - q[:, part], q[:, part] - cell.q_lower[part]) - _GUARD
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(np.abs(wanted) > room, np.maximum(room, 0.0) / np.abs(wanted), 1.0)
+    least = np.min(np.where(np.isnan(share), 1.0, share), axis=1)
+    short = np.flatnonzero(least < 1.0)
+    if not len(short):
+        return result, []
+    kept = np.array(result.q)
+    kept[:, part] = q[:, part] + least[:, None] * wanted
+    findings = []
+    for axis in np.unique(np.argmin(share[short], axis=1)):
+        rows = short[np.argmin(share[short], axis=1) == axis]
+        joint = cell.joints[part.start + int(axis)]
+        count = f"{len(rows)} points are" if len(rows) > 1 else "1 point is"
+        what = f"{count} corrected in part only: {joint.name} is at its limit"
+        findings.append(Finding("limit", what, line=int(text.line[rows[0]]), axis=joint.name, count=len(rows)))
+    return replace(result, q=kept), findings
 
 
 def _printed_poses(text: KrlProgram, cell: Cell, q: Array) -> Array:
@@ -218,98 +285,3 @@ def _no_new_fault(before: Judgement, after: Judgement) -> None:
     for finding in after.findings:
         if finding.severity is Severity.ERROR and (finding.code, finding.axis) not in known:
             raise VerificationError(f"compensation would bring a new fault: {finding.text}", line=finding.line)
-
-
-def _sizes(errors: Array) -> dict[str, float]:
-    return {
-        "mean_mm": m_to_mm(float(np.mean(errors[:, 0]))),
-        "max_mm": m_to_mm(float(np.max(errors[:, 0]))),
-        "mean_deg": rad_to_deg(float(np.mean(errors[:, 1]))),
-        "max_deg": rad_to_deg(float(np.max(errors[:, 1]))),
-    }
-
-
-def _summary(
-    text: KrlProgram, found: Calibration, result: Compensated, planned: Replay, replayed: Replay, after: Array
-) -> dict[str, Any]:
-    """What was done, in the units of the trade."""
-    cell = planned.cell
-    rows = ~np.isin(np.asarray(text.kind), (KrlMotion.CIRC_VIA,))
-    moved = np.linalg.norm(
-        (base_T_tool(cell, np.asarray(result.q)) - np.asarray(planned.base_T_tool))[rows, :3, 3], axis=1
-    )
-    return {
-        "program": text.name,
-        "cell": cell.name,
-        "motions": len(text),
-        "iterations": {"mean": float(np.mean(result.iterations)), "max": int(np.max(result.iterations))},
-        "error_before": _sizes(np.asarray(result.before)[rows]),
-        "error_after": _sizes(after[rows]),
-        "correction": {"mean_mm": m_to_mm(float(moved.mean())), "max_mm": m_to_mm(float(moved.max()))},
-        "calibrated_withheld_mm": next(
-            (m_to_mm(size.mean) for stage, size in found.errors.items() if stage == "calibrated/withheld"), None
-        ),
-        "derivatives": _derivatives(cell, np.asarray(planned.q), np.asarray(replayed.q)),
-    }
-
-
-def _between(
-    model: ErrorModel, values: Array, text: KrlProgram, planned: Replay, replayed: Replay
-) -> dict[str, float] | None:
-    """Errors half-way through the LINs, where nothing was corrected: long lines bend a little. None without a LIN."""
-    rows = np.flatnonzero(np.asarray(text.kind) == KrlMotion.LIN)
-    rows = rows[rows > 0]
-    if not len(rows):
-        return None
-    middles = [_middle(np.asarray(run.base_T_tool), rows) for run in (planned, replayed)]
-    start = 0.5 * (np.asarray(replayed.q)[rows - 1] + np.asarray(replayed.q)[rows])
-    nominal = ErrorModel.of(planned.cell, (), in_base=True)
-    try:
-        q = np.asarray(compensate_postures(nominal, np.zeros(0), start, middles[1], farthest=np.pi).q)
-    except SingularError:
-        return None  # the replay has looked at these motions; here only a figure is lost
-    e = pose_difference(middles[0], model.poses(values, q))
-    sizes = np.stack([np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)], axis=1)
-    return {**_sizes(sizes), "worst_line": int(text.line[rows[int(np.argmax(sizes[:, 0]))]])}
-
-
-def _middle(poses: Array, rows: NDArray[np.int64]) -> Array:
-    """The poses half-way between the motions' ends."""
-    a, b = poses[rows - 1], poses[rows]
-    return pose(slerp(a[:, :3, :3], b[:, :3, :3], 0.5), 0.5 * (a[:, :3, 3] + b[:, :3, 3]))
-
-
-def _derivatives(cell: Cell, planned: Array, compensated: Array) -> dict[str, Any]:
-    """The least rate in machine space that the axes' limits allow, before and after (the paper's section III).
-
-    Empty for a program of too few postures to differentiate.
-    """
-    try:
-        before, after = (analyse_derivatives(cell, q) for q in (planned, compensated))
-    except ValueError:
-        return {}
-    return {
-        name: {"before": float(np.min(b)), "after": float(np.min(a))}
-        for name, b, a in (
-            ("speed", before.rate_speed, after.rate_speed),
-            ("acceleration", before.rate_acceleration, after.rate_acceleration),
-            ("jerk", before.rate_jerk, after.rate_jerk),
-        )
-    }
-
-
-def _said(summary: Mapping[str, Any]) -> list[Finding]:
-    """What a person should know of the result."""
-    said = []
-    for name, rates in summary["derivatives"].items():
-        if rates["after"] < _SLOWER * rates["before"]:
-            share = 100.0 * (1.0 - rates["after"] / rates["before"])
-            said.append(Finding("slower", f"the arm's {name} limits allow {share:.0f} % less than before somewhere"))
-    if summary["error_after"]["max_mm"] > m_to_mm(_PRINTED):
-        said.append(Finding("residual", f"{summary['error_after']['max_mm']:.4f} mm remain at the worst point"))
-    between = summary["error_between"]
-    if between is not None and between["max_mm"] > _BETWEEN_MM:
-        what = f"{between['max_mm']:.3f} mm remain half-way through a LIN: divide long lines before compensating"
-        said.append(Finding("between", what, line=between["worst_line"]))
-    said.append(Finding("not-covered", "backlash, drift and what the calibration left unexplained are not corrected"))
-    return said
