@@ -1,7 +1,7 @@
 """What every verb of the command line shares: exit status, one-line errors, JSON, progress, interruption.
 
 The contract: status 0 done, 1 a check failed, 2 the command line or an input is wrong, 3 the job can't be done safely.
-An interruption ends with 130 (a request to terminate: 143), as shells expect.
+An interruption ends with 130, a request to terminate with 143, a terminal that goes away with 129, as shells expect.
 """
 
 from __future__ import annotations
@@ -37,7 +37,9 @@ __all__ = [
 
 ProgressHook = Callable[[str, float], None]
 
-INTERRUPTED, TERMINATED = 130, 143
+INTERRUPTED = 130
+ENDED_BY_SIGNAL = 128  # and the signal's number
+ASKED_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
 class JobResult(Protocol):
@@ -53,13 +55,17 @@ R = TypeVar("R", bound=JobResult)
 
 
 class Terminated(KeyboardInterrupt):
-    """Another program asked this one to end (SIGTERM)."""
+    """Another program asked this one to end (SIGTERM), or its terminal went away (SIGHUP)."""
+
+    def __init__(self, number: int = signal.SIGTERM) -> None:
+        super().__init__(number)
+        self.number = number
 
 
 def exit_status(error: BaseException) -> int:
     """The status that an error ends a command with; the only place that knows."""
     if isinstance(error, Terminated):
-        return TERMINATED
+        return ENDED_BY_SIGNAL + error.number
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED
     return failure_status(error)
@@ -112,20 +118,21 @@ def _placeless(error: BaseException) -> bool:
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """While it lasts, SIGTERM raises `Terminated`, so that cleaning up happens as it does for an interruption."""
+    """While it lasts, SIGTERM and SIGHUP raise `Terminated`, so that cleaning up happens as for an interruption."""
 
     def stop(number: int, frame: FrameType | None) -> None:
-        raise Terminated
+        raise Terminated(number)
 
     try:
-        before = signal.signal(signal.SIGTERM, stop)
+        before = {number: signal.signal(number, stop) for number in ASKED_TO_END}
     except ValueError:  # not the main thread: whoever runs it there looks after signals
         yield
         return
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

@@ -61,7 +61,8 @@ def staged_output(out: Path, *, name: str | None = None) -> Iterator[Path]:
         try:
             yield staging
         except OSError as error:
-            if error.filename is not None and Path(os.fsdecode(error.filename)).is_relative_to(staging):
+            about = (name for name in (error.filename, error.filename2) if name is not None)
+            if any(Path(os.fsdecode(name)).is_relative_to(staging) for name in about):
                 raise _failed(out, error) from None
             raise
         try:
