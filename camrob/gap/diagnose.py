@@ -17,6 +17,7 @@ from camrob.gap.corners import judge_corners, with_corners
 from camrob.gap.diagnosis import Diagnosis, PathError
 from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
+from camrob.gap.experiment import plan_experiment
 from camrob.gap.localise import axes_of, directions_of, regimes_of, segments_of
 from camrob.gap.model import Model, compare, whole_gap
 from camrob.gap.program_track import ProgramTrack, track_of
@@ -79,9 +80,17 @@ def diagnose(
     tell("locating", 0.85)
     corners = judge_corners(tracks, model.noise, known=any(e.name == "corner_rounding" for e in effects))
     summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
+    planned = plan_experiment(model, verdict.claimed, _unknown_axis(model))
+    if planned is not None:
+        summary |= {"next_experiment": planned.text, "experiment": dict(planned.summary)}
     tell("done", 1.0)
     claimed = tuple(e["effect"] for e in summary["effects"] if e["probability"] >= 0.5)
-    return Diagnosis(summary, claimed, _paths(model, verdict))
+    return Diagnosis(summary, claimed, _paths(model, verdict), () if planned is None else planned.motions)
+
+
+def _unknown_axis(model: Model) -> str:
+    """The axis of the first unexplained shape; "" for none, or one that is no axis."""
+    return next((model.units[i].axis for i in sorted(model.best.members) if model.units[i].effect == "unknown"), "")
 
 
 def _climbed(scenes: Sequence[Scene], programs: Sequence[KrlProgram | None]) -> tuple[list[ProgramTrack], list[Ladder]]:

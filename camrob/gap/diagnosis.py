@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.frozen import locked
+from camrob.gap.motions import TrialMotion
 
 __all__ = ["Diagnosis", "PathError"]
 
@@ -36,11 +37,14 @@ class PathError:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """`summary` is the contract's JSON object; `claimed` the effects found; `paths` what pictures are drawn from."""
+    """`summary` is the contract's JSON object; `claimed` the effects found; `paths` what pictures are drawn from; `motions`
+    what would tell most if it were run next, the best first.
+    """
 
     summary: Mapping[str, Any]
     claimed: tuple[str, ...]
     paths: tuple[PathError, ...]
+    motions: tuple[TrialMotion, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "summary", MappingProxyType(dict(self.summary)))

@@ -1,29 +1,37 @@
-"""The next experiment: the motion that would separate the closest rivals best."""
+"""The next experiment: the motion that would separate the closest rivals best, with how far it would set them apart."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from camrob.gap.effects.effect import Effect
+from camrob.gap.model import Model
+from camrob.gap.motions import TrialMotion, single_axis, trial_motions
+from camrob.gap.separation import Rivals, Separation, rivals_of, separation
+from camrob.units import m_to_mm
 
-__all__ = ["next_experiment"]
+__all__ = ["Experiment", "next_experiment", "plan_experiment"]
 
-_MOTIONS: dict[str, dict[str, float]] = {
-    "the same program backwards": {"direction": 2.0},
-    "the same program at half speed": {"speed": 0.5, "acceleration": 0.75},
-    "the same program with another payload": {"load": 1.0},
-    "the same program in air": {"force": 1.0},
-    "the same program after an hour of warming up": {"time": 1.0},
-    "the same part with the track 0.5 m further and the table turned by 90 degrees": {"position": 1.0},
-}
-"""Motions, and by what share each changes what an effect of a regime causes."""
+_CLEAR = 5.0  # sigmas: a motion that tells less is not worth its time
+_BETTER = 1.5  # times what the same again would tell: then it tells something new
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """motions: those worth running, the best first; summary: the part of the JSON object."""
+
+    motions: tuple[TrialMotion, ...]
+    text: str
+    summary: Mapping[str, Any]
 
 
 def next_experiment(
     claimed: Sequence[str], rivals: Mapping[str, float], sizes_mm: Mapping[str, float], library: Sequence[Effect],
     unknown: str,
 ) -> str:  # fmt: skip
-    """What to run next, and what it would show. rivals: probability of the effects that are considered; unknown: where
+    """What to run next where no motion was reckoned. rivals: probability of the effects that are considered; unknown: where
     something unexplained sits, "" where nothing does.
     """
     by_name = {e.name: e for e in library}
@@ -31,22 +39,63 @@ def next_experiment(
         text = "move that axis alone through its range, the others at rest, and measure"
         return f"Isolate what is unexplained ({unknown}): {text}."
     order = sorted((n for n in rivals if n in by_name and n not in claimed), key=lambda n: -rivals[n])
-    pair = [*claimed, *order][:2] if len(claimed) < 2 or not order else [claimed[0], order[0]]
-    if not pair:
+    pair = [*(n for n in claimed if n in by_name), *order][:2]
+    if not pair or (not claimed and rivals[pair[0]] < 0.02):
         return "None needed: the gap is the instrument's noise. A larger work space would test more."
-    if len(pair) == 1:
-        only = by_name.get(pair[0])
-        return f"To confirm {pair[0]}: {only.experiment}." if only is not None else ""
-    first, second = (by_name[n] for n in pair if n in by_name)
-    size = max(sizes_mm.get(first.name, 0.0), sizes_mm.get(second.name, 0.0))
+    first = by_name[max(pair, key=lambda n: sizes_mm.get(n, 0.0))]
+    return f"To confirm {first.name}: {first.experiment}."
 
-    def apart(changes: Mapping[str, float]) -> float:
-        return abs(max((changes.get(r, 0.0) for r in first.regimes), default=0.0)
-                   - max((changes.get(r, 0.0) for r in second.regimes), default=0.0))  # fmt: skip
 
-    best = max(_MOTIONS, key=lambda m: apart(_MOTIONS[m]))
-    gain = apart(_MOTIONS[best])
-    if gain <= 0.0:
-        return f"To tell {first.name} from {second.name}: {first.experiment}."
-    expected = f", expected to set them apart by about {gain * size:.2f} mm" if size > 0.0 else ""
-    return f"To tell {first.name} from {second.name}, run {best}{expected}. Or: {first.experiment}."
+def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str) -> Experiment | None:
+    """The motions that would tell most, reckoned on the fitted model; None where there is nothing to tell apart.
+
+    unknown_axis: the axis at which something unexplained sits, "" where nothing does: it is then to be moved alone.
+    """
+    longest = max(model.scenes, key=len)
+    if unknown_axis and not longest.poses and len(longest) >= 300:
+        motion = single_axis(longest, unknown_axis)
+        text = f"Isolate what is unexplained: run {motion.text}, and measure."
+        return Experiment((motion,), text, {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": None})
+    rivals = rivals_of(model, claimed)
+    if rivals is None:
+        return None
+    again, *told = [separation(model, rivals, m) for m in trial_motions(longest)]
+    told.sort(key=lambda s: -s.sigmas)
+    clear = [s for s in told if s.sigmas >= _CLEAR]
+    if not clear:
+        return None
+    return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _summary(rivals, told, again))
+
+
+def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
+    first, second = (" with ".join(names) or "nothing" for names in (rivals.first, rivals.second))
+    advice = f" ({best.motion.advice})" if best.motion.advice else ""
+    told = f"{m_to_mm(best.rms):.3f} mm rms, {best.sigmas:.0f} sigmas over {len(best.motion.scene)} samples"
+    if again.sigmas >= _CLEAR and best.sigmas < _BETTER * again.sigmas:
+        return (
+            f"These logs tell {first} from its closest rival, {second}, already; to confirm it run {best.motion.text}{advice}: "
+            f"expected to set them apart by {told} (the same again: {again.sigmas:.0f})."
+        )
+    return (
+        f"To tell {first} from {second}, run {best.motion.text}{advice}: expected to set them apart by {told} "
+        f"(the same again: {again.sigmas:.0f})."
+    )
+
+
+def _summary(rivals: Rivals, told: Sequence[Separation], again: Separation) -> dict[str, Any]:
+    return {
+        "motion": told[0].motion.key,
+        "rivals": [list(rivals.first), list(rivals.second)],
+        "separation_mm": m_to_mm(told[0].rms),
+        "separation_sigmas": told[0].sigmas,
+        "again_sigmas": again.sigmas,
+        "considered": [
+            {
+                "motion": s.motion.key,
+                "text": s.motion.text,
+                "separation_mm": m_to_mm(s.rms),
+                "separation_sigmas": s.sigmas,
+            }
+            for s in told
+        ],
+    }

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from camrob.cell.read_cell import read_cell
-from camrob.errors import LogError
+from camrob.errors import JobError, LogError
 from camrob.gap.cell_effects import cell_effects
 from camrob.gap.diagnose import diagnose as run_diagnosis
 from camrob.gap.diagnosis import Diagnosis
+from camrob.jobs.experiment import check_experiment_name, write_experiment
 from camrob.jobs.files import check_file_name, staged_output
 from camrob.measure.log import MeasurementLog
 from camrob.measure.read_log import read_log
@@ -39,12 +40,17 @@ def diagnose(
     program: Path | None = None,
     without: Sequence[str] = (),
     out: Path,
+    experiment: Path | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> DiagnoseResult:
     """Diagnose logs and write diagnosis.json and diagnosis.html into `out`.
 
-    Raises LogError, CellError, KrlError and InputError for what can't be read; nothing is written then.
+    experiment: FILE.src, where the next experiment is written as a checked program. Raises LogError, CellError, KrlError and
+    InputError for what can't be read; nothing is written then. Raises JobError and VerificationError where no experiment is
+    needed, or none can be run: the diagnosis is written, the program is not.
     """
+    if experiment is not None:
+        check_experiment_name(experiment)
     machine = read_cell(cell)
     logs = [read_log(path) for path in log]
     kept_out = [read_log(path) for path in withheld]
@@ -58,10 +64,21 @@ def diagnose(
         withheld_programs=[_program(one, program) for one in kept_out],
     )  # fmt: skip
     summary = {"cell": machine.name, "without": list(without), **found.summary}
+    refused: JobError | None = None
+    if experiment is not None:
+        try:
+            summary["experiment"] = {
+                **summary.get("experiment", {}),
+                "written": write_experiment(experiment, found.motions, cell),
+            }
+        except JobError as error:
+            refused = error
     with staged_output(out) as staging:
         text = json.dumps(summary, indent=2, allow_nan=False)
         (staging / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
         (staging / "diagnosis.html").write_text(diagnosis_report(summary, found.paths), encoding="utf-8")
+    if refused is not None:
+        raise refused
     return DiagnoseResult(found, summary)
 
 
