@@ -119,7 +119,7 @@ def _wanted(rates: PathRates, length: Array, feed: Array) -> float:
         wanted = min(max(wanted, 0.1 * rates.blend), rates.blend)
     seconds = float(np.sum(np.diff(length) / feed))
     ramps = 0.5 * max(_RAMPS[0], _RAMPS[1] * seconds) / (1.0 / feed[0] + 1.0 / feed[-1])
-    return min(wanted, max(ramps, 0.1 * max(rates.blend, _SMALLEST)))
+    return float(min(wanted, max(ramps, 0.1 * max(rates.blend, _SMALLEST))))
 
 
 def least_between(values: Array, first: Indices, last: Indices) -> Array:

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from camrob.check.collision_report import CollisionReport
 from camrob.check.margins import MarginReport
 from camrob.errors import CollisionError, InputError, JobError, VerificationError
-from camrob.feed.optimal import optimal_feed
-from camrob.feed.timing import program_time
 from camrob.issues import Finding
+from camrob.jobs.feed_outcome import FeedOutcome, feed_outcome
 from camrob.jobs.files import staged_output
 from camrob.jobs.inputs import JobInputs, program_name, read_inputs
 from camrob.jobs.plan_obstacles import job_obstacles
@@ -101,14 +100,14 @@ def post(
     with staged_output(out, name=title) as folder:
         made = _first_free(_Order(title, method, feed, max_lines), inputs, folder, watch)
         files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
-        _save_path(folder / f"{title}.path.npz", made.inputs, made.solution)
+        _save_path(folder / f"{title}.path.npz", made)
         summary = post_summary(
             made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
-            residual=made.residual, times=made.times, files=files,
+            residual=made.residual, feed=made.feed.summary(made.inputs.cell, made.inputs.path), files=files,
         )  # fmt: skip
         if report:
             with watch.stage("report"):
-                _report(folder / f"{title}.html", summary, made.inputs, made.solution, made.findings)
+                _report(folder / f"{title}.html", summary, made)
         summary["seconds"] = dict(watch.seconds)
         (folder / f"{title}.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
@@ -141,7 +140,7 @@ class _Made:
     solution: Solution
     residual: Residual
     program: Program
-    times: dict[str, float | None]
+    feed: FeedOutcome
     files: list[str]
     back: ReadBack
     collisions: CollisionReport
@@ -193,10 +192,10 @@ def _made(order: _Order, resolved: _Resolved, folder: Path, watch: _Watch) -> _M
     """Write a solution into the staging folder, read back, check; raises what stands against the release."""
     inputs, solution = resolved.inputs, resolved.solution
     with watch.stage("feed"):
-        speed, times = _speeds(inputs, solution, order.feed, watch.share)
+        feed = feed_outcome(inputs, np.asarray(solution.q), optimal=order.feed == "optimal", progress=watch.share)
         program = assemble_program(
             order.title, inputs.cell, inputs.toolpath, inputs.path, solution, rapid_speed=inputs.rapid_speed,
-            keep=decimated(inputs.path, solution, inputs.setup.decimate) & ~inputs.path.repeated, speed=speed,
+            keep=decimated(inputs.path, solution, inputs.setup.decimate) & ~inputs.path.repeated, speed=feed.speed,
             comment=_comment(inputs, solution.method),
         )  # fmt: skip
     for old in folder.iterdir():
@@ -208,7 +207,7 @@ def _made(order: _Order, resolved: _Resolved, folder: Path, watch: _Watch) -> _M
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, written, watch.share)
-    return _Made(inputs, solution, resolved.residual, program, times, files, back, collisions, margins, findings)
+    return _Made(inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, findings)
 
 
 class _Watch:
@@ -266,23 +265,6 @@ def _resolve(inputs: JobInputs, resolve: Callable[..., Solution], progress: Call
     return _Resolved(inputs, solution, (position, axis))
 
 
-def _speeds(
-    inputs: JobInputs, solution: Solution, feed: str, progress: Callable[[float], None]
-) -> tuple[Array | None, dict[str, float | None]]:
-    """Speeds (N,) that replace the programmed feed, or None, and the program's times as it stands and at its best."""
-    path, q = inputs.path, np.asarray(solution.q)
-    programmed = np.where(path.cutting, path.feed, inputs.rapid_speed)
-    times: dict[str, float | None] = {
-        "program": float(program_time(inputs.cell, path, q, speed=programmed).total),
-        "optimal": None,
-    }
-    if feed != "optimal":
-        return None, times
-    plan = optimal_feed(inputs.cell, path, q, rapid_speed=inputs.rapid_speed, progress=progress)
-    times["optimal"] = float(plan.total)
-    return np.asarray(plan.speed), times
-
-
 def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
     toolpath = inputs.toolpath
     return (
@@ -301,35 +283,37 @@ def _write(program: Program, inputs: JobInputs, folder: Path, max_lines: int | N
     return names, findings
 
 
-def _save_path(file: Path, inputs: JobInputs, solution: Solution) -> None:
+def _save_path(file: Path, made: _Made) -> None:
+    inputs, solution = made.inputs, made.solution
     own = inputs.path.of_toolpath
     q = np.asarray(solution.q)[own]
-    np.savez(
-        file,
-        q=q,
-        axes=np.array(inputs.cell.names),
-        axis_values=inputs.cell.to_axis_values(q),
-        axis_names=np.array(inputs.cell.axis_names),
-        line=inputs.path.line[own],
-        region=inputs.path.region[own],
-        inv_kf=np.asarray(solution.inv_kf)[own],
-        s=m_to_mm(inputs.path.length[own]),
-    )
+    columns: dict[str, Any] = {
+        "q": q,
+        "axes": np.array(inputs.cell.names),
+        "axis_values": inputs.cell.to_axis_values(q),
+        "axis_names": np.array(inputs.cell.axis_names),
+        "line": inputs.path.line[own],
+        "region": inputs.path.region[own],
+        "inv_kf": np.asarray(solution.inv_kf)[own],
+        "s": m_to_mm(inputs.path.length[own]),
+        **made.feed.arrays(inputs.cell, own),
+    }
+    np.savez(file, **columns)
 
 
-def _report(
-    file: Path, summary: Mapping[str, Any], inputs: JobInputs, solution: Solution, findings: list[Finding]
-) -> None:
+def _report(file: Path, summary: Mapping[str, Any], made: _Made) -> None:
     import trimesh
 
     from camrob.report.post_report import post_report
 
+    inputs, solution = made.inputs, made.solution
     body = inputs.part if inputs.part is not None else inputs.stock
     page = post_report(
-        summary, inputs.cell, inputs.path, solution, findings=findings,
+        summary, inputs.cell, inputs.path, solution, findings=made.findings,
         part_mesh=None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body)),
         base_T_part=np.asarray(inputs.setup.base_T_part), comparison=_comparison(inputs, solution),
         bound=None if solution.plan is None else np.asarray(solution.plan.bound),
+        reached=made.feed.reached(inputs.path), torques=(made.feed.sampled, made.feed.torques),
     )  # fmt: skip
     file.write_text(page, encoding="utf-8")
 

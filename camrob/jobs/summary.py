@@ -31,10 +31,10 @@ def post_summary(
     findings: Sequence[Finding],
     *,
     residual: tuple[Array, Array],
-    times: Mapping[str, float | None],
+    feed: Mapping[str, Any],
     files: Sequence[str],
 ) -> dict[str, Any]:
-    """The JSON object of the contract (spec: camrob post), but for `seconds`."""
+    """The JSON object of the contract (spec: camrob post), but for `seconds`. feed: its entries time_s, feed, torques."""
     toolpath = inputs.toolpath
     return {
         "program": name,
@@ -60,7 +60,7 @@ def post_summary(
         "singular": back.judgement.singular,
         "collisions": _collisions(collisions),
         "external_travel": {key: round(value, 4) for key, value in margins.external_travel.items()},
-        "time_s": dict(times),
+        **feed,
         "verified": _verified(back),
         "plan": _plan(solution),
         "warnings": [_warning(f) for f in findings if f.severity is not Severity.INFO],

@@ -336,17 +336,18 @@ def external_chart(cell: Cell, along: Along, axis_values: Array) -> Chart | None
     return _subplots(cell, along, values, columns=1, row_height=210) if values else None
 
 
-def feed_chart(along: Along, path: ToolPathInBase) -> Chart | None:
-    """The programmed feed while cutting, mm/min; None where no point carries one."""
+def feed_chart(along: Along, path: ToolPathInBase, reached: Array | None = None) -> Chart | None:
+    """The programmed feed while cutting, mm/min, and the speed reached (N,), m/s; None where no point carries a feed."""
     feed = np.where(path.cutting, m_s_to_mm_min(path.feed), np.nan)
     if not np.isfinite(feed).any():
         return None
     template = "%{y:,.0f} mm/min<extra>%{text}</extra>"
     highest = float(np.nanmax(feed))
     layout = {
-        "height": 310,
+        "height": 310 if reached is None else 350,
         "hovermode": "x",
-        "showlegend": False,
+        "showlegend": reached is not None,
+        "legend": {"orientation": "h", "y": -0.22, "yanchor": "top", "x": 0},
         "xaxis": _x_axis(along),
         "yaxis": {
             "title": {"text": "feed [mm/min]"},
@@ -358,5 +359,10 @@ def feed_chart(along: Along, path: ToolPathInBase) -> Chart | None:
         "annotations": along.band_names(),
         "margin": {"t": 54, "r": 20, "l": 70, "b": 50},
     }
-    curve = along.curve(feed, "feed", template=template, color=_MAIN, line={"shape": "vh"})
-    return {"traces": [curve], "layout": layout}
+    curves = [along.curve(feed, "programmed", template=template, color=_MAIN, line={"shape": "vh"})]
+    if reached is not None:
+        color = _OTHERS[0]
+        curves.append(
+            along.curve(m_s_to_mm_min(reached), "reached", template=template, color=color, line={"width": 1.1})
+        )
+    return {"traces": curves, "layout": layout}

@@ -10,8 +10,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.dynamics.torques import JointTorques
 from camrob.issues import Finding
 from camrob.report.curves import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
+from camrob.report.feed_sections import feed_section, torque_chart, torque_section
 from camrob.report.html import escape, page, plot_text
 from camrob.report.scene import ROLE_COLORS, scene_data
 from camrob.report.sections import cards, headline, regions_table, verdict, warnings_table
@@ -38,13 +40,16 @@ def post_report(
     base_T_part: Array | None = None,
     comparison: Mapping[str, Array] | None = None,
     bound: Array | None = None,
+    reached: Array | None = None,
+    torques: tuple[NDArray[np.int64], JointTorques] | None = None,
 ) -> str:
     """The page for a posted program, as text.
 
     summary: what NAME.json holds. part_mesh: the part in its own frame, metres, placed by base_T_part (4, 4), the
     identity by default. comparison: 1/k_F (N,) of other solutions of the same path by their names (the paper's Figure
-    10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches at each point. The same
-    arguments give the same text. Raises ValueError where an array doesn't have the path's length.
+    10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches at each point. reached: (N,)
+    m/s while cutting; torques: points and what the axes need there. The same arguments give the same text. Raises
+    ValueError where an array doesn't have the path's length.
     """
     others = {name: np.asarray(kf, float) for name, kf in (comparison or {}).items()}
     best = None if bound is None else np.asarray(bound, float)
@@ -54,7 +59,7 @@ def post_report(
     found = list(findings)
     threshold = cell.resolve.threshold
     names = {int(r["index"]): str(r.get("name") or f"region {r['index']}") for r in summary.get("regions") or []}
-    charts = _charts(cell, path, solution, names, others, best)
+    charts = _charts(cell, path, solution, names, others, best) + _motion_charts(cell, path, names, reached, torques)
     scene = scene_data(
         cell,
         path,
@@ -73,6 +78,8 @@ def post_report(
             cards(summary, cell, path, threshold=threshold),
             _scene_section(cell, with_part=part_mesh is not None),
             *(_chart_section(chart) for chart in charts),
+            feed_section(summary),
+            torque_section(summary),
             regions_table(summary, path, solution, threshold=threshold),
             "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing. "
             "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, "
@@ -125,11 +132,35 @@ def _charts(
             "Look for smooth curves while cutting. A step between regions is a posture revision: table and track move "
             f"while the cutter keeps its pose in the part. {bands}",
         ),
+    ]
+    return [
+        {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
+    ]
+
+
+def _motion_charts(
+    cell: Cell,
+    path: ToolPathInBase,
+    names: Mapping[int, str],
+    reached: Array | None,
+    torques: tuple[NDArray[np.int64], JointTorques] | None,
+) -> list[Chart]:
+    """Feed and torques."""
+    along = Along.of(path, names)
+    bands = _BANDS if along.banded else _NO_BANDS
+    candidates: list[tuple[str, str, Chart | None, str]] = [
         (
             "feed",
-            "Programmed feed",
-            feed_chart(along, path),
-            f"Feed at the tool tip while cutting; gaps are moves through air, which run at the cell's speed. {bands}",
+            "Feed",
+            feed_chart(along, path, reached),
+            "Feed at the tool tip while cutting, as programmed and as it is reached on the way to each point; gaps are moves "
+            f"through air, which run at the cell's speed. Where time is lost, and to what, stands below. {bands}",
+        ),
+        (
+            "torques",
+            "Torques of the arm, with assumed masses",
+            None if torques is None else torque_chart(cell, along, *torques),
+            f"Solid: with the motion while cutting; dotted: gravity alone, as in air. {bands}",
         ),
     ]
     return [

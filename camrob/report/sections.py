@@ -162,7 +162,7 @@ def cards(summary: Summary, cell: Cell, path: ToolPathInBase, *, threshold: floa
     clear_note = f"closest {number(clearance, 1, 'mm')}" if clearance is not None else "clearance was not measured"
     hits = (f"{count:,}" if count else "none", clear_note, "bad" if count else "")
     optimal = _get(summary, "time_s", "optimal")
-    time_note = f"{duration(optimal)} with optimal feed" if optimal is not None else "at the programmed feeds"
+    time_note = "at the programmed feeds" if optimal is None else f"{duration(optimal)} planned, jerk kept: see Feed"
     travel = _get(summary, "external_travel") or {}
     parts = [
         (escape(str(key).split("_")[0]), number(value, 0, "mm" if str(key).endswith("_mm") else "°"))

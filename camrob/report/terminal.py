@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
+
+from camrob.report.feed_words import feed_rows
+from camrob.report.words import shown_duration, shown_number
 
 __all__ = ["render_post", "render_summary"]
 
@@ -22,26 +24,6 @@ _NEAREST = 3  # axes shown with their margin
 def _plain(value: object, style: str = "") -> Text:
     """Text that is shown as it is: no markup, no control characters, whatever file it came from."""
     return Text("".join(c if c.isprintable() else " " for c in str(value)), style=style)
-
-
-def _number(value: object, decimals: int = 1) -> str:
-    """A number as it is read aloud; '-' where there is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return "-"
-    if value != 0.0 and abs(value) < 0.5 * 10.0**-decimals:
-        return f"{value:.1e}"
-    return f"{value:,.{decimals}f}".replace(",", " ")
-
-
-def _duration(seconds: object) -> str:
-    """Seconds as hours, minutes and seconds."""
-    if not isinstance(seconds, int | float) or not math.isfinite(seconds):
-        return "-"
-    minutes, s = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {minutes} min"
-    return f"{minutes} min {s} s" if minutes else f"{_number(seconds)} s"
 
 
 def _linear(summary: Summary) -> set[str]:
@@ -88,8 +70,8 @@ def _limits(summary: Summary) -> Text:
     # degrees and millimetres don't compare: the linear axes are named apart
     linear = _linear(summary)
     turning = sorted((v, k) for k, v in margins.items() if k not in linear)[:_NEAREST]
-    near = [f"{k} {_number(v)} deg" for v, k in turning]
-    near += [f"{k} {_number(v)} mm" for k, v in margins.items() if k in linear]
+    near = [f"{k} {shown_number(v)} deg" for v, k in turning]
+    near += [f"{k} {shown_number(v)} mm" for k, v in margins.items() if k in linear]
     violations = limits.get("violations")
     text = Text(f"least margin to a limit: {', '.join(near) or '-'}")
     if violations:
@@ -103,7 +85,7 @@ def _collisions(summary: Summary) -> Text:
     if not part.get("checked"):
         return Text("not checked", style="yellow")
     clearance = part.get("clearance_min_mm")
-    beside = "" if clearance is None else f"; least clearance {_number(clearance)} mm"
+    beside = "" if clearance is None else f"; least clearance {shown_number(clearance)} mm"
     if part.get("count"):
         return Text(f"{part['count']} found{beside}", style="bold red")
     return Text(f"none{beside}")
@@ -113,7 +95,7 @@ def _conditioning(summary: Summary) -> Text:
     """1/k_F in words, and singular points."""
     part = _part(summary, "conditioning")
     text = Text(
-        f"1/k_F lowest {_number(part.get('inv_kf_min'), 3)}, mean {_number(part.get('inv_kf_mean'), 3)}"
+        f"1/k_F lowest {shown_number(part.get('inv_kf_min'), 3)}, mean {shown_number(part.get('inv_kf_mean'), 3)}"
         " (0 is singular, 1 ideal)"
     )
     if summary.get("singular"):
@@ -126,7 +108,7 @@ def _verified(summary: Summary) -> Text:
     part = _part(summary, "verified")
     if not part:
         return Text("no", style="bold red")
-    error = _number(part.get("position_error_mm_max"), 4)
+    error = shown_number(part.get("position_error_mm_max"), 4)
     return _plain(
         f"{part.get('points', '-')} points read back and replayed; at most {error} mm off ({part.get('by', '-')})"
     )
@@ -138,11 +120,11 @@ def _regions(regions: Sequence[Summary]) -> RenderableType:
     for heading in ("region", "CL lines", "points", "1/k_F at its start"):
         table.add_column(heading, justify="left" if heading == "region" else "right")
     for region in regions[:_MOST_REGIONS]:
-        before, after = _number(region.get("inv_kf_before"), 3), _number(region.get("inv_kf_after"), 3)
+        before, after = shown_number(region.get("inv_kf_before"), 3), shown_number(region.get("inv_kf_after"), 3)
         table.add_row(
             _plain(region.get("name") or region.get("index", "")),
             f"{region.get('first_line', '-')} to {region.get('last_line', '-')}",
-            _number(region.get("points"), 0),
+            shown_number(region.get("points"), 0),
             f"{before} to {after} by revision" if region.get("revised") else before,
         )
     if len(regions) > _MOST_REGIONS:
@@ -164,17 +146,21 @@ def render_post(summary: Summary) -> RenderableType:
         "From", _plain(f"{source.get('file', '-')} ({source.get('dialect', '-')}, {source.get('units', '-')})")
     )
     grid.add_row(
-        "Points", f"{_number(summary.get('points'), 0)} in {len(regions)} region{'s' if len(regions) != 1 else ''}"
+        "Points", f"{shown_number(summary.get('points'), 0)} in {len(regions)} region{'s' if len(regions) != 1 else ''}"
     )
     optimal = time.get("optimal")
-    beside = "" if optimal is None else f"; {_duration(optimal)} at the fastest safe feed"
-    grid.add_row("Time", f"{_duration(time.get('program'))} as programmed{beside}")
+    beside = "" if optimal is None else f"; {shown_duration(optimal)} at the fastest safe feed"
+    grid.add_row("Time", f"{shown_duration(time.get('program'))} as programmed{beside}")
+    for label, text in feed_rows(summary):
+        grid.add_row(label, _plain(text))
     grid.add_row("Conditioning", _conditioning(summary))
     grid.add_row("Axes", _limits(summary))
     grid.add_row("Collisions", _collisions(summary))
-    moved = ", ".join(f"{k.partition('_')[0]} {_number(v)} {k.partition('_')[2]}" for k, v in travel.items()) or "-"
+    moved = (
+        ", ".join(f"{k.partition('_')[0]} {shown_number(v)} {k.partition('_')[2]}" for k, v in travel.items()) or "-"
+    )
     grid.add_row("External axes", f"travel {moved}")
-    grid.add_row("Tracking", f"at most {_number(tracking.get('position_error_mm_max'), 4)} mm before rounding")
+    grid.add_row("Tracking", f"at most {shown_number(tracking.get('position_error_mm_max'), 4)} mm before rounding")
     grid.add_row("Verified", _verified(summary))
     files = [str(f) for f in summary.get("files") or []]
     if files:

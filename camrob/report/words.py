@@ -1,0 +1,27 @@
+"""Numbers and times in words, for the terminal."""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ["shown_duration", "shown_number"]
+
+
+def shown_number(value: object, decimals: int = 1) -> str:
+    """A number as it is read aloud; '-' where there is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return "-"
+    if value != 0.0 and abs(value) < 0.5 * 10.0**-decimals:
+        return f"{value:.1e}"
+    return f"{value:,.{decimals}f}".replace(",", " ")
+
+
+def shown_duration(seconds: object) -> str:
+    """Seconds as hours, minutes and seconds."""
+    if not isinstance(seconds, int | float) or not math.isfinite(seconds):
+        return "-"
+    minutes, s = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {s} s" if minutes else f"{shown_number(seconds)} s"
