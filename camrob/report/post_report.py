@@ -61,14 +61,9 @@ def post_report(
     names = {int(r["index"]): str(r.get("name") or f"region {r['index']}") for r in summary.get("regions") or []}
     charts = _charts(cell, path, solution, names, others, best) + _motion_charts(cell, path, names, reached, torques)
     scene = scene_data(
-        cell,
-        path,
-        solution,
-        names,
-        part_mesh=part_mesh,
+        cell, path, solution, names, part_mesh=part_mesh, threshold=threshold,
         base_T_part=np.eye(4) if base_T_part is None else base_T_part,
-        threshold=threshold,
-    )
+    )  # fmt: skip
     body = "\n".join(
         [
             "<main>",
