@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from camrob.console import ProgressHook, job_of, perform, renderer
+from camrob.errors import InputError
 from camrob.options import (
     CellOption,
     CorrectedOption,
@@ -55,13 +56,13 @@ def simulate(
 
 
 def calibrate(
-    measured: Annotated[
-        list[Path], typer.Argument(metavar="MEASURED.csv...", help="Logs of axis values and measured poses.")
-    ],
     cell: CellOption,
     out: Annotated[
         Path, typer.Option("--out", metavar="CALIBRATION.toml", help="The file to write; a report .html beside it.")
     ],
+    measured: Annotated[
+        list[Path] | None, typer.Argument(metavar="MEASURED.csv...", help="Logs of axis values and measured poses.")
+    ] = None,
     withheld: Annotated[
         list[Path] | None,
         typer.Option("--withheld", metavar="LOG.csv", help="A log that takes no part, to judge by (may be repeated)."),
@@ -82,15 +83,25 @@ def calibrate(
     path: Annotated[
         Path | None, typer.Option("--for", metavar="PROGRAM.src", help="The program that these poses are to serve.")
     ] = None,
+    published: Annotated[
+        Path | None,
+        typer.Option("--published", metavar="CASE.toml", help="Repeat a published case on a simulated robot instead."),
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
     """Fit a cell's error parameters to measured poses."""
 
     def job(progress: ProgressHook) -> Any:
+        if (published is None) is not bool(measured):
+            cure = "give MEASURED.csv, or --published CASE.toml"
+            raise InputError("what shall be calibrated from?", cure=cure)
+        if published is not None:
+            return job_of("published_case")(published, cell=cell, out=out, progress=progress)
+        logs = measured or []
         return job_of("calibrate")(
-            measured[0],
-            more=measured[1:],
+            logs[0],
+            more=logs[1:],
             cell=cell,
             out=out,
             withheld=withheld or (),

@@ -10,6 +10,7 @@ import numpy as np
 from camrob.calibrate.evidence import Evidence
 from camrob.report.calibration_charts import STAGES, calibration_charts
 from camrob.report.html import escape, number, page
+from camrob.report.line_charts import LineChart, chart_data, chart_section
 from camrob.report.parts import card_row, figure, section, table
 from camrob.units import m_to_mm
 
@@ -25,26 +26,35 @@ _WHY = {
 
 
 def calibration_report(
-    summary: Summary, evidence: Evidence, axes: Sequence[str], *, published: Sequence[Sequence[str]] = ()
+    summary: Summary,
+    evidence: Evidence,
+    axes: Sequence[str],
+    *,
+    published: Sequence[Sequence[str]] = (),
+    charts: Sequence[LineChart] = (),
+    source: str = "",
 ) -> str:
     """The page as text.
 
     summary: what `camrob calibrate --json` prints. axes: names of the cell's axes, as evidence's axis values hold them.
-    published: rows (what, published, ours), text, for a case that stands in a paper.
+    published: rows (what, published, ours), text, for a case that stands in a paper, `source`, with charts of its own.
     """
-    charts = calibration_charts(evidence, summary, axes)
-    place = {c["id"]: figure(c) for c in charts}
+    drawn = calibration_charts(evidence, summary, axes)
+    place = {c["id"]: figure(c) for c in drawn}
     poses = [html for name, html in place.items() if name.startswith(("spread-", "poses-"))]
     files = ", ".join(log["file"] for log in summary["logs"])
     body = "\n".join([
         "<main>",
         f"<header><h1>Calibration of {escape(summary['cell'])}</h1><p class=\"made\">from {escape(files)}</p></header>",
-        _cards(summary, evidence), _warnings(summary), _published(published), _errors(summary, evidence), *poses,
+        _cards(summary, evidence), _warnings(summary), _published(published, source),
+        *(chart_section(c) for c in charts), _errors(summary, evidence), *poses,
         place["parameters"], _parameters(summary), place["singular"], _told(summary), place["correlation"],
         place["remaining"], _remaining(summary, evidence), _next(summary),
         "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
     ])  # fmt: skip
-    data = {"names": {}, "charts": [{k: c[k] for k in ("id", "traces", "layout", "ruler")} for c in charts]}
+    data: dict[str, Any] = {"names": {}}
+    data["charts"] = [{k: c[k] for k in ("id", "traces", "layout", "ruler")} for c in drawn]
+    data["charts"] += [{**c, "ruler": "line"} for c in chart_data(charts)]
     return page(f"Calibration of {summary['cell']}", body, data)
 
 
@@ -89,11 +99,12 @@ def _warnings(summary: Summary) -> str:
     return section("Before you trust the numbers", f"<ul>{rows}</ul>")
 
 
-def _published(rows: Sequence[Sequence[str]]) -> str:
+def _published(rows: Sequence[Sequence[str]], source: str) -> str:
     if not rows:
         return ""
     return section(
         "Published, and ours",
+        f'<p class="caption">{escape(source)}</p>',
         table(("", "published", "ours"), [[escape(c) for c in row] for row in rows]),
         '<p class="caption">Ours is a simulated robot with drawn errors, sized so that the published means before and '
         "after come out; a dash: the paper says nothing.</p>",

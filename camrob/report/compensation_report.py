@@ -21,6 +21,8 @@ __all__ = ["PathErrors", "compensation_report"]
 Array = NDArray[np.float64]
 Summary = Mapping[str, Any]
 
+_STRETCHES = 150
+_FASTEST = 1e3  # rad/s: what stands still admits any rate
 _FLOOR_MM, _FLOOR_DEG = 1e-6, 1e-7  # below, a logarithmic picture says nothing any more
 
 
@@ -63,6 +65,9 @@ def compensation_report(
         "computed. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
     ])  # fmt: skip
     charts = [{**c, "ruler": "motion"} for c in chart_data(along)] + [{**c, "ruler": "s"} for c in chart_data(rates)]
+    for chart in charts:
+        if chart["layout"]["yaxis"]["type"] == "log":
+            chart["layout"]["yaxis"] |= {"dtick": 1, "exponentformat": "power"}
     return page(f"Compensation of {summary['program']}", body, {"names": {}, "charts": charts})
 
 
@@ -191,13 +196,22 @@ def _violations(found: Mapping[str, Any] | None) -> str:
 
 
 def _rates(analyses: tuple[DerivativeAnalysis, DerivativeAnalysis]) -> LineChart:
-    """The rates that speed and acceleration admit, before and after."""
+    """The least rates that the axes admit, stretch by stretch, before and after."""
     curves = []
-    for k, (name, attribute) in enumerate((("speed", "rate_speed"), ("acceleration", "rate_acceleration"))):
+    named = (("speed", "rate_speed"), ("acceleration", "rate_acceleration"), ("jerk", "rate_jerk"))
+    for k, (name, attribute) in enumerate(named):
         for which, analysis, dash in zip(("before", "after"), analyses, ("solid", "dot"), strict=True):
-            rate = np.minimum(np.asarray(getattr(analysis, attribute)), 1e4)
-            curves.append(Curve(f"{name}, {which}", np.asarray(analysis.s), rate, dash, 2 * k + (which == "after")))
+            s, rate = _least(np.asarray(analysis.s), np.asarray(getattr(analysis, attribute)))
+            curves.append(Curve(f"{name}, {which}", s, rate, dash, 2 * k + (which == "after")))
     return LineChart(
-        "rates", "Rate ds/dt that the axes admit, before and after", "Linear interpolation, as the paper's eq. 21 and 27.",
+        "rates", "Rate ds/dt that the axes admit, before and after",
+        f"The least in each of {_STRETCHES} stretches; linear interpolation, as the paper's eq. 21, 27 and 28.",
         "s, rad", "rad/s", tuple(curves), True,
     )  # fmt: skip
+
+
+def _least(s: Array, rate: Array) -> tuple[Array, Array]:
+    """Middle of each stretch, and the least rate in it."""
+    edges = np.unique(np.linspace(0, len(s), _STRETCHES + 1).astype(np.int64))
+    least = np.minimum.reduceat(rate, edges[:-1])
+    return np.asarray(0.5 * (s[edges[:-1]] + s[edges[1:] - 1])), np.asarray(np.minimum(least, _FASTEST))

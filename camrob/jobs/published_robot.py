@@ -1,0 +1,134 @@
+"""A simulated robot with drawn errors: what a tracker sees of it, and how a compensated line runs on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.calibrate.calibration import Calibration
+from camrob.calibrate.compensate import compensate_postures, pose_difference
+from camrob.calibrate.error_model import ErrorModel
+from camrob.calibrate.measurements import Measurements
+from camrob.calibrate.paper_newton import compensate_as_published
+from camrob.calibrate.terms import standard_names
+from camrob.cell.cell import Cell
+from camrob.errors import UnreachableError
+from camrob.feed.derivative_analysis import DerivativeAnalysis, analyse_derivatives
+from camrob.frozen import locked
+from camrob.jobs.published_file import PublishedCase
+from camrob.kinematics.arm import FOLLOWED, Arm
+from camrob.kinematics.frames import base_T_tool
+from camrob.se3 import inverse, pose, rotation_exp
+
+__all__ = ["TapeLine", "drawn_errors", "measured_poses", "tape_line"]
+
+Array = NDArray[np.float64]
+
+_TWINS = 8  # every so many points the published iteration runs beside ours
+_MOST_STEP = 0.2  # rad between points of a line
+
+
+def drawn_errors(case: PublishedCase, cell: Cell) -> dict[str, float]:
+    """The simulated robot's errors by name, SI; always the same ones for a case."""
+    rng = np.random.default_rng(case.seed)
+    errors: dict[str, float] = {}
+    last = cell.joints[cell.arm_slice.stop - 1].name
+    for name in standard_names(cell):
+        if name.startswith(("base", "tool")):
+            continue
+        axis, kind = name.split(".")
+        drawn = float(rng.normal())
+        if kind == "compliance":
+            errors[name] = case.compliance[axis] * (1.0 + case.compliance_spread * drawn)
+        else:
+            errors[name] = drawn * (case.place if kind in ("x", "y") else case.angle)
+    for name in standard_names(cell, harmonics=case.ripple_orders):
+        if ".cos" in name or ".sin" in name:
+            errors[name] = float(rng.normal()) * (case.last_ripple if name.startswith(last) else case.ripple)
+    return errors
+
+
+def measured_poses(
+    case: PublishedCase, cell: Cell, errors: Mapping[str, float], count: int, seed: int, name: str
+) -> Measurements:
+    """What the tracker sees of the robot in `count` postures drawn from the case's range."""
+    q = cell.to_q(np.random.default_rng(seed).uniform(case.lower_deg, case.upper_deg, (count, len(case.lower_deg))))
+    frames = ErrorModel.of(cell, tuple(errors)).poses(np.array(list(errors.values())), q)
+    rng = np.random.default_rng(seed + 1000)
+    frames[:, :3, 3] += rng.normal(0.0, case.sigma[0], (count, 3))
+    frames[:, :3, :3] = rotation_exp(rng.normal(0.0, case.sigma[1], (count, 3))) @ frames[:, :3, :3]
+    return Measurements(q, frames, True, sigma_position=case.sigma[0], sigma_angle=case.sigma[1], name=name)
+
+
+@dataclass(frozen=True, slots=True)
+class TapeLine:
+    """The paper's use case, run by the simulated robot. planned (N, n); errors before, after, and after with the extended
+    model (N, 2), m and rad. iterations: at most, of ours; published_iterations: from and to, of the published one on every
+    eighth point; difference: the farthest between both, rad. analysis: section III, planned and compensated.
+    """
+
+    planned: Array
+    before: Array
+    after: Array
+    extended: Array
+    iterations: int
+    published_iterations: tuple[int, int]
+    difference: float
+    analysis: tuple[DerivativeAnalysis, DerivativeAnalysis]
+
+    def __post_init__(self) -> None:
+        count = len(self.planned)
+        object.__setattr__(self, "planned", locked(self.planned, shape=(count, None), name="planned"))
+        for name in ("before", "after", "extended"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(count, 2), name=name))
+
+
+def tape_line(
+    case: PublishedCase, cell: Cell, errors: Mapping[str, float], plain: Calibration, extended: Calibration
+) -> TapeLine:
+    """Compensate the case's line with both calibrations and run it. Raises UnreachableError where it leaves the reach."""
+    planned, targets = _planned(case, cell)
+    real, truth = ErrorModel.of(cell, tuple(errors)), np.array(list(errors.values()))
+
+    def error_of(q: Array) -> Array:
+        e = pose_difference(targets, real.poses(truth, q))
+        return np.stack([np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)], axis=1)
+
+    model, values = plain.model(cell)
+    ours = compensate_postures(model, values, planned, targets)
+    counts, difference = [], 0.0
+    for row in range(0, len(planned), _TWINS):
+        theta, count = compensate_as_published(lambda a: model.poses(values, a[None])[0], targets[row], planned[row])
+        counts.append(count)
+        difference = max(difference, float(np.max(np.abs(theta - np.asarray(ours.q)[row]))))
+    further = compensate_postures(*extended.model(cell), planned, targets)
+    return TapeLine(
+        planned=planned,
+        before=error_of(planned),
+        after=error_of(np.asarray(ours.q)),
+        extended=error_of(np.asarray(further.q)),
+        iterations=int(np.max(ours.iterations)),
+        published_iterations=(min(counts), max(counts)),
+        difference=difference,
+        analysis=(analyse_derivatives(cell, planned), analyse_derivatives(cell, np.asarray(ours.q))),
+    )
+
+
+def _planned(case: PublishedCase, cell: Cell) -> tuple[Array, Array]:
+    """Postures (N, n) of the nominal robot along the line, and its poses (N, 4, 4) in `base`."""
+    near = cell.to_q(np.asarray(case.middle_deg))
+    middle = base_T_tool(cell, near)
+    half = case.points // 2
+    along = case.step * (np.arange(case.points) - half)
+    places = middle[:3, 3] + along[:, None] * np.asarray(case.direction)
+    targets = pose(np.broadcast_to(middle[:3, :3], (case.points, 3, 3)), places)
+    foot_T_tool = inverse(np.asarray(cell.base_T_first)) @ targets
+    arm = Arm.of(cell)
+    to_begin, begun, _ = arm.follow(foot_T_tool[half::-1], near, step=_MOST_STEP)
+    planned, code, _ = arm.follow(foot_T_tool, to_begin[-1], step=_MOST_STEP)
+    if begun != FOLLOWED or code != FOLLOWED:
+        raise UnreachableError("the case's line leaves the arm's reach; give another middle posture or fewer points")
+    return np.asarray(planned), targets
