@@ -14,7 +14,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from camrob.cli_real import calibrate, compensate, diagnose, simulate
+from camrob.cli_real import calibrate, compensate, diagnose, simulate, tracker
 from camrob.console import ProgressHook, error_line, job_of, perform, renderer
 from camrob.options import CellOption, Feed, JsonOption, Method, QuietOption, SetupOption, Units
 
@@ -31,6 +31,7 @@ __all__ = [
     "regress",
     "run",
     "simulate",
+    "tracker",
     "verify",
     "version",
 ]
@@ -184,6 +185,7 @@ VERBS: tuple[Callable[..., int], ...] = (
     compensate,
     feed,
     diagnose,
+    tracker,
     batch,
 )
 

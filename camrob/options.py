@@ -8,7 +8,28 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["CellOption", "Feed", "JsonOption", "Method", "QuietOption", "SetupOption", "Units"]
+__all__ = [
+    "CellOption",
+    "CorrectedOption",
+    "CycleOption",
+    "DurationOption",
+    "Feed",
+    "FrameOption",
+    "GainOption",
+    "InstrumentOption",
+    "JsonOption",
+    "LatencyOption",
+    "ListenOption",
+    "LoopMode",
+    "Method",
+    "ModeOption",
+    "PairOption",
+    "QuietOption",
+    "RealtimeOption",
+    "SenTypeOption",
+    "SetupOption",
+    "Units",
+]
 
 
 class Method(StrEnum):
@@ -32,6 +53,13 @@ class Units(StrEnum):
     INCH = "inch"
 
 
+class LoopMode(StrEnum):
+    """Who sums the corrections of the tracker loop: the server (absolute), or the controller (relative)."""
+
+    ABSOLUTE = "absolute"
+    RELATIVE = "relative"
+
+
 CellOption = Annotated[Path, typer.Option("--cell", help="The cell's folder (or its cell.toml).", metavar="CELL")]
 SetupOption = Annotated[
     Path | None,
@@ -39,3 +67,32 @@ SetupOption = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object, and nothing else.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
+
+# of `tracker --listen`; None where nothing was said, so that the cell or the job decides
+ListenOption = Annotated[
+    str | None, typer.Option("--listen", metavar="HOST:PORT", help="Serve a controller's RSI frames that come here.")
+]
+InstrumentOption = Annotated[
+    str, typer.Option("--instrument", metavar="HOST:PORT", help="Where the instrument's datagrams come.")
+]
+ModeOption = Annotated[LoopMode | None, typer.Option("--mode", help="RSI_ON's mode. Default: absolute.")]
+GainOption = Annotated[float | None, typer.Option("--gain", metavar="K", help="Share of the error added each cycle.")]
+CycleOption = Annotated[float | None, typer.Option("--cycle-ms", metavar="MS", help="RSI's cycle, 4 or 12.")]
+LatencyOption = Annotated[
+    float | None, typer.Option("--latency-ms", metavar="MS", help="How much later than true a measurement arrives.")
+]
+FrameOption = Annotated[
+    str | None,
+    typer.Option("--tracker-in-base", metavar="X,Y,Z,A,B,C", help="The instrument's frame in $BASE, mm and degrees."),
+]
+CorrectedOption = Annotated[
+    bool | None, typer.Option("--corrected/--programmed", help="Whether the controller's RSol holds the correction.")
+]
+SenTypeOption = Annotated[str | None, typer.Option("--sen-type", metavar="NAME", help="SENTYPE of the configuration.")]
+RealtimeOption = Annotated[bool, typer.Option("--realtime", help="Ask the system for real-time priority.")]
+DurationOption = Annotated[
+    float | None, typer.Option("--duration", metavar="S", help="Serve so long. Default: until it is interrupted.")
+]
+PairOption = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A bound of the loop (README).")
+]

@@ -6,24 +6,30 @@ import json
 import re
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from camrob.controller.tracker.case import read_tracker_case
 from camrob.controller.tracker.cycle_log import CycleLog, percentiles
 from camrob.controller.tracker.law import CorrectionLaw
 from camrob.controller.tracker.rsi_server import RsiServer
 from camrob.controller.tracker.session import FAULTS, Address, LinkSettings, SessionCounts, TrackerSession
 from camrob.errors import InputError
+from camrob.jobs.failure import DONE, NOT_SAFE
 from camrob.jobs.files import staged_output
-from camrob.se3 import frame_from_xyzabc
-from camrob.units import deg_to_rad, m_to_mm, mm_to_m, ms_to_s, rad_to_deg
+from camrob.se3 import frame_from_xyzabc, xyzabc_from_frame
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, ms_to_s, rad_to_deg, s_to_ms
 
 __all__ = ["LiveOptions", "TrackLiveResult", "track_live"]
 
 _CYCLES_MS = (4.0, 12.0)
+_BOUNDS: dict[str, Callable[[str], float]] = {
+    **dict.fromkeys(("limit_mm", "limit_deg", "step_mm", "step_deg", "far_mm", "far_deg"), float),
+    **dict.fromkeys(("stale_after", "stop_after", "late_stop"), int),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +97,11 @@ class TrackLiveResult:
     log: CycleLog
 
     @property
+    def status(self) -> int:
+        """What the command ends with: 3 after a fault, 0 otherwise."""
+        return NOT_SAFE if self.fault else DONE
+
+    @property
     def fault(self) -> bool:
         """True where a fault ended it, so that the robot was stopped."""
         return bool(self.summary["stopped"]["fault"])
@@ -101,6 +112,8 @@ def track_live(
     listen: str = "127.0.0.1:59152",
     instrument: str = "127.0.0.1:59153",
     options: LiveOptions | None = None,
+    cell: Path | None = None,
+    said: Mapping[str, Any] | None = None,
     duration_s: float | None = None,
     realtime: bool = False,
     out: Path | None = None,
@@ -110,11 +123,13 @@ def track_live(
 ) -> TrackLiveResult:
     """Serve a controller on `listen` from an instrument on `instrument` until a fault, an interruption, or `duration_s`.
 
-    Whatever ends it, the answers end with it, and the summary says why. With `out`, `tracker.csv` (a row for each answer) and
-    `tracker.json` appear there afterwards. `realtime` asks for real-time priority, `ready` is told when both ports are open.
+    `options` are the cell's (those of its tracker.toml) where there is one; `said` overrides them by name, its "bounds" being
+    texts NAME=VALUE. Whatever ends it, the answers end with it, and the summary says why. With `out`, `tracker.csv` (a row
+    for each answer) and `tracker.json` appear there afterwards. `realtime` asks for real-time priority; `ready` is told when
+    both ports are open.
     Raises InputError for an address or an option that is wrong.
     """
-    options = options or LiveOptions()
+    options = _overridden(options or (LiveOptions() if cell is None else _of_cell(Path(cell))), said or {})
     settings = options.settings()
     if duration_s is not None and not 0.0 < duration_s < float("inf"):
         raise InputError(f"the duration is {duration_s} s", cure="give a positive number of seconds")
@@ -131,6 +146,42 @@ def track_live(
             server.log.write(folder / "tracker.csv")
             (folder / "tracker.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
     return TrackLiveResult(summary, session, server.log)
+
+
+def _of_cell(cell: Path) -> LiveOptions:
+    """The loop's values and the tracker's frame of a cell's tracker.toml."""
+    case = read_tracker_case(cell.parent if cell.name == "cell.toml" else cell)
+    law, frame = case.law, xyzabc_from_frame(case.base_T_tracker)
+    return LiveOptions(
+        gain=law.gain,
+        cycle_ms=round(s_to_ms(law.cycle_s), 6),
+        limit_mm=m_to_mm(law.limit_m),
+        limit_deg=rad_to_deg(law.limit_rad),
+        step_mm=m_to_mm(law.step_m),
+        step_deg=rad_to_deg(law.step_rad),
+        tracker_in_base=(*m_to_mm(frame[:3]).tolist(), *rad_to_deg(frame[3:]).tolist()),
+    )
+
+
+def _overridden(options: LiveOptions, said: Mapping[str, Any]) -> LiveOptions:
+    """The options with what was said put in. Raises InputError for a name or a value that is none."""
+    values = dict(said)
+    for pair in values.pop("bounds", ()):
+        name, equals, text = pair.partition("=")
+        if not equals or name not in _BOUNDS:
+            raise InputError(f"{pair!r} sets nothing", cure="give NAME=VALUE, NAME one of " + ", ".join(_BOUNDS))
+        try:
+            values[name] = _BOUNDS[name](text)
+        except ValueError:
+            raise InputError(f"{pair!r} isn't a number", cure="give NAME=VALUE") from None
+    if "tracker_in_base" in values and isinstance(values["tracker_in_base"], str):
+        try:
+            values["tracker_in_base"] = tuple(float(v) for v in values["tracker_in_base"].split(","))
+        except ValueError:
+            raise InputError(
+                "the tracker's frame isn't six numbers", cure="give X,Y,Z,A,B,C in mm and degrees"
+            ) from None
+    return replace(options, **values)
 
 
 def _address(text: str) -> Address:
