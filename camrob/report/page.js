@@ -53,6 +53,7 @@
     chart.layout.template = theme();
     const bands = (chart.layout.shapes || []).length;
     return Plotly.newPlot(element, chart.traces, chart.layout, config).then(() => {
+      if (chart.own) return; // its x is no length or time that the others share
       const xs = Object.keys(chart.layout).filter((key) => /^xaxis\d*$/.test(key));
       drawn.push({ element, bands, xs, ruler: chart.ruler || "" });
       element.on("plotly_relayout", (change) => sameZoom(element, change));

@@ -34,8 +34,8 @@ class RobotErrors:
 
     delay: cycles from command to joint control. lag: time constants. lost: half the motion lost at a reversal. friction:
     half of what friction holds back there, dying away with `recovery`, s. sliding: how far a joint turns until friction has
-    changed sides, at least twice the sum of both, or the link would move against its motor. seed, link, link_angle: of the drawn link errors, m and rad. static (6,): x, y, z, A, B, C of the tool's
-    error at the first test's start, m and rad.
+    changed sides, at least twice the sum of both, or the link would move against its motor. seed, link, link_angle: of the
+    drawn link errors, m and rad. static (6,): x, y, z, A, B, C of the tool's error at the square's first corner, m and rad.
     """
 
     delay: int

@@ -5,8 +5,8 @@ After lap j, with the loop's own correction u and the error e that it saw, the l
     w <- Q ( w + step (u + e(k + lead)) )
 
 With the loop's closed-form quantities (see `analysis`), and D the error without any correction, the next lap's error is
-Q (1 - step S (L + z^lead G z^-m)) E + S (1 - Q) D: what a lap leaves is known beforehand, frequency by frequency. Q, a Gaussian over
-time in both directions, keeps out noise and what the joints can't follow.
+Q (1 - step S (L + z^lead G z^-m)) E + S (1 - Q) D: what a lap leaves is known beforehand, frequency by frequency. Q, a Gaussian
+over time in both directions, keeps out noise and what the joints can't follow.
 """
 
 from __future__ import annotations

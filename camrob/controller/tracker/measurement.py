@@ -144,4 +144,4 @@ def setpoint_error(wanted: Array, measured: Array) -> Array:
     if not np.isfinite(e).all():
         raise InputError("an error of the tracker loop is not a number", cure="check the measurement and the set-point")
     e[..., 3:] -= 2.0 * np.pi * np.round(e[..., 3:] / (2.0 * np.pi))
-    return e
+    return np.asarray(e)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -116,7 +117,7 @@ def off_path(path: TestPath, error: Array) -> Array:
     place = np.asarray(path.wanted)[:, :2] - error[:, :2]
     corners = np.asarray(path.wanted)[path.corners, :2]
     distance = []
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in pairwise(corners):
         t = np.clip((place - a) @ (b - a) / float((b - a) @ (b - a)), 0.0, 1.0)
         distance.append(np.linalg.norm(place - a - t[:, None] * (b - a), axis=1))
     return np.asarray(np.min(distance, axis=0))

@@ -18,6 +18,7 @@ from camrob.se3 import frame_from_xyzabc
 __all__ = ["TestPath", "circle_path", "square_path", "start_posture", "travelled"]
 
 Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
 
 _STEP = 0.1  # rad a joint may move in a cycle, before it counts as a jump
 _SINGULAR = 0.02  # least 1/k_F on the way
@@ -63,8 +64,8 @@ def travelled(length: float, feed: float, acceleration: float, cycle: float) -> 
     ramp = 0.5 * np.pi * feed / acceleration
     cycles = int(np.ceil((length / feed + ramp) / cycle))
     feed = length / (cycles * cycle - ramp)
-    t = cycle * np.arange(cycles + 1)
-    whole = t[-1]
+    t = np.asarray(cycle * np.arange(cycles + 1), float)
+    whole = float(t[-1])
 
     def ramped(x: Array) -> Array:
         x = np.clip(x, 0.0, ramp)
@@ -105,12 +106,12 @@ def circle_path(cell: Cell, case: TrackerCase) -> TestPath:
 
 
 def _path(
-    cell: Cell, case: TrackerCase, name: str, points: Array, side: Array, ends: Array, center: Array, radius: float
+    cell: Cell, case: TrackerCase, name: str, points: Array, side: Whole, ends: Whole, center: Array, radius: float
 ) -> TestPath:
     wanted = np.hstack([points, np.zeros((len(points), 3))])
     moved = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1) > 1e-12
     q = _postures(cell, wanted, name)
-    time = case.law.cycle_s * np.arange(len(points))
+    time = np.asarray(case.law.cycle_s * np.arange(len(points)), float)
     return TestPath(name, wanted, q, time, moved, ends, side, center, radius)
 
 

@@ -2,8 +2,8 @@
 
 A cycle of joint i: the command that is `delay` cycles old moves the motor by a first-order lag, q <- q + a (c - q) with
 a = 1 - exp(-T / lag). Friction has a state s between -1 and 1 that follows the direction of motion within the way `sliding`
-(Dahl's model: ds = (sign - s) (1 - exp(-|dq| / sliding))). The link stands `lost` s behind the motor, which its encoder doesn't show; the
-motor itself stands `friction` h behind, where h follows the changes of s and dies away with `recovery`.
+(Dahl's model: ds = (sign - s) (1 - exp(-|dq| / sliding))). The link stands `lost` s behind the motor, which its encoder doesn't
+show; the motor itself stands `friction` h behind, where h follows the changes of s and dies away with `recovery`.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from camrob.controller.tracker.analysis import Margins
 from camrob.controller.tracker.case import RobotErrors, TrackerCase, TrackerNoise
 from camrob.controller.tracker.gain import GainChoice, check_gain, choose_gain, joint_loops, worst_margins
 from camrob.controller.tracker.identify import JointLags, ahead_of, identify_lags
+from camrob.controller.tracker.law import CorrectionLaw
 from camrob.controller.tracker.learning import best_lead, learned_after
 from camrob.controller.tracker.loop import LoopLog, LoopRun, check_arm_alone, simulate
 from camrob.controller.tracker.measurement import printed_order, reading_of, tracker_pose
@@ -57,7 +58,7 @@ class Learning:
 
 @dataclass(frozen=True, slots=True)
 class Latency:
-    """The slowest joint's loop when the measurement is `cycles` old: the gain's limit, and margins of two gains (None: unstable)."""
+    """The joints' loops when the measurement is `cycles` old: the gain's limit, and the margins of two gains (None: unstable)."""
 
     cycles: int
     limit: float
@@ -76,8 +77,8 @@ class Sensitivity:
 
 @dataclass(frozen=True, slots=True)
 class TrackerStudy:
-    """All that the report shows. before, switched: the square without, and with the correction switched on under way, measured over the same
-    time; circle_before, circle_after. tried: gains simulated on the circle, with the tool's rms error, m. order_off: by how far
+    """All that the report shows. before, switched: the square without, and with the correction switched on under way, measured
+    over the same time. tried: gains simulated on the circle, with the tool's rms error, m. order_off: by how far
     eq. 2 as printed misses the tool, m, mean over the square. eq1_off: how far eq. 1 is from the pose it was given, at most.
     """
 
@@ -105,7 +106,7 @@ class TrackerStudy:
 
 
 def study_tracker(
-    cell: Cell, case: TrackerCase, *, laps: int = 4, gain: float | None = None, progress: Progress | None = None
+    cell: Cell, case: TrackerCase, *, laps: int = 3, gain: float | None = None, progress: Progress | None = None
 ) -> TrackerStudy:
     """Run the study; `gain`: one more to run. About a minute.
 
@@ -161,16 +162,21 @@ def _variant(key: str, name: str, square: LoopLog, circle: LoopLog) -> Variant:
 
 
 def _better(
-    cell: Cell, case: TrackerCase, paths: tuple[TestPath, TestPath], lags: JointLags, choice: GainChoice, asked: object
+    cell: Cell,
+    case: TrackerCase,
+    paths: tuple[TestPath, TestPath],
+    lags: JointLags,
+    choice: GainChoice,
+    asked: CorrectionLaw | None,
 ) -> tuple[list[Variant], tuple[tuple[float, float], ...]]:
-    """The variants that need what the first runs told, the last one with all of it; and the gains that are tried on the circle."""
+    """Variants that need what the first runs told, the last one with all of it; and the gains that are tried on the circle."""
     law = replace(case.law, gain=choice.chosen)
     ways: list[tuple[str, str, dict[str, object]]] = [
         ("gain", f"gain by analysis, K = {law.gain:g}", {"law": law}),
         ("aligned", "and set-point of the measured instant", {"law": law, "aligned": True}),
     ]
     if asked is not None:
-        ways.insert(0, ("asked", f"gain asked for, K = {getattr(asked, 'gain', 0.0):g}", {"law": asked}))
+        ways.insert(0, ("asked", f"gain asked for, K = {asked.gain:g}", {"law": asked}))
     runs = [_run(case, path, **how) for _key, _name, how in ways for path in paths]
     for path in paths:
         runs.append(_run(case, path, law=law, aligned=True, ahead=ahead_of(case, path, lags)))
