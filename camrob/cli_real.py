@@ -201,10 +201,6 @@ def tracker(
     bounds: PairOption = None,
     realtime: RealtimeOption = False,
     duration: DurationOption = None,
-    experiment: Annotated[
-        Path | None,
-        typer.Option("--write-experiment", metavar="FILE.src", help="Write the next experiment as a checked program."),
-    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -221,7 +217,16 @@ def tracker(
 
     def job(progress: ProgressHook) -> Any:
         if listen is None:
-            return job_of("tracker")(cell=cell, out=out, progress=progress)
+            live = [
+                name
+                for name, value in {**said, "set": bounds, "realtime": realtime or None, "duration": duration}.items()
+                if value is not None and name != "gain"
+            ]
+            if live:
+                raise InputError(
+                    f"--{live[0].replace('_', '-')} has no meaning here", cure="give --listen HOST:PORT with it"
+                )
+            return job_of("tracker")(cell=cell, out=out, gain=gain, progress=progress)
         return job_of("track_live")(
             listen=listen,
             instrument=instrument,
