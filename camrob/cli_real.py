@@ -235,7 +235,6 @@ def tracker(
             duration_s=duration,
             realtime=realtime,
             out=out,
-            experiment=experiment,
             progress=progress,
         )
 
