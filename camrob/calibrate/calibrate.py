@@ -5,7 +5,7 @@ part.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 
 _SAMPLE = 2000  # rows that suffice for a first look
 _MOST_POSITION, _MOST_ANGLE = 0.03, 0.06  # m and rad an axis: no robot that works is so far off
+_MOST_SHIFT, _MOST_TURN = 0.2, 0.1  # m and rad: what base and tool are off by more is no error but another frame
 _EXPLAINED = 0.2  # of what base and tool leave, a calibration is expected to leave so much
 
 
@@ -90,7 +91,7 @@ def study_cell(
     prepared = prepare_sets(cell, sets, _asked(cell, sets, names, candidates))
     firsts = [fit_frames(cell, part.select(sampled_rows(len(part), _SAMPLE)), ParameterSet.of(())) for part in sets]
     for part, (_, first) in zip(sets, firsts, strict=True):
-        _believable(first, part)
+        _believable(cell, first, part)
     kept, fit, seen = _fitted_as_far_as_told(cell, prepared, [first for _, first in firsts], names)
     stages = [_stages(part, first, fit) for part, first in zip(kept, firsts, strict=True)]
     poses = [pose_errors_of(part, s, withheld=False) for part, s in zip(sets, stages, strict=True)]
@@ -125,7 +126,7 @@ def _fitted_as_far_as_told(
     for _ in range(2):
         seen = _told(prepared, scales, noise, cell)
         if names is not None:
-            _refuse(seen, names, prepared[0].data)
+            _refuse(cell, seen, names, prepared[0].data)
         _enough(prepared, seen.kept)
         kept = tuple(part.with_names(seen.kept) for part in prepared)
         pairs = [(part.model, part.data) for part in kept]
@@ -148,12 +149,31 @@ def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:
     raise LogError(f"holds {poses} poses to fit", cure=cure, path=prepared[0].data.name)
 
 
-def _believable(frames: Fit, data: Measurements) -> None:
-    """What base and tool leave can be a robot's errors. Raises JobError."""
-    if frames.scatter_position > _MOST_POSITION or frames.scatter_angle > _MOST_ANGLE:
-        place, turn = m_to_mm(frames.scatter_position), rad_to_deg(frames.scatter_angle)
-        what = f"{data.name or 'the poses'} can't be this cell's: with base and tool fitted, {place:.1f} mm"
-        raise JobError(f"{what} and {turn:.2f} degrees an axis remain; check the cell, the axes' signs and the units")
+def _believable(cell: Cell, frames: Fit, data: Measurements) -> None:
+    """What base and tool leave can be a robot's errors, and they are errors themselves. Raises LogError and JobError."""
+    known = [p for p in frames.parameters.items_ if p.name not in nuisance_of(data)]
+    farthest = [max((abs(p.value) for p in known if p.unit == unit), default=0.0) for unit in ("m", "rad")]
+    scattered = frames.scatter_position > _MOST_POSITION or frames.scatter_angle > _MOST_ANGLE
+    if not scattered and farthest[0] <= _MOST_SHIFT and farthest[1] <= _MOST_TURN:
+        return
+    seen = f'"{"base" if data.in_base else "world"}"'
+    if known and (not scattered or _fits_elsewhere(cell, data)):
+        cure = 'say measured_frame = "unknown" and target = "unknown" in LOG.toml, or give the poses of the tip'
+        raise LogError(f"holds poses of another frame or target than {seen} and the tool", cure=cure, path=data.name)
+    place, turn = m_to_mm(frames.scatter_position), rad_to_deg(frames.scatter_angle)
+    what = f"{data.name or 'the poses'} can't be this cell's: with base and tool fitted, {place:.1f} mm"
+    cure = "check the cell, the axes' signs, the units and measured_frame"
+    raise JobError(f"{what} and {turn:.2f} degrees an axis remain; {cure}")
+
+
+def _fits_elsewhere(cell: Cell, data: Measurements) -> bool:
+    """Whether the poses are the robot's, seen from some other place."""
+    free = replace(data.select(sampled_rows(len(data), _SAMPLE)), frame_known=False, target_known=False)
+    try:
+        fit = fit_frames(cell, free, ParameterSet.of(()))[1]
+    except SingularError:
+        return False
+    return fit.scatter_position <= _MOST_POSITION and fit.scatter_angle <= _MOST_ANGLE
 
 
 def _told(
@@ -165,13 +185,15 @@ def _told(
         raise SingularError(f"cell {cell.name} can't be calibrated from these poses: {error}") from None
 
 
-def _refuse(seen: Identifiability, names: Sequence[str], data: Measurements) -> None:
+def _refuse(cell: Cell, seen: Identifiability, names: Sequence[str], data: Measurements) -> None:
     """A set that was asked for by name is fitted whole or not at all."""
     lost = [n for n in names if n in seen.left_out]
     if lost:
         first = lost[0]
         others = seen.merged.get(first, ())
         why = f"it can't be told from {', '.join(others[:6])}" if others else "the poses say too little of it"
+        if first.endswith(".compliance") and not cell.masses:
+            why = f"cell {cell.name} states no masses, so that gravity's torques aren't known"
         what = f"{', '.join(lost[:8])} can't be fitted to {data.name or 'these poses'}: {first}: {why}"
         raise SingularError(f"{what}; leave parameters out or measure other poses")
 
