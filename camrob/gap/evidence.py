@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 Set = frozenset[int]
 
 NUISANCE_SHARE = 0.06  # of the noise's rms: what an effect that counts as absent may still move the TCP by
+_MANY = 3  # parameters from which on a unit's prior may shrink as a whole
+_SHARES = (1.0, 0.3, 0.1)
+_LEAST_MOVE = 0.3  # of the noise's rms: what a unit is taken to move the TCP by at least
+_TURNS = 2
 _COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
 
 
@@ -34,12 +38,13 @@ def _log_comb(n: int, k: int) -> float:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The posterior of one set. mean, cov: of all parameters, SI; score: log evidence and prior."""
+    """The posterior of one set. mean, cov: of all parameters, SI; score: log evidence and prior; widths: of the priors."""
 
     members: Set
     mean: Array
     cov: Array
     score: float
+    widths: Array
 
 
 @dataclass(frozen=True)
@@ -111,13 +116,40 @@ class Evidence:
                 total -= log(m) + _log_comb(m, k)
         return total
 
+    @cached_property
+    def _least(self) -> Array:
+        """(units,) the smallest share of the ordinary sizes that a unit's prior may shrink to; 1 where it may not shrink.
+
+        Effects of many parameters come small and large: with one width they would pay for it with every parameter.
+        """
+        d = self.design
+        moved = np.bincount(d.owner, (d.size * d.usual) ** 2, len(d.units))
+        least = np.clip(_LEAST_MOVE * self.noise / np.sqrt(np.maximum(moved, 1e-24)), 0.01, 1.0)
+        shrinks = [len(self._columns[i]) >= _MANY and u.effect not in (NUISANCE, "unknown") for i, u in enumerate(d.units)]
+        return np.where(shrinks, least, 1.0)
+
     def fit(self, members: Set) -> Fitted:
-        """The posterior of a set, and its score."""
-        A, b, yy = self._sums
+        """The posterior of a set, and its score, at the width of its priors that speaks best for it."""
         out, usual = self._widths
         inside = np.isin(self.design.owner, list(members))
-        scale = out
-        ratio = np.where(inside, (out / usual) ** 2, 1.0)
+        widths = np.where(inside, usual, out)
+        shrinking = [i for i in members if self._least[i] < 1.0]
+        fitted = self._solve(members, widths)
+        for _ in range(_TURNS if shrinking else 0):
+            for i in shrinking:
+                c = self._columns[i]
+                mean, spread = fitted.mean[c], np.diag(fitted.cov)[c]
+                known = max(float(np.sum(1.0 - spread / widths[c] ** 2)), 0.3)
+                share = np.sqrt(float(np.sum((mean / usual[c]) ** 2)) / known)
+                widths[c] = np.maximum(np.clip(share, self._least[i], 1.0) * usual[c], out[c])
+            fitted = self._solve(members, widths)
+        return fitted
+
+    def _solve(self, members: Set, widths: Array) -> Fitted:
+        """The posterior at given widths (K,) of the priors, and the score."""
+        A, b, yy = self._sums
+        scale = self._widths[0]
+        ratio = (scale / widths) ** 2
         P = A * np.outer(scale, scale)
         P[np.diag_indices_from(P)] += ratio
         L, _ = dpotrf(P, lower=1, clean=1)
@@ -127,7 +159,7 @@ class Evidence:
         mean = C @ right
         log_evidence = -0.5 * (yy - right @ mean) - np.log(np.diag(L)).sum() + 0.5 * np.log(ratio).sum()
         score = float(log_evidence) / self.temperature + self.prior(members)
-        return Fitted(members, mean * scale, C * np.outer(scale, scale), score)
+        return Fitted(members, mean * scale, C * np.outer(scale, scale), score, widths.copy())
 
     @cached_property
     def _batches(self) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
@@ -138,7 +170,7 @@ class Evidence:
         return [(np.array(units), np.stack([self._columns[i] for i in units])) for units in by_size.values()]
 
     def neighbours(self, fitted: Fitted) -> dict[Set, float]:
-        """Scores of all sets that differ in one unit."""
+        """Scores of all sets that differ in one unit, one that enters at the best of a few widths."""
         out, usual = self._widths
         scores: dict[Set, float] = {}
         members = fitted.members
@@ -146,23 +178,32 @@ class Evidence:
         chosen = {name: sum(i in members for i in own) for name, own in self._effects.items()}
         choices = sum(log(self.design.units[i].choices) for i in members - self.always)
         for units, columns in self._batches:
-            s, wide = out[columns], usual[columns]
-            mean = fitted.mean[columns] / s
-            C = fitted.cov[columns[:, :, None], columns[:, None, :]] / (s[:, :, None] * s[:, None, :])
-            ratio = (s / wide) ** 2
             entering = np.isin(units, list(members), invert=True)
-            sign = np.where(entering, 1.0, -1.0)
-            change = sign[:, None] * (ratio - 1.0)
-            M = np.eye(columns.shape[1]) + change[:, :, None] * C
-            positive, log_det = np.linalg.slogdet(M)
-            safe = np.where((positive > 0)[:, None, None], M, np.eye(columns.shape[1]))
-            gain = -0.5 * np.sum(mean * np.linalg.solve(safe, (change * mean)[..., None])[..., 0], axis=1)
-            delta = (gain - 0.5 * log_det + 0.5 * sign * np.log(ratio).sum(axis=1)) / self.temperature
-            tell = (positive > 0) & (np.abs(change) >= 1e-12).any(axis=1)
-            for k in np.flatnonzero(tell):
-                i = int(units[k])
-                unit, step = self.design.units[i], int(sign[k])
+            best = np.full(len(units), -np.inf)
+            for share in _SHARES if columns.shape[1] >= _MANY else (1.0,):
+                share_of = np.maximum(share, self._least[units])[:, None]
+                into = np.maximum(share_of * usual[columns], out[columns])
+                to = np.where(entering[:, None], into, out[columns])
+                best = np.maximum(best, self._change(fitted, columns, to))
+            for k in np.flatnonzero(np.isfinite(best)):
+                i, step = int(units[k]), 1 if entering[k] else -1
+                unit = self.design.units[i]
                 prior = self._prior({**chosen, unit.effect: chosen[unit.effect] + step})
                 prior -= choices + step * log(unit.choices)
-                scores[members | {i} if step > 0 else members - {i}] = base + float(delta[k]) + prior
+                scores[members | {i} if step > 0 else members - {i}] = base + float(best[k]) / self.temperature + prior
         return scores
+
+    @staticmethod
+    def _change(fitted: Fitted, columns: NDArray[np.int64], to: Array) -> Array:
+        """(U,) change of the log evidence where the priors of columns (U, k) get other widths; -inf where it can't be told."""
+        now = fitted.widths[columns]
+        mean = fitted.mean[columns] / now
+        C = fitted.cov[columns[:, :, None], columns[:, None, :]] / (now[:, :, None] * now[:, None, :])
+        ratio = (now / to) ** 2
+        change = ratio - 1.0
+        M = np.eye(columns.shape[1]) + change[:, :, None] * C
+        positive, log_det = np.linalg.slogdet(M)
+        safe = np.where((positive > 0)[:, None, None], M, np.eye(columns.shape[1]))
+        gain = -0.5 * np.sum(mean * np.linalg.solve(safe, (change * mean)[..., None])[..., 0], axis=1)
+        told = (positive > 0) & (np.abs(change) >= 1e-12).any(axis=1)
+        return np.where(told, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf)

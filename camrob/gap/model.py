@@ -12,7 +12,7 @@ from camrob.gap.design import Design, Panel, build_units, make_panel, pool
 from camrob.gap.effects.effect import Effect, State, Unit
 from camrob.gap.evidence import Evidence, Fitted
 from camrob.gap.noise import Noise, find_outliers, noise_of
-from camrob.gap.scan import gear_orders, shapes
+from camrob.gap.scan import covered, gear_orders, shapes
 from camrob.gap.scene import Scene
 from camrob.gap.search import explore, posterior
 from camrob.gap.unknown import UNKNOWN
@@ -284,7 +284,8 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
         if n != UNKNOWN.name
     ]
     least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * gap, 0.0 if raw else 2.0 * max(inexact, default=0.0))
-    for shape in shapes(model.panels, left, servo, heat, least)[: max(room, 0)]:
+    found = shapes(model.panels, left, servo, heat, least)[: 2 * _MOST_SHAPES]
+    for shape in [s for s in found if not covered(s, model.panels, model.design)][: max(room, 0)]:
         key = f"{shape.target}|{shape.quantity}"
         if f"{key}|lower" not in states["unknown"]:
             offered = True

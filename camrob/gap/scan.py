@@ -8,28 +8,30 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.design import LEVER, Panel
+from camrob.gap.design import LEVER, NUISANCE, Design, Panel
 from camrob.gap.unknown import basis, quantities, targets
 
-__all__ = ["Shape", "gear_orders", "shapes"]
+__all__ = ["Shape", "covered", "gear_orders", "shapes"]
 
 Array = NDArray[np.float64]
 
 _HIGHEST_ORDER = 400.0
 _CYCLES = 1.2  # an order is only one where the axis passes as many of its cycles
 _RIDGE = 1e-9
+_SMALL_UNIT, _COVERED = 2, 0.85  # columns that a unit has at most, and the share of a shape's energy that it shows
 _GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A target that follows a quantity: chi-square gained, and the quantity's range."""
+    """A target that follows a quantity: chi-square gained, the quantity's range, and how far it moves, (N,) of all panels."""
 
     target: str
     quantity: str
     gain: float
     lower: float
     upper: float
+    fit: Array
 
 
 def _behind(panel: Panel, residual: Array, term: str) -> tuple[Array, Array]:
@@ -127,8 +129,43 @@ def shapes(
                 continue
             gain, fit = _gain(bases[name], z, w)
             if gain > _GAIN * temperature and np.sqrt(np.mean((fit * lever) ** 2)) > least:
-                found.append(Shape(target, name, gain, lower[name], upper[name]))
+                found.append(Shape(target, name, gain, lower[name], upper[name], fit))
     return sorted(found, key=lambda s: -s.gain)
+
+
+def covered(shape: Shape, panels: Sequence[Panel], design: Design) -> bool:
+    """True where the library has nearly the same, so that the shape is nothing unknown: one small unit, or all that an effect
+    has on the axes that the shape names.
+    """
+    kind, _, part = shape.target.rpartition(" ")
+    ends = np.cumsum([len(p.scene) for p in panels])[:-1]
+    total, b = 0.0, np.zeros(len(design.owner))
+    for p, fit in zip(panels, np.split(shape.fit, ends), strict=True):
+        if kind == "drive":
+            if p.servo is None or p.w_servo is None:
+                return False
+            k = p.scene.index(part)
+            y = fit * p.w_servo[:, k]
+            b[p.servo_columns] += (p.servo[:, k] * p.w_servo[:, k, None]).T @ y
+        else:
+            moved = p.scene.place(f"root.{part}" if kind == "foot" else f"{part}.zero") * fit[:, None]
+            y = (moved * p.w_tcp).ravel()
+            b += (p.tcp * (p.w_tcp[..., None])).reshape(-1, len(b)).T @ y
+        total += float(y @ y)
+    named = {part, *shape.quantity.split()}
+    sets: dict[str, list[int]] = {}
+    for i, unit in enumerate(design.units):
+        if unit.effect not in (NUISANCE, "unknown"):
+            c = np.flatnonzero(design.owner == i).tolist()
+            sets[f"{i}"] = c if len(c) <= _SMALL_UNIT else []
+            sets.setdefault(unit.effect, []).extend(c if unit.axis in named else [])
+    A = design.A.sum(axis=0)
+    for c in sets.values():
+        scale = np.sqrt(np.maximum(np.diag(A)[c], 1e-300))
+        G = A[np.ix_(c, c)] / np.outer(scale, scale) + _RIDGE * np.eye(len(c))
+        if c and float((b[c] / scale) @ np.linalg.solve(G, b[c] / scale)) > _COVERED * total:
+            return True
+    return False
 
 
 def _lever(panel: Panel, term: str) -> Array:

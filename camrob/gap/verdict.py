@@ -24,6 +24,7 @@ Set = frozenset[int]
 _WORTH_A_LINE = 0.02
 _REPORTED = 0.98  # of the probability: the likeliest sets that hold as much are told
 _CROWDED = 0.4
+_TRIES, _LIKELY = 3, 0.02
 _CAUTIOUS = 0.75  # what no single name is given where something unexplained stays, or only a broad effect explains
 _CROWD = 4  # effects: more than these together rather mimic what is unknown
 _LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
@@ -43,7 +44,7 @@ class Verdict:
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
     """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
     blocks = trial_of(model, ())
-    model = _without_harmful(model, blocks)
+    model = _without_harmful(_without_implausible(model), blocks)
     sets = {tuple(sorted(names)): p for names, p in model.sets.items()}
     reasons = implausible(model)
     top = max(model.sets, key=lambda names: model.sets[names])
@@ -94,6 +95,20 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         },
         "next_experiment": next_experiment(claimed, probability, sizes, library, text),
     })  # fmt: skip
+
+
+def _without_implausible(model: Model) -> Model:
+    """The model without sets whose best fit has values that no machine has, where a likely enough set does without them."""
+    for _ in range(_TRIES):
+        bad = set(implausible(model))
+        rest = {names: p for names, p in model.sets.items() if not names & bad}
+        total = sum(rest.values())
+        if not bad or total < _LIKELY:
+            return model
+        left = {m: s for m, s in model.scores.items() if not model.evidence.effects_of(m) & bad}
+        best = model.evidence.fit(max(left, key=lambda m: left[m]))
+        model = replace(model, best=best, sets={names: p / total for names, p in rest.items()})
+    return model
 
 
 def _without_harmful(model: Model, trial: Trial) -> Model:

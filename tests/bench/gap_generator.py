@@ -188,8 +188,9 @@ def smooth(x, n):
     return np.stack([np.convolve(pad[:, k], kernel, "same") for k in range(x.shape[1])], 1)[n:-n]
 
 
-def path(rng, seconds, table=0.3):
-    """Commanded axis values (M, 8) every 4 ms along a raster, a tour of circles, or a space curve; table: rad either way."""
+def path(rng, seconds, table=0.3, travel=None):
+    """Commanded axis values (M, 8) every 4 ms along a raster, a tour of circles, or a space curve; table: rad, travel: m of
+    the track, either way."""
     keys = np.linspace(0, 1, 260)
     kind = rng.choice(["raster", "circles", "curve"])
     if kind == "raster":
@@ -211,7 +212,8 @@ def path(rng, seconds, table=0.3):
         )
     f, ph = rng.uniform(1, 5, 6), rng.uniform(0, 6.28, 6)
     tilt = [0.45 * np.sin(2 * np.pi * f[k] * keys + ph[k]) for k in range(3)]
-    e1 = rng.uniform(0.05, 0.4) * np.sin(2 * np.pi * f[3] * 0.5 * keys + ph[3])
+    travel = travel or rng.uniform(0.05, 0.4)
+    e1 = travel * np.sin(2 * np.pi * f[3] * 0.5 * keys + ph[3])
     home = np.array([0, -90, 90, 0, 90, 0.0]) * DEG
     start = pose(np.r_[home, 0, 0][None])[0]
     targets = np.tile(start, (len(keys), 1, 1))
@@ -220,7 +222,7 @@ def path(rng, seconds, table=0.3):
         targets[k, :3, 3] = (x[k], y[k] + 0.3 * e1[k], z[k])
     axis, error = inverse(targets, e1, home)
     if error > 1e-6 or np.abs(np.diff(axis[:, :6], axis=0)).max() > 0.6:
-        return path(rng, seconds, table)
+        return path(rng, seconds, table, travel)
     axis[:, 7] = table * np.sin(2 * np.pi * keys)
     t = np.arange(0, seconds, STEP)
     fine = np.stack([np.interp(t / seconds, keys, axis[:, k]) for k in range(8)], 1)

@@ -16,7 +16,7 @@ from gap_generator import AXES, DEG, STEP, World, growths, jacobian, moment, pat
 
 KINDS = {"none": 0.15, "one": 0.35, "two": 0.25, "three": 0.10, "outside": 0.15}
 NUISANCE = 0.1  # of the noise: what all absent effects together move the TCP by at most
-_TRIES = 8  # draws of an effect, each of less than the one before, until it moves the tool enough with a value that machines have
+_TRIES = 8  # draws of an effect, each of less than the one before
 _MOST = {"payload": 4.0}  # times the ordinary amount; 12 for all others
 HOME = np.array([0, -90, 90, 0, 90, 0, 0, 0.0]) * DEG
 
@@ -37,6 +37,8 @@ class Rig:
     outliers: float
     rise: float
     tau: float
+    rate: float
+    travel: float
     waves: np.ndarray = field(repr=False)
 
     @property
@@ -53,7 +55,7 @@ def draw_rig(rng):
         sigma_turned=rng.choice([2e-4, 1e-3, 4e-3]) * DEG, told=poses or rng.random() < 0.85, position_only=rng.random() < 0.2,
         lacks=str(rng.choice(["", "encoders", "setpoints"], p=[0.8, 0.1, 0.1])), with_force=not poses and rng.random() < 0.4,
         with_temp=rng.random() < 0.6, outliers=rng.choice([0, 0.01]), rise=rng.uniform(8, 15), tau=rng.uniform(20, 80),
-        waves=rng.uniform(0, 1, (2, 3)),
+        rate=rng.choice([10.0, 12.5, 25.0, 62.5]), travel=rng.uniform(0.05, 0.4), waves=rng.uniform(0, 1, (2, 3)),
     )  # fmt: skip
 
 
@@ -68,16 +70,15 @@ def posture_list(rng):
     return axis
 
 
-def run_of(rng, rig, seconds):
-    """(world, sample times) of one run, nothing wrong yet."""
+def run_of(rng, rig, seconds, travel):
+    """(world, sample times) of one run, nothing wrong yet. travel: m of the track either way."""
     if rig.poses:
         command = posture_list(rng)
         t = np.arange(len(command), dtype=float)
         at, coarse = t, slice(None)
     else:
-        t, command = path(rng, seconds, table=rng.uniform(0.3, 2.5) if rig.in_base else 0.3)
-        rate = rng.choice([10.0, 12.5, 25.0, 62.5])
-        at, coarse = np.arange(0.3, t[-1] - 0.3, 1.0 / rate), slice(None, None, 25)
+        t, command = path(rng, seconds, rng.uniform(0.3, 2.5) if rig.in_base else 0.3, travel)
+        at, coarse = np.arange(0.3, t[-1] - 0.3, 1.0 / rig.rate), slice(None, None, 25)
     world = World(t, command)
     world.in_base = rig.in_base
     force = np.clip(80 * np.sin(2 * np.pi * np.outer(t, 0.05 + 0.25 * rig.waves[0]) + 6 * rig.waves[1]) + 60, 0, 140)
@@ -133,6 +134,18 @@ def names_of(rig, without=()):
     return [n for n in names if lacking.get(n, True) and n not in without]
 
 
+def _sized(rng, name, world, at, noise, low, high):
+    """(facts, apply, s, times the noise) of an effect, drawn anew until it moves the tool enough with a value that machines have."""
+    times = float(np.exp(rng.uniform(np.log(low), np.log(high))))
+    for _ in range(_TRIES):
+        facts, apply = draw(name, rng, world)
+        s = scaled(world, apply, times * noise, at)
+        if s is not None and s <= _MOST.get(name, 12.0):
+            return facts, apply, s, times
+        times = max(low, 0.7 * times)
+    return None
+
+
 def drawn(seed, kind=None, only=None, sizes=None, whole=True):
     """(rng, rig, runs, chosen effects as (name, apply, size), label). only: the one effect; sizes: (least, most) times the noise.
 
@@ -143,32 +156,28 @@ def drawn(seed, kind=None, only=None, sizes=None, whole=True):
     rig = draw_rig(rng)
     if only is not None:
         kind, rig = "one", _fitting(rig, only)
-    runs = [run_of(rng, rig, np.exp(rng.uniform(np.log(25), np.log(100))))]
+    runs = [run_of(rng, rig, np.exp(rng.uniform(np.log(25), np.log(100))), rig.travel)]
     world, at = runs[0]
     few = at[:: max(1, len(at) // 300)]
     names = names_of(rig)
     count = {"none": 0, "one": 1, "two": 2, "three": 3, "outside": 0}[kind]
-    picked = [only] if only is not None else list(rng.choice(names, count, replace=False))
-    if kind == "outside":
-        picked = [str(rng.choice(POSES_OUTSIDE if rig.poses else OUTSIDE))]
     low, high = sizes or (1.5 if kind == "outside" else 0.5, 20.0)
+    pool = [only] if only is not None else list(rng.permutation(names))
+    if kind == "outside":
+        count, pool = 1, list(rng.permutation(POSES_OUTSIDE if rig.poses else OUTSIDE))
     label = {"seed": seed, "kind": kind, "effects": {}, "noise_mm": rig.noise * 1e3}
     chosen = []
-    for name in picked:
-        times = float(np.exp(rng.uniform(np.log(low), np.log(high))))
-        for _ in range(_TRIES):
-            facts, apply = draw(name, rng, world)
-            s = scaled(world, apply, times * rig.noise, few)
-            if s is not None and s <= _MOST.get(name, 12.0):
-                break
-            times = max(low, 0.7 * times)
-        if s is None or s > _MOST.get(name, 12.0):
-            continue
-        chosen.append((str(name), apply, s))
-        label["effects"][str(name)] = {"size": times, **facts}
+    while pool and len(chosen) < count:
+        name = str(pool.pop(0))
+        found = _sized(rng, name, world, few, rig.noise, low, high)
+        if found is not None:
+            facts, apply, s, times = found
+            chosen.append((name, apply, s))
+            label["effects"][name] = {"size": times, **facts}
+    picked = [name for name, _, _ in chosen]
     if not whole:
         return rng, rig, runs, chosen, label
-    runs.append(run_of(other, rig, other.uniform(15, 30)))
+    runs.append(run_of(other, rig, other.uniform(20, 40), rig.travel * other.uniform(0.6, 1.2)))
     nuisances = []
     for name in (n for n in names if n not in picked):
         _, apply = draw(name, rng, world)
