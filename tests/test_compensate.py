@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -17,11 +18,16 @@ from camrob.calibrate.compensate import compensate_postures, pose_difference
 from camrob.calibrate.error_model import ErrorModel
 from camrob.calibrate.paper_newton import compensate_as_published
 from camrob.cli import run
+from camrob.controller.replay import replay
 from camrob.errors import InputError, KrlError, SingularError, StaleInputError
 from camrob.jobs.compensate import compensate
+from camrob.jobs.compensate_summary import analyses_of, derivative_summary
+from camrob.jobs.solution_program import program_of_solution
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.post.krl_patch import NewTarget, literal_targets, patch_source
+from camrob.post.krl_program import KrlMotion
+from camrob.post.krl_reader import read_krl
 
 CELL_FOLDER = ROOT / "cells" / "kr15_track_table"
 ERRORS = drawn(CELL)
@@ -148,9 +154,6 @@ def test_a_program_is_rewritten_and_nothing_else_in_it(tmp_path: Path, calibrati
 
 def test_what_the_cell_truly_is_meets_the_poses(tmp_path: Path, calibration: Path) -> None:
     """Not the model's word: the robot that was measured, with the errors that were drawn, runs the program."""
-    from camrob.controller.replay import replay
-    from camrob.post.krl_reader import read_krl
-
     source = program(tmp_path)
     compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
     asked = replay(read_krl(source), CELL)
@@ -283,3 +286,105 @@ def test_compensation_of_a_real_program_brings_no_new_hurry(tmp_path: Path, cali
     for rates in summary["derivatives"].values():
         assert rates["after"] > 0.95 * rates["before"]
     assert summary["error_between"]["max_mm"] < 0.02
+
+
+# --- eight axes, solved paths, the report ---------------------------------------------------------------------------------
+
+
+def test_external_axes_stay_as_planned_and_the_arm_is_corrected(tmp_path: Path, calibration: Path) -> None:
+    """All that the controller is told of table, track, tool and base is what it was; A1 to A6 follow from other poses."""
+    source = program(tmp_path)
+    summary = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out").summary
+    old, new = read_krl(source), read_krl(tmp_path / "out" / "sample.src")
+    assert np.array_equal(old.external, new.external) and np.ptp(old.external[:, 0]) > 2.0
+    assert [f.text for f in old.tools] == [f.text for f in new.tools]
+    assert [f.text for f in old.bases] == [f.text for f in new.bases]
+    assert np.array_equal(old.speed, new.speed) and np.array_equal(old.approximation, new.approximation)
+    axes = summary["correction"]["axes"]
+    assert list(axes) == ["A1", "A2", "A3", "A4", "A5", "A6", "E1", "E2"]
+    assert axes["E1"]["max_mm"] == 0.0 == axes["E2"]["max_deg"]
+    assert all(axes[f"A{k}"]["max_deg"] > 1e-4 for k in range(1, 7))
+    assert all(margin is None or margin >= 0.0 for margin in summary["limits"]["margin_min"].values())
+    assert any(w["text"].startswith("backlash, drift") for w in summary["warnings"])
+
+
+def solved(folder: Path, count: int = 60) -> Path:
+    """A solved path with all eight axes moving, as `camrob post` writes it."""
+    ends = np.array(
+        [[9.0, -77.0, 123.0, -26.0, 50.0, 27.0, 100.0, 5.0], [11.0, -75.0, 121.0, -24.0, 52.0, 25.0, 140.0, 9.0]]
+    )
+    values = ends[0] + np.linspace(0.0, 1.0, count)[:, None] * (ends[1] - ends[0])
+    path = folder / "bow.path.npz"
+    line = np.arange(10, 10 + count)
+    np.savez(path, q=CELL.to_q(values), axes=np.array(CELL.names), axis_values=values, line=line)
+    return path
+
+
+def test_a_solved_path_becomes_a_compensated_program(tmp_path: Path, calibration: Path, capsys) -> None:
+    source = solved(tmp_path)
+    result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out", feed=1200.0)
+    out = tmp_path / "out"
+    assert {f.name for f in out.iterdir()} == {*result.summary["files"]} >= {"bow.src", "bow.path.npz", "bow.html"}
+    text = read_krl(out / "bow.src")
+    assert text.kind.tolist() == [KrlMotion.PTP_AXES] + [KrlMotion.LIN] * 59
+    assert np.allclose(text.speed[1:], 0.02)
+    with np.load(source) as before, np.load(out / "bow.path.npz") as after:
+        assert np.allclose(after["axis_values"][:, 6:], before["axis_values"][:, 6:], atol=1e-3)
+        targets = base_T_tool(CELL, before["q"])
+        e = pose_difference(targets, MODEL.poses(VALUES, after["q"]))  # the robot that was drawn
+        assert np.linalg.norm(e[:, :3], axis=1).max() < 5e-5
+    assert result.summary["error_after"]["max_mm"] < 3e-4 < 0.3 < result.summary["error_before"]["mean_mm"]
+    assert run(["verify", str(out / "bow.src"), "--cell", str(CELL_FOLDER), "--quiet"]) == 0
+    command = [
+        "compensate",
+        "--cell",
+        str(CELL_FOLDER),
+        "--calibration",
+        str(calibration),
+        "--out",
+        str(tmp_path / "no"),
+    ]
+    (tmp_path / "torn.path.npz").write_bytes(source.read_bytes()[:200])
+    other = tmp_path / "other.path.npz"
+    np.savez(other, q=np.zeros((9, 6)), axes=np.array(["A1"] * 6), line=np.zeros(9, int))
+    capsys.readouterr()
+    for given, told in [
+        ([str(source)], "bow.path.npz: holds no speeds; give --feed in mm/min"),
+        ([str(source), "--feed", "0"], "a feed of 0 mm/min can't be run"),
+        ([str(program(tmp_path)), "--feed", "900"], "sample.src: writes its own speeds; leave --feed out"),
+        ([str(tmp_path / "torn.path.npz"), "--feed", "900"], "torn.path.npz: is no solved path"),
+        ([str(other), "--feed", "900"], "other.path.npz: holds postures of another cell"),
+        ([str(tmp_path / "none.path.npz"), "--feed", "900"], "none.path.npz: is no solved path"),
+    ]:
+        assert run([*command, *given]) == 2
+        line = capsys.readouterr().err.strip()
+        assert told in line and len(line.splitlines()) == 1 and not (tmp_path / "no").exists()
+
+
+def test_a_new_violation_is_said_and_an_old_one_is_not_new(tmp_path: Path) -> None:
+    """A trembling axis passes bounds that it kept; what was passed before as much is nobody's fault."""
+    path = solved(tmp_path)
+    text = read_krl(program_of_solution(path, CELL, 6000.0, tmp_path))
+    planned = replay(text, CELL)
+    q = np.asarray(planned.q)
+    trembling = q.copy()
+    trembling[::2, CELL.index("A4")] += 3e-3
+    same = derivative_summary(analyses_of(CELL, text, q, q), text, planned)[1]
+    assert same["new"] == [] and same["before"] == same["after"]
+    worse = derivative_summary(analyses_of(CELL, text, q, trembling), text, planned)[1]
+    assert "A4" in {v["axis"] for v in worse["new"]} and worse["after"] > worse["before"]
+    assert all(v["times"] > 1.0 and v["line"] > 0 for v in worse["new"])
+    better = derivative_summary(analyses_of(CELL, text, trembling, q), text, planned)[1]
+    assert better["new"] == []
+
+
+def test_the_page_of_a_compensation(tmp_path: Path, calibration: Path) -> None:
+    compensate(solved(tmp_path), cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out", feed=1200.0)
+    page = (tmp_path / "out" / "bow.html").read_text()
+    charts = json.loads(re.search(r'id="charts">(.*?)</script>', page)[1])
+    assert {c["id"]: c["ruler"] for c in charts} == {
+        "error-position": "motion", "error-orientation": "motion", "corrections": "motion", "rates": "s",
+    }  # fmt: skip
+    for text in ("Compensation of BOW", "backlash, drift", "as planned", "no new violation", "Axis by axis"):
+        assert text in page
+    assert "://" not in re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)

@@ -28,7 +28,9 @@ Array = NDArray[np.float64]
 _PRINTED = 2e-6  # m and rad: what rounding to 4 and 5 decimals may leave, seen from a far flange
 _BETWEEN_MM = 0.02
 _SLOWER = 0.9  # of the feed that the axes allow: less than that share of it is said
-_WORSE = 1.02  # a bound counts as newly passed where it is used by that much more than before
+# a bound counts as newly passed from here on, or where it was passed before already, by so many times as much: linear
+# interpolation makes peaks of rounding, whose heights say little
+_NEW, _WORSE = 1.02, 1.25
 
 
 def compensation_summary(
@@ -142,7 +144,7 @@ def derivative_summary(
     new = [
         {"axis": axis, "quantity": quantity, "line": line, "times": use}
         for (axis, quantity), (use, line) in worst[1].items()
-        if use > _WORSE * max(worst[0].get((axis, quantity), (0.0, 0))[0], 1.0)
+        if use > max(_NEW, _WORSE * worst[0].get((axis, quantity), (0.0, 0))[0])
     ]
     counts = [len(a.violations(rate)) for a in analyses]
     return least, {"rate_rad_s": rate, "before": counts[0], "after": counts[1], "new": new}

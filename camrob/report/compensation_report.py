@@ -191,7 +191,7 @@ def _violations(found: Mapping[str, Any] | None) -> str:
         return f"<p>{rate} compensation brings new violations:</p><ul>{items}</ul>"
     return (
         f"<p>{rate} compensation brings no new violation: {found['before']} stretches pass a bound before, "
-        f"{found['after']} after, none on an axis that kept its bound or by noticeably more.</p>"
+        f"{found['after']} after, none of an axis that kept its bound, or by a quarter more than before.</p>"
     )
 
 
