@@ -422,6 +422,25 @@ def test_the_tracker_s_frame_is_applied_in_the_order_that_cancels() -> None:
     assert 1000 * answer.error[:3] == pytest.approx(-bench.plant.off_mm, abs=1e-6)
 
 
+def test_a_measurement_is_held_against_the_set_point_of_its_own_time() -> None:
+    """A robot that follows its program exactly at 12 mm/s shows no error, though the instrument reports 9 ms late."""
+
+    def program(time_s: float):
+        return (500 + 12 * time_s, -6 * time_s, 300, 10 + 2 * time_s, 20, 30)
+
+    errors = []
+    for latency in (0.009, 0.0):
+        bench = Bench(latency_s=latency)
+        for k in range(40):
+            true = bench.now + 0.0025 - 0.009  # what the datagram that arrives 2.5 ms after this frame has seen
+            p, R = np.array(program(true)[:3]), kuka_rotation(*program(true)[3:])
+            bench.session.measure(line(100 + 0.004 * k, p, R), TRACKER, bench.now + 0.0025)
+            answer = bench.frame(program(bench.now + 0.004))
+        errors.append(np.abs(answer.error[:3]).max() * 1000)
+    assert errors[0] < 2e-4
+    assert errors[1] == pytest.approx(12 * 0.009, rel=0.01)
+
+
 def test_only_one_instrument_and_only_a_clock_that_grows() -> None:
     bench = Bench()
     bench.measure()
