@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from camrob.controller.tracker.loop import LoopLog
 from camrob.controller.tracker.measures import across
@@ -20,8 +21,15 @@ Array = NDArray[np.float64]
 _AMPLIFIED = 200.0  # times, on the circle
 _RING = 0.0002  # m between rings, as printed
 _CIRCLE_POINTS = 1400
+_SAMPLES = 16
 _WINDOW = (-0.6, 2.4)  # s about a corner or reversal
-_SHOWN = ("none", "published", "gain", "ahead", "learned_ahead")
+_SHORT = {
+    "none": "no correction",
+    "published": "published law",
+    "gain": "better gain",
+    "ahead": "joints sent ahead",
+    "learned_ahead": "and learned",
+}
 _COLOR = {"none": 3, "published": 0, "gain": 1, "aligned": 4, "ahead": 2, "learned_ahead": 5, "learned_published": 6}
 
 
@@ -93,7 +101,8 @@ def _figure_6(study: TrackerStudy) -> LineChart:
         return Curve(name, xy[:, 0], xy[:, 1], dash, color)
 
     def run(name: str, log: LoopLog, color: int) -> Curve:
-        return ring(name, across(path, np.asarray(log.seen))[pick], "solid", color)
+        even = uniform_filter1d(across(path, np.asarray(log.seen)), _SAMPLES, mode="nearest")
+        return ring(name, even[pick], "solid", color)
 
     flat = np.zeros(len(pick))
     curves = (
@@ -101,11 +110,12 @@ def _figure_6(study: TrackerStudy) -> LineChart:
         ring("0.2 mm inside", flat - _RING, "dot", 5),
         run("no correction (a)", study.variant("none").circle, 3),
         run("published law (b)", study.variant("published").circle, 0),
-        run("learned, with all", study.variants[-1].circle, 2),
+        run("all that does better", study.variants[-1].circle, 2),
     )  # fmt: skip
     return LineChart(
         "six", "Circle with amplified errors (Figure 6)",
-        f"Deviations {_AMPLIFIED:.0f} times as large; dotted rings are 0.2 mm apart. As the tracker sees it.", "x, mm",
+        f"Deviations {_AMPLIFIED:.0f} times as large; dotted rings are 0.2 mm apart. As the tracker sees it, "
+        f"averaged over {_SAMPLES} cycles.", "x, mm",
         "y, mm", curves,
     )  # fmt: skip
 
@@ -116,13 +126,13 @@ def _figure_7(study: TrackerStudy) -> LineChart:
     curves = []
     for key in ("none", "published", "ahead"):
         v = study.variant(key)
-        for name, error, dash in (("as seen", v.circle.seen, "dot"), ("in truth", v.circle.error, "solid")):
-            off = np.abs(across(path, np.asarray(error)))[path.moving]
-            curves.append(Curve(f"{v.name}, {name}", way[path.moving], m_to_mm(off), dash, _COLOR[key]))
+        off = np.abs(across(path, np.asarray(v.circle.error)))[path.moving]
+        curves.append(Curve(_SHORT[key], way[path.moving], m_to_mm(off), "solid", _COLOR[key]))
     return LineChart(
         "seven", "Circle, absolute path errors (Figure 7)",
-        "With the published law an even deviation is left: the lag's direction turns with the path, and the loop follows 0.4 s "
-        "(cycle / K) behind it.", "way along the circle, mm", "mm", tuple(curves),
+        "In truth, without the tracker's noise. With the published law an even deviation is left: the lag's direction turns with "
+        f"the path, and the loop follows {study.case.law.cycle_s / study.case.law.gain:g} s (cycle / K) behind it.",
+        "way along the circle, mm", "mm", tuple(curves),
     )  # fmt: skip
 
 
@@ -152,7 +162,8 @@ def _laps(study: TrackerStudy) -> LineChart:
             curves.append(Curve(f"{learning.name}, {test}", lap, m_to_mm(rms), ("solid", "dash")[j], 3 * k))
     return LineChart(
         "laps", "Learning over repeated laps",
-        "Root mean square of the tool's distance to its set-point. Lap 0 has learned nothing yet.", "lap", "mm", tuple(curves),
+        "Root mean square of the tool's distance to its set-point. Lap 0 has learned nothing yet. The published law learns "
+        "down to its own bias: the measurement is compared with a later set-point.", "lap", "mm", tuple(curves),
         True,
     )  # fmt: skip
 
@@ -161,14 +172,14 @@ def _close(study: TrackerStudy) -> tuple[LineChart, ...]:
     """A corner of the square and a reversal on the circle, looked at closely."""
     square = study.paths[0]
     corner = int(square.corners[1])
-    turn = study.variant("none").of_circle.reversals[1]
+    turns = study.variant("none").of_circle.reversals
     cycle = study.case.law.cycle_s
 
     def curves(at: int, which: str) -> tuple[Curve, ...]:
         part = slice(at + round(_WINDOW[0] / cycle), at + round(_WINDOW[1] / cycle))
         out = []
         for v in study.variants:
-            if v.key not in _SHOWN:
+            if v.key not in _SHORT:
                 continue
             log = v.square if which == "square" else v.circle
             error = np.asarray(log.error)[part]
@@ -176,15 +187,19 @@ def _close(study: TrackerStudy) -> tuple[LineChart, ...]:
             if which == "circle":
                 y = across(log.run.path, np.asarray(log.error))[part]
             t = np.asarray(cycle * np.arange(len(error)) + _WINDOW[0], float)
-            out.append(Curve(v.name, t, m_to_mm(y), "solid", _COLOR[v.key]))
+            out.append(Curve(_SHORT[v.key], t, m_to_mm(y), "solid", _COLOR[v.key]))
         return tuple(out)
 
-    joints = " and ".join(f"A{i + 1}" for i in turn.axes)
+    at_corner = LineChart(
+        "corner", "At the square's first corner", "Distance from the set-point, in truth.", "time from the corner, s",
+        "mm", curves(corner, "square"),
+    )  # fmt: skip
+    if not turns:
+        return (at_corner,)
+    turn = turns[len(turns) // 2]
+    joints = " and ".join(f"A{i + 1}" for i in sorted(turn.axes))
     return (
-        LineChart(
-            "corner", "At the square's first corner", "Distance from the set-point, in truth.", "time from the corner, s",
-            "mm", curves(corner, "square"),
-        ),
+        at_corner,
         LineChart(
             "reversal", f"Where {joints} turn round on the circle", "Deviation from the circle, outwards up, in truth.",
             "time from the reversal, s", "mm", curves(turn.cycle, "circle"),

@@ -16,12 +16,12 @@ __all__ = ["Comparison", "circle_places", "reduction", "tracker_comparisons"]
 
 Array = NDArray[np.float64]
 
-TUNED, CAME_OUT, CHECKED = "tuned", "came out", "checked"
+TUNED, RESULT, CHECKED = "tuned", "result", "checked"
 
 
 class Comparison(NamedTuple):
     """`what` is compared, as `published` and as `found`; `kind`: the simulated robot was `tuned` to it (consistency, no
-    proof), it `came out` of the simulation, or an equation was `checked`.
+    proof), it is a `result` of the simulation, or an equation was `checked`.
     """
 
     what: str
@@ -98,7 +98,7 @@ def _with(study: TrackerStudy) -> tuple[Comparison, ...]:
     angles = [_shrunk(b.rms, a.rms) for b, a in zip(before.axes[3:], after.axes[3:], strict=True)]
     seconds, law = study.case.switched_on, study.case.law
     places = ", ".join(
-        f"{at:.0f} deg ({' and '.join(f'A{i + 1}' for i in axes_)})" for at, axes_ in circle_places(study)
+        f"{at:.0f} deg ({' and '.join(f'A{i + 1}' for i in sorted(axes_))})" for at, axes_ in circle_places(study)
     )
     margins = worst_margins(joint_loops(study.case, np.asarray(study.case.robot.lag)), law.gain)
     return (
@@ -106,32 +106,32 @@ def _with(study: TrackerStudy) -> tuple[Comparison, ...]:
             f"square, linear errors with the correction (on at {seconds:g} s)",
             "close to the tracker's 0.025 mm, peaks at corners and reversals",
             f"mean {_axes(after, seen=True)} mm in x, y, z as seen, {_axes(after, seen=False)} mm in truth; up to "
-            f"{_mm(after.corners.max())} mm at corners", CAME_OUT,
+            f"{_mm(after.corners.max())} mm at corners", RESULT,
         ),
         Comparison(
             "path errors, by how much they shrink (conclusion, taken as the square's)", "80 to 90 %",
             f"tool to set-point {_shrunk(before.tool.rms, after.tool.rms)} (rms), "
             f"{_shrunk(before.tool.mean, after.tool.mean)} (mean); off the path "
             f"{_shrunk(before.path.mean, after.path.mean)} (mean); x, y, z {', '.join(axes)}; "
-            f"A, B, C {', '.join(angles)} (rms)", CAME_OUT,
+            f"A, B, C {', '.join(angles)} (rms)", RESULT,
         ),
         Comparison(
             "circle, by how much path errors shrink (Figure 7)", "66 %",
             f"{_shrunk(none.path.mean, published.path.mean)} (mean), "
             f"{_shrunk(none.seen_path.mean, published.seen_path.mean)} as the tracker sees it: "
-            f"{_mm(none.path.mean, 3)} to {_mm(published.path.mean, 3)} mm", CAME_OUT,
+            f"{_mm(none.path.mean, 3)} to {_mm(published.path.mean, 3)} mm", RESULT,
         ),
         Comparison(
-            "reversals on the circle", "peaks in arbitrary places, as the joints' posture has it", f"at {places}", CAME_OUT,
+            "reversals on the circle", "peaks in arbitrary places, as the joints' posture has it", f"at {places}", RESULT,
         ),
         Comparison(
             "the increment's bound acts", "when the correction is switched on, not later",
-            f"later in {100.0 * after.late_cuts:.2f} % of the cycles, at corners (the bound is assumed)", CAME_OUT,
+            f"later in {100.0 * after.late_cuts:.2f} % of the cycles, at corners (the bound is assumed)", RESULT,
         ),
         Comparison(
             f"K = {law.gain:g}", "by trial and error",
             f"stable with room to {margins.gain:.0f} times the gain, {float(rad_to_deg(margins.phase)):.0f} deg of phase, "
-            f"{margins.delay:.0f} cycles of latency; {study.choice.chosen:g} by analysis", CAME_OUT,
+            f"{margins.delay:.0f} cycles of latency; {study.choice.chosen:g} by analysis", RESULT,
         ),
     )  # fmt: skip
 

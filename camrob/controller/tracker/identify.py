@@ -1,8 +1,9 @@
 """What a run without correction tells about the joints: how late each one is, and how much motion it loses where it reverses.
 
-The errors seen at the tool are taken to the joints by the nominal Jacobian. Joint i's part is then regressed on its speed (how
-late it is, s), on its state of friction along the programmed path (half of the lost motion, rad), and on a constant and the
-joints' positions, which stand for the link errors. From the first two come set-points ahead of the path.
+The errors seen at the tool are taken to the joints by the nominal Jacobian. Joint i's part is then fitted by how far a
+first-order lag, after the known delay and latency, leaves it behind its set-points, by its state of friction along the path (half of
+the lost motion, rad), and by a constant and the joints' positions, which stand for the link errors. From the first two come
+set-points ahead of the path.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from camrob.cell.cell import Cell
 from camrob.controller.tracker.case import TrackerCase
@@ -28,6 +30,7 @@ Array = NDArray[np.float64]
 
 _MOVES = 1e-4  # rad/s: a joint slower than this on the whole path tells nothing about itself
 _CONDITION = 1e8  # of the regression
+_FIRST, _NUDGE = 0.05, 1e-4  # s: where the search for a lag begins, and its step for slopes
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,28 +88,64 @@ def joint_errors(cell: Cell, path: TestPath, error: Array) -> Array:
 
 def identify_lags(cell: Cell, case: TrackerCase, logs: Sequence[LoopLog]) -> JointLags:
     """From runs without correction (`seen` alone is used). Raises JobError where they don't tell lag and friction apart."""
-    cycle = case.law.cycle_s
-    parts = [joint_errors(cell, log.run.path, np.asarray(log.seen)) for log in logs]
-    speeds = [np.gradient(np.asarray(log.run.path.q), cycle, axis=0) for log in logs]
-    states = [friction_state(np.asarray(log.run.path.q), case.robot.sliding) for log in logs]
-    error, speed, state = np.vstack(parts), np.vstack(speeds), np.vstack(states)
-    q = np.vstack([np.asarray(log.run.path.q) for log in logs])
-    moved = np.abs(speed).max(axis=0) > _MOVES
+    cycle, late_cycles = case.law.cycle_s, case.robot.delay + case.latency
+    error = np.vstack([joint_errors(cell, log.run.path, np.asarray(log.seen)) for log in logs])
+    paths = [np.asarray(log.run.path.q) for log in logs]
+    q = np.vstack(paths)
+    moved = np.array([np.abs(np.diff(p, axis=0)).max(axis=0) for p in paths]).max(axis=0) > _MOVES * cycle
     place = np.hstack([np.ones((len(q), 1)), (q - q.mean(axis=0))[:, moved]])
     place = place[:, _independent(place)]
-    late, late_std, lost, lost_std = (np.zeros(6) for _ in range(4))
-    for i in np.flatnonzero(moved):
-        A = np.column_stack([speed[:, i], state[:, i], place])
+    lag, lag_std, lost, lost_std = np.where(moved, _FIRST, 0.0), *(np.zeros(6) for _ in range(3))
+    for _pass in range(2):  # the second with the state of friction as late as the joints were found to be
+        state = np.vstack([friction_state(_followed(p, lag, cycle, late_cycles), case.robot.sliding) for p in paths])
+        for i in np.flatnonzero(moved).tolist():
+            lag[i], lag_std[i], lost[i], lost_std[i] = _fitted(
+                [p[:, i] for p in paths],
+                error[:, i],
+                np.column_stack([state[:, i], place]),
+                lag[i],
+                cycle,
+                late_cycles,
+                i,
+            )
+    late = np.where(moved, lag + (late_cycles + 0.5) * cycle, 0.0)
+    return JointLags(late, lag_std, lost, lost_std, moved)
+
+
+def _followed(q: Array, lag: Array | float, cycle: float, late_cycles: int) -> Array:
+    """Joints (N,) or (N, 6) that follow set-points q by first-order lags and whole cycles, as the tracker would see them."""
+    columns = q.reshape(len(q), -1)
+    share = -np.expm1(-cycle / np.maximum(np.broadcast_to(lag, columns.shape[1]), 1e-4))
+    top = np.zeros(late_cycles + 2)
+    out = np.empty_like(columns)
+    for k, a in enumerate(share):
+        top[-1] = a
+        out[:, k] = columns[0, k] + lfilter(top, [1.0, a - 1.0], columns[:, k] - columns[0, k])
+    return out.reshape(q.shape)
+
+
+def _fitted(
+    paths: list[Array], error: Array, others: Array, lag: float, cycle: float, late_cycles: int, joint: int
+) -> tuple[float, float, float, float]:
+    """One joint's lag and lost motion, each with its standard error, by Gauss and Newton from `lag`."""
+
+    def behind(by: float) -> Array:
+        return np.concatenate([p - _followed(p, by, cycle, late_cycles) for p in paths])
+
+    values, spread = np.zeros(0), np.zeros(0)
+    for _step in range(4):
+        now = behind(lag)
+        A = np.column_stack([(behind(lag + _NUDGE) - now) / _NUDGE, others])
         scale = np.linalg.norm(A, axis=0)
         U, s, Vt = np.linalg.svd(A / scale, full_matrices=False)
         if s[0] > _CONDITION * s[-1]:
-            raise JobError("the runs don't tell a joint's lag from its friction", axis=f"A{i + 1}")
-        values = Vt.T @ ((U.T @ error[:, i]) / s) / scale
-        left = error[:, i] - A @ values
+            raise JobError("the runs don't tell a joint's lag from its friction", axis=f"A{joint + 1}")
+        values = Vt.T @ ((U.T @ (error - now)) / s) / scale
+        left = error - now - A @ values
         sigma = np.sqrt(np.sum(left**2) / (len(left) - A.shape[1]))
         spread = sigma * np.sqrt(np.sum((Vt.T / s) ** 2, axis=1)) / scale
-        late[i], lost[i], late_std[i], lost_std[i] = values[0], values[1], spread[0], spread[1]
-    return JointLags(late, late_std, lost, lost_std, moved)
+        lag = max(lag + float(values[0]), 0.0)
+    return lag, float(spread[0]), float(values[1]), float(spread[1])
 
 
 def _independent(columns: Array) -> list[int]:

@@ -82,7 +82,7 @@ def square_path(cell: Cell, case: TrackerCase) -> TestPath:
     way = travelled(case.side, case.feed, case.acceleration, cycle)
     corners = case.corner + case.side * np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], float)
     rest = round(case.rest / cycle)
-    points, side, ends = [np.repeat(corners[:1], rest, axis=0)], [np.zeros(rest, int)], [rest]
+    points, side, ends = [np.repeat(corners[:1], rest, axis=0)], [np.zeros(rest, int)], [rest - 1]
     for k in range(4):
         direction = (corners[k + 1] - corners[k]) / case.side
         points.append(corners[k] + way[1:, None] * direction)
@@ -101,7 +101,7 @@ def circle_path(cell: Cell, case: TrackerCase) -> TestPath:
     rest = round(case.rest / cycle)
     angle = np.concatenate([np.zeros(rest), angle[1:], np.full(rest, angle[-1])])
     points = case.center + case.radius * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-    ends = np.array([rest, len(angle) - rest - 1])
+    ends = np.array([rest - 1, len(angle) - rest - 1])
     return _path(cell, case, "circle", points, np.zeros(len(angle), int), ends, np.asarray(case.center), case.radius)
 
 
