@@ -1,9 +1,9 @@
 """What a run without correction tells about the joints: how late each one is, and how much motion it loses where it reverses.
 
 The errors seen at the tool are taken to the joints by the nominal Jacobian. Joint i's part is then fitted by how far a
-first-order lag, after the known delay and latency, leaves it behind its set-points, by its state of friction along the path (half of
-the lost motion, rad), and by a constant and the joints' positions, which stand for the link errors. From the first two come
-set-points ahead of the path.
+first-order lag, after the known delay and latency, leaves it behind its set-points, by its state of friction along the path
+(half of the lost motion, rad), and by a constant and the joints' positions, which stand for the link errors. From the first two
+come set-points ahead of the path.
 """
 
 from __future__ import annotations

@@ -1,0 +1,56 @@
+"""The summary of `camrob tracker` in the terminal: published beside ours, then what does better."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from camrob.units import m_to_mm
+
+__all__ = ["render_tracker"]
+
+
+def render_tracker(summary: Mapping[str, Any]) -> RenderableType:
+    """The summary as tables."""
+    return Group(
+        Text(
+            f"Tracker loop of {summary['cell']}, K = {summary['law']['gain']:g} every {summary['law']['cycle_ms']:g} ms"
+        ),
+        Text("A simulation: errors of the robot are assumed, and tuned where it says so.", style="yellow"),
+        Text(""),
+        _published(summary),
+        Text(""),
+        _better(summary),
+        Text(""),
+        Text(f"Written: {', '.join(summary['files'])}"),
+    )
+
+
+def _published(summary: Mapping[str, Any]) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for heading in ("", "published", "ours, in simulation", ""):
+        table.add_column(heading)
+    for row in summary["published"]:
+        table.add_row(*(Text(row[key]) for key in ("what", "published", "found", "kind")))
+    return table
+
+
+def _better(summary: Mapping[str, Any]) -> Table:
+    table = Table(
+        box=None, padding=(0, 2, 0, 0), header_style="bold", title="micrometres, in truth", title_justify="left"
+    )
+    table.add_column("")
+    for heading in ("square, tool, rms", "corners", "reversals", "circle, tool, rms", "off the circle", "reversals"):
+        table.add_column(heading, justify="right")
+    for v in summary["variants"]:
+        square, circle = v["square"], v["circle"]
+        values = (
+            square["tool_mm"]["rms"], max(square["corners_mm"], default=0.0), max(square["reversal_peaks_mm"], default=0.0),
+            circle["tool_mm"]["rms"], circle["path_mm"]["mean"], max(circle["reversal_peaks_mm"], default=0.0),
+        )  # fmt: skip
+        table.add_row(Text(v["name"]), *(f"{float(m_to_mm(value)):.0f}" for value in values))
+    return table
