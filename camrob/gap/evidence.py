@@ -25,7 +25,8 @@ Set = frozenset[int]
 
 NUISANCE_SHARE = 0.06  # of the noise's rms: what an effect that counts as absent may still move the TCP by
 _MANY = 3  # parameters from which on a unit's prior may shrink as a whole
-_SHARES = (1.0, 0.3, 0.1)
+_SHARES = (3.0, 1.0, 0.3, 0.1)
+_WIDEST = 5.0  # times the ordinary sizes
 _LEAST_MOVE = 0.3  # of the noise's rms: what a unit is taken to move the TCP by at least
 _TURNS = 2
 _COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
@@ -118,7 +119,7 @@ class Evidence:
 
     @cached_property
     def _least(self) -> Array:
-        """(units,) the smallest share of the ordinary sizes that a unit's prior may shrink to; 1 where it may not shrink.
+        """(units,) the smallest share of the ordinary sizes that a unit's prior may shrink to; 1 where its width is fixed.
 
         Effects of many parameters come small and large: with one width they would pay for it with every parameter.
         """
@@ -141,7 +142,7 @@ class Evidence:
                 mean, spread = fitted.mean[c], np.diag(fitted.cov)[c]
                 known = max(float(np.sum(1.0 - spread / widths[c] ** 2)), 0.3)
                 share = np.sqrt(float(np.sum((mean / usual[c]) ** 2)) / known)
-                widths[c] = np.maximum(np.clip(share, self._least[i], 1.0) * usual[c], out[c])
+                widths[c] = np.maximum(np.clip(share, self._least[i], _WIDEST) * usual[c], out[c])
             fitted = self._solve(members, widths)
         return fitted
 
@@ -181,7 +182,7 @@ class Evidence:
             entering = np.isin(units, list(members), invert=True)
             best = np.full(len(units), -np.inf)
             for share in _SHARES if columns.shape[1] >= _MANY else (1.0,):
-                share_of = np.maximum(share, self._least[units])[:, None]
+                share_of = np.where(self._least[units] < 1.0, np.maximum(share, self._least[units]), 1.0)[:, None]
                 into = np.maximum(share_of * usual[columns], out[columns])
                 to = np.where(entering[:, None], into, out[columns])
                 best = np.maximum(best, self._change(fitted, columns, to))

@@ -158,7 +158,8 @@ def covered(shape: Shape, panels: Sequence[Panel], design: Design) -> bool:
         if unit.effect not in (NUISANCE, "unknown"):
             c = np.flatnonzero(design.owner == i).tolist()
             sets[f"{i}"] = c if len(c) <= _SMALL_UNIT else []
-            sets.setdefault(unit.effect, []).extend(c if unit.axis in named else [])
+            own = unit.axis in named or (unit.effect == "cutting_force" and "force" in named)
+            sets.setdefault(unit.effect, []).extend(c if own else [])
     A = design.A.sum(axis=0)
     for c in sets.values():
         scale = np.sqrt(np.maximum(np.diag(A)[c], 1e-300))

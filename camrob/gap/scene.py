@@ -101,6 +101,17 @@ class Scene:
         return _filled(self.log, "temp") if self.log.has("temp") else None
 
     @property
+    def measured_R_world(self) -> Array:
+        """(N, 3, 3) `world`'s axes in the measured frame, which may turn with the table, or be the instrument's own."""
+        from camrob.kinematics.frames import world_T_base
+
+        turned = np.tile(np.eye(3), (len(self), 1, 1))
+        if self.log.info.measured_frame is MeasuredFrame.BASE:
+            values = self.log.axes(self.axes) if self.encoder is not None else self.log.setpoints(self.axes)
+            turned = world_T_base(self.cell, self.cell.to_q(values))[:, :3, :3].swapaxes(1, 2)
+        return np.asarray(self.frames.left[:3, :3] @ turned)
+
+    @property
     def force(self) -> Array | None:
         """(N, 3) N in `world`, None where not measured."""
         if not self.log.has(*FORCE):

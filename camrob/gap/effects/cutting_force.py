@@ -25,6 +25,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     force = scene.force
     if force is None:
         return ()
+    force = np.einsum("nij,nj->ni", scene.measured_R_world, force)
     columns = []
     for axis in arm_axes(scene.cell):
         arm = scene.place(f"{axis}.zero")
