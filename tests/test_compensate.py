@@ -152,6 +152,18 @@ def test_a_program_is_rewritten_and_nothing_else_in_it(tmp_path: Path, calibrati
     assert new[11].startswith(b"  lin {x ") and len(new[11].split(b"y ")[1].split(b",")[0].split(b".")[1]) == 7
 
 
+def test_odd_bytes_in_comments_move_no_line(tmp_path: Path, calibration: Path) -> None:
+    """0x85, 0x0C and 0x1C end a line for Python's text, not for a controller."""
+    source = program(tmp_path)
+    plain = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "plain")
+    odd = source.read_bytes().replace(b";FOLD INI", b"; a\x85b\x0cc\x1cd\x0be\r\n;FOLD INI")
+    source.write_bytes(odd)
+    result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
+    new = (tmp_path / "out" / "sample.src").read_bytes()
+    assert new.replace(b"; a\x85b\x0cc\x1cd\x0be\r\n", b"") == (tmp_path / "plain" / "sample.src").read_bytes()
+    assert result.summary["error_after"] == plain.summary["error_after"]
+
+
 def test_what_the_cell_truly_is_meets_the_poses(tmp_path: Path, calibration: Path) -> None:
     """Not the model's word: the robot that was measured, with the errors that were drawn, runs the program."""
     source = program(tmp_path)

@@ -231,9 +231,10 @@ def _patched(folder: Path, text: KrlProgram, planned: Replay, q: Array) -> tuple
     poses = _printed_poses(text, planned.cell, q)
     axes = planned.cell.to_axis_values(q)[:, :6]
     sources = {name: (folder / name).read_bytes().decode("latin-1") for name in text.files}
-    lines = {name: source.splitlines() for name, source in sources.items()}
+    lines = {name: source.split("\n") for name, source in sources.items()}
     wanted: dict[str, dict[int, list[NewTarget]]] = {name: {} for name in sources}
     warnings: list[Finding] = []
+    table_of = {True: axes.tolist(), False: poses.tolist()}
     row = 0
     while row < len(text):
         count = 2 if text.kind[row] == KrlMotion.CIRC_VIA else 1
@@ -242,10 +243,12 @@ def _patched(folder: Path, text: KrlProgram, planned: Replay, q: Array) -> tuple
         if by_axes and literal_targets(lines[name][line - 1]) == 0:
             warnings.append(Finding("left", "a PTP to a named posture is left as it is", line=line))
         else:
-            table = axes if by_axes else poses
-            new = [NewTarget(tuple(table[row + k].tolist()), bool(by_axes)) for k in range(count)]
+            table = table_of[bool(by_axes)]
+            new = [NewTarget(tuple(table[row + k]), bool(by_axes)) for k in range(count)]
             old = wanted[name].setdefault(line, new)
-            if any(np.max(np.abs(np.subtract(a.values, b.values))) > 1e-6 for a, b in zip(old, new, strict=True)):
+            if old is not new and any(
+                np.max(np.abs(np.subtract(a.values, b.values))) > 1e-6 for a, b in zip(old, new, strict=True)
+            ):
                 what = "the motion runs several times and needs another correction each time"
                 raise KrlError(what, cure="write the loop out", path=folder / name, line=line)
         row += count
@@ -255,6 +258,12 @@ def _patched(folder: Path, text: KrlProgram, planned: Replay, q: Array) -> tuple
         except KrlError as error:
             raise error.at(folder / name) from None
     return sources, warnings
+
+
+def _apart(old: list[NewTarget], new: list[NewTarget]) -> bool:
+    """Whether two passes of one line ask for different targets."""
+    both = zip(old, new, strict=True)
+    return any(float(np.max(np.abs(np.subtract(a.values, b.values)))) > 1e-6 for a, b in both)
 
 
 def _write(folder: Path, origin: Path, text: KrlProgram, sources: Mapping[str, str]) -> None:

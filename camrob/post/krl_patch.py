@@ -6,8 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from camrob.errors import KrlError
 
 __all__ = ["NewTarget", "literal_targets", "patch_source"]
@@ -36,10 +34,10 @@ def patch_source(text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
     target leaves out are added to it. Raises KrlError, with the line, where a target is not written in the statement
     as plain numbers, so that there is nothing to replace.
     """
-    lines = text.splitlines(keepends=True)
+    lines = text.split("\n")  # as the reader counts them; a form feed or an odd byte in a comment ends no line
     for number, wanted in targets.items():
         lines[number - 1] = _line(lines[number - 1], wanted, number)
-    return "".join(lines)
+    return "\n".join(lines)
 
 
 def _line(line: str, targets: Sequence[NewTarget], number: int) -> str:
@@ -84,7 +82,8 @@ def _aggregate(text: str, target: NewTarget, number: int) -> str:
 
 def _printed(value: float, decimals: int) -> str:
     """A number with its decimals, never -0."""
-    return f"{np.round(value, decimals) + 0.0:.{decimals}f}"
+    text = f"{value:.{decimals}f}"
+    return text[1:] if text[0] == "-" and not text.strip("-0.") else text
 
 
 def literal_targets(statement: str) -> int:
