@@ -36,6 +36,7 @@ _STAMP = getattr(socket, "SO_TIMESTAMPNS", 35)  # Linux; Python doesn't name it 
 _TIMESPEC = struct.Struct("@ll")
 _PRIORITY = 50  # of 1 to 99: before all ordinary threads, after the kernel's own
 _AT_ONCE = 64  # datagrams of one socket, before the other one has its turn
+_WARM = 20  # frames
 _PATIENCE_S = 0.02  # the longest wait before duration, silence and `should_stop` are looked at
 _LONGEST_STAMP_S = 10.0  # a stamp that is older comes from a clock that was set
 
@@ -51,6 +52,8 @@ class RsiServer:
         self.session = TrackerSession(settings)
         self.log = CycleLog()
         self.kernel_stamps = False
+        _warm(settings)
+        gc.collect()
         self._frames = _bound(listen)
         try:
             self._measurements = _bound(instrument)
@@ -142,6 +145,15 @@ class RsiServer:
             yield data, _address(sender), now - (wall - stamp), stamp
 
 
+def _warm(settings: LinkSettings) -> None:
+    """Answer made-up frames in a session of their own, so that the first real answer doesn't wait for what is set up once."""
+    session, nobody, pose = TrackerSession(settings), ("", 0), 'X="1" Y="2" Z="3" A="4" B="5" C="6"'
+    for k in range(_WARM):
+        session.measure(f"{k} 1 2 3 1 0 0 0".encode("ascii"), nobody, float(k))
+        frame = f'<Rob Type="KUKA"><RIst {pose}/><RSol {pose}/><IPOC>{k}</IPOC></Rob>'
+        session.answer(frame.encode("ascii"), nobody, float(k), float(k))
+
+
 def _stamp(ancillary: list[tuple[int, int, bytes]]) -> float | None:
     """When the kernel received a datagram, s on the wall clock."""
     for level, kind, data in ancillary:
@@ -174,7 +186,6 @@ def _address(name: Any) -> Address:
 def _no_pauses() -> Iterator[None]:
     """While it lasts, memory isn't collected: a collection takes milliseconds, and the loop makes no cycles."""
     was = gc.isenabled()
-    gc.collect()
     gc.disable()
     try:
         yield
