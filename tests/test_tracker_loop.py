@@ -257,13 +257,18 @@ def test_the_whole_loop_takes_a_static_error_away_by_its_pole():
 def test_latency_without_alignment_leads_the_tool_ahead_by_that_much():
     path = small_paths()[0]
     law = replace(CASE.law, gain=0.1, step_m=1.0, step_rad=1.0)
-    plain, aligned = simulate(
-        CELL, SMALL, [run_of(path, PERFECT, law=law, latency=5, aligned=a) for a in (False, True)]
-    )
+    ways = ({}, {"aligned": True}, {"aligned": True, "averaged": True})
+    runs = [run_of(path, PERFECT, law=law, latency=5, **way) for way in ways]
+    plain, aligned, averaged = simulate(CELL, SMALL, runs)
     steady = (int(path.corners[0]) + int(path.corners[1])) // 2
     speed = np.linalg.norm(np.diff(path.wanted[:, :3], axis=0), axis=1).max() / CASE.law.cycle_s
     assert plain.error[steady, 0] == pytest.approx(-5 * speed * CASE.law.cycle_s, rel=1e-3)
-    assert abs(aligned.error[steady, 0]) < 1e-8
+    assert abs(aligned.error[steady, 0]) < 1e-8 and abs(averaged.error[steady, 0]) < 1e-8
+    newest, mean = simulate(
+        CELL, SMALL, [run_of(path, PERFECT, noise=CASE.noise, aligned=True, averaged=a) for a in (False, True)]
+    )
+    rest = slice(10, int(path.corners[0]))  # four samples a cycle: half the noise
+    assert np.allclose(mean.seen[rest], 0.5 * newest.seen[rest], atol=1e-12)
 
 
 def test_a_link_is_lost_twice_at_a_reversal_and_never_runs_backwards():

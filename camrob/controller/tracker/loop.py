@@ -44,7 +44,8 @@ _RAMP = 1.0  # s in which a learned correction is let in at a run's start
 @dataclass(frozen=True, slots=True)
 class LoopRun:
     """What one run is. `law` None: no correction; it begins at cycle `begin`. `learned` (N, 6): added to the set-points,
-    m and rad; `ahead` (N, 6): added to the joints' commands, rad. `noise_seed`: runs of one seed see the same noise.
+    m and rad; `ahead` (N, 6): added to the joints' commands, rad. `averaged`: the mean of all samples of a cycle is taken, not
+    the newest alone. `noise_seed`: runs of one seed see the same noise.
     """
 
     path: TestPath
@@ -54,6 +55,7 @@ class LoopRun:
     law: CorrectionLaw | None = None
     begin: int = 0
     aligned: bool = False
+    averaged: bool = False
     learned: Array | None = None
     ahead: Array | None = None
     noise_seed: int = 1
@@ -144,10 +146,15 @@ class _Batch:
             key = (r.path.name, r.noise, r.noise_seed)
             if key not in drawn:
                 drawn[key] = self._filled(measured_noise(case, r.path, r.noise, r.noise_seed))
-        self.noise = np.stack([drawn[r.path.name, r.noise, r.noise_seed] for r in runs], axis=1)
+        samples = np.array([_samples(r, case.law.cycle_s) if r.averaged else 1 for r in runs])
+        self.noise = (
+            np.stack([drawn[r.path.name, r.noise, r.noise_seed] for r in runs], axis=1) / np.sqrt(samples)[:, None]
+        )
+        self.older = (0.5 * (samples - 1.0) / samples)[:, None]  # how much of the mean is of the cycle before
         self.robots = RobotBatch(_chains(cell, case, runs), [r.robot for r in runs], q, case.law.cycle_s)
         self.latency = np.array([r.latency for r in runs])
         self.back = np.array([r.latency if r.aligned else 0 for r in runs])
+        self.aligned = np.array([int(r.aligned) for r in runs])
         self.rows = np.arange(len(runs))
         self.foot_T_base = self.arm.foot_T_tool(np.eye(4), cell.q_home)  # frames: tool is base
         laws = {r.law for r in runs if r.law is not None}
@@ -166,9 +173,10 @@ class _Batch:
     def cycle(self, k: int) -> None:
         """One cycle of all runs."""
         self.true[k] = components(self.robots.poses())
-        past, against = np.maximum(k - self.latency, 0), np.maximum(k - self.back, 0)
-        p = self.true[past, self.rows] + self.noise[past, self.rows]
-        e = setpoint_error(self.wanted[against, self.rows], p)
+        e = self._error(k, 0)
+        if self.older.any():
+            e = e + self.older * (self._error(k, 1) - e)
+        e -= self.noise[np.maximum(k - self.latency, 0), self.rows]
         self.seen[k] = e
         for law, mine, begin in self.laws:
             on = mine & (k >= begin)
@@ -182,6 +190,12 @@ class _Batch:
             setpoint = setpoint + self.learned[k]
         q = self._postures(setpoint, k)
         self.robots.move(q if self.ahead is None else q + self.ahead[k])
+
+    def _error(self, k: int, earlier: int) -> Array:
+        """Set-point minus pose (B, 6) at the measured instant, or cycles earlier; noise left aside."""
+        past = np.maximum(k - self.latency - earlier, 0)
+        against = np.maximum(k - self.back - earlier * self.aligned, 0)
+        return setpoint_error(self.wanted[against, self.rows], self.true[past, self.rows])
 
     def _postures(self, setpoint: Array, k: int) -> Array:
         """The nominal inverse kinematics (B, 6) nearest to the last postures."""
@@ -215,6 +229,11 @@ class _Batch:
                 _check_bounded(run, self.correction[:n, b])
             out.append(LoopLog(run, error, self.seen[:n, b], self.correction[:n, b], self.cut[:n, b]))
         return out
+
+
+def _samples(run: LoopRun, cycle: float) -> int:
+    """The tracker's samples in a cycle, at least 1."""
+    return max(round(run.noise.rate * cycle), 1)
 
 
 def _chains(cell: Cell, case: TrackerCase, runs: Sequence[LoopRun]) -> list[ChainArrays]:

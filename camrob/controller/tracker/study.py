@@ -174,12 +174,13 @@ def _better(
     ways: list[tuple[str, str, dict[str, object]]] = [
         ("gain", f"gain by analysis, K = {law.gain:g}", {"law": law}),
         ("aligned", "and set-point of the measured instant", {"law": law, "aligned": True}),
+        ("averaged", "and mean of the samples of a cycle", {"law": law, "aligned": True, "averaged": True}),
     ]
     if asked is not None:
         ways.insert(0, ("asked", f"gain asked for, K = {asked.gain:g}", {"law": asked}))
     runs = [_run(case, path, **how) for _key, _name, how in ways for path in paths]
     for path in paths:
-        runs.append(_run(case, path, law=law, aligned=True, ahead=ahead_of(case, path, lags)))
+        runs.append(_run(case, path, law=law, aligned=True, averaged=True, ahead=ahead_of(case, path, lags)))
     runs += [_run(case, paths[1], law=replace(case.law, gain=g)) for g in _TRIED]
     logs = simulate(cell, case, runs)
     ways.append(("ahead", "and joints sent ahead of their lag and lost motion", {}))
