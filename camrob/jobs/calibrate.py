@@ -69,13 +69,9 @@ def calibrate(
         if progress is not None:
             progress(stage, done)
 
-    if out.suffix.lower() != ".toml":
-        raise InputError(f"{out.name!r} is no .toml", cure="name the file CALIBRATION.toml", path=out)
-    check_file_name(out.name)
-    if not 0.0 <= share < 1.0:
-        raise InputError(f"a share of {share:g} can't be withheld", cure="give a number from 0 to below 1")
-    machine = read_cell(cell)
+    _check(out, share)
     _once([measured, *more], withheld)
+    machine = read_cell(cell)
     tell("read", 0.1)
     fitted, others = _read([measured, *more], machine), _read(withheld, machine)
     names: Sequence[str] | None = tuple(dict.fromkeys(parameters)) or None
@@ -103,6 +99,15 @@ def calibrate(
             (folder / name).write_bytes(content)
     summary["seconds"] = time.perf_counter() - start
     return CalibrateResult(calibration, study.evidence, summary)
+
+
+def _check(out: Path, share: float) -> None:
+    """Raise InputError for a name that is no calibration's, or a share that is none."""
+    if out.suffix.lower() != ".toml":
+        raise InputError(f"{out.name!r} is no .toml", cure="name the file CALIBRATION.toml", path=out)
+    check_file_name(out.name)
+    if not 0.0 <= share < 1.0:
+        raise InputError(f"a share of {share:g} can't be withheld", cure="give a number from 0 to below 1")
 
 
 def _read(logs: Sequence[Path], cell: Cell) -> list[Measurements]:
