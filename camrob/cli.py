@@ -132,21 +132,31 @@ def feed(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the report.")],
     solution: Annotated[
         Path | None,
-        typer.Option("--solution", metavar="NAME.path.npz", help="A solved path, to analyse its derivatives."),
+        typer.Option("--solution", metavar="FILE", help="A solved path or a program, to analyse its derivatives."),
     ] = None,
     compensated: Annotated[
-        Path | None, typer.Option("--compensated", metavar="OTHER.path.npz", help="Compensated coordinates beside it.")
+        Path | None, typer.Option("--compensated", metavar="FILE", help="Compensated coordinates beside it.")
     ] = None,
-    axis: Annotated[str | None, typer.Option("--axis", help="The axis that is drawn. Default: A1.")] = None,
+    calibration: Annotated[
+        Path | None, typer.Option("--calibration", metavar="CALIBRATION.toml", help="Or compensate with this.")
+    ] = None,
+    axis: Annotated[str | None, typer.Option("--axis", help="The axis that is drawn, or all. Default: A1.")] = None,
     rate: Annotated[float, typer.Option("--rate", help="Rate along the axes' displacement, rad/s.")] = 1.0,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Feed, time and torque on a cell's weld seam, or the derivatives of a solved path."""
+    """Feed, time and torque on a cell's weld seam, or the derivatives of machine coordinates along a path."""
 
     def job(progress: ProgressHook) -> Any:
         return job_of("feed")(
-            solution, cell=cell, out=out, compensated=compensated, axis=axis, rate=rate, progress=progress
+            solution,
+            cell=cell,
+            out=out,
+            compensated=compensated,
+            calibration=calibration,
+            axis=axis,
+            rate=rate,
+            progress=progress,
         )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)

@@ -106,6 +106,13 @@ def test_a_post_says_where_feed_is_lost_and_its_program_passes_verify(mode, tmp_
     program = str(tmp_path / "engraving.src")
     assert run(["verify", program, "--cell", cell, "--against", str(SAMPLE), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["ok"] is True
+    if mode == "program":  # the derivatives of a program and of the path that it was made from are alike
+        solved = str(tmp_path / "engraving.path.npz")
+        both = ["--solution", program, "--compensated", solved, "--cell", cell, "--out", str(tmp_path / "feed")]
+        assert run(["feed", *both, "--json"]) == 0
+        found = [a for a in json.loads(capsys.readouterr().out)["analyses"] if a["interpolation"] == "smooth"]
+        rates = [a["rate_admitted"]["speed"] for a in found]
+        assert rates[0] == pytest.approx(rates[1], rel=0.5) and rates[0] > 0.2
 
 
 def test_hostile_words_in_a_summary_stay_words():

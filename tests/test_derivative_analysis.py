@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from feed_paths import CELL, wave
 
+from camrob.calibrate.calibration import Calibration, robot_digest
+from camrob.calibrate.calibration_file import calibration_text
+from camrob.calibrate.parameters import ParameterSet
+from camrob.calibrate.terms import parameter_of
+from camrob.cell.read_cell import read_cell
 from camrob.cli import run
 from camrob.feed.derivative_analysis import Interpolation, analyse_derivatives, machine_length
 from camrob.feed.straight_line import straight_line
 from camrob.kinematics.frames import base_T_tool
 
 SMOOTH = Interpolation.SMOOTH
+KR500 = read_cell(CELL.folder.parent / "kr500_afp")
 
 
 def line_postures() -> np.ndarray:
@@ -79,6 +87,17 @@ def test_a_planted_kink_is_found_with_its_axis_and_line():
     assert abs(worst.line - 1150) <= 3
 
 
+def test_long_travel_between_dense_points_makes_no_waves():
+    """A program's travel is one long step; a spline left to itself there would swing."""
+    q = np.concatenate([line_postures(), line_postures() + 0.8])
+    found = analyse_derivatives(CELL, q, interpolation=SMOOTH)
+    away = np.abs(np.asarray(found.s) - machine_length(CELL, q)[296]) > 0.3
+    away &= np.abs(np.asarray(found.s) - machine_length(CELL, q)[297]) > 0.3
+    scale = np.array([CELL.condition_length if a == "E1" else 1.0 for a in found.axes])
+    assert np.linalg.norm(found.q_s / scale, axis=1)[away].max() < 1.01
+    assert np.linalg.norm(found.q_s / scale, axis=1).max() < 1.25
+
+
 def test_too_few_postures_are_refused():
     with pytest.raises(ValueError, match="8 different"):
         analyse_derivatives(CELL, np.tile(CELL.q_home, (20, 1)))
@@ -101,3 +120,35 @@ def test_the_command_compares_nominal_and_compensated(tmp_path, capsys):
         run(["feed", "--cell", str(CELL.folder), "--solution", str(tmp_path / "no.path.npz"), "--out", str(tmp_path)])
         == 2
     )
+
+
+def feed_json(tmp_path, *more):
+    assert run(["feed", "--cell", str(KR500.folder), "--out", str(tmp_path / "out"), "--quiet", *more]) == 0
+    return json.loads((tmp_path / "out" / "feed.json").read_text(encoding="utf-8"))
+
+
+def test_the_papers_line_on_its_machine_nominal_beside_compensated(tmp_path):
+    summary = feed_json(tmp_path, "--axis", "all")
+    found = {(a["interpolation"], a["coordinates"]): a for a in summary["analyses"]}
+    assert set(found) == {(i, c) for i in ("linear", "smooth") for c in ("nominal", "compensated")}
+    smooth = [found["smooth", which] for which in ("nominal", "compensated")]
+    assert smooth[1]["violations"] <= smooth[0]["violations"] <= 1  # compensation causes none, as published
+    assert found["linear", "nominal"]["violations"] > 500  # the interpolation's own
+    for kind, least in smooth[0]["rate_admitted"].items():
+        assert smooth[1]["rate_admitted"][kind] == pytest.approx(least, rel=0.01)
+    verdicts = [s["verdict"] for s in summary["statements"]]
+    assert len(verdicts) == 6 and verdicts[0] == "holds" and set(verdicts) <= {"holds", "holds not", "unclear"}
+    page = (tmp_path / "out" / "feed.html").read_text(encoding="utf-8")
+    assert all(f"{axis}: third derivative, smooth interpolation" in page for axis in KR500.axis_names)
+
+
+def test_a_calibration_compensates_the_line(tmp_path):
+    one = ParameterSet.of([parameter_of(KR500, "A2.zero")]).with_values(np.array([1e-3]), np.array([1e-6]))
+    figures = {"scatter_position": 0.0, "condition": 1.0, "observability": (1.0,) * 5}
+    calibration = Calibration(KR500.name, robot_digest(KR500), one, **figures)
+    file = tmp_path / "CALIBRATION.toml"
+    file.write_text(calibration_text(calibration), encoding="utf-8")
+    summary = feed_json(tmp_path, "--calibration", str(file))
+    assert summary["sources"][1] == "compensated with CALIBRATION.toml" and len(summary["analyses"]) == 4
+    out = ["--cell", str(KR500.folder), "--out", str(tmp_path / "no")]
+    assert run(["feed", *out, "--calibration", str(file), "--compensated", str(file)]) == 2

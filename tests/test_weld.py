@@ -122,6 +122,13 @@ def test_the_true_optimum_is_not_slower_and_breaks_nothing():
             assert np.abs(found.jerk / b.jerk)[inner].max() <= 1.01
 
 
+def test_the_assumed_torch_changes_figures_and_not_findings():
+    tools = study().tools
+    assert len(tools) == 5 and tools[0].feed == pytest.approx(study().bound.min())
+    assert len({round(t.feed, 4) for t in tools}) == 5
+    assert all(t.feed > 0.3 and int(np.argmax(t.largest)) == 1 for t in tools)
+
+
 def test_joint_2_carries_the_largest_torque():
     largest = np.abs(study().torques.total).max(axis=0)
     assert int(np.argmax(largest)) == 1
@@ -175,6 +182,6 @@ def test_the_command_writes_the_report_and_a_summary(tmp_path, capsys):
 
 
 def test_a_cell_without_a_seam_says_what_to_do(tmp_path):
-    with pytest.raises(InputError, match=r"no weld seam; give a solved path"):
+    with pytest.raises(InputError, match=r"no weld seam and no published line; give a solved path or a program"):
         feed(None, cell=FOLDER.parent / "kr15_track_table", out=tmp_path)
     assert not list(tmp_path.iterdir())

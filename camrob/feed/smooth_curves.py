@@ -12,7 +12,7 @@ __all__ = ["smooth_curves"]
 Array = NDArray[np.float64]
 
 _FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
-_STIFFEST, _HALVINGS = 12.0, 20
+_LOOSEST, _STIFFEST, _HALVINGS = -3.0, 12.0, 20  # looser ones swing beside a corner
 _PER_POINT, _FEWEST = 1, 32  # spans for each point: finer ones bear no more than the points tell
 
 
@@ -22,11 +22,13 @@ def smooth_curves(known: Array, values: Array, parts: int, resolution: float) ->
     The curves are sampled at `parts` + 1 even places. They are cubic B-splines on even spans, each column with the
     greatest weight on its fourth differences that leaves a root mean square distance to the data of at most the standard
     deviation of rounding, resolution / sqrt(12) (Morozov's principle); what is rougher than that allows is followed as
-    closely as the spans can. Linear in N and parts.
+    closely as the spans can. Where neighbours are farther apart than a span, as in travel, the way between them counts
+    as straight. Linear in N and parts.
     """
     length = float(known[-1] - known[0])
     spans = min(parts, max(_PER_POINT * len(known), _FEWEST))
     h = length / spans
+    known, values = _filled(known, values, h)
     place = (known - known[0]) / h
     span = np.clip(place.astype(np.int64), 0, spans - 1)
     basis = _basis(place - span)
@@ -44,7 +46,7 @@ def smooth_curves(known: Array, values: Array, parts: int, resolution: float) ->
     room = resolution / np.sqrt(12.0)
     control = np.empty((n, values.shape[1]))
     for d in range(values.shape[1]):
-        low, high = -12.0, _STIFFEST
+        low, high = _LOOSEST, _STIFFEST
         for _ in range(_HALVINGS):
             power = 0.5 * (low + high)
             c = _fit(data, stiff, 10.0**power, right[:, d])
@@ -58,6 +60,19 @@ def smooth_curves(known: Array, values: Array, parts: int, resolution: float) ->
     curve = BSpline(knots, control, 3)
     grid = np.linspace(known[0], known[-1], parts + 1)
     return [np.asarray(curve(grid, nu=order)) for order in range(4)]
+
+
+def _filled(known: Array, values: Array, h: float) -> tuple[Array, Array]:
+    """Places and values with points put in evenly where neighbours are more than `h` apart: an empty span tells nothing."""
+    more = np.floor(np.diff(known) / h * (1.0 + 1e-9)).astype(np.int64)
+    if not np.any(more > 1):
+        return known, values
+    parts = np.maximum(more, 1)
+    begins = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(begins)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[begins]
+    places = np.append(known[begins] + share * np.diff(known)[begins], known[-1])
+    between = values[begins] + share[:, None] * np.diff(values, axis=0)[begins]
+    return places, np.vstack([between, values[-1:]])
 
 
 def _fit(data: Array, stiff: Array, weight: float, right: Array) -> Array:

@@ -24,7 +24,7 @@ from camrob.feed.published_feed import (
 )
 from camrob.feed.seam import Seam, SeamMotion, seam_motion
 
-__all__ = ["LoadCase", "Scheme", "SeamOptimum", "WeldStudy", "study_weld"]
+__all__ = ["LoadCase", "Scheme", "SeamOptimum", "ToolCase", "WeldStudy", "study_weld"]
 
 Array = NDArray[np.float64]
 
@@ -35,6 +35,13 @@ _LOADS = (
     ("centres a tenth of the length nearer to the base", 1.2, 1.0),
     ("centres a tenth of the length nearer to the tip", 0.8, 1.0),
     ("without the rods' own inertia", 1.0, 0.0),
+)
+_TIPS = (  # the tip off the sixth frame's origin, m, in that frame: a torch is bent, and its wire sticks out
+    ("as assumed", (0.0, 0.0, 0.0)),
+    ("50 mm farther out", (0.0, 0.0, 0.05)),
+    ("50 mm nearer to the wrist", (0.0, 0.0, -0.05)),
+    ("50 mm to the side", (0.05, 0.0, 0.0)),
+    ("50 mm to the other side", (-0.05, 0.0, 0.0)),
 )
 
 
@@ -69,6 +76,14 @@ class LoadCase(NamedTuple):
     largest: Array
 
 
+class ToolCase(NamedTuple):
+    """One assumption about the torch: the least constant feed that the limits admit, m/s, and the largest torques (n,), Nm."""
+
+    name: str
+    feed: float
+    largest: Array
+
+
 @dataclass(frozen=True, slots=True)
 class WeldStudy:
     """All that the report shows. points: at the paper's step; fine: at a fifth of it. bound: (N, 3) constant feeds, m/s, that
@@ -84,6 +99,7 @@ class WeldStudy:
     schemes: tuple[Scheme, ...]
     torques: JointTorques
     loads: tuple[LoadCase, ...]
+    tools: tuple[ToolCase, ...]
     slip: tuple[float, float, float]
     numeric: tuple[float, float]
 
@@ -106,9 +122,24 @@ def study_weld(cell: Cell, seam: Seam) -> WeldStudy:
     loads = tuple(
         LoadCase(name, np.abs(case.total).max(axis=0)) for (name, _n, _s), case in zip(_LOADS, cases, strict=True)
     )
+    tools = tuple(_tool(cell, seam, bounds, name, offset) for name, offset in _TIPS)
     return WeldStudy(
-        seam, points, fine, bounds, bound, schemes, cases[0], loads, _slip(fine), _numeric(fine)
+        seam, points, fine, bounds, bound, schemes, cases[0], loads, tools, _slip(fine), _numeric(fine)
     )  # fmt: skip
+
+
+def _tool(cell: Cell, seam: Seam, bounds: MotionBounds, name: str, offset: tuple[float, float, float]) -> ToolCase:
+    """The seam followed with another torch, at the published top feed."""
+    moved = np.eye(4)
+    moved[:3, 3] = offset
+    other = replace(cell, flange_T_tool=cell.flange_T_tool @ moved)
+    joints = seam_motion(other, seam, _FINE).joints
+    feed = np.full(len(joints.q), min(seam.feed_tops))
+    zero = np.zeros_like(feed)
+    speed, acceleration, _jerk = motion_along(joints.d1, joints.d2, joints.d3, feed, zero, zero)
+    torques = joint_torques(other, joints.q, speed, acceleration, gravity=seam.gravity)
+    least = float(constant_feed_bound(joints.d1, joints.d2, joints.d3, bounds).min())
+    return ToolCase(name, least, np.abs(torques.total).max(axis=0))
 
 
 def _scheme(seam: Seam, points: SeamMotion, fine: SeamMotion, bounds: MotionBounds, top: float) -> Scheme:

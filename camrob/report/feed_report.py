@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,19 +11,12 @@ from camrob.cell.cell import Cell
 from camrob.feed.weld_study import Scheme, WeldStudy
 from camrob.report.html import escape, number, page
 from camrob.report.line_charts import Curve, LineChart, chart_data, chart_section
+from camrob.report.statements import Statement, statements_section
 from camrob.units import m_to_mm
 
-__all__ = ["Statement", "weld_report", "weld_statements"]
+__all__ = ["weld_report", "weld_statements"]
 
 Array = NDArray[np.float64]
-
-
-class Statement(NamedTuple):
-    """What the paper states, what was found, and the verdict: holds, holds not, unclear."""
-
-    published: str
-    found: str
-    verdict: str
 
 
 def weld_statements(cell: Cell, study: WeldStudy) -> tuple[Statement, ...]:
@@ -63,6 +55,14 @@ def weld_statements(cell: Cell, study: WeldStudy) -> tuple[Statement, ...]:
             f"acceleration and {high.use[2]:.0f} times the jerk limit; the scheme looks at each point as if its feed "
             "were constant.",
             "holds" if high.use.max() <= 1.0 else "holds not",
+        ),
+        Statement(
+            "f_optimal = max f(u): the feed so found is the optimum (eq. 18).",
+            f"At f_max {low.top:g} m/s the scheme's profile keeps all limits, and with the same end speeds the optimum takes "
+            f"{low.moving.grid.at[-1] / low.at[-1] - 1.0:+.0e} of its time more: they are one. At f_max {high.top:g} m/s the "
+            f"optimum keeps all limits and takes {high.moving.grid.at[-1]:.4f} s where the scheme's profile, were it possible, "
+            f"would take {high.at[-1]:.4f} s: a point by itself doesn't know that the feed may fall and rise between points.",
+            "holds" if abs(high.moving.grid.at[-1] / high.at[-1] - 1.0) < 1e-3 else "holds not",
         ),
         Statement(
             "Joint 2 carries the largest torque.",
@@ -117,28 +117,16 @@ def weld_report(cell: Cell, study: WeldStudy) -> str:
             "<main>",
             f"<h1>Feed, time and torque on the weld seam</h1><p class='made'>{escape(cell.title)}; seam, limits and lengths as "
             "printed by Duong and others (2020); centres of mass, inertias and the torch's frame are assumed.</p>",
-            _statements(weld_statements(cell, study)),
+            statements_section(weld_statements(cell, study)),
             _schemes(study.schemes),
             *(chart_section(chart) for chart in charts),
             _loads(cell, study),
+            _tools(cell, study),
             "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer>",
             "</main>",
         ]
     )
     return page("Feed, time and torque on the weld seam", body, {"names": {}, "charts": chart_data(charts)})
-
-
-def _statements(statements: Sequence[Statement]) -> str:
-    tags = {"holds": "info", "holds not": "error", "unclear": "warning"}
-    rows = "".join(
-        f'<tr><td class="text">{escape(s.published)}</td><td class="text">{escape(s.found)}</td>'
-        f'<td><span class="tag {tags[s.verdict]}">{escape(s.verdict)}</span></td></tr>'
-        for s in statements
-    )
-    return (
-        "<section><h2>What the paper states, and what was found</h2><table><thead><tr><th>published</th><th>found</th>"
-        f"<th></th></tr></thead><tbody>{rows}</tbody></table></section>"
-    )
 
 
 def _schemes(schemes: Sequence[Scheme]) -> str:
@@ -167,13 +155,28 @@ def _loads(cell: Cell, study: WeldStudy) -> str:
     head = "".join(f'<th class="n">{escape(name)}</th>' for name in cell.names)
     rows = "".join(
         f"<tr><td>{escape(c.name)}</td>"
-        + "".join(f'<td class="n">{number(float(v), 1)}</td>' for v in c.largest)
+        + "".join(f'<td class="n">{number(float(v) if v > 1e-9 else 0.0, 1)}</td>' for v in c.largest)
         + "</tr>"
         for c in study.loads
     )
     return (
         "<section><h2>What the assumed masses do to the torques</h2><table><thead><tr><th>largest torque, Nm</th>"
         f"{head}</tr></thead><tbody>{rows}</tbody></table></section>"
+    )
+
+
+def _tools(cell: Cell, study: WeldStudy) -> str:
+    head = "".join(f'<th class="n">{escape(name)}</th>' for name in cell.names)
+    rows = "".join(
+        f'<tr><td>{escape(c.name)}</td><td class="n">{number(c.feed, 3, "m/s")}</td>'
+        + "".join(f'<td class="n">{number(float(v) if v > 1e-9 else 0.0, 1)}</td>' for v in c.largest)
+        + "</tr>"
+        for c in study.tools
+    )
+    return (
+        '<section><h2>What the assumed torch does</h2><table><thead><tr><th>the torch\'s tip</th><th class="n">least constant '
+        f'feed that the limits admit</th>{head}</tr></thead><tbody>{rows}</tbody></table><p class="caption">Largest torques, '
+        f"Nm, at a constant {study.schemes[0].top:g} m/s with the masses as assumed.</p></section>"
     )
 
 

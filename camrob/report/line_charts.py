@@ -20,13 +20,14 @@ _COLORS = ("#2b7de9", "#e08a1e", "#1a9c6b", "#d1495b", "#8a63d2", "#6b7785", "#b
 
 
 class Curve(NamedTuple):
-    """One curve: name, x, y; dash as Plotly names it; color as an index, -1 for the next."""
+    """One curve: name, x, y; dash as Plotly names it; color as an index, -1 for the next; shown: else only in the legend."""
 
     name: str
     x: Array
     y: Array
     dash: str = "solid"
     color: int = -1
+    shown: bool = True
 
 
 class LineChart(NamedTuple):
@@ -62,7 +63,7 @@ def _data(chart: LineChart) -> dict[str, Any]:
         traces.append(
             {
                 "type": "scatter", "mode": "lines", "name": plot_text(curve.name), "x": _short(x), "y": _short(y),
-                "line": {"width": 1.6, "dash": curve.dash, "color": color},
+                "line": {"width": 1.6, "dash": curve.dash, "color": color}, "visible": curve.shown or "legendonly",
             }
         )  # fmt: skip
     layout = {

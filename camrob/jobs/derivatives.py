@@ -1,0 +1,142 @@
+"""Where `camrob feed` has machine coordinates from: a solved path, a program, or a cell's published straight line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.calibrate.calibration_file import read_calibration
+from camrob.calibrate.compensate import compensate_postures
+from camrob.calibrate.error_model import ErrorModel
+from camrob.cell.cell import Cell
+from camrob.controller.replay import replay
+from camrob.errors import InputError
+from camrob.feed.derivative_analysis import DerivativeAnalysis, Interpolation, analyse_derivatives
+from camrob.feed.straight_line import straight_line
+from camrob.jobs.published_file import read_published
+from camrob.jobs.published_robot import drawn_errors
+from camrob.kinematics.frames import base_T_tool
+from camrob.post.krl_reader import read_krl
+
+__all__ = ["LINE", "Coordinates", "analyses_of", "calibrated", "coordinates_of", "derivative_summary", "published_line"]
+
+Array = NDArray[np.float64]
+
+LINE = "published.toml"
+_LISTED = 40  # violations in the summary
+_SOLVED, _PRINTED = (
+    1e-6,
+    2e-6,
+)  # rad or m that coordinates are known to: from a solver, and from a program's four decimals
+
+
+class Coordinates(NamedTuple):
+    """Postures q (N, n) with their source lines (N,), what they are known to, rad or m, and where they are from."""
+
+    q: Array
+    line: NDArray[np.int64]
+    resolution: float
+    source: str
+
+
+def coordinates_of(file: Path, cell: Cell) -> Coordinates:
+    """Of a NAME.path.npz or a PROGRAM.src, lines being those of the CL file or of the program. Raises InputError, KrlError."""
+    if file.suffix.lower() == ".src":
+        program = read_krl(file)
+        found = Coordinates(
+            np.asarray(replay(program, cell).q), np.asarray(program.line, np.int64), _PRINTED, file.name
+        )
+    else:
+        found = Coordinates(*_solved(file), _SOLVED, file.name)
+    q = found.q
+    if q.ndim != 2 or q.shape[1] != len(cell) or found.line.shape != (len(q),) or not np.all(np.isfinite(q)):
+        raise InputError("holds postures of another cell", cure=f"post it for {cell.name}", path=file)
+    if len(np.unique(q, axis=0)) < 8:
+        raise InputError("holds fewer than 8 different postures", cure="give a longer path", path=file)
+    return found
+
+
+def _solved(file: Path) -> tuple[Array, NDArray[np.int64]]:
+    try:
+        with np.load(file, allow_pickle=False) as data:
+            return np.asarray(data["q"], float), np.asarray(data["line"], np.int64)
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        cure = "give the NAME.path.npz that camrob post wrote, or a program"
+        raise InputError("is no solved path", cure=cure, path=file) from error
+
+
+def published_line(cell: Cell) -> tuple[Coordinates, Coordinates]:
+    """The straight line of the cell's published case, lines being numbers of its points; nominal, and compensated for the
+    errors that the case draws (gear ripple left out, which the published model doesn't know).
+
+    Raises InputError, UnreachableError, SingularError.
+    """
+    case = read_published(cell.folder / LINE, cell)
+    near = cell.to_q(np.asarray(case.middle_deg))
+    half, direction = case.points // 2, np.asarray(case.direction)
+    first = straight_line(cell, near, -direction, step=case.step, count=half + 1)[-1]
+    q = straight_line(cell, first, direction, step=case.step, count=case.points)
+    errors = {name: e for name, e in drawn_errors(case, cell).items() if ".cos" not in name and ".sin" not in name}
+    nominal = Coordinates(q, np.arange(1, len(q) + 1), _SOLVED, f"straight line of {len(q)} points ({case.source})")
+    model, values = ErrorModel.of(cell, tuple(errors), in_base=True), np.array(list(errors.values()))
+    return nominal, _compensated(cell, nominal, model, values, "compensated for the errors that the case draws")
+
+
+def calibrated(cell: Cell, nominal: Coordinates, calibration: Path) -> Coordinates:
+    """The same poses by the calibrated robot. Raises LogError, StaleInputError, SingularError."""
+    model, values = read_calibration(calibration, cell).model(cell, in_base=True)
+    return _compensated(cell, nominal, model, values, f"compensated with {calibration.name}")
+
+
+def _compensated(cell: Cell, nominal: Coordinates, model: ErrorModel, values: Array, source: str) -> Coordinates:
+    q = compensate_postures(model, values, nominal.q, base_T_tool(cell, nominal.q)).q
+    return nominal._replace(q=np.asarray(q), source=source)
+
+
+def analyses_of(cell: Cell, both: list[Coordinates]) -> dict[str, list[DerivativeAnalysis]]:
+    """For each interpolation, the analyses of the nominal coordinates and of the compensated ones where there are any."""
+    return {
+        kind.value: [
+            analyse_derivatives(cell, one.q, line=one.line, interpolation=kind, resolution=one.resolution)
+            for one in both
+        ]
+        for kind in Interpolation
+    }
+
+
+def derivative_summary(
+    cell: Cell, both: list[Coordinates], analyses: Mapping[str, list[DerivativeAnalysis]], rate: float
+) -> dict[str, Any]:
+    """feed.json of an analysis."""
+    table = []
+    for kind, of_kind in analyses.items():
+        for which, analysis in zip(("nominal", "compensated"), of_kind, strict=False):
+            found = analysis.violations(rate)
+            table.append(
+                {
+                    "interpolation": kind,
+                    "coordinates": which,
+                    "rate_admitted": {
+                        "speed": float(analysis.rate_speed.min()),
+                        "acceleration": float(analysis.rate_acceleration.min()),
+                        "jerk": float(analysis.rate_jerk.min()),
+                    },
+                    "violations": len(found),
+                    "worst": [
+                        {"axis": v.axis, "quantity": v.quantity, "s": v.worst_at, "line": v.line, "times": v.worst}
+                        for v in sorted(found, key=lambda v: -v.worst)[:_LISTED]
+                    ],
+                }
+            )
+    return {
+        "cell": cell.name,
+        "sources": [one.source for one in both],
+        "displacement_rad": float(analyses["smooth"][0].s[-1]),
+        "rate_rad_s": rate,
+        "analyses": table,
+    }
