@@ -162,6 +162,10 @@ def diagnose(
         Path | None,
         typer.Option("--write-experiment", metavar="FILE.src", help="Write the next experiment as a checked program."),
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option("--calibration", metavar="OUT.toml", help="Write what compensate can correct, for compensate."),
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -176,6 +180,7 @@ def diagnose(
             without=without or [],
             out=out,
             experiment=experiment,
+            calibration=calibration,
             progress=progress,
         )
 

@@ -31,9 +31,9 @@ HOME = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 90,A6 0,E1 0,E2 0}"
 
 
 @cache
-def start() -> tuple[float, ...]:
+def start(head: str = HEAD) -> tuple[float, ...]:
     """X, Y, Z, A, B, C of the tool at home, as the program's frames have it."""
-    program = parsed(HEAD + HOME + "\nEND\n")
+    program = parsed(head + HOME + "\nEND\n")
     T = np.asarray(replay(program, kr15()).base_T_tool[0])
     A = np.arctan2(T[1, 0], T[0, 0])
     B, C = -np.arcsin(T[2, 0]), np.arctan2(T[2, 1], T[2, 2])

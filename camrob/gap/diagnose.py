@@ -18,6 +18,7 @@ from camrob.gap.diagnosis import Diagnosis, PathError
 from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
 from camrob.gap.experiment import plan_experiment
+from camrob.gap.handover import hand_over
 from camrob.gap.localise import axes_of, directions_of, regimes_of, segments_of
 from camrob.gap.model import Model, compare, whole_gap
 from camrob.gap.program_track import ProgramTrack, track_of
@@ -80,12 +81,19 @@ def diagnose(
     tell("locating", 0.85)
     corners = judge_corners(tracks, model.noise, known=any(e.name == "corner_rounding" for e in effects))
     summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
+    handed = hand_over(model, trial, verdict.claimed, verdict.members)
+    summary["compensable"] = dict(handed.summary)
+    summary["together"] = {
+        **summary["together"],
+        "compensable_mm": handed.summary["rms_before_mm"] - handed.summary["rms_after_mm"],
+    }
     planned = plan_experiment(model, verdict.claimed, _unknown_axis(model))
     if planned is not None:
         summary |= {"next_experiment": planned.text, "experiment": dict(planned.summary)}
     tell("done", 1.0)
     claimed = tuple(e["effect"] for e in summary["effects"] if e["probability"] >= 0.5)
-    return Diagnosis(summary, claimed, _paths(model, verdict), () if planned is None else planned.motions)
+    motions = () if planned is None else planned.motions
+    return Diagnosis(summary, claimed, _paths(model, verdict), motions, handed.calibration)
 
 
 def _unknown_axis(model: Model) -> str:

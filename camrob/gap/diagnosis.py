@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.calibrate.calibration import Calibration
 from camrob.frozen import locked
 from camrob.gap.motions import TrialMotion
 
@@ -38,13 +39,14 @@ class PathError:
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
     """`summary` is the contract's JSON object; `claimed` the effects found; `paths` what pictures are drawn from; `motions`
-    what would tell most if it were run next, the best first.
+    what would tell most if it were run next, the best first; `calibration` what `compensate` can correct, None for nothing.
     """
 
     summary: Mapping[str, Any]
     claimed: tuple[str, ...]
     paths: tuple[PathError, ...]
     motions: tuple[TrialMotion, ...] = ()
+    calibration: Calibration | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "summary", MappingProxyType(dict(self.summary)))

@@ -68,16 +68,17 @@ def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str) -> 
 
 
 def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
-    first, second = (" with ".join(names) or "nothing" for names in (rivals.first, rivals.second))
+    first, second = (" with ".join(names) for names in (rivals.first, rivals.second))
     advice = f" ({best.motion.advice})" if best.motion.advice else ""
     told = f"{m_to_mm(best.rms):.3f} mm rms, {best.sigmas:.0f} sigmas over {len(best.motion.scene)} samples"
-    if again.sigmas >= _CLEAR and best.sigmas < _BETTER * again.sigmas:
+    if first and second and again.sigmas >= _CLEAR and best.sigmas < _BETTER * again.sigmas:
         return (
             f"These logs tell {first} from its closest rival, {second}, already; to confirm it run {best.motion.text}{advice}: "
             f"expected to set them apart by {told} (the same again: {again.sigmas:.0f})."
         )
+    aim = f"tell {first} from {second}" if first and second else f"see whether {first or second} is at work too"
     return (
-        f"To tell {first} from {second}, run {best.motion.text}{advice}: expected to set them apart by {told} "
+        f"To {aim}, run {best.motion.text}{advice}: expected to set the answers apart by {told} "
         f"(the same again: {again.sigmas:.0f})."
     )
 

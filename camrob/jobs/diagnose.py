@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from camrob.calibrate.calibration_file import calibration_text
 from camrob.cell.read_cell import read_cell
 from camrob.errors import JobError, LogError
 from camrob.gap.cell_effects import cell_effects
@@ -41,16 +42,20 @@ def diagnose(
     without: Sequence[str] = (),
     out: Path,
     experiment: Path | None = None,
+    calibration: Path | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> DiagnoseResult:
     """Diagnose logs and write diagnosis.json and diagnosis.html into `out`.
 
-    experiment: FILE.src, where the next experiment is written as a checked program. Raises LogError, CellError, KrlError and
+    experiment: FILE.src, where the next experiment is written as a checked program. calibration: FILE.toml, where the fitted
+    effects that `compensate` can correct are written for it. Raises LogError, CellError, KrlError and
     InputError for what can't be read; nothing is written then. Raises JobError and VerificationError where no experiment is
-    needed, or none can be run: the diagnosis is written, the program is not.
+    needed, or none can be run, and JobError where no effect can be handed over: the diagnosis is written, the file is not.
     """
     if experiment is not None:
         check_experiment_name(experiment)
+    if calibration is not None:
+        check_file_name(calibration.name)
     machine = read_cell(cell)
     logs = [read_log(path) for path in log]
     kept_out = [read_log(path) for path in withheld]
@@ -73,6 +78,12 @@ def diagnose(
             }
         except JobError as error:
             refused = error
+    if calibration is not None:
+        try:
+            _hand_over(found, calibration)
+            summary["compensable"] = {**summary["compensable"], "written": calibration.name}
+        except JobError as error:
+            refused = error
     with staged_output(out) as staging:
         text = json.dumps(summary, indent=2, allow_nan=False)
         (staging / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
@@ -80,6 +91,17 @@ def diagnose(
     if refused is not None:
         raise refused
     return DiagnoseResult(found, summary)
+
+
+def _hand_over(found: Diagnosis, file: Path) -> None:
+    """Write the calibration. Raises JobError where nothing that was found can be corrected by `compensate`."""
+    if found.calibration is None:
+        told = found.summary["compensable"]
+        why = "by itself it would not shrink the gap: " if told["effects"] else ""
+        left = ", ".join([*told["effects"], *told["left"]]) or "no effect was found"
+        raise JobError(f"there is nothing that compensate could correct ({why}{left}), so no {file.name} was written")
+    with staged_output(file.parent) as staging:
+        (staging / file.name).write_text(calibration_text(found.calibration), encoding="utf-8")
 
 
 def _program(log: MeasurementLog, given: Path | None) -> KrlProgram | None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.gap.scene import Scene
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "no_refinement"]
+__all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "no_refinement", "no_terms"]
 
 Array = NDArray[np.float64]
 State = Mapping[str, float]
@@ -59,12 +59,18 @@ class Column:
 
 Units = Callable[[Sequence[Scene], State], tuple[Unit, ...]]
 Columns = Callable[[Scene, Unit, State], tuple[Column, ...]]
+Terms = Callable[[Unit, State], tuple[str, ...]]
 Refine = Callable[[State, Mapping[str, float]], dict[str, float]]
 
 
 def no_refinement(state: State, values: Mapping[str, float]) -> dict[str, float]:
     """The state of an effect that is linear in all its parameters."""
     return dict(state)
+
+
+def no_terms(unit: Unit, state: State) -> tuple[str, ...]:
+    """An effect that no error parameter of the calibrated chain describes: it can't be handed to `compensate`."""
+    return ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +81,9 @@ class Effect:
     experiment: the motion that would isolate it. units: what may be in or out on these logs, none where it can't show.
     columns: one a parameter. start: the state before anything is known; refine: the next state from fitted values, by
     parameter name; trials: changes of the state to choose among by what they leave unexplained. accuracy: by what share of
-    itself the description may be wrong. compensable: a postprocessor can correct it.
+    itself the description may be wrong. terms: the names of a unit's parameters in the one error model (`calibrate.terms`)
+    that calibrate, compensate and diagnose share, in their order; () where it can't be said there. compensable: it has
+    such, so that `compensate` can correct it.
     """
 
     name: str
@@ -89,4 +97,9 @@ class Effect:
     refine: Refine = no_refinement
     trials: tuple[State, ...] = ()
     accuracy: float = 0.01
-    compensable: bool = False
+    terms: Terms = no_terms
+
+    @property
+    def compensable(self) -> bool:
+        """True where at least a part of it can be handed to `compensate`."""
+        return self.terms is not no_terms

@@ -21,6 +21,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return constant(scene, [f"base.{p}" for p in PLACES])
 
 
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    return tuple(f"base.{p}" for p in PLACES)
+
+
 EFFECT = Effect(
     name="frame_base",
     physics="world_T_root is another one: a rigid motion multiplied on its left, the same for every posture.",
@@ -30,5 +34,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.0,
-    compensable=True,
+    terms=_terms,
 )

@@ -28,6 +28,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return constant(scene, [f"{unit.axis}.{p}" for p in _PARTS])
 
 
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    return tuple(f"{unit.axis}.{p}" for p in _PARTS)
+
+
 EFFECT = Effect(
     name="frame_table",
     physics="The table turns about an axis that is offset and tilted; measured from the hall this never shows.",
@@ -37,5 +41,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.0,
-    compensable=True,
+    terms=_terms,
 )

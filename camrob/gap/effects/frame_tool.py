@@ -21,6 +21,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return constant(scene, [f"tool.{p}" for p in PLACES])
 
 
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    return tuple(f"tool.{p}" for p in PLACES)
+
+
 EFFECT = Effect(
     name="frame_tool",
     physics="$TOOL is another one: a rigid motion multiplied on its right at the tip, in the tool's axes.",
@@ -30,5 +34,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.0,
-    compensable=True,
+    terms=_terms,
 )

@@ -44,14 +44,19 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     )
 
 
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    orders = [f"{times * state[unit.key]:.4f}" for times, _ in _HARMONICS]
+    return tuple(f"{unit.axis}.{wave}{order}" for order in orders for wave in ("cos", "sin"))
+
+
 EFFECT = Effect(
     name="gear_ripple",
-    physics="The link runs ahead of and behind its encoder once or several times a turn of the axis, or of its motor; not quite as a sine.",
+    physics="The link runs ahead of and behind its encoder, once or more a turn of the axis or of its motor; not quite as a sine.",
     rungs=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the axis alone slowly through its range, both ways",
     units=_units,
     columns=_columns,
     accuracy=0.02,
-    compensable=True,
+    terms=_terms,
 )

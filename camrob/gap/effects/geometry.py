@@ -14,6 +14,9 @@ __all__ = ["EFFECT"]
 _PARTS = ("x", "y", "rx", "ry")
 
 
+_FLANGE = (*_PARTS[:2], "z", *_PARTS[2:])
+
+
 def _names(scene: Scene) -> list[str]:
     return [f"{a}.{p}" for a in arm_axes(scene.cell) for p in _PARTS]
 
@@ -22,12 +25,18 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     length, angle = mm_to_m(0.3), deg_to_rad(0.02)
     names = [n.replace(".", "_") for n in _names(scenes[0])]
     # the last row ends at the flange: what is off there looks like a small error of the tool
-    last = place_parameters([f"flange_{p}" for p in (*_PARTS[:2], "z", *_PARTS[2:])], 0.5 * length, 0.5 * angle)
+    last = place_parameters([f"flange_{p}" for p in _FLANGE], 0.5 * length, 0.5 * angle)
     return (Unit("geometry", "", (*place_parameters(names, length, angle), *last)),)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    return constant(scene, [*_names(scene), *(f"tool.{p}" for p in ("x", "y", "z", "rx", "ry"))])
+    return constant(scene, [*_names(scene), *(f"tool.{p}" for p in _FLANGE)])
+
+
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    """The flange's row is a displacement of what it carries."""
+    places = [p.name.rpartition("_")[0] for p in unit.parameters]
+    return tuple(p.replace("flange_", "tool.") if p.startswith("flange_") else p.replace("_", ".") for p in places)
 
 
 EFFECT = Effect(
@@ -39,5 +48,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.002,
-    compensable=True,
+    terms=_terms,
 )

@@ -30,6 +30,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return (Column(tcp=scene.shift(unit.axis, scene.torque[:, scene.index(unit.axis)])),)
 
 
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    return (f"{unit.axis}.compliance",)
+
+
 EFFECT = Effect(
     name="joint_compliance",
     physics="Gravity's torque turns each link beyond its encoder by the joint's compliance.",
@@ -39,5 +43,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.01,
-    compensable=True,
+    terms=_terms,
 )

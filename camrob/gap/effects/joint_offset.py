@@ -24,6 +24,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return constant(scene, [f"{unit.axis}.zero"])
 
 
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    return (f"{unit.axis}.zero",)
+
+
 EFFECT = Effect(
     name="joint_offset",
     physics="The real axis value is the reported one and a constant.",
@@ -33,5 +37,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.0,
-    compensable=True,
+    terms=_terms,
 )

@@ -33,5 +33,4 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.02,
-    compensable=True,
 )

@@ -47,5 +47,4 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.05,
-    compensable=True,
 )

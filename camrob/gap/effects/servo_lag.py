@@ -44,5 +44,4 @@ EFFECT = Effect(
     refine=_refine,
     trials=({"cycle_s": 0.0}, {"cycle_s": 0.004}, {"cycle_s": 0.012}),
     accuracy=0.015,
-    compensable=True,
 )

@@ -56,5 +56,4 @@ EFFECT = Effect(
     columns=_columns,
     trials=tuple({"tau_s": tau} for tau in (60.0, 120.0, 240.0, 480.0, 900.0, 1800.0, 3600.0)),
     accuracy=0.02,
-    compensable=True,
 )

@@ -51,6 +51,12 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return tuple(Column(tcp=scene.place(f"root.r{p}") * np.asarray(w)[:, None]) for w in (s, s**2) for p in "xyz")
 
 
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    """Scale and direction; straightness and turning are no constant of the chain."""
+    named = {"scale": (f"{unit.axis}.scale",), "direction": tuple(f"{unit.axis}.r{p}" for p in "xy")}
+    return named.get(unit.key, ())
+
+
 EFFECT = Effect(
     name="track",
     physics="The track's rack is longer or shorter than it counts, points elsewhere, and is not straight.",
@@ -60,5 +66,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.02,
-    compensable=True,
+    terms=_terms,
 )

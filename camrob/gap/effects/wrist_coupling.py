@@ -26,6 +26,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return (Column(tcp=scene.shift(unit.axis, scene.link[:, scene.index(unit.key)])),)
 
 
+def _terms(unit: Unit, state: State) -> tuple[str, ...]:
+    return (f"{unit.axis}.by.{unit.key}",)
+
+
 EFFECT = Effect(
     name="wrist_coupling",
     physics="A4 turns A5 and A6, and A5 turns A6, by a share that the controller doesn't take back.",
@@ -35,5 +39,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.01,
-    compensable=True,
+    terms=_terms,
 )
