@@ -35,10 +35,10 @@ def actual_chain(cell: Cell, errors: RobotErrors, q_start: Array, wanted_start: 
     joints = tuple(replace(j, after=j.after @ exp(rng.standard_normal(6) * sizes)) for j in cell.joints)
     wrong = replace(cell, joints=joints)
     base_T_real = frame_from_xyzabc(wanted_start - errors.static)
-    base_T_drawn = base_T_tool(wrong, q_start)
+    base_T_drawn = base_T_tool(wrong, q_start)  # frames: drawn is tool
     drawn_T_real = inverse(base_T_drawn) @ base_T_real
     flange_T_drawn = np.asarray(cell.flange_T_tool)  # frames: drawn is tool
-    return chain_arrays(wrong.with_tool(flange_T_drawn @ drawn_T_real))
+    return chain_arrays(wrong.with_tool(flange_T_drawn @ drawn_T_real))  # frames: real is tool
 
 
 def friction_state(q: Array, sliding: Array) -> Array:
