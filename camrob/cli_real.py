@@ -32,6 +32,7 @@ __all__ = ["calibrate", "compensate", "diagnose", "simulate", "tracker"]
 _render_diagnosis = renderer("diagnosis_words", "render_diagnosis")
 _render_calibration = renderer("calibration_text", "render_calibration")
 _render_compensation = renderer("calibration_text", "render_compensation")
+_render_tracker = renderer("tracker_text", "render_tracker")
 _render_plain = renderer("terminal", "render_summary")
 
 
@@ -206,6 +207,9 @@ def tracker(
     bounds: PairOption = None,
     realtime: RealtimeOption = False,
     duration: DurationOption = None,
+    laps: Annotated[
+        int | None, typer.Option("--laps", min=0, max=20, metavar="N", help="Laps the study learns from. Default: 3.")
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -231,7 +235,9 @@ def tracker(
                 raise InputError(
                     f"--{live[0].replace('_', '-')} has no meaning here", cure="give --listen HOST:PORT with it"
                 )
-            return job_of("tracker")(cell=cell, out=out, gain=gain, progress=progress)
+            return job_of("tracker")(cell=cell, out=out, gain=gain, laps=3 if laps is None else laps, progress=progress)
+        if laps is not None:
+            raise InputError("--laps has no meaning with --listen", cure="leave one of them out")
         return job_of("track_live")(
             listen=listen,
             instrument=instrument,
@@ -243,4 +249,5 @@ def tracker(
             progress=progress,
         )
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain, status=lambda result: int(result.status))
+    render = _render_tracker if listen is None else _render_plain
+    return perform(job, as_json=as_json, quiet=quiet, render=render, status=lambda result: int(result.status))
