@@ -24,7 +24,7 @@ __all__ = ["FeedOutcome", "feed_outcome"]
 
 Array = NDArray[np.float64]
 
-_LISTED = 40  # losses in the summary, the dearest first
+_LISTED = 20  # losses in the summary, the dearest first
 _SAMPLED = 20_000  # points at which torques are worked out
 _KEPT = 0.98  # of the programmed feed: as in `feed_losses`
 
