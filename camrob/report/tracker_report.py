@@ -90,7 +90,8 @@ def _better(study: TrackerStudy) -> str:
         f"aside. The gain is the one with the least expected error that keeps |S| at most {PEAK:g} and room to grow "
         f"{GAIN_MARGIN:g} times. Lines that begin with 'and' include those above them. Going ahead needs lags and lost motion, "
         "which were found from the runs without correction (below), and the set-points a few cycles early. "
-        "What is left after it is mostly the tracker's noise, of which learning keeps a little: it pays in the peaks.</p>"
+        "What is left after it is mostly the tracker's noise; learning takes a little more, above all from the peaks. The simulated "
+        "robot repeats itself and is of the form that is fitted: a real one, warm or loaded, gains less by going ahead.</p>"
         "</section>"
     )
 

@@ -112,7 +112,8 @@ def _with(study: TrackerStudy) -> tuple[Comparison, ...]:
             "path errors, by how much they shrink (conclusion, taken as the square's)", "80 to 90 %",
             f"tool to set-point {_shrunk(before.tool.rms, after.tool.rms)} (rms), "
             f"{_shrunk(before.tool.mean, after.tool.mean)} (mean); off the path "
-            f"{_shrunk(before.path.mean, after.path.mean)} (mean); x, y, z {', '.join(axes)}; "
+            f"{_shrunk(before.path.mean, after.path.mean)} (mean), {_shrunk(before.seen_path.mean, after.seen_path.mean)} "
+            f"as the tracker sees it, its noise included; x, y, z {', '.join(axes)}; "
             f"A, B, C {', '.join(angles)} (rms)", RESULT,
         ),
         Comparison(
