@@ -21,12 +21,15 @@ from camrob.gap.experiment import plan_experiment
 from camrob.gap.handover import hand_over
 from camrob.gap.localise import axes_of, directions_of, regimes_of, segments_of
 from camrob.gap.model import Model, compare, whole_gap
+from camrob.gap.path_standards import path_standards
 from camrob.gap.program_track import ProgramTrack, track_of
 from camrob.gap.rungs import RUNGS, Ladder, ladder
 from camrob.gap.scene import Scene, make_scene
 from camrob.gap.shrink import trial_of
 from camrob.gap.verdict import Verdict, judge_effects
+from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measure.log import MeasurementLog
+from camrob.measure.log_info import MeasuredFrame
 from camrob.post.krl_program import KrlProgram
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
@@ -92,8 +95,10 @@ def diagnose(
         summary |= {"next_experiment": planned.text, "experiment": dict(planned.summary)}
     tell("done", 1.0)
     claimed = tuple(e["effect"] for e in summary["effects"] if e["probability"] >= 0.5)
+    paths = _paths(model, verdict)
+    summary["standards"] = _standards(model, paths)
     motions = () if planned is None else planned.motions
-    return Diagnosis(summary, claimed, _paths(model, verdict), motions, handed.calibration)
+    return Diagnosis(summary, claimed, paths, motions, handed.calibration)
 
 
 def _unknown_axis(model: Model) -> str:
@@ -217,3 +222,28 @@ def _paths(model: Model, verdict: Verdict) -> tuple[PathError, ...]:
             )
         )
     return tuple(out)
+
+
+def _standards(model: Model, paths: Sequence[PathError]) -> list[dict[str, Any]]:
+    """ISO 9283 and ISO 230-4 of the logs that are a line or a circle over the part."""
+    out = []
+    for p, path in zip(model.panels, paths, strict=True):
+        if p.scene.poses:
+            continue
+        good = np.flatnonzero(p.w_tcp[:, 0] > 0.0)
+        cell = p.scene.cell
+        commanded = (
+            p.scene.log.setpoints(p.scene.axes) if p.scene.setpoint is not None else p.scene.log.axes(p.scene.axes)
+        )
+        q = cell.to_q(commanded[good])
+        part = base_T_tool(cell, q)[:, :3, 3]
+        turn = np.asarray(p.scene.frames.left[:3, :3])
+        if p.scene.log.info.measured_frame is not MeasuredFrame.BASE:
+            turn = turn @ world_T_base(cell, q)[:, :3, :3]
+        before, after = (
+            np.einsum("...ji,...j->...i", turn, e) for e in (np.asarray(path.before), np.asarray(path.after))
+        )
+        found = path_standards(part, before, after)
+        if found is not None:
+            out.append({"log": path.log, **found})
+    return out
