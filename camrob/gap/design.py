@@ -22,6 +22,7 @@ NUISANCE = "nuisance"
 """The effect's name of units that are fitted and never claimed: frames that nobody told."""
 
 _ALL = slice(None)
+_SOME = 600  # samples of a log that tell well enough how far effects move the TCP
 LEVER = 0.5  # m: what a turn counts as, where it hardly moves the TCP
 
 
@@ -68,7 +69,8 @@ class Panel:
 class Design:
     """Units, and Gram matrices of all logs by block. A: (B, K, K), b: (B, K), yy and rows: (B,); owner: (K,) each column's unit.
 
-    size: (K,) m that a unit of the parameter moves the TCP by (rms); usual: (K,) ordinary sizes.
+    size: (K,) m that a unit of the parameter moves the TCP by (rms); usual: (K,) ordinary sizes; moves: (K, K) mean products
+    of what units of two parameters move the TCP by, m2.
     """
 
     units: tuple[Unit, ...]
@@ -79,6 +81,7 @@ class Design:
     rows: Array
     size: Array
     usual: Array
+    moves: Array
 
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
@@ -151,7 +154,7 @@ def pool(panels: Sequence[Panel], units: Sequence[Unit]) -> Design:
     owner = np.array([i for i, u in enumerate(units) for _ in u.parameters], np.int64)
     K, B = len(owner), max(int(p.block.max()) for p in panels) + 1
     A, b, yy, rows = np.zeros((B, K, K)), np.zeros((B, K)), np.zeros(B), np.zeros(B)
-    energy, count = np.zeros(K), 0
+    energy, count, moves, some = np.zeros(K), 0, np.zeros((K, K)), 0
     for p in panels:
         for block in np.unique(p.block):
             at = np.flatnonzero(p.block == block)
@@ -171,8 +174,21 @@ def pool(panels: Sequence[Panel], units: Sequence[Unit]) -> Design:
             for j, k in enumerate(p.servo_columns):
                 energy[k] += float(np.sum(p.carried(p.servo[:, :, j]) ** 2))
         count += len(p.scene)
+        X = _moves(p)
+        moves += np.einsum("nik,nil->kl", X, X, optimize=True)
+        some += len(X)
     usual = np.array([q.usual for u in units for q in u.parameters])
-    return Design(tuple(units), owner, A, b, yy, rows, np.sqrt(energy / count), usual)
+    return Design(tuple(units), owner, A, b, yy, rows, np.sqrt(energy / count), usual, moves / some)
+
+
+def _moves(panel: Panel) -> Array:
+    """(M, 3, K) m at the TCP of a unit of every parameter, at some samples."""
+    rows = slice(None, None, max(1, len(panel.scene) // _SOME))
+    X = np.array(panel.tcp[rows, :3])
+    if panel.servo is not None:
+        for j, k in enumerate(panel.servo_columns):
+            X[:, :, k] += panel.carried(panel.servo[rows][:, :, j], rows)
+    return X
 
 
 def _add(A: Array, b: Array, X: Array, y: Array, columns: NDArray[np.int64] | None) -> None:

@@ -18,15 +18,15 @@ from scipy.linalg.lapack import dpotrf, dpotri
 
 from camrob.gap.design import NUISANCE, Design
 
-__all__ = ["Evidence", "Fitted"]
+__all__ = ["COUNTS_FROM", "Evidence", "Fitted"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
 
 NUISANCE_SHARE = 0.06  # of the noise's rms: what an effect that counts as absent may still move the TCP by
-_MANY = 3  # parameters from which on a unit's prior may shrink as a whole
 _SHARES = (3.0, 1.0, 0.3, 0.1)
 _WIDEST = 5.0  # times the ordinary sizes
+COUNTS_FROM = 0.35  # of the noise's rms: an effect that moves the TCP by less is a nuisance
 _LEAST_MOVE = 0.3  # of the noise's rms: what a unit is taken to move the TCP by at least
 _TURNS = 2
 _COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
@@ -39,13 +39,16 @@ def _log_comb(n: int, k: int) -> float:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The posterior of one set. mean, cov: of all parameters, SI; score: log evidence and prior; widths: of the priors."""
+    """The posterior of one set. mean, cov: of all parameters, SI; score: log evidence and prior; widths: of the priors,
+    shares: what they are of the ordinary sizes, by effect.
+    """
 
     members: Set
     mean: Array
     cov: Array
     score: float
     widths: Array
+    shares: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -118,35 +121,42 @@ class Evidence:
         return total
 
     @cached_property
-    def _least(self) -> Array:
-        """(units,) the smallest share of the ordinary sizes that a unit's prior may shrink to; 1 where its width is fixed.
+    def _least(self) -> dict[str, float]:
+        """By effect, the smallest share of the ordinary sizes that its priors may shrink to.
 
-        Effects of many parameters come small and large: with one width they would pay for it with every parameter.
+        Effects come small and large: with one width they would pay for that with every parameter.
         """
         d = self.design
         moved = np.bincount(d.owner, (d.size * d.usual) ** 2, len(d.units))
-        least = np.clip(_LEAST_MOVE * self.noise / np.sqrt(np.maximum(moved, 1e-24)), 0.01, 1.0)
-        shrinks = [len(self._columns[i]) >= _MANY and u.effect not in (NUISANCE, "unknown") for i, u in enumerate(d.units)]
-        return np.where(shrinks, least, 1.0)
+        return {
+            name: float(np.clip(_LEAST_MOVE * self.noise / np.sqrt(max(float(moved[own].sum()), 1e-24)), 0.01, 1.0))
+            for name, own in self._effects.items()
+            if name != "unknown"
+        }
 
     def fit(self, members: Set) -> Fitted:
-        """The posterior of a set, and its score, at the width of its priors that speaks best for it."""
+        """The posterior of a set, and its score, at the widths of its effects' priors that speak best for it."""
         out, usual = self._widths
         inside = np.isin(self.design.owner, list(members))
         widths = np.where(inside, usual, out)
-        shrinking = [i for i in members if self._least[i] < 1.0]
-        fitted = self._solve(members, widths)
-        for _ in range(_TURNS if shrinking else 0):
-            for i in shrinking:
-                c = self._columns[i]
+        columns = {
+            name: np.concatenate([self._columns[i] for i in own if i in members])
+            for name, own in self._effects.items()
+            if name in self._least and any(i in members for i in own)
+        }
+        shares: dict[str, float] = {}
+        fitted = self._solve(members, widths, shares)
+        for _ in range(_TURNS if columns else 0):
+            for name, c in columns.items():
                 mean, spread = fitted.mean[c], np.diag(fitted.cov)[c]
                 known = max(float(np.sum(1.0 - spread / widths[c] ** 2)), 0.3)
-                share = np.sqrt(float(np.sum((mean / usual[c]) ** 2)) / known)
-                widths[c] = np.maximum(np.clip(share, self._least[i], _WIDEST) * usual[c], out[c])
-            fitted = self._solve(members, widths)
+                share = float(np.sqrt(np.sum((mean / usual[c]) ** 2) / known))
+                shares[name] = float(np.clip(share, self._least[name], _WIDEST))
+                widths[c] = np.maximum(shares[name] * usual[c], out[c])
+            fitted = self._solve(members, widths, shares)
         return fitted
 
-    def _solve(self, members: Set, widths: Array) -> Fitted:
+    def _solve(self, members: Set, widths: Array, shares: Mapping[str, float]) -> Fitted:
         """The posterior at given widths (K,) of the priors, and the score."""
         A, b, yy = self._sums
         scale = self._widths[0]
@@ -160,7 +170,7 @@ class Evidence:
         mean = C @ right
         log_evidence = -0.5 * (yy - right @ mean) - np.log(np.diag(L)).sum() + 0.5 * np.log(ratio).sum()
         score = float(log_evidence) / self.temperature + self.prior(members)
-        return Fitted(members, mean * scale, C * np.outer(scale, scale), score, widths.copy())
+        return Fitted(members, mean * scale, C * np.outer(scale, scale), score, widths.copy(), dict(shares))
 
     @cached_property
     def _batches(self) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
@@ -170,33 +180,55 @@ class Evidence:
             by_size.setdefault(len(self._columns[i]), []).append(i)
         return [(np.array(units), np.stack([self._columns[i] for i in units])) for units in by_size.values()]
 
-    def neighbours(self, fitted: Fitted) -> dict[Set, float]:
-        """Scores of all sets that differ in one unit, one that enters at the best of a few widths."""
+    def seen(self, fitted: Fitted) -> frozenset[str]:
+        """Effects of a set that move the TCP by enough to count, as fitted."""
+        found = set()
+        for name, own in self._effects.items():
+            units = [i for i in own if i in fitted.members]
+            if units:
+                c = np.concatenate([self._columns[i] for i in units])
+                if _moved(fitted.mean[c], self.design.moves[np.ix_(c, c)]) >= COUNTS_FROM * self.noise:
+                    found.add(name)
+        return frozenset(found)
+
+    def neighbours(self, fitted: Fitted) -> dict[Set, tuple[float, float]]:
+        """Sets that differ in one unit: the score, and by how much that unit then moves the TCP, m (rms).
+
+        A unit enters at the best of a few widths of its priors.
+        """
         out, usual = self._widths
-        scores: dict[Set, float] = {}
+        scores: dict[Set, tuple[float, float]] = {}
         members = fitted.members
         base = fitted.score - self.prior(members)
         chosen = {name: sum(i in members for i in own) for name, own in self._effects.items()}
         choices = sum(log(self.design.units[i].choices) for i in members - self.always)
         for units, columns in self._batches:
             entering = np.isin(units, list(members), invert=True)
-            best = np.full(len(units), -np.inf)
-            for share in _SHARES if columns.shape[1] >= _MANY else (1.0,):
-                share_of = np.where(self._least[units] < 1.0, np.maximum(share, self._least[units]), 1.0)[:, None]
-                into = np.maximum(share_of * usual[columns], out[columns])
+            best, size = np.full(len(units), -np.inf), np.zeros(len(units))
+            names = [self.design.units[i].effect for i in units]
+            for share in _SHARES:
+                # a unit of an effect that is in comes at its width, others at the best of a few
+                share_of = [
+                    fitted.shares.get(n, max(share, self._least[n]) if n in self._least else 1.0) for n in names
+                ]
+                into = np.maximum(np.array(share_of)[:, None] * usual[columns], out[columns])
                 to = np.where(entering[:, None], into, out[columns])
-                best = np.maximum(best, self._change(fitted, columns, to))
+                change, moved = self._change(fitted, columns, to)
+                size = np.where(change > best, moved, size)
+                best = np.maximum(best, change)
             for k in np.flatnonzero(np.isfinite(best)):
                 i, step = int(units[k]), 1 if entering[k] else -1
                 unit = self.design.units[i]
                 prior = self._prior({**chosen, unit.effect: chosen[unit.effect] + step})
                 prior -= choices + step * log(unit.choices)
-                scores[members | {i} if step > 0 else members - {i}] = base + float(best[k]) / self.temperature + prior
+                score = base + float(best[k]) / self.temperature + prior
+                scores[members | {i} if step > 0 else members - {i}] = score, float(size[k])
         return scores
 
-    @staticmethod
-    def _change(fitted: Fitted, columns: NDArray[np.int64], to: Array) -> Array:
-        """(U,) change of the log evidence where the priors of columns (U, k) get other widths; -inf where it can't be told."""
+    def _change(self, fitted: Fitted, columns: NDArray[np.int64], to: Array) -> tuple[Array, Array]:
+        """(U,) change of the log evidence where the priors of columns (U, k) get other widths, -inf where it can't be told; and
+        (U,) m by which these columns then move the TCP.
+        """
         now = fitted.widths[columns]
         mean = fitted.mean[columns] / now
         C = fitted.cov[columns[:, :, None], columns[:, None, :]] / (now[:, :, None] * now[:, None, :])
@@ -205,6 +237,15 @@ class Evidence:
         M = np.eye(columns.shape[1]) + change[:, :, None] * C
         positive, log_det = np.linalg.slogdet(M)
         safe = np.where((positive > 0)[:, None, None], M, np.eye(columns.shape[1]))
-        gain = -0.5 * np.sum(mean * np.linalg.solve(safe, (change * mean)[..., None])[..., 0], axis=1)
+        step = np.linalg.solve(safe, (change * mean)[..., None])[..., 0]
+        gain = -0.5 * np.sum(mean * step, axis=1)
         told = (positive > 0) & (np.abs(change) >= 1e-12).any(axis=1)
-        return np.where(told, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf)
+        then = (mean - (C @ step[..., None])[..., 0]) * now
+        G = self.design.moves[columns[:, :, None], columns[:, None, :]]
+        moved = np.sqrt(np.maximum(np.einsum("uk,ukl,ul->u", then, G, then), 0.0))
+        return np.where(told, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf), moved
+
+
+def _moved(values: Array, G: Array) -> float:
+    """m (rms) by which values (k,) move the TCP, with mean products G."""
+    return float(np.sqrt(max(float(values @ G @ values), 0.0)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.gap.design import Design, Panel, build_units, make_panel, pool
 from camrob.gap.effects.effect import Effect, State, Unit
-from camrob.gap.evidence import Evidence, Fitted
+from camrob.gap.evidence import COUNTS_FROM, Evidence, Fitted
 from camrob.gap.noise import Noise, find_outliers, noise_of
 from camrob.gap.scan import covered, gear_orders, shapes
 from camrob.gap.scene import Scene
@@ -27,7 +27,6 @@ _SAME_ORDER = 2e-3
 _BLOCKS = 10  # a log
 _LAGS = 40  # samples over which what is left may hang together
 _STEP = 20.0  # how much less an effect's change from sample to sample is trusted than its value
-_LEAST_CLAIM = 0.35  # of the noise: an effect that moves the TCP by less is a nuisance
 _LEAST_NOISE, _LEAST_GAP = 0.5, 0.012  # of the noise and of the gap: what is unknown and less isn't worth a word
 
 
@@ -106,14 +105,14 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
             panels = _cooled(panels, heat, *others)
             design = pool(panels, units)
         evidence = Evidence(design, noise, heat)
-        scores, best = explore(evidence, again)
+        scores, counting, best = explore(evidence, again)
         left = [p.y_tcp - p.tcp @ best.mean for p in panels]
         excess = float(np.sqrt(np.mean([_structured(p, r) for p, r in zip(panels, left, strict=True)])))
         model = Model(
             tuple(effects), dict(states), tuple(scenes), noises, panels, design, evidence, scores,
             {}, best, excess, int(sum((~k).sum() for k in kept)),
         )  # fmt: skip
-        model = replace(model, sets=posterior(evidence, scores, _small(model)))
+        model = replace(model, sets=posterior(scores, counting, _small(model)))
         names = frozenset(_name(units[i]) for i in best.members)
         changed = _refine(model, states)
         settled = not changed and names in starts  # what is offered now was offered, and not taken
@@ -133,7 +132,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
 def _small(model: Model) -> frozenset[str]:
     """Effects of the best set that move the TCP by too little to be named: within the noise, or within what others leave."""
     gap = float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in model.panels])))
-    least = max(_LEAST_CLAIM * model.noise, 0.5 * _LEAST_GAP * gap)
+    least = max(COUNTS_FROM * model.noise, 0.5 * _LEAST_GAP * gap)
     accuracy = {e.name: e.accuracy for e in model.effects}
     sizes = {n: effect_rms(model, model.panels, n) for n in model.evidence.effects_of(model.best.members)}
     # what another effect is not described better than, it may have left
@@ -240,8 +239,9 @@ def _tried(model: Model, effect: Effect, states: Mapping[str, State]) -> State:
                 right.append(((p.y_servo - p.servo @ rest[p.servo_columns]) * p.w_servo).ravel())
             A, b = np.concatenate(rows), np.concatenate(right)
             scale = np.linalg.norm(A, axis=0) + 1e-30
-            solved = np.linalg.lstsq(A / scale, b, rcond=1e-9)[0]
-            total += float(np.sum((b - (A / scale) @ solved) ** 2))
+            Z = A / scale
+            right = Z.T @ b
+            total += float(b @ b - right @ np.linalg.solve(Z.T @ Z + 1e-9 * np.eye(Z.shape[1]), right))
         if total < least:
             best, least = state, total
     return best

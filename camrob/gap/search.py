@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import heapq
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from camrob.gap.evidence import Evidence, Fitted
+from camrob.gap.evidence import COUNTS_FROM, Evidence, Fitted
 
 __all__ = ["explore", "posterior"]
 
@@ -15,17 +16,24 @@ Set = frozenset[int]
 
 _MOST_FITS = 90
 _CLOSE = 9.0  # log units below the best: not worth a look any more
+_HOLLOW = 0.12  # of the noise
 _EXCHANGE = 4  # of the best sets, how many are looked at with each member left out
-_ROUNDS, _STEPS, _MORE_FITS = 3, 8, 30  # times every effect is taken out, units then changed, and sets looked at after that
+_ROUNDS, _STEPS, _MORE_FITS = (
+    3,
+    8,
+    30,
+)  # times every effect is taken out, units then changed, and sets looked at after that
 
 
-def explore(evidence: Evidence, starts: tuple[Set, ...] = ()) -> tuple[dict[Set, float], Fitted]:
-    """Scores of all sets met, and the best one's posterior. Starts from nothing, and from `starts`.
+def explore(
+    evidence: Evidence, starts: tuple[Set, ...] = ()
+) -> tuple[dict[Set, float], dict[Set, frozenset[str]], Fitted]:
+    """Scores of all sets met, their effects that count, and the best one's posterior. Starts from nothing, and from `starts`.
 
     Climbs to a set that no single unit betters; then takes each of its effects out and climbs without it, as one effect may
     stand in for two others.
     """
-    met = _Met(evidence, {}, {})
+    met = _Met(evidence, {}, {}, set(), {})
     for start in (evidence.always, *starts):
         met.look(start | evidence.always)
     met.climb(_MOST_FITS)
@@ -36,15 +44,19 @@ def explore(evidence: Evidence, starts: tuple[Set, ...] = ()) -> tuple[dict[Set,
         met.climb(len(met.fits) + _MORE_FITS)
         if met.best.members == top.members:
             break
-    return met.scores, met.best
+    return met.scores, met.names, met.best
 
 
 @dataclass(frozen=True, slots=True)
 class _Met:
-    """Sets met so far. scores: of all; fits: of those looked at."""
+    """Sets met so far. scores: of all; names: of their effects that count; hollow: with a last unit that
+    hardly moves the TCP, not worth a look; fits: of those looked at.
+    """
 
     evidence: Evidence
     scores: dict[Set, float]
+    names: dict[Set, frozenset[str]]
+    hollow: set[Set]
     fits: dict[Set, Fitted]
 
     @property
@@ -58,20 +70,29 @@ class _Met:
             fitted = self.evidence.fit(members)
             self.fits[members] = fitted
             self.scores[members] = fitted.score
-            for other, score in self.evidence.neighbours(fitted).items():
+            seen = self.evidence.seen(fitted)
+            self.names[members] = seen
+            for other, (score, moved) in self.evidence.neighbours(fitted).items():
                 if other not in self.fits:
                     self.scores[other] = score
+                    counts = moved >= COUNTS_FROM * self.evidence.noise
+                    entered = self.evidence.effects_of(other - members) if counts else frozenset()
+                    self.names[other] = (seen & self.evidence.effects_of(other)) | entered
+                    if moved < _HOLLOW * self.evidence.noise and other > members:
+                        self.hollow.add(other)
         return self.fits[members]
 
     def climb(self, most: int) -> None:
         """Look at sets near the best, at `most` in all."""
         while len(self.fits) < most:
             best = max(self.scores.values())
-            waiting = [m for m, s in self.scores.items() if s > best - _CLOSE and m not in self.fits]
+            waiting = [
+                m for m, s in self.scores.items() if s > best - _CLOSE and m not in self.fits and m not in self.hollow
+            ]
             if waiting:
                 self.look(max(waiting, key=lambda m: self.scores[m]))
                 continue
-            leading = heapq.nlargest(_EXCHANGE, self.scores, key=lambda m: self.scores[m])
+            leading = heapq.nlargest(_EXCHANGE, self.scores.keys() - self.hollow, key=lambda m: self.scores[m])
             always = self.evidence.always
             without = [m - {i} for m in leading for i in m if i not in always and m - {i} not in self.fits]
             if not without:
@@ -84,21 +105,23 @@ class _Met:
         units = self.evidence.design.units
         now = self.look(frozenset(i for i in members if units[i].effect != name or i in self.evidence.always))
         for _ in range(_STEPS):
-            near = {m: s for m, s in self.evidence.neighbours(now).items() if name not in self.evidence.effects_of(m)}
+            near = {
+                m: s for m, (s, _) in self.evidence.neighbours(now).items() if name not in self.evidence.effects_of(m)
+            }
             if not near or max(near.values()) <= now.score:
                 return
             now = self.look(max(near, key=lambda m: near[m]))
 
 
 def posterior(
-    evidence: Evidence, scores: dict[Set, float], small: frozenset[str] = frozenset()
+    scores: Mapping[Set, float], counting: Mapping[Set, frozenset[str]], small: frozenset[str] = frozenset()
 ) -> dict[frozenset[str], float]:
-    """Probabilities of sets of effects, from the scores of sets of units; effects that are `small` don't count."""
+    """Probabilities of sets of effects, from the scores of sets of units and their effects that count, none of `small`."""
     best = max(scores.values())
     total: dict[frozenset[str], float] = {}
     for members, score in scores.items():
         if score > best - 30.0:
-            names = evidence.effects_of(members) - small
+            names = counting[members] - small
             total[names] = total.get(names, 0.0) + float(np.exp(score - best))
     sum_ = sum(total.values())
     return {names: p / sum_ for names, p in sorted(total.items(), key=lambda item: -item[1])}
