@@ -75,6 +75,7 @@ def test_the_command_writes_a_program_that_can_be_run(tmp_path: Path, capsys) ->
     assert len(program) == 10
     played = replay(program, CELL)
     assert judge(program, played).good
+    assert run(["verify", str(tmp_path / "P_2nd_try_poses.src"), "--cell", cell, "--quiet"]) == 0
     assert np.allclose(CELL.to_axis_values(np.asarray(played.q))[1:-1], found["axis_values"], atol=1e-6)
     nothing = np.zeros(len(program))
     assert check_collisions(CELL, np.asarray(played.q), cutting=nothing, line=nothing, region=nothing).count == 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
@@ -44,6 +44,14 @@ def _warnings(summary: Summary) -> list[RenderableType]:
     return [Text(f"! {w['text']}" + (f" (line {w['line']})" if w["line"] else "")) for w in summary["warnings"]]
 
 
+def _published(rows: Sequence[Summary]) -> Table:
+    """A paper's figures beside ours."""
+    table = _table("", "published", "ours")
+    for row in rows:
+        table.add_row(row["what"], row["published"], row["ours"])
+    return table
+
+
 def render_calibration(summary: Summary) -> RenderableType:
     """Errors by stage, the parameters with their standard errors, and those that the poses do not tell."""
     rows = {}
@@ -64,9 +72,19 @@ def render_calibration(summary: Summary) -> RenderableType:
         names = [h["name"] for h in summary["held"] if h["why"] == why]
         if names:
             parts += [Text(), Text(f"{told}: {', '.join(names)}")]
-    parts.append(Text(f"\n{summary['poses']} poses fitted, {summary['outliers']} outliers, wrote {summary['file']}"))
+    for log in summary["withheld"]:
+        if log["refitted"]:
+            parts.append(
+                Text(f"\n{log['file']}: base and reflector refitted on half of it, judged on {log['poses']} poses")
+            )
+    if "published" in summary:
+        parts += [Text(), _published(summary["published"])]
+    wrote = f"wrote {summary['file']} and {summary['report']}"
+    parts.append(Text(f"\n{summary['poses']} poses fitted, {summary['outliers']} outliers, {wrote}"))
     if "next" in summary:
         plan = summary["next"]
+        if not plan["collisions"]["checked"]:
+            parts.append(Text("! the cell has no bodies: the way between these poses isn't checked for collisions"))
         parts.append(
             Text(
                 f"{plan['poses']} poses to measure next: expected error on the path "
