@@ -12,6 +12,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from feed_paths import CELL, path_of, wave
 
+from camrob.dynamics.motion_torques import motion_torques
+from camrob.feed.as_it_stands import program_as_it_stands
 from camrob.feed.optimal import optimal_feed
 from camrob.feed.path_spline import MotionBounds, interpolated, speed_caps
 from camrob.feed.reachability import fastest_squares
@@ -52,18 +54,26 @@ def whole(count: int) -> None:
     speed = np.full(count, 0.5)
     optimal_feed(CELL, *path_of(wave(200, turns=0.2), feed=0.5), rapid_speed=0.2)
     program_time(CELL, path, q, speed=speed)
-    start = time.perf_counter()
+    times = [time.process_time()]
     program = program_time(CELL, path, q, speed=speed)
-    timed = time.perf_counter()
+    times.append(time.process_time())
     plan = optimal_feed(CELL, path, q, rapid_speed=0.2)
-    done = time.perf_counter()
+    times.append(time.process_time())
+    stands = program_as_it_stands(CELL, path, q, program, speed=speed)
+    times.append(time.process_time())
+    motion_torques(CELL, q, stands.speed, stands.acceleration)
+    times.append(time.process_time())
+    timed, planned, judged, loaded = np.diff(times)
     print(
-        f"{count:7d} points  program {program.total:.3f} s in {timed - start:.3f} s   planned {plan.total:.3f} s "
-        f"in {done - timed:.2f} s, uses {plan.use}"
+        f"{count:7d} points over {path.length[-1]:.1f} m, seconds of processor: as it stands {program.total:.3f} s timed in "
+        f"{timed:.3f}, {stands.worst[2].times:.1f} times the jerk found in {judged:.2f}, {stands.total:.3f} s slowed evenly; "
+        f"planned {plan.total:.3f} s in {planned:.2f}, uses {max(plan.use.values()):.6f}; torques in {loaded:.2f}"
     )
 
 
 if __name__ == "__main__":
     beside_toppra(1000)
     beside_toppra(20000)
-    whole(int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)
+    most = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
+    for points in (most // 4, most):
+        whole(points)
