@@ -240,6 +240,22 @@ def test_a_perfect_robot_is_one_cycle_late_and_nothing_else():
     assert np.abs(log.error[path.corners]).max() < 1e-6
 
 
+def test_an_arm_without_closed_form_serves_too(tmp_path):
+    folder = tmp_path / "cell"
+    shutil.copytree(FOLDER, folder)
+    text = (folder / "cell.toml").read_text(encoding="utf-8")
+    old = "dh = { alpha_deg = -90, a_mm = 0, theta_deg = 0, d_mm = 625 }"
+    assert old in text
+    (folder / "cell.toml").write_text(text.replace(old, old.replace("a_mm = 0", "a_mm = 20")), encoding="utf-8")
+    cell, small = read_cell(folder), replace(SMALL, radius=0.01)
+    path = circle_path(cell, small)
+    log = simulate(cell, small, [run_of(path, PERFECT, law=replace(CASE.law, gain=0.05))])[0]
+    steady = path.moving & (path.time > 2.0) & (path.time < path.time[-1] - 1.5)
+    speed = np.linalg.norm(np.diff(path.wanted[:, :3], axis=0), axis=1).max() / 0.004
+    assert np.abs(log.error[steady, :3]).max() < 0.2 * speed * 0.004 / 0.05
+    assert np.abs(log.error[:, 3:]).max() < 1e-9
+
+
 def test_the_whole_loop_takes_a_static_error_away_by_its_pole():
     path, law = small_paths()[1], replace(CASE.law, gain=0.05, step_m=1.0, step_rad=1.0)
     small = replace(STATIC, static=0.01 * STATIC.static)  # so small that turns and shifts don't mix

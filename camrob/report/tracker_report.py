@@ -32,6 +32,7 @@ def tracker_report(cell: Cell, study: TrackerStudy) -> str:
             f"cycle and tests as published (papers/001): K = {law.gain:g} every {s_to_ms(law.cycle_s):g} ms. A simulation: the "
             "paper gives no error sizes of the robot's parts, so these are assumed, and tuned where a row says so.</p>",
             _comparisons(tracker_comparisons(study)),
+            _axes(study),
             *(chart_section(chart) for chart, _data in charts[:6]),
             _better(study),
             *(chart_section(chart) for chart, _data in charts[6:]),
@@ -65,6 +66,30 @@ def _comparisons(rows: Sequence[Comparison]) -> str:
     )
 
 
+def _axes(study: TrackerStudy) -> str:
+    """Every axis before and after, of both tests."""
+    none, published = study.variant("none").of_circle, study.variant("published").of_circle
+    rows = ""
+    for test, before, after in (("square", study.before, study.of_switched), ("circle", none, published)):
+        for k, name in enumerate(("x, mm", "y, mm", "z, mm", "A, deg", "B, deg", "C, deg")):
+            change = m_to_mm if k < 3 else rad_to_deg
+            b, a, seen = before.axes[k], after.axes[k], after.seen_axes[k]
+            cells = "".join(
+                f"<td class='n'>{number(float(change(v)), 3 if k < 3 else 4)}</td>"
+                for v in (b.mean, b.rms, b.most, a.mean, a.rms, a.most, seen.mean)
+            )
+            rows += f"<tr><td>{test}, {name}</td>{cells}<td class='n'>{number(100.0 * reduction(b.rms, a.rms), 0, '%')}</td></tr>"
+    heads = "".join(
+        f"<th class='n'>{when} {what}</th>" for when in ("before,", "after,") for what in ("mean", "rms", "most")
+    )
+    return (
+        f"<section><h2>Every axis, without and with the published law</h2><table><thead><tr><th></th>{heads}"
+        f"<th class='n'>after, mean as seen</th><th class='n'>less, rms</th></tr></thead><tbody>{rows}</tbody></table>"
+        "<p class='caption'>Absolute values under way, in truth unless said. The square from 3 s after the correction is switched "
+        "on, corners included; the circle from its start.</p></section>"
+    )
+
+
 def _better(study: TrackerStudy) -> str:
     base = study.variant("published")
 
@@ -90,9 +115,9 @@ def _better(study: TrackerStudy) -> str:
         f"aside. The gain is the one with the least expected error that keeps |S| at most {PEAK:g} and room to grow "
         f"{GAIN_MARGIN:g} times. Lines that begin with 'and' include those above them. Going ahead needs lags and lost motion, "
         "which were found from the runs without correction (below), and the set-points a few cycles early. "
-        "What is left after it is mostly the tracker's noise; learning takes a little more, above all from the peaks. The simulated "
-        "robot repeats itself and is of the form that is fitted: a real one, warm or loaded, gains less by going ahead.</p>"
-        "</section>"
+        "What is left after it is mostly the tracker's noise; learning takes a little more, above all from the peaks. The "
+        "simulated robot repeats itself and is of the form that is fitted: a real one, warm or loaded, gains less by going "
+        "ahead.</p></section>"
     )
 
 
@@ -161,13 +186,15 @@ def _sensitivity(study: TrackerStudy) -> str:
         f"<td class='n'>{_um(s.before.path.mean)}</td><td class='n'>{_um(s.after.path.mean)}</td>"
         f"<td class='n'>{number(100.0 * reduction(s.before.path.mean, s.after.path.mean), 0, '%')}</td>"
         f"<td class='n'>{number(100.0 * reduction(s.before.seen_path.mean, s.after.seen_path.mean), 0, '%')}</td>"
-        f"<td class='n'>{_um(float(s.after.peaks.max(initial=0.0)))}</td><td class='n'>{_um(s.after.tool.rms)}</td></tr>"
+        f"<td class='n'>{_um(float(s.after.peaks.max(initial=0.0)))}</td><td class='n'>{_um(s.after.tool.rms)}</td>"
+        f"<td class='n'>{number(100.0 * reduction(s.before.tool.rms, s.after.tool.rms), 0, '%')}</td></tr>"
         for s in study.sensitivity
     )
     return (
         "<section><h2>What the assumptions do</h2><table><thead><tr><th>circle, published law</th><th class='n'>tool before, "
         "most, mm</th><th class='n'>off the circle before, mean, µm</th><th class='n'>after, µm</th><th class='n'>less</th>"
-        "<th class='n'>less, as seen</th><th class='n'>at reversals after, µm</th><th class='n'>tool after, rms, µm</th></tr>"
+        "<th class='n'>less, as seen</th><th class='n'>at reversals after, µm</th><th class='n'>tool after, rms, µm</th>"
+        "<th class='n'>less</th></tr>"
         f"</thead><tbody>{rows}</tbody></table><p class='caption'>One assumption changed at a time. What is left after is mostly "
         "the lag whose direction turns, v² lag T / (K R), and hardly depends on the rest; how much is there before decides the "
         "percentage.</p></section>"
