@@ -85,8 +85,8 @@ def _axes(study: TrackerStudy) -> str:
     return (
         f"<section><h2>Every axis, without and with the published law</h2><table><thead><tr><th></th>{heads}"
         f"<th class='n'>after, mean as seen</th><th class='n'>less, rms</th></tr></thead><tbody>{rows}</tbody></table>"
-        "<p class='caption'>Absolute values under way, in truth unless said. The square from 3 s after the correction is switched "
-        "on, corners included; the circle from its start.</p></section>"
+        "<p class='caption'>Absolute values under way, in truth unless said. The square from 3 s after the correction is "
+        "switched on, corners included; the circle from its start.</p></section>"
     )
 
 
