@@ -29,6 +29,10 @@ from camrob.options import (
 
 __all__ = ["calibrate", "compensate", "diagnose", "simulate", "tracker"]
 
+_LapsOption = Annotated[
+    int | None, typer.Option("--laps", min=0, max=20, metavar="N", help="Laps the study learns from. Default: 3.")
+]
+
 _render_diagnosis = renderer("diagnosis_words", "render_diagnosis")
 _render_calibration = renderer("calibration_text", "render_calibration")
 _render_compensation = renderer("calibration_text", "render_compensation")
@@ -207,9 +211,7 @@ def tracker(
     bounds: PairOption = None,
     realtime: RealtimeOption = False,
     duration: DurationOption = None,
-    laps: Annotated[
-        int | None, typer.Option("--laps", min=0, max=20, metavar="N", help="Laps the study learns from. Default: 3.")
-    ] = None,
+    laps: _LapsOption = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -232,9 +234,8 @@ def tracker(
                 if value is not None and name != "gain"
             ]
             if live:
-                raise InputError(
-                    f"--{live[0].replace('_', '-')} has no meaning here", cure="give --listen HOST:PORT with it"
-                )
+                option = live[0].replace("_", "-")
+                raise InputError(f"--{option} has no meaning here", cure="give --listen HOST:PORT with it")
             return job_of("tracker")(cell=cell, out=out, gain=gain, laps=3 if laps is None else laps, progress=progress)
         if laps is not None:
             raise InputError("--laps has no meaning with --listen", cure="leave one of them out")

@@ -30,7 +30,16 @@ _SHORT = {
     "ahead": "joints sent ahead",
     "learned_ahead": "and learned",
 }
-_COLOR = {"none": 3, "published": 0, "gain": 1, "aligned": 4, "averaged": 7, "ahead": 2, "learned_ahead": 5, "learned_published": 6}
+_COLOR = {
+    "none": 3,
+    "published": 0,
+    "gain": 1,
+    "aligned": 4,
+    "averaged": 7,
+    "ahead": 2,
+    "learned_ahead": 5,
+    "learned_published": 6,
+}
 
 
 def tracker_charts(study: TrackerStudy) -> list[tuple[LineChart, dict[str, Any]]]:
