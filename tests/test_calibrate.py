@@ -278,5 +278,5 @@ def test_errors_that_other_code_made_are_found() -> None:
     want = truth["e_tool_and_compliance"]["effects"]
     assert np.allclose([1e3 * found[n].value for n in tool[:3]], want["frame_tool"]["v"][:3], atol=2e-3)
     assert np.allclose([found[n].value for n in tool[3:]], want["frame_tool"]["v"][3:], atol=2e-6)
-    for k in (2, 3, 5):
+    for k in (2, 3, 5):  # the run itself asks for 1.5 % less of A2 and A3: see test_calibration_sets
         assert found[f"A{k}.compliance"].value == pytest.approx(want["joint_compliance"]["compl"][k - 1], rel=0.02)

@@ -93,8 +93,13 @@ def test_a_withheld_log_of_another_stand_judges_the_robot_alone() -> None:
     assert [(p.log, len(p.rows), p.refitted) for p in judged] == [("set1.csv", 40, True)]
     errors = study.calibration.errors
     assert errors["frames/withheld"].mean > 5e-4 and errors["calibrated/withheld"].mean < 6e-5
+    assert not any("carry over" in w for w in study.calibration.warnings)
     wrong = elsewhere(1, 80, {n: -v for n, v in TRUE.items()})  # another robot: its judge is not content
-    assert calibrate_cell(CELL, elsewhere(0, 150), withheld=wrong).errors["calibrated/withheld"].mean > 5e-4
+    other = calibrate_cell(CELL, elsewhere(0, 150), withheld=wrong)
+    assert other.errors["calibrated/withheld"].mean > 5e-4
+    assert any(
+        w.startswith("the poses of set1.csv come out worse than with base and tool alone") for w in other.warnings
+    )
 
 
 def test_one_log_that_is_no_robot_s_is_named() -> None:

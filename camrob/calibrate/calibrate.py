@@ -249,7 +249,7 @@ def _result(
         outliers=fit.outliers,
         left_out=sum(part.left_out for part in sets),
         oriented=oriented,
-        warnings=_warnings(fit, sets),
+        warnings=(*_warnings(fit, sets), *_carries_badly(poses)),
     )
 
 
@@ -267,6 +267,16 @@ def _errors(poses: Sequence[PoseErrors]) -> dict[str, ErrorSize]:
         for name, withheld in (("fitted", False), ("withheld", True))
         if (size := sizes([p for p in poses if p.withheld is withheld], stage)) is not None
     }
+
+
+def _carries_badly(poses: Sequence[PoseErrors]) -> tuple[str, ...]:
+    """A sentence for every withheld log that the calibrated robot predicts worse than base and tool alone do."""
+    worse = [p for p in poses if p.withheld and np.mean(p.distance("calibrated")) > np.mean(p.distance("frames"))]
+    return tuple(
+        f"the poses of {p.log or 'the withheld set'} come out worse than with base and tool alone: these parameters don't "
+        "carry over to such poses; fit fewer, or measure poses like them"
+        for p in worse
+    )
 
 
 def _warnings(fit: Fit, sets: Sequence[Measurements]) -> tuple[str, ...]:

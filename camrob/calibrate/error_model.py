@@ -95,13 +95,16 @@ class ErrorModel:
         return self._evaluate(values, q, quantities or {}, slots, factor_of)
 
     def poses_and_arm_jacobian(
-        self, values: Array, q: Array, quantities: Quantities | None = None
+        self, values: Array, q: Array, quantities: Quantities | None = None, *, slope: Array | None = None
     ) -> tuple[Array, Array]:
-        """Poses (N, 4, 4) and their derivatives by the arm's q (N, 6, 6), those of compliance and gears included."""
+        """Poses (N, 4, 4) and their derivatives by the arm's q (N, 6, 6), those of compliance and gears included.
+
+        slope: an `arm_slope` of postures near by, which costs half of the whole, to be taken instead of a new one.
+        """
         part = self.cell.arm_slice
         slots = np.array([JOINT + JOINT_SLOTS * i + MOTION for i in range(part.start, part.stop)], np.int64)
         poses, J = self._evaluate(values, q, quantities or {}, slots, np.full(len(slots), -1, np.int64))
-        return poses, J + J @ self._slope(np.asarray(values, float), q)
+        return poses, J + J @ (self.arm_slope(values, q) if slope is None else slope)
 
     def shifts(self, values: Array, q: Array, quantities: Quantities | None = None) -> Array:
         """By how much the joints really stand beyond q (N, n), SI."""
@@ -161,8 +164,9 @@ class ErrorModel:
                 out[:, self.terms[k].joint] += values[k] * factors[:, column]
         return out
 
-    def _slope(self, values: Array, q: Array) -> Array:
-        """How the arm's shifts change with its q (N, 6, 6)."""
+    def arm_slope(self, values: Array, q: Array) -> Array:
+        """How the arm's shifts, by compliance and gears, change with its q (N, 6, 6)."""
+        values = np.asarray(values, float)
         part = self.cell.arm_slice
         out = np.zeros((len(q), 6, 6))
         stiffness: Array | None = None
