@@ -96,6 +96,8 @@ def test_a_post_says_where_feed_is_lost_and_its_program_passes_verify(mode, tmp_
         assert plain["planned_s"] <= jerked["planned_s"] <= jerked["program_s"]
         assert plain["planned_s"] == pytest.approx(plain["program_s"], rel=0.02)
         assert max(feed["planned_uses"].values()) <= 1.0
+        assert feed["written"]["percent_of_cutting"] <= feed["program_breaks"]["percent_of_cutting"]
+        assert plain["program_s"] <= feed["written"]["model_s"] <= summary["time_s"]["optimal"] * 1.01
         assert any(loss["axis"] for loss in feed["losses"])
     assert torques["standing"] == "assumed masses" and torques["axes"]["A2"]["max_nm"] > 100.0
     with np.load(tmp_path / "engraving.path.npz") as data:

@@ -31,7 +31,8 @@ _KEPT = 0.98  # of the programmed feed: as in `feed_losses`
 
 @dataclass(frozen=True, slots=True)
 class FeedOutcome:
-    """A path's feed. plan: None where the program keeps its own. stands: the program at its own feed.
+    """A path's feed. plan: None where the program keeps its own. stands: the program at its own feed; written: the one with
+    the planned `$VEL.CP`, as the controller's model runs it.
 
     sampled: (T,) points that `torques` (T, n) are worked out at, all of them on ordinary paths.
     """
@@ -39,6 +40,7 @@ class FeedOutcome:
     timing: Timing
     plan: FeedPlan | None
     stands: AsItStands
+    written: tuple[Timing, AsItStands] | None
     sampled: NDArray[np.int64]
     torques: JointTorques
 
@@ -95,15 +97,17 @@ class FeedOutcome:
                     "override_percent_least": _short(100.0 * stands.override),
                 },
             ],
-            "program_breaks": {
-                "percent_of_cutting": _short(100.0 * stands.past),
-                "worst": [
-                    {"quantity": w.kind, "times_the_limit": _short(w.times), "cause": w.cause, "axis": w.axis, "line": w.line}
-                    for w in stands.worst
-                ],
-            },
+            "program_breaks": _breaks(stands),
             "planned_uses": None if plan is None else {k: _short(v) for k, v in plan.use.items()},
+            **self._written(),
         }  # fmt: skip
+
+    def _written(self) -> dict[str, Any]:
+        """The written program as the controller's model runs it, where its feed was planned."""
+        if self.written is None:
+            return {}
+        timing, stands = self.written
+        return {"written": {"model_s": _short(timing.total), **_breaks(stands)}}
 
     def _torques(self, cell: Cell, path: ToolPathInBase) -> dict[str, Any] | None:
         if not cell.masses:
@@ -142,7 +146,11 @@ def feed_outcome(
     cell, path = inputs.cell, inputs.path
     programmed = np.where(path.cutting, path.feed, inputs.rapid_speed)
     timing = program_time(cell, path, q, speed=programmed)
-    plan = optimal_feed(cell, path, q, rapid_speed=inputs.rapid_speed, progress=progress) if optimal else None
+    plan, written = None, None
+    if optimal:
+        plan = optimal_feed(cell, path, q, rapid_speed=inputs.rapid_speed, progress=progress)
+        run = program_time(cell, path, q, speed=plan.speed)
+        written = (run, program_as_it_stands(cell, path, q, run, speed=plan.speed))
     stands = program_as_it_stands(cell, path, q, timing, speed=programmed, plan=plan)
     # an axis gives no more than its limit, whatever the model of the program's own feed asks
     most = np.where(np.isfinite(cell.limits_of("acceleration")), cell.limits_of("acceleration"), 0.0)
@@ -150,12 +158,21 @@ def feed_outcome(
     points = np.linspace(0, len(path) - 1, min(len(path), _SAMPLED)).astype(np.int64)
     sampled = np.unique(np.concatenate([points, np.argmax(np.abs(acceleration), axis=0)]))
     torques = motion_torques(cell, q[sampled], stands.speed[sampled], acceleration[sampled])
-    return FeedOutcome(timing, plan, stands, sampled, torques)
+    return FeedOutcome(timing, plan, stands, written, sampled, torques)
 
 
 def _short(value: float) -> float:
     """Five digits: what such a figure is good for, and the same on every machine."""
     return float(f"{value:.5g}") if abs(value) > 1e-9 else 0.0
+
+
+def _breaks(stands: AsItStands) -> dict[str, Any]:
+    """The limits that a program takes most of, and the share of its cutting that passes one."""
+    worst = [
+        {"quantity": w.kind, "times_the_limit": _short(w.times), "cause": w.cause, "axis": w.axis, "line": w.line}
+        for w in stands.worst
+    ]
+    return {"percent_of_cutting": _short(100.0 * stands.past), "worst": worst}
 
 
 def _dearest(loss: FeedLoss) -> tuple[float, int]:

@@ -72,12 +72,19 @@ def _breaks(feed: Summary) -> str:
             f'<td class="n">line {escape(worst.get("line"))}</td>'
             f'<td class="n">{"–" if planned is None else number(planned, 4)}</td></tr>'
         )
-    share = breaks.get("percent_of_cutting")
+    text = f"As it stands the program passes a limit on {number(breaks.get('percent_of_cutting'), 1, '%')} of its way of cutting."
+    written = feed.get("written")
+    if isinstance(written, Mapping):
+        text += (
+            " The plan itself passes none. It is written as $VEL.CP, point by point, and the ramps between stay the "
+            f"controller’s: as its model runs the written program, it takes {duration(written.get('model_s'))} and passes a "
+            f"limit on {number(written.get('percent_of_cutting'), 1, '%')} of the cutting, before corners of long straight "
+            "moves above all."
+        )
     return (
         '<div class="scroll"><table><thead><tr><th>limit on</th><th class="n">program as it stands: times the limit</th>'
         '<th>worst</th><th class="n">at</th><th class="n">planned feed: times the limit</th></tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
-        f"<p>As it stands the program passes a limit on {number(share, 1, '%')} of its way of cutting.</p>"
+        f"<tbody>{''.join(rows)}</tbody></table></div><p>{text}</p>"
     )
 
 
