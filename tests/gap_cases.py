@@ -33,15 +33,25 @@ def motion(seed: int = 5, seconds: float = 40.0):
     return generator.path(np.random.default_rng(seed), seconds)
 
 
+@cache
+def poses(count: int = 120):
+    """(time, axis values) of single poses, spread over the work space."""
+    rng = np.random.default_rng(3)
+    axis = np.deg2rad([0, -90, 90, 0, 90, 0, 0, 0.0]) + np.zeros((count, 8))
+    axis[:, :6] += rng.uniform(-1, 1, (count, 6)) * np.deg2rad([30, 20, 25, 60, 40, 90])
+    axis[:, 6:] = rng.uniform(-1, 1, (count, 2)) * (0.5, 2.5)
+    return np.arange(count, dtype=float), axis
+
+
 def simulated(
-    apply=None, *, sigma_mm: float = 0.0, seed: int = 5, rate: float = 25.0, rng_seed: int = 0, **facts
+    apply=None, *, sigma_mm: float = 0.0, seed: int = 5, rate: float = 25.0, rng_seed: int = 0, run=None, **facts
 ) -> MeasurementLog:
-    """A log of a cell on which `apply(world)` works, with noise."""
-    t, command = motion(seed)
+    """A log of a cell on which `apply(world)` works, with noise. run: (time, command), a row a sample, instead of `motion`."""
+    t, command = motion(seed) if run is None else run
     world = generator.World(t, command)
     if apply is not None:
         apply(world)
-    at = np.arange(0.3, t[-1] - 0.3, 1.0 / rate)
+    at = np.arange(0.3, t[-1] - 0.3, 1.0 / rate) if run is None else t
     setpoint, encoder, T = generator.show(world, at)
     rng = np.random.default_rng(rng_seed)
     p = T[:, :3, 3] * 1e3 + rng.normal(0, sigma_mm, (len(at), 3))

@@ -19,7 +19,7 @@ from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
 from camrob.gap.experiment import plan_experiment
 from camrob.gap.handover import hand_over
-from camrob.gap.localise import axes_of, directions_of, regimes_of, segments_of
+from camrob.gap.localise import FURTHER, Share, axes_of, directions_of, regimes_of, rms_of, segments_of
 from camrob.gap.model import Model, compare, whole_gap
 from camrob.gap.path_standards import path_standards
 from camrob.gap.program_track import ProgramTrack, track_of
@@ -38,6 +38,7 @@ __all__ = ["diagnose"]
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
+_BLOCKS = 10  # a log
 _FARTHEST_MM, _FARTHEST_DEG = 30.0, 3.0  # no gap of a working cell is larger: then something else is wrong
 
 
@@ -167,6 +168,8 @@ def _summary(
     turned = [s.tcp_gap[s.seen[:, 3:].all(axis=1), 3:] for s in model.scenes]
     sizes = np.linalg.norm(np.concatenate(gaps), axis=1)
     regimes = regimes_of(model.panels, model.noise)
+    further = regimes_of(model.panels, model.noise, FURTHER)
+    directions, axes, rungs = directions_of(model.panels), axes_of(model.panels), _rungs(ladders)
     mm = m_to_mm
     return {
         "gap": {
@@ -179,7 +182,8 @@ def _summary(
             "outliers": model.outliers,
         },
         "where": {
-            "rungs": _rungs(ladders),
+            "rungs": {n: None if v is None else mm(v.value) for n, v in rungs.items()},
+            "rung_intervals": {n: None if v is None else [mm(v.low), mm(v.high)] for n, v in rungs.items()},
             "missing": sorted({m for one in ladders for m in one.missing}),
             "segments": [
                 {
@@ -188,10 +192,13 @@ def _summary(
                 }
                 for s in segments_of(model.panels)
             ],
-            "directions": {k: mm(v) for k, v in directions_of(model.panels).items()},
-            "axes": axes_of(model.panels),
+            "directions": {k: mm(v.value) for k, v in directions.items()},
+            "direction_intervals": {k: [mm(v.low), mm(v.high)] for k, v in directions.items()},
+            "axes": {k: v.value for k, v in axes.items()},
+            "axis_intervals": {k: [v.low, v.high] for k, v in axes.items()},
             "regimes": {k: v["share"] for k, v in regimes.items()},
-            "regime_intervals": {k: v["interval"] for k, v in regimes.items()},
+            "regime_intervals": {k: v["interval"] for k, v in (regimes | further).items()},
+            "further_regimes": {k: v["share"] for k, v in further.items()},
         },
         "latency_s": alignment.summary,
         **verdict.summary,
@@ -199,12 +206,15 @@ def _summary(
     }  # fmt: skip
 
 
-def _rungs(ladders: Sequence[Ladder]) -> dict[str, float | None]:
-    """rms in mm of every rung over all logs; null where any log lacks it."""
-    out: dict[str, float | None] = {}
+def _rungs(ladders: Sequence[Ladder]) -> dict[str, Share | None]:
+    """rms in m of every rung over all logs, with its interval; None where any log lacks it."""
+    out: dict[str, Share | None] = {}
     for name in RUNGS:
         parts = [getattr(one, name) for one in ladders]
-        out[name] = None if any(p is None for p in parts) else m_to_mm(_rms(parts))
+        blocks = [
+            k * _BLOCKS + (np.arange(len(one.whole)) * _BLOCKS) // len(one.whole) for k, one in enumerate(ladders)
+        ]
+        out[name] = None if any(p is None for p in parts) else rms_of(parts, blocks)
     return out
 
 

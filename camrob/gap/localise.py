@@ -8,17 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.joint import Role
 from camrob.gap.design import Panel
 from camrob.gap.model import whole_gap
 from camrob.gap.scene import Scene
 from camrob.gap.signals import play
 from camrob.units import deg_to_rad
 
-__all__ = ["REGIMES", "Segment", "axes_of", "directions_of", "regimes_of", "segments_of"]
+__all__ = ["FURTHER", "REGIMES", "Segment", "Share", "axes_of", "directions_of", "regimes_of", "rms_of", "segments_of"]
 
 Array = NDArray[np.float64]
 
 REGIMES = ("position", "direction", "speed", "acceleration", "load", "time")
+FURTHER = ("force", "temperature", "track", "table")
+"""Regimes that not every log or cell has."""
+
 _MOST_SEGMENTS = 24
 _FOLDS = 8
 _DRAWS = 200
@@ -90,43 +94,75 @@ def _splits(values: Array, most: int) -> list[tuple[int, int]]:
     return parts
 
 
-def directions_of(panels: Sequence[Panel]) -> dict[str, float]:
-    """rms in m along the measured frame's axes, along and across the path, and along the tool's axis."""
-    parts: dict[str, list[Array]] = {n: [] for n in ("x", "y", "z", "along", "across", "tool_axis")}
+@dataclass(frozen=True, slots=True)
+class Share:
+    """A figure and its 90 % interval, whole stretches of the path drawn anew."""
+
+    value: float
+    low: float
+    high: float
+
+
+def rms_of(vectors: Sequence[Array], blocks: Sequence[NDArray[np.int64]]) -> Share:
+    """rms in m of some logs' vectors (N, d), by their blocks (N,)."""
+    return _drawn(
+        np.concatenate([np.sum(v**2, axis=1) for v in vectors]), None, np.concatenate(list(blocks)), root=True
+    )
+
+
+def _drawn(upper: Array, lower: Array | None, block: NDArray[np.int64], *, root: bool) -> Share:
+    """sum(upper) / sum(lower) (the mean of `upper` without), or its root, with the interval over blocks drawn anew."""
+    names, slot = np.unique(block, return_inverse=True)
+    tops = np.bincount(slot, weights=upper, minlength=len(names))
+    below = np.bincount(slot, weights=np.ones(len(upper)) if lower is None else lower, minlength=len(names))
+    draws = np.random.default_rng(2).integers(0, len(names), (_DRAWS, len(names)))
+    many = np.maximum(tops[draws].sum(axis=1), 0.0) / np.maximum(below[draws].sum(axis=1), 1e-30)
+    one = max(float(tops.sum()), 0.0) / max(float(below.sum()), 1e-30)
+    low, high = np.quantile(many, [0.05, 0.95])
+    return Share(*((float(np.sqrt(x)) if root else float(x)) for x in (one, low, high)))
+
+
+def directions_of(panels: Sequence[Panel]) -> dict[str, Share]:
+    """rms in m along the measured frame's axes, along and across the path, and along the tool's own axes (`tool_axis`: z)."""
+    names = ("x", "y", "z", "along", "across", "tool_x", "tool_y", "tool_axis")
+    parts: dict[str, list[Array]] = {n: [] for n in names}
+    blocks = []
     for p in panels:
         good = p.w_tcp[:, 0] > 0.0
         gap, tangent = whole_gap(p)[good], _tangent(p.scene)[good]
         along = np.sum(gap * tangent, axis=1)
-        for k, name in enumerate("xyz"):
-            parts[name].append(gap[:, k])
-        parts["along"].append(along)
-        parts["across"].append(np.linalg.norm(gap - along[:, None] * tangent, axis=1))
-        parts["tool_axis"].append(np.sum(gap * p.scene.nominal[good, :3, 2], axis=1))
-    return {name: float(np.sqrt(np.mean(np.concatenate(v) ** 2))) for name, v in parts.items()}
+        in_tool = np.einsum("nij,ni->nj", p.scene.nominal[good, :3, :3], gap)
+        across = np.linalg.norm(gap - along[:, None] * tangent, axis=1)
+        for name, values in zip(names, (*gap.T, along, across, *in_tool.T), strict=True):
+            parts[name].append(values[:, None])
+        blocks.append(p.block[good])
+    return {name: rms_of(v, blocks) for name, v in parts.items()}
 
 
-def axes_of(panels: Sequence[Panel]) -> dict[str, float]:
+def axes_of(panels: Sequence[Panel]) -> dict[str, Share]:
     """Share of the gap's energy that a slow shift of each axis alone would explain, through its Jacobian."""
-    shares: dict[str, float] = {}
+    shares: dict[str, Share] = {}
     for axis in panels[0].scene.axes:
-        gained, total = 0.0, 0.0
+        gained, total = [], []
         for p in panels:
             y = p.y_tcp.copy()
             y[:, :3] = whole_gap(p)
             w = p.w_tcp
-            total += float(np.sum((y[:, :3] * (w[:, :3] > 0.0)) ** 2))
+            seen = w[:, :3] > 0.0
+            total.append(np.sum((y[:, :3] * seen) ** 2, axis=1))
             if f"{axis}.zero" not in p.scene.places:
+                gained.append(np.zeros(len(y)))
                 continue
             J = p.scene.places[f"{axis}.zero"] * w
             z = np.sum(J * y * w, axis=1) / np.maximum(np.sum(J**2, axis=1), 1e-30)
             left = y[:, :3] - p.scene.places[f"{axis}.zero"][:, :3] * z[:, None]
-            seen = w[:, :3] > 0.0
-            gained += float(np.sum((y[:, :3] * seen) ** 2) - np.sum((left * seen) ** 2))
-        shares[axis] = max(0.0, gained / max(total, 1e-30))
+            gained.append(total[-1] - np.sum((left * seen) ** 2, axis=1))
+        block = np.concatenate([p.block for p in panels])
+        shares[axis] = _drawn(np.concatenate(gained), np.concatenate(total), block, root=False)
     return shares
 
 
-def regimes_of(panels: Sequence[Panel], noise: float) -> dict[str, dict[str, object]]:
+def regimes_of(panels: Sequence[Panel], noise: float, names: Sequence[str] = REGIMES) -> dict[str, dict[str, object]]:
     """Share of withheld energy beyond the noise that smooth functions of each regime explain, alone; intervals of 90 %.
 
     Ridge regression of the TCP vectors on low polynomials; stretches of the path are withheld in turn. The shares need not
@@ -137,7 +173,7 @@ def regimes_of(panels: Sequence[Panel], noise: float) -> dict[str, dict[str, obj
     good = np.concatenate([p.w_tcp[:, 0] > 0.0 for p in panels])
     block = np.concatenate([p.block for p in panels]) % _FOLDS
     y = y - y[good].mean(axis=0)
-    for name in REGIMES:
+    for name in names:
         X = np.concatenate([_features(p.scene, name) for p in panels])
         X = X[:, X.std(axis=0) > 1e-12] if X.size else X
         if X.shape[1] == 0 or good.sum() < 40:
@@ -176,6 +212,16 @@ def _features(scene: Scene, regime: str) -> Array:
     x = scene.link - scene.link.mean(axis=0)
     if regime == "position":
         return np.concatenate([x, x**2, x[:, :-1] * x[:, 1:], np.sin(3.0 * x), np.cos(3.0 * x)], axis=1)
+    if regime in ("track", "table"):
+        role = Role.CARRIAGE if regime == "track" else Role.WORKPIECE
+        own = [k for k, a in enumerate(scene.axes) if scene.cell.joints[scene.cell.index(a)].role is role]
+        return np.concatenate([x[:, own], x[:, own] ** 2, x[:, own] ** 3], axis=1)
+    if regime == "force":
+        force = scene.force
+        return np.zeros((len(scene), 0)) if force is None else force
+    if regime == "temperature":
+        warm = scene.temperature
+        return np.zeros((len(scene), 0)) if warm is None else np.stack([warm, warm**2], axis=1)
     if regime == "load":
         force = scene.force
         return scene.torque if force is None else np.concatenate([scene.torque, force], axis=1)

@@ -51,7 +51,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 
 EFFECT = Effect(
     name="gear_ripple",
-    physics="The link runs ahead of and behind its encoder, once or more a turn of the axis or of its motor; not quite as a sine.",
+    physics="The link runs ahead of and behind its encoder, once or more a turn of its axis or motor; not quite as a sine.",
     rungs=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the axis alone slowly through its range, both ways",
