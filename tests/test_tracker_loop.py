@@ -403,6 +403,10 @@ def test_the_study_from_end_to_end(small_cell, tmp_path):
     assert {row["kind"] for row in summary["published"]} == {"tuned", "result", "checked"}
     assert summary["equation_2_off_mm"] > 1000.0
     assert [x["cycles"] for x in summary["latency"]] == sorted(x["cycles"] for x in summary["latency"])
+    needs = {(x["latency_cycles"], x["noise_mm"]): x["gain"] for x in summary["gain_needs"]}
+    for late, noise in needs:  # later or noisier measurements never ask for a higher gain
+        assert all(needs[a, b] <= needs[late, noise] for a, b in needs if a >= late and b >= noise)
+    assert len(set(needs.values())) > 3
     limits = [x["limit"] for x in summary["latency"]]
     assert limits == sorted(limits, reverse=True)
     page = (tmp_path / "out" / "tracker.html").read_text(encoding="utf-8")

@@ -100,6 +100,13 @@ def _summary(names: tuple[str, ...], study: TrackerStudy) -> dict[str, Any]:
             {"cycles": x.cycles, "limit": x.limit, "published": _margins(x.published), "chosen": _margins(x.chosen)}
             for x in study.latencies
         ],
+        "gain_needs": [
+            {
+                "latency_cycles": n.latency, "noise_mm": float(m_to_mm(n.noise)), "gain": n.gain,
+                "expected_rms_mm": None if n.rms is None else float(m_to_mm(n.rms)),
+            }
+            for n in study.needs
+        ],
         "learning": [
             {
                 "name": one.name, "lead_cycles": one.lead, "factor": one.factor,

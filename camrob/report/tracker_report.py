@@ -38,6 +38,7 @@ def tracker_report(cell: Cell, study: TrackerStudy) -> str:
             *(chart_section(chart) for chart, _data in charts[6:]),
             _lags(cell, study),
             _latencies(study),
+            _needs(study),
             _sensitivity(study),
             _assumed(study),
             "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer>",
@@ -177,6 +178,31 @@ def _latencies(study: TrackerStudy) -> str:
         f"first K = {law.gain:g}, then K = {chosen:g}. From the roots of the closed loop's polynomial with the lags found. "
         f"Of the tracker's noise of {_um(sigma)} micrometres, {_um(noise[0], 1)} and {_um(noise[1], 1)} reach the tool.</p>"
         "</section>"
+    )
+
+
+def _needs(study: TrackerStudy) -> str:
+    """The best gain by latency and noise."""
+    noises = sorted({need.noise for need in study.needs})
+    cycles = sorted({need.latency for need in study.needs})
+    found = {(need.latency, need.noise): need for need in study.needs}
+
+    def cell_of(latency: int, noise: float) -> str:
+        need = found[latency, noise]
+        if need.gain is None or need.rms is None:
+            return "<td class='n low'>none</td>"
+        return f"<td class='n'>{number(need.gain, 4)} ({_um(need.rms)})</td>"
+
+    rows = "".join(
+        f"<tr><td class='n'>{c} ({s_to_ms(c * study.case.law.cycle_s):g} ms)</td>{''.join(cell_of(c, n) for n in noises)}</tr>"
+        for c in cycles
+    )
+    heads = "".join(f"<th class='n'>noise {_um(n)} µm</th>" for n in noises)
+    return (
+        "<section><h2>The best gain against latency and noise</h2><table><thead><tr><th class='n'>measurement late by</th>"
+        f"{heads}</tr></thead><tbody>{rows}</tbody></table><p class='caption'>In brackets the rms error to expect on the circle, "
+        "micrometres, with the set-point of the measured instant. Little noise: the bounds on peak and margin decide, and "
+        "latency lowers them. Much noise, as of cheaper instruments: it decides.</p></section>"
     )
 
 

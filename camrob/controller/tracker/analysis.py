@@ -112,6 +112,11 @@ class JointLoop:
         impulse[0] = 1.0
         return float(np.sum(self.motion(gain, impulse) ** 2))
 
+    def peak(self, gain: float) -> float:
+        """The greatest |S|."""
+        omega = np.geomspace(1e-3, np.pi / self.cycle, _FREQUENCIES)
+        return float(np.abs(1.0 / (1.0 + self.open_loop(gain, omega))).max())
+
     def margins(self, gain: float) -> Margins:
         """How far the loop is from trouble. A stable gain is asked for; an unstable one has margins below 1 and 0."""
         omega = np.geomspace(1e-3, np.pi / self.cycle, _FREQUENCIES)

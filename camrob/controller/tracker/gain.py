@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from camrob.controller.tracker.loop import LoopLog
 from camrob.errors import JobError
 from camrob.frozen import locked
 
-__all__ = ["GainChoice", "check_gain", "choose_gain", "joint_loops", "worst_margins"]
+__all__ = ["GainChoice", "GainNeed", "check_gain", "choose_gain", "gain_needs", "joint_loops", "worst_margins"]
 
 Array = NDArray[np.float64]
 
@@ -48,6 +49,17 @@ class GainChoice:
     def __post_init__(self) -> None:
         for name in ("gains", "expected", "noise", "peak", "room"):
             object.__setattr__(self, name, locked(getattr(self, name), name=name))
+
+
+class GainNeed(NamedTuple):
+    """The best `gain` where the measurement is `latency` cycles old and has `noise`, m, in a coordinate, and the `rms` error to
+    expect, m; both None where no gain keeps the bounds.
+    """
+
+    latency: int
+    noise: float
+    gain: float | None
+    rms: float | None
 
 
 def joint_loops(case: TrackerCase, lag: Array, latency: int | None = None) -> list[JointLoop]:
@@ -78,31 +90,79 @@ def worst_margins(loops: Sequence[JointLoop], gain: float) -> Margins:
 
 def choose_gain(cell: Cell, case: TrackerCase, logs: Sequence[LoopLog], lags: JointLags) -> GainChoice:
     """The best gain for errors recorded without correction. Raises JobError where no gain keeps the bounds."""
-    loops = joint_loops(case, lags.lag(case))
-    peak = np.array([max(loop.margins(g).peak for loop in loops) for g in _GAINS])
-    room = np.array([min(loop.limit() for loop in loops) / g for g in _GAINS])
-    noise = np.sqrt([max(loop.noise(g) for loop in loops) for g in _GAINS]) * case.noise.position
+    curves = _curves(cell, logs, joint_loops(case, lags.lag(case)), aligned=False)
+    at = curves.best(case.noise.position)
+    if at is None:
+        raise JobError("no gain keeps the tracker loop's margins: the robot or the tracker is too late")
+    noise = curves.noise * case.noise.position
+    return GainChoice(
+        _GAINS, curves.with_noise(case.noise.position), noise, curves.peak, curves.room, float(_GAINS[at])
+    )  # fmt: skip
+
+
+def gain_needs(
+    cell: Cell,
+    case: TrackerCase,
+    logs: Sequence[LoopLog],
+    lags: JointLags,
+    latencies: Sequence[int],
+    noises: Sequence[float],
+) -> tuple[GainNeed, ...]:
+    """The best gain for every latency, cycles, and noise of a coordinate, m, with the set-point of the measured instant."""
+    out = []
+    for latency in latencies:
+        curves = _curves(cell, logs, joint_loops(case, lags.lag(case), latency), aligned=True)
+        for noise in noises:
+            at = curves.best(noise)
+            rms = None if at is None else float(np.sqrt(np.mean(curves.with_noise(noise)[at] ** 2)))
+            out.append(GainNeed(latency, noise, None if at is None else float(_GAINS[at]), rms))
+    return tuple(out)
+
+
+class _Curves(NamedTuple):
+    """By gain: expected error (G, paths), m, noise left aside; noise (G,) as a share of the measurement's; peak and room (G,)."""
+
+    expected: Array
+    noise: Array
+    peak: Array
+    room: Array
+
+    def with_noise(self, sigma: float) -> Array:
+        """Expected error (G, paths), m, with the noise of three coordinates."""
+        return np.asarray(np.sqrt(self.expected**2 + 3.0 * (sigma * self.noise[:, None]) ** 2))
+
+    def best(self, sigma: float) -> int | None:
+        """Which gain has the least of it within the bounds; None where none keeps them."""
+        kept = (self.peak <= PEAK) & (self.room >= GAIN_MARGIN)
+        total = np.where(kept, np.sqrt(np.mean(self.with_noise(sigma) ** 2, axis=1)), np.inf)
+        return int(np.argmin(total)) if kept.any() else None
+
+
+def _curves(cell: Cell, logs: Sequence[LoopLog], loops: Sequence[JointLoop], *, aligned: bool) -> _Curves:
+    room = min(loop.limit() for loop in loops) / _GAINS
+    peak = np.array([max(loop.peak(float(g)) for loop in loops) for g in _GAINS])
     usable = room > 1.0
+    noise = np.full(len(_GAINS), np.inf)
+    noise[usable] = np.sqrt([max(loop.noise(float(g)) for loop in loops) for g in _GAINS[usable]])
     expected = np.full((len(_GAINS), len(logs)), np.inf)
     for k, log in enumerate(logs):
-        expected[usable, k] = _expected(cell, log, loops, _GAINS[usable])
-    expected = np.where(usable[:, None], np.sqrt(expected**2 + 3.0 * noise[:, None] ** 2), np.inf)
-    kept = (peak <= PEAK) & (room >= GAIN_MARGIN)
-    if not kept.any():
-        raise JobError("no gain keeps the tracker loop's margins: the robot or the tracker is too late")
-    total = np.where(kept, np.sqrt(np.mean(expected**2, axis=1)), np.inf)
-    return GainChoice(_GAINS, expected, noise, peak, room, float(_GAINS[int(np.argmin(total))]))
+        expected[usable, k] = _expected(cell, log, loops, _GAINS[usable], aligned)
+    return _Curves(expected, noise, peak, room)
 
 
-def _expected(cell: Cell, log: LoopLog, loops: Sequence[JointLoop], gains: Array) -> Array:
-    """Root mean square (G,), m, of the tool's error under way, noise left aside."""
-    path, seen = log.run.path, np.asarray(log.seen)
-    seen = gaussian_filter1d(seen, _SMOOTHING / loops[0].cycle, axis=0, mode="nearest")
-    m, n = log.run.latency, len(path)
-    held = np.concatenate([np.asarray(path.wanted), np.repeat(path.wanted[-1:], m, axis=0)])
-    later = np.concatenate([seen, np.repeat(seen[-1:], m, axis=0)])
-    true = later[m : m + n] - (held[m : m + n] - held[:n])  # the error of the instant that was measured
-    before, entering = joint_errors(cell, path, true), joint_errors(cell, path, seen)
+def _expected(cell: Cell, log: LoopLog, loops: Sequence[JointLoop], gains: Array, aligned: bool) -> Array:
+    """Root mean square (G,), m, of the tool's error under way, noise left aside, for loops of any latency."""
+    path, smooth, n = log.run.path, _SMOOTHING / loops[0].cycle, len(log.run.path)
+    seen = gaussian_filter1d(np.asarray(log.seen), smooth, axis=0, mode="nearest")
+    wanted, m, late = np.asarray(path.wanted), log.run.latency, loops[0].latency
+
+    def at(values: Array, shift: int) -> Array:
+        return values[np.clip(np.arange(n) + shift, 0, n - 1)]
+
+    true = at(seen, m) - (at(wanted, m) - wanted)  # the error of the instant that was measured
+    before = joint_errors(cell, path, true)
+    taken = at(true, -late) if aligned else at(true, -late) + wanted - at(wanted, -late)
+    entering = joint_errors(cell, path, taken)
     J = path_jacobians(cell, np.asarray(path.q))[:, :3]
     out = np.empty(len(gains))
     for g, gain in enumerate(gains):

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.controller.tracker.analysis import Margins
 from camrob.controller.tracker.case import RobotErrors, TrackerCase, TrackerNoise
-from camrob.controller.tracker.gain import GainChoice, check_gain, choose_gain, joint_loops, worst_margins
+from camrob.controller.tracker.gain import (
+    GainChoice,
+    GainNeed,
+    check_gain,
+    choose_gain,
+    gain_needs,
+    joint_loops,
+    worst_margins,
+)
 from camrob.controller.tracker.identify import JointLags, ahead_of, identify_lags
 from camrob.controller.tracker.law import CorrectionLaw
 from camrob.controller.tracker.learning import best_lead, learned_after
@@ -30,6 +38,7 @@ Progress = Callable[[str, float], None]
 SETTLED = 3.0  # s after the correction is switched on, from which its effect is measured
 SMOOTHING, STEP = 0.05, 0.7  # of what is learned: its width, s, and what share of a lap's findings is taken over
 LATENCIES = (0, 1, 2, 5, 10, 25, 50)  # cycles
+NEED_LATENCIES, NOISES = (0, 1, 5, 10, 25), (1.0, 4.0, 16.0, 64.0)  # cycles; times the tracker's noise
 _MOST_LAPS = 20
 _TRIED = (0.005, 0.02, 0.06)  # gains that are simulated beside the expected curve
 
@@ -91,6 +100,7 @@ class TrackerStudy:
     lags: JointLags
     choice: GainChoice
     tried: tuple[tuple[float, float], ...]
+    needs: tuple[GainNeed, ...]
     latencies: tuple[Latency, ...]
     learning: tuple[Learning, ...]
     sensitivity: tuple[Sensitivity, ...]
@@ -137,6 +147,8 @@ def study_tracker(
     tell("gain by analysis", 0.25)
     lags = identify_lags(cell, case, logs[:2])
     choice = choose_gain(cell, case, logs[:2], lags)
+    noises = [case.noise.position * factor for factor in NOISES]
+    needs = gain_needs(cell, case, [logs[1]], lags, NEED_LATENCIES, noises)
     none = _variant("none", "no correction", logs[0], logs[1])
     published = _variant("published", f"published law, K = {law.gain:g}", logs[3], logs[4])
     tell("better variants", 0.3)
@@ -148,7 +160,8 @@ def study_tracker(
     return TrackerStudy(
         case=case, paths=(square, circle), before=measure_run(logs[0], from_on), switched=logs[2],
         of_switched=measure_run(logs[2], from_on), variants=(none, published, *better, *learned), lags=lags, choice=choice,
-        tried=tried, latencies=_latencies(case, lags, choice.chosen), learning=learning,
+        tried=tried,
+        needs=needs, latencies=_latencies(case, lags, choice.chosen), learning=learning,
         sensitivity=_sensitivity(cell, case, circle), order_off=order_off, eq1_off=eq1_off,
     )  # fmt: skip
 
