@@ -23,6 +23,7 @@ _COLORS = {"nominal": "#d1495b", "frames": "#e08a1e", "calibrated": "#2b7de9"}
 _NOISE = "#8a93a0"
 _MOST = 2500  # points of a cloud
 _STEPS = 400  # of a distribution
+_FEW = 200  # poses, below which bins of a dozen say nothing
 
 
 def calibration_charts(evidence: Evidence, summary: Mapping[str, Any], axes: Sequence[str]) -> list[Chart]:
@@ -33,7 +34,12 @@ def calibration_charts(evidence: Evidence, summary: Mapping[str, Any], axes: Seq
     if any(p.oriented for p in judged):
         charts.append(_spread([p for p in judged if p.oriented], part, angle=True))
     charts += [_pose_by_pose(p, k) for k, p in enumerate(evidence.poses[:8])]
-    charts += [_parameters(summary), _singular(evidence), _correlation(evidence), _remaining(judged, axes)]
+    charts += [
+        _parameters(summary),
+        _singular(evidence),
+        _correlation(evidence),
+        _remaining(_enough(judged, evidence), axes),
+    ]
     return charts
 
 
@@ -160,13 +166,19 @@ def _correlation(evidence: Evidence) -> Chart:
         "zmin": -1.0, "zmax": 1.0, "colorscale": "RdBu", "colorbar": {"thickness": 12},
         "hovertemplate": "%{x} and %{y}: %{z:.3f}<extra></extra>",
     }  # fmt: skip
-    layout = _layout("", "", 560)
-    layout["margin"] = {"l": 110, "r": 16, "t": 8, "b": 100}
-    layout["yaxis"]["autorange"] = "reversed"
+    layout = _layout("", "", max(420, 14 * len(names) + 150))
+    layout["margin"] = {"l": 120, "r": 16, "t": 30, "b": 120}
+    small = {"dtick": 1, "tickfont": {"size": 10}}
+    layout["xaxis"], layout["yaxis"] = small, {**small, "autorange": "reversed"}
     caption = (
         "Of the parameters' estimates. Strong colours off the diagonal: only the mixture of the two is known well."
     )
     return _chart("correlation", "Correlations", caption, [trace], layout)
+
+
+def _enough(judged: Sequence[PoseErrors], evidence: Evidence) -> Sequence[PoseErrors]:
+    """The poses to look for what stays in: the withheld ones, and where they are few, all of them."""
+    return judged if sum(len(p.rows) for p in judged) >= _FEW else evidence.poses
 
 
 def _remaining(poses: Sequence[PoseErrors], axes: Sequence[str]) -> Chart:

@@ -18,6 +18,7 @@ __all__ = ["calibration_report"]
 
 Summary = Mapping[str, Any]
 
+_BEYOND = 0.1  # of the noise's energy: what the parameters' own uncertainty may add; chance is reckoned beside
 _WHY = {
     "merged": "can't be told from",
     "unseen": "has no effect on what was measured",
@@ -178,7 +179,7 @@ def _remaining(summary: Summary, evidence: Evidence) -> str:
         text += f"{number(after['rms_mm'], 4, 'mm')} rms stay, of which the instrument's noise makes {number(floor, 4, 'mm')}; "
         text += (
             f"{number(rest, 4, 'mm')} rms stay unexplained."
-            if rest > 0.5 * floor
+            if (after["rms_mm"] / floor) ** 2 - 1.0 > _BEYOND + 3.0 * float(np.sqrt(2.0 / (3.0 * after["poses"])))
             else "nothing stays that the noise doesn't explain."
         )
     return section("What stays unexplained", f"<p>{text}</p>")
