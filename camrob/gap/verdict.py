@@ -23,9 +23,11 @@ Set = frozenset[int]
 
 _WORTH_A_LINE = 0.02
 _REPORTED = 0.98  # of the probability: the likeliest sets that hold as much are told
-_CROWDED = 0.4
+_CROWDED = 0.15
 _TRIES, _LIKELY = 3, 0.02
-_CAUTIOUS = 0.75  # what no single name is given where something unexplained stays, or only a broad effect explains
+_SURE = 0.975  # share of right names among those that the evidence leaves no doubt about, on simulated cells
+_DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
+_CAUTIOUS = 0.6  # what no single name is given where something unexplained stays, or only a broad effect explains
 _CROWD = 4  # effects: more than these together rather mimic what is unknown
 _LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
 _TWINS = {"frame_base": ("measurement_frame", 0.85)}  # alike where measured in `world`; share of the first
@@ -52,7 +54,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     whole = shrinkage(model, trial, model.best.members, members)
     structure = _structure(whole)
     unknown = sum(p for names, p in model.sets.items() if "unknown" in names)
-    beyond = np.sqrt(max(0.0, structure**2 - (2.0 * whole.doubt) ** 2))
+    beyond = np.sqrt(max(0.0, structure**2 - (_DOUBTS * whole.doubt) ** 2))
     left_over = _left_over(float(beyond) / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
     crowd = 0.6 if len(top - {"unknown"}) > _CROWD else 0.0
     unknown = max(unknown, left_over, 0.55 if reasons and not unknown else 0.0, crowd)
@@ -68,6 +70,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         return 1.0 - (1.0 - (_CAUTIOUS if name in stands else _CROWDED)) * min(1.0, 2.0 * unknown)
 
     probability = {n: min(p, most(n)) for n, p in probability.items()}
+    probability = {n: _SURE * p for n, p in probability.items()}
     claimed_first = tuple(n for n, p in probability.items() if p >= 0.5)
     entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
     members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)

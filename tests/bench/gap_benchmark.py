@@ -59,19 +59,30 @@ def answer(folder: str, seed: int, without: tuple[str, ...]) -> dict:
 
 
 def tasks_of(arguments: argparse.Namespace) -> list[dict]:
-    """Every case to be made, in order: the mix, every effect alone at twice the noise, every effect taken out."""
+    """Every case to be made: the mix, more of nothing, every effect alone at twice the noise, every effect taken out.
+
+    All four go on side by side, so that a run that is stopped has its share of each.
+    """
     first = arguments.first
-    tasks = [{"key": f"mix {first + k}", "seed": first + k} for k in range(arguments.cases)]
-    for k, name in enumerate(ALL):
-        for n in range(arguments.each):
-            seed = first + 1_000_000 + 1000 * k + n
-            tasks.append({"key": f"each {seed}", "seed": seed, "only": name, "sizes": [2.0, 2.5]})
-        for n in range(arguments.left_out):
-            seed = first + 2_000_000 + 1000 * k + n
-            tasks.append(
-                {"key": f"left out {seed}", "seed": seed, "only": name, "sizes": [2.0, 20.0], "without": [name]}
-            )
-    return tasks
+    groups = [
+        [{"key": f"mix {first + k}", "seed": first + k} for k in range(arguments.cases)],
+        [
+            {"key": f"nothing {seed}", "seed": seed, "kind": "none"}
+            for seed in range(first + 3_000_000, first + 3_000_000 + arguments.nothing)
+        ],
+    ]
+    for group, start, count, more in (
+        ("each", 1_000_000, arguments.each, {"sizes": [2.0, 2.5]}), ("left out", 2_000_000, arguments.left_out, {"sizes": [2.0, 20.0]})
+    ):  # fmt: skip
+        tasks = []
+        for n in range(count):
+            for k, name in enumerate(ALL):
+                seed = first + start + 1000 * k + n
+                without = {"without": [name]} if group == "left out" else {}
+                tasks.append({"key": f"{group} {seed}", "seed": seed, "only": name, **more, **without})
+        groups.append(tasks)
+    placed = [((k + 0.5) / len(g), i, t) for i, g in enumerate(groups) for k, t in enumerate(g)]
+    return [t for _, _, t in sorted(placed, key=lambda x: x[:2])]
 
 
 def read_lines(path: Path) -> dict[str, dict]:
@@ -116,6 +127,7 @@ def main() -> None:
     """Run, then score."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--cases", type=int, default=2000, help="of the mix: 15, 35, 25, 10, 15 %%")
+    parser.add_argument("--nothing", type=int, default=0, help="further cases of nothing, for the false alarms alone")
     parser.add_argument("--each", type=int, default=10, help="cases of every effect alone, at twice the noise")
     parser.add_argument("--left-out", type=int, default=5, help="cases of every effect, taken out of the library")
     parser.add_argument("--first", type=int, default=100_000, help="the first seed")

@@ -109,8 +109,8 @@ def _servo_lag(rng, command, arm):
     tau = rng.uniform(0.02, 0.05)
 
     def apply(w, s):
-        u, share = w.command, STEP / max(s * tau, STEP)
-        y = u[0] - (s * tau - STEP) * (u[1] - u[0]) / STEP
+        u, share = w.command, STEP / (STEP + s * tau)
+        y = u[0] - s * tau * (u[1] - u[0]) / STEP
         for i in range(len(u)):
             y = y + share * (u[i] - y)
             w.drive[i] += y - u[i]

@@ -50,7 +50,9 @@ def _headline(f):
         *[(f"three effects: {k}", aim, percent(three[k])) for k, aim in
           (("recall", "-"), ("precision", "-"), ("exact", "-"), ("exact up to groups", "-"))],
         ("outside the library: flagged", "90 %", percent(out["flagged"])),
+        ("... flagged, or claimed as what the path can't separate from it", "-", percent(out["flagged, or what the path can't separate"])),
         ("... a name above 0.8", "none", percent(out["one name above 0.8"])),
+        ("... a name above 0.8 that the path could separate", "none", percent(out["one name above 0.8 that the path could separate"])),
         ("false unknowns", "at most 5 %", percent(f["false unknowns"])),
         ("calibration error: sets; effects", "0.05", f"{number(f['calibration of sets']['error'], 3)}; {number(f['calibration of effects']['error'], 3)}"),
         ("removable gap removed on the withheld run: median; 10th percentile", "97 %; -",
@@ -62,7 +64,12 @@ def _headline(f):
 
 
 def _table(head, rows):
-    return ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head), *("| " + " | ".join(r) + " |" for r in rows), ""]
+    return [
+        "| " + " | ".join(head) + " |",
+        "|" + " --- |" * len(head),
+        *("| " + " | ".join(r) + " |" for r in rows),
+        "",
+    ]
 
 
 def _short(record):
@@ -81,9 +88,13 @@ def _plots(figures, folder: Path):
         curve = figures[f"calibration of {name}"]["curve"]
         axes[0].plot([c[0] for c in curve], [c[1] for c in curve], "o-", color=colour, label=name)
         for said, true, count in curve:
-            axes[0].annotate(str(count), (said, true), fontsize=7, xytext=(3, 4), textcoords="offset points", color=colour)
+            axes[0].annotate(
+                str(count), (said, true), fontsize=7, xytext=(3, 4), textcoords="offset points", color=colour
+            )
     axes[0].plot([0, 1], [0, 1], ":", color="grey")
-    axes[0].set(xlabel="probability said", ylabel="share true", title="Calibration (number of answers beside the points)")
+    axes[0].set(
+        xlabel="probability said", ylabel="share true", title="Calibration (number of answers beside the points)"
+    )
     axes[0].legend()
     bands = list(next(iter(figures["found, by effect and size"].values()), {}))
     sums = [[d[b] for d in figures["found, by effect and size"].values()] for b in bands]
@@ -91,20 +102,40 @@ def _plots(figures, folder: Path):
     axes[1].bar(bands, share, color="#1b6ca8")
     for k, s in enumerate(sums):
         axes[1].annotate(str(sum(r["count"] for r in s)), (k, share[k]), ha="center", va="bottom", fontsize=8)
-    axes[1].set(xlabel="size of the effect, times the noise", ylabel="share claimed by name", ylim=(0, 1.08), title="Found, by size")
+    axes[1].set(
+        xlabel="size of the effect, times the noise",
+        ylabel="share claimed by name",
+        ylim=(0, 1.08),
+        title="Found, by size",
+    )
     fig.tight_layout()
     fig.savefig(folder / "calibration.png", dpi=110)
     plt.close(fig)
     rows = list(figures["confusion"])
-    names = sorted({n for d in figures["confusion"].values() for n in d}, key=lambda n: (n not in rows, rows.index(n) if n in rows else 0, n))
+    names = sorted(
+        {n for d in figures["confusion"].values() for n in d},
+        key=lambda n: (n not in rows, rows.index(n) if n in rows else 0, n),
+    )
     table = np.array([[figures["confusion"][r].get(n, 0) for n in names] for r in rows], float)
     fig, ax = plt.subplots(figsize=(9, 8.5))
     ax.imshow(table / np.maximum(table.sum(axis=1, keepdims=True), 1), cmap="Blues", vmin=0, vmax=1, aspect="auto")
     for i, j in zip(*np.nonzero(table), strict=True):
-        ax.text(j, i, f"{table[i, j]:.0f}", ha="center", va="center", fontsize=7, color="black" if table[i, j] < 0.6 * table[i].sum() else "white")
+        ax.text(
+            j,
+            i,
+            f"{table[i, j]:.0f}",
+            ha="center",
+            va="center",
+            fontsize=7,
+            color="black" if table[i, j] < 0.6 * table[i].sum() else "white",
+        )
     ax.set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=8)
     ax.set_yticks(range(len(rows)), rows, fontsize=8)
-    ax.set(xlabel="said first (claimed)", ylabel="truth (no effect, one effect, one outside the library)", title="Confusion")
+    ax.set(
+        xlabel="said first (claimed)",
+        ylabel="truth (no effect, one effect, one outside the library)",
+        title="Confusion",
+    )
     fig.tight_layout()
     fig.savefig(folder / "confusion.png", dpi=110)
     plt.close(fig)
@@ -115,12 +146,28 @@ def write_report(figures, folder: Path, preface: str = ""):
     from gap_separable import LIMIT
 
     counts = figures["cases"]
-    lines = ["# Sealed benchmark of `camrob diagnose`", "", *([preface.strip(), ""] if preface else []), HOW.format(limit=LIMIT)]
-    lines += [f"Cases: {', '.join(f'{k} {v}' for k, v in counts.items())}. SHA-256 of the labels: `{figures['sha256 of the labels']}`.", ""]
+    lines = [
+        "# Sealed benchmark of `camrob diagnose`",
+        "",
+        *([preface.strip(), ""] if preface else []),
+        HOW.format(limit=LIMIT),
+    ]
+    lines += [
+        f"Cases: {', '.join(f'{k} {v}' for k, v in counts.items())}. SHA-256 of the labels: `{figures['sha256 of the labels']}`.",
+        "",
+    ]
     lines += _table(("measure", "aim", "reached"), _headline(figures))
-    lines += ["![calibration](calibration.png)", "", "## Found, by effect and size (times the noise), in cases of one to three effects", ""]
+    lines += [
+        "![calibration](calibration.png)",
+        "",
+        "## Found, by effect and size (times the noise), in cases of one to three effects",
+        "",
+    ]
     bands = list(next(iter(figures["found, by effect and size"].values()), {}))
-    lines += _table(("effect", *bands), [(n, *(_short(d[b]) for b in bands)) for n, d in figures["found, by effect and size"].items()])
+    lines += _table(
+        ("effect", *bands),
+        [(n, *(_short(d[b]) for b in bands)) for n, d in figures["found, by effect and size"].items()],
+    )
     lines += ["## Confusion: what leads among the claims", "", "![confusion](confusion.png)", ""]
     if figures["each alone at twice the noise"]:
         lines += ["## Every effect alone, at 2 to 2.5 times the noise", ""]
@@ -129,14 +176,23 @@ def write_report(figures, folder: Path, preface: str = ""):
         ])  # fmt: skip
     if figures["left out"]:
         lines += ["## Every effect taken out of the library, its cases diagnosed (2 to 20 times the noise)", ""]
-        head = ("effect", "cases", "flagged unknown", "said to be what the path can't separate", "a wrong name above 0.8")
+        head = (
+            "effect",
+            "cases",
+            "flagged unknown",
+            "said to be what the path can't separate",
+            "a wrong name above 0.8",
+        )
         lines += _table(head, [(n, *(str(d[h]) for h in head[1:])) for n, d in figures["left out"].items()])
     lines += ["## Outside the library, by kind", ""]
     lines += _table(("kind", "flagged"), [(n, _short(d)) for n, d in figures["outside the library"]["by kind"].items()])
     off = figures["predicted less reached shrinkage, points"]
     if off["median"] is not None:
         low, high = off["5 to 95 %"]
-        lines += [f"Predicted less reached shrinkage: median {off['median']:.1f} points, 5 to 95 %: {low:.1f} to {high:.1f}.", ""]
+        lines += [
+            f"Predicted less reached shrinkage: median {off['median']:.1f} points, 5 to 95 %: {low:.1f} to {high:.1f}.",
+            "",
+        ]
     if figures["errors"]:
         lines += ["Cases that ended with an error:", "", *(f"- {e}" for e in figures["errors"]), ""]
     (folder / "report.md").write_text("\n".join(lines))

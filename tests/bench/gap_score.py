@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from gap_draws import MARKERS
+from gap_separable import LIMIT, Separation
 
 CLAIM = 0.5
 BANDS = ((0.5, 1.0), (1.0, 2.0), (2.0, 5.0), (5.0, 20.01))
@@ -76,8 +77,6 @@ class Row:
 
     @cached_property
     def _separation(self):
-        from gap_separable import Separation
-
         task = self.task
         return Separation(
             task["seed"], task.get("kind"), task.get("only"), tuple(task["sizes"]) if task.get("sizes") else None
@@ -89,6 +88,11 @@ class Row:
         if claim == self.truth:
             return True
         return bool(self.truth) and bool(claim) and len(claim) <= len(self.truth) and self._separation.same(claim)
+
+    def within(self):
+        """What lies outside the library looks, on this path, like what was claimed."""
+        names = list(self._separation.true)
+        return bool(self.claims) and all(self._separation.angle(n, self.claims) < LIMIT for n in names)
 
     @cached_property
     def sets(self):
@@ -202,7 +206,8 @@ def score(rows):
         for k in ("none", "one", "two", "three", "outside")
     }
     kinds["outside"] = [r for r in kinds["outside"] if r.sizes]
-    alarms = [bool(r.claims) or r.said["status"] != "no gap" for r in kinds["none"]]
+    quiet = kinds["none"] + [r for r in rows if r.group == "nothing"]
+    alarms = [bool(r.claims) or r.said["status"] != "no gap" for r in quiet]
     strong = [r for r in kinds["one"] if max(r.sizes.values()) >= 2.0]
     inside = kinds["one"] + kinds["two"] + kinds["three"]
     removed = [r.said["together"]["removable_removed"] for r in inside]
@@ -230,7 +235,11 @@ def score(rows):
                                      "names": float(np.mean([len(r.sets) for r in inside])) if inside else None},
         "outside the library": {
             "flagged": of(r.flagged for r in kinds["outside"]),
+            "flagged, or what the path can't separate": of(r.flagged or r.within() for r in kinds["outside"]),
             "one name above 0.8": of(any(e["probability"] > 0.8 for e in r.said["effects"]) for r in kinds["outside"]),
+            "one name above 0.8 that the path could separate": of(
+                any(e["probability"] > 0.8 for e in r.said["effects"]) and not r.within() for r in kinds["outside"]
+            ),
             "by kind": {n: of(r.flagged for r in kinds["outside"] if n in r.sizes) for n in sorted({n for r in kinds["outside"] for n in r.sizes})},
         },
         "false unknowns": of(r.flagged for r in inside),
