@@ -159,7 +159,7 @@ def feed(
             progress=progress,
         )
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_feed)
 
 
 def batch(
@@ -202,6 +202,7 @@ VERBS: tuple[Callable[..., int], ...] = (
 
 _render_post = renderer("terminal", "render_post")
 _render_regress = renderer("regress_text", "render_regress")
+_render_feed = renderer("feed_text", "render_feed")
 _render_batch = renderer("batch_text", "render_batch")
 _render_plain = renderer("terminal", "render_summary")
 

@@ -142,6 +142,13 @@ def test_the_papers_line_on_its_machine_nominal_beside_compensated(tmp_path):
     assert all(f"{axis}: third derivative, smooth interpolation" in page for axis in KR500.axis_names)
 
 
+def test_the_terminal_shows_statements_and_the_worst_places(tmp_path, capsys):
+    assert run(["feed", "--cell", str(KR500.folder), "--out", str(tmp_path / "out")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "unclear" in told and "compensated, smooth interpolation: stretches past a limit at 1.00 rad/s 1;" in told
+    assert "A3 acceleration 1.33 times at line 1" in told and len(told) < 6000
+
+
 def test_a_calibration_compensates_the_line(tmp_path):
     one = ParameterSet.of([parameter_of(KR500, "A2.zero")]).with_values(np.array([1e-3]), np.array([1e-6]))
     figures = {"scatter_position": 0.0, "condition": 1.0, "observability": (1.0,) * 5}
