@@ -171,11 +171,15 @@ def _latencies(study: TrackerStudy) -> str:
         x.cycles == study.case.latency for x in study.latencies
     ) else study.latencies[0]  # fmt: skip
     noise = [float(np.sqrt(m.noise)) * sigma if m is not None else float("nan") for m in (here.published, here.chosen)]
-    head = "<th class='n'>gain margin</th><th class='n'>phase</th><th class='n'>latency, cycles</th><th class='n'>peak |S|</th>"
+    head = "".join(
+        f"<th class='n'>K = {k:g}: gain margin</th><th class='n'>phase</th><th class='n'>cycles of latency</th>"
+        "<th class='n'>peak |S|</th>"
+        for k in (law.gain, chosen)
+    )
     return (
         "<section><h2>Stability against latency</h2><table><thead><tr><th class='n'>measurement late by</th>"
-        f"<th class='n'>limit of K</th>{head}{head}</tr></thead><tbody>{rows}</tbody></table><p class='caption'>Worst joint; "
-        f"first K = {law.gain:g}, then K = {chosen:g}. From the roots of the closed loop's polynomial with the lags found. "
+        f"<th class='n'>limit of K</th>{head}</tr></thead><tbody>{rows}</tbody></table><p class='caption'>The margins of the worst joint. "
+        f"From the roots of the closed loop's polynomial with the lags found. "
         f"Of the tracker's noise of {_um(sigma)} micrometres, {_um(noise[0], 1)} and {_um(noise[1], 1)} reach the tool.</p>"
         "</section>"
     )
@@ -218,10 +222,10 @@ def _sensitivity(study: TrackerStudy) -> str:
     )
     return (
         "<section><h2>What the assumptions do</h2><table><thead><tr><th>circle, published law</th><th class='n'>tool before, "
-        "most, mm</th><th class='n'>off the circle before, mean, µm</th><th class='n'>after, µm</th><th class='n'>less</th>"
-        "<th class='n'>less, as seen</th><th class='n'>at reversals after, µm</th><th class='n'>tool after, rms, µm</th>"
+        "most, mm</th><th class='n'>off circle, mean, before</th><th class='n'>after</th><th class='n'>less</th>"
+        "<th class='n'>less, as seen</th><th class='n'>reversals, after</th><th class='n'>tool, rms, after</th>"
         "<th class='n'>less</th></tr>"
-        f"</thead><tbody>{rows}</tbody></table><p class='caption'>One assumption changed at a time. What is left after is mostly "
+        f"</thead><tbody>{rows}</tbody></table><p class='caption'>One assumption changed at a time; micrometres unless said. What is left after is mostly "
         "the lag whose direction turns, v² lag T / (K R), and hardly depends on the rest; how much is there before decides the "
         "percentage.</p></section>"
     )

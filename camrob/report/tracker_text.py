@@ -1,4 +1,7 @@
-"""The summary of `camrob tracker` in the terminal: published beside ours, then what does better."""
+"""The summary of `camrob tracker` in the terminal: published beside ours, then what does better.
+
+Turns are the places where joints reverse.
+"""
 
 from __future__ import annotations
 
@@ -40,12 +43,10 @@ def _published(summary: Mapping[str, Any]) -> Table:
 
 
 def _better(summary: Mapping[str, Any]) -> Table:
-    table = Table(
-        box=None, padding=(0, 2, 0, 0), header_style="bold", title="micrometres, in truth", title_justify="left"
-    )
-    table.add_column("")
-    for heading in ("square, tool, rms", "corners", "reversals", "circle, tool, rms", "off the circle", "reversals"):
-        table.add_column(heading, justify="right")
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    table.add_column("micrometres, in truth", min_width=30)
+    for heading in ("square tool rms", "corners most", "turns most", "circle tool rms", "off path mean", "turns most"):
+        table.add_column(heading, justify="right", width=7)
     for v in summary["variants"]:
         square, circle = v["square"], v["circle"]
         values = (
