@@ -101,6 +101,8 @@ def calibrate(
         if (published is None) is not bool(measured):
             cure = "give MEASURED.csv, or --published CASE.toml"
             raise InputError("what shall be calibrated from?", cure=cure)
+        if published is not None and (withheld or parameter or harmonics or poses or path):
+            raise InputError("--published says itself what is measured and fitted", cure="leave the other options out")
         if published is not None:
             return job_of("published_case")(published, cell=cell, out=out, progress=progress)
         logs = measured or []

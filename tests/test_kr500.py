@@ -116,3 +116,6 @@ def test_a_case_that_can_t_be_read_is_refused(tmp_path: Path, capsys) -> None:
         read_published(CASE, read_cell(track))
     assert run(["calibrate", "--cell", str(FOLDER), "--out", str(tmp_path / "C.toml")]) == 2
     assert "give MEASURED.csv, or --published CASE.toml" in capsys.readouterr().err
+    both = ["calibrate", "--published", str(CASE), "--harmonics", "2", "--cell", str(FOLDER)]
+    assert run([*both, "--out", str(tmp_path / "C.toml")]) == 2
+    assert "leave the other options out" in capsys.readouterr().err
