@@ -178,8 +178,9 @@ def _latencies(study: TrackerStudy) -> str:
     )
     return (
         "<section><h2>Stability against latency</h2><table><thead><tr><th class='n'>measurement late by</th>"
-        f"<th class='n'>limit of K</th>{head}</tr></thead><tbody>{rows}</tbody></table><p class='caption'>The margins of the worst joint. "
-        f"From the roots of the closed loop's polynomial with the lags found. "
+        f"<th class='n'>limit of K</th>{head}</tr></thead><tbody>{rows}</tbody></table>"
+        "<p class='caption'>The margins of the worst joint. "
+        "From the roots of the closed loop's polynomial with the lags found. "
         f"Of the tracker's noise of {_um(sigma)} micrometres, {_um(noise[0], 1)} and {_um(noise[1], 1)} reach the tool.</p>"
         "</section>"
     )
@@ -225,7 +226,8 @@ def _sensitivity(study: TrackerStudy) -> str:
         "most, mm</th><th class='n'>off circle, mean, before</th><th class='n'>after</th><th class='n'>less</th>"
         "<th class='n'>less, as seen</th><th class='n'>reversals, after</th><th class='n'>tool, rms, after</th>"
         "<th class='n'>less</th></tr>"
-        f"</thead><tbody>{rows}</tbody></table><p class='caption'>One assumption changed at a time; micrometres unless said. What is left after is mostly "
+        f"</thead><tbody>{rows}</tbody></table>"
+        "<p class='caption'>One assumption changed at a time; micrometres unless said. What is left after is mostly "
         "the lag whose direction turns, v² lag T / (K R), and hardly depends on the rest; how much is there before decides the "
         "percentage.</p></section>"
     )

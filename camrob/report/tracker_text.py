@@ -43,8 +43,8 @@ def _published(summary: Mapping[str, Any]) -> Table:
 
 
 def _better(summary: Mapping[str, Any]) -> Table:
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
-    table.add_column("micrometres, in truth", min_width=30)
+    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
+    table.add_column("micrometres, in truth", min_width=28)
     for heading in ("square tool rms", "corners most", "turns most", "circle tool rms", "off path mean", "turns most"):
         table.add_column(heading, justify="right", width=7)
     for v in summary["variants"]:
