@@ -98,17 +98,15 @@ def calibrate(
     """Fit a cell's error parameters to measured poses."""
 
     def job(progress: ProgressHook) -> Any:
-        if (published is None) is not bool(measured):
+        if published is not None:
+            _alone(published, measured or withheld or parameter or harmonics or poses or path)
+            return job_of("published_case")(published, cell=cell, out=out, progress=progress)
+        if not measured:
             cure = "give MEASURED.csv, or --published CASE.toml"
             raise InputError("what shall be calibrated from?", cure=cure)
-        if published is not None and (withheld or parameter or harmonics or poses or path):
-            raise InputError("--published says itself what is measured and fitted", cure="leave the other options out")
-        if published is not None:
-            return job_of("published_case")(published, cell=cell, out=out, progress=progress)
-        logs = measured or []
         return job_of("calibrate")(
-            logs[0],
-            more=logs[1:],
+            measured[0],
+            more=measured[1:],
             cell=cell,
             out=out,
             withheld=withheld or (),
@@ -121,6 +119,13 @@ def calibrate(
         )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_calibration)
+
+
+def _alone(case: Path, others: object) -> None:
+    """Raise InputError where a published case is asked for along with what it says itself."""
+    if others:
+        what = "says itself what is measured and fitted"
+        raise InputError(what, cure="leave logs and other options out", path=case)
 
 
 def compensate(

@@ -118,4 +118,4 @@ def test_a_case_that_can_t_be_read_is_refused(tmp_path: Path, capsys) -> None:
     assert "give MEASURED.csv, or --published CASE.toml" in capsys.readouterr().err
     both = ["calibrate", "--published", str(CASE), "--harmonics", "2", "--cell", str(FOLDER)]
     assert run([*both, "--out", str(tmp_path / "C.toml")]) == 2
-    assert "leave the other options out" in capsys.readouterr().err
+    assert "published.toml: says itself what is measured and fitted" in capsys.readouterr().err
