@@ -88,7 +88,10 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     target, _, quantity = unit.key.partition("|")
-    shape = basis(quantities(scene)[quantity], state[f"{unit.key}|lower"], state[f"{unit.key}|upper"], quantity)
+    lower, upper = state[f"{unit.key}|lower"], state[f"{unit.key}|upper"]
+    # where the quantity doesn't change in a further log (an axis at rest, no force), its shape stays at its beginning
+    followed = quantities(scene).get(quantity, np.full(len(scene), lower))
+    shape = basis(followed, lower, upper, quantity)
     # the constant belongs to the shape: no zero of an axis is to be blamed for it
     return target_columns(scene, target, np.concatenate([np.ones((len(scene), 1)), shape], axis=1))
 
