@@ -39,6 +39,8 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 _BLOCKS = 10  # a log
+_STILL = 1e-4  # rad and m that some axis moves at the least
+_SLOWEST = 5.0  # s between the rows of a path
 _FARTHEST_MM, _FARTHEST_DEG = 30.0, 3.0  # no gap of a working cell is larger: then something else is wrong
 
 
@@ -140,8 +142,15 @@ def _padded(programs: Sequence[KrlProgram | None], count: int) -> list[KrlProgra
 
 
 def _check(scenes: Sequence[Scene]) -> None:
-    """Refuse logs whose gap is no gap of this cell: centimetres or degrees away."""
+    """Refuse logs in which nothing happens, and those whose gap is no gap of this cell: centimetres or degrees away."""
     for scene in scenes:
+        if float(np.ptp(scene.link, axis=0).max()) < _STILL:
+            raise LogError("in it no axis moves", cure="log a run, or poses that differ", path=scene.log.path)
+        step = float(np.median(np.diff(scene.t)))
+        if step > _SLOWEST and not scene.poses:
+            what = f"its rows are {step:.3g} s apart"
+            cure = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
+            raise LogError(what, cure=cure, path=scene.log.path)
         size = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
         if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"

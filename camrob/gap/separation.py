@@ -98,7 +98,7 @@ def separation(model: Model, rivals: Rivals, motion: TrialMotion) -> Separation:
 def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Array]:
     """Whitened columns of some parameters, and what values (K,) predict, at the TCP and at the drives."""
     w = panel.w_tcp
-    X = [(panel.tcp[:, :, free] * w[..., None]).reshape(-1, len(free))]
+    X = [(panel.tcp[:, :, free] * w[..., None]).reshape(w.size, len(free))]
     y = [((panel.tcp @ mean) * w).ravel()]
     if panel.servo is not None and panel.w_servo is not None:
         served = np.zeros((*panel.servo.shape[:2], len(free)))
@@ -106,6 +106,6 @@ def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Ar
         for j, k in enumerate(free):
             if int(k) in at:
                 served[:, :, j] = panel.servo[:, :, at[int(k)]]
-        X.append((served * panel.w_servo[..., None]).reshape(-1, len(free)))
+        X.append((served * panel.w_servo[..., None]).reshape(panel.w_servo.size, len(free)))
         y.append(((panel.servo @ mean[panel.servo_columns]) * panel.w_servo).ravel())
     return np.concatenate(X), np.concatenate(y)
