@@ -72,8 +72,9 @@ def tasks_of(arguments: argparse.Namespace) -> list[dict]:
         ],
     ]
     for group, start, count, more in (
-        ("each", 1_000_000, arguments.each, {"sizes": [2.0, 2.5]}), ("left out", 2_000_000, arguments.left_out, {"sizes": [2.0, 20.0]})
-    ):  # fmt: skip
+        ("each", 1_000_000, arguments.each, {"sizes": [2.0, 2.5]}),
+        ("left out", 2_000_000, arguments.left_out, {"sizes": [2.0, 20.0]}),
+    ):
         tasks = []
         for n in range(count):
             for k, name in enumerate(ALL):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from gap_draws import ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
-from gap_generator import AXES, DEG, STEP, World, growths, jacobian, moment, path, show, torques, turns
+from gap_generator import AXES, DEG, World, growths, jacobian, moment, path, show, torques, turns
 
 KINDS = {"none": 0.15, "one": 0.35, "two": 0.25, "three": 0.10, "outside": 0.15}
 NUISANCE = 0.1  # of the noise: what all absent effects together move the TCP by at most
@@ -138,7 +138,7 @@ def names_of(rig, without=()):
 
 
 def _sized(rng, name, world, at, noise, low, high):
-    """(facts, apply, s, times the noise) of an effect, drawn anew until it moves the tool enough with a value that machines have."""
+    """(facts, apply, s, times the noise) of an effect, drawn anew until it moves the tool enough with a plausible value."""
     times = float(np.exp(rng.uniform(np.log(low), np.log(high))))
     for _ in range(_TRIES):
         facts, apply = draw(name, rng, world)
@@ -149,13 +149,22 @@ def _sized(rng, name, world, at, noise, low, high):
     return None
 
 
+def _kind(rng):
+    return str(rng.choice(list(KINDS), p=list(KINDS.values())))
+
+
+def drawn_kind(seed):
+    """none, one, two, three or outside, as a seed draws it."""
+    return _kind(np.random.default_rng(seed))
+
+
 def drawn(seed, kind=None, only=None, sizes=None, whole=True):
     """(rng, rig, runs, chosen effects as (name, apply, size), label). only: the one effect; sizes: (least, most) times the noise.
 
     whole: with the second run and the nuisances; without, the first run has nothing wrong yet.
     """
     rng, other = np.random.default_rng(seed), np.random.default_rng([seed, 1])
-    kind = kind or str(rng.choice(list(KINDS), p=list(KINDS.values())))
+    kind = kind or _kind(rng)
     rig = draw_rig(rng)
     if only is not None:
         kind, rig = "one", _fitting(rig, only)
@@ -240,7 +249,7 @@ def columns_of(rng, rig, world, at):
 
 
 def write_case(folder: Path, seed: int, kind=None, only=None, sizes=None) -> dict:
-    """Write SEED.csv and SEED_withheld.csv, with what is told beside them, into a folder; gives the label, which goes elsewhere."""
+    """Write SEED.csv and SEED_withheld.csv, with what is told beside them, into a folder; gives the label."""
     rng, rig, runs, _, label = drawn(seed, kind, only, sizes)
     facts = {"sigma_mm": rig.sigma * 1e3, "sigma_deg": rig.sigma_turned / DEG} if rig.told else {}
     facts |= {"measured_frame": "base"} if rig.in_base else {}

@@ -217,6 +217,8 @@ def score(rows):
         for r in inside if r.claims and r.said["together"].get("predicted_shrink") is not None
     ]  # fmt: skip
     sized = [(r, n) for r in inside for n in r.truth]
+    outside = sorted({n for r in kinds["outside"] for n in r.sizes})
+    seconds, lengths = np.array([[r.said["seconds"], r.said["rows"]] for r in rows]).T
     return {
         "errors": errors,
         "cases": {k: len(v) for k, v in kinds.items()},
@@ -240,7 +242,10 @@ def score(rows):
             "one name above 0.8 that the path could separate": of(
                 any(e["probability"] > 0.8 for e in r.said["effects"]) and not r.within() for r in kinds["outside"]
             ),
-            "by kind": {n: of(r.flagged for r in kinds["outside"] if n in r.sizes) for n in sorted({n for r in kinds["outside"] for n in r.sizes})},
+            "by kind": {
+                n: {"flagged": of(r.flagged for r in own), "or inseparable": of(r.flagged or r.within() for r in own)}
+                for n, own in ((n, [r for r in kinds["outside"] if n in r.sizes]) for n in outside)
+            },
         },
         "false unknowns": of(r.flagged for r in inside),
         "calibration of sets": calibration([g for r in mix for g in r.groups]),
@@ -248,8 +253,8 @@ def score(rows):
             [(e["probability"], e["effect"] in r.truth) for r in mix for e in r.said["effects"]]
         ),
         "removable gap removed on the withheld run": {
-            "median": float(np.median(removed)) if removed else None, "10th percentile": float(np.quantile(removed, 0.1)) if removed else None,
-            "cases": len(removed),
+            "median": float(np.median(removed)) if removed else None,
+            "10th percentile": float(np.quantile(removed, 0.1)) if removed else None, "cases": len(removed),
         },
         "predicted less reached shrinkage, points": {
             "within 5": of(abs(x) <= 5.0 for x in off), "median": float(np.median(off)) if off else None,
@@ -267,6 +272,8 @@ def score(rows):
             for n in sorted({r.task["only"] for r in rows if r.group == "each"})
         },
         "left out": _left_out([r for r in rows if r.group == "left out"]),
-        "seconds": {"median": float(np.median([r.said["seconds"] for r in rows])), "95 %": float(np.quantile([r.said["seconds"] for r in rows], 0.95)),
-                    "worst": float(np.max([r.said["seconds"] for r in rows])), "rows, median": float(np.median([r.said["rows"] for r in rows]))},
+        "seconds": {
+            "median": float(np.median(seconds)), "95 %": float(np.quantile(seconds, 0.95)), "worst": float(seconds.max()),
+            "rows, median": float(np.median(lengths)), "rows, most": float(lengths.max()),
+        },
     }  # fmt: skip
