@@ -368,7 +368,7 @@ def test_the_same_on_a_cluster_that_loses_a_worker(
     assert len(killed) == 1 and workers[killed[0]].wait(1) == -signal.SIGKILL
     _, far, missing = result.summary["jobs"]
     assert [j["status"] for j in result.summary["jobs"]] == [0, 3, 2], result.summary
-    assert max(j["attempts"] for j in result.summary["jobs"]) == 2
+    assert max(j["attempts"] for j in result.summary["jobs"]) >= 2
     assert "reach" in far["error"] and "died" not in far["error"] and "lost" not in far["error"]
     assert missing["error"].startswith(str(folder / "missing.cls"))
     same_as_single(folder / "o", posted)

@@ -38,13 +38,13 @@ PAYLOADS = {
     "an absolute path": "/etc/X",
     "a drive": "C:\\X",
     "script": "</script><script>alert(1)</script>",
-    "an image": '"><img src=http://x/ onerror=alert(1)>',
-    "a style": "</style><style>*{background:url(http://x/)}",
+    "an image": '"><img src=http://127.0.0.1/ onerror=alert(1)>',
+    "a style": "</style><style>*{background:url(http://127.0.0.1/)}",
     "a template": "${alert(1)} {{7*7}} %{x} {speed} {base}",
     "right to left": "X\u202eTLAH",
     "a surrogate": "X\ud800",
     "very long": "X" * 5000,
-    "a formula": '=HYPERLINK("http://x")',
+    "a formula": '=HYPERLINK("http://127.0.0.1")',
 }
 
 HEAD = "TLDATA/MILL,10,0,50,0,0\nMSYS/0,0,0,1,0,0,0,1,0\n"
