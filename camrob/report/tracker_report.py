@@ -244,6 +244,6 @@ def _assumed(study: TrackerStudy) -> str:
     return (
         "<section><h2>Where the numbers of tracker.toml come from</h2><table><thead><tr><th>standing</th><th>keys</th></tr>"
         f"</thead><tbody>{rows}</tbody></table><p class='caption'>All of robot was assumed and sized by hand until the errors "
-        "without correction came out as published; with correction nothing was tuned. The gain, the feed and the tests are the "
-        "paper's.</p></section>"
+        "without correction came out as published and reversals showed; no number was set for the sake of the reductions, though "
+        "they were in view. The gain, the feed and the tests are the paper's.</p></section>"
     )
