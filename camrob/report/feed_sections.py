@@ -92,7 +92,7 @@ def _losses(feed: Summary) -> str:
     losses = list(feed.get("losses") or [])
     by_axis = feed.get("lost_by_axis_s") or {}
     shares = ", ".join(
-        f"{'no axis' if axis == 'none' else escape(axis)} {number(lost, 2, 's')}" for axis, lost in by_axis.items()
+        f"{'stops and corners' if axis == 'none' else escape(axis)} {number(lost, 2, 's')}" for axis, lost in by_axis.items()
     )
     kept = (
         f"<p>The programmed feed is held on {number(feed.get('kept_percent'), 1, '%')} of the way of cutting; "
