@@ -20,6 +20,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from camrob.text import one_line
+
 __all__ = [
     "CamrobError",
     "CellError",
@@ -38,9 +40,11 @@ __all__ = [
 ]
 
 
-def _one_line(text: str) -> str:
-    """Text without control characters, so that an error stays one line whatever an input file held."""
-    return "".join(c if c.isprintable() else " " for c in text).strip()
+# characters of a message's parts: whatever an input file held, a message can be read on a terminal
+_WHAT = 700
+_CURE = 500
+_NAME = 200
+_PATH = 4200  # more than a path may have: a place is named whole
 
 
 class CamrobError(Exception):
@@ -56,12 +60,14 @@ class InputError(CamrobError):
     def __init__(self, what: str, *, cure: str = "", path: str | Path | None = None, line: int = 0) -> None:
         self.path = None if path is None else Path(path)
         self.line = line
-        self.what = _one_line(what)
-        self.cure = _one_line(cure)
+        self.what = one_line(what, _WHAT)
+        self.cure = one_line(cure, _CURE)
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        where = "" if self.path is None else _one_line(str(self.path)) + (f":{self.line}" if self.line else "") + ": "
+        where = (
+            "" if self.path is None else one_line(str(self.path), _PATH) + (f":{self.line}" if self.line else "") + ": "
+        )
         return where + self.what + (f"; {self.cure}" if self.cure else "")
 
     def at(self, path: str | Path, line: int = 0) -> InputError:
@@ -108,9 +114,9 @@ class JobError(CamrobError):
         unit: str = "",
         reasons: dict[str, int] | None = None,
     ) -> None:
-        self.what = _one_line(what)
+        self.what = one_line(what, _WHAT)
         self.line = line
-        self.region = _one_line(region)
+        self.region = one_line(region, _NAME)
         self.axis = axis
         self.value = value
         self.limit = limit

@@ -6,7 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from camrob.text import one_line
+
 __all__ = ["Finding", "Severity", "collapse"]
+
+
+_LONGEST = 700  # characters of a finding: it can be read on a terminal
 
 
 class Severity(StrEnum):
@@ -22,7 +27,8 @@ class Finding:
     """One finding: `code` (stable, kebab-case), where it is, and how far a value lies from its limit.
 
     `line` is the CL (or program) line, 0 for none; `region` and `point` are indices, -1 for none; `value` and `limit`
-    are in `unit` (units of the trade). `count` says how many times the same thing was met (see `collapse`).
+    are in `unit` (units of the trade). `count` says how many times the same thing was met (see `collapse`). `text` is
+    one printable line, whatever of a file it quotes.
     """
 
     code: str
@@ -36,6 +42,9 @@ class Finding:
     limit: float | None = None
     unit: str = ""
     count: int = 1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", one_line(self.text, _LONGEST))
 
 
 def collapse(findings: Iterable[Finding]) -> list[Finding]:

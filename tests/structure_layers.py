@@ -24,7 +24,7 @@ ROWS = (
     ("se3",),
     ("frozen", "issues"),
     ("errors",),
-    ("units",),
+    ("units", "text"),
 )
 RANK = {room: i for i, row in enumerate(ROWS) for room in row}
 

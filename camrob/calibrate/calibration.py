@@ -12,6 +12,7 @@ from camrob.calibrate.parameters import ParameterSet
 from camrob.cell.cell import Cell
 from camrob.errors import StaleInputError
 from camrob.frozen import digest
+from camrob.text import one_line
 
 __all__ = ["Calibration", "ErrorSize", "Held", "robot_digest"]
 
@@ -85,7 +86,9 @@ class Calibration:
     def check(self, cell: Cell) -> None:
         """Raise StaleInputError where the calibration was made for another cell, or another state of it."""
         if self.cell_name != cell.name:
-            raise StaleInputError(f"the calibration is of cell {self.cell_name}, not of {cell.name}; give its own")
+            raise StaleInputError(
+                f"the calibration is of cell {one_line(self.cell_name, 60)}, not of {cell.name}; give its own"
+            )
         if self.cell_digest != robot_digest(cell):
             what = f"cell {cell.name} has changed since it was calibrated"
             raise StaleInputError(f"{what}; calibrate again, or give the cell of then")

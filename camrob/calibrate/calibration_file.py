@@ -15,7 +15,8 @@ from camrob.calibrate.terms import parameter_of
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_toml
 from camrob.cell.table import TableReader
-from camrob.errors import LogError
+from camrob.errors import LogError, StaleInputError
+from camrob.text import one_line
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["calibration_summary", "calibration_text", "edge_value", "read_calibration"]
@@ -168,7 +169,10 @@ def read_calibration(path: str | Path, cell: Cell) -> Calibration:
         correlations=tuple((*_pair(t), t.number("value")) for t in table.tables("correlation")),
     )
     table.finish()
-    calibration.check(cell)
+    try:
+        calibration.check(cell)
+    except StaleInputError as error:
+        raise StaleInputError(f"{one_line(str(path), 4200)}: {error}") from None
     return calibration
 
 

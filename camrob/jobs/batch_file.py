@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -105,9 +106,9 @@ def _values(table: TableReader, verb: Verb) -> dict[str, Any]:
 def _matching(table: TableReader, key: str, text: str) -> list[str]:
     """A path, or those that a pattern stands for, by name. Raises InputError where it stands for none."""
     base = table.path.parent
-    if not _GLOB & set(text) or (base / text).exists():
+    if not _GLOB & set(text) or os.path.exists(base / text):
         return [text]
-    found = sorted(f for f in glob.glob(text, root_dir=base, recursive=True) if (base / f).is_file())
+    found = sorted(f for f in glob.glob(text, root_dir=base, recursive=True) if os.path.isfile(base / f))
     if not found:
         raise table.fail(key, f"{text[:60]!r} stands for no file", "mend the pattern")
     return found

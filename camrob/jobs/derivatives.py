@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from camrob.controller.replay import replay
 from camrob.errors import InputError
 from camrob.feed.derivative_analysis import DerivativeAnalysis, Interpolation, analyse_derivatives
 from camrob.feed.straight_line import straight_line
+from camrob.jobs.npz import read_arrays
 from camrob.jobs.published_file import read_published
 from camrob.jobs.published_robot import drawn_errors
 from camrob.kinematics.frames import base_T_tool
@@ -62,12 +62,11 @@ def coordinates_of(file: Path, cell: Cell) -> Coordinates:
 
 
 def _solved(file: Path) -> tuple[Array, NDArray[np.int64]]:
-    try:
-        with np.load(file, allow_pickle=False) as data:
-            return np.asarray(data["q"], float), np.asarray(data["line"], np.int64)
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-        cure = "give the NAME.path.npz that camrob post wrote, or a program"
-        raise InputError("is no solved path", cure=cure, path=file) from error
+    cure = "give the NAME.path.npz that camrob post wrote, or a program"
+    q, line = read_arrays(file, "q", "line", cure=cure)
+    if q.dtype.kind != "f" or line.dtype.kind != "i":
+        raise InputError("is no solved path", cure=cure, path=file)
+    return np.asarray(q, float), np.asarray(line, np.int64)
 
 
 def published_line(cell: Cell) -> tuple[Coordinates, Coordinates]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
+from camrob.jobs.npz import read_arrays
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.post.krl_program import KrlProgram
@@ -47,19 +47,15 @@ def check_feed(path: Path, feed: float | None) -> None:
 
 def read_solution(path: Path, cell: Cell) -> tuple[Array, NDArray[np.int64]]:
     """Postures (N, n) and lines (N,) of a NAME.path.npz. Raises InputError."""
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            q, line = np.asarray(data["q"], float), np.asarray(data["line"], np.int64)
-            names = tuple(str(n) for n in data["axes"])
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile, TypeError):
-        cure = "give the NAME.path.npz that camrob post wrote"
-        raise InputError("is no solved path", cure=cure, path=path) from None
-    alike = q.ndim == 2 and q.shape[1] == len(cell) and line.shape == (len(q),) and names == tuple(cell.names)
+    q, line, axes = read_arrays(path, "q", "line", "axes", cure="give the NAME.path.npz that camrob post wrote")
+    alike = q.dtype.kind == "f" and line.dtype.kind == "i" and axes.dtype.kind == "U" and axes.ndim == 1
+    alike = alike and q.ndim == 2 and q.shape[1] == len(cell) and line.shape == (len(q),)
+    alike = alike and tuple(axes.tolist()) == tuple(cell.names)
     if not alike or not np.all(np.isfinite(q)):
         raise InputError("holds postures of another cell", cure=f"post it for {cell.name}", path=path)
     if len(q) < 2:
         raise InputError("holds fewer than 2 postures", cure="give a longer path", path=path)
-    return q, line
+    return np.asarray(q, float), np.asarray(line, np.int64)
 
 
 def save_solution(path: Path, cell: Cell, q: Array, text: KrlProgram) -> None:

@@ -172,7 +172,7 @@ class Expression:
             return _literal(token.text)
         if token.kind == "bits":
             self.at += 1
-            return int(token.text[2:-1], 16 if token.text[1] == "H" else 2)
+            return _whole(int(token.text[2:-1], 16 if token.text[1] == "H" else 2))
         if token.kind in ("string", "enum"):
             self.at += 1
             return token.text[1:-1] if token.kind == "string" else Enumerated(token.text)
@@ -271,6 +271,11 @@ def _arithmetic(operator: str, left: float, right: float) -> Value:
         ">=": lambda: left >= right,
     }
     value = values[operator]() if operator in values else Unknown(operator)
-    if isinstance(value, int) and abs(value) > _LARGEST_INTEGER:
+    return _whole(value) if isinstance(value, int) else value
+
+
+def _whole(value: int) -> int:
+    """The same number. Raises KrlError where it is larger than KRL's, so that none grows without end."""
+    if abs(value) > _LARGEST_INTEGER:
         raise KrlError(f"a whole number gets larger than {_LARGEST_INTEGER}", cure="KRL's integers are smaller")
     return value

@@ -38,6 +38,7 @@ class KrlMachine:
         self.findings: list[Finding] = []
         self.actions: list[KrlAction] = []
         self.frames: dict[str, list[KrlFrame]] = {"tool": [], "base": []}
+        self._places: dict[tuple[str, KrlFrameKind, bytes, str], int] = {}
         for name in self.frames:
             self._set_frame(name, Unknown("never set"))
 
@@ -236,13 +237,12 @@ class KrlMachine:
                     f"{name}-unknown", f"${name.upper()} is set to {shown(what)}, which is not in the program", line
                 )
         known = self.frames[name]
-        for index, other in enumerate(known):
-            same = other.kind is frame.kind and np.array_equal(other.xyzabc, frame.xyzabc, equal_nan=True)
-            if same and (other.text == frame.text or frame.kind is KrlFrameKind.LITERAL):
-                setattr(self.rows.modal, name, index)
-                return
-        known.append(frame)
-        setattr(self.rows.modal, name, len(known) - 1)
+        same = "" if frame.kind is KrlFrameKind.LITERAL else frame.text
+        key = (name, frame.kind, (frame.xyzabc + 0.0).tobytes(), same)  # -0.0 is 0.0
+        index = self._places.setdefault(key, len(known))
+        if index == len(known):
+            known.append(frame)
+        setattr(self.rows.modal, name, index)
 
 
 def _number(value: Value, what: str) -> float:

@@ -22,6 +22,8 @@ __all__ = ["read_krl"]
 
 _DEEPEST_CALL = 20
 _MOST_PASSES = 200_000
+_BULK_STEPS = 2  # statements that take as long as a run of usual lines of a kind, each
+_MOST_REPEATED = {"statements": 20_000, "motions": 1_000_000}  # carried out again by loops and calls: a second, 0.5 GB
 _MOTIONS = frozenset(("PTP", "LIN", "CIRC"))
 _UNREAD = frozenset(
     """PTP_REL LIN_REL CIRC_REL SPTP SLIN SCIRC SPL SPTP_REL SLIN_REL SCIRC_REL SPL_REL SPLINE PTP_SPLINE ASYPTP GOTO
@@ -59,6 +61,7 @@ class _Reader:
         self._by_name: dict[str, Module | None] = {}
         self._beside: dict[str, Path] | None = None
         self._depth = self._passes = 0
+        self._room = dict(_MOST_REPEATED)
 
     def program(self) -> KrlProgram:
         """Reads and runs everything."""
@@ -93,6 +96,8 @@ class _Reader:
         """A file and its data list."""
         module = load_module(path, len(self._modules))
         self._modules.append(module)
+        self._room["statements"] += (1 + 2 * _BULK_STEPS) * (1 + len(module.scan.general))
+        self._room["motions"] += len(module.scan.lin_line) + len(module.scan.speed_line)
         data = self._siblings().get(path.stem.lower() + ".dat")
         self._data[module.index] = {} if data is None else load_data(data, self._machine.variables)
         return module
@@ -128,6 +133,23 @@ class _Reader:
         if self._passes > _MOST_PASSES:
             raise KrlError(f"more than {_MOST_PASSES} calls and passes of loops", cure="a loop runs away")
 
+    def _spend(self, what: str, count: int) -> None:
+        """Counts what is carried out against what is written, so that reading ends soon and fits into memory."""
+        self._room[what] -= count
+        if self._room[what] < 0:
+            more = f"calls and passes of loops carry out more than {_MOST_REPEATED[what]} {what} again"
+            raise KrlError(more, cure="if no loop runs away, post the program as a plain sequence")
+
+    def _bulk(self, module: Module, start: int, end: int) -> None:
+        """The usual lines among `start` to `end` (exclusive)."""
+        scan = module.scan
+        for lines in (scan.lin_line, scan.speed_line):
+            first, last = lines.searchsorted([start, end])
+            self._spend("motions", int(last - first))
+            if first < last:
+                self._spend("statements", _BULK_STEPS)
+        self._machine.bulk(module, start, end)
+
     def _run(self, module: Module, start: int, end: int) -> bool:
         """Runs lines `start` to `end` (exclusive); False where a RETURN was met."""
         general = module.scan.general
@@ -135,7 +157,7 @@ class _Reader:
         try:
             while k < len(general) and (line := int(general[k])) < end:
                 if line > at:
-                    self._machine.bulk(module, at, line)
+                    self._bulk(module, at, line)
                 at = line + 1
                 text = module.statements.get(line)
                 if text is not None:
@@ -145,13 +167,14 @@ class _Reader:
                 k = k + 1 if at == line + 1 else int(general.searchsorted(at))
             line = at
             if at < end:
-                self._machine.bulk(module, at, end)
+                self._bulk(module, at, end)
         except KrlError as error:
             raise error.at(module.path, line + 1) from None
         return True
 
     def _statement(self, module: Module, line: int, text: str) -> int:
         """Runs one statement; the line to go on with, -1 for RETURN."""
+        self._spend("statements", 1)
         tokens = tokens_of(text)
         word = tokens[0].text if tokens[0].kind == "name" else ""
         machine = self._machine

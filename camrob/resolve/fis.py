@@ -19,6 +19,7 @@ __all__ = ["FuzzyRule", "FuzzySystem", "FuzzyVariable", "Membership", "read_fis"
 
 Array = NDArray[np.float64]
 
+MOST_INPUTS = 3  # a grid over all of them is looked at
 SAMPLES = 201  # of an output's range, for aggregation and centroid
 _RULE = re.compile(
     r"((?:-?\d{1,3}\s+)*-?\d{1,3})\s*,\s*((?:\d{1,3}\s+)*\d{1,3})\s*\((1|1\.0*|0|0?\.\d+)\)\s*:\s*([12])", re.ASCII
@@ -161,6 +162,8 @@ def read_fis(path: Path) -> FuzzySystem:
     ):
         if system.text(key) not in allowed:
             raise system.fail(key, f"is {system.text(key)!r}", f"use {' or '.join(allowed)}")
+    if system.count("NumInputs") > MOST_INPUTS:
+        raise system.fail("NumInputs", f"is {system.count('NumInputs')}", f"use {MOST_INPUTS} inputs or fewer")
     inputs = tuple(_variable(sections, f"Input{i + 1}", path) for i in range(system.count("NumInputs")))
     outputs = tuple(_variable(sections, f"Output{i + 1}", path) for i in range(system.count("NumOutputs")))
     rules = tuple(_rule(line, text, inputs, outputs, path) for text, line in sections.get("Rules", {}).values())

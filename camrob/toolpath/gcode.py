@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.builder import clean_text
 from camrob.toolpath.gcode_frame import ToolFrame
 from camrob.toolpath.gcode_interpreter import Interpreter
 from camrob.toolpath.gcode_lexer import decode, lex
@@ -86,7 +87,7 @@ def read_gcode(
     numbers = sorted({region.tool for region in regions if region.tool})
     return Toolpath(
         regions=regions,
-        source=path.name,
+        source=clean_text(path.name),
         sha256=hashlib.sha256(data).hexdigest(),
         dialect=f"gcode-{machine}",
         units="inch" if modal.scale == SCALES["inch"] else "mm",
