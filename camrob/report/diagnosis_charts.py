@@ -17,6 +17,7 @@ __all__ = ["charts_of"]
 Chart = dict[str, Any]
 
 _POINTS = 2500
+_LEAST_EXTENT = 0.25  # of the largest extent
 _BEFORE, _AFTER, _NOISE = "#e08a1e", "#2f7fd1", "#8a93a0"
 
 
@@ -33,6 +34,7 @@ def _spatial(paths: Sequence[PathError]) -> list[Chart]:
     """The path in 3D, coloured by the error before and after, on one scale."""
     out = []
     highest = max((float(np.quantile(m_to_mm(np.linalg.norm(p.before, axis=1)), 0.99)) for p in paths), default=1.0)
+    scene = _box(np.concatenate([m_to_mm(p.position) for p in paths]) if paths else np.zeros((1, 3)))
     for which, title in (
         ("before", "The path, coloured by the error before"),
         ("after", "and after the effects found"),
@@ -52,11 +54,33 @@ def _spatial(paths: Sequence[PathError]) -> list[Chart]:
                 "hovertemplate": "%{marker.color:.3f} mm<extra></extra>",
             })  # fmt: skip
         layout = {"height": 460, "showlegend": False, "margin": {"t": 10, "r": 10, "l": 10, "b": 10},
-                  "scene": {"aspectmode": "data", "xaxis": {"title": {"text": "x mm"}}, "yaxis": {"title": {"text": "y mm"}},
-                            "zaxis": {"title": {"text": "z mm"}}}}  # fmt: skip
+                  "scene": scene}  # fmt: skip
         caption = "Nominal TCP in the measured frame. Both pictures share one scale, so that they can be compared."
         out.append({"id": f"space-{which}", "title": title, "caption": caption, "traces": traces, "layout": layout})
     return out
+
+
+def _box(xyz: np.ndarray[Any, np.dtype[np.float64]]) -> Chart:
+    """The room around points (N, 3), mm, to scale; a flat path gets some height, or the camera would sit within it."""
+    lower, upper = xyz.min(axis=0), xyz.max(axis=0)
+    longest = max(float((upper - lower).max()), 1.0)
+    half = 0.55 * np.maximum(upper - lower, 0.2 * longest)
+    middle = 0.5 * (lower + upper)
+    axes = {
+        f"{name}axis": {"title": {"text": f"{name} mm"}, "range": [float(m - h), float(m + h)]}
+        for name, m, h in zip("xyz", middle, half, strict=True)
+    }
+    ratio = dict(zip("xyz", (1.6 * half / half.max()).tolist(), strict=True))
+    return {"aspectmode": "manual", "aspectratio": ratio, **axes}
+
+
+def _ranges(paths: Sequence[PathError]) -> list[list[float]]:
+    """Ranges in mm of x, y, z, none much smaller than the largest: a flat path would leave the picture empty."""
+    points = m_to_mm(np.concatenate([p.position for p in paths])) if paths else np.zeros((1, 3))
+    low, high = points.min(axis=0), points.max(axis=0)
+    half = 0.52 * np.maximum(high - low, max(_LEAST_EXTENT * float((high - low).max()), 1.0))
+    middle = 0.5 * (low + high)
+    return [[float(a), float(b)] for a, b in zip(middle - half, middle + half, strict=True)]
 
 
 def _along(summary: Mapping[str, Any], paths: Sequence[PathError]) -> list[Chart]:
