@@ -1,0 +1,78 @@
+"""What a person reads of a diagnosis: the sentence, the terminal's summary, the page."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+from gap_cases import kr15, simulated
+from rich.console import Console
+from test_gap_effects import plant_play
+from test_gap_program import measured, raster
+
+from camrob.gap.diagnose import diagnose
+from camrob.gap.diagnosis import Diagnosis
+from camrob.measure.log import MeasurementLog
+from camrob.report.diagnosis_report import diagnosis_report
+from camrob.report.diagnosis_words import render_diagnosis, sentence
+
+SIGMA = 0.02
+
+
+@cache
+def play() -> Diagnosis:
+    return diagnose([simulated(plant_play, sigma_mm=SIGMA)], kr15())
+
+
+def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
+    said = sentence(play().summary)
+    assert re.match(
+        r"100 % of the gap \(0\.\d+ mm rms\) sits between encoder and TCP and reverses with the direction of motion: ",
+        said,
+    )
+    assert re.search(r"backlash of A2, 0\.0(3|29\d|30\d) degrees \(9\d % sure\)", said)
+    assert re.search(r"Adding it takes 0\.\d+ mm to 0\.03\d mm on samples that took no part", said)
+
+
+def test_the_sentence_of_a_rounding_and_of_no_gap() -> None:
+    rounded = sentence(diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary)
+    assert "sits between program and set-point" in rounded
+    assert re.search(r"Between program and set-point: corner_rounding, (4|3\.99|4\.01) mm \(9\d % sure\)", rounded)
+    none = sentence(diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary)
+    assert none.startswith("There is no gap beyond the instrument's noise")
+
+
+def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
+    console = Console(width=80, record=True)
+    with console.capture() as captured:
+        console.print(render_diagnosis(play().summary))
+    text = captured.get()
+    assert max(len(line) for line in text.splitlines()) <= 80
+    for words in ("backlash", "By rung:", "Next experiment:", "compensate corrects nothing"):
+        assert words in " ".join(text.split())
+
+
+def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
+    page = diagnosis_report({"cell": "kr15", **play().summary}, play().paths)
+    heads = re.findall(r"<h2>(.*?)</h2>", page)
+    assert heads[0] == "Explained"
+    for head in ("The path, coloured by the error before", "and after the effects found", "Where the gap lies", "Causes",
+                 "Worst stretches", "Where, in numbers", "What stays", "Next experiment"):  # fmt: skip
+        assert head in heads
+    assert page.index("sits between encoder and TCP") < page.index("space-before")
+    assert "Together" in page
+    assert not re.search(r'<(script|link|img)[^>]*(src|href)="http', page)
+
+
+@pytest.mark.parametrize("name", ["<script>alert(1)</script>.csv", "a\x1b[31mred.csv"])
+def test_a_log_s_name_never_becomes_part_of_the_page_or_the_terminal(name: str) -> None:
+    log = simulated(plant_play, sigma_mm=SIGMA)
+    found = diagnose([MeasurementLog(log.columns, log.info, Path(name))], kr15())
+    page = diagnosis_report({"cell": "kr15", **found.summary}, found.paths)
+    assert "<script>alert" not in page
+    console = Console(width=80)
+    with console.capture() as captured:
+        console.print(render_diagnosis(found.summary))
+    assert "\x1b[31mred" not in captured.get()
