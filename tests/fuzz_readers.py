@@ -38,7 +38,20 @@ from camrob.post.krl_reader import read_krl
 from camrob.resolve.fis import read_fis
 from camrob.toolpath.read import read_toolpath
 
-__all__ = ["FINDINGS", "LONGEST_MESSAGE", "MOST_BYTES", "MOST_SECONDS", "READERS", "Flaw", "Reader", "fire", "guarded"]
+__all__ = [
+    "CELL",
+    "FINDINGS",
+    "LONGEST_MESSAGE",
+    "MOST_BYTES",
+    "MOST_SECONDS",
+    "READERS",
+    "FlawError",
+    "Reader",
+    "check_message",
+    "fire",
+    "guarded",
+    "peak_memory",
+]
 
 ROOT = Path(__file__).resolve().parents[1]
 CELL = ROOT / "cells" / "kr15_track_table"
@@ -52,11 +65,11 @@ MOST_BYTES = 1 << 30
 LONGEST_MESSAGE = 1500
 
 
-class Flaw(AssertionError):
+class FlawError(AssertionError):
     """A reader broke a law."""
 
 
-class TooSlow(BaseException):
+class TooSlowError(BaseException):
     """Raised into a reader whose time is up; no reader may catch it."""
 
 
@@ -73,33 +86,34 @@ class Reader:
 
 
 @contextmanager
-def guarded(seconds: float = MOST_SECONDS) -> Iterator[None]:
-    """Raise Flaw where the block takes more processor time than that, or a GiB more memory than there was before."""
+def guarded(seconds: float = MOST_SECONDS, memory: int = MOST_BYTES) -> Iterator[None]:
+    """Raise Flaw where the block takes more processor time than that, or more memory on top of the most so far."""
 
     def stop(signum: int, frame: FrameType | None) -> None:
-        raise TooSlow
+        raise TooSlowError
 
     before = signal.signal(signal.SIGPROF, stop)
-    highest, start = _highest(), time.process_time()
+    highest, start = peak_memory(), time.process_time()
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
-    except TooSlow:
-        raise Flaw(f"takes more than {seconds:g} s") from None
+    except TooSlowError:
+        raise FlawError(f"takes more than {seconds:g} s") from None
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, before)
     if (taken := time.process_time() - start) > seconds:
-        raise Flaw(f"takes {taken:.1f} s")
-    if _highest() - highest > MOST_BYTES:
-        raise Flaw(f"takes {(_highest() - highest) >> 20} MiB")
+        raise FlawError(f"takes {taken:.1f} s")
+    if peak_memory() - highest > memory:
+        raise FlawError(f"takes {(peak_memory() - highest) >> 20} MiB")
 
 
-def _highest() -> int:
+def peak_memory() -> int:
+    """Most bytes that this process ever held."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
-def fire(reader: Reader, data: bytes, folder: Path) -> str:
+def fire(reader: Reader, data: bytes, folder: Path, seconds: float = MOST_SECONDS) -> str:
     """Let a reader read `data` in an empty folder; "" where it did, else the message with which it refused.
 
     Raises Flaw where it refuses with anything but a CamrobError of one printable line that names the file, warns on
@@ -114,33 +128,34 @@ def fire(reader: Reader, data: bytes, folder: Path) -> str:
     before = sorted(os.listdir(folder))
     message = ""
     try:
-        with guarded(), warnings.catch_warnings():
+        with guarded(seconds), warnings.catch_warnings():
             warnings.simplefilter("error")
             reader.read(folder / reader.files[0])
     except CamrobError as error:
         message = str(error)
-        _check_message(reader, message)
-    except (Flaw, KeyboardInterrupt):
+        check_message(message, reader.files)
+    except (FlawError, KeyboardInterrupt):
         raise
     except BaseException as error:
-        raise Flaw(f"{type(error).__name__}: {str(error)[:300]}") from error
+        raise FlawError(f"{type(error).__name__}: {str(error)[:300]}") from error
     finally:
         after = sorted(os.listdir(folder))
         for name in after:
             if name in reader.files:
                 os.unlink(folder / name)
     if after != before:
-        raise Flaw(f"left {set(after) ^ set(before)} behind")
+        raise FlawError(f"left {set(after) ^ set(before)} behind")
     return message
 
 
-def _check_message(reader: Reader, message: str) -> None:
+def check_message(message: str, files: tuple[str, ...]) -> None:
+    """Raise FlawError unless a refusal is one printable line of a readable length that names one of `files`, if any."""
     if not message or not message.isprintable():
-        raise Flaw(f"the message is no printable line: {message[:200]!r}")
+        raise FlawError(f"the message is no printable line: {message[:200]!r}")
     if len(message) > LONGEST_MESSAGE:
-        raise Flaw(f"the message has {len(message)} characters: {message[:100]!r}")
-    if not any(name in message for name in reader.files):
-        raise Flaw(f"the message names no file: {message[:200]!r}")
+        raise FlawError(f"the message has {len(message)} characters: {message[:100]!r}")
+    if files and not any(name in message for name in files):
+        raise FlawError(f"the message names no file: {message[:200]!r}")
 
 
 @cache
@@ -154,14 +169,14 @@ def _toolpath(dialect: str | None) -> Callable[[Path], Any]:
         toolpath = read_toolpath(path, dialect=dialect)
         for region in toolpath.regions:
             if not np.all(np.isfinite(region.position)):
-                raise Flaw("a position is not finite")
+                raise FlawError("a position is not finite")
             if np.any(np.abs(np.linalg.norm(region.axis, axis=1) - 1.0) > 1e-9):
-                raise Flaw("a tool axis has not length 1")
+                raise FlawError("a tool axis has not length 1")
             if not all(text.isprintable() for text in (region.name, toolpath.source)):
-                raise Flaw("a name is not printable")
+                raise FlawError("a name is not printable")
         for finding in toolpath.findings:
             if not finding.text.isprintable() or len(finding.text) > LONGEST_MESSAGE:
-                raise Flaw(f"a finding is no line: {finding.text[:200]!r}")
+                raise FlawError(f"a finding is no line: {finding.text[:200]!r}")
 
     return read
 
@@ -169,45 +184,45 @@ def _toolpath(dialect: str | None) -> Callable[[Path], Any]:
 def _krl(path: Path) -> None:
     for finding in read_krl(path).findings:
         if not finding.text.isprintable() or len(finding.text) > LONGEST_MESSAGE:
-            raise Flaw(f"a finding is no line: {finding.text[:200]!r}")
+            raise FlawError(f"a finding is no line: {finding.text[:200]!r}")
 
 
 def _cell(path: Path) -> None:
     read = read_cell(path)
     if not np.all(np.isfinite(read.q_home)):
-        raise Flaw("HOME is not finite")
+        raise FlawError("HOME is not finite")
 
 
 def _fis(path: Path) -> None:
     engine = read_fis(path)
     corners = np.array([[v.lower for v in engine.inputs], [v.upper for v in engine.inputs]])
     if not np.all(np.isfinite(engine.evaluate_grid(corners))):
-        raise Flaw("a weight is not finite")
+        raise FlawError("a weight is not finite")
 
 
 def _setup(path: Path) -> None:
     setup = read_setup(path, cell())
     if not np.all(np.isfinite(setup.base_T_part)):
-        raise Flaw("the part's place is not finite")
+        raise FlawError("the part's place is not finite")
 
 
 def _log(path: Path) -> None:
     log = read_log(path)
     if not all(text.isprintable() for text in (log.info.program, log.info.instrument, log.info.note)):
-        raise Flaw("a text of the log is no line")
+        raise FlawError("a text of the log is no line")
     if not np.all(np.isfinite(measurements_of(log, cell()).q)):
-        raise Flaw("a posture is not finite")
+        raise FlawError("a posture is not finite")
 
 
 def _calibration(path: Path) -> None:
     if not np.all(np.isfinite([p.value for p in read_calibration(path, cell()).parameters.items_])):
-        raise Flaw("a parameter is not finite")
+        raise FlawError("a parameter is not finite")
 
 
 def _solution(path: Path) -> None:
     q, _ = read_solution(path, cell())
     if not np.all(np.isfinite(q)):
-        raise Flaw("a posture is not finite")
+        raise FlawError("a posture is not finite")
     coordinates_of(path, cell())
 
 
@@ -221,6 +236,11 @@ def _texts(pattern: str, holds: str, shortest: int = 20) -> list[bytes]:
                 if len(text) >= shortest and b"\n" in text and re.search(holds.encode(), text):
                     found.add(text[:4000])
     return sorted(found)
+
+
+def _kept(reader: str) -> list[bytes]:
+    """Samples made for the purpose, with much of what the format has."""
+    return [p.read_bytes() for p in sorted((ROOT / "tests" / "data" / "seeds" / reader).iterdir())]
 
 
 def _head(path: Path, lines: int) -> bytes:
@@ -237,16 +257,7 @@ def _cl_seeds() -> list[bytes]:
 def _gcode_seeds() -> list[bytes]:
     texts = _texts("test_gcode.py", r"[GM]\d+")
     head = b"G21 G90 G17 G94\nM428\nG0 X0 Y0 Z10 A0 C0\nF600\nG1 X1 Y1 Z1\n"
-    return [*texts, *(head + text + b"\nM30\n" for text in texts), *_GCODE]
-
-
-_GCODE = [
-    b"%\nO1\nN1 G21 G90 G17 G40 G80 G94 G54\nN2 T1 M6\nN3 S9000 M3\nN4 G43.4 H1\nN5 G0 X0 Y0 Z50 A0 C0\nN6 G1 Z-1 F300\n"
-    b"N7 X10 Y5 A10 C30 (CUT)\nN8 G2 X20 Y5 I5 J0\nN9 G3 X20 Y5 R6\nN10 G93 X30 F20\nN11 G94 G0 Z50\nM5\nM30\n%\n",
-    b"G20 G90\nT2 M6\nG68.2 X1 Y2 Z3 I10 J20 K30\nG53.1\nG0 X0 Y0 Z1\nG1 Z-.1 F10\nG2 X.5 I.25 Z-.2 P3\nG69\nM30\n",
-    b"G21\nG0 X0 Y0 Z5\nG98 G81 X1 Y1 Z-2 R2 F100\nX2\nG83 X3 Z-5 R1 Q1 F50\nG73 X4 Z-5 R1 Q1 F50 K3\nG80\nM2\n",
-    b"G21 G18 G91\nG0 X1 Z1\nG2 X2 Z0 I1 K0 F100\nG4 P1\nG52 X10\nG1 X1 F100\nG10 L2 P1 X0\nG28 Z0\nM98 P100\nM30\n",
-]
+    return [*texts, *(head + text + b"\nM30\n" for text in texts), *_kept("gcode")]
 
 
 def _krl_seeds() -> list[bytes]:
@@ -259,20 +270,7 @@ def _krl_seeds() -> list[bytes]:
     texts = _texts("test_krl_reader.py", r"DEF |LIN|PTP|FOR|ENDIF", 10)
     head = b"DEF part ( )\n$VEL.CP = 0.01\n$BASE = {X 1,Y 2,Z 3,A 0,B 0,C 0}\n$TOOL = {X 0,Y 0,Z 100,A 0,B 0,C 0}\n"
     bodies = [head + text + b"\nLIN {X 1,Y 2,Z 3,A 4,B 5,C 6,E1 7,E2 8}\nEND\n" for text in texts if b"DEF" not in text]
-    return [*own, *_KRL, *texts, *bodies]
-
-
-_KRL = [
-    b"DEF part ( )\nINT I\nDECL REAL X[3]\nGLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )\nBAS (#INITMOV,0)\n"
-    b"$BASE = {X 1,Y 2,Z 3,A 0,B 0,C 0}\n$TOOL = {X 0,Y 0,Z 100,A 0,B 0,C 0}\n$VEL.CP = 0.05\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}\n"
-    b"FOR I = 1 TO 3 STEP 1\n LIN XP1 C_DIS\nENDFOR\nIF I > 2 THEN\n part_1 ( )\nELSE\n HALT\nENDIF\n"
-    b"WHILE I < 5\n I = I + 1\nENDWHILE\nREPEAT\n I = I - 1\nUNTIL I == 0\nSWITCH I\nCASE 0\n X[1] = 2.5 * I\nDEFAULT\n X[2] = 1\nENDSWITCH\n"
-    b"END\nDEFFCT REAL F (A :IN)\nREAL A\nRETURN A * 2\nENDFCT\n"
-    + SEPARATOR
-    + b"DEFDAT part PUBLIC\nDECL E6POS XP1={X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,S 2,T 10,E1 0.0}\nDECL FDAT F1={TOOL_NO 1,BASE_NO 2}\nENDDAT\n"
-    + SEPARATOR
-    + b"DEF part_1 ( )\nLIN {X 1}\nCIRC {X 1,Y 2,Z 3},{X 2,Y 3,Z 4},CA 90\nEND\n",
-]
+    return [*own, *_kept("krl"), *texts, *bodies]
 
 
 def _cell_seeds() -> list[bytes]:
@@ -292,34 +290,14 @@ def _fis_seeds() -> list[bytes]:
 
 def _setup_seeds() -> list[bytes]:
     own = [p.read_bytes().replace(b"part.stl", b"stock.stl") for p in sorted(ROOT.glob("toolpaths/*/setup.toml"))]
-    return [*own, *_SETUP, *_texts("test_setup.py", r"part_in_base")]
-
-
-_SETUP = [
-    b'part_in_base = [0, 0, 200, 0, 0, 0]\ndialect = "nx-clsf"\nunits = "mm"\nclearance_mm = 20.0\nrapid_feed_mm_min = 9000\nfeed_mm_min = 500\nspindle_rpm = 9000\ndecimate_mm = 0.001\nchord_tolerance_mm = 0.02\n'
-    b'[[tool]]\nnumber = 1\nname = "ball"\ndiameter_mm = 8.0\nlength_mm = 60\nflange_to_tool = [0, 0, 200, 0, 0, 0]\n[[tool]]\nnumber = 2\n'
-    b"[stock]\nbox_mm = [-10, -10, -10, 10, 10, 10]\n",
-    b'part_in_base = [0, 0, 200, 0, 0, 0]\n[tool]\nlength_mm = 60\n[part]\nmesh = "stock.stl"\nunit = "m"\n',
-]
+    return [*own, *_kept("setup"), *_texts("test_setup.py", r"part_in_base")]
 
 
 def _log_seeds() -> list[bytes]:
-    return [*_LOG, *(text + SEPARATOR + _LOG_TOML for text in _texts("test_log.py", r"^t,"))]
-
-
-_LOG_TOML = (
-    b'measured_frame = "base"\ntarget = "tool"\nprogram = "part.src"\ninstrument = "tracker"\nnote = "warm"\nsigma_mm = 0.02\n'
-    b"sigma_deg = 0.001\npayload_kg = 12.5\nfeed_mm_min = 1500\nposes = false\n"
-)
-_LOG = [
-    b"t,x,y,z,a,b,c,A1,A2,A3,A4,A5,A6,E1,E2\n"
-    + b"".join(b"%.3f,%.3f,2.5,3.5,0,90,1e-3,1,-90,90,%.4f,10,0,100.5,-3\n" % (k * 0.012, k, k * 0.1) for k in range(5))
-    + SEPARATOR
-    + _LOG_TOML,
-    b"t,x,y,z,cA1,cA2,cA3,cA4,cA5,cA6,cE1,cE2,fx,fy,fz\n0,1,2,3,1,2,3,4,5,6,7,8,,,\n0.004,,,,1,2,3,4,5,6,7,8,10,-20.5,3\n"
-    + SEPARATOR
-    + b"poses = true\n",
-]
+    return [
+        *_kept("log"),
+        *(text + SEPARATOR + _kept("log")[0].split(SEPARATOR)[1] for text in _texts("test_log.py", r"^t,")),
+    ]
 
 
 def _calibration_seeds() -> list[bytes]:
@@ -337,15 +315,7 @@ def _calibration_seeds() -> list[bytes]:
 
 
 def _jobs_seeds() -> list[bytes]:
-    return [*_texts("test_batch.py", r"\[\[job\]\]"), *_JOBS]
-
-
-_JOBS = [
-    b'[defaults]\ncell = "cell"\nmethod = "planned"\n[[job]]\nclfile = "part.cls"\nout = "{folder}/{stem}"\n[[job]]\nverb = "verify"\n'
-    b'program = "a.src"\nagainst = "part.cls"\n[[job]]\nverb = "simulate"\nprogram = "a.src"\nout = "a.csv"\ncycle_ms = 4\n',
-    b'[[job]]\nclfile = "*.cls"\ncell = "c"\nname = "A"\nmax_lines = 1000\nreport = false\nunits = "inch"\n'
-    b'[[job]]\nverb = "diagnose"\ncell = "c"\nlog = ["a.csv", "b.csv"]\nout = "d"\n[[job]]\nverb = "calibrate"\nmeasured = ["a.csv"]\ncell = "c"\nout = "c.toml"\n',
-]
+    return [*_texts("test_batch.py", r"\[\[job\]\]"), *_kept("jobs")]
 
 
 def _solution_seeds() -> list[bytes]:
@@ -363,7 +333,7 @@ def _parquet_seeds() -> list[bytes]:
 
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "log.csv"
-        source.write_bytes(_LOG[0].split(SEPARATOR)[0])
+        source.write_bytes(_kept("log")[0].split(SEPARATOR)[0])
         write_log(read_log(source), Path(folder) / "log.parquet")
         return [(Path(folder) / "log.parquet").read_bytes()]
 
