@@ -1,4 +1,4 @@
-"""Verbs of the command line that deal with the real cell: simulate, calibrate, compensate, diagnose."""
+"""Verbs of the command line that deal with the real cell: simulate, calibrate, compensate, diagnose, tracker."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from camrob.errors import SingularError
 from camrob.frozen import locked
 from camrob.se3 import rotation_log
 
-__all__ = ["Compensated", "compensate_postures", "pose_difference"]
+__all__ = ["Compensated", "compensate_postures", "difference_sizes", "pose_difference"]
 
 Array = NDArray[np.float64]
 
@@ -48,6 +48,11 @@ def pose_difference(wanted: Array, poses: Array) -> Array:
     """Twists (N, 6) from poses to wanted ones (N, 4, 4): distance and rotation vector in the axes of their frame."""
     turn = rotation_log(wanted[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2))
     return np.concatenate([wanted[:, :3, 3] - poses[:, :3, 3], turn], axis=1)
+
+
+def difference_sizes(difference: Array) -> Array:
+    """Distance, m, and angle, rad, (N, 2) of twists (N, 6)."""
+    return np.stack([np.linalg.norm(difference[:, :3], axis=1), np.linalg.norm(difference[:, 3:], axis=1)], axis=1)
 
 
 def compensate_postures(
@@ -92,7 +97,7 @@ def _newton(
     for iteration in range(_ITERATIONS + 1):
         poses, J = model.poses_and_arm_jacobian(values, q[open_rows], slope=slope[open_rows])
         e = pose_difference(targets[open_rows], poses)
-        sizes = np.stack([np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)], axis=1)
+        sizes = difference_sizes(e)
         after[open_rows] = sizes
         if iteration == 0:
             before[:] = sizes

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from camrob.calibrate.calibration import Calibration
 from camrob.calibrate.calibration_file import read_calibration
-from camrob.calibrate.compensate import Compensated, compensate_postures, pose_difference
+from camrob.calibrate.compensate import Compensated, compensate_postures, difference_sizes, pose_difference
 from camrob.calibrate.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of, read_cell
@@ -193,10 +193,11 @@ def _within_limits(cell: Cell, q: Array, result: Compensated, text: KrlProgram) 
     """Corrections shrunk, point by point, to what the limits leave of them; so they fade where an axis nears its limit."""
     part = cell.arm_slice
     wanted = (np.asarray(result.q) - q)[:, part]
-    room = np.where(wanted > 0.0, cell.q_upper[part] - q[:, part], q[:, part] - cell.q_lower[part]) - _GUARD
+    room = np.where(wanted > 0.0, cell.q_upper[part] - q[:, part], q[:, part] - cell.q_lower[part])
+    room = np.maximum(room - _GUARD, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(np.abs(wanted) > room, np.maximum(room, 0.0) / np.abs(wanted), 1.0)
-    least = np.min(np.where(np.isnan(share), 1.0, share), axis=1)
+        share = np.where(np.abs(wanted) > room, room / np.abs(wanted), 1.0)
+    least = np.min(share, axis=1)
     short = np.flatnonzero(least < 1.0)
     if not len(short):
         return result, []
@@ -246,9 +247,7 @@ def _patched(folder: Path, text: KrlProgram, planned: Replay, q: Array) -> tuple
             table = table_of[bool(by_axes)]
             new = [NewTarget(tuple(table[row + k]), bool(by_axes)) for k in range(count)]
             old = wanted[name].setdefault(line, new)
-            if old is not new and any(
-                np.max(np.abs(np.subtract(a.values, b.values))) > 1e-6 for a, b in zip(old, new, strict=True)
-            ):
+            if _apart(old, new):
                 what = "the motion runs several times and needs another correction each time"
                 raise KrlError(what, cure="write the loop out", path=folder / name, line=line)
         row += count
@@ -284,8 +283,7 @@ def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay,
         raise VerificationError(
             f"the compensated program can't be followed: {what}", line=stopped.line if stopped else 0
         )
-    e = pose_difference(targets, model.poses(values, np.asarray(replayed.q)))
-    return np.stack([np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)], axis=1)
+    return difference_sizes(pose_difference(targets, model.poses(values, np.asarray(replayed.q))))
 
 
 def _no_new_fault(before: Judgement, after: Judgement) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.calibrate.calibration import Calibration
-from camrob.calibrate.compensate import Compensated, compensate_postures, pose_difference
+from camrob.calibrate.compensate import Compensated, compensate_postures, difference_sizes, pose_difference
 from camrob.calibrate.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.controller.replay import Replay
@@ -98,8 +98,7 @@ def error_between(
         q = np.asarray(compensate_postures(nominal, np.zeros(0), start, middles[1], farthest=np.pi).q)
     except SingularError:
         return None  # the replay has looked at these motions; here only a figure is lost
-    e = pose_difference(middles[0], model.poses(values, q))
-    sizes = np.stack([np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)], axis=1)
+    sizes = difference_sizes(pose_difference(middles[0], model.poses(values, q)))
     return {**_sizes(sizes), "worst_line": int(text.line[rows[int(np.argmax(sizes[:, 0]))]])}
 
 

@@ -16,10 +16,9 @@ from camrob.cell.cell import Cell
 from camrob.controller.replay import replay
 from camrob.errors import InputError
 from camrob.feed.derivative_analysis import DerivativeAnalysis, Interpolation, analyse_derivatives
-from camrob.feed.straight_line import straight_line
 from camrob.jobs.npz import read_arrays
 from camrob.jobs.published_file import read_published
-from camrob.jobs.published_robot import drawn_errors
+from camrob.jobs.published_robot import case_line, drawn_errors
 from camrob.kinematics.frames import base_T_tool
 from camrob.post.krl_reader import read_krl
 
@@ -29,10 +28,8 @@ Array = NDArray[np.float64]
 
 LINE = "published.toml"
 _LISTED = 40  # violations in the summary
-_SOLVED, _PRINTED = (
-    1e-6,
-    2e-6,
-)  # rad or m that coordinates are known to: from a solver, and from a program's four decimals
+# rad or m that coordinates are known to: from a solver, and from a program's four decimals
+_SOLVED, _PRINTED = 1e-6, 2e-6
 
 
 class Coordinates(NamedTuple):
@@ -76,10 +73,7 @@ def published_line(cell: Cell) -> tuple[Coordinates, Coordinates]:
     Raises InputError, UnreachableError, SingularError.
     """
     case = read_published(cell.folder / LINE, cell)
-    near = cell.to_q(np.asarray(case.middle_deg))
-    half, direction = case.points // 2, np.asarray(case.direction)
-    first = straight_line(cell, near, -direction, step=case.step, count=half + 1)[-1]
-    q = straight_line(cell, first, direction, step=case.step, count=case.points)
+    q = case_line(case, cell)
     errors = {name: e for name, e in drawn_errors(case, cell).items() if ".cos" not in name and ".sin" not in name}
     nominal = Coordinates(q, np.arange(1, len(q) + 1), _SOLVED, f"straight line of {len(q)} points ({case.source})")
     model, values = ErrorModel.of(cell, tuple(errors), in_base=True), np.array(list(errors.values()))

@@ -9,26 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.calibrate.calibration import Calibration
-from camrob.calibrate.compensate import compensate_postures, pose_difference
+from camrob.calibrate.compensate import compensate_postures, difference_sizes, pose_difference
 from camrob.calibrate.error_model import ErrorModel
 from camrob.calibrate.measurements import Measurements
 from camrob.calibrate.paper_newton import compensate_as_published
 from camrob.calibrate.terms import standard_names
 from camrob.cell.cell import Cell
-from camrob.errors import UnreachableError
 from camrob.feed.derivative_analysis import DerivativeAnalysis, analyse_derivatives
+from camrob.feed.straight_line import straight_line
 from camrob.frozen import locked
 from camrob.jobs.published_file import PublishedCase
-from camrob.kinematics.arm import FOLLOWED, Arm
 from camrob.kinematics.frames import base_T_tool
-from camrob.se3 import inverse, pose, rotation_exp
+from camrob.se3 import rotation_exp
 
-__all__ = ["TapeLine", "drawn_errors", "measured_poses", "tape_line"]
+__all__ = ["TapeLine", "case_line", "drawn_errors", "measured_poses", "tape_line"]
 
 Array = NDArray[np.float64]
 
 _TWINS = 8  # every so many points the published iteration runs beside ours
-_MOST_STEP = 0.2  # rad between points of a line
 
 
 def drawn_errors(case: PublishedCase, cell: Cell) -> dict[str, float]:
@@ -63,6 +61,13 @@ def measured_poses(
     return Measurements(q, frames, True, sigma_position=case.sigma[0], sigma_angle=case.sigma[1], name=name)
 
 
+def case_line(case: PublishedCase, cell: Cell) -> Array:
+    """Postures (N, n) of the nominal robot along the case's straight line. Raises UnreachableError where it leaves the reach."""
+    middle, direction = cell.to_q(np.asarray(case.middle_deg)), np.asarray(case.direction)
+    first = straight_line(cell, middle, -direction, step=case.step, count=case.points // 2 + 1)[-1]
+    return straight_line(cell, first, direction, step=case.step, count=case.points)
+
+
 @dataclass(frozen=True, slots=True)
 class TapeLine:
     """The paper's use case, run by the simulated robot. planned (N, n); errors before, after, and after with the extended
@@ -90,12 +95,12 @@ def tape_line(
     case: PublishedCase, cell: Cell, errors: Mapping[str, float], plain: Calibration, extended: Calibration
 ) -> TapeLine:
     """Compensate the case's line with both calibrations and run it. Raises UnreachableError where it leaves the reach."""
-    planned, targets = _planned(case, cell)
+    planned = case_line(case, cell)
+    targets = base_T_tool(cell, planned)
     real, truth = ErrorModel.of(cell, tuple(errors)), np.array(list(errors.values()))
 
     def error_of(q: Array) -> Array:
-        e = pose_difference(targets, real.poses(truth, q))
-        return np.stack([np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)], axis=1)
+        return difference_sizes(pose_difference(targets, real.poses(truth, q)))
 
     model, values = plain.model(cell)
     ours = compensate_postures(model, values, planned, targets)
@@ -115,20 +120,3 @@ def tape_line(
         difference=difference,
         analysis=(analyse_derivatives(cell, planned), analyse_derivatives(cell, np.asarray(ours.q))),
     )
-
-
-def _planned(case: PublishedCase, cell: Cell) -> tuple[Array, Array]:
-    """Postures (N, n) of the nominal robot along the line, and its poses (N, 4, 4) in `base`."""
-    near = cell.to_q(np.asarray(case.middle_deg))
-    middle = base_T_tool(cell, near)
-    half = case.points // 2
-    along = case.step * (np.arange(case.points) - half)
-    places = middle[:3, 3] + along[:, None] * np.asarray(case.direction)
-    targets = pose(np.broadcast_to(middle[:3, :3], (case.points, 3, 3)), places)
-    foot_T_tool = inverse(np.asarray(cell.base_T_first)) @ targets
-    arm = Arm.of(cell)
-    to_begin, begun, _ = arm.follow(foot_T_tool[half::-1], near, step=_MOST_STEP)
-    planned, code, _ = arm.follow(foot_T_tool, to_begin[-1], step=_MOST_STEP)
-    if begun != FOLLOWED or code != FOLLOWED:
-        raise UnreachableError("the case's line leaves the arm's reach; give another middle posture or fewer points")
-    return np.asarray(planned), targets

@@ -16,9 +16,8 @@ from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["POINT_ENDS_MM", "POSTURE_DEG", "POSTURE_MM", "hold_to_solution"]
 
-POINT_ENDS_MM = (
-    0.002  # a motion ends at a CL point where it ends this near to it: twice what rounding can make of a point
-)
+# a motion ends at a CL point where it ends this near to it: twice what rounding can make of a point
+POINT_ENDS_MM = 0.002
 POSTURE_DEG = 0.05  # what rounding of a pose can move an axis by, near a straight wrist too
 POSTURE_MM = 1e-3  # a printed E1 has four decimals
 
@@ -50,8 +49,9 @@ def hold_to_solution(
     read = np.asarray(replay.q)[row][:, real]
     off = np.min([np.max(np.abs(read - w[:, real]) / tolerance, axis=1) for w in wanted], axis=0, initial=np.inf)
     findings = []
-    if len(off) and off.max() > 1.0:
-        k = int(np.argmax(off > 1.0))
+    astray = ~(off <= 1.0)  # what is no number is no posture either
+    if astray.any():
+        k = int(np.argmax(astray))
         worst = int(np.argmax(np.abs(read[k] - wanted[0][k, real]) / tolerance))
         joint = cell.joints[real[worst]]
         apart_by = float(np.abs(read[k, worst] - wanted[0][k, real[worst]]))

@@ -19,10 +19,8 @@ __all__ = ["Reversal", "RunMeasure", "Size", "across", "measure_run", "off_path"
 Array = NDArray[np.float64]
 
 _STILL = 1e-7  # rad/s below which a joint counts as standing
-_BEFORE, _AFTER = (
-    (-0.6, -0.3),
-    (-0.3, 1.5),
-)  # s about a reversal: where its peak is counted from, and where it is looked for
+# s about a reversal: where its peak is counted from, and where it is looked for
+_BEFORE, _AFTER = (-0.6, -0.3), (-0.3, 1.5)
 _CORNER = (-0.2, 1.5)  # s about a corner
 _TOGETHER = 0.5  # s within which joints turn round at one place
 _APART = 2.0  # s that a reversal must be away from corners to count as one of its own
