@@ -169,3 +169,10 @@ def test_cells_that_come_with_camrob_bring_readable_effects(cell: Path) -> None:
     from camrob.cell.read_cell import read_cell
 
     assert isinstance(cell_effects(cell, read_cell(cell)), tuple)
+
+
+def test_the_page_s_example_is_an_effect_that_can_be_read(tmp_path: Path) -> None:
+    page = (KR15.parents[1] / "camrob" / "gap" / "README.md").read_text()
+    example = page.partition("```toml\n")[2].partition("```")[0]
+    effect = cell_effects(folder(tmp_path, "rack_pitch", example), kr15())[0]
+    assert effect_faults(effect, [make_scene(simulated(), kr15())]) == []

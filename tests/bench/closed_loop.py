@@ -1,4 +1,4 @@
-"""The loop closed on a simulated cell: `python tests/bench/closed_loop.py [PROGRAM.src] --out DIR`.
+"""The loop closed on a simulated cell: `python tests/bench/closed_loop.py [PROGRAM.src[.gz]] --out DIR`.
 
 A program is run by the virtual controller; what a cell with true effects would make of its set-points comes from
 `gap_generator`, which shares no code with camrob. The log is diagnosed, what can be corrected is handed to `compensate`,
@@ -9,8 +9,8 @@ Writes loop.json and loop.md.
 from __future__ import annotations
 
 import argparse
+import gzip
 import json
-import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -37,7 +37,7 @@ from camrob.post.krl_reader import read_krl
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"
-PROGRAM = ROOT / "toolpaths" / "engraving" / "golden" / "engraving.src"
+PROGRAM = ROOT / "toolpaths" / "carving" / "golden" / "carving.src.gz"
 DEG = np.pi / 180.0
 EDGE = np.array([1 / DEG] * 6 + [1e3, 1 / DEG])
 SIGMA_MM, SIGMA_DEG = 0.02, 1e-3
@@ -91,7 +91,9 @@ def off_path(log: MeasurementLog, program: Path, shift: np.ndarray | None = None
 def close_loop(program: Path, out: Path, apply: Callable[[generator.World], None] = true_cell) -> dict:
     """Program, run, diagnose, compensate, run again."""
     out.mkdir(parents=True, exist_ok=True)
-    shutil.copy(program, out / program.name)
+    text = gzip.decompress(program.read_bytes()) if program.suffix == ".gz" else program.read_bytes()
+    program = program.with_suffix("") if program.suffix == ".gz" else program
+    (out / program.name).write_bytes(text)
     first = run_on_cell(out / program.name, apply, 1)
     write_log(first, out / "run1.csv")
     file = out / "fitted.toml"
