@@ -64,7 +64,8 @@ def find_outliers(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
         r = scene.tcp_gap[run, :3]
         if len(r) < 7:
             continue
-        padded = np.pad(r, ((3, 3), (0, 0)), mode="edge")
+        # mirrored, not repeated: an outlier that comes first would be its own median
+        padded = np.pad(r, ((3, 3), (0, 0)), mode="reflect")
         near = np.median(np.lib.stride_tricks.sliding_window_view(padded, 7, axis=0), axis=-1)
         off = np.abs(r - near)
         spread = np.maximum(1.4826 * np.median(off, axis=0), noise.tcp[:3])

@@ -189,9 +189,8 @@ def write_report(figures, folder: Path, preface: str = ""):
     lines += ["## Confusion: what leads among the claims", "", "![confusion](confusion.png)", ""]
     if figures["each alone at twice the noise"]:
         lines += ["## Every effect alone, at 2 to 2.5 times the noise", ""]
-        lines += _table(("effect", "right first", "exact up to groups"), [
-            (n, _short(d["right first"]), _short(d["exact up to groups"])) for n, d in figures["each alone at twice the noise"].items()
-        ])  # fmt: skip
+        each = figures["each alone at twice the noise"].items()
+        lines += _table(("effect", *next(iter(each))[1]), [(n, *map(_short, d.values())) for n, d in each])
     if figures["left out"]:
         lines += ["## Every effect taken out of the library, its cases diagnosed (2 to 20 times the noise)", ""]
         head = (
