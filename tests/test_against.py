@@ -140,3 +140,44 @@ def test_random_programs_cover_themselves_and_no_others() -> None:
         moved[k] += rng.normal(0, 1, 3)
         assert not covered(frames(tips, tilt), frames(moved, tilt)).good
         assert not covered(frames(tips, tilt), frames(np.delete(tips, k, 0), np.delete(tilt, k))).good
+
+
+def retracting(*between: tuple[float, float, float], kinds: tuple[int, ...] = (), tilt: float = 0.0):
+    """A line of six points, the fourth of which is left by way of `between`, mm, and come back to."""
+    cl = line()
+    cl[5, 2] = 20.0  # the highest point of the part
+    tips = np.concatenate([cl[:4], np.array(between, float).reshape(-1, 3), cl[3:]])
+    tilts = np.zeros(len(tips))
+    tilts[4] = tilt
+    kind = np.full(len(tips), LIN)
+    kind[4 : 4 + len(kinds)] = kinds
+    return covered(frames(cl), frames(tips, tilts), kind)
+
+
+UP, AWAY = (30.0, 0.0, 25.0), (400.0, 100.0, -300.0)
+
+
+@pytest.mark.parametrize(
+    ("between", "kinds", "tilt", "good"),
+    [
+        ((UP,), (), 0.0, True),
+        ((UP, UP), (LIN, PTP), 0.0, True),
+        (((30, 0, 5), UP, UP, (30, 0, 5)), (LIN, LIN, PTP, LIN), 0.0, True),
+        ((UP, (80, 0, 25), UP), (LIN, LIN, LIN), 0.0, True),  # about in the clear
+        ((UP, AWAY, UP), (LIN, PTP, PTP), 0.0, True),  # by way of HOME, wherever that is: collisions are looked for elsewhere
+        (((30, 0, 15),), (), 0.0, False),  # below the part's highest point
+        (((30.5, 0, 25),), (), 0.0, False),  # not along the tool axis
+        ((UP,), (), 3.0, False),  # the tool tilts in the cut
+        ((UP, UP), (PTP, PTP), 0.0, False),  # nobody knows the way out of the cut
+        ((UP, AWAY, UP), (LIN, LIN, LIN), 0.0, False),  # a line through the part
+        ((UP, AWAY), (LIN, PTP), 0.0, False),  # nor the way back in
+    ],
+)
+def test_within_a_region_only_a_retract_clear_of_the_part_is_no_stray(between, kinds, tilt, good) -> None:
+    found = retracting(*between, kinds=kinds, tilt=tilt)
+    assert found.good is good
+    if good:
+        assert found.motion.tolist()[:4] == [0, 1, 2, 3] and found.leaves[3] == 4 + len(between)
+        assert found.stray < 1e-12
+    else:
+        assert {f.code for f in found.findings} == {"strays"} and found.stray > 4e-4

@@ -28,11 +28,13 @@ CLEARLY = 2e-6  # m: more than what rounding to three decimals can make of a poi
 class Coverage:
     """How a program covers CL points: motion (N,) that passes each point (-1: none), and the errors there, m and rad.
 
-    stray: m, the farthest that the program's motions between two neighbouring points of one region leave the line between.
-    joined: (N,) True where a point lies in one region with the point before it.
+    leaves: (N,) motion from whose end the way on from each point begins: `motion`, but where the program retracts at the point
+    and comes back. stray: m, the farthest that the program's motions between two neighbouring points of one region leave the
+    line between, such retracts apart. joined: (N,) True where a point lies in one region with the point before it.
     """
 
     motion: NDArray[np.int64]
+    leaves: NDArray[np.int64]
     position_error: Array
     axis_error: Array
     stray: float
@@ -150,15 +152,61 @@ def _stray(
 
 
 @numba.njit(cache=True)
+def _on_ray(p: Array, z: Array, o: Array, axis: Array, tolerance: float) -> bool:
+    """Whether a tip p with tool axis z lies on the ray from o along the tool axis there, the tool not tilted."""
+    d = p - o
+    t = max(0.0, np.sum(d * axis))
+    c = np.cross(z, axis)
+    return bool(
+        np.sum((d - t * axis) ** 2) <= tolerance * tolerance and np.sum(c * c) <= AXIS_TOLERANCE**2 and np.sum(z * axis) > 0.0
+    )
+
+
+@numba.njit(cache=True)
+def _retracts(
+    x: Array, zx: Array, i: int, first: int, last: int, p: Array, z: Array, kind: NDArray[np.int8], tolerance: float
+) -> bool:
+    """Whether rows first + 1 .. last lead from point i, where row `first` ends, clear of the part and back.
+
+    Out and in by LIN along the tool axis; clear is above all points x (N, 3) along that axis, where LIN and CIRC have to
+    stay. A PTP in between begins and ends there.
+    """
+    o, axis = x[i], zx[i]
+    if last - first < 2 or np.sum((p[first] - o) ** 2) > tolerance * tolerance:
+        return False
+    clear = -np.inf
+    for k in range(x.shape[0]):
+        clear = max(clear, np.sum(x[k] * axis))
+    out = first
+    while np.sum(p[out] * axis) < clear + tolerance:
+        out += 1
+        if out >= last or kind[out] != KrlMotion.LIN or not _on_ray(p[out], z[out], o, axis, tolerance):
+            return False
+    back = last
+    while np.sum(p[back] * axis) < clear + tolerance:
+        if kind[back] != KrlMotion.LIN or not _on_ray(p[back], z[back], o, axis, tolerance):
+            return False
+        back -= 1
+    if back < out or not _on_ray(p[back], z[back], o, axis, tolerance):
+        return False
+    for k in range(out + 1, back + 1):
+        if kind[k] == KrlMotion.PTP_AXES or kind[k] == KrlMotion.PTP_POSE:
+            continue
+        if min(np.sum(p[k] * axis), np.sum(p[k - 1] * axis)) < clear:
+            return False
+    return True
+
+
+@numba.njit(cache=True)
 def _cover(
     x: Array, zx: Array, region: NDArray[np.int64], p: Array, z: Array, kind: NDArray[np.int8], tolerance: float,
-    motion: NDArray[np.int64], error: Array, axis_error: Array, stray: Array,
+    motion: NDArray[np.int64], leaves: NDArray[np.int64], error: Array, axis_error: Array, stray: Array,
 ) -> None:  # fmt: skip
     """Match points x (N, 3) with axes zx (N, 3) to motions between p (M, 3), z (M, 3), in order.
 
     Each point goes to the first motion that meets it, or to one directly behind that meets it better. stray (N,): how far
     the motions between point i - 1 and i leave their chord; where a link leads back to the same place, the point before
-    is taken behind the link.
+    is taken behind the link, or, where that link is a retract within a region, left from there (`leaves`).
     """
     M = p.shape[0]
     m = _Match(np.zeros(3), np.zeros(3), np.zeros(3), np.empty(3), np.empty(3), np.empty(3))
@@ -180,6 +228,7 @@ def _cover(
             k, least = _last_row(kind, k) + 1, 0.0
         if motion[i] < 0:
             return
+        leaves[i] = motion[i]
         if i > 0 and region[i] == region[i - 1]:
             stray[i] = _stray(x[i - 1], x[i], motion[i - 1], motion[i], share, p, kind, m)
             if stray[i] > 2.0 * tolerance:
@@ -188,10 +237,14 @@ def _cover(
                         _match(x[i - 1], zx[i - 1], p, z, kind, other, 0.0, tolerance, m)
                         if m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE:
                             at = m.found[2]
-                            motion[i - 1] = other
                             stray[i] = _stray(x[i - 1], x[i], other, motion[i], share, p, kind, m)
+                            begins = np.sum((p[other - 1] - x[i - 1]) ** 2) <= tolerance * tolerance
+                            leaves[i - 1] = other - 1 if begins else other
+                            if _retracts(x, zx, i - 1, motion[i - 1], leaves[i - 1], p, z, kind, tolerance):
+                                break
+                            motion[i - 1], leaves[i - 1] = other, other
                             if i > 1 and region[i - 1] == region[i - 2]:  # the way back counts before the point, then
-                                stray[i - 1] = _stray(x[i - 2], x[i - 1], motion[i - 2], other, at, p, kind, m)
+                                stray[i - 1] = _stray(x[i - 2], x[i - 1], leaves[i - 2], other, at, p, kind, m)
                             break
 
 
@@ -206,11 +259,12 @@ def cover(
     """
     n = len(base_T_tip)
     motion, error, axis_error, stray = np.full(n, -1), np.full(n, np.inf), np.full(n, np.inf), np.zeros(n)
+    leaves = np.full(n, -1)
     tolerance = POSITION_TOLERANCE + chord_tolerance
     _cover(
         np.ascontiguousarray(base_T_tip[:, :3, 3]), np.ascontiguousarray(base_T_tip[:, :3, 2]), region.astype(np.int64),
         np.ascontiguousarray(targets[:, :3, 3]), np.ascontiguousarray(targets[:, :3, 2]), kind, tolerance,
-        motion, error, axis_error, stray,
+        motion, leaves, error, axis_error, stray,
     )  # fmt: skip
     findings = []
     missed = np.flatnonzero(motion < 0)
@@ -229,4 +283,4 @@ def cover(
                                 line=int(line[i]), point=i, value=m_to_mm(off), limit=m_to_mm(tolerance), unit="mm"))  # fmt: skip
     met = motion >= 0
     joined = np.concatenate([[False], region[1:] == region[:-1]])[:n]
-    return Coverage(motion, np.where(met, error, 0.0), np.where(met, axis_error, 0.0), off, joined, tuple(findings))
+    return Coverage(motion, leaves, np.where(met, error, 0.0), np.where(met, axis_error, 0.0), off, joined, tuple(findings))

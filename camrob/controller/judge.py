@@ -144,13 +144,15 @@ def _standing(program: KrlProgram, replay: Replay, coverage: Coverage, feed: Arr
 
 
 def _cuts_by_ptp(program: KrlProgram, coverage: Coverage, feed: Array) -> list[Finding]:
-    """An error where a PTP leads from one CL point to the next that is cut: nobody knows its way between."""
+    """An error where a PTP leads from one CL point to the next that is cut: nobody knows its way between. Retracts, from a
+    point and back to it, are no way between.
+    """
     ptp = np.asarray(program.kind) < KrlMotion.LIN
     before = np.concatenate([[0], np.cumsum(ptp)])  # PTPs among the first k rows
     motion = coverage.motion
     cut = np.flatnonzero(coverage.joined & np.isfinite(feed) & (motion >= 0))
     cut = cut[(cut > 0) & (motion[cut - 1] >= 0)]
-    bad = cut[before[motion[cut] + 1] > before[motion[cut - 1] + 1]]
+    bad = cut[before[motion[cut] + 1] > before[np.asarray(coverage.leaves)[cut - 1] + 1]]
     if not len(bad):
         return []
     row = int(motion[bad[0]])
