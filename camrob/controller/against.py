@@ -158,7 +158,9 @@ def _on_ray(p: Array, z: Array, o: Array, axis: Array, tolerance: float) -> bool
     t = max(0.0, np.sum(d * axis))
     c = np.cross(z, axis)
     return bool(
-        np.sum((d - t * axis) ** 2) <= tolerance * tolerance and np.sum(c * c) <= AXIS_TOLERANCE**2 and np.sum(z * axis) > 0.0
+        np.sum((d - t * axis) ** 2) <= tolerance * tolerance
+        and np.sum(c * c) <= AXIS_TOLERANCE**2
+        and np.sum(z * axis) > 0.0
     )
 
 
@@ -283,4 +285,6 @@ def cover(
                                 line=int(line[i]), point=i, value=m_to_mm(off), limit=m_to_mm(tolerance), unit="mm"))  # fmt: skip
     met = motion >= 0
     joined = np.concatenate([[False], region[1:] == region[:-1]])[:n]
-    return Coverage(motion, leaves, np.where(met, error, 0.0), np.where(met, axis_error, 0.0), off, joined, tuple(findings))
+    return Coverage(
+        motion, leaves, np.where(met, error, 0.0), np.where(met, axis_error, 0.0), off, joined, tuple(findings)
+    )

@@ -62,7 +62,7 @@ def post_summary(
         "external_travel": {key: round(value, 4) for key, value in margins.external_travel.items()},
         **feed,
         "verified": _verified(back),
-        "plan": _plan(solution),
+        "plan": _plan(inputs, solution),
         "warnings": [_warning(f) for f in findings if f.severity is not Severity.INFO],
         "notes": [_warning(f) for f in findings if f.severity is Severity.INFO],
         "files": list(files),
@@ -100,7 +100,7 @@ def _verified(back: ReadBack) -> dict[str, Any]:
     }
 
 
-def _plan(solution: Solution) -> dict[str, Any] | None:
+def _plan(inputs: JobInputs, solution: Solution) -> dict[str, Any] | None:
     """How a planned solution was chosen: the curve of conditioning against external travel, and the objective's terms."""
     plan = solution.plan
     if plan is None:
@@ -115,6 +115,17 @@ def _plan(solution: Solution) -> dict[str, Any] | None:
         "shares": plan.shares,
         "repostures": plan.repostures,
         "retracts": plan.retracts,
+        "cuts": [
+            {
+                "line": int(inputs.path.line[r.point]),
+                "region": r.region,
+                "inserted": bool(inputs.path.source[r.point] < 0 and inputs.path.region[r.point] >= 0),
+                "by": "axes" if r.by_axes else "external axes, pose held",
+                "reason": r.reason,
+            }
+            for r in solution.revisions
+            if r.kept
+        ],
         "curve": [
             {
                 "name": point.name,
@@ -122,9 +133,19 @@ def _plan(solution: Solution) -> dict[str, Any] | None:
                 "inv_kf_min": point.inv_kf_min,
                 "share_of_bound": point.share,
                 "travel_si": dict(point.travel),
+                "travel": _edge_travel(inputs, point.travel),
             }
             for point in plan.curve
         ],
+    }
+
+
+def _edge_travel(inputs: JobInputs, travel: Mapping[str, float]) -> dict[str, float]:
+    """External travel by axis, mm or degrees, with the unit in the key."""
+    prismatic = {j.name: j.prismatic for j in inputs.cell.joints}
+    return {
+        f"{name}_{'mm' if prismatic[name] else 'deg'}": round(m_to_mm(v) if prismatic[name] else rad_to_deg(v), 3)
+        for name, v in travel.items()
     }
 
 

@@ -100,6 +100,7 @@ def assemble_program(
     axes = round_axes(axis_values[:, :6])
     none = np.zeros(len(kind), np.int16)
     feed = np.where(path.cutting, path.feed if speed is None else speed, rapid_speed)
+    feed[path.entering] = np.minimum(feed, path.feed)[path.entering]
     of_path = point >= 0
     ptp = (kind == Motion.PTP_AXES) | (kind == Motion.PTP_POSE)
     return Program(

@@ -15,6 +15,7 @@ from camrob.issues import Finding
 from camrob.report.curves import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
 from camrob.report.feed_sections import feed_section, torque_chart, torque_section
 from camrob.report.html import escape, page, plot_text
+from camrob.report.plan_section import plan_section
 from camrob.report.scene import ROLE_COLORS, scene_data
 from camrob.report.sections import cards, headline, regions_table, verdict, warnings_table
 from camrob.resolve.path import ToolPathInBase
@@ -75,6 +76,7 @@ def post_report(
             *(_chart_section(chart) for chart in charts),
             feed_section(summary),
             torque_section(summary),
+            plan_section(summary.get("plan")),
             regions_table(summary, path, solution, threshold=threshold),
             "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing. "
             "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, "

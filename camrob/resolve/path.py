@@ -88,6 +88,11 @@ class ToolPathInBase:
         return out
 
     @property
+    def entering(self) -> NDArray[np.bool_]:
+        """(N,) True for camrob's own points that the tool comes to at a feed: the way back into a cut behind a retract."""
+        return np.asarray((self.source < 0) & ~self.cutting & np.isfinite(self.feed))
+
+    @property
     def length(self) -> Array:
         """(N,) length of the tip's path up to each point, m."""
         step = np.linalg.norm(np.diff(self.base_T_tip[:, :3, 3], axis=0), axis=1)

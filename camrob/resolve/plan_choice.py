@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,9 @@ from camrob.resolve.plan_report import TERMS, PlanPoint
 from camrob.resolve.plan_samples import Waypoints
 from camrob.resolve.plan_space import PlanSpace, conditioning, plan_work
 
-__all__ = ["Choice", "Curve", "chosen_point", "plan_point", "plan_terms"]
+__all__ = ["Choice", "CurvePoint", "Knee", "chosen_point", "plan_point", "plan_terms"]
 
 Array = NDArray[np.float64]
-Curve: TypeAlias = list[tuple[str, Draft]]
 
 
 class Choice(NamedTuple):
@@ -27,6 +27,66 @@ class Choice(NamedTuple):
 
     curve_index: int
     rule: str
+
+
+class CurvePoint(NamedTuple):
+    """A point of the curve: its name, its plan, and what the plan gives."""
+
+    name: str
+    draft: Draft
+    told: PlanPoint
+
+
+@dataclass(frozen=True, slots=True)
+class Knee:
+    """What the knee is measured by.
+
+    price (F,): of external travel, m a rad or m; share: of the bound's mean 1/k_F that it shall keep; budget: external axis
+    to the most that it shall move in cutting moves, rad or m; where an axis has none it may move as it likes.
+    """
+
+    price: Array
+    share: float
+    budget: Mapping[str, float]
+
+    def keeps(self, point: PlanPoint) -> bool:
+        """Whether a point keeps the share of the bound."""
+        return point.share >= self.share
+
+    def within(self, point: PlanPoint) -> bool:
+        """Whether every external axis moves within its budget."""
+        return all(point.travel.get(name, 0.0) <= most for name, most in self.budget.items())
+
+    def between(self, points: Sequence[CurvePoint]) -> int | None:
+        """The point behind which, up to the next, the one that is taken may lie; points go from still to flowing."""
+        both = any(self.keeps(p.told) and self.within(p.told) for p in points)
+        marks = [self.keeps(p.told) if both else not self.within(p.told) for p in points]
+        return next((k for k in range(len(marks) - 1) if not marks[k] and marks[k + 1]), None)
+
+    def take(self, points: Sequence[PlanPoint]) -> Choice:
+        """The point that the rule written down in `planned` takes."""
+
+        def paid(k: int) -> tuple[float, float]:
+            travel = sum(p * t for p, t in zip(self.price, points[k].travel.values(), strict=False))
+            return travel, -points[k].share
+
+        percent = f"{100.0 * self.share:g} %"
+        good = [k for k, p in enumerate(points) if self.keeps(p)]
+        cheap = [k for k, p in enumerate(points) if self.within(p)]
+        if set(good) & set(cheap):
+            best = min(set(good) & set(cheap), key=paid)
+            return Choice(best, f"the least external travel that keeps {percent} of the bound")
+        if cheap:
+            best = max(cheap, key=lambda k: (points[k].share, -paid(k)[0]))
+            return Choice(
+                best, f"the best that the budget of external travel allows; it does not buy {percent} of the bound"
+            )
+        if good:
+            return Choice(
+                min(good, key=paid), f"the least external travel that keeps {percent} of the bound, above its budget"
+            )
+        best = max(range(len(points)), key=lambda k: points[k].share)
+        return Choice(best, f"no point of the curve keeps {percent} of the bound; this one keeps most")
 
 
 def plan_point(
@@ -53,23 +113,13 @@ def plan_point(
     )
 
 
-def chosen_point(points: Sequence[PlanPoint], price: Array, share: float, mode: str) -> Choice:
-    """The point that a mode takes; for "knee" by the rule that `planned` writes down. price: (E,) of external travel."""
-    if mode != "knee" or len(points) == 1:
-        last = len(points) - 1 if mode == "flowing" else 0
-        return Choice(
-            last, f"{mode} was asked for" if mode != "knee" else "nothing else leads through without a retract"
-        )
-    good = [k for k in range(len(points)) if points[k].share >= share]
-    if not good:
-        best = max(range(len(points)), key=lambda k: points[k].share)
-        return Choice(best, f"no point of the curve keeps {100.0 * share:g} % of the bound; this one keeps most")
-
-    def paid(k: int) -> tuple[float, float]:
-        travel = sum(p * t for p, t in zip(price, points[k].travel.values(), strict=False))
-        return travel, -points[k].share
-
-    return Choice(min(good, key=paid), f"the least external travel that keeps {100.0 * share:g} % of the bound")
+def chosen_point(points: Sequence[PlanPoint], knee: Knee | None, mode: str) -> Choice:
+    """The point that a mode takes: an end of the curve, or the knee."""
+    if knee is not None and len(points) > 1:
+        return knee.take(points)
+    last = len(points) - 1 if mode == "flowing" else 0
+    told = "nothing else leads through without a retract" if mode == "knee" else f"{mode} was asked for"
+    return Choice(last, told)
 
 
 def plan_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) -> dict[str, float]:

@@ -72,7 +72,7 @@ def candidate_nodes(
             grid = np.concatenate([grid, best[None, :external]])
         u, q, branch, price = _layer(space, objective, np.ascontiguousarray(frame), np.ascontiguousarray(grid), best is not None,
                                      best if best is not None else np.zeros(len(space.free)), ROLLS)  # fmt: skip
-        keep = np.argsort(price, kind="stable")[:NODES]
+        keep = _kept(u[:, :external], price)
         us.append(u[keep])
         qs.append(q[keep])
         branches.append(branch[keep])
@@ -81,6 +81,20 @@ def candidate_nodes(
     return Nodes(
         np.cumsum(counts), np.concatenate(us), np.concatenate(qs), np.concatenate(branches), np.concatenate(prices)
     )
+
+
+def _kept(external: Array, price: Array) -> Ints:
+    """Indices of NODES candidates at most, the cheapest first of each external posture, so that none dies out for being dear
+    at one pose.
+    """
+    if len(price) <= NODES:
+        return np.argsort(price, kind="stable")
+    group = np.concatenate([[0], np.cumsum(np.any(external[1:] != external[:-1], axis=1))])
+    order = np.lexsort((price, group))
+    first = np.flatnonzero(np.diff(group[order], prepend=-1))
+    rank = np.empty(len(price), np.int64)
+    rank[order] = np.arange(len(price)) - np.repeat(first, np.diff(np.append(first, len(price))))
+    return np.lexsort((price, rank))[:NODES]
 
 
 @numba.njit(cache=True)

@@ -19,6 +19,7 @@ lies r < BLOCKED_REACH away, measured in `posture_features`. The weights are num
     travel_revolute m a rad             travel_prismatic m a m                    smoothness m2 a rad2 or m2
     speed 1             speed_share 1   arm_step m2 a rad2                        reposture m
     knee_share 1        the share of its bound that the mean 1/k_F has to keep at the knee (see `planned`)
+    knee_travel 1       the share of the published method's external travel that it may cost
 """
 
 from __future__ import annotations
@@ -68,13 +69,14 @@ class PlanWeights:
     margin_deg: float = 5.0
     margin_mm: float = 20.0
     travel_revolute: float = 0.04
-    travel_prismatic: float = 0.05
+    travel_prismatic: float = 0.02
     smoothness: float = 0.0002
     speed: float = 1.0
     speed_share: float = 0.8
     arm_step: float = 0.0001
     reposture: float = 0.2
     knee_share: float = 0.96
+    knee_travel: float = 0.25
 
 
 def plan_weights(cell: Cell) -> PlanWeights:

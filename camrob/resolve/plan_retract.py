@@ -17,7 +17,7 @@ def with_retracts(path: ToolPathInBase, points: NDArray[np.int64], clearance: fl
     """The path with a retract after each of `points` (indices): a safe point `clearance` m above all that it passes, along the
     tool axis there, and the way back to the point.
 
-    Both are camrob's own (source -1, `Move.LINK`) and keep the point's region and line.
+    Both are camrob's own (source -1, `Move.LINK`) and keep the point's region and line; the way back has the point's feed.
     """
     after = np.unique(points)
     tips = path.base_T_tip[:, :3, 3]
@@ -36,7 +36,7 @@ def with_retracts(path: ToolPathInBase, points: NDArray[np.int64], clearance: fl
     return ToolPathInBase(
         base_T_tip=put(path.base_T_tip, frames),  # type: ignore[arg-type]
         move=put(path.move, np.full(2 * n, int(Move.LINK), np.int8)),  # type: ignore[arg-type]
-        feed=put(path.feed, np.full(2 * n, np.nan)),  # type: ignore[arg-type]
+        feed=put(path.feed, np.stack([np.full(n, np.nan), path.feed[after]], axis=1).ravel()),  # type: ignore[arg-type]
         line=put(path.line, np.repeat(path.line[after], 2)),  # type: ignore[arg-type]
         region=put(path.region, np.repeat(path.region[after], 2)),  # type: ignore[arg-type]
         source=put(path.source, np.full(2 * n, -1, np.int64)),  # type: ignore[arg-type]

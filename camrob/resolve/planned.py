@@ -5,15 +5,17 @@ fifth of them (`plan_nodes`, `plan_search`); Newton refinement of all (`plan_ref
 reference posture (`plan_serve`). The objective and its units stand in `plan_objective`.
 
 Modes: "still" keeps the external axes exactly still along each region, or along each stretch of it between re-postures;
-"flowing" prices their travel at next to nothing; "knee", the default, is taken from the curve between them by this rule: the
-point with the least external travel in cutting moves, by the cell's prices, that keeps `knee_share` of the bound's mean
-1/k_F; where none keeps it, the one that keeps most. A path that one of the two ends follows without a retract is not cut.
+"flowing" prices their travel at next to nothing; "knee", the default, is taken from the curve between them by this rule.
+Budget: each external axis may move `knee_travel` of what the published method moves it on the same path in cutting moves, or
+5 degrees or 20 mm where that is more. Of the points within the budget that keep `knee_share` of the bound's mean 1/k_F the
+one with the least external travel, by the cell's prices; where none does both, the one within the budget that keeps most:
+still axes hold feed and accuracy better than moving ones. Where no point is within the budget, the least travel that keeps
+the share, else the point that keeps most. A path that one of the two ends follows without a retract is not cut.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -24,14 +26,14 @@ from camrob.cell.cell import Cell
 from camrob.errors import CellError, JobError
 from camrob.issues import Finding, Severity
 from camrob.kinematics.arm import Arm
-from camrob.resolve.certificate import Certificate, Survey, certify, survey_poses
+from camrob.resolve.certificate import Certificate, certify, survey_poses
 from camrob.resolve.failure import explain_failure
 from camrob.resolve.path import ToolPathInBase
-from camrob.resolve.plan_choice import Choice, Curve, chosen_point, plan_point, plan_terms
-from camrob.resolve.plan_course import Draft, coarse_index, draft_course, relaxed, search, stopped
-from camrob.resolve.plan_nodes import candidate_nodes, region_seeds
+from camrob.resolve.plan_choice import Choice, CurvePoint, Knee, chosen_point, plan_terms
+from camrob.resolve.plan_course import coarse_index
+from camrob.resolve.plan_curve import SEARCH_FLOWING, landscape, plan_curve
 from camrob.resolve.plan_objective import BLOCKED_REACH, Objective, PlanWeights, plan_weights, posture_features
-from camrob.resolve.plan_report import PlanPoint, PlanReport
+from camrob.resolve.plan_report import PlanReport
 from camrob.resolve.plan_retract import with_retracts
 from camrob.resolve.plan_samples import Waypoints, waypoints
 from camrob.resolve.plan_serve import serve
@@ -51,12 +53,10 @@ Obstacles: TypeAlias = Callable[[ToolPathInBase, Solution], NDArray[np.bool_]]
 MODES = ("knee", "still", "flowing")
 SPACING = 0.02  # m of s between waypoints
 COARSE = 0.1  # m of s between the waypoints that are searched over
-STILL_SEEDS, FLOW_SEEDS = 10, 24  # external postures that are tried at each
-FLOWING = 0.02  # share of the cell's travel price that flowing axes pay
-BETWEEN = (1.0, 0.3, 0.1, 0.05)  # shares that the curve's points between still and flowing pay
 CLEARANCE = 0.05  # m that a retract goes above all that the path passes
 _AVOIDINGS = 3  # further plans that keep clear of what the one before touched
 _BLOCKED = 24  # postures that stand for all that touch
+_LEAST_REVOLUTE, _LEAST_PRISMATIC = deg_to_rad(5.0), mm_to_m(20.0)  # that an external axis may move in any case
 _ROUNDS = 3  # plans that are made anew because a retract was put in
 
 
@@ -136,7 +136,7 @@ def _resolved(
     solution = _served(cell, path, plan, told)
     if solution is None:
         return _published(cell, given, "the tracker could not follow the plan", told)
-    return solution if path is given else replace(solution, path=path, findings=(*solution.findings, *_retracts(path)))
+    return solution if path is given else replace(solution, path=path, findings=(*solution.findings, *_retracts(path, solution)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,8 +148,7 @@ class _Plan:
     weights: PlanWeights
     w: Waypoints
     certificate: Certificate
-    curve: Curve
-    points: tuple[PlanPoint, ...]
+    curve: list[CurvePoint]
     choice: Choice
     mode: str
 
@@ -166,100 +165,46 @@ def _plan(
     told(0.25)
     if np.any(certificate.inv_kf <= 0.0):
         raise _unreached(cell, path, w, int(np.argmin(certificate.inv_kf)))
-    drafts = {}
-    coarse = coarse_index(w, COARSE)
-    for name, known in (("still", None), ("flowing", certificate)):
-        if mode in ("knee", name):
-            draft = _drafted(cell, space, objective, w, coarse, survey, known)
-            if draft is not None:
-                drafts[name] = draft
+    land = landscape(
+        cell,
+        space,
+        objective,
+        w,
+        survey,
+        certificate,
+        coarse_index(w, COARSE),
+        still=mode != "flowing",
+        flow=mode != "still",
+    )
+    still = land.searched(1.0, still=True)
+    flowing = land.searched(SEARCH_FLOWING)
     told(0.4)
+    drafts = [draft for draft in (still, flowing) if draft is not None]
     if not drafts:
         return None
-    cuts = min((_cuts(w, draft) for draft in drafts.values()), key=len)
+    cuts = min((land.cuts(draft) for draft in drafts), key=len)
     if len(cuts):  # not even the best draft goes through in one piece
         return cuts
-    curve = _curve(space, objective, w, {k: d for k, d in drafts.items() if len(_cuts(w, d)) == 0})
+    still, flowing = (None if d is None or len(land.cuts(d)) else d for d in (still, flowing))
+    knee = Knee(objective.travel, weights.knee_share, _budget(cell, path, weights)) if mode == "knee" else None
+    curve = plan_curve(land, still, flowing, knee)
     told(0.8)
-    points = tuple(plan_point(cell, space, w, certificate, name, draft) for name, draft in curve)
-    choice = chosen_point(points, objective.travel, weights.knee_share, mode)
-    return _Plan(space, objective, weights, w, certificate, curve, points, choice, mode)
+    choice = chosen_point([p.told for p in curve], knee, mode)
+    return _Plan(space, objective, weights, w, certificate, curve, choice, mode)
 
 
-def _curve(space: PlanSpace, objective: Objective, w: Waypoints, drafts: Mapping[str, Draft]) -> Curve:
-    """The drafts refined, and where both ends are there the points between them: from either end, side by side, each begun
-    from the one before.
-    """
-
-    def chain(draft: Draft, shares: Sequence[float], name: str) -> Curve:
-        out: Curve = []
-        for share in shares:
-            draft = relaxed(space, objective, w, draft, share)
-            out.append((name.format(share), draft))
-        return out
-
-    def from_still() -> Curve:
-        if "still" not in drafts:
-            return []
-        still = stopped(space, objective, w, drafts["still"])
-        return [("still", still), *chain(still, BETWEEN if len(drafts) > 1 else (), "x{:g}")]
-
-    def from_flowing() -> Curve:
-        if "flowing" not in drafts:
-            return []
-        flowing = relaxed(space, objective, w, drafts["flowing"], FLOWING)
-        return [
-            *chain(flowing, BETWEEN[::-1] if len(drafts) > 1 else (), "x{:g} from flowing")[::-1],
-            ("flowing", flowing),
-        ]
-
-    with ThreadPoolExecutor(2) as pool:  # the kernels release the interpreter's lock
-        other = pool.submit(from_flowing)
-        return [*from_still(), *other.result()]
-
-
-def _drafted(
-    cell: Cell, space: PlanSpace, objective: Objective, w: Waypoints, coarse: Ints, survey: Survey,
-    certificate: Certificate | None,
-) -> Draft | None:  # fmt: skip
-    """The search's draft: still without a certificate, flowing with one; None where nothing leads through."""
-    still = certificate is None
-    at = w.take(coarse)
-    seeds = _seeds(w, coarse, survey, STILL_SEEDS if still else FLOW_SEEDS, spread=not still)
-    some = None
-    if certificate is not None:
-        some = Certificate(certificate.inv_kf[coarse], certificate.u[coarse], certificate.branch[coarse])
-    nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, some)
-    if np.any(np.diff(nodes.offset) == 0):
-        return None
-    way = search(space, objective, at, nodes, still=still, travel=1.0 if still else 5.0 * FLOWING)
-    if way.reached < len(at):
-        return None
-    return draft_course(space, w, coarse, nodes, way, cell.q_home[space.free])
-
-
-def _seeds(w: Waypoints, coarse: Ints, survey: Survey, count: int, *, spread: bool) -> list[Array]:
-    """External postures (K, E) to try at each coarse waypoint: its region's; between regions both neighbours'."""
-    region = np.asarray(w.region)
-    of = {
-        int(r): region_seeds(survey, np.flatnonzero(region == r), count, spread=spread)
-        for r in np.unique(region[region >= 0])
-    }
-    here = region[coarse]
-    known = np.where(here >= 0, np.arange(len(here)), -1)
-    before = np.maximum.accumulate(known)
-    after = np.minimum.accumulate(np.where(here >= 0, np.arange(len(here)), len(here))[::-1])[::-1]
-    seeds = []
-    for k in range(len(here)):
-        near = {int(here[j]) for j in (before[k], after[k]) if 0 <= j < len(here)}
-        seeds.append(np.unique(np.concatenate([of[r] for r in sorted(near)]), axis=0))
-    return seeds
-
-
-def _cuts(w: Waypoints, draft: Draft) -> Ints:
-    """Path points of a draft's re-postures at which the tool is not clear of the part."""
-    jump = draft.index[1:][~draft.joined[1:]]
-    return np.asarray(w.point[jump[~w.safe[jump]]], np.int64)
+def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str, float]:
+    """What each external axis may move in cutting moves at the knee, rad or m; nothing where the published method fails."""
+    try:
+        q = resolve_vjm(cell, path).q
+    except JobError:
+        return {}
+    moved = np.abs(np.diff(q, axis=0))[path.cutting[1:]].sum(axis=0)
+    least = {j.name: _LEAST_PRISMATIC if j.prismatic else _LEAST_REVOLUTE for j in cell.joints}
+    return {
+        name: max(weights.knee_travel * float(moved[i]), least[name])
+        for i, name in enumerate(cell.names) if name in cell.external_names
+    }  # fmt: skip
 
 
 def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
@@ -272,7 +217,7 @@ def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobErr
 
 def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float], None]) -> Solution | None:
     """The solution that the tracker makes of the plan."""
-    name, draft = plan.curve[plan.choice.curve_index]
+    name, draft, point = plan.curve[plan.choice.curve_index]
     prismatic = np.array([j.prismatic for j in cell.joints])
     margin = np.where(prismatic, mm_to_m(plan.weights.margin_mm), deg_to_rad(plan.weights.margin_deg))
     try:
@@ -293,11 +238,11 @@ def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float
         bound_mean=float(np.average(bound, weights=length)),
         bound_min=float(bound[length > 0.0].min()),
         terms=plan_terms(plan.space, plan.objective, w, draft),
-        curve=plan.points,
+        curve=tuple(p.told for p in plan.curve),
         repostures=sum(r.by_axes for r in served.revisions),
         retracts=int(np.sum((path.source < 0) & (path.region >= 0) & path.safe)),
     )
-    findings = (_finding(report, plan.points[plan.choice.curve_index].share),)
+    findings = (_finding(report, point.share),)
     return Solution("planned", served.q, served.inv_kf, cell.digest, path.digest, served.revisions, findings, report)
 
 
@@ -310,13 +255,15 @@ def _finding(report: PlanReport, share: float) -> Finding:
     )  # fmt: skip
 
 
-def _retracts(path: ToolPathInBase) -> list[Finding]:
-    """A finding for each retract that was put in."""
+def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
+    """A finding for each retract that was put in, with its reason."""
+    why = {r.point: r.reason for r in solution.revisions if r.kept}
     own = np.flatnonzero((path.source < 0) & (path.region >= 0) & path.safe)
     return [
         Finding(
             "retract-inserted",
-            "the path can't be followed in one posture; the tool is retracted here, the arm re-postured, and cutting goes on",
+            "the path can't be followed in one posture: the tool is retracted here, the arm re-postured, and cutting goes on"
+            + (f"; {why[int(k)]}" if int(k) in why else ""),
             Severity.WARNING, line=int(path.line[k]), region=int(path.region[k]), point=int(k),
         )
         for k in own
