@@ -21,7 +21,7 @@ from camrob.issues import Finding
 from camrob.jobs.feed_outcome import FeedOutcome, feed_outcome
 from camrob.jobs.files import staged_output
 from camrob.jobs.inputs import JobInputs, program_name, read_inputs
-from camrob.jobs.plan_obstacles import job_obstacles
+from camrob.jobs.plan_obstacles import free_routes, job_obstacles
 from camrob.jobs.release import ReadBack, check_release, named_region, path_margins, read_back
 from camrob.jobs.summary import post_summary
 from camrob.post.assemble import assemble_program
@@ -157,35 +157,16 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: _Watch) -
     for way, resolve in METHODS[order.method].items():
         with watch.stage("resolve"):
             resolved = _resolve(inputs, resolve, watch.share)
-        for name, choice in ((way, resolved), (f"{way}, re-postured by HOME", _by_home(resolved))):
-            if choice is None:
-                continue
-            try:
-                made = _made(order, choice, folder, watch)
-            except (CollisionError, VerificationError) as error:
-                first = first or error
-                continue
-            if first is not None:
-                text = f"posted as {name}, for the first choice was not fit: {first.what}"
-                made.findings.append(Finding("plan-collides", text, line=first.line))
-            return made
+        try:
+            made = _made(order, resolved, folder, watch)
+        except (CollisionError, VerificationError) as error:
+            first = first or error
+            continue
+        if first is not None:
+            text = f"posted as {way}, for the first choice was not fit: {first.what}"
+            made.findings.append(Finding("plan-collides", text, line=first.line))
+        return made
     raise first or VerificationError(f"method {order.method} has no way to go")
-
-
-def _by_home(resolved: _Resolved) -> _Resolved | None:
-    """The same solution with its re-postures led through HOME's arm posture; None where it has none."""
-    solution, cell = resolved.solution, resolved.inputs.cell
-    if not any(r.kept and r.by_axes for r in solution.revisions):
-        return None
-    revisions = []
-    for r in solution.revisions:
-        if r.kept and r.by_axes:
-            q = np.asarray(r.q)
-            home = 0.5 * (q[:1] + q[-1:])  # the external axes half-way, the arm at HOME
-            home[:, cell.arm_slice] = cell.q_home[cell.arm_slice]
-            r = replace(r, q=np.concatenate([q[:1], home, q[-1:]]))
-        revisions.append(r)
-    return replace(resolved, solution=replace(solution, revisions=tuple(revisions)))
 
 
 def _made(order: _Order, resolved: _Resolved, folder: Path, watch: _Watch) -> _Made:
@@ -258,6 +239,7 @@ def _resolve(inputs: JobInputs, resolve: Callable[..., Solution], progress: Call
         raise named_region(e, inputs) from None
     if solution.path is not None:
         inputs = replace(inputs, path=solution.path)
+    solution = free_routes(inputs, inputs.path, solution)
     position, axis = solution.residual(inputs.cell, inputs.path)
     if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
         off = m_to_mm(float(position.max()))

@@ -14,14 +14,17 @@ from camrob.resolve.plan_samples import Waypoints
 from camrob.resolve.plan_search import Layers, Way, cheapest_way
 from camrob.resolve.plan_space import PlanSpace
 
-__all__ = ["RETRACT_PRICE", "Draft", "coarse_index", "draft_course", "relaxed", "search", "stopped", "surroundings"]
+__all__ = ["RETRACT_NEEDED",
+    "RETRACT_PRICE", "Draft", "coarse_index", "draft_course", "relaxed", "search", "stopped", "surroundings"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-RETRACT_PRICE = 200.0
-"""m: price of a re-posture where the path has no safe point, so that a retract has to be put in: only where nothing else goes."""
+RETRACT_PRICE, RETRACT_NEEDED = 200.0, 1.0
+"""m: price of a re-posture where the path has no safe point, so that a retract has to be put in: only where nothing else goes;
+and, where it is known that nothing else goes, how much better the postures have to become by one more.
+"""
 _WINDOW_REVOLUTE, _WINDOW_PRISMATIC = 0.6, 0.3  # rad, m that an external axis may move between coarse waypoints
 _WINDOW_ROLL, _WINDOW_ARM, _WINDOW_WRIST = 0.9, 0.9, 1.6  # rad
 _HELD = 1e-9
@@ -70,8 +73,14 @@ def _weights(w: Waypoints) -> Array:
     return np.asarray(w.cut + AIR_SHARE * np.maximum(np.diff(edge) - w.cut, 0.0) + 1e-4)
 
 
-def search(space: PlanSpace, objective: Objective, w: Waypoints, nodes: Nodes, *, still: bool, travel: float) -> Way:
-    """The cheapest way through candidates of waypoints `w`; `still` holds the external axes within a region."""
+def search(
+    space: PlanSpace, objective: Objective, w: Waypoints, nodes: Nodes, *, still: bool, travel: float,
+    retract: float = RETRACT_PRICE,
+) -> Way:  # fmt: skip
+    """The cheapest way through candidates of waypoints `w`; `still` holds the external axes within a region.
+
+    travel: times the cell's price of external travel; retract: m, price of a re-posture that needs a retract.
+    """
     T, F, external = len(w), len(space.free), len(space.free) - space.roll
     n = F + 7
     x = np.concatenate([nodes.u, nodes.q, nodes.branch[:, None].astype(float)], axis=1)
@@ -88,7 +97,7 @@ def search(space: PlanSpace, objective: Objective, w: Waypoints, nodes: Nodes, *
     rate[:, :F] = np.where(w.cutting, 1.0, AIR_SHARE)[:, None] * travel * objective.travel
     square[:, :F] = objective.u_smooth / ds[:, None]
     square[:, F : F + 6] = objective.arm_step / ds[:, None]
-    jump = np.where(w.safe, objective.reposture, np.where(w.on_point, RETRACT_PRICE, np.inf))
+    jump = np.where(w.safe, objective.reposture, np.where(w.on_point, retract, np.inf))
     endless = np.zeros(n, np.bool_)
     endless[:F] = space.u_endless
     price = nodes.price * np.repeat(_weights(w), np.diff(nodes.offset))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.resolve.certificate import Certificate, Survey
 from camrob.resolve.plan_choice import CurvePoint, Knee, plan_point
-from camrob.resolve.plan_course import Draft, draft_course, relaxed, search, stopped
+from camrob.resolve.plan_course import RETRACT_PRICE, Draft, draft_course, relaxed, search, stopped
 from camrob.resolve.plan_nodes import Nodes, candidate_nodes, region_seeds
 from camrob.resolve.plan_objective import Objective
 from camrob.resolve.plan_samples import Waypoints
@@ -44,13 +44,15 @@ class Landscape:
     still_nodes: Nodes | None
     flow_nodes: Nodes | None
 
-    def searched(self, travel: float, *, still: bool = False) -> Draft | None:
-        """The search's draft, external travel priced `travel` times the cell's weight; None where nothing leads through."""
+    def searched(self, travel: float, *, still: bool = False, retract: float = RETRACT_PRICE) -> Draft | None:
+        """The search's draft, external travel priced `travel` times the cell's weight, a retract `retract`, m; None where
+        nothing leads through.
+        """
         nodes = self.still_nodes if still else self.flow_nodes
         if nodes is None or np.any(np.diff(nodes.offset) == 0):
             return None
         at = self.w.take(self.coarse)
-        way = search(self.space, self.objective, at, nodes, still=still, travel=travel)
+        way = search(self.space, self.objective, at, nodes, still=still, travel=travel, retract=retract)
         if way.reached < len(at):
             return None
         return draft_course(self.space, self.w, self.coarse, nodes, way, self.cell.q_home[self.space.free])

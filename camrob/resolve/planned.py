@@ -30,8 +30,8 @@ from camrob.resolve.certificate import Certificate, certify, survey_poses
 from camrob.resolve.failure import explain_failure
 from camrob.resolve.path import ToolPathInBase
 from camrob.resolve.plan_choice import Choice, CurvePoint, Knee, chosen_point, plan_terms
-from camrob.resolve.plan_course import coarse_index
-from camrob.resolve.plan_curve import SEARCH_FLOWING, landscape, plan_curve
+from camrob.resolve.plan_course import RETRACT_NEEDED, RETRACT_PRICE, Draft, coarse_index
+from camrob.resolve.plan_curve import SEARCH_FLOWING, Landscape, landscape, plan_curve
 from camrob.resolve.plan_objective import BLOCKED_REACH, Objective, PlanWeights, plan_weights, posture_features
 from camrob.resolve.plan_report import PlanReport
 from camrob.resolve.plan_retract import with_retracts
@@ -176,21 +176,24 @@ def _plan(
         still=mode != "flowing",
         flow=mode != "still",
     )
-    still = land.searched(1.0, still=True)
-    flowing = land.searched(SEARCH_FLOWING)
+    touched = len(objective.blocked) > 0
+    still, flowing = drafts = _ends(land, RETRACT_NEEDED if touched else RETRACT_PRICE)
     told(0.4)
-    drafts = [draft for draft in (still, flowing) if draft is not None]
-    if not drafts:
+    if not any(drafts):
         return None
-    cuts = min((land.cuts(draft) for draft in drafts), key=len)
-    if len(cuts):  # not even the best draft goes through in one piece
-        return cuts
-    still, flowing = (None if d is None or len(land.cuts(d)) else d for d in (still, flowing))
+    if all(d is None or len(land.cuts(d)) for d in drafts):  # not even the best draft goes through in one piece
+        return min((land.cuts(d) for d in _ends(land, RETRACT_NEEDED) if d is not None), key=len)
+    still, flowing = (None if d is None or len(land.cuts(d)) else d for d in drafts)
     knee = Knee(objective.travel, weights.knee_share, _budget(cell, path, weights)) if mode == "knee" else None
     curve = plan_curve(land, still, flowing, knee)
     told(0.8)
     choice = chosen_point([p.told for p in curve], knee, mode)
     return _Plan(space, objective, weights, w, certificate, curve, choice, mode)
+
+
+def _ends(land: Landscape, retract: float) -> tuple[Draft | None, Draft | None]:
+    """The drafts for still and for flowing axes."""
+    return land.searched(1.0, still=True, retract=retract), land.searched(SEARCH_FLOWING, retract=retract)
 
 
 def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str, float]:
