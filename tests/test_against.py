@@ -164,7 +164,12 @@ UP, AWAY = (30.0, 0.0, 25.0), (400.0, 100.0, -300.0)
         ((UP, UP), (LIN, PTP), 0.0, True),
         (((30, 0, 5), UP, UP, (30, 0, 5)), (LIN, LIN, PTP, LIN), 0.0, True),
         ((UP, (80, 0, 25), UP), (LIN, LIN, LIN), 0.0, True),  # about in the clear
-        ((UP, AWAY, UP), (LIN, PTP, PTP), 0.0, True),  # by way of HOME, wherever that is: collisions are looked for elsewhere
+        (
+            (UP, AWAY, UP),
+            (LIN, PTP, PTP),
+            0.0,
+            True,
+        ),  # by way of HOME, wherever that is: collisions are looked for elsewhere
         (((30, 0, 15),), (), 0.0, False),  # below the part's highest point
         (((30.5, 0, 25),), (), 0.0, False),  # not along the tool axis
         ((UP,), (), 3.0, False),  # the tool tilts in the cut

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 _ROOM = 1e-4  # rad or m that the plan lies inside the margins where the tracker is held to them
 _HELD_STEP = 0.05  # rad or m between the postures that are checked where a pose is held while external axes move
 _HELD_JUMP = 0.35  # rad that an arm's joint may move between them
-_NEAR, _WOUND = 0.15, 0.5  # share of an axis's range that is near its limit, and that is a whole way back
+_NEAR, _GAIN, _WOUND = 0.15, 0.1, 0.5  # shares of an axis's range: near a limit, room gained, a whole way back
 _LEG = 0.5  # rad or m of a freedom in one of the moves that a held revision is made of
 
 
@@ -136,12 +136,19 @@ def _reason(cell: Cell, before: Array, after: Array, same_branch: bool) -> str:
         i = limited[k]
         gained = min(after[i] - cell.q_lower[i], cell.q_upper[i] - after[i]) - room[k]
         turned = abs(after[i] - before[i])
-        if share[k] < _NEAR and (gained > 0.0 or turned > _WOUND * (cell.q_upper[i] - cell.q_lower[i])):
+        if share[k] < _NEAR and (
+            gained > _GAIN * (cell.q_upper[i] - cell.q_lower[i])
+            or turned > _WOUND * (cell.q_upper[i] - cell.q_lower[i])
+        ):
             name, prismatic = cell.names[i], cell.joints[i].prismatic
             left, back = (m_to_mm(room[k]), m_to_mm(turned)) if prismatic else (rad_to_deg(room[k]), rad_to_deg(turned))
             unit = "mm" if prismatic else "degrees"
             return f"{name} has {left:.0f} {unit} left to its limit and is taken back by {back:.0f} {unit}"
-    return "another turn of the arm serves what follows" if same_branch else "another branch of the arm serves what follows"
+    return (
+        "another turn of the arm serves what follows"
+        if same_branch
+        else "another branch of the arm serves what follows"
+    )
 
 
 def _held(
