@@ -134,12 +134,10 @@ def _reason(cell: Cell, before: Array, after: Array, same_branch: bool) -> str:
     share = room / (cell.q_upper - cell.q_lower)[limited]
     for k in np.argsort(share):
         i = limited[k]
+        span = cell.q_upper[i] - cell.q_lower[i]
         gained = min(after[i] - cell.q_lower[i], cell.q_upper[i] - after[i]) - room[k]
         turned = abs(after[i] - before[i])
-        if share[k] < _NEAR and (
-            gained > _GAIN * (cell.q_upper[i] - cell.q_lower[i])
-            or turned > _WOUND * (cell.q_upper[i] - cell.q_lower[i])
-        ):
+        if share[k] < _NEAR and (gained > _GAIN * span or turned > _WOUND * span):
             name, prismatic = cell.names[i], cell.joints[i].prismatic
             left, back = (m_to_mm(room[k]), m_to_mm(turned)) if prismatic else (rad_to_deg(room[k]), rad_to_deg(turned))
             unit = "mm" if prismatic else "degrees"
