@@ -144,7 +144,7 @@ def feed_outcome(
 ) -> FeedOutcome:
     """Time a path with postures q (N, n), plan its feed where asked to, and judge it."""
     cell, path = inputs.cell, inputs.path
-    programmed = np.where(path.cutting, path.feed, inputs.rapid_speed)
+    programmed = np.where(path.cutting | path.entering, path.feed, inputs.rapid_speed)
     timing = program_time(cell, path, q, speed=programmed)
     plan, written = None, None
     if optimal:

@@ -99,8 +99,7 @@ def assemble_program(
     pose, external_values = round_pose(printed_frames(frames), axis_values[:, 6:])
     axes = round_axes(axis_values[:, :6])
     none = np.zeros(len(kind), np.int16)
-    feed = np.where(path.cutting, path.feed if speed is None else speed, rapid_speed)
-    feed[path.entering] = np.minimum(feed, path.feed)[path.entering]
+    feed = _feed(path, path.feed if speed is None else speed, rapid_speed)
     of_path = point >= 0
     ptp = (kind == Motion.PTP_AXES) | (kind == Motion.PTP_POSE)
     return Program(
@@ -122,6 +121,13 @@ def assemble_program(
         comment=tuple(comment),
         events=_events(toolpath, start_of, kind),
     )
+
+
+def _feed(path: ToolPathInBase, speed: Array, rapid_speed: float) -> Array:
+    """(N,) m/s to each point: `speed` (N,) where it cuts, in air rapid_speed, and no more than its feed on the way back in."""
+    feed = np.where(path.cutting, speed, rapid_speed)
+    feed[path.entering] = np.minimum(feed, path.feed)[path.entering]
+    return feed
 
 
 def _home_without_unwinding(cell: Cell, home: Array, last: Array) -> Array:

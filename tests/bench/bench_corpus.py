@@ -79,7 +79,8 @@ def row(name: str, found: dict[str, dict[str, Any]]) -> str:
             else f"| {name} | only planned |"
         )
     if "refused" in planned:
-        return f"| {name} | {plain['points']} | {plain['mean']:.3f} ({plain['least']:.3f}) | PLANNED REFUSES: {planned['refused']} |"
+        beside = f"{plain['points']} | {plain['mean']:.3f} ({plain['least']:.3f})"
+        return f"| {name} | {beside} | PLANNED REFUSES: {planned['refused']} |"
     moved = [
         f"{next(iter(f['travel'].values()), 0.0):.0f} / {list(f['travel'].values())[-1]:.0f}" for f in (plain, planned)
     ]
@@ -90,9 +91,10 @@ def row(name: str, found: dict[str, dict[str, Any]]) -> str:
         else f"{plan['chosen']}, {plan['repostures']} re-postures, {plan['retracts']} retracts"
     )
     bound = "-" if planned["bound"] is None else f"{planned['bound']:.3f}"
+    means = [f"{f['mean']:.3f} ({f['least']:.3f})" for f in (plain, planned)]
     good = "yes" if plain["verified"] and planned["verified"] else "NO"
     return (
-        f"| {name} | {plain['points']} | {plain['mean']:.3f} ({plain['least']:.3f}) | {planned['mean']:.3f} ({planned['least']:.3f}) "
+        f"| {name} | {plain['points']} | {means[0]} | {means[1]} "
         f"| {bound} | {moved[0]} | {moved[1]} | {how} | {good} | {planned['seconds']:.0f} |"
     )
 
