@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from camrob.report.feed_words import feed_rows
+from camrob.report.plan_text import plan_lines
 from camrob.report.words import shown_duration, shown_number
 
 __all__ = ["render_post", "render_summary"]
@@ -169,7 +170,7 @@ def render_post(summary: Summary) -> RenderableType:
     parts: list[RenderableType] = [*_warnings(summary), Text(""), grid]
     if len(regions) > 1:
         parts += [Text(""), _regions(regions)]
-    return Group(*parts)
+    return Group(*parts, *plan_lines(_part(summary, "plan")))
 
 
 def render_summary(summary: Summary) -> RenderableType:
