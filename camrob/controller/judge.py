@@ -12,7 +12,7 @@ from camrob.controller.against import Coverage
 from camrob.controller.jumps import axis_jumps
 from camrob.controller.replay import Replay
 from camrob.issues import Finding, Severity
-from camrob.kinematics.batched import BatchedKinematics
+from camrob.kinematics.second_library import pinocchio_poses
 from camrob.post.krl_program import KrlMotion, KrlProgram
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -32,7 +32,7 @@ SECOND_OPINIONS = 4000  # poses that go through the other library
 class Judgement:
     """What stands against a program, and the figures beside it.
 
-    second_library_error: m, the largest distance of the poses of the postures found, by pytorch-kinematics, from the text.
+    second_library_error: m, the largest distance of the poses of the postures found, by Pinocchio, from the text.
     singular: motions that pass a singular posture. margin: per axis the least distance to a limit, degrees or mm.
     """
 
@@ -93,14 +93,14 @@ def _limits(program: KrlProgram, replay: Replay) -> list[Finding]:
 
 
 def _second_opinion(program: KrlProgram, replay: Replay) -> tuple[float, int, int]:
-    """Largest distance between text and pytorch-kinematics' poses, over an even choice of rows: (m, rows, worst row)."""
+    """Largest distance between text and Pinocchio's poses, over an even choice of rows: (m, rows, worst row)."""
     rows = np.flatnonzero((program.kind != KrlMotion.PTP_AXES) & (program.kind != KrlMotion.CIRC_VIA))
     if any(f.code in ("out-of-reach", "jump", "ptp-unreachable") for f in replay.findings):
         rows = rows[rows < min(f.point for f in replay.findings if f.point >= 0)]
     if len(rows) == 0:
         return 0.0, 0, 0
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, SECOND_OPINIONS).astype(int))]
-    poses = BatchedKinematics(replay.cell).forward(np.asarray(replay.q)[rows])
+    poses = pinocchio_poses(replay.cell, np.asarray(replay.q)[rows])
     targets = np.asarray(replay.base_T_tool)[rows]
     error = np.maximum(
         np.linalg.norm(poses[:, :3, 3] - targets[:, :3, 3], axis=1),

@@ -2,7 +2,7 @@
 
 Nothing of the solver takes part: the program's text is all that is known. What the replay finds (out of reach, limits,
 singular postures, jumps) is judged by `judge`; the poses of the postures found are held to the text by forward kinematics
-of another library (pytorch-kinematics on the cell's URDF).
+of another library (Pinocchio).
 """
 
 from __future__ import annotations

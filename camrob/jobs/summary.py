@@ -91,7 +91,7 @@ def _collisions(collisions: CollisionReport) -> dict[str, Any]:
 def _verified(back: ReadBack) -> dict[str, Any]:
     coverage, judgement = back.coverage, back.judgement
     return {
-        "by": "the independent KRL reader and replay, and pytorch-kinematics",
+        "by": "the independent KRL reader and replay, and Pinocchio",
         "position_error_mm_max": m_to_mm(float(coverage.position_error.max(initial=0.0))),
         "axis_error_deg_max": rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
         "second_library_error_mm_max": m_to_mm(judgement.second_library_error),

@@ -56,7 +56,7 @@ class Arm:
         rolls = cell.indices(Role.ROLL)
         if rolls:  # the roll's own constant part stands before its motion, and counts as tool
             after[-1] = after[-1] @ cell.joints[rolls[0]].after
-        chain = ChainArrays(joints[0].before.copy(), after, np.zeros(6, np.bool_), whole.plate, 0, 6, whole.length)
+        chain = ChainArrays(joints[0].before.copy(), after, np.zeros(6, np.bool_), whole.plate, 0, 6, *whole[6:])
         part = cell.arm_slice
         return cls(cell, spherical_arm(cell), chain, cell.q_lower[part].copy(), cell.q_upper[part].copy())
 

@@ -7,13 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.kinematics.kernels import ChainArrays
+from camrob.kinematics.spherical_inverse import closed_inverse_kf, homogeneous_inverse
 
-__all__ = ["kf_and_slope"]
+__all__ = ["inverse_kf_within", "kf_and_slope"]
 
 Array = NDArray[np.float64]
 
+_LARGEST = 1e7  # k_F from where on an arm counts as singular
 
-@numba.njit(cache=True, forceinline=True)
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def kf_and_slope(
     chain: ChainArrays, Z: Array, P: Array, plate: Array, slope: Array, H: Array, G: Array, L: Array
 ) -> float:
@@ -25,31 +28,20 @@ def kf_and_slope(
     m, scale = chain.arm_stop - chain.arm_start, 1.0 / chain.length
     for i in range(slope.shape[0]):
         slope[i] = 0.0
+    _columns(chain, Z, P, plate, H)
     trace = 0.0
-    for k in range(m):
-        i = chain.arm_start + k
-        dx, dy, dz = plate[0] - P[i, 0], plate[1] - P[i, 1], plate[2] - P[i, 2]
-        H[0, k] = (Z[i, 1] * dz - Z[i, 2] * dy) * scale
-        H[1, k] = (Z[i, 2] * dx - Z[i, 0] * dz) * scale
-        H[2, k] = (Z[i, 0] * dy - Z[i, 1] * dx) * scale
-        for r in range(3):
-            H[3 + r, k] = Z[i, r]
-    for r in range(6):  # Cholesky factor of H H^T
-        for c in range(r + 1):
-            s = 0.0
-            for k in range(m):
-                s += H[r, k] * H[c, k]
-            if r == c:
-                trace += s
-            for k in range(c):
-                s -= L[r, k] * L[c, k]
-            if r == c:
-                if s <= 1e-15:
-                    return np.inf
-                L[r, r] = np.sqrt(s)
-            else:
-                L[r, c] = s / L[c, c]
-    inverse_trace = _inverse_twice(H, G, L, m)
+    if chain.spherical:
+        for r in range(6):
+            for k in range(6):
+                trace += H[r, k] * H[r, k]
+        inverse_trace = homogeneous_inverse(Z, P, plate, chain.arm_start, chain.wrist, chain.length, L)
+        if not trace * inverse_trace < 36.0 * _LARGEST * _LARGEST:
+            return np.inf
+        _thrice(G, L)
+    else:
+        trace, inverse_trace = _by_cholesky(H, G, L, m)
+        if inverse_trace == np.inf:
+            return np.inf
     kf = np.sqrt(trace * inverse_trace) / 6.0
     for r in range(6):
         share = scale if r < 3 else 1.0
@@ -62,7 +54,69 @@ def kf_and_slope(
     return float(kf)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _columns(chain: ChainArrays, Z: Array, P: Array, plate: Array, H: Array) -> None:
+    """H (6, m) <- the arm's homogeneous Jacobian at `plate`."""
+    m, scale = chain.arm_stop - chain.arm_start, 1.0 / chain.length
+    for k in range(m):
+        i = chain.arm_start + k
+        dx, dy, dz = plate[0] - P[i, 0], plate[1] - P[i, 1], plate[2] - P[i, 2]
+        H[0, k] = (Z[i, 1] * dz - Z[i, 2] * dy) * scale
+        H[1, k] = (Z[i, 2] * dx - Z[i, 0] * dz) * scale
+        H[2, k] = (Z[i, 0] * dy - Z[i, 1] * dx) * scale
+        for r in range(3):
+            H[3 + r, k] = Z[i, r]
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def inverse_kf_within(chain: ChainArrays, Z: Array, P: Array, plate: Array, H: Array, G: Array, L: Array) -> float:
+    """1/k_F alone, 0 where the arm is singular, with scratch as `kf_and_slope`'s: nothing is allocated."""
+    if chain.spherical:
+        return float(closed_inverse_kf(Z, P, plate, chain.arm_start, chain.wrist, chain.length))
+    _columns(chain, Z, P, plate, H)
+    trace, inverse_trace = _by_cholesky(H, G, L, chain.arm_stop - chain.arm_start)
+    return float(6.0 / np.sqrt(trace * inverse_trace))
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _thrice(G: Array, L: Array) -> None:
+    """G <- (L L^T L)^T, with L (6, 6) the inverse of H: the slope of its squared norm by H, over -2."""
+    for k in range(6):
+        p0 = p1 = p2 = p3 = p4 = p5 = 0.0
+        for r in range(6):
+            p0 += L[k, r] * L[0, r]
+            p1 += L[k, r] * L[1, r]
+            p2 += L[k, r] * L[2, r]
+            p3 += L[k, r] * L[3, r]
+            p4 += L[k, r] * L[4, r]
+            p5 += L[k, r] * L[5, r]
+        for r in range(6):
+            G[r, k] = p0 * L[0, r] + p1 * L[1, r] + p2 * L[2, r] + p3 * L[3, r] + p4 * L[4, r] + p5 * L[5, r]
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _by_cholesky(H: Array, G: Array, L: Array, m: int) -> tuple[float, float]:
+    """G <- (H H^T)^-2 H; the traces of H H^T and of its inverse, inf where it is singular."""
+    trace = 0.0
+    for r in range(6):
+        for c in range(r + 1):
+            s = 0.0
+            for k in range(m):
+                s += H[r, k] * H[c, k]
+            if r == c:
+                trace += s
+            for k in range(c):
+                s -= L[r, k] * L[c, k]
+            if r == c:
+                if s <= 1e-15:
+                    return trace, np.inf
+                L[r, r] = np.sqrt(s)
+            else:
+                L[r, c] = s / L[c, c]
+    return trace, _inverse_twice(H, G, L, m)
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _inverse_twice(H: Array, G: Array, L: Array, m: int) -> float:
     """G <- (L L^T)^-2 H; returns the trace of (L L^T)^-1."""
     trace = 0.0
@@ -92,7 +146,7 @@ def _inverse_twice(H: Array, G: Array, L: Array, m: int) -> float:
     return trace
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _contract(first: int, m: int, H: Array, G: Array, slope: Array) -> None:
     """slope of the arm's joints from the columns (v, z) in H and the slopes by them in G."""
     x = y = z = 0.0

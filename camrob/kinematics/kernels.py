@@ -1,7 +1,8 @@
 """Compiled kinematics of a chain of revolute and prismatic joints, one posture a call, float64.
 
 Every kernel has a plain NumPy twin in the tests. Jacobians are geometric: rows (v, w) of the tool in `base`, velocity of
-the tool's origin first. Out-parameters are overwritten; nothing is allocated in the inner loop of a solver.
+the tool's origin first. Out-parameters are overwritten; nothing is allocated in the inner loop of a solver. So its functions
+are compiled without reference counts (`_nrt=False`): counting those of some forty arrays a call took most of a step's time.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.kinematics.spherical_inverse import closed_inverse_kf, sine_cosine, wrist_distance
 
 __all__ = [
     "ChainArrays",
@@ -34,7 +36,8 @@ class ChainArrays(NamedTuple):
 
     first (4, 4); after (n, 4, 4) constant transforms behind each joint's motion; prismatic (n,); plate: where the mounting
     plate's origin lies in the frame of the arm's last joint, after its motion; arm: indices [arm_start, arm_stop);
-    length: the characteristic length, m.
+    length: the characteristic length, m. spherical: whether the arm's last three axes meet, wrist: how far along the fifth
+    from its origin, m; then the arm's Jacobian has an inverse in closed form.
     """
 
     first: Array
@@ -44,6 +47,8 @@ class ChainArrays(NamedTuple):
     arm_start: int
     arm_stop: int
     length: float
+    spherical: bool
+    wrist: float
 
 
 def chain_arrays(cell: Cell) -> ChainArrays:
@@ -60,6 +65,7 @@ def chain_arrays(cell: Cell) -> ChainArrays:
         if i + 1 < n:
             after[i] = after[i] @ joints[i + 1].before
     plate = (joints[arm[-1]].after @ cell.wrist_T_flange)[:3, 3].copy()
+    wrist = wrist_distance(after[arm[3]], after[arm[4]]) if len(arm) == 6 else float("nan")
     return ChainArrays(
         np.ascontiguousarray(first),
         after,
@@ -68,10 +74,12 @@ def chain_arrays(cell: Cell) -> ChainArrays:
         int(arm[0]),
         int(arm[-1]) + 1,
         float(cell.condition_length),
+        bool(np.isfinite(wrist)) and not any(joints[i].prismatic for i in arm),
+        wrist,
     )
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def compose(R: Array, p: Array, fixed: Array) -> None:
     """R, p <- (R, p) * fixed, in place."""
     for r in range(3):
@@ -82,39 +90,46 @@ def compose(R: Array, p: Array, fixed: Array) -> None:
         R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def forward(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array, plate: Array) -> None:
     """Forward kinematics of posture q (n,).
 
     Fills Z (n, 3) and P (n, 3), the joints' axes and points on them in `base`, before their motion; R (3, 3) and p (3,),
     the tool in `base`; plate (3,), the mounting plate's origin in `base`.
     """
-    n = q.shape[0]
-    for r in range(3):
-        p[r] = chain.first[r, 3]
-        for c in range(3):
-            R[r, c] = chain.first[r, c]
-    last = chain.arm_stop - 1
-    for i in range(n):
-        for r in range(3):
-            Z[i, r] = R[r, 2]
-            P[i, r] = p[r]
+    first, last = chain.first, chain.arm_stop - 1
+    ax, bx, cx, px = first[0, 0], first[0, 1], first[0, 2], first[0, 3]  # the axes' components stay in registers
+    ay, by, cy, py = first[1, 0], first[1, 1], first[1, 2], first[1, 3]
+    az, bz, cz, pz = first[2, 0], first[2, 1], first[2, 2], first[2, 3]
+    for i in range(q.shape[0]):
+        Z[i, 0], Z[i, 1], Z[i, 2] = cx, cy, cz
+        P[i, 0], P[i, 1], P[i, 2] = px, py, pz
         if chain.prismatic[i]:
-            for r in range(3):
-                p[r] += R[r, 2] * q[i]
+            px, py, pz = px + cx * q[i], py + cy * q[i], pz + cz * q[i]
         else:
-            co, si = np.cos(q[i]), np.sin(q[i])
-            for r in range(3):
-                a, b = R[r, 0], R[r, 1]
-                R[r, 0] = a * co + b * si
-                R[r, 1] = b * co - a * si
+            si, co = sine_cosine(q[i])
+            ax, bx = ax * co + bx * si, bx * co - ax * si
+            ay, by = ay * co + by * si, by * co - ay * si
+            az, bz = az * co + bz * si, bz * co - az * si
         if i == last:
-            for r in range(3):
-                plate[r] = p[r] + R[r, 0] * chain.plate[0] + R[r, 1] * chain.plate[1] + R[r, 2] * chain.plate[2]
-        compose(R, p, chain.after[i])
+            u, v, w = chain.plate[0], chain.plate[1], chain.plate[2]
+            plate[0] = px + ax * u + bx * v + cx * w
+            plate[1] = py + ay * u + by * v + cy * w
+            plate[2] = pz + az * u + bz * v + cz * w
+        u, v, w = chain.after[i, 0, 3], chain.after[i, 1, 3], chain.after[i, 2, 3]
+        px, py, pz = px + ax * u + bx * v + cx * w, py + ay * u + by * v + cy * w, pz + az * u + bz * v + cz * w
+        u0, u1, u2 = chain.after[i, 0, 0], chain.after[i, 0, 1], chain.after[i, 0, 2]
+        v0, v1, v2 = chain.after[i, 1, 0], chain.after[i, 1, 1], chain.after[i, 1, 2]
+        w0, w1, w2 = chain.after[i, 2, 0], chain.after[i, 2, 1], chain.after[i, 2, 2]
+        ax, bx, cx = ax * u0 + bx * v0 + cx * w0, ax * u1 + bx * v1 + cx * w1, ax * u2 + bx * v2 + cx * w2
+        ay, by, cy = ay * u0 + by * v0 + cy * w0, ay * u1 + by * v1 + cy * w1, ay * u2 + by * v2 + cy * w2
+        az, bz, cz = az * u0 + bz * v0 + cz * w0, az * u1 + bz * v1 + cz * w1, az * u2 + bz * v2 + cz * w2
+    R[0, 0], R[0, 1], R[0, 2], p[0] = ax, bx, cx, px
+    R[1, 0], R[1, 1], R[1, 2], p[1] = ay, by, cy, py
+    R[2, 0], R[2, 1], R[2, 2], p[2] = az, bz, cz, pz
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def jacobian(chain: ChainArrays, Z: Array, P: Array, point: Array, J: Array) -> None:
     """Geometric Jacobian J (6, n), rows (v, w), of a point (3,) of the tool, from the axes that `forward` filled."""
     for i in range(Z.shape[0]):
@@ -131,13 +146,9 @@ def jacobian(chain: ChainArrays, Z: Array, P: Array, point: Array, J: Array) -> 
                 J[3 + r, i] = Z[i, r]
 
 
-@numba.njit(cache=True, forceinline=True)
-def inverse_kf(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
-    """1/k_F of the bare arm's homogeneous Jacobian at the mounting plate, 0 where it is singular.
-
-    k_F = sqrt(tr(H H^T) tr((H H^T)^-1)) / 6 (eq. 16), the rows of length divided by the characteristic length. The
-    frame of the twist doesn't matter, so the arm's columns of the whole chain are used.
-    """
+@numba.njit(cache=True, error_model="numpy")
+def _inverse_kf_by_cholesky(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
+    """`inverse_kf` of any arm, by the inverse's trace from a Cholesky factor."""
     m = chain.arm_stop - chain.arm_start
     H = np.empty((6, m))
     scale = 1.0 / chain.length
@@ -180,6 +191,18 @@ def inverse_kf(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
             x0[r] = s / L[r, r]
             trace_inverse += x0[r] * x0[r]
     return float(6.0 / np.sqrt(trace * trace_inverse))
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy")
+def inverse_kf(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
+    """1/k_F of the bare arm's homogeneous Jacobian at the mounting plate, 0 where it is singular.
+
+    k_F = sqrt(tr(H H^T) tr((H H^T)^-1)) / 6 (eq. 16), the rows of length divided by the characteristic length. The
+    frame of the twist doesn't matter, so the arm's columns of the whole chain are used.
+    """
+    if chain.spherical:
+        return float(closed_inverse_kf(Z, P, plate, chain.arm_start, chain.wrist, chain.length))
+    return float(_inverse_kf_by_cholesky(chain, Z, P, plate))
 
 
 @numba.njit(cache=True, nogil=True)

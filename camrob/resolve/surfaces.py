@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numba
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.resolve_settings import FuzzyEngine
 from camrob.errors import CellError
+from camrob.frozen import locked
 from camrob.resolve.fis import FuzzySystem, read_fis
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -45,15 +47,12 @@ def compile_surface(cell: Cell, engine: FuzzyEngine) -> WeightSurface:
     system = read_fis(path)
     _check(cell, engine, system)
     n = len(cell)
-    grids = [np.linspace(i.lower, i.upper, NODES) for i in system.inputs]
-    if len(grids) == 1:
-        grids.append(np.zeros(2))
-    first, second = np.meshgrid(*grids, indexing="ij")
-    values = [first.ravel(), second.ravel()][: len(system.inputs)]
-    outputs = dict(zip((o.name for o in system.outputs), system.evaluate_grid(np.stack(values, axis=1)).T, strict=True))
-    table = np.full((*first.shape, n), engine.default_weight)
+    grids = _grids(system)
+    values = _on_grid(system)
+    outputs = dict(zip((o.name for o in system.outputs), np.moveaxis(values, -1, 0), strict=True))
+    table = np.full((*values.shape[:2], n), engine.default_weight)
     for joint, output in engine.weights.items():
-        table[..., cell.index(joint)] = outputs[output].reshape(first.shape)
+        table[..., cell.index(joint)] = outputs[output]
     axis, origin, step = np.zeros(2, np.int64), np.zeros(2), np.ones(2)
     for k, variable in enumerate(system.inputs):
         i = cell.index(variable.name)
@@ -63,6 +62,20 @@ def compile_surface(cell: Cell, engine: FuzzyEngine) -> WeightSurface:
         origin[k] = float(joint_.q_value(np.asarray(to_si(float(grids[k][0])))))
         step[k] = joint_.sign * to_si(float(grids[k][1] - grids[k][0]))
     return WeightSurface(table, axis, origin, step)
+
+
+def _grids(system: FuzzySystem) -> list[Array]:
+    """The nodes of both inputs; of a second one that isn't there, two."""
+    grids = [np.linspace(i.lower, i.upper, NODES) for i in system.inputs]
+    return grids if len(grids) == 2 else [*grids, np.zeros(2)]
+
+
+@lru_cache(maxsize=8)
+def _on_grid(system: FuzzySystem) -> Array:
+    """Outputs (g0, g1, outputs) at the nodes, kept: a job asks for the same engines several times."""
+    first, second = np.meshgrid(*_grids(system), indexing="ij")
+    values = [first.ravel(), second.ravel()][: len(system.inputs)]
+    return locked(system.evaluate_grid(np.stack(values, axis=1)).reshape(*first.shape, -1))
 
 
 def _check(cell: Cell, engine: FuzzyEngine, system: FuzzySystem) -> None:
@@ -80,7 +93,7 @@ def _check(cell: Cell, engine: FuzzyEngine, system: FuzzySystem) -> None:
             raise CellError(f"has no output {output!r} for {joint}", cure=f"use one of {', '.join(names)}", path=path)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _cell_of(surface: WeightSurface, q: Array) -> tuple[int, int, float, float, bool, bool]:
     """Grid cell, place in it, and whether each axis lies within the grid."""
     size0, size1, _n = surface.table.shape
@@ -94,7 +107,7 @@ def _cell_of(surface: WeightSurface, q: Array) -> tuple[int, int, float, float, 
     return i, j, u - i, v - j, inside_u, inside_v
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def weights_at(surface: WeightSurface, q: Array, out: Array) -> None:
     """Weights (n,) of posture q (n,) into out; beyond the grid the border holds."""
     i, j, u, v, _inside_u, _inside_v = _cell_of(surface, q)
@@ -105,16 +118,17 @@ def weights_at(surface: WeightSurface, q: Array, out: Array) -> None:
         out[k] = low + u * (high - low)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def weights_and_slopes(surface: WeightSurface, q: Array, out: Array, slope0: Array, slope1: Array) -> None:
     """As `weights_at`, with the derivatives (n,) by the q of the surface's first and second axis."""
     i, j, u, v, inside_u, inside_v = _cell_of(surface, q)
     table = surface.table
+    per0 = 1.0 / surface.step[0] if inside_u else 0.0
+    per1 = 1.0 / surface.step[1] if inside_v else 0.0
     for k in range(table.shape[2]):
-        low = table[i, j, k] + v * (table[i, j + 1, k] - table[i, j, k])
-        high = table[i + 1, j, k] + v * (table[i + 1, j + 1, k] - table[i + 1, j, k])
+        a, b, c, d = table[i, j, k], table[i, j + 1, k], table[i + 1, j, k], table[i + 1, j + 1, k]
+        low, high = a + v * (b - a), c + v * (d - c)
         out[k] = low + u * (high - low)
-        slope0[k] = (high - low) / surface.step[0] if inside_u else 0.0
-        left = table[i, j, k] + u * (table[i + 1, j, k] - table[i, j, k])
-        right = table[i, j + 1, k] + u * (table[i + 1, j + 1, k] - table[i, j + 1, k])
-        slope1[k] = (right - left) / surface.step[1] if inside_v else 0.0
+        slope0[k] = (high - low) * per0
+        left = a + u * (c - a)
+        slope1[k] = ((b + u * (d - b)) - left) * per1

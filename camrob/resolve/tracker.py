@@ -19,8 +19,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.kinematics.kernels import ChainArrays, forward, inverse_kf, jacobian
-from camrob.resolve.tracker_quick import foretell, history, quick_point, remember
+from camrob.kinematics.conditioning_slope import inverse_kf_within
+from camrob.kinematics.kernels import ChainArrays, forward, jacobian
+from camrob.resolve.tracker_quick import History, foretell, history, quick_point, remember
 from camrob.resolve.tracker_step import (
     TrackerSettings,
     TrackState,
@@ -29,7 +30,7 @@ from camrob.resolve.tracker_step import (
     self_motion,
     task_step,
 )
-from camrob.resolve.tracker_work import TrackerWork, pose_error, tracker_work
+from camrob.resolve.tracker_work import TrackerWork, clear, largest, pose_error, put, tracker_work
 
 __all__ = [
     "FAILED_LIMIT",
@@ -55,7 +56,7 @@ _ITERATIONS = 60
 _STEP = 0.3  # rad or m that a joint moves in one iteration at most
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
     """Shrink the self-motion w.s so that no joint's sum of it passes `limit` (n,); returns its largest component."""
     share = 1.0
@@ -73,7 +74,7 @@ def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
     return largest
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: TrackerWork) -> bool:
     """Free the joints at a limit that the optimum draws inwards; returns whether there were any."""
     freed = False
@@ -84,7 +85,7 @@ def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, 
     return freed
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64], w: TrackerWork) -> None:
     """Take the steps w.x (bounded) and w.s; a joint that would pass its limit stays there and leaves the problem."""
     step = 0.0
@@ -100,7 +101,7 @@ def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64
             q[i], side[i] = settings.upper[i], 1
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _solve_point(
     chain: ChainArrays, settings: TrackerSettings, R_target: Array, p_target: Array, q: Array, q_reference: Array,
     state: TrackState, limit: Array, w: TrackerWork,
@@ -108,38 +109,83 @@ def _solve_point(
     """Move q to the constrained optimum at one target. Returns TRACKED or why not."""
     n = q.shape[0]
     acting, side = state.flags[0] == 1, state.side
-    w.moved[:] = 0.0
+    clear(w.moved)
     released, settled = False, False
     shift, last_self = 0.0, np.inf
-    multipliers = np.zeros(6)
+    multipliers = w.multipliers
     for iteration in range(_ITERATIONS):
         forward(chain, q, w.Z, w.P, w.R, w.p, w.plate)
         pose_error(w.R, w.p, R_target, p_target, w.error)
-        task = np.max(np.abs(w.error))
+        task = largest(w.error)
         if task <= _TASK_TOLERANCE and settled:
             return TRACKED
         jacobian(chain, w.Z, w.P, w.p, w.J)
-        m = task_step(1.0 / chain.length, n, side, settings.locked, w)
+        m = task_step(chain, n, side, settings.locked, w)
         if m < 6:
             return FAILED_SINGULAR if m < 0 else FAILED_LIMIT
-        w.s[:] = 0.0
+        clear(w.s)
         if not settled:
             gradient_and_multipliers(settings, q, q_reference, state, chain, m, multipliers, w)
             if not released:
                 released = True
                 if _release(n, side, multipliers, 1.0 / chain.length, w):
                     continue
-            largest = 0.0
+            step = 0.0
             if m > 6:
                 shift = self_motion(chain, settings, m, acting, shift, multipliers, False, w)
-                largest = _bounded(m, w, limit)
-                shift = max(4.0 * shift, 1e-3) if largest > 0.7 * last_self else 0.25 * shift
-            last_self = largest
+                step = _bounded(m, w, limit)
+                shift = max(4.0 * shift, 1e-3) if step > 0.7 * last_self else 0.25 * shift
+            last_self = step
             # far from the pose a step of nothing only says that there was nothing to do yet; and in the loop's second
             # half the pose comes first: the self-motion goes on at the next point
-            settled = (largest <= _SELF_TOLERANCE and task <= _NEAR) or iteration > _ITERATIONS // 2
+            settled = (step <= _SELF_TOLERANCE and task <= _NEAR) or iteration > _ITERATIONS // 2
         _advance(settings, m, q, side, w)
     return FAILED_NOT_REACHED
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _follow(
+    chain: ChainArrays, settings: TrackerSettings, targets: Array, q_reference: Array, state: TrackState, limits: Array,
+    out: Array, inv_kf: Array, q_before: Array, w: TrackerWork, h: History,
+) -> tuple[int, int]:  # fmt: skip
+    """`track`, with all the scratch that it needs: nothing is allocated from here on, and no references are counted."""
+    N, n = out.shape
+    q = state.q
+    t = 0.0
+    forward(chain, q, w.Z, w.P, w.R, w.p, w.plate)
+    value = inverse_kf_within(chain, w.Z, w.P, w.plate, w.C, w.H, w.L)
+    for k in range(N):
+        if value >= settings.threshold or value <= 0.0:
+            state.flags[0] = 0
+        elif state.flags[0] == 0:
+            state.flags[0] = 1
+            put(q, state.q_threshold)
+        reference = q_reference[k] if q_reference.shape[0] > 1 else q_reference[0]
+        for i in range(n):
+            if settings.locked[i]:
+                q[i], state.side[i] = reference[i], 0
+        put(q, q_before)
+        done = False
+        if k > 0:
+            t = foretell(h, targets[k - 1], targets[k], chain.length, q)
+            for i in range(n):
+                if settings.locked[i]:
+                    q[i] = reference[i]
+                elif state.side[i] != 0:
+                    q[i] = q_before[i]
+            done = quick_point(chain, settings, targets[k], q, q_before, reference, state, limits[k], w)
+        if not done:
+            put(q_before, q)
+            code = _solve_point(
+                chain, settings, targets[k, :3, :3], targets[k, :3, 3], q, reference, state, limits[k], w
+            )
+            if code != TRACKED:
+                return code, k
+        remember(h, t, q)
+        value = inverse_kf_within(chain, w.Z, w.P, w.plate, w.C, w.H, w.L)
+        put(q, out[k])
+        inv_kf[k] = value
+    return TRACKED, N
 
 
 @numba.njit(cache=True, nogil=True)
@@ -153,41 +199,8 @@ def track(
     may take each joint at a point. Fills out (N, n) and inv_kf (N,). Returns (TRACKED, N), or why and at which point it
     failed; `state` is then the posture that was reached there.
     """
-    N, n = out.shape
-    w, h = tracker_work(n), history(n)
-    q = state.q
-    q_before, t = q.copy(), 0.0
-    forward(chain, q, w.Z, w.P, w.R, w.p, w.plate)
-    value = inverse_kf(chain, w.Z, w.P, w.plate)
-    for k in range(N):
-        if value >= settings.threshold or value <= 0.0:
-            state.flags[0] = 0
-        elif state.flags[0] == 0:
-            state.flags[0] = 1
-            state.q_threshold[:] = q
-        reference = q_reference[k] if q_reference.shape[0] > 1 else q_reference[0]
-        for i in range(n):
-            if settings.locked[i]:
-                q[i], state.side[i] = reference[i], 0
-        q_before[:] = q
-        done = False
-        if k > 0:
-            t = foretell(h, targets[k - 1], targets[k], chain.length, q)
-            for i in range(n):
-                if settings.locked[i]:
-                    q[i] = reference[i]
-                elif state.side[i] != 0:
-                    q[i] = q_before[i]
-            done = quick_point(chain, settings, targets[k], q, q_before, reference, state, limits[k], w)
-        if not done:
-            q[:] = q_before
-            code = _solve_point(
-                chain, settings, targets[k, :3, :3], targets[k, :3, 3], q, reference, state, limits[k], w
-            )
-            if code != TRACKED:
-                return code, k
-        remember(h, t, q)
-        value = inverse_kf(chain, w.Z, w.P, w.plate)
-        out[k] = q
-        inv_kf[k] = value
-    return TRACKED, N
+    n = out.shape[1]
+    code, reached = _follow(
+        chain, settings, targets, q_reference, state, limits, out, inv_kf, np.empty(n), tracker_work(n), history(n)
+    )
+    return code, reached

@@ -21,9 +21,10 @@ from camrob.resolve.tracker_step import (
     gradient_and_multipliers,
     inwards,
     self_motion,
+    self_share,
     task_step,
 )
-from camrob.resolve.tracker_work import TrackerWork, pose_error
+from camrob.resolve.tracker_work import TrackerWork, clear, largest, pose_error
 
 __all__ = ["History", "foretell", "history", "quick_point", "remember"]
 
@@ -55,7 +56,7 @@ def history(n: int) -> History:
     return History(np.zeros((4, n)), np.zeros(4), np.zeros((4, n)), np.zeros(12), np.zeros(2, np.int64))
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def foretell(h: History, before: Array, target: Array, length: float, q: Array) -> float:
     """q (n,) <- the posture expected at `target` (4, 4), which comes after the pose `before`. Returns its place t.
 
@@ -92,7 +93,7 @@ def foretell(h: History, before: Array, target: Array, length: float, q: Array) 
     return float(t)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def remember(h: History, t: float, q: Array) -> None:
     """Put the posture q (n,) found at place t on top of the history, and note which order had foretold it best."""
     known = h.known[0]
@@ -109,7 +110,7 @@ def remember(h: History, t: float, q: Array) -> None:
     h.known[0] = min(4, known + 1)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def quick_point(
     chain: ChainArrays, settings: TrackerSettings, target: Array, q: Array, q_before: Array, q_reference: Array,
     state: TrackState, limit: Array, w: TrackerWork,
@@ -117,7 +118,7 @@ def quick_point(
     """Set the foretold posture q right by Newton's method; True where it is the constrained optimum, beyond doubt."""
     n = q.shape[0]
     acting = state.flags[0] == 1
-    multipliers = np.empty(6)
+    multipliers = w.multipliers
     settled = False
     m = 0
     for _ in range(_QUICK):
@@ -127,12 +128,9 @@ def quick_point(
         forward(chain, q, w.Z, w.P, w.R, w.p, w.plate)
         pose_error(w.R, w.p, target[:3, :3], target[:3, 3], w.error)
         if settled:
-            task = 0.0
-            for r in range(6):
-                task = max(task, abs(w.error[r]))
-            return task <= _TASK_TOLERANCE and _within(m, q, q_before, limit, w)
+            return bool(largest(w.error) <= _TASK_TOLERANCE and _within(m, q, q_before, limit, w))
         jacobian(chain, w.Z, w.P, w.p, w.J)
-        m = task_step(1.0 / chain.length, n, state.side, settings.locked, w)
+        m = task_step(chain, n, state.side, settings.locked, w)
         if m < 6:
             return False
         gradient_and_multipliers(settings, q, q_reference, state, chain, m, multipliers, w)
@@ -143,29 +141,22 @@ def quick_point(
             if self_motion(chain, settings, m, acting, 0.0, multipliers, True, w) > 0.0:
                 return False
         else:
-            w.s[:] = 0.0
-        largest = 0.0
+            clear(w.s)
+        far = 0.0
         for k in range(m):
             step = w.x[k] + w.s[k]
             q[w.free[k]] += step
-            largest = max(largest, abs(step))
-        if not largest < _QUICK_FIRST:
+            far = max(far, abs(step))
+        if not far < _QUICK_FIRST:
             return False
-        settled = largest <= _QUICK_STEP
+        settled = far <= _QUICK_STEP
     return False
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _within(m: int, q: Array, q_before: Array, limit: Array, w: TrackerWork) -> bool:
     """Whether the part of the point's motion that is self-motion stays clear of its bound."""
-    for k in range(m):
-        w.s[k] = 0.0
-    for a in range(6, m):
-        along = 0.0
-        for k in range(m):
-            along += w.N[a, k] * (q[w.free[k]] - q_before[w.free[k]])
-        for k in range(m):
-            w.s[k] += along * w.N[a, k]
+    self_share(m, q, q_before, w)
     for k in range(m):
         if not abs(w.s[k]) <= _QUICK_SHARE * limit[w.free[k]]:
             return False

@@ -19,6 +19,7 @@ from camrob.resolve.linear_algebra import (
     solve_r_transposed,
 )
 from camrob.resolve.surfaces import WeightSurface, weights_and_slopes
+from camrob.resolve.tracker_split import split_multipliers, split_self_motion, split_share, split_task
 from camrob.resolve.tracker_work import TrackerWork, curvature
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "gradient_and_multipliers",
     "inwards",
     "self_motion",
+    "self_share",
     "task_step",
 ]
 
@@ -64,14 +66,16 @@ class TrackState(NamedTuple):
     flags: NDArray[np.int64]
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _from(q: float, reference: float, endless: bool) -> float:
     """q - reference, to the nearest turn where the joint is endless."""
     d = q - reference
-    return float(d - 2.0 * np.pi * np.round(d / (2.0 * np.pi)) if endless else d)
+    if endless:
+        d -= 2.0 * np.pi * np.floor(d * (0.5 / np.pi) + 0.5)
+    return float(d)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def criterion(
     settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: TrackerWork
 ) -> None:
@@ -96,7 +100,7 @@ def criterion(
             w.slope_cond1[i] *= kf * d
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w: TrackerWork) -> None:
     """Add the derivative of the weights to w.C, in the columns of the axes that they depend on."""
     for b in range(m):
@@ -108,7 +112,7 @@ def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w
                 w.C[a, b] += slope1[w.free[a]]
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, exact: bool, w: TrackerWork) -> float:
     """w.s[:m] <- Newton step of the reduced criterion in the null space, the task's step (w.x) taken into account.
 
@@ -151,10 +155,19 @@ def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, ex
     return shift
 
 
-@numba.njit(cache=True, forceinline=True)
-def task_step(scale: float, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork) -> int:
-    """Factor the free joints' J^T; w.x <- pseudoinverse step to w.error. Returns the free joints' number, -1 if singular."""
-    m = 0
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def task_step(
+    chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork
+) -> int:  # fmt: skip
+    """w.x <- pseudoinverse step to w.error, by the arm's closed inverse or a factorisation of the free joints' J^T.
+
+    Returns the free joints' number, -1 if the chain is singular.
+    """
+    m = split_task(chain, n, side, locked, w)
+    w.split[0] = m > 0
+    if m > 0:
+        return int(m)
+    scale = 1.0 / chain.length
     for i in range(n):
         if side[i] == 0 and not locked[i]:
             w.free[m] = i
@@ -163,7 +176,7 @@ def task_step(scale: float, n: int, side: NDArray[np.int64], locked: NDArray[np.
                 w.A[m, 3 + r] = w.J[3 + r, i]
             m += 1
     if m < 6:
-        return m
+        return int(m)
     if qr_six(w.A, m, w.tau) < _RANK:
         return -1
     for r in range(3):
@@ -173,10 +186,10 @@ def task_step(scale: float, n: int, side: NDArray[np.int64], locked: NDArray[np.
     for k in range(6, m):
         w.x[k] = 0.0
     apply_q(w.A, m, w.tau, w.x)
-    return m
+    return int(m)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def inwards(i: int, side: int, multipliers: Array, scale: float, w: TrackerWork) -> bool:
     """Whether the optimum draws joint i, at a limit on that side, inwards."""
     pull = w.g[i]
@@ -185,13 +198,16 @@ def inwards(i: int, side: int, multipliers: Array, scale: float, w: TrackerWork)
     return bool(pull * side > 0.0)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def gradient_and_multipliers(
     settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, m: int,
     multipliers: Array, w: TrackerWork,
 ) -> None:  # fmt: skip
     """w.g <- -h, multipliers (6,) <- those with which the task's rows meet it best, from the factored free joints."""
     criterion(settings, q, q_reference, state, chain, w)
+    if w.split[0]:
+        split_multipliers(chain, w.g.shape[0], multipliers, w)
+        return
     gradient_free = w.N[0]
     for k in range(m):
         gradient_free[k] = w.g[w.free[k]]
@@ -201,15 +217,34 @@ def gradient_and_multipliers(
     solve_r(w.A, multipliers)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def self_motion(
     chain: ChainArrays, settings: TrackerSettings, m: int, acting: bool, shift: float, multipliers: Array, exact: bool,
     w: TrackerWork,
 ) -> float:  # fmt: skip
     """w.s[:m] <- the step in the null space. Returns the shift that it needed."""
+    if w.split[0]:
+        axes = settings.joint_weights.axis, settings.condition_weights.axis
+        return float(split_self_motion(chain, *axes, w.g.shape[0], m, acting, shift, multipliers, exact, w))
     for b in range(6, m):
         for k in range(m):
             w.N[b, k] = 1.0 if k == b else 0.0
         apply_q(w.A, m, w.tau, w.N[b])
     curvature(chain, m, 1.0 / chain.length, multipliers, w)
     return float(_self_step(settings, m, acting, shift, exact, w))
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def self_share(m: int, q: Array, q_before: Array, w: TrackerWork) -> None:
+    """w.s[:m] <- the part of the motion from q_before to q that is self-motion, by the last step's null space."""
+    if w.split[0]:
+        split_share(m, q, q_before, w)
+        return
+    for k in range(m):
+        w.s[k] = 0.0
+    for a in range(6, m):
+        along = 0.0
+        for k in range(m):
+            along += w.N[a, k] * (q[w.free[k]] - q_before[w.free[k]])
+        for k in range(m):
+            w.s[k] += along * w.N[a, k]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from camrob.kinematics.kernels import ChainArrays
 
-__all__ = ["TrackerWork", "curvature", "pose_error", "tracker_work"]
+__all__ = ["TrackerWork", "clear", "curvature", "largest", "pose_error", "put", "tracker_work"]
 
 Array = NDArray[np.float64]
 
@@ -45,47 +45,68 @@ class TrackerWork(NamedTuple):
     kf_slope: Array
     kf_part: Array
     reduced: Array
+    multipliers: Array
     moved: Array
     free: NDArray[np.int64]
+    rows: Array
+    lever: Array
+    U: Array
+    V: Array
+    Y: Array
+    F: Array
+    z: Array
+    split: NDArray[np.bool_]
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True)
 def tracker_work(n: int) -> TrackerWork:
     """Arrays for a chain of n joints."""
     return TrackerWork(
         np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, n)),
         np.empty((n, 6)), np.empty(6), np.empty(n), np.empty(n), np.empty((n, n)), np.empty((n, n)),
         np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(6), np.empty(n), np.empty(n), np.empty(n),
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64),
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(6), np.empty(n),
+        np.empty(n, np.int64), np.empty((6, 3)), np.empty(3), np.empty((n, 4)), np.empty((n, 4)),
+        np.empty((n, 3)), np.empty(6), np.empty(3), np.zeros(1, np.bool_),
     )  # fmt: skip
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _dot(A: Array, i: int, B: Array, k: int) -> float:
+    """Row i of A times row k of B."""
+    return float(A[i, 0] * B[k, 0] + A[i, 1] * B[k, 1] + A[i, 2] * B[k, 2])
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def pose_error(R: Array, p: Array, R_target: Array, p_target: Array, error: Array) -> None:
     """error (6,) <- (position, rotation vector) in `base` from (R, p) to the target; a logarithm, exact at any angle."""
     for r in range(3):
         error[r] = p_target[r] - p[r]
     # axial vector and cosine of D = R_target R^T
-    d = np.empty((3, 3))
-    for r in range(3):
-        for c in range(3):
-            d[r, c] = R_target[r, 0] * R[c, 0] + R_target[r, 1] * R[c, 1] + R_target[r, 2] * R[c, 2]
-    vx, vy, vz = 0.5 * (d[2, 1] - d[1, 2]), 0.5 * (d[0, 2] - d[2, 0]), 0.5 * (d[1, 0] - d[0, 1])
-    sine = np.sqrt(vx * vx + vy * vy + vz * vz)
-    cosine = 0.5 * (d[0, 0] + d[1, 1] + d[2, 2] - 1.0)
+    dxx, dxy, dxz = _dot(R_target, 0, R, 0), _dot(R_target, 0, R, 1), _dot(R_target, 0, R, 2)
+    dyx, dyy, dyz = _dot(R_target, 1, R, 0), _dot(R_target, 1, R, 1), _dot(R_target, 1, R, 2)
+    dzx, dzy, dzz = _dot(R_target, 2, R, 0), _dot(R_target, 2, R, 1), _dot(R_target, 2, R, 2)
+    vx, vy, vz = 0.5 * (dzy - dyz), 0.5 * (dxz - dzx), 0.5 * (dyx - dxy)
+    square = vx * vx + vy * vy + vz * vz
+    cosine = 0.5 * (dxx + dyy + dzz - 1.0)
+    if square < 1e-6 and cosine > 0.0:  # the arcsine's series over the sine; the next term is 1e-20
+        k = 1.0 + square * (1.0 / 6.0 + square * (3.0 / 40.0))
+        error[3], error[4], error[5] = k * vx, k * vy, k * vz
+        return
+    sine = np.sqrt(square)
     if sine > 1e-8:
         k = np.arctan2(sine, cosine) / sine
         error[3], error[4], error[5] = k * vx, k * vy, k * vz
-    elif cosine > 0.0:
-        error[3], error[4], error[5] = vx, vy, vz
     else:  # half a turn: any axis of it will do for a step
-        i = int(np.argmax(np.array([d[0, 0], d[1, 1], d[2, 2]])))
-        norm = np.sqrt(max(1e-12, 0.5 * (1.0 + d[i, i])))
+        diagonal = dxx, dyy, dzz
+        i = 0 if dxx >= dyy and dxx >= dzz else 1 if dyy >= dzz else 2
+        norm = np.sqrt(max(1e-12, 0.5 * (1.0 + diagonal[i])))
+        column = (dxx, dyx, dzx) if i == 0 else (dxy, dyy, dzy) if i == 1 else (dxz, dyz, dzz)
         for r in range(3):
-            error[3 + r] = np.pi * (norm if r == i else 0.5 * d[r, i] / norm)
+            error[3 + r] = np.pi * (norm if r == i else 0.5 * column[r] / norm)
 
 
-@numba.njit(cache=True, forceinline=True)
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def curvature(chain: ChainArrays, m: int, scale: float, multipliers: Array, w: TrackerWork) -> None:
     """w.C[:m, :m] <- sum of multiplier times second derivative of the task (v scaled, rotation as logarithm)."""
     lx, ly, lz = multipliers[0] * scale, multipliers[1] * scale, multipliers[2] * scale
@@ -105,3 +126,26 @@ def curvature(chain: ChainArrays, m: int, scale: float, multipliers: Array, w: T
                     c += ax * (zy * uz - zz * uy) + ay * (zz * ux - zx * uz) + az * (zx * uy - zy * ux)
                 w.C[a, b] = c
             w.C[b, a] = w.C[a, b]
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def largest(error: Array) -> float:
+    """The largest component (6,) of a pose error."""
+    worst = 0.0
+    for r in range(6):
+        worst = max(worst, abs(error[r]))
+    return float(worst)
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def put(source: Array, out: Array) -> None:
+    """out (n,) <- source (n,)."""
+    for i in range(out.shape[0]):
+        out[i] = source[i]
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def clear(out: Array) -> None:
+    """out (n,) <- 0."""
+    for i in range(out.shape[0]):
+        out[i] = 0.0

@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib import import_module
 from pathlib import Path
 from time import thread_time
 
-import numba
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
+import_module("camrob")  # before Numba, so that the kernels' cache folder is that of these sources
+
+import numba  # noqa: E402
 from spiral import poses, spiral  # noqa: E402
 
 from camrob.cell.joint import Role  # noqa: E402

@@ -15,6 +15,7 @@ import numpy as np
 
 POSITION, ANGLE, MOST = 1e-6, 1e-6, 20
 TIP = "tool"
+PLANNED = 500  # points that a planner gets
 
 
 def with_pinocchio(urdf, start, targets):
@@ -231,7 +232,59 @@ def with_pytorch_kinematics(urdf, start, targets):
     return out, thread_time() - begin, version("pytorch-kinematics")
 
 
+def with_trajopt(urdf, start, targets):
+    """TrajOpt (Tesseract): all postures at once, squared joint velocities as cost, poses as constraints, no collisions."""
+    import xml.etree.ElementTree as ElementTree
+
+    from tesseract_robotics import tesseract_command_language as language
+    from tesseract_robotics import tesseract_common as common
+    from tesseract_robotics import tesseract_environment as environment
+    from tesseract_robotics import tesseract_motion_planners as planners
+    from tesseract_robotics import tesseract_motion_planners_trajopt as trajopt
+
+    robot = ElementTree.fromstring(_revolute(urdf))
+    for limit in robot.iter("limit"):
+        limit.set("velocity", "10")
+        limit.set("effort", "10")
+    names = [joint.get("name") for joint in robot.findall("joint") if joint.get("type") != "fixed"]
+    group = '<robot name="{}"><group name="all"><chain base_link="base" tip_link="{}"/></group></robot>'
+    scene, locator = environment.Environment(), common.GeneralResourceLocator()
+    if not scene.init(ElementTree.tostring(robot, encoding="unicode"), group.format(robot.get("name"), TIP), locator):
+        raise SystemExit("Tesseract does not take the chain")
+    scene.setState(names, np.array(start))
+    info = common.ManipulatorInfo()
+    info.tcp_frame, info.manipulator, info.working_frame = TIP, "all", "base"
+    program = language.CompositeInstruction("DEFAULT")
+    program.setManipulatorInfo(info)
+    for T in targets[:PLANNED]:
+        waypoint = language.CartesianWaypoint(common.Isometry3d(T))
+        waypoint.setSeed(common.JointState(names, np.array(start)))
+        wrapped = language.CartesianWaypointPoly_wrap_CartesianWaypoint(waypoint)
+        move = language.MoveInstruction(wrapped, language.MoveInstructionType_LINEAR, "DEFAULT")
+        program.appendMoveInstruction(language.MoveInstructionPoly_wrap_MoveInstruction(move))
+    composite = trajopt.TrajOptDefaultCompositeProfile()
+    composite.collision_constraint_config.enabled = composite.collision_cost_config.enabled = False
+    profiles, task = language.ProfileDictionary(), "TrajOptMotionPlannerTask"
+    profiles.addProfile(task, "DEFAULT", trajopt.TrajOptDefaultPlanProfile())
+    profiles.addProfile(task, "DEFAULT", composite)
+    request = planners.PlannerRequest()
+    request.instructions, request.env, request.profiles = program, scene, profiles
+    begin = thread_time()
+    answer = trajopt.TrajOptMotionPlanner(task).solve(request)
+    seconds = thread_time() - begin
+    if not answer.successful:
+        raise SystemExit("TrajOpt finds no plan")
+    rows = []
+    for instruction in answer.results.flatten():
+        found = language.InstructionPoly_as_MoveInstructionPoly(instruction).getWaypoint()
+        rows.append(np.array(language.WaypointPoly_as_StateWaypointPoly(found).getPosition()).ravel())
+    from importlib.metadata import version
+
+    return np.array(rows), seconds, version("tesseract-robotics")
+
+
 PEERS = {
+    "trajopt": with_trajopt,
     "placo": with_placo,
     "pinocchio": with_pinocchio,
     "pink": with_pink,
