@@ -137,8 +137,8 @@ def table(loop: dict) -> str:
     gap = loop["gap"]
     lines += [
         "",
-        f"Gap at the TCP on withheld stretches: {gap['before_mm']:.3f} mm; {gap['compensable_mm']:.3f} mm without what compensate "
-        f"corrects, {gap['all_effects_mm']:.3f} mm without all that was found; noise {gap['noise_mm']:.3f} mm.",
+        f"Gap at the TCP on withheld stretches: {gap['before_mm']:.3f} mm; {gap['compensable_mm']:.3f} mm without what "
+        f"compensate corrects, {gap['all_effects_mm']:.3f} mm without all that was found; noise {gap['noise_mm']:.3f} mm.",
     ]
     return "\n".join(lines) + "\n"
 
