@@ -100,7 +100,8 @@ def smooth_run(rates: PathRates, pieces: slice, bounded: Indices, feed: Array) -
     whole = float(length[-1])
     count = max(FEWEST_SPANS, int(np.ceil(whole / _wanted(rates, length, feed))))
     spacing = whole / count
-    reach = float(np.median(feed)) * _SETTLE
+    # waves shorter than a span are not on the grid; where nothing else binds the curve's ends, it is not unique
+    reach = max(float(np.median(feed)) * _SETTLE, 0.5 * spacing)
     within = np.array([_ROUNDING * max(rates.blend, _SMALLEST), _TURNING])
     control, deviation = smoothed(length, values, count, min(reach, 40.0 * spacing), within)
     knots = np.linspace(0.0, whole, count + 1)
