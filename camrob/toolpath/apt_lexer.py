@@ -16,7 +16,7 @@ __all__ = ["Lexer", "Rows", "Statement", "number_of"]
 _LONGEST_LINE = 65_536  # bytes: no CAM system writes longer ones, and a file without line ends is no CL data
 _LONGEST_STATEMENT = 1_000_000  # characters after joining
 _TEXT_WORD = re.compile(r"\s*(PARTNO|PPRINT|REMARK|INSERT|TPRINT|LETTER)(?![A-Z0-9_=])[ \t]*/?(.*)", re.I | re.S)
-_NUMBER = re.compile(r"[+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[ED][+-]?\d+)?", re.I | re.A)
+_NUMBER = re.compile(r"[+-]?[ \t]*(?:\d+\.?\d*|\.\d+)(?:[ED][+-]?\d+)?", re.I | re.A)
 _CONTROL = re.compile(rb"[\x00-\x06\x0e-\x19\x1b-\x1f\x7f]")
 
 
