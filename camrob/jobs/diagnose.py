@@ -10,7 +10,7 @@ from typing import Any
 
 from camrob.calibrate.calibration_file import calibration_text
 from camrob.cell.read_cell import read_cell
-from camrob.errors import JobError, LogError
+from camrob.errors import InputError, JobError, LogError
 from camrob.gap.cell_effects import cell_effects
 from camrob.gap.diagnose import diagnose as run_diagnosis
 from camrob.gap.diagnosis import Diagnosis
@@ -112,7 +112,8 @@ def _program(log: MeasurementLog, given: Path | None) -> KrlProgram | None:
         return None
     try:
         name = check_file_name(log.info.program)
-    except LogError:
+    except InputError:  # a path: what lies elsewhere is given by hand
         return None
     beside = log.path.parent / name
-    return read_krl(beside) if beside.is_file() else None
+    within = beside.is_file() and beside.resolve().parent == log.path.parent.resolve()
+    return read_krl(beside) if within else None
