@@ -13,6 +13,7 @@ __all__ = [
     "deg_to_rad",
     "m_s_to_mm_min",
     "m_to_mm",
+    "m_to_um",
     "mm_min_to_m_s",
     "mm_to_m",
     "ms_to_s",
@@ -34,6 +35,11 @@ def mm_to_m(length_mm: Value) -> Value:
 def m_to_mm(length: Value) -> Value:
     """Metres to millimetres."""
     return length * 1000.0
+
+
+def m_to_um(length: Value) -> Value:
+    """Metres to micrometres."""
+    return length * 1e6
 
 
 def deg_to_rad(angle_deg: Value) -> Value:

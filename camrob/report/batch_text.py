@@ -9,6 +9,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from camrob.report.words import shown_text
+
 __all__ = ["render_batch"]
 
 _WORDS = {0: ("done", "green"), 1: ("check failed", "yellow"), 2: ("input wrong", "red"), 3: ("not done", "bold red")}
@@ -28,8 +30,8 @@ def render_batch(summary: Mapping[str, Any]) -> RenderableType:
         conditioning = of_job.get("conditioning") or {}
         again = f" ({job['attempts']} attempts)" if job["attempts"] > 1 else ""
         table.add_row(
-            _plain(job["input"]),
-            _plain(job["verb"]),
+            shown_text(job["input"]),
+            shown_text(job["verb"]),
             Text(word + again, style=style),
             _number(of_job.get("points", of_job.get("motions"))),
             _number(conditioning.get("inv_kf_min"), 3),
@@ -37,12 +39,12 @@ def render_batch(summary: Mapping[str, Any]) -> RenderableType:
             _number(job["seconds"], 1),
         )
         for reason in _reasons(job):
-            whose = () if job["input"] in reason else (_plain(job["input"], "bold"), ": ")
-            told.append(Text.assemble(*whose, _plain(reason), overflow="fold"))
+            whose = () if job["input"] in reason else (shown_text(job["input"], "bold"), ": ")
+            told.append(Text.assemble(*whose, shown_text(reason), overflow="fold"))
     well = summary.get("counts", {}).get("0", 0)
     where = f"{summary['workers']} workers" if summary.get("workers") else f"the cluster at {summary.get('scheduler')}"
     end = f"{well} of {len(jobs)} jobs done in {_number(summary.get('seconds'), 1)} s on {where}"
-    return Group(table, *([Text(""), *told] if told else []), Text(""), _plain(end))
+    return Group(table, *([Text(""), *told] if told else []), Text(""), shown_text(end))
 
 
 def _reasons(job: Mapping[str, Any]) -> list[str]:
@@ -60,8 +62,3 @@ def _number(value: object, decimals: int = 0) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return "-"
     return f"{value:,.{decimals}f}".replace(",", " ")
-
-
-def _plain(value: object, style: str = "") -> Text:
-    """Text that is shown as it is, whatever file it came from."""
-    return Text("".join(c if c.isprintable() else " " for c in str(value)), style=style)

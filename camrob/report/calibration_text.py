@@ -9,6 +9,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from camrob.report.words import shown_text
+
 __all__ = ["render_calibration", "render_compensation"]
 
 Summary = Mapping[str, Any]
@@ -41,7 +43,7 @@ def _errors(rows: Mapping[str, Summary]) -> Table:
 
 
 def _warnings(summary: Summary) -> list[RenderableType]:
-    return [Text(f"! {w['text']}" + (f" (line {w['line']})" if w["line"] else "")) for w in summary["warnings"]]
+    return [shown_text(f"! {w['text']}" + (f" (line {w['line']})" if w["line"] else "")) for w in summary["warnings"]]
 
 
 def _published(rows: Sequence[Summary]) -> Table:
@@ -74,13 +76,12 @@ def render_calibration(summary: Summary) -> RenderableType:
             parts += [Text(), Text(f"{told}: {', '.join(names)}")]
     for log in summary["withheld"]:
         if log["refitted"]:
-            parts.append(
-                Text(f"\n{log['file']}: base and reflector refitted on half of it, judged on {log['poses']} poses")
-            )
+            told = f"{log['file']}: base and reflector refitted on half of it, judged on {log['poses']} poses"
+            parts += [Text(), shown_text(told)]
     if "published" in summary:
         parts += [Text(), _published(summary["published"])]
     wrote = f"wrote {summary['file']} and {summary['report']}"
-    parts.append(Text(f"\n{summary['poses']} poses fitted, {summary['outliers']} outliers, {wrote}"))
+    parts += [Text(), shown_text(f"{summary['poses']} poses fitted, {summary['outliers']} outliers, {wrote}")]
     if "next" in summary:
         plan = summary["next"]
         if not plan["collisions"]["checked"]:
@@ -106,8 +107,9 @@ def render_compensation(summary: Summary) -> RenderableType:
     return Group(
         *_warnings(summary),
         _errors({name: {"poses": summary["motions"], **size} for name, size in rows.items()}),
-        Text(
-            f"\nlargest correction {summary['correction']['max_mm']:.3f} mm, at most {iterations['max']} iterations a "
+        Text(),
+        shown_text(
+            f"largest correction {summary['correction']['max_mm']:.3f} mm, at most {iterations['max']} iterations a "
             f"point; wrote {', '.join(summary['files'])}"
         ),
     )

@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.report.words import shown_number
+from camrob.report.words import shown_number, shown_text
 
 __all__ = ["render_feed"]
 
@@ -25,10 +25,6 @@ def render_feed(summary: Summary) -> RenderableType:
     return Group(*parts, Text(f"Written: {', '.join(map(str, summary.get('files') or []))}"))
 
 
-def _plain(value: object, style: str = "") -> Text:
-    return Text("".join(c if c.isprintable() else " " for c in str(value)), style=style)
-
-
 def _statements(summary: Summary) -> Iterator[RenderableType]:
     rows = summary.get("statements") or []
     if rows:
@@ -38,7 +34,9 @@ def _statements(summary: Summary) -> Iterator[RenderableType]:
         for row in rows:
             verdict = str(row.get("verdict"))
             table.add_row(
-                _plain(row.get("published")), _plain(row.get("found")), _plain(verdict, _STYLES.get(verdict, ""))
+                shown_text(row.get("published")),
+                shown_text(row.get("found")),
+                shown_text(verdict, _STYLES.get(verdict, "")),
             )
         yield table
 
@@ -58,17 +56,18 @@ def _schemes(summary: Summary) -> Iterator[RenderableType]:
     torques = summary.get("torque_max_nm")
     if isinstance(torques, Mapping):
         text = ", ".join(f"{axis} {shown_number(value, 0)}" for axis, value in torques.items() if value > 0.5)
-        yield _plain(f"Largest torques, Nm, with assumed centres of mass: {text}")
+        yield shown_text(f"Largest torques, Nm, with assumed centres of mass: {text}")
 
 
 def _analyses(summary: Summary) -> Iterator[RenderableType]:
+    place = summary.get("line_counts", "line")
     for one in summary.get("analyses") or []:
         worst = [
-            f"{w['axis']} {w['quantity']} {shown_number(w['times'], 2)} times at line {w['line']}"
+            f"{w['axis']} {w['quantity']} {shown_number(w['times'], 2)} times at {place} {w['line']}"
             for w in (one.get("worst") or [])[:_WORST]
         ]
         least = min((one.get("rate_admitted") or {"": 0.0}).values())
         count = shown_number(one.get("violations"), 0)
         text = f"{one.get('coordinates')}, {one.get('interpolation')} interpolation: stretches past a limit at "
         text += f"{shown_number(summary.get('rate_rad_s'), 2)} rad/s {count}; all limits admit {shown_number(least, 3)} rad/s"
-        yield _plain(text + (f"; worst: {', '.join(worst)}" if worst else ""))
+        yield shown_text(text + (f"; worst: {', '.join(worst)}" if worst else ""))

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from camrob.report.feed_words import feed_rows
 from camrob.report.plan_text import plan_lines
-from camrob.report.words import shown_duration, shown_number
+from camrob.report.words import shown_duration, shown_number, shown_text
 
 __all__ = ["render_post", "render_summary"]
 
@@ -20,11 +20,6 @@ Summary = Mapping[str, Any]
 _MOST_WARNINGS = 20
 _MOST_REGIONS = 12
 _NEAREST = 3  # axes shown with their margin
-
-
-def _plain(value: object, style: str = "") -> Text:
-    """Text that is shown as it is: no markup, no control characters, whatever file it came from."""
-    return Text("".join(c if c.isprintable() else " " for c in str(value)), style=style)
 
 
 def _linear(summary: Summary) -> set[str]:
@@ -58,7 +53,7 @@ def _warnings(summary: Summary) -> Iterator[RenderableType]:
     grid.add_column()
     for warning in warnings[:_MOST_WARNINGS]:
         line = warning.get("line")
-        grid.add_row(f"line {line}" if line else "", _plain(warning.get("text", "")))
+        grid.add_row(f"line {line}" if line else "", shown_text(warning.get("text", "")))
     yield grid
     if len(warnings) > _MOST_WARNINGS:
         yield Text(f"... and {len(warnings) - _MOST_WARNINGS} more, in the report and NAME.json", style="yellow")
@@ -110,7 +105,7 @@ def _verified(summary: Summary) -> Text:
     if not part:
         return Text("no", style="bold red")
     error = shown_number(part.get("position_error_mm_max"), 4)
-    return _plain(
+    return shown_text(
         f"{part.get('points', '-')} points read back and replayed; at most {error} mm off ({part.get('by', '-')})"
     )
 
@@ -123,7 +118,7 @@ def _regions(regions: Sequence[Summary]) -> RenderableType:
     for region in regions[:_MOST_REGIONS]:
         before, after = shown_number(region.get("inv_kf_before"), 3), shown_number(region.get("inv_kf_after"), 3)
         table.add_row(
-            _plain(region.get("name") or region.get("index", "")),
+            shown_text(region.get("name") or region.get("index", "")),
             f"{region.get('first_line', '-')} to {region.get('last_line', '-')}",
             shown_number(region.get("points"), 0),
             f"{before} to {after} by revision" if region.get("revised") else before,
@@ -141,10 +136,12 @@ def render_post(summary: Summary) -> RenderableType:
     grid = _grid()
     grid.add_row(
         "Program",
-        _plain(f"{summary.get('program', '-')} for {summary.get('cell', '-')}, method {summary.get('method', '-')}"),
+        shown_text(
+            f"{summary.get('program', '-')} for {summary.get('cell', '-')}, method {summary.get('method', '-')}"
+        ),
     )
     grid.add_row(
-        "From", _plain(f"{source.get('file', '-')} ({source.get('dialect', '-')}, {source.get('units', '-')})")
+        "From", shown_text(f"{source.get('file', '-')} ({source.get('dialect', '-')}, {source.get('units', '-')})")
     )
     grid.add_row(
         "Points", f"{shown_number(summary.get('points'), 0)} in {len(regions)} region{'s' if len(regions) != 1 else ''}"
@@ -153,7 +150,7 @@ def render_post(summary: Summary) -> RenderableType:
     beside = "" if optimal is None else f"; {shown_duration(optimal)} at the fastest safe feed"
     grid.add_row("Time", f"{shown_duration(time.get('program'))} as programmed{beside}")
     for label, text in feed_rows(summary):
-        grid.add_row(label, _plain(text))
+        grid.add_row(label, shown_text(text))
     grid.add_row("Conditioning", _conditioning(summary))
     grid.add_row("Axes", _limits(summary))
     grid.add_row("Collisions", _collisions(summary))
@@ -166,7 +163,7 @@ def render_post(summary: Summary) -> RenderableType:
     files = [str(f) for f in summary.get("files") or []]
     if files:
         shown = files if len(files) <= 8 else [*files[:4], f"... {len(files) - 7} more ...", *files[-3:]]
-        grid.add_row("Written", _plain(", ".join(shown)))
+        grid.add_row("Written", shown_text(", ".join(shown)))
     parts: list[RenderableType] = [*_warnings(summary), Text(""), grid]
     if len(regions) > 1:
         parts += [Text(""), _regions(regions)]
@@ -177,7 +174,7 @@ def render_summary(summary: Summary) -> RenderableType:
     """Any summary as a list of its entries, warnings first; nested objects under dotted names."""
     grid = _grid()
     for key, value in _flat({k: v for k, v in summary.items() if k != "warnings"}):
-        grid.add_row(_plain(key), _plain(value))
+        grid.add_row(shown_text(key), shown_text(value))
     parts: list[RenderableType] = [*_warnings(summary), Text("")] if "warnings" in summary else []
     return Group(*parts, grid)
 

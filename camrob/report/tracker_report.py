@@ -14,7 +14,7 @@ from camrob.report.html import escape, number, page
 from camrob.report.line_charts import chart_section
 from camrob.report.tracker_charts import tracker_charts
 from camrob.report.tracker_words import Comparison, reduction, tracker_comparisons
-from camrob.units import m_to_mm, rad_to_deg, s_to_ms
+from camrob.units import m_to_mm, m_to_um, rad_to_deg, s_to_ms
 
 __all__ = ["tracker_report"]
 
@@ -50,7 +50,7 @@ def tracker_report(cell: Cell, study: TrackerStudy) -> str:
 
 def _um(value: float, decimals: int = 0) -> str:
     """Metres as micrometres, HTML."""
-    return number(float(m_to_mm(m_to_mm(value))), decimals)
+    return number(float(m_to_um(value)), decimals)
 
 
 def _comparisons(rows: Sequence[Comparison]) -> str:
@@ -147,7 +147,8 @@ def _lags(cell: Cell, study: TrackerStudy) -> str:
         "<section><h2>Lags and lost motion, found from the runs without correction</h2><table><thead><tr><th></th>"
         "<th class='n'>late, found</th><th class='n'>late, simulated</th><th class='n'>half of lost motion, found</th>"
         f"<th class='n'>simulated</th></tr></thead><tbody>{rows}</tbody></table><p class='caption'>The errors that the tracker "
-        "saw, taken to the joints and regressed on speed, direction of motion and posture.</p></section>"
+        "saw, taken to the joints; fitted are a first-order lag, the state of friction along the path, and the joints' "
+        "positions, which stand for the link errors.</p></section>"
     )
 
 
@@ -167,9 +168,7 @@ def _latencies(study: TrackerStudy) -> str:
         f"{_margins(x.published)}{_margins(x.chosen)}</tr>"
         for x in study.latencies
     )
-    here = next(x for x in study.latencies if x.cycles == study.case.latency) if any(
-        x.cycles == study.case.latency for x in study.latencies
-    ) else study.latencies[0]  # fmt: skip
+    here = next(x for x in study.latencies if x.cycles == study.case.latency)
     noise = [float(np.sqrt(m.noise)) * sigma if m is not None else float("nan") for m in (here.published, here.chosen)]
     head = "".join(
         f"<th class='n'>K = {k:g}: gain margin</th><th class='n'>phase</th><th class='n'>cycles of latency</th>"

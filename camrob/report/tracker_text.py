@@ -12,7 +12,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.units import m_to_mm
+from camrob.report.words import shown_text
+from camrob.units import m_to_um, mm_to_m
 
 __all__ = ["render_tracker"]
 
@@ -20,7 +21,7 @@ __all__ = ["render_tracker"]
 def render_tracker(summary: Mapping[str, Any]) -> RenderableType:
     """The summary as tables."""
     return Group(
-        Text(
+        shown_text(
             f"Tracker loop of {summary['cell']}, K = {summary['law']['gain']:g} every {summary['law']['cycle_ms']:g} ms"
         ),
         Text("A simulation: errors of the robot are assumed, and tuned where it says so.", style="yellow"),
@@ -53,5 +54,5 @@ def _better(summary: Mapping[str, Any]) -> Table:
             square["tool_mm"]["rms"], max(square["corners_mm"], default=0.0), max(square["reversal_peaks_mm"], default=0.0),
             circle["tool_mm"]["rms"], circle["path_mm"]["mean"], max(circle["reversal_peaks_mm"], default=0.0),
         )  # fmt: skip
-        table.add_row(Text(v["name"]), *(f"{float(m_to_mm(value)):.0f}" for value in values))
+        table.add_row(Text(v["name"]), *(f"{float(m_to_um(mm_to_m(value))):.0f}" for value in values))
     return table

@@ -1,10 +1,12 @@
-"""Numbers and times in words, for the terminal."""
+"""Numbers, times and text from files in words, for the terminal."""
 
 from __future__ import annotations
 
 import math
 
-__all__ = ["shown_duration", "shown_number"]
+from rich.text import Text
+
+__all__ = ["shown_duration", "shown_number", "shown_text"]
 
 
 def shown_number(value: object, decimals: int = 1) -> str:
@@ -25,3 +27,8 @@ def shown_duration(seconds: object) -> str:
     if hours:
         return f"{hours} h {minutes} min"
     return f"{minutes} min {s} s" if minutes else f"{shown_number(seconds)} s"
+
+
+def shown_text(value: object, style: str = "") -> Text:
+    """Text that is shown as it is, on one line: no markup, no control characters, whatever file it came from."""
+    return Text("".join(c if c.isprintable() else " " for c in str(value)), style=style)

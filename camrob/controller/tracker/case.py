@@ -119,7 +119,7 @@ def _law(table: TableReader) -> CorrectionLaw:
         gain=table.number("gain", lower=1e-6, upper=1.0),
         limit_m=mm_to_m(table.number("limit_mm", lower=1e-3, upper=100.0)),
         limit_rad=deg_to_rad(table.number("limit_deg", lower=1e-3, upper=10.0)),
-        cycle_s=ms_to_s(table.number("cycle_ms", lower=0.1, upper=100.0)),
+        cycle_s=ms_to_s(table.number("cycle_ms", lower=0.1, upper=20.0)),
         step_m=mm_to_m(table.number("step_mm", lower=1e-6, upper=10.0)),
         step_rad=deg_to_rad(table.number("step_deg", lower=1e-6, upper=10.0)),
     )

@@ -37,7 +37,7 @@ Progress = Callable[[str, float], None]
 
 SETTLED = 3.0  # s after the correction is switched on, from which its effect is measured
 SMOOTHING, STEP = 0.05, 0.7  # of what is learned: its width, s, and what share of a lap's findings is taken over
-LATENCIES = (0, 1, 2, 5, 10, 25, 50)  # cycles
+LATENCIES = (0, 1, 2, 5, 10, 25, 50)  # cycles, shown beside the case's own
 NEED_LATENCIES, NOISES = (0, 1, 5, 10, 25), (1.0, 4.0, 16.0, 64.0)  # cycles; times the tracker's noise
 _MOST_LAPS = 20
 _TRIED = (0.005, 0.02, 0.06)  # gains that are simulated beside the expected curve
@@ -235,7 +235,7 @@ def _learn(
 
 def _latencies(case: TrackerCase, lags: JointLags, chosen: float) -> tuple[Latency, ...]:
     out = []
-    for cycles in LATENCIES:
+    for cycles in sorted({*LATENCIES, case.latency}):
         loops = joint_loops(case, lags.lag(case), cycles)
         limit = min(loop.limit() for loop in loops)
         both = [worst_margins(loops, g) if g < limit else None for g in (case.law.gain, chosen)]
