@@ -21,7 +21,7 @@ from camrob.cli import run
 from camrob.controller.replay import replay
 from camrob.errors import InputError, KrlError, SingularError, StaleInputError
 from camrob.jobs.compensate import compensate
-from camrob.jobs.compensate_summary import analyses_of, derivative_summary
+from camrob.jobs.compensate_summary import analyses_before_after, rates_and_violations
 from camrob.jobs.solution_program import program_of_solution
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
@@ -381,12 +381,12 @@ def test_a_new_violation_is_said_and_an_old_one_is_not_new(tmp_path: Path) -> No
     q = np.asarray(planned.q)
     trembling = q.copy()
     trembling[::2, CELL.index("A4")] += 3e-3
-    same = derivative_summary(analyses_of(CELL, text, q, q), text, planned)[1]
+    same = rates_and_violations(analyses_before_after(CELL, text, q, q), text, planned)[1]
     assert same["new"] == [] and same["before"] == same["after"]
-    worse = derivative_summary(analyses_of(CELL, text, q, trembling), text, planned)[1]
+    worse = rates_and_violations(analyses_before_after(CELL, text, q, trembling), text, planned)[1]
     assert "A4" in {v["axis"] for v in worse["new"]} and worse["after"] > worse["before"]
     assert all(v["times"] > 1.0 and v["line"] > 0 for v in worse["new"])
-    better = derivative_summary(analyses_of(CELL, text, trembling, q), text, planned)[1]
+    better = rates_and_violations(analyses_before_after(CELL, text, trembling, q), text, planned)[1]
     assert better["new"] == []
 
 

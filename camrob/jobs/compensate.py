@@ -24,11 +24,11 @@ from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, KrlError, SingularError, UnreachableError, VerificationError
 from camrob.issues import Finding, Severity
 from camrob.jobs.compensate_summary import (
-    analyses_of,
+    analyses_before_after,
     compensation_findings,
     compensation_summary,
-    derivative_summary,
     error_between,
+    rates_and_violations,
 )
 from camrob.jobs.files import staged_output
 from camrob.jobs.solution_program import check_feed, is_solution, program_of_solution, save_solution
@@ -131,11 +131,11 @@ def _written(work: _Work, calibration: str, folder: Path) -> tuple[dict[str, Any
     judged_after = judge(again, replayed)
     _no_new_fault(work.judged, judged_after)
     correction = np.asarray(work.result.q) - work.q
-    analyses = analyses_of(planned.cell, text, np.asarray(planned.q), np.asarray(replayed.q))
+    analyses = analyses_before_after(planned.cell, text, np.asarray(planned.q), np.asarray(replayed.q))
     summary = compensation_summary(text, work.found, work.result, correction, planned, after)
     summary["calibration"] = {"file": calibration, "logs": [name for name, _ in work.found.logs]}
     summary["error_between"] = error_between(model, values, text, planned, replayed)
-    summary["derivatives"], summary["violations"] = derivative_summary(analyses, text, planned)
+    summary["derivatives"], summary["violations"] = rates_and_violations(analyses, text, planned)
     summary["limits"] = {"margin_min": judged_after.margin, "margin_min_before": work.judged.margin}
     findings = [*warnings, *work.left, *compensation_findings(summary)]
     summary["warnings"] = [{"line": f.line, "code": f.code, "text": f.text} for f in findings]

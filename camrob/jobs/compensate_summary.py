@@ -21,7 +21,13 @@ from camrob.post.krl_program import KrlMotion, KrlProgram
 from camrob.se3 import pose, slerp
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["analyses_of", "compensation_findings", "compensation_summary", "derivative_summary", "error_between"]
+__all__ = [
+    "analyses_before_after",
+    "compensation_findings",
+    "compensation_summary",
+    "error_between",
+    "rates_and_violations",
+]
 
 Array = NDArray[np.float64]
 
@@ -108,7 +114,7 @@ def _middle(poses: Array, rows: NDArray[np.int64]) -> Array:
     return pose(slerp(a[:, :3, :3], b[:, :3, :3], 0.5), 0.5 * (a[:, :3, 3] + b[:, :3, 3]))
 
 
-def analyses_of(
+def analyses_before_after(
     cell: Cell, text: KrlProgram, planned: Array, compensated: Array
 ) -> tuple[DerivativeAnalysis, DerivativeAnalysis] | None:
     """The paper's section III before and after. None for a program of too few postures to differentiate."""
@@ -119,7 +125,7 @@ def analyses_of(
         return None
 
 
-def derivative_summary(
+def rates_and_violations(
     analyses: tuple[DerivativeAnalysis, DerivativeAnalysis] | None, text: KrlProgram, planned: Replay
 ) -> tuple[dict[str, Any], dict[str, Any] | None]:
     """The least rates in machine space that the axes' limits allow, before and after; and, at the program's own mean

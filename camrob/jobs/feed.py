@@ -65,6 +65,8 @@ def feed(
     rad/s. `axis`: whose curves are drawn, the first by default, "all" for all. Raises InputError and its kin.
     """
     machine = read_cell(cell)
+    if compensated is not None and solution is None:
+        raise InputError("--compensated has nothing to stand beside", cure="give the nominal path with --solution")
     if progress is not None:
         progress("feed", 0.1)
     if solution is None and calibration is None and (machine.folder / "seam.toml").is_file():
@@ -117,12 +119,13 @@ def _derivatives(
         tips = base_T_tool(machine, both[0].q)[:, :3, 3]
         length = float(m_to_mm(float(np.sum(np.linalg.norm(np.diff(tips, axis=0), axis=1)))))
         statements = derivative_statements(analyses, rate=rate, points=len(tips), length_mm=length)
-    summary = derivative_summary(machine, both, analyses, rate)
+    place = "point" if published else "line"
+    summary = {**derivative_summary(machine, both, analyses, rate), "line_counts": place}
     if statements:
         summary["statements"] = [s._asdict() for s in statements]
     text = derivative_report(
         machine, analyses, axes=shown, rate=rate, source="; ".join(one.source for one in both),
-        place="point" if published else "line", statements=statements,
+        place=place, statements=statements,
     )  # fmt: skip
     return summary, text
 
