@@ -207,7 +207,7 @@ def tracker(
         Path | None, typer.Option("--out", metavar="DIR", help="The folder that receives the files.")
     ] = None,
     listen: ListenOption = None,
-    instrument: InstrumentOption = "127.0.0.1:59153",
+    instrument: InstrumentOption = None,
     mode: ModeOption = None,
     gain: GainOption = None,
     cycle_ms: CycleOption = None,
@@ -235,11 +235,8 @@ def tracker(
 
     def job(progress: ProgressHook) -> Any:
         if listen is None:
-            live = [
-                name
-                for name, value in {**said, "set": bounds, "realtime": realtime or None, "duration": duration}.items()
-                if value is not None and name != "gain"
-            ]
+            own = {"instrument": instrument, "set": bounds, "realtime": realtime or None, "duration": duration}
+            live = [name for name, value in {**said, **own}.items() if value is not None and name != "gain"]
             if live:
                 option = live[0].replace("_", "-")
                 raise InputError(f"--{option} has no meaning here", cure="give --listen HOST:PORT with it")
@@ -248,7 +245,7 @@ def tracker(
             raise InputError("--laps has no meaning with --listen", cure="leave one of them out")
         return job_of("track_live")(
             listen=listen,
-            instrument=instrument,
+            instrument=instrument or "127.0.0.1:59153",
             cell=cell,
             said={**{k: v for k, v in said.items() if v is not None}, "bounds": bounds or ()},
             duration_s=duration,

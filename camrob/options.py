@@ -73,7 +73,10 @@ ListenOption = Annotated[
     str | None, typer.Option("--listen", metavar="HOST:PORT", help="Serve a controller's RSI frames that come here.")
 ]
 InstrumentOption = Annotated[
-    str, typer.Option("--instrument", metavar="HOST:PORT", help="Where the instrument's datagrams come.")
+    str | None,
+    typer.Option(
+        "--instrument", metavar="HOST:PORT", help="Where the instrument's datagrams come. Default: 127.0.0.1:59153."
+    ),
 ]
 ModeOption = Annotated[LoopMode | None, typer.Option("--mode", help="RSI_ON's mode. Default: absolute.")]
 GainOption = Annotated[float | None, typer.Option("--gain", metavar="K", help="Share of the error added each cycle.")]

@@ -21,7 +21,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
 from camrob.errors import InputError, LogError
-from camrob.jobs.files import check_file_name, staged_output
+from camrob.jobs.files import check_calibration_name, staged_output
 from camrob.jobs.measuring import plan_measuring
 from camrob.measure.read_log import read_log
 from camrob.post.krl_reader import read_krl
@@ -69,7 +69,7 @@ def calibrate(
         if progress is not None:
             progress(stage, done)
 
-    _check(out, share)
+    _check(out, share, poses, path)
     _once([measured, *more], withheld)
     machine = read_cell(cell)
     tell("read", 0.1)
@@ -101,11 +101,13 @@ def calibrate(
     return CalibrateResult(calibration, study.evidence, summary)
 
 
-def _check(out: Path, share: float) -> None:
-    """Raise InputError for a name that is no calibration's, or a share that is none."""
-    if out.suffix.lower() != ".toml":
-        raise InputError(f"{out.name!r} is no .toml", cure="name the file CALIBRATION.toml", path=out)
-    check_file_name(out.name)
+def _check(out: Path, share: float, poses: int, path: Path | None) -> None:
+    """Raise InputError for a name that is no calibration's, a share that is none, or a program that no poses are chosen for."""
+    check_calibration_name(out)
+    if path is not None and poses == 0:
+        raise InputError(
+            "--for says which program poses are chosen for, and none are wanted", cure="give --next N with it"
+        )
     if not 0.0 <= share < 1.0:
         raise InputError(f"a share of {share:g} can't be withheld", cure="give a number from 0 to below 1")
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from camrob.errors import InputError
 
-__all__ = ["check_file_name", "staged_output"]
+__all__ = ["check_calibration_name", "check_file_name", "staged_output"]
 
 _STAGING = ".camrob-unfinished-"
 _RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
@@ -28,6 +28,13 @@ def check_file_name(name: str) -> str:
     if name[0] in ".-" or name[-1] in ". " or name.partition(".")[0].upper() in _RESERVED:
         raise InputError(f"{name!r} can't be a file's name", cure="use letters, digits, - and _, a letter first")
     return name
+
+
+def check_calibration_name(out: Path) -> None:
+    """Raise InputError where a path can't be CALIBRATION.toml's."""
+    if out.suffix.lower() != ".toml":
+        raise InputError(f"{out.name!r} is no .toml", cure="name the file CALIBRATION.toml", path=out)
+    check_file_name(out.name)
 
 
 @contextmanager

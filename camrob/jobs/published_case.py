@@ -19,9 +19,8 @@ from camrob.calibrate.measurements import Measurements
 from camrob.calibrate.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
-from camrob.errors import InputError
 from camrob.feed.derivative_analysis import DerivativeAnalysis
-from camrob.jobs.files import check_file_name, staged_output
+from camrob.jobs.files import check_calibration_name, staged_output
 from camrob.jobs.published_file import PublishedCase, read_published
 from camrob.jobs.published_robot import TapeLine, drawn_errors, measured_poses, tape_line
 from camrob.kinematics.frames import base_T_tool
@@ -67,9 +66,7 @@ def published_case(
         if progress is not None:
             progress(stage, done)
 
-    if out.suffix.lower() != ".toml":
-        raise InputError(f"{out.name!r} is no .toml", cure="name the file CALIBRATION.toml", path=out)
-    check_file_name(out.name)
+    check_calibration_name(out)
     machine = read_cell(cell)
     told = read_published(case, machine)
     errors = drawn_errors(told, machine)

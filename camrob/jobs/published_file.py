@@ -1,4 +1,4 @@
-"""PUBLISHED.toml: a published calibration, and the simulated robot that it is repeated with."""
+"""published.toml: a published calibration, and the simulated robot that it is repeated with."""
 
 from __future__ import annotations
 
@@ -78,6 +78,9 @@ def read_published(path: Path, cell: Cell) -> PublishedCase:
     direction = line.vector("direction", 3)
     if not np.linalg.norm(direction) > 0.0:
         raise line.fail("direction", "has no length", "give a vector")
+    lower, upper = measured.vector("lower_deg", len(axes)), measured.vector("upper_deg", len(axes))
+    if not np.all(lower < upper):
+        raise measured.fail("upper_deg", "isn't above lower_deg for every axis", "give an axis's lower value first")
     case = PublishedCase(
         title=title,
         source=source,
@@ -98,8 +101,8 @@ def read_published(path: Path, cell: Cell) -> PublishedCase:
             mm_to_m(measured.number("sigma_mm", lower=1e-6)),
             deg_to_rad(measured.number("sigma_deg", lower=1e-7)),
         ),
-        lower_deg=measured.vector("lower_deg", len(axes)),
-        upper_deg=measured.vector("upper_deg", len(axes)),
+        lower_deg=lower,
+        upper_deg=upper,
         middle_deg=line.vector("middle_deg", len(axes)),
         direction=direction / np.linalg.norm(direction),
         points=line.integer("points", lower=9, upper=100_000),

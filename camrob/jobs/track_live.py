@@ -144,13 +144,15 @@ def track_live(
     if out is not None:
         with staged_output(Path(out)) as folder:
             server.log.write(folder / "tracker.csv")
-            (folder / "tracker.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
+            (folder / "tracker.json").write_text(
+                json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8"
+            )
     return TrackLiveResult(summary, session, server.log)
 
 
 def _of_cell(cell: Path) -> LiveOptions:
     """The loop's values and the tracker's frame of a cell's tracker.toml."""
-    case = read_tracker_case(cell.parent if cell.name == "cell.toml" else cell)
+    case = read_tracker_case(cell if cell.is_dir() else cell.parent)
     law, frame = case.law, xyzabc_from_frame(case.base_T_tracker)
     return LiveOptions(
         gain=law.gain,
@@ -173,7 +175,8 @@ def _overridden(options: LiveOptions, said: Mapping[str, Any]) -> LiveOptions:
         try:
             values[name] = _BOUNDS[name](text)
         except ValueError:
-            raise InputError(f"{pair!r} isn't a number", cure="give NAME=VALUE") from None
+            kind = "whole number" if _BOUNDS[name] is int else "number"
+            raise InputError(f"{pair!r} gives no {kind}", cure=f"give NAME=VALUE, VALUE a {kind}") from None
     if "tracker_in_base" in values and isinstance(values["tracker_in_base"], str):
         try:
             values["tracker_in_base"] = tuple(float(v) for v in values["tracker_in_base"].split(","))
