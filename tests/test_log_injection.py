@@ -8,12 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from calibration_sample import axis_values, drawn, log_of, measure
+from test_faults import PART
 from test_injection import CELL, PAYLOADS, inert
 
 from camrob.cell.read_cell import read_cell
 from camrob.errors import CamrobError
 from camrob.jobs import diagnose as job
 from camrob.jobs.calibrate import calibrate
+from camrob.jobs.post import post
+from camrob.jobs.simulate import simulate
 from camrob.measure.log import MeasurementLog
 from camrob.measure.log_info import LogInfo
 from camrob.measure.read_log import read_log
@@ -102,3 +105,22 @@ def test_a_program_beside_the_log_is_found(tmp_path: Path) -> None:
     columns = {"t": np.arange(3.0)} | {n: np.arange(3.0) for n in ("A1", "A2", "A3", "A4", "A5", "A6")}
     found = job._program(MeasurementLog(columns, LogInfo(program="secret.src"), tmp_path / "log.csv"), None)
     assert found is not None and found.name == "SECRET"
+
+
+def test_the_report_of_a_diagnosis_is_inert(tmp_path: Path) -> None:
+    """Also where the log's own name is active text."""
+    (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\n")
+    (tmp_path / "part.cls").write_text(PART)
+    post(tmp_path / "part.cls", cell=CELL, out=tmp_path, report=False)
+    log = tmp_path / 'run<script>alert(1)<-script>"onload=x.csv'
+    simulate(tmp_path / "part.src", cell=CELL, out=tmp_path / "run.csv")
+    facts = (tmp_path / "run.toml").read_text()
+    assert 'program = "part.src"' in facts
+    kept = "".join(f"{line}\n" for line in facts.splitlines() if not line.startswith(("note", "instrument")))
+    texts = "".join(f"{key} = {quoted(PAYLOADS['script'] + PAYLOADS['an image'])}\n" for key in ("note", "instrument"))
+    log.with_suffix(".toml").write_text(kept + texts)
+    (tmp_path / "run.csv").rename(log)
+    job.diagnose(cell=CELL, log=[log], out=tmp_path / "out")
+    page = (tmp_path / "out" / "diagnosis.html").read_text(encoding="utf-8")
+    inert(page)
+    assert "<script>alert" not in page and "<img src=http" not in page

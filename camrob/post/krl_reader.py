@@ -23,7 +23,8 @@ __all__ = ["read_krl"]
 _DEEPEST_CALL = 20
 _MOST_PASSES = 200_000
 _BULK_STEPS = 2  # statements that take as long as a run of usual lines of a kind, each
-_MOST_REPEATED = {"statements": 20_000, "motions": 1_000_000}  # carried out again by loops and calls: a second, 0.5 GB
+_PER_LINE = 10  # a long program may call more: the time to read it stays in proportion to its text
+_MOST_REPEATED = {"statements": 5_000, "motions": 1_000_000}  # by loops and calls: 0.3 s, 0.5 GB
 _MOTIONS = frozenset(("PTP", "LIN", "CIRC"))
 _UNREAD = frozenset(
     """PTP_REL LIN_REL CIRC_REL SPTP SLIN SCIRC SPL SPTP_REL SLIN_REL SCIRC_REL SPL_REL SPLINE PTP_SPLINE ASYPTP GOTO
@@ -96,7 +97,7 @@ class _Reader:
         """A file and its data list."""
         module = load_module(path, len(self._modules))
         self._modules.append(module)
-        self._room["statements"] += (1 + 2 * _BULK_STEPS) * (1 + len(module.scan.general))
+        self._room["statements"] += _PER_LINE * (1 + len(module.scan.general))
         self._room["motions"] += len(module.scan.lin_line) + len(module.scan.speed_line)
         data = self._siblings().get(path.stem.lower() + ".dat")
         self._data[module.index] = {} if data is None else load_data(data, self._machine.variables)
@@ -137,7 +138,7 @@ class _Reader:
         """Counts what is carried out against what is written, so that reading ends soon and fits into memory."""
         self._room[what] -= count
         if self._room[what] < 0:
-            more = f"calls and passes of loops carry out more than {_MOST_REPEATED[what]} {what} again"
+            more = f"calls and passes of loops carry out many more {what} than are written"
             raise KrlError(more, cure="if no loop runs away, post the program as a plain sequence")
 
     def _bulk(self, module: Module, start: int, end: int) -> None:
@@ -282,6 +283,7 @@ class _Reader:
             return block.end + 1
         for value in range(first, last + (1 if step > 0 else -1), step):
             self._pass()
+            self._spend("statements", 1)
             variables.assign(name, value)
             if not self._run(module, block.start + 1, block.end):
                 return -1
