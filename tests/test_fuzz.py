@@ -143,3 +143,20 @@ def test_memory_is_held_to_its_bound() -> None:
 def test_messages_are_held_to_their_law(message: str) -> None:
     with pytest.raises(FlawError):
         check_message(message, ("part.cls",))
+
+
+# ---- end to end
+
+
+def test_what_is_released_passes_verify(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Damaged CL files are posted; each is refused in one line with nothing left, or `verify --against` agrees."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent / "bench"))
+    from fuzz import post_and_verify
+
+    post = post_and_verify(folder)
+    seeds = READERS["cl"].seeds()[3:]
+    rng = random.Random(1)
+    released = sum(post(mutated(rng.choice(seeds), rng, seeds)) == "" for _ in range(20))
+    assert released >= 2
+    drill = b"RAPID\nGOTO/0,0,9\nCYCLE/DRILL,25.,300.,MMPM,5.\nGOTO/0,0,0\nCYCLE/OFF\n"
+    assert post(drill) == "", "slow and short: its feed's curve was not unique once"
