@@ -16,9 +16,11 @@ HOSTILE_NUMBERS = [
 ]  # fmt: skip
 HOSTILE_TEXTS = [
     b"\n", b"\r", b"\r\n", b"\0", b"\x1a", b"\x1b[2J", b"\x85", b"\xe2\x80\xa8", b"\xe2\x80\xa9", b"\xe2\x80\xae",
-    b"\xef\xbb\xbf", b"\xff", b"\xc3", b"\xed\xa0\x80", b"\xf4\x90\x80\x80", b"\x0b\x0c", b"\t", b" ", b";", b"'", b'"', b'"""', b"'''",
+    b"\xef\xbb\xbf", b"\xff", b"\xc3", b"\xed\xa0\x80", b"\xf4\x90\x80\x80", b"\x0b\x0c", b"\t", b" ", b";", b"'", b'"',
+    b'"""', b"'''",
     b"\\", b"(", b")", b"[", b"]", b"{", b"}", b"[[", b"=", b",", b"/", b"$", b"$$", b"%", b"&", b"#", b":", b"..",
-    b"../../x", b"/etc/x", b"C:\\x", b"%s%n", b"{0}", b"${x}", b"</script><script>alert(1)</script>", b"=1+1", b"X" * 300, b"X" * 3000, b"(" * 200, b"[" * 600,
+    b"../../x", b"/etc/x", b"C:\\x", b"%s%n", b"{0}", b"${x}", b"</script><script>alert(1)</script>",
+    b"=1+1", b"X" * 300, b"X" * 3000, b"(" * 200, b"[" * 600,
     b"0," * 300, b" " * 500, b"\n" * 50,
 ]  # fmt: skip
 _NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
