@@ -2,7 +2,8 @@
 
 Cases come from `gap_maker`, which shares no code with camrob; makers and diagnoses are processes of their own. A maker
 hands the logs to a folder, and the label to DIR/sealed, which no diagnosis is told of and which is opened by the scorer,
-once every case has been diagnosed. A run that was stopped goes on where it stood. `--score` only scores what is there.
+once every case has been diagnosed. A run that was stopped goes on where it stood. `--score` only scores what is there; what
+DIR/preface.md says is put before the figures.
 """
 
 from __future__ import annotations
@@ -147,7 +148,8 @@ def main() -> None:
     figures = score(rows_of(labels, answers))
     figures["sha256 of the labels"] = hashlib.sha256(text.encode()).hexdigest()
     (arguments.out / "figures.json").write_text(json.dumps(figures, indent=1, default=float))
-    write_report(figures, arguments.out)
+    preface = arguments.out / "preface.md"
+    write_report(figures, arguments.out, preface.read_text() if preface.exists() else "")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,8 @@ folder of their own, which no diagnosis is told of, and opened by the scorer.
 
 "Up to its group": the path can't separate what was said from the truth. The scorer simulates what all parameters of the
 claimed effects can show on the logged channels; the true effect's pattern lies within {limit:g} degrees of that (and no more
-names than true ones are said). Intervals are 95 % (Wilson), the bound on false alarms is one-sided (Clopper and Pearson).
+names than true ones are said). Where the true effect isn't in the library, "looks the same" is that angle to all that is
+claimed. Intervals are 95 % (Wilson), the bound on false alarms is one-sided (Clopper and Pearson).
 """
 
 
@@ -193,13 +194,7 @@ def write_report(figures, folder: Path, preface: str = ""):
         lines += _table(("effect", *next(iter(each))[1]), [(n, *map(_short, d.values())) for n, d in each])
     if figures["left out"]:
         lines += ["## Every effect taken out of the library, its cases diagnosed (2 to 20 times the noise)", ""]
-        head = (
-            "effect",
-            "cases",
-            "flagged unknown",
-            "said to be what the path can't separate",
-            "a wrong name above 0.8",
-        )
+        head = ("effect", *next(iter(figures["left out"].values())))
         lines += _table(head, [(n, *(str(d[h]) for h in head[1:])) for n, d in figures["left out"].items()])
     lines += ["## Outside the library, by kind", ""]
     by_kind = figures["outside the library"]["by kind"].items()

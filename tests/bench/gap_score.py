@@ -184,13 +184,13 @@ def _left_out(rows):
     out = {}
     for name in sorted({r.task["only"] for r in rows}):
         own = [r for r in rows if r.task["only"] == name]
-        covered = [r for r in own if not r.flagged and r.claims and r.same(r.claims)]
+        covered = [r for r in own if not r.flagged and r.within()]
         out[name] = {
             "cases": len(own),
             "flagged unknown": sum(r.flagged for r in own),
-            "said to be what the path can't separate": len(covered),
-            "a wrong name above 0.8": sum(
-                any(e["probability"] > 0.8 for e in r.said["effects"]) and not r.same(r.claims) for r in own
+            "said to be what looks the same": len(covered),
+            "a wrong name above 0.8, nor does it look the same": sum(
+                any(e["probability"] > 0.8 for e in r.said["effects"]) and not r.within() for r in own
             ),
         }
     return out
