@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from camrob.cell.read_cell import read_cell
 from camrob.cli import run
-from camrob.controller.tracker.analysis import JointLoop, stability_limit
+from camrob.controller.tracker.analysis import JointLoop
 from camrob.controller.tracker.case import TrackerNoise, read_tracker_case
 from camrob.controller.tracker.gain import check_gain, choose_gain, joint_loops
 from camrob.controller.tracker.identify import JointLags, ahead_of, identify_lags, joint_errors, path_jacobians
@@ -152,7 +152,8 @@ def test_the_loop_without_lag_has_the_textbooks_pole_limit_and_noise():
         assert loop.noise(gain) == pytest.approx(gain / (2.0 - gain), rel=1e-6)
     for late in range(8):
         limit = JointLoop(0.0, late, 0, 0.004).limit()
-        assert limit == pytest.approx(stability_limit(late + 1), rel=1e-10)
+        closed_form = 2.0 * np.sin(np.pi / (4.0 * (late + 1) - 2.0))  # without lag, the correction showing late + 1 cycles on
+        assert limit == pytest.approx(closed_form, rel=1e-10)
         assert limit == pytest.approx(JointLoop(0.0, 0, late, 0.004).limit(), rel=1e-10)
 
 

@@ -16,7 +16,7 @@ from camrob.errors import JobError, SingularError
 from camrob.frozen import locked
 from camrob.se3 import rotation_log
 
-__all__ = ["Fit", "PoseModel", "fit_parameters", "pose_errors", "residuals"]
+__all__ = ["Fit", "PoseModel", "fit_parameters", "residuals"]
 
 Array = NDArray[np.float64]
 
@@ -85,12 +85,6 @@ def _difference(poses: Array, frames: Array, oriented: bool) -> Array:
     if oriented:
         out[:, 3:] = rotation_log(frames[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2))
     return out
-
-
-def pose_errors(model: PoseModel, values: Array, data: Measurements) -> tuple[Array, Array]:
-    """Distances (N,), m, and angles (N,), rad, between measured and modelled poses (angles 0 without orientation)."""
-    r = residuals(model, values, data)
-    return np.linalg.norm(r[:, :3], axis=1), np.linalg.norm(r[:, 3:], axis=1)
 
 
 def fit_parameters(pairs: Sequence[tuple[PoseModel, Measurements]], parameters: ParameterSet) -> Fit:

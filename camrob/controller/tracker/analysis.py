@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-__all__ = ["JointLoop", "Margins", "stability_limit"]
+__all__ = ["JointLoop", "Margins"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -130,11 +130,3 @@ class JointLoop:
             self.limit() / gain, phase, phase / float(omega[at]) / self.cycle, float(S.max()),
             float(reached / (2.0 * np.pi)), self.noise(gain),
         )  # fmt: skip
-
-
-def stability_limit(cycles: int) -> float:
-    """The limit of the gain in closed form for a robot without lag whose correction shows n cycles later: 2 sin(pi / (4 n - 2)).
-
-    `cycles`: n = delay + latency + 1.
-    """
-    return float(2.0 * np.sin(np.pi / (4.0 * cycles - 2.0)))

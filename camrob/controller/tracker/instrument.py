@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.controller.tracker.measurement import quaternion_rotation
 from camrob.errors import InputError
 from camrob.frozen import locked
 from camrob.units import mm_to_m
@@ -51,11 +52,6 @@ def read_instrument(data: bytes) -> InstrumentPose:
     length = math.hypot(q0, q1, q2, q3)
     if not abs(length - 1.0) <= _UNIT:
         raise InputError("a measurement's quaternion isn't of length 1", cure=_CURE)
-    r, i, j, k = q0 / length, q1 / length, q2 / length, q3 / length
-    T = [
-        [1 - 2 * (j * j + k * k), 2 * (i * j - k * r), 2 * (i * k + j * r), mm_to_m(x)],
-        [2 * (i * j + k * r), 1 - 2 * (i * i + k * k), 2 * (j * k - i * r), mm_to_m(y)],
-        [2 * (i * k - j * r), 2 * (i * r + j * k), 1 - 2 * (i * i + j * j), mm_to_m(z)],
-        [0.0, 0.0, 0.0, 1.0],
-    ]
+    rows = quaternion_rotation(q0 / length, q1 / length, q2 / length, q3 / length)
+    T = [*((*row, mm_to_m(place)) for row, place in zip(rows, (x, y, z), strict=True)), (0.0, 0.0, 0.0, 1.0)]
     return InstrumentPose(t_s, locked(T, shape=(4, 4), name="pose"))

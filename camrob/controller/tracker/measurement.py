@@ -11,7 +11,7 @@ Eq. 3's angles are XYZ extrinsic: R = Rz(A) Ry(B) Rx(C), yaw, pitch and roll; th
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +25,14 @@ __all__ = [
     "base_pose",
     "components",
     "printed_order",
+    "quaternion_rotation",
     "reading_of",
     "setpoint_error",
     "tracker_pose",
 ]
 
 Array = NDArray[np.float64]
+Value = TypeVar("Value", float, NDArray[np.float64])
 
 _UNIT = 1e-3  # how far a quaternion's length may be from 1
 _STEEP = 0.02  # cosine of pitch below which yaw and roll can't be told apart well
@@ -65,25 +67,21 @@ def tracker_pose(reading: TrackerReading) -> Array:
         )
     qr, qi, qj, qk = np.moveaxis(q / length[..., None], -1, 0)
     T = np.zeros((*r.shape, 4, 4))
-    T[..., 0, 0], T[..., 0, 1], T[..., 0, 2] = (
-        1 - 2 * qj**2 - 2 * qk**2,
-        2 * (qi * qj - qk * qr),
-        2 * (qi * qk + qj * qr),
-    )
-    T[..., 1, 0], T[..., 1, 1], T[..., 1, 2] = (
-        2 * (qi * qj + qk * qr),
-        1 - 2 * qi**2 - 2 * qk**2,
-        2 * (qj * qk - qi * qr),
-    )
-    T[..., 2, 0], T[..., 2, 1], T[..., 2, 2] = (
-        2 * (qi * qk - qj * qr),
-        2 * (qi * qr + qj * qk),
-        1 - 2 * qi**2 - 2 * qj**2,
-    )
+    for i, row in enumerate(quaternion_rotation(qr, qi, qj, qk)):
+        T[..., i, 0], T[..., i, 1], T[..., i, 2] = row
     level = r * np.sin(alpha)
     T[..., 0, 3], T[..., 1, 3], T[..., 2, 3] = level * np.cos(theta), level * np.sin(theta), r * np.cos(alpha)
     T[..., 3, 3] = 1.0
     return T
+
+
+def quaternion_rotation(qr: Value, qi: Value, qj: Value, qk: Value) -> tuple[tuple[Value, Value, Value], ...]:
+    """The rows of eq. 1's rotation, of a unit quaternion with the real part first: numbers, or arrays of many."""
+    return (
+        (1 - 2 * (qj * qj + qk * qk), 2 * (qi * qj - qk * qr), 2 * (qi * qk + qj * qr)),
+        (2 * (qi * qj + qk * qr), 1 - 2 * (qi * qi + qk * qk), 2 * (qj * qk - qi * qr)),
+        (2 * (qi * qk - qj * qr), 2 * (qi * qr + qj * qk), 1 - 2 * (qi * qi + qj * qj)),
+    )
 
 
 def reading_of(tracker_T_tcp: Array) -> TrackerReading:
