@@ -152,7 +152,7 @@ def track_live(
 
 def _of_cell(cell: Path) -> LiveOptions:
     """The loop's values and the tracker's frame of a cell's tracker.toml."""
-    case = read_tracker_case(cell if cell.is_dir() else cell.parent)
+    case = read_tracker_case(cell.parent if cell.suffix == ".toml" and not cell.is_dir() else cell)
     law, frame = case.law, xyzabc_from_frame(case.base_T_tracker)
     return LiveOptions(
         gain=law.gain,
