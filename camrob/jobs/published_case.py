@@ -158,8 +158,8 @@ def _rows(
     ]  # fmt: skip
     for k, name in enumerate(("speed", "acceleration", "jerk")):
         before, after = (_slowest(a, k) for a in line.analysis)
-        what = f"least ds/dt that {name} limits allow, rad/s"
-        rows.append((what, "no violation", f"{before:.4f}, then {after:.4f}"))
+        what = f"least ds/dt that {name} limits allow, planned, then compensated, rad/s"
+        rows.append((what, "no violation by compensation", f"{before:.4f}, then {after:.4f}"))
     rows.append((f"compensation of {_MANY:,} points", "-", f"{seconds:.1f} s"))
     return rows
 
