@@ -22,7 +22,7 @@ from camrob.feed.timing import Timing, exact_stops
 from camrob.frozen import locked
 from camrob.resolve.path import ToolPathInBase
 
-__all__ = ["AsItStands", "PassedLimit", "program_as_it_stands"]
+__all__ = ["AsItStands", "PassedLimit", "program_as_it_stands", "ramped_squares", "span_uses"]
 
 Array = NDArray[np.float64]
 
@@ -68,24 +68,33 @@ class AsItStands:
 
 
 def program_as_it_stands(
-    cell: Cell, path: ToolPathInBase, q: Array, timing: Timing, *, speed: Array, plan: FeedPlan | None = None
+    cell: Cell,
+    path: ToolPathInBase,
+    q: Array,
+    timing: Timing,
+    *,
+    speed: Array,
+    plan: FeedPlan | None = None,
+    programmed: Array | None = None,
 ) -> AsItStands:
     """Judge a path with postures q (N, n) at `speed` (N,), m/s, timed as `timing`.
 
+    programmed: (N,) m/s of the CL file, by default `speed`: the curve is smoothed for it, as the plan's is.
     plan: the feed that is run instead, whose motion the joints' speeds and accelerations then are. Raises ValueError for
     arrays that don't fit. Cost: linear, about ten microseconds a span.
     """
     rates = path_rates(cell, path, q)
     bounds, bounded = run_bounds(rates)
     feed = piece_feeds(rates, speed)
+    smooth_for = feed if programmed is None else piece_feeds(rates, programmed)
     seconds = np.diff(timing.at, prepend=0.0)
     motion = np.zeros((2, *np.shape(q)))
     most, found = np.zeros(3), [(0, 0)] * 3
     past, way, override, slowed = 0.0, 0.0, 1.0, float(np.sum(seconds[path.cutting]))
     for pieces in run_pieces(rates, path, exact_stops(path)):
-        run = smooth_run(rates, pieces, bounded, feed[pieces])
-        square, ends = _squares(rates, pieces, run, timing, feed)
-        use, which = _uses(run, square, bounds)
+        run = smooth_run(rates, pieces, bounded, smooth_for[pieces])
+        square, ends = ramped_squares(rates, run, timing.speed, feed)
+        use, which = span_uses(run, square, bounds)
         peak = use.max(axis=0)
         for k in np.flatnonzero(peak > most):
             span = int(np.argmax(use[:, k]))
@@ -110,10 +119,12 @@ def program_as_it_stands(
     return AsItStands(worst, past / way if way > 0.0 else 0.0, slowed + air, slowed, override, motion[0], motion[1])
 
 
-def _squares(
-    rates: PathRates, pieces: slice, run: SmoothRun, timing: Timing, feed: Array
-) -> tuple[Array, tuple[Array, Array]]:
-    """Square speeds (K + 1,) at a run's knots as the controller's model ramps; speed and push (P + 1,) at its pieces' ends."""
+def ramped_squares(rates: PathRates, run: SmoothRun, reached: Array, feed: Array) -> tuple[Array, tuple[Array, Array]]:
+    """Square speeds (K + 1,) at a run's knots as the controller's model ramps; speed and push (P + 1,) at its pieces' ends.
+
+    reached: (N,) m/s at the path's points by that model (`Timing.speed`). feed: (M,) m/s of the path's pieces.
+    """
+    pieces = run.pieces
     rate = np.abs(rates.rate[pieces])
     turn = np.linalg.norm(rates.rate[pieces, 3:6], axis=1)
     with np.errstate(divide="ignore"):
@@ -121,7 +132,7 @@ def _squares(
         push = np.minimum(push, np.min(rates.acceleration / rate[:, 6:], axis=1))
         top = np.minimum(feed[pieces], rates.rotation_speed / turn)
         top = np.minimum(top, np.min(rates.speed / rate[:, 6:], axis=1)) ** 2
-    ends = np.concatenate([[0.0], timing.speed[rates.end[pieces]] ** 2])
+    ends = np.concatenate([[0.0], reached[rates.end[pieces]] ** 2])
     at = run.spacing * np.arange(len(run.feed) + 1)
     k = np.clip(np.searchsorted(run.length, at, side="right") - 1, 0, len(push) - 1)
     up = ends[k] + 2.0 * push[k] * np.maximum(at - run.length[k], 0.0)
@@ -132,7 +143,7 @@ def _squares(
     return square, (np.sqrt(ends), own)
 
 
-def _uses(run: SmoothRun, square: Array, bounds: MotionBounds) -> tuple[Array, NDArray[np.int64]]:
+def span_uses(run: SmoothRun, square: Array, bounds: MotionBounds) -> tuple[Array, NDArray[np.int64]]:
     """Share (K, 3) of the limits on speed, acceleration and jerk that each span takes, and which one that is (K, 3)."""
     h, c = run.spacing, run.control
     d1 = (c[2:] - c[:-2]) / (2.0 * h)

@@ -18,7 +18,7 @@ from camrob.cell.cell import Cell
 from camrob.feed.losses import FeedLoss, feed_losses, lost_by_axis
 from camrob.feed.path_spline import MotionBounds
 from camrob.feed.profile import fastest_profile, fine_grid, worst_use
-from camrob.feed.segments import path_rates
+from camrob.feed.segments import PathRates, path_rates
 from camrob.feed.smooth_runs import (
     SmoothRun,
     cause_names,
@@ -52,7 +52,8 @@ class FeedPlan:
     unjerked: s that cutting would take were jerk without bounds. use: the largest share of the bounds on "speed",
     "acceleration" and "jerk" that is taken anywhere on a 10 times finer grid; 1.0 is all. cause: (N,) index into `causes`
     of what binds most on the way to a point; losses: where the plan stays below the programmed feed. changes: how often
-    `speed` changes. deviation: m that the planned curve rounds the program's corners at most.
+    `speed` changes. deviation: m that the planned curve rounds the program's corners at most. free: (F,) m/s that could be
+    run without the stops of cutting, on a fine grid; place: (F,) where that is, in points (1.5: half-way from 1 to 2).
     """
 
     speed: Array
@@ -68,6 +69,8 @@ class FeedPlan:
     losses: tuple[FeedLoss, ...]
     changes: int
     deviation: float
+    free: Array
+    place: Array
 
     def __post_init__(self) -> None:
         speed = locked(self.speed, shape=(None,), name="speed")
@@ -75,6 +78,8 @@ class FeedPlan:
         for name in ("planned", "push", "at", "cause"):
             dtype = np.int16 if name == "cause" else np.float64
             object.__setattr__(self, name, locked(getattr(self, name), shape=(len(speed),), dtype=dtype, name=name))
+        for name in ("free", "place"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(None,), name=name))
 
     @property
     def lost_by_axis(self) -> dict[str, float]:
@@ -83,7 +88,10 @@ class FeedPlan:
 
 
 class _Planned(NamedTuple):
-    """A run's plan: at its P pieces' ends v, u (P + 1,), seconds (P,), ceilings (P,), causes (P,); and for the whole."""
+    """A run's plan: at its P pieces' ends v, u (P + 1,), seconds (P,), ceilings (P,), causes (P,); and for the whole.
+
+    free: (F,) m/s without the stops at lengths (F,), m.
+    """
 
     v: Array
     u: Array
@@ -92,6 +100,8 @@ class _Planned(NamedTuple):
     cause: NDArray[np.int64]
     unjerked: float
     use: Array
+    free: Array
+    length: Array
 
 
 def optimal_feed(
@@ -121,6 +131,7 @@ def optimal_feed(
     unjerked, use, deviation = 0.0, np.zeros(3), 0.0
     feed = piece_feeds(rates, programmed)
     runs = run_pieces(rates, path, stop)
+    free, place = [np.zeros(0)], [np.zeros(0)]
     for k, pieces in enumerate(runs):
         run = smooth_run(rates, pieces, bounded, feed[pieces])
         plan = _plan(run, bounds)
@@ -129,11 +140,11 @@ def optimal_feed(
         speed[ends] = coarsen(np.minimum(plan.ceiling, programmed[ends]), tolerance)
         unjerked, use = unjerked + plan.unjerked, np.maximum(use, plan.use)
         deviation = max(deviation, run.deviation)
+        free.append(plan.free)
+        place.append(_in_points(run, ends, plan.length))
         if progress is not None:
             progress((k + 1) / len(runs))
-    mean = np.full(len(path), np.nan)
-    travels = rates.end[rates.translates]
-    mean[travels] = rates.length[rates.translates] / step[travels]
+    mean = _mean_speeds(rates, step)
     causes, axes = cause_names(cell.names, bounded)
     at = np.cumsum(step)
     return FeedPlan(
@@ -150,6 +161,8 @@ def optimal_feed(
         losses=feed_losses(path, programmed, step, mean, cause, causes, axes),
         changes=int(np.count_nonzero(np.diff(speed))),
         deviation=deviation,
+        free=np.concatenate(free),
+        place=np.concatenate(place),
     )
 
 
@@ -172,7 +185,22 @@ def _plan(run: SmoothRun, bounds: MotionBounds) -> _Planned:
     rank = np.empty(count)
     rank[np.argsort(lost, kind="stable")] = np.arange(count)
     worst = np.argsort(rank)[(-least_between(-rank, run.first, run.last)).astype(np.int64)]
-    return _Planned(v, u, np.diff(at), ceiling, which[worst], resting.shortest_time, use.max(axis=0))
+    return _Planned(v, u, np.diff(at), ceiling, which[worst], resting.shortest_time, use.max(axis=0), free, grid.s)
+
+
+def _mean_speeds(rates: PathRates, step: Array) -> Array:
+    """Mean speed (N,) on the way to each point for seconds (N,), m/s; NaN where the tip stands still."""
+    mean = np.full(len(step), np.nan)
+    travels = rates.end[rates.translates]
+    mean[travels] = rates.length[rates.translates] / step[travels]
+    return mean
+
+
+def _in_points(run: SmoothRun, ends: NDArray[np.int64], length: Array) -> Array:
+    """Lengths (F,) of a run, m, as places in points; `ends` (P,) are the points that its pieces lead to."""
+    piece = np.clip(np.searchsorted(run.length, length, side="left") - 1, 0, len(ends) - 1)
+    share = (length - run.length[piece]) / np.diff(run.length)[piece]
+    return np.asarray(ends[piece] - 1.0 + np.clip(share, 0.0, 1.0))
 
 
 def _without_stops(control: Array, spacing: float, feed: Array, bounds: MotionBounds, v: Array) -> Array:

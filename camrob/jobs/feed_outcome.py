@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,13 @@ from camrob.cell.cell import Cell
 from camrob.dynamics.motion_torques import motion_torques
 from camrob.dynamics.torques import JointTorques
 from camrob.feed.as_it_stands import AsItStands, program_as_it_stands
+from camrob.feed.dips import WrittenFeed, written_feed
 from camrob.feed.losses import FeedLoss
 from camrob.feed.optimal import FeedPlan, optimal_feed
 from camrob.feed.timing import Timing, program_time
 from camrob.jobs.inputs import JobInputs
 from camrob.resolve.path import ToolPathInBase
+from camrob.resolve.solution import Solution
 from camrob.units import m_s_to_mm_min
 
 __all__ = ["FeedOutcome", "feed_outcome"]
@@ -32,7 +34,7 @@ _KEPT = 0.98  # of the programmed feed: as in `feed_losses`
 @dataclass(frozen=True, slots=True)
 class FeedOutcome:
     """A path's feed. plan: None where the program keeps its own. stands: the program at its own feed; written: the one with
-    the planned `$VEL.CP`, as the controller's model runs it.
+    the planned `$VEL.CP`, as the controller's model runs it, and `ordered` what that program holds: targets and speeds.
 
     sampled: (T,) points that `torques` (T, n) are worked out at, all of them on ordinary paths.
     """
@@ -41,13 +43,28 @@ class FeedOutcome:
     plan: FeedPlan | None
     stands: AsItStands
     written: tuple[Timing, AsItStands] | None
+    ordered: WrittenFeed | None
     sampled: NDArray[np.int64]
     torques: JointTorques
 
     @property
     def speed(self) -> Array | None:
-        """Speeds (N,) that replace the programmed feed, m/s, or None."""
-        return None if self.plan is None else np.asarray(self.plan.speed)
+        """Speeds (N,) that replace the programmed feed at the targets to write (`targets`), m/s, or None."""
+        return None if self.ordered is None else np.asarray(self.ordered.speed)
+
+    def targets(
+        self, path: ToolPathInBase, solution: Solution, keep: NDArray[np.bool_]
+    ) -> tuple[ToolPathInBase, Solution, NDArray[np.bool_]]:
+        """The path with its solution, and which of its points to keep, for the program to write: with the plan's own points."""
+        order = self.ordered
+        if order is None:
+            return path, solution, keep
+        own = np.flatnonzero(~order.added)
+        written = replace(
+            solution, q=order.q, inv_kf=order.spread(np.asarray(solution.inv_kf)), path_digest=order.path.digest,
+            revisions=tuple(replace(r, point=int(own[r.point])) for r in solution.revisions),
+        )  # fmt: skip
+        return order.path, written, order.spread(keep) | order.added
 
     @property
     def losses(self) -> tuple[FeedLoss, ...]:
@@ -107,7 +124,8 @@ class FeedOutcome:
         if self.written is None:
             return {}
         timing, stands = self.written
-        return {"written": {"model_s": _short(timing.total), **_breaks(stands)}}
+        added = 0 if self.ordered is None else int(np.count_nonzero(self.ordered.added))
+        return {"written": {"model_s": _short(timing.total), "points_added": added, **_breaks(stands)}}
 
     def _torques(self, cell: Cell, path: ToolPathInBase) -> dict[str, Any] | None:
         if not cell.masses:
@@ -146,11 +164,14 @@ def feed_outcome(
     cell, path = inputs.cell, inputs.path
     programmed = np.where(path.cutting | path.entering, path.feed, inputs.rapid_speed)
     timing = program_time(cell, path, q, speed=programmed)
-    plan, written = None, None
+    plan, order, written = None, None, None
     if optimal:
         plan = optimal_feed(cell, path, q, rapid_speed=inputs.rapid_speed, progress=progress)
-        run = program_time(cell, path, q, speed=plan.speed)
-        written = (run, program_as_it_stands(cell, path, q, run, speed=plan.speed))
+        order = written_feed(cell, path, q, plan)
+        said = np.asarray(order.speed)
+        run = program_time(cell, order.path, order.q, speed=said)
+        meant = np.asarray(order.spread(programmed))
+        written = (run, program_as_it_stands(cell, order.path, order.q, run, speed=said, programmed=meant))
     stands = program_as_it_stands(cell, path, q, timing, speed=programmed, plan=plan)
     # an axis gives no more than its limit, whatever the model of the program's own feed asks
     most = np.where(np.isfinite(cell.limits_of("acceleration")), cell.limits_of("acceleration"), 0.0)
@@ -158,7 +179,7 @@ def feed_outcome(
     points = np.linspace(0, len(path) - 1, min(len(path), _SAMPLED)).astype(np.int64)
     sampled = np.unique(np.concatenate([points, np.argmax(np.abs(acceleration), axis=0)]))
     torques = motion_torques(cell, q[sampled], stands.speed[sampled], acceleration[sampled])
-    return FeedOutcome(timing, plan, stands, written, sampled, torques)
+    return FeedOutcome(timing, plan, stands, written, order, sampled, torques)
 
 
 def _short(value: float) -> float:

@@ -174,10 +174,11 @@ def _made(order: _Order, resolved: _Resolved, folder: Path, watch: _Watch) -> _M
     inputs, solution = resolved.inputs, resolved.solution
     with watch.stage("feed"):
         feed = feed_outcome(inputs, np.asarray(solution.q), optimal=order.feed == "optimal", progress=watch.share)
+        keep = decimated(inputs.path, solution, inputs.setup.decimate) & ~inputs.path.repeated
+        targets, postures, keep = feed.targets(inputs.path, solution, keep)
         program = assemble_program(
-            order.title, inputs.cell, inputs.toolpath, inputs.path, solution, rapid_speed=inputs.rapid_speed,
-            keep=decimated(inputs.path, solution, inputs.setup.decimate) & ~inputs.path.repeated, speed=feed.speed,
-            comment=_comment(inputs, solution.method),
+            order.title, inputs.cell, inputs.toolpath, targets, postures, rapid_speed=inputs.rapid_speed,
+            keep=keep, speed=feed.speed, comment=_comment(inputs, solution.method),
         )  # fmt: skip
     for old in folder.iterdir():
         old.unlink()

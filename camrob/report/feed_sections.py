@@ -76,10 +76,10 @@ def _breaks(feed: Summary) -> str:
     written = feed.get("written")
     if isinstance(written, Mapping):
         text += (
-            " The plan itself passes none. It is written as $VEL.CP, point by point, and the ramps between stay the "
-            f"controller’s: as its model runs the written program, it takes {duration(written.get('model_s'))} and passes a "
-            f"limit on {number(written.get('percent_of_cutting'), 1, '%')} of the cutting, before corners of long straight "
-            "moves above all."
+            " The plan itself passes none. It is written as $VEL.CP, point by point "
+            f"({number(written.get('points_added'), 0)} of them added where a move slows on its way), and the ramps between stay "
+            f"the controller’s: as its model runs the written program, it takes {duration(written.get('model_s'))} and passes "
+            f"a limit on {number(written.get('percent_of_cutting'), 2, '%')} of the cutting."
         )
     return (
         '<div class="scroll"><table><thead><tr><th>limit on</th><th class="n">program as it stands: times the limit</th>'
@@ -92,7 +92,8 @@ def _losses(feed: Summary) -> str:
     losses = list(feed.get("losses") or [])
     by_axis = feed.get("lost_by_axis_s") or {}
     shares = ", ".join(
-        f"{'stops and corners' if axis == 'none' else escape(axis)} {number(lost, 2, 's')}" for axis, lost in by_axis.items()
+        f"{'stops and corners' if axis == 'none' else escape(axis)} {number(lost, 2, 's')}"
+        for axis, lost in by_axis.items()
     )
     kept = (
         f"<p>The programmed feed is held on {number(feed.get('kept_percent'), 1, '%')} of the way of cutting; "
