@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 
@@ -24,7 +25,8 @@ def number_of(token: str) -> float | None:
     """The value of a token that is an APT number (a blank after the sign and a D exponent are allowed), else None."""
     if not _NUMBER.fullmatch(token):
         return None
-    return float(token.replace(" ", "").replace("\t", "").upper().replace("D", "E"))
+    value = float(token.replace(" ", "").replace("\t", "").upper().replace("D", "E"))
+    return value if math.isfinite(value) else None
 
 
 @dataclass(slots=True)
