@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.check.table_plate import TablePlate, table_plate
 from camrob.errors import InputError
 from camrob.jobs.files import staged_output
 from camrob.jobs.inputs import program_name, read_inputs
+from camrob.jobs.place_trial import FREE, UNTRIED, Trial, off_table, try_placements
 from camrob.report.place_map import place_map
 from camrob.resolve.placement import Placements, place_part
 from camrob.se3 import xyzabc_from_frame
@@ -49,8 +51,12 @@ def place(
 ) -> PlaceResult:
     """Propose `part_in_base` within x_mm, y_mm, z_mm to either side (Z: upwards only) of the set-up's own.
 
+    A proposal lies on the table's plate with part and stock (or else with all that is cut), can be followed by the published
+    method, and touches nothing then: the ranking by the certificate is walked down to the first placement of which all that
+    holds, on a thinned path. What was refused is counted by reason.
     Writes NAME.place.json and NAME.place.svg, a map, into `out`. Raises InputError for a freedom
-    below 0, and UnreachableError where no placement has the whole path in reach.
+    below 0, UnreachableError where no placement has the whole path in reach or lies on the table, and CollisionError where
+    all that are left touch something.
     """
     freedom = (x_mm, y_mm, z_mm)
     if not all(np.isfinite(v) and 0.0 <= v <= 1e4 for v in freedom):
@@ -61,19 +67,28 @@ def place(
         np.linspace(-v, v, STEPS) if v > 0.0 else np.zeros(1) for v in freedom[:2]
     ] + [np.linspace(0.0, z_mm, HEIGHTS) if z_mm > 0.0 else np.zeros(1)]  # fmt: skip
     shifts = mm_to_m(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3))
+    shifts = shifts[np.any(shifts != 0.0, axis=1)]  # the set-up's own placement is looked at first
     base_T_part = np.asarray(inputs.setup.base_T_part)
-    tell = (lambda share: progress("place", share)) if progress is not None else None
-    found = place_part(inputs.cell, inputs.path, base_T_part, shifts, progress=tell)
-    summary = _summary(found, inputs.cell.name, name)
+    found = place_part(inputs.cell, inputs.path, base_T_part, shifts, progress=_told(progress, "place"))
+    plate = table_plate(inputs.cell)
+    standing = off_table(inputs, plate, np.asarray(found.base_T_part))
+    trial = try_placements(inputs, found, standing, _told(progress, "collisions"))
+    summary = _summary(found, trial, plate, inputs.cell.name, name)
     with staged_output(Path(out)) as folder:
-        value = np.asarray(found.mean + found.worst)
-        picture = place_map(name, m_to_mm(np.asarray(found.base_T_part)[:, :3, 3]), value, found.best, found.here)
+        xyz_mm = m_to_mm(np.asarray(found.base_T_part)[:, :3, 3])
+        refused = [why if why not in (FREE, UNTRIED) else "" for why in trial.standing]
+        picture = place_map(name, xyz_mm, found.value, trial.best, found.here, refused)
         (folder / f"{name}.place.svg").write_text(picture, encoding="utf-8")
         (folder / f"{name}.place.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     return PlaceResult(summary, Path(out), tuple(summary["files"]))
 
 
-def _summary(found: Placements, cell: str, name: str) -> dict[str, Any]:
+def _told(progress: Callable[[str, float], None] | None, stage: str) -> Callable[[float], None] | None:
+    """Progress of one stage."""
+    return None if progress is None else lambda share: progress(stage, share)
+
+
+def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: str, name: str) -> dict[str, Any]:
     """What was found, in the units of the trade."""
 
     def entry(k: int) -> dict[str, Any]:
@@ -83,14 +98,30 @@ def _summary(found: Placements, cell: str, name: str) -> dict[str, Any]:
             "part_in_base": printed,
             "inv_kf_bound_mean": float(found.mean[k]) or None,
             "inv_kf_bound_min": float(found.worst[k]) or None,
+            "standing": trial.standing[k] or "not tried: it ranks below the proposal",
         }
 
+    clearance = trial.collisions.clearance_min
+    inv_kf = np.asarray(trial.solution.inv_kf)
+    tried = {
+        "method": trial.solution.method,
+        "points": len(trial.solution),
+        "inv_kf_mean": float(inv_kf.mean()),
+        "inv_kf_min": float(inv_kf.min()),
+        "collisions_checked": trial.collisions.checked,
+        "clearance_min_mm": None if clearance is None else round(m_to_mm(clearance), 2),
+    }
     return {
         "program": name,
         "cell": cell,
         "now": entry(found.here),
-        "best": entry(found.best),
+        "best": {**entry(trial.best), "trial": tried},
         "placements": len(found.mean),
         "in_reach": int(np.sum(found.mean > 0.0)),
+        "table": plate.name
+        if plate is not None
+        else "the cell has no plate that a part may stand on: no edge was heeded",
+        "tried": trial.tried,
+        "refused": trial.refused,
         "files": [f"{name}.place.json", f"{name}.place.svg"],
     }

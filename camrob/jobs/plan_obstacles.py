@@ -9,12 +9,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.check.collision_report import CollisionReport
 from camrob.check.collisions import check_collisions
 from camrob.jobs.inputs import JobInputs
 from camrob.resolve.path import ToolPathInBase
 from camrob.resolve.solution import Revision, Solution
 
-__all__ = ["free_routes", "job_obstacles"]
+__all__ = ["free_routes", "job_collisions", "job_obstacles"]
 
 Array = NDArray[np.float64]
 
@@ -27,26 +28,39 @@ def job_obstacles(inputs: JobInputs) -> Callable[[ToolPathInBase, Solution], NDA
     """
 
     def touching(path: ToolPathInBase, solution: Solution) -> NDArray[np.bool_]:
-        solution = free_routes(inputs, path, solution)
-        n, home = len(path), inputs.cell.q_home[None]
-        q = [np.asarray(solution.q)]
-        order = [np.arange(n, dtype=float)]
-        ways = [(-0.5, _ptp(home, solution.q[:1])), (n - 0.9, _ptp(solution.q[-1:], home))]
-        for r in solution.revisions:
-            if r.kept:  # the last posture of a re-posture is the solution's own at the point
-                ways.append((r.point - 0.5, _route(r)[:-1]))
-        for begin, rows in ways:
-            q.append(rows)
-            order.append(begin + 0.4 * np.arange(len(rows)) / len(rows))
-        place = np.concatenate(order)
-        sort = np.argsort(place, kind="stable")
-        point = np.clip(np.ceil(place[sort]).astype(np.int64), 0, n - 1)
-        own = place[sort] == np.floor(place[sort])
-        out = np.zeros(n, np.bool_)
-        out[point[_hits(inputs, path, np.concatenate(q)[sort], point, path.cutting[point] & own)]] = True
+        report, point = _looked_at(inputs, path, solution)
+        out = np.zeros(len(path), np.bool_)
+        out[point[np.asarray(report.hit)]] = True
         return out
 
     return touching
+
+
+def job_collisions(inputs: JobInputs, path: ToolPathInBase, solution: Solution) -> CollisionReport:
+    """What touches what along a solution of a path, re-postures on their best routes, ways from and to HOME included."""
+    return _looked_at(inputs, path, solution)[0]
+
+
+def _looked_at(
+    inputs: JobInputs, path: ToolPathInBase, solution: Solution
+) -> tuple[CollisionReport, NDArray[np.int64]]:
+    """The report over K postures, and the path point (K,) that each belongs to."""
+    solution = free_routes(inputs, path, solution)
+    n, home = len(path), inputs.cell.q_home[None]
+    q = [np.asarray(solution.q)]
+    order = [np.arange(n, dtype=float)]
+    ways = [(-0.5, _ptp(home, solution.q[:1])), (n - 0.9, _ptp(solution.q[-1:], home))]
+    for r in solution.revisions:
+        if r.kept:  # the last posture of a re-posture is the solution's own at the point
+            ways.append((r.point - 0.5, _route(r)[:-1]))
+    for begin, rows in ways:
+        q.append(rows)
+        order.append(begin + 0.4 * np.arange(len(rows)) / len(rows))
+    place = np.concatenate(order)
+    sort = np.argsort(place, kind="stable")
+    point = np.clip(np.ceil(place[sort]).astype(np.int64), 0, n - 1)
+    own = place[sort] == np.floor(place[sort])
+    return _checked(inputs, path, np.concatenate(q)[sort], point, path.cutting[point] & own), point
 
 
 def free_routes(inputs: JobInputs, path: ToolPathInBase, solution: Solution) -> Solution:
@@ -75,7 +89,7 @@ def _routes(inputs: JobInputs, r: Revision) -> Iterator[Revision]:
 def _blocked(inputs: JobInputs, path: ToolPathInBase, r: Revision) -> bool:
     rows = _route(r)
     point = np.full(len(rows), r.point)
-    return bool(np.any(_hits(inputs, path, rows, point, np.zeros(len(rows), np.bool_))))
+    return bool(np.any(_checked(inputs, path, rows, point, np.zeros(len(rows), np.bool_)).hit))
 
 
 def _route(r: Revision) -> Array:
@@ -92,12 +106,11 @@ def _ptp(first: Array, last: Array) -> Array:
     return np.asarray(first + np.linspace(0.0, 1.0, count)[:, None] * (last - first))
 
 
-def _hits(
+def _checked(
     inputs: JobInputs, path: ToolPathInBase, q: Array, point: NDArray[np.int64], cutting: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """(K,) which postures (K, n), at path points (K,), touch something."""
-    report = check_collisions(
+) -> CollisionReport:
+    """What postures (K, n), at path points (K,), touch."""
+    return check_collisions(
         inputs.cell, q, cutting=cutting, line=path.line[point], region=path.region[point], part_mesh=inputs.part,
         stock_mesh=inputs.stock, base_T_part=np.asarray(inputs.setup.base_T_part), tool=inputs.tool,
     )  # fmt: skip
-    return np.asarray(report.hit)

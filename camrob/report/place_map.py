@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from html import escape
 
@@ -14,20 +15,23 @@ Array = NDArray[np.float64]
 
 _CELL = 26.0
 _LEFT, _TOP, _GAP = 64.0, 54.0, 40.0
+_WIDTH = 560.0  # that the words below need
 
 
-def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int) -> str:
+def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, refused: Sequence[str]) -> str:
     """SVG of placements xyz_mm (P, 3) coloured by `value` (P,), 0 for out of reach; one panel a height.
 
-    The best one is ringed, the present one crossed; every cell says its numbers when pointed at.
+    refused: (P) why a placement can't be had, "" where nothing is known against it: these are hatched. The proposal is ringed,
+    the present one crossed; every cell says its numbers and the reason when pointed at.
     """
     grid = np.round(xyz_mm, 3)
     xs, ys, zs = (np.unique(grid[:, k]) for k in range(3))
     reached = value[value > 0.0]
     low, high = (float(reached.min()), float(reached.max())) if len(reached) else (0.0, 1.0)
     panel = len(xs) * _CELL + _GAP
-    width = _LEFT + panel * len(zs)
-    height = _TOP + len(ys) * _CELL + 60.0
+    width = max(_LEFT + panel * len(zs), _WIDTH)
+    tally = Counter(why for why in refused if why).most_common()
+    height = _TOP + len(ys) * _CELL + 76.0 + 16.0 * len(tally)
     out = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         'font-family="sans-serif" font-size="11">',
@@ -40,12 +44,17 @@ def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int) -> 
             out.append(_label(left + (i + 0.5) * _CELL, _TOP + len(ys) * _CELL + 16.0, f"{x:g}", "middle"))
         for p in np.flatnonzero(grid[:, 2] == z):
             i, j = int(np.searchsorted(xs, grid[p, 0])), len(ys) - 1 - int(np.searchsorted(ys, grid[p, 1]))
-            out += _cell(left + i * _CELL, _TOP + j * _CELL, grid[p], float(value[p]), low, high, p == best, p == here)
+            out += _cell(left + i * _CELL, _TOP + j * _CELL, grid[p], float(value[p]), low, high, refused[int(p)])
+            out += _marks(left + i * _CELL, _TOP + j * _CELL, p == best, p == here)
     for j, y in enumerate(ys[::-1]):
         out.append(_label(_LEFT - 6.0, _TOP + (j + 0.65) * _CELL, f"{y:g}", "end"))
     below = _TOP + len(ys) * _CELL + 40.0
-    legend = f"X across, Y up, mm in base. Colour: mean + worst bound of 1/k_F, {low:.3f} to {high:.3f}; ring: best, cross: now"
+    legend = f"X across, Y up, mm in base. Colour: mean + worst bound of 1/k_F, {low:.3f} (blue) to {high:.3f} (yellow)"
     out.append(_label(10.0, below, legend, "start"))
+    marks = "ring: proposal, cross: now, grey: out of reach, hatched: refused"
+    out.append(_label(10.0, below + 16.0, marks, "start"))
+    for k, (reason, count) in enumerate(tally):
+        out.append(_label(10.0, below + 16.0 * (k + 2), f"{count} refused: {reason}", "start"))
     return "\n".join([*out, "</svg>", ""])
 
 
@@ -53,19 +62,27 @@ def _label(x: float, y: float, text: str, anchor: str) -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
 
 
-def _cell(
-    x: float, y: float, place: Array, value: float, low: float, high: float, best: bool, here: bool
-) -> Sequence[str]:
+def _cell(x: float, y: float, place: Array, value: float, low: float, high: float, refused: str) -> Sequence[str]:
     """One placement."""
     share = (value - low) / max(high - low, 1e-9)
     color = "#ddd" if value <= 0.0 else f"hsl({240.0 - 180.0 * share:.0f},70%,{35.0 + 30.0 * share:.0f}%)"
-    said = "out of reach" if value <= 0.0 else f"{value:.4f}"
-    hint = f"X {place[0]:g} Y {place[1]:g} Z {place[2]:g}: {said}"
-    out = [
-        f'<rect x="{x:.1f}" y="{y:.1f}" width="{_CELL - 1:.1f}" height="{_CELL - 1:.1f}" fill="{color}">'
-        f"<title>{escape(hint)}</title></rect>"
-    ]
+    said = "out of reach" if value <= 0.0 else f"{value:.4f}" + (f"; refused: {refused}" if refused else "")
+    hint = f"<title>{escape(f'X {place[0]:g} Y {place[1]:g} Z {place[2]:g}: {said}')}</title>"
+    side = _CELL - 1.0
+    out = [f'<rect x="{x:.1f}" y="{y:.1f}" width="{side:.1f}" height="{side:.1f}" fill="{color}">{hint}</rect>']
+    if refused and value > 0.0:
+        lines = "".join(
+            f"M{x + max(0.0, c - side):.1f} {y + min(c, side):.1f}L{x + min(c, side):.1f} {y + max(0.0, c - side):.1f}"
+            for c in np.arange(0.25, 2.0, 0.25) * side
+        )
+        out.append(f'<path class="refused" d="{lines}" stroke="#fff" stroke-width="2">{hint}</path>')
+    return out
+
+
+def _marks(x: float, y: float, best: bool, here: bool) -> Sequence[str]:
+    """The ring and the cross."""
     center = 0.5 * (_CELL - 1)
+    out = []
     if best:
         out.append(
             f'<circle cx="{x + center:.1f}" cy="{y + center:.1f}" r="8" fill="none" stroke="#000" stroke-width="2"/>'

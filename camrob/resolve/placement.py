@@ -46,6 +46,17 @@ class Placements:
         object.__setattr__(self, "mean", locked(self.mean, shape=(n,), name="mean"))
         object.__setattr__(self, "worst", locked(self.worst, shape=(n,), name="worst"))
 
+    @property
+    def value(self) -> Array:
+        """(P,) what placements are ranked by: mean and worst 1/k_F, summed; 0 out of reach."""
+        return np.asarray(self.mean + self.worst)
+
+    @property
+    def ranking(self) -> NDArray[np.int64]:
+        """The placements in reach, the best one first."""
+        order = np.argsort(-self.value, kind="stable")
+        return np.asarray(order[self.value[order] > 0.0])
+
 
 def place_part(
     cell: Cell,
