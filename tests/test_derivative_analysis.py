@@ -158,4 +158,5 @@ def test_a_calibration_compensates_the_line(tmp_path):
     summary = feed_json(tmp_path, "--calibration", str(file))
     assert summary["sources"][1] == "compensated with CALIBRATION.toml" and len(summary["analyses"]) == 4
     out = ["--cell", str(KR500.folder), "--out", str(tmp_path / "no")]
+    assert run(["feed", *out, "--compensated", str(file)]) == 2
     assert run(["feed", *out, "--calibration", str(file), "--compensated", str(file)]) == 2

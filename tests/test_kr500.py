@@ -106,6 +106,7 @@ def test_a_case_that_can_t_be_read_is_refused(tmp_path: Path, capsys) -> None:
         ("points = 297", "points = 2", "line.points: is 2"),
         ("direction = [0.15, -1, 0.05]", "direction = [0, 0, 0]", "line.direction: has no length"),
         ("poses = 200", "poses = 200\npose = 1", "measured.pose"),
+        ("upper_deg", "upper_deg = [-900, 900, 900, 900, 900, 900]\n# ", "measured.upper_deg: isn't above lower_deg"),
     ]:
         assert old in text
         (tmp_path / "case.toml").write_text(text.replace(old, new))
@@ -119,3 +120,6 @@ def test_a_case_that_can_t_be_read_is_refused(tmp_path: Path, capsys) -> None:
     both = ["calibrate", "--published", str(CASE), "--harmonics", "2", "--cell", str(FOLDER)]
     assert run([*both, "--out", str(tmp_path / "C.toml")]) == 2
     assert "published.toml: says itself what is measured and fitted" in capsys.readouterr().err
+    unused = ["calibrate", str(tmp_path / "M.csv"), "--for", str(tmp_path / "P.src"), "--cell", str(FOLDER)]
+    assert run([*unused, "--out", str(tmp_path / "C.toml")]) == 2
+    assert "give --next N with it" in capsys.readouterr().err

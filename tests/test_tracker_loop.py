@@ -152,7 +152,8 @@ def test_the_loop_without_lag_has_the_textbooks_pole_limit_and_noise():
         assert loop.noise(gain) == pytest.approx(gain / (2.0 - gain), rel=1e-6)
     for late in range(8):
         limit = JointLoop(0.0, late, 0, 0.004).limit()
-        closed_form = 2.0 * np.sin(np.pi / (4.0 * (late + 1) - 2.0))  # without lag, the correction showing late + 1 cycles on
+        # in closed form without lag, the correction showing late + 1 cycles on
+        closed_form = 2.0 * np.sin(np.pi / (4.0 * (late + 1) - 2.0))
         assert limit == pytest.approx(closed_form, rel=1e-10)
         assert limit == pytest.approx(JointLoop(0.0, 0, late, 0.004).limit(), rel=1e-10)
 
@@ -483,3 +484,10 @@ def test_an_unstable_gain_is_named_with_the_joint_and_the_limit():
     with pytest.raises(JobError) as caught:
         check_gain(loops, limit)
     assert caught.value.axis == "A3" and caught.value.limit == pytest.approx(limit)
+
+
+def test_options_of_the_server_are_refused_by_the_study(tmp_path, capsys):
+    for option, value in (("--instrument", "127.0.0.1:1"), ("--duration", "1"), ("--set", "far_mm=1")):
+        assert run(["tracker", "--cell", str(CELL.folder), "--out", str(tmp_path / "out"), option, value]) == 2
+        assert f"{option} has no meaning here" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
