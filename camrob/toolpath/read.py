@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from camrob.errors import InputError, ToolpathError
 from camrob.toolpath.apt_reader import read_cl
 from camrob.toolpath.dialects import DIALECTS
@@ -14,6 +16,7 @@ from camrob.toolpath.toolpath import Toolpath
 __all__ = ["read_toolpath"]
 
 _LARGEST_BYTES = 1 << 30
+FARTHEST = 100.0  # m from the part's origin: beyond it a coordinate is a slip, and a path to it has millions of steps
 
 
 def read_toolpath(
@@ -41,26 +44,45 @@ def read_toolpath(
     data = _bytes(place)
     is_gcode = dialect.startswith("gcode") if dialect is not None else looks_like_gcode(data)
     if not is_gcode:
-        return read_cl(
+        return _in_the_hall(
+            read_cl(
+                place,
+                data,
+                dialect=dialect,
+                units=units,
+                chord_tolerance=chord_tolerance,
+                angle_tolerance=angle_tolerance,
+                progress=progress,
+            ),
             place,
-            data,
-            dialect=dialect,
-            units=units,
-            chord_tolerance=chord_tolerance,
-            angle_tolerance=angle_tolerance,
-            progress=progress,
         )
     try:
-        return read_gcode(
+        return _in_the_hall(
+            read_gcode(
+                place,
+                data,
+                units=units,
+                chord_tolerance=chord_tolerance,
+                angle_tolerance=angle_tolerance,
+                kinematics={"gcode-xyzac": "xyzac", "gcode-xyzbc": "xyzbc"}.get(dialect or ""),
+            ),
             place,
-            data,
-            units=units,
-            chord_tolerance=chord_tolerance,
-            angle_tolerance=angle_tolerance,
-            kinematics={"gcode-xyzac": "xyzac", "gcode-xyzbc": "xyzbc"}.get(dialect or ""),
         )
     except InputError as error:
         raise error.at(place) from error
+
+
+def _in_the_hall(toolpath: Toolpath, path: Path) -> Toolpath:
+    """The toolpath itself. Raises ToolpathError for a point that lies farther away than any cell reaches."""
+    for region in toolpath.regions:
+        far = np.flatnonzero(~(np.abs(np.asarray(region.position)).max(axis=1, initial=0.0) <= FARTHEST))
+        if len(far):
+            away = float(np.abs(np.asarray(region.position)[far[0]]).max())
+            raise ToolpathError(
+                f"a point lies {away:.3g} m away", cure="correct the coordinate, or the units", path=path,
+                line=int(region.line[far[0]]),
+            )  # fmt: skip
+    return toolpath
 
 
 def _bytes(path: Path) -> bytes:
