@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,15 @@ import trimesh
 
 from camrob.cell.read_cell import read_cell
 from camrob.check.table_plate import table_plate
-from camrob.errors import CollisionError, InputError, UnreachableError
+from camrob.errors import CellError, CollisionError, InputError, UnreachableError
 from camrob.jobs.place import place
+from camrob.kinematics.frames import base_T_tool
+from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.report.place_map import place_map
 from camrob.resolve.path import ToolPathInBase
 from camrob.resolve.placement import place_part
+from camrob.resolve.plan_space import plan_space
+from camrob.resolve.planned import resolve_planned
 from camrob.se3 import pose
 from camrob.toolpath.region import Move
 
@@ -132,3 +137,19 @@ def test_refused_placements_are_hatched_and_counted_with_texts_inert():
     picture = place_map("x", xyz, np.array([1.2, 1.3, 0.0]), 0, 0, ["", "<b> touches part", "a pose is out of reach"])
     assert picture.count('class="refused"') == 1 and "<b>" not in picture
     assert "1 refused: &lt;b&gt; touches part" in picture and picture.count('fill="#ddd"') == 1
+
+
+@pytest.mark.parametrize("name", ["kr500_afp", "rx160_tracker"])
+def test_a_cell_without_spare_freedom_is_bounded_by_its_branches_and_not_planned(name):
+    """No external axis and no roll: the bound is that of the branches at the pose, at least HOME's own."""
+    cell = read_cell(ROOT / "cells" / name)
+    assert not len(plan_space(cell).free)
+    q = cell.q_home + 0.1
+    tool = base_T_tool(cell, q)
+    path = replace(two_points(0.0, 0.0), base_T_tip=np.repeat(tool[None], 2, axis=0))
+    found = place_part(cell, path, np.eye(4), np.array([[0.0, 0.0, 50.0]]))
+    assert found.mean[0] >= float(inverse_kf_many(chain_arrays(cell), q[None])[0]) - 1e-6 and found.mean[1] == 0.0
+    with pytest.raises(
+        CellError, match=r"put the engine's .fis file"
+    ):  # the published method is what is left, and it lacks these
+        resolve_planned(cell, path)

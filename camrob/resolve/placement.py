@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.errors import UnreachableError
 from camrob.frozen import locked
-from camrob.resolve.certificate import certify, representatives
+from camrob.resolve.certificate import certify, external_grid, representatives, scan
 from camrob.resolve.path import ToolPathInBase
 from camrob.resolve.plan_samples import waypoints
-from camrob.resolve.plan_space import plan_space
+from camrob.resolve.plan_space import PlanSpace, plan_space
 from camrob.se3 import inverse
 
 __all__ = ["Placements", "place_part"]
@@ -85,7 +85,7 @@ def place_part(
     for start in range(0, len(placed), _CHUNK):
         some = placed[start : start + _CHUNK]
         base_T_tip = np.einsum("aij,bjk->abik", some, part_T_tip)
-        value[start : start + _CHUNK] = certify(space, base_T_tip.reshape(-1, 4, 4)).inv_kf.reshape(len(some), -1)
+        value[start : start + _CHUNK] = _bounds(space, base_T_tip.reshape(-1, 4, 4)).reshape(len(some), -1)
         if progress is not None:
             progress((start + len(some)) / len(placed))
     reached = np.all(value > 0.0, axis=1)
@@ -96,3 +96,11 @@ def place_part(
     mean = np.where(reached, value @ weight / weight.sum(), 0.0)
     worst = np.where(reached, value.min(axis=1), 0.0)
     return Placements(placed, mean, worst, int(np.argmax(mean + worst)), 0)
+
+
+def _bounds(space: PlanSpace, base_T_tip: Array) -> Array:
+    """The best 1/k_F (W,) at poses (W, 4, 4): by the certificate, or over the branches where the cell has no spare freedom."""
+    if len(space.free):
+        return np.asarray(certify(space, base_T_tip).inv_kf)
+    grid = external_grid(space)
+    return np.array([scan(space, frame, grid, 1).max() for frame in base_T_tip], float)

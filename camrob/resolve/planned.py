@@ -84,6 +84,8 @@ def resolve_planned(
         space = plan_space(cell)
     except CellError as error:
         return _published(cell, path, f"{error.what}", told)
+    if not len(space.free):
+        return _published(cell, path, f"cell {cell.name} has no spare freedom to plan", told)
     objective = Objective.of(cell, space, plan_weights(cell))
     for again in range(_AVOIDINGS + 1):
         solution = _resolved(cell, path, space, objective, mode, told)
