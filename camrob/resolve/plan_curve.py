@@ -134,7 +134,9 @@ def _between(land: Landscape, share: float) -> CurvePoint | None:
 
 
 def _seeds(w: Waypoints, coarse: Ints, survey: Survey, count: int, *, spread: bool) -> list[Array]:
-    """External postures (K, E) to try at each coarse waypoint: its region's; between regions both neighbours'."""
+    """External postures (K, E) to try at each coarse waypoint: its region's; between regions both neighbours'. Axes that stand
+    still have to get from one region's postures to the next one's at a safe point: it has those of the region beside it, too.
+    """
     region = np.asarray(w.region)
     of = {
         int(r): region_seeds(survey, np.flatnonzero(region == r), count, spread=spread)
@@ -146,6 +148,8 @@ def _seeds(w: Waypoints, coarse: Ints, survey: Survey, count: int, *, spread: bo
     after = np.minimum.accumulate(np.where(here >= 0, np.arange(len(here)), len(here))[::-1])[::-1]
     seeds = []
     for k in range(len(here)):
-        near = {int(here[j]) for j in (before[k], after[k]) if 0 <= j < len(here)}
+        aside = 1 if w.safe[coarse[k]] and not spread else 0
+        beside = range(max(k - aside, 0), min(k + aside + 1, len(here)))
+        near = {int(here[j]) for i in beside for j in (before[i], after[i]) if 0 <= j < len(here)}
         seeds.append(np.unique(np.concatenate([of[r] for r in sorted(near)]), axis=0))
     return seeds
