@@ -16,7 +16,7 @@ import typer
 
 from camrob.cli_real import calibrate, compensate, diagnose, simulate, tracker
 from camrob.console import ProgressHook, error_line, job_of, perform, renderer
-from camrob.options import CellOption, Feed, JsonOption, Method, QuietOption, SetupOption, Units
+from camrob.options import CellOption, Device, Feed, JsonOption, Method, QuietOption, SetupOption, Units
 
 __all__ = [
     "batch",
@@ -50,6 +50,7 @@ def post(
     ] = None,
     dialect: Annotated[str | None, typer.Option("--dialect", help="Read the CL file as this dialect.")] = None,
     units: Annotated[Units | None, typer.Option("--units", help="Units of the CL file, whatever it says.")] = None,
+    device: Annotated[Device, typer.Option("--device", help="Where planned postures are scored.")] = Device.CPU,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave NAME.html out.")] = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -68,6 +69,7 @@ def post(
             max_lines=max_lines,
             dialect=dialect,
             units=units.value if units else None,
+            device=device.value,
             report=not no_report,
             progress=progress,
         )

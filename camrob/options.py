@@ -12,6 +12,7 @@ __all__ = [
     "CellOption",
     "CorrectedOption",
     "CycleOption",
+    "Device",
     "DurationOption",
     "Feed",
     "FrameOption",
@@ -44,6 +45,13 @@ class Feed(StrEnum):
 
     PROGRAM = "program"
     OPTIMAL = "optimal"
+
+
+class Device(StrEnum):
+    """Where a planner's batches are evaluated."""
+
+    CPU = "cpu"
+    CUDA = "cuda"
 
 
 class Units(StrEnum):

@@ -8,11 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
+from camrob import cli
 from camrob.cell.read_cell import read_cell
 from camrob.cell.read_setup import read_setup
 from camrob.errors import CellError, UnreachableError
 from camrob.kinematics.arm import Arm
+from camrob.kinematics.batched import BatchedKinematics
 from camrob.kinematics.kernels import chain_arrays, forward_many, inverse_kf_many
 from camrob.resolve.certificate import Certificate, certify, external_grid, scan
 from camrob.resolve.frames import rotation_minimising
@@ -24,6 +27,7 @@ from camrob.resolve.plan_samples import waypoints
 from camrob.resolve.plan_search import Layers, cheapest_way
 from camrob.resolve.plan_space import conditioning, plan_space, plan_work, pose_in_foot, posture
 from camrob.resolve.planned import resolve_planned
+from camrob.resolve.scan_batched import scan_batched
 from camrob.resolve.vjm import PathTracker
 from camrob.se3 import pose
 from camrob.toolpath.read import read_toolpath
@@ -437,3 +441,31 @@ def test_locked_joints_stand_where_the_reference_has_them():
     assert np.abs(free.q[:, EXTERNAL] - rows[:, EXTERNAL]).max() > 1e-3
     base_T_tool = forward_many(chain_arrays(CELL), held.q)
     np.testing.assert_allclose(base_T_tool, path.base_T_tip, atol=1e-9)
+
+
+# ---- batches on a device
+
+
+def test_a_scan_in_batches_gives_the_same_plan(engraving) -> None:
+    """pytorch-kinematics scores the scan instead of the compiled kernel: the same numbers to float32, and the same plan."""
+    score = BatchedKinematics(CELL).arm_inverse_kf
+    space = plan_space(CELL)
+    grid = external_grid(space)[::9]
+    frame_ = np.ascontiguousarray(np.asarray(engraving.base_T_tip)[40])
+    one, other = scan(space, frame_, grid, 6), scan_batched(space, frame_, grid, 6, score)
+    assert np.array_equal(one > 0.0, other > 0.0) and one.max() > 0.5
+    assert np.abs(one - other).max() < 2e-7
+    compiled, batched = (resolve_planned(CELL, engraving, mode="still", score=s) for s in (None, score))
+    assert np.abs(np.asarray(compiled.q) - np.asarray(batched.q)).max() < 1e-6
+    assert np.abs(np.asarray(compiled.plan.bound) - np.asarray(batched.plan.bound)).max() < 1e-6
+
+
+def test_a_gpu_that_is_not_there(tmp_path, capfd) -> None:
+    """Asked for and absent: one line, status 2, and nothing is written. (Where there is one, nothing is to be tested here.)"""
+    if torch.cuda.is_available():
+        pytest.skip("this machine has a GPU")
+    sample = ROOT / "toolpaths" / "engraving" / "engraving.cls"
+    command = ["post", str(sample), "--cell", str(ROOT / "cells" / "kr15_track_table"), "--out", str(tmp_path / "o")]
+    assert cli.run([*command, "--method", "planned", "--device", "cuda"]) == 2
+    told = capfd.readouterr().err
+    assert told.count("\n") == 1 and "no GPU" in told and not (tmp_path / "o").exists()

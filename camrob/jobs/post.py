@@ -18,6 +18,7 @@ from camrob.check.collision_report import CollisionReport
 from camrob.check.margins import MarginReport
 from camrob.errors import CollisionError, InputError, JobError, VerificationError
 from camrob.issues import Finding
+from camrob.jobs.device import batch_score, check_device
 from camrob.jobs.feed_outcome import FeedOutcome, feed_outcome
 from camrob.jobs.files import staged_output
 from camrob.jobs.inputs import JobInputs, program_name, read_inputs
@@ -82,6 +83,7 @@ def post(
     max_lines: int | None = None,
     dialect: str | None = None,
     units: str | None = None,
+    device: str = "cpu",
     report: bool = True,
     progress: Progress | None = None,
 ) -> PostResult:
@@ -90,15 +92,17 @@ def post(
     The program is read back from its text and replayed before it is released: every CL point met in order within
     0.01 mm and 0.01 degrees, within limits, away from singular postures and collisions. Raises InputError and its kin
     for wrong input and JobError and its kin where the job can't be done safely; nothing is left behind then.
+    device: "cuda" scores the candidates of `method` "planned" on a GPU; the plan is the same to float32's last digits.
     """
     clfile, out = Path(clfile), Path(out)
     watch = _Watch(progress)
     title = program_name(clfile, name)
     _check_choices(method, feed)
+    check_device(device)
     with watch.stage("read"):
         inputs = read_inputs(clfile, cell, setup, dialect=dialect, units=units, progress=watch.share)
     with staged_output(out, name=title) as folder:
-        made = _first_free(_Order(title, method, feed, max_lines), inputs, folder, watch)
+        made = _first_free(_Order(title, method, feed, max_lines, device), inputs, folder, watch)
         files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", made)
         summary = post_summary(
@@ -121,6 +125,7 @@ class _Order:
     method: str
     feed: str
     max_lines: int | None
+    device: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +161,7 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: _Watch) -
     first: JobError | None = None
     for way, resolve in METHODS[order.method].items():
         with watch.stage("resolve"):
-            resolved = _resolve(inputs, resolve, watch.share)
+            resolved = _resolve(inputs, resolve, watch.share, order.device)
         try:
             made = _made(order, resolved, folder, watch)
         except (CollisionError, VerificationError) as error:
@@ -229,13 +234,18 @@ def _check_choices(method: str, feed: str) -> None:
         raise InputError(f"--feed {feed!r} is unknown", cure=f"use {' or '.join(FEEDS)}")
 
 
-def _resolve(inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None]) -> _Resolved:
+def _resolve(
+    inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None], device: str = "cpu"
+) -> _Resolved:
     """A solution, held to its promise by forward kinematics."""
     try:
         if resolve is resolve_vjm:
             solution = resolve_vjm(inputs.cell, inputs.path, progress=progress)
         else:
-            solution = resolve(inputs.cell, inputs.path, obstacles=job_obstacles(inputs), progress=progress)
+            score = batch_score(inputs.cell, device)
+            solution = resolve(
+                inputs.cell, inputs.path, obstacles=job_obstacles(inputs), score=score, progress=progress
+            )
     except JobError as e:
         raise named_region(e, inputs) from None
     if solution.path is not None:

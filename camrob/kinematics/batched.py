@@ -78,7 +78,11 @@ class BatchedKinematics:
 
     def inverse_kf(self, q: Array) -> Array:
         """1/k_F (N,) of the bare arm at the mounting plate (eq. 16), 0 where it is singular, of postures q (N, n)."""
-        return self._map(self._inverse_kf, np.asarray(q, float)[:, self._arm], self._arm.stop - self._arm.start, ())
+        return self.arm_inverse_kf(np.asarray(q, float)[:, self._arm])
+
+    def arm_inverse_kf(self, q_arm: Array) -> Array:
+        """The same of the arm's own postures (N, 6)."""
+        return self._map(self._inverse_kf, q_arm, self._arm.stop - self._arm.start, ())
 
     def _inverse_kf(self, th: Any) -> Any:
         """1/k_F of the arm's postures: k_F = |H| |H^-1| / 6 in Frobenius norms, H being square."""

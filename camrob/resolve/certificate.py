@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from camrob.frozen import locked
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
 from camrob.resolve.plan_space import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot, posture
+from camrob.resolve.scan_batched import Score, scan_batched
 
 __all__ = ["Certificate", "Survey", "certify", "climb", "external_grid", "representatives", "scan", "survey_poses"]
 
@@ -84,8 +85,11 @@ class Survey:
     branch: Ints
 
 
-def survey_poses(space: PlanSpace, base_T_tip: Array) -> Survey:
-    """Scan the poses that stand for all (W, 4, 4); about 20 ms for each of 40 at most."""
+def survey_poses(space: PlanSpace, base_T_tip: Array, score: Score | None = None) -> Survey:
+    """Scan the poses that stand for all (W, 4, 4); about 20 ms for each of 40 at most.
+
+    score: what gives the scan's postures their 1/k_F in batches, where the compiled scan is not to do that.
+    """
     frames = np.ascontiguousarray(base_T_tip)
     anchors, nearest = representatives(frames, _ANCHORS)
     grid = external_grid(space)
@@ -93,7 +97,11 @@ def survey_poses(space: PlanSpace, base_T_tip: Array) -> Survey:
     u = np.empty((len(anchors), _STARTS, len(space.free)))
     branch = np.full((len(anchors), _STARTS), -1, np.int64)
     for k, anchor in enumerate(anchors):
-        found = scan(space, frames[anchor], grid, ROLLS)
+        found = (
+            scan(space, frames[anchor], grid, ROLLS)
+            if score is None
+            else scan_batched(space, frames[anchor], grid, ROLLS, score)
+        )
         best[k] = found.max(axis=(1, 2))
         _basins(space, frames[anchor], grid, found, u[k], branch[k])
     _climb_basins(space, frames[anchors], u, branch)

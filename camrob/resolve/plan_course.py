@@ -14,8 +14,17 @@ from camrob.resolve.plan_samples import Waypoints
 from camrob.resolve.plan_search import Layers, Way, cheapest_way
 from camrob.resolve.plan_space import PlanSpace
 
-__all__ = ["RETRACT_NEEDED",
-    "RETRACT_PRICE", "Draft", "coarse_index", "draft_course", "relaxed", "search", "stopped", "surroundings"]
+__all__ = [
+    "RETRACT_NEEDED",
+    "RETRACT_PRICE",
+    "Draft",
+    "coarse_index",
+    "draft_course",
+    "relaxed",
+    "search",
+    "stopped",
+    "surroundings",
+]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

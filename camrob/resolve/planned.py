@@ -38,6 +38,7 @@ from camrob.resolve.plan_retract import with_retracts
 from camrob.resolve.plan_samples import Waypoints, waypoints
 from camrob.resolve.plan_serve import serve
 from camrob.resolve.plan_space import PlanSpace, plan_space
+from camrob.resolve.scan_batched import Score
 from camrob.resolve.solution import Solution
 from camrob.resolve.tracker import FAILED_NOT_REACHED
 from camrob.resolve.vjm import PathTracker, resolve_vjm
@@ -66,12 +67,14 @@ def resolve_planned(
     *,
     mode: str = "knee",
     obstacles: Obstacles | None = None,
+    score: Score | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Solution:
     """Postures along a path, planned (see the module); `mode` is one of MODES.
 
     obstacles(path, solution) says at which points (N,) a solution touches something: what it names is kept clear of in
     up to three further plans (a solution that still touches is returned; whoever checks it, finds it).
+    score: 1/k_F of batches of arm postures, for the certificate's scan (`scan_batched`); None: the compiled kernels.
     Where the path can't be followed without a re-posture and has no safe point for one, retracts are put in: the
     solution then belongs to `Solution.path`. An arm without closed form, and a path for which no plan is found, is left to
     the published method, with a finding that says so.
@@ -88,7 +91,7 @@ def resolve_planned(
         return _published(cell, path, f"cell {cell.name} has no spare freedom to plan", told)
     objective = Objective.of(cell, space, plan_weights(cell))
     for again in range(_AVOIDINGS + 1):
-        solution = _resolved(cell, path, space, objective, mode, told)
+        solution = _resolved(cell, path, space, objective, mode, score, told)
         touching = _touching(cell, objective, solution.path or path, solution, obstacles)
         if len(touching) == 0 or again == _AVOIDINGS or solution.method != "planned":
             break
@@ -125,20 +128,25 @@ def _touching(
 
 
 def _resolved(
-    cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, told: Callable[[float], None]
-) -> Solution:
+    cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, score: Score | None,
+    told: Callable[[float], None],
+) -> Solution:  # fmt: skip
     """The solution of one plan, with retracts put in where it needs them."""
-    given, plan = path, _plan(cell, path, space, objective, mode, told)
+    given, plan = path, _plan(cell, path, space, objective, mode, score, told)
     for _round in range(_ROUNDS):
         if isinstance(plan, np.ndarray):
             path = with_retracts(path, plan, CLEARANCE)
-            plan = _plan(cell, path, space, objective, mode, told)
+            plan = _plan(cell, path, space, objective, mode, score, told)
     if not isinstance(plan, _Plan):
         return _published(cell, given, "no candidate postures lead through the whole path", told)
     solution = _served(cell, path, plan, told)
     if solution is None:
         return _published(cell, given, "the tracker could not follow the plan", told)
-    return solution if path is given else replace(solution, path=path, findings=(*solution.findings, *_retracts(path, solution)))
+    return (
+        solution
+        if path is given
+        else replace(solution, path=path, findings=(*solution.findings, *_retracts(path, solution)))
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,12 +164,13 @@ class _Plan:
 
 
 def _plan(
-    cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, told: Callable[[float], None]
-) -> _Plan | Ints | None:
+    cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, score: Score | None,
+    told: Callable[[float], None],
+) -> _Plan | Ints | None:  # fmt: skip
     """The plan of a path; the points at which it needs retracts first; None where no candidates lead through."""
     weights = plan_weights(cell)
     w = waypoints(path, SPACING)
-    survey = survey_poses(space, w.base_T_tip)
+    survey = survey_poses(space, w.base_T_tip, score)
     told(0.1)
     certificate = certify(space, w.base_T_tip, survey)
     told(0.25)
