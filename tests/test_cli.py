@@ -117,9 +117,10 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "max_lines": None,
         "dialect": None,
         "units": None,
+        "device": "cpu",
         "report": True,
     }
-    more = "--setup s.toml --name n --method planned --feed optimal --max-lines 5000 --dialect nx-clsf --units inch"
+    more = "--setup s.toml --name n --method planned --feed optimal --max-lines 5000 --dialect nx-clsf --units inch --device cuda"
     assert cli.run([*POST, *more.split(), "--no-report", "--quiet"]) == 0
     assert calls[1].pop("progress")
     assert calls[1] == {
@@ -133,6 +134,7 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "max_lines": 5000,
         "dialect": "nx-clsf",
         "units": "inch",
+        "device": "cuda",
         "report": False,
     }
 
