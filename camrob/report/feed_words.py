@@ -51,7 +51,10 @@ def _time(feed: Summary) -> Iterator[tuple[str, str]]:
 def _lost(feed: Summary) -> str:
     """Where the programmed feed is not held, and what causes it."""
     by_axis = {k: v for k, v in (feed.get("lost_by_axis_s") or {}).items() if v >= 0.05}
-    axes = [f"{'stops and corners' if axis == 'none' else axis} {shown_number(s)} s" for axis, s in list(by_axis.items())[:_AXES]]
+    axes = [
+        f"{'stops and corners' if axis == 'none' else axis} {shown_number(s)} s"
+        for axis, s in list(by_axis.items())[:_AXES]
+    ]
     text = (
         f"held on {shown_number(feed.get('kept_percent'))} % of the cutting; {shown_number(feed.get('lost_s'))} s lost"
     )
