@@ -63,6 +63,20 @@ def test_the_axes_motion_is_that_of_differences_over_time():
     assert np.median(off) < 1e-4 and off.mean() < 0.1 * np.abs(acceleration[inner, :8]).mean()
 
 
+def test_a_long_cut_judged_in_stretches_is_judged_alike(monkeypatch):
+    """Each stretch has a grid of its own, so that figures differ by what a grid does: some percent."""
+    path, q = path_of(wave(3000, turns=4.0), feed=0.1)
+    whole = stands(path, q, 0.1)
+    monkeypatch.setattr("camrob.feed.as_it_stands._STRETCH", 700)
+    parts = stands(path, q, 0.1)
+    for one, other in zip(whole.worst, parts.worst, strict=True):
+        assert one.times == pytest.approx(other.times, rel=0.1) and one.cause == other.cause
+    assert parts.past == pytest.approx(whole.past, abs=0.01) and parts.total == pytest.approx(whole.total, rel=0.03)
+    for name in ("speed", "acceleration"):
+        a, b = getattr(whole, name), getattr(parts, name)
+        assert np.abs(a - b).mean() < 0.005 * np.abs(a).max()
+
+
 def test_torques_of_many_postures_are_pinocchios():
     rng = np.random.default_rng(7)
     q = wave(60)

@@ -7,6 +7,7 @@ its ramps add to the jerk is left out (in the model they are without bound), so 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,6 +29,8 @@ Array = NDArray[np.float64]
 
 _KINDS = ("speed", "acceleration", "jerk")
 _OVER = 1.0 + 1e-6
+_STRETCH = 100_000  # pieces of a cut whose curve is held at a time, so that memory doesn't grow with the cut
+_BESIDE = 300  # pieces that such a curve takes along on either side: its own ends are none of the cut's
 
 
 class PassedLimit(NamedTuple):
@@ -92,24 +95,29 @@ def program_as_it_stands(
     most, found = np.zeros(3), [(0, 0)] * 3
     past, way, override, slowed = 0.0, 0.0, 1.0, float(np.sum(seconds[path.cutting]))
     for pieces in run_pieces(rates, path, exact_stops(path)):
-        run = smooth_run(rates, pieces, bounded, smooth_for[pieces])
-        square, ends = ramped_squares(rates, run, timing.speed, feed)
-        use, which = span_uses(run, square, bounds)
-        peak = use.max(axis=0)
-        for k in np.flatnonzero(peak > most):
-            span = int(np.argmax(use[:, k]))
-            place = np.searchsorted(run.length, (span + 0.5) * run.spacing) - 1
-            most[k], found[k] = peak[k], (int(rates.end[pieces][place]), int(which[span, k]))
+        peak = np.zeros(3)
+        for wide, counted in _stretches(pieces):
+            run = smooth_run(rates, wide, bounded, smooth_for[wide])
+            square, ends = ramped_squares(rates, run, timing.speed, feed)
+            use, which = span_uses(run, square, bounds)
+            own = slice(counted.start - wide.start, counted.stop - wide.start)
+            spans = slice(*np.ceil(run.length[[own.start, own.stop]] / run.spacing - 0.5).astype(np.int64).tolist())
+            here = use[spans].max(axis=0, initial=0.0)
+            for k in np.flatnonzero(here > most):
+                span = spans.start + int(np.argmax(use[spans, k]))
+                place = np.searchsorted(run.length, (span + 0.5) * run.spacing) - 1
+                most[k], found[k] = here[k], (int(rates.end[wide][place]), int(which[span, k]))
+            peak = np.maximum(peak, here)
+            past += float(np.count_nonzero(use[spans].max(axis=1) > _OVER)) * run.spacing
+            way += float(run.length[own.stop] - run.length[own.start])
+            points = rates.end[counted]
+            v, u = (ends[0][1:][own], ends[1][1:][own]) if plan is None else (plan.planned[points], plan.push[points])
+            d1, d2 = (d[:, 6:] for d in run.derivatives(run.length[1:][own]))
+            motion[0][np.ix_(points, bounded)] = d1 * v[:, None]
+            motion[1][np.ix_(points, bounded)] = d1 * u[:, None] + d2 * v[:, None] ** 2
         share = 1.0 / max(1.0, peak[0], np.sqrt(peak[1]), np.cbrt(peak[2]))
         override = min(override, share)
         slowed += float(np.sum(seconds[rates.end[pieces]])) * (1.0 / share - 1.0)
-        past += float(np.count_nonzero(use.max(axis=1) > _OVER)) * run.spacing
-        way += float(run.length[-1])
-        points = rates.end[pieces]
-        v, u = (ends[0][1:], ends[1][1:]) if plan is None else (plan.planned[points], plan.push[points])
-        d1, d2 = (d[:, 6:] for d in run.derivatives(run.length[1:]))
-        motion[0][np.ix_(points, bounded)] = d1 * v[:, None]
-        motion[1][np.ix_(points, bounded)] = d1 * u[:, None] + d2 * v[:, None] ** 2
     causes, axes = cause_names(cell.names, bounded)
     worst = tuple(
         PassedLimit(kind, float(times), causes[code], axes[code], point, int(path.line[point]))
@@ -117,6 +125,13 @@ def program_as_it_stands(
     )
     air = float(np.sum(seconds[~path.cutting]))
     return AsItStands(worst, past / way if way > 0.0 else 0.0, slowed + air, slowed, override, motion[0], motion[1])
+
+
+def _stretches(pieces: slice) -> Iterator[tuple[slice, slice]]:
+    """Stretches of a run's pieces: those that a curve is laid through, and those of them that it is judged on."""
+    for start in range(pieces.start, pieces.stop, _STRETCH):
+        stop = min(start + _STRETCH, pieces.stop)
+        yield slice(max(start - _BESIDE, pieces.start), min(stop + _BESIDE, pieces.stop)), slice(start, stop)
 
 
 def ramped_squares(rates: PathRates, run: SmoothRun, reached: Array, feed: Array) -> tuple[Array, tuple[Array, Array]]:
