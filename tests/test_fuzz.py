@@ -134,7 +134,7 @@ def test_the_laws_bite(read, match: str, folder: Path) -> None:
 
 
 def test_memory_is_held_to_its_bound() -> None:
-    with pytest.raises(FlawError, match="MiB"), guarded(memory=64 << 20):
+    with pytest.raises(FlawError, match="MiB"), guarded(seconds=60.0, memory=64 << 20):
         held = np.ones(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, np.int8)
         assert held[-1] == 1
 
