@@ -170,12 +170,12 @@ def plot(rows, file: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(figsize=(7, 4.5))
-    for row in rows:
-        if len(row) == 4:
-            axes.plot(row[2], row[3]["1/k_F min"], "o")
-            axes.annotate(row[0], (row[2], row[3]["1/k_F min"]), xytext=(6, 4), textcoords="offset points")
-    axes.set(xscale="log", xlabel="microseconds a point", ylabel="worst 1/k_F", ylim=(0.0, None))
+    figure, axes = pyplot.subplots(figsize=(8, 5))
+    for k, row in enumerate(sorted((row for row in rows if len(row) == 4), key=lambda row: row[2])):
+        axes.plot(row[2], row[3]["1/k_F min"], "o")
+        beside = (6, (-12, 4)[k % 2])  # neighbours in time don't cover each other's names
+        axes.annotate(row[0], (row[2], row[3]["1/k_F min"]), xytext=beside, textcoords="offset points", fontsize=8)
+    axes.set(xscale="log", xlabel="microseconds a point", ylabel="worst 1/k_F", xlim=(0.4, 3e4), ylim=(-0.03, 0.65))
     axes.grid(alpha=0.3)
     figure.tight_layout()
     figure.savefig(file, dpi=130)

@@ -274,10 +274,14 @@ def with_trajopt(urdf, start, targets):
     seconds = thread_time() - begin
     if not answer.successful:
         raise SystemExit("TrajOpt finds no plan")
-    rows = []
-    for instruction in answer.results.flatten():
-        found = language.InstructionPoly_as_MoveInstructionPoly(instruction).getWaypoint()
-        rows.append(np.array(language.WaypointPoly_as_StateWaypointPoly(found).getPosition()).ravel())
+    results = answer.results  # the bindings keep nothing alive of their own: every part is held by a name while it is read
+    flat, rows = results.flatten(), []
+    for k in range(len(flat)):
+        instruction = flat[k]
+        move = language.InstructionPoly_as_MoveInstructionPoly(instruction)
+        found = move.getWaypoint()
+        state = language.WaypointPoly_as_StateWaypointPoly(found)
+        rows.append(np.array(state.getPosition()).ravel())
     from importlib.metadata import version
 
     return np.array(rows), seconds, version("tesseract-robotics")
