@@ -274,7 +274,8 @@ def with_trajopt(urdf, start, targets):
     seconds = thread_time() - begin
     if not answer.successful:
         raise SystemExit("TrajOpt finds no plan")
-    results = answer.results  # the bindings keep nothing alive of their own: every part is held by a name while it is read
+    # the bindings keep nothing alive of their own: every part is held by a name while it is read
+    results = answer.results
     flat, rows = results.flatten(), []
     for k in range(len(flat)):
         instruction = flat[k]
