@@ -82,8 +82,14 @@ def arc_to(
     else:
         share = (np.arange(len(points)) + 1.0)[:, None] / len(points)
         tools = m.position_axis + share * (tool - m.position_axis)
-        tools /= np.linalg.norm(tools, axis=1, keepdims=True)
-        m.builder.points(points, tools, feed, Move.CUT, line)
+        length = np.linalg.norm(tools, axis=1, keepdims=True)
+        if length.min() < 1e-6:
+            raise ToolpathError(
+                "the tool turns upside down along an arc, and which way is not said",
+                cure="output points between",
+                line=line,
+            )
+        m.builder.points(points, tools / length, feed, Move.CUT, line)
     m.position, m.position_axis, m.position_line = end, tool, line
 
 
