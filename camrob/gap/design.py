@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ class Panel:
     """One log's rows. tcp: (N, 6, K) columns at the TCP, SI; servo: (N, k, K') of the columns `servo_columns`, or None.
 
     y_tcp (N, 6), y_servo (N, k); w_tcp, w_servo their weights, 0 where not seen or an outlier. block: (N,) the block that a
-    sample is withheld with.
+    sample is withheld with. doubt: (N,) by column, see `Column`.
     """
 
     scene: Scene
@@ -43,6 +43,15 @@ class Panel:
     y_servo: Array | None
     w_servo: Array | None
     block: NDArray[np.int64]
+    doubt: Mapping[int, Array] = field(default_factory=dict)
+
+    def unknown_rows(self, columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """(N,) True where nothing is known of any of some columns: what they predict there says nothing for or against them."""
+        out = np.zeros(len(self.scene), np.bool_)
+        for k in columns.tolist():
+            if k in self.doubt:
+                out |= self.doubt[k] >= 1.0
+        return out
 
     def moves(self, values: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
         """(M, 3) m that parameters (K,) move the TCP by at some rows, both rungs together."""
@@ -146,7 +155,8 @@ def make_panel(
         w_servo = np.where(kept[:, None], 1.0 / noise.servo, 0.0)
     # blocks are stretches of time, so that what is withheld is not told by its neighbours
     block = first_block + (np.arange(N) * blocks) // N
-    return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, served, scene.servo_gap, w_servo, block)
+    doubt = {k: c.doubt for k, c in enumerate(columns) if c.doubt is not None}
+    return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, served, scene.servo_gap, w_servo, block, doubt)
 
 
 def pool(panels: Sequence[Panel], units: Sequence[Unit]) -> Design:

@@ -305,16 +305,20 @@ def _errors(model: Model) -> tuple[Array, ...]:
             c = np.flatnonzero(model.design.owner == i)
             if share[c[0]] <= 0.0:
                 continue
-            variance[:, :6] += _doubt(p.tcp[:, :, c] @ model.best.mean[c], share[c[0]])
+            own: Array = np.full((len(p.scene), 1), share[c[0]])
+            for k in c:
+                if int(k) in p.doubt:
+                    own = np.maximum(own, p.doubt[int(k)][:, None])
+            variance[:, :6] += _doubt(p.tcp[:, :, c] @ model.best.mean[c], own)
             if p.servo is not None:
                 served = np.isin(p.servo_columns, c)
-                variance[:, 6:] += _doubt(p.servo[:, :, served] @ model.best.mean[p.servo_columns[served]], share[c[0]])
+                variance[:, 6:] += _doubt(p.servo[:, :, served] @ model.best.mean[p.servo_columns[served]], own)
         out.append(variance)
     return tuple(out)
 
 
-def _doubt(part: Array, share: float) -> Array:
-    """Variance of an effect's part (N, d): a share of itself, and more where it changes between two samples."""
+def _doubt(part: Array, share: Array) -> Array:
+    """Variance of an effect's part (N, d): a share (N, 1) of itself, and more where it changes between two samples."""
     step = np.zeros_like(part)
     change = np.abs(np.diff(part, axis=0))
     step[1:] = change

@@ -81,7 +81,10 @@ class Trial:
 
 
 def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
-    """The withheld logs; without any, each block of the logs in turn."""
+    """The withheld logs; without any, each block of the logs in turn. Rows at which nothing is known of an effect that was found
+    are not asked.
+    """
+    found = np.flatnonzero(np.isin(model.design.owner, list(model.best.members)))
     if withheld:
         panels = []
         for k, scene in enumerate(withheld):
@@ -89,12 +92,13 @@ def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
             kept = ~find_outliers(scene, noise)
             panel = make_panel(scene, k, model.units, model.effects, model.states, noise, kept, 10, 10 * k)
             panels.append(panel)
-        asked = tuple((k, p.w_tcp[:, 0] > 0.0, None) for k, p in enumerate(panels))
+        asked = tuple((k, (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found), None) for k, p in enumerate(panels))
         return Trial(tuple(panels), asked, ", ".join(s.name for s in withheld))
     rows = []
     for k, p in enumerate(model.panels):
-        for b in np.unique(p.block):
-            rows.append((k, (p.block == b) & (p.w_tcp[:, 0] > 0.0), int(b)))
+        known = (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found)
+        for b in np.unique(p.block[known]):
+            rows.append((k, (p.block == b) & known, int(b)))
     return Trial(model.panels, tuple(rows), "blocks of the logs")
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from camrob.cell.joint import Role
 from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
@@ -12,6 +15,10 @@ from camrob.gap.signals import play
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
+
+Array = NDArray[np.float64]
+
+_WHOLE = 2.0  # of half the play: what the other side makes
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -33,8 +40,26 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     width = state.get(unit.parameters[0].name, 0.6 * unit.parameters[0].usual)
-    lag = play(scene.link[:, scene.index(unit.axis)], scene.t, scene.pieces, width)
-    return (Column(tcp=scene.shift(unit.axis, -0.5 * lag)),)
+    values = scene.link[:, scene.index(unit.axis)]
+    lag = play(values, scene.t, scene.pieces, width)
+    return (Column(tcp=scene.shift(unit.axis, -0.5 * lag), doubt=_doubt(values, scene.pieces, width)),)
+
+
+def _doubt(values: Array, pieces: Sequence[slice], width: float) -> Array | None:
+    """(N,) doubt of a play's state: in each run, the side is unknown until the axis has moved by the whole width.
+
+    The side of one run is one unknown, however long it rests: all its samples together weigh like one. A run in which the
+    axis never moves so far has no play in it, as far as the description goes.
+    """
+    out = np.zeros(len(values))
+    for run in pieces:
+        u = values[run]
+        # farthest back so far on either side: the play is taken up where the way from there passes its width
+        way = np.maximum(u - np.minimum.accumulate(u), np.maximum.accumulate(u) - u)
+        taken = np.flatnonzero(way > width)
+        if len(taken):
+            out[run.start : run.start + int(taken[0])] = _WHOLE * np.sqrt(max(int(taken[0]), 1))
+    return out if out.any() else None
 
 
 def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:

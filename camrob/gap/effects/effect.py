@@ -50,11 +50,13 @@ class Unit:
 @dataclass(frozen=True, slots=True)
 class Column:
     """How a unit of one parameter shows: tcp (N, 6) a twist behind the encoders; servo: signals (N,) by axis, encoder beyond
-    set-point.
+    set-point. doubt: (N,) share of itself by which this may be wrong at each sample, where that is more than the effect's
+    `accuracy`; 1 or more where nothing is known; None for nowhere.
     """
 
     tcp: Array | None = None
     servo: Mapping[str, Array] = field(default_factory=dict)
+    doubt: Array | None = None
 
 
 Units = Callable[[Sequence[Scene], State], tuple[Unit, ...]]
