@@ -53,6 +53,14 @@ class Panel:
                 out |= self.doubt[k] >= 1.0
         return out
 
+    def doubted(self, columns: NDArray[np.int64], accuracy: float) -> Array:
+        """(N, 1) by what share of itself the description of some columns may be wrong: by `accuracy`, here and there by more."""
+        own: Array = np.full((len(self.scene), 1), accuracy)
+        for k in columns.tolist():
+            if k in self.doubt:
+                own = np.maximum(own, self.doubt[k][:, None])
+        return own
+
     def moves(self, values: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
         """(M, 3) m that parameters (K,) move the TCP by at some rows, both rungs together."""
         used = np.flatnonzero(values)

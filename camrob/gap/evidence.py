@@ -8,13 +8,14 @@ one factorisation of the posterior gives that of all sets which differ in one un
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import comb, log
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.special import ndtr
 
 from camrob.gap.design import NUISANCE, Design
 
@@ -29,6 +30,7 @@ _WIDEST = 5.0  # times the ordinary sizes
 COUNTS_FROM = 0.35  # of the noise's rms: an effect that moves the TCP by less is a nuisance
 _LEAST_MOVE = 0.3  # of the noise's rms: what a unit is taken to move the TCP by at least
 _TURNS = 2
+_CANCELS, _STRAIN = 3.0, 3.0  # times the energy of the whole from which effects' energies cost, and how dearly
 _COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
 
 
@@ -154,7 +156,7 @@ class Evidence:
                 shares[name] = float(np.clip(share, self._least[name], _WIDEST))
                 widths[c] = np.maximum(shares[name] * usual[c], out[c])
             fitted = self._solve(members, widths, shares)
-        return fitted
+        return replace(fitted, score=fitted.score + self._strain(members, fitted.mean))
 
     def _solve(self, members: Set, widths: Array, shares: Mapping[str, float]) -> Fitted:
         """The posterior at given widths (K,) of the priors, and the score."""
@@ -180,16 +182,34 @@ class Evidence:
             by_size.setdefault(len(self._columns[i]), []).append(i)
         return [(np.array(units), np.stack([self._columns[i] for i in units])) for units in by_size.values()]
 
-    def seen(self, fitted: Fitted) -> frozenset[str]:
-        """Effects of a set that move the TCP by enough to count, as fitted."""
-        found = set()
-        for name, own in self._effects.items():
-            units = [i for i in own if i in fitted.members]
-            if units:
-                c = np.concatenate([self._columns[i] for i in units])
-                if _moved(fitted.mean[c], self.design.moves[np.ix_(c, c)]) >= COUNTS_FROM * self.noise:
-                    found.add(name)
-        return frozenset(found)
+    def seen(self, fitted: Fitted) -> dict[str, float]:
+        """Effects of a set, and how probable it is that each moves the TCP by enough to count."""
+        least = COUNTS_FROM * self.noise
+        found = {}
+        for name, c in self._owned(fitted.members).items():
+            pull = self.design.moves[np.ix_(c, c)] @ fitted.mean[c]
+            size = float(np.sqrt(max(float(fitted.mean[c] @ pull), 0.0)))
+            spread = float(np.sqrt(max(float(pull @ fitted.cov[np.ix_(c, c)] @ pull), 0.0))) / max(size, 1e-12)
+            found[name] = float(ndtr((size - least) / max(spread, 1e-3 * least)))
+        return found
+
+    def _owned(self, members: Set) -> dict[str, NDArray[np.int64]]:
+        """Columns of each effect in a set."""
+        return {
+            name: np.concatenate([self._columns[i] for i in own if i in members])
+            for name, own in self._effects.items()
+            if any(i in members for i in own)
+        }
+
+    def _strain(self, members: Set, mean: Array) -> float:
+        """Log prior against effects that are far larger than the gap and cancel one another."""
+        owned = self._owned(members)
+        if len(owned) < 2:
+            return 0.0
+        apart = sum(_energy(mean[c], self.design.moves[np.ix_(c, c)]) for c in owned.values())
+        c = np.concatenate(list(owned.values()))
+        together = _energy(mean[c], self.design.moves[np.ix_(c, c)]) + self.noise**2
+        return -_STRAIN * log(max(apart / (_CANCELS * together), 1.0))
 
     def neighbours(self, fitted: Fitted) -> dict[Set, tuple[float, float]]:
         """Sets that differ in one unit: the score, and by how much that unit then moves the TCP, m (rms).
@@ -246,6 +266,6 @@ class Evidence:
         return np.where(told, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf), moved
 
 
-def _moved(values: Array, G: Array) -> float:
-    """m (rms) by which values (k,) move the TCP, with mean products G."""
-    return float(np.sqrt(max(float(values @ G @ values), 0.0)))
+def _energy(values: Array, G: Array) -> float:
+    """m2 (mean square) by which values (k,) move the TCP, with mean products G."""
+    return max(float(values @ G @ values), 0.0)

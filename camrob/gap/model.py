@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from camrob.gap.design import Design, Panel, build_units, make_panel, pool
 from camrob.gap.effects.effect import Effect, State, Unit
-from camrob.gap.evidence import COUNTS_FROM, Evidence, Fitted
+from camrob.gap.evidence import Evidence, Fitted
 from camrob.gap.noise import Noise, find_outliers, noise_of
 from camrob.gap.scan import covered, gear_orders, shapes
 from camrob.gap.scene import Scene
 from camrob.gap.search import explore, posterior
 from camrob.gap.unknown import UNKNOWN
 
-__all__ = ["Model", "compare", "effect_rms", "panels_for", "whole_gap"]
+__all__ = ["Model", "compare", "doubt_of", "effect_rms", "panels_for", "whole_gap"]
 
 Array = NDArray[np.float64]
 
@@ -130,9 +130,9 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
 
 
 def _small(model: Model) -> frozenset[str]:
-    """Effects of the best set that move the TCP by too little to be named: within the noise, or within what others leave."""
+    """Effects of the best set that move the TCP by too little to be named beside the gap, or beside what others leave."""
     gap = float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in model.panels])))
-    least = max(COUNTS_FROM * model.noise, 0.5 * _LEAST_GAP * gap)
+    least = 0.5 * _LEAST_GAP * gap
     accuracy = {e.name: e.accuracy for e in model.effects}
     sizes = {n: effect_rms(model, model.panels, n) for n in model.evidence.effects_of(model.best.members)}
     # what another effect is not described better than, it may have left
@@ -305,19 +305,16 @@ def _errors(model: Model) -> tuple[Array, ...]:
             c = np.flatnonzero(model.design.owner == i)
             if share[c[0]] <= 0.0:
                 continue
-            own: Array = np.full((len(p.scene), 1), share[c[0]])
-            for k in c:
-                if int(k) in p.doubt:
-                    own = np.maximum(own, p.doubt[int(k)][:, None])
-            variance[:, :6] += _doubt(p.tcp[:, :, c] @ model.best.mean[c], own)
+            own = p.doubted(c, share[c[0]])
+            variance[:, :6] += doubt_of(p.tcp[:, :, c] @ model.best.mean[c], own)
             if p.servo is not None:
                 served = np.isin(p.servo_columns, c)
-                variance[:, 6:] += _doubt(p.servo[:, :, served] @ model.best.mean[p.servo_columns[served]], own)
+                variance[:, 6:] += doubt_of(p.servo[:, :, served] @ model.best.mean[p.servo_columns[served]], own)
         out.append(variance)
     return tuple(out)
 
 
-def _doubt(part: Array, share: Array) -> Array:
+def doubt_of(part: Array, share: Array) -> Array:
     """Variance of an effect's part (N, d): a share (N, 1) of itself, and more where it changes between two samples."""
     step = np.zeros_like(part)
     change = np.abs(np.diff(part, axis=0))

@@ -17,6 +17,7 @@ Set = frozenset[int]
 _MOST_FITS = 90
 _CLOSE = 9.0  # log units below the best: not worth a look any more
 _HOLLOW = 0.12  # of the noise
+_SURE = 0.02  # probability that is as good as none
 _EXCHANGE = 4  # of the best sets, how many are looked at with each member left out
 _ROUNDS, _STEPS, _MORE_FITS = (
     3,
@@ -27,8 +28,10 @@ _ROUNDS, _STEPS, _MORE_FITS = (
 
 def explore(
     evidence: Evidence, starts: tuple[Set, ...] = ()
-) -> tuple[dict[Set, float], dict[Set, frozenset[str]], Fitted]:
-    """Scores of all sets met, their effects that count, and the best one's posterior. Starts from nothing, and from `starts`.
+) -> tuple[dict[Set, float], dict[Set, Mapping[str, float]], Fitted]:
+    """Scores of all sets met, their effects and how probable it is that each counts, and the best one's posterior.
+
+    Starts from nothing, and from `starts`.
 
     Climbs to a set that no single unit betters; then takes each of its effects out and climbs without it, as one effect may
     stand in for two others.
@@ -55,7 +58,7 @@ class _Met:
 
     evidence: Evidence
     scores: dict[Set, float]
-    names: dict[Set, frozenset[str]]
+    names: dict[Set, Mapping[str, float]]
     hollow: set[Set]
     fits: dict[Set, Fitted]
 
@@ -75,9 +78,10 @@ class _Met:
             for other, (score, moved) in self.evidence.neighbours(fitted).items():
                 if other not in self.fits:
                     self.scores[other] = score
-                    counts = moved >= COUNTS_FROM * self.evidence.noise
-                    entered = self.evidence.effects_of(other - members) if counts else frozenset()
-                    self.names[other] = (seen & self.evidence.effects_of(other)) | entered
+                    counts = float(moved >= COUNTS_FROM * self.evidence.noise)
+                    entered = self.evidence.effects_of(other - members)
+                    kept = self.evidence.effects_of(other) - entered
+                    self.names[other] = {n: seen[n] for n in kept} | {n: max(counts, seen.get(n, 0.0)) for n in entered}
                     if moved < _HOLLOW * self.evidence.noise and other > members:
                         self.hollow.add(other)
         return self.fits[members]
@@ -114,14 +118,29 @@ class _Met:
 
 
 def posterior(
-    scores: Mapping[Set, float], counting: Mapping[Set, frozenset[str]], small: frozenset[str] = frozenset()
+    scores: Mapping[Set, float], counting: Mapping[Set, Mapping[str, float]], small: frozenset[str] = frozenset()
 ) -> dict[frozenset[str], float]:
-    """Probabilities of sets of effects, from the scores of sets of units and their effects that count, none of `small`."""
+    """Probabilities of sets of effects, from the scores of sets of units and how probable it is that their effects count;
+    those of `small` don't.
+    """
     best = max(scores.values())
     total: dict[frozenset[str], float] = {}
     for members, score in scores.items():
         if score > best - 30.0:
-            names = counting[members] - small
-            total[names] = total.get(names, 0.0) + float(np.exp(score - best))
+            for names, p in _counted(counting[members], small):
+                total[names] = total.get(names, 0.0) + p * float(np.exp(score - best))
     sum_ = sum(total.values())
     return {names: p / sum_ for names, p in sorted(total.items(), key=lambda item: -item[1])}
+
+
+def _counted(counting: Mapping[str, float], small: frozenset[str]) -> list[tuple[frozenset[str], float]]:
+    """Sets of those effects that count, and how probable each is."""
+    out = [(frozenset[str](), 1.0)]
+    for name, p in counting.items():
+        if name in small or p < _SURE:
+            continue
+        if p > 1.0 - _SURE:
+            out = [(names | {name}, q) for names, q in out]
+        else:
+            out = [(names | {name}, q * p) for names, q in out] + [(names, q * (1.0 - p)) for names, q in out]
+    return out

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.gap.design import NUISANCE, Panel, make_panel
 from camrob.gap.evidence import Evidence, Fitted
-from camrob.gap.model import Model, whole_gap
+from camrob.gap.model import Model, doubt_of, whole_gap
 from camrob.gap.noise import find_outliers, noise_of
 from camrob.gap.scene import Scene
 
@@ -126,8 +126,9 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
         X = p.tcp[rows][:, :3, chosen]
         spread = np.einsum("nik,kl,nil->n", X, fits[left_out].cov[np.ix_(chosen, chosen)], X, optimize=True)
         for i in kept:
-            own = np.where(model.design.owner == i, values, 0.0)
-            spread = spread + np.sum((accuracy.get(model.units[i].effect, 0.0) * p.moves(own, rows)) ** 2, axis=1)
+            own = model.design.owner == i
+            share = p.doubted(np.flatnonzero(own), accuracy.get(model.units[i].effect, 0.0))
+            spread = spread + np.sum(doubt_of(p.moves(np.where(own, values, 0.0)), share), axis=1)[rows]
         doubts.append(spread)
     doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
     return Shrinkage(np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt)

@@ -24,7 +24,9 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         tilt, bow, yaw = deg_to_rad(0.02), mm_to_m(0.2), deg_to_rad(0.02)
         scale = EffectParameter(f"{joint.name}_scale", "1", 2e-4, -2e-3, 2e-3)
         lean = [EffectParameter(f"{joint.name}_r{p}_deg", "deg", tilt, -0.01, 0.01) for p in "xy"]
-        bows = [EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005) for k in (2, 3) for p in "xyz"]
+        bows = [
+            EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005) for k in range(4) for p in "xyz"
+        ]
         turns = [
             EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01) for k in (1, 2) for p in "xyz"
         ]
@@ -46,7 +48,8 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     kind, middle, half = unit.key.split()
     s = (u - float(middle)) / float(half)
     if kind == "straightness":
-        shapes = [s**2, s**3]
+        # straight where the track stood as the cell was measured, wherever that was: so with a shift and a slope
+        shapes = [s**k for k in range(4)]
         return tuple(Column(tcp=scene.place(f"root.{p}") * w[:, None]) for w in shapes for p in "xyz")
     return tuple(Column(tcp=scene.place(f"root.r{p}") * np.asarray(w)[:, None]) for w in (s, s**2) for p in "xyz")
 
