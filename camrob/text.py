@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-__all__ = ["one_line"]
+__all__ = ["one_line", "printable"]
+
+
+def printable(value: object) -> str:
+    """Anything as text that can be shown: control characters, line ends of any kind and direction marks become blanks."""
+    text = str(value)
+    return text if text.isprintable() else "".join(c if c.isprintable() else " " for c in text)
 
 
 def one_line(text: str, longest: int) -> str:
@@ -10,5 +16,5 @@ def one_line(text: str, longest: int) -> str:
 
     Control characters, line separators of any kind and direction marks become blanks.
     """
-    plain = (text if text.isprintable() else "".join(c if c.isprintable() else " " for c in text)).strip()
+    plain = printable(text).strip()
     return plain if len(plain) <= longest else plain[: longest - 4] + " ..."

@@ -9,6 +9,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from camrob.text import printable
+
 __all__ = ["compensable_text", "render_diagnosis", "sentence", "standards_text"]
 
 Summary = Mapping[str, Any]
@@ -18,10 +20,6 @@ _RUNG = {
     "setpoint_to_encoder": "between set-point and encoder",
     "encoder_to_tcp": "between encoder and TCP",
 }
-
-
-def _plain(text: object) -> str:
-    return "".join(c if c.isprintable() else " " for c in str(text))
 
 
 _FOLLOWS = {
@@ -91,7 +89,7 @@ def sentence(summary: Summary) -> str:
     unknown = summary["unknown"]
     if unknown["probability"] >= 0.5:
         text += f" Something unknown is at work: {unknown['where'] or 'what stays hangs together beyond the noise'}."
-    return _plain(text)
+    return printable(text)
 
 
 def compensable_text(summary: Summary) -> str:
@@ -100,10 +98,10 @@ def compensable_text(summary: Summary) -> str:
     if not told or not (told["effects"] or told["left"]):
         return ""
     if not told["effects"]:
-        return _plain(f"Of this compensate corrects nothing ({', '.join(told['left'])}).")
+        return printable(f"Of this compensate corrects nothing ({', '.join(told['left'])}).")
     left = f"; it leaves {', '.join(told['left'])}" if told["left"] else ""
     sizes = f"{told['rms_before_mm']:.3f} mm to {told['rms_after_mm']:.3f} mm"
-    return _plain(f"compensate corrects {', '.join(told['effects'])}: {sizes}{left}.")
+    return printable(f"compensate corrects {', '.join(told['effects'])}: {sizes}{left}.")
 
 
 def standards_text(one: Mapping[str, Any]) -> str:
@@ -127,7 +125,7 @@ def standards_text(one: Mapping[str, Any]) -> str:
         if one["shape"] == "line"
         else f"circle of radius {one['radius_mm']:.1f} mm"
     )
-    return _plain(f"{one['standard']}, {one['log']}, {size}; {'; '.join(parts)}")
+    return printable(f"{one['standard']}, {one['log']}, {size}; {'; '.join(parts)}")
 
 
 def render_diagnosis(summary: Summary) -> RenderableType:
@@ -156,9 +154,9 @@ def render_diagnosis(summary: Summary) -> RenderableType:
         for k, v in summary["where"]["rungs"].items()
     )
     parts.append(Text(f"By rung: {rungs}"))
-    parts += [Text(f"Note: {_plain(m)}") for m in summary["where"]["missing"]]
+    parts += [Text(f"Note: {printable(m)}") for m in summary["where"]["missing"]]
     parts += [Text(standards_text(one)) for one in summary.get("standards", [])]
     if compensable_text(summary):
         parts.append(Text(compensable_text(summary)))
-    parts.append(Text(f"Next experiment: {_plain(summary['next_experiment'])}"))
+    parts.append(Text(f"Next experiment: {printable(summary['next_experiment'])}"))
     return Group(*parts)

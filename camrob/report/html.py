@@ -13,6 +13,8 @@ from typing import Any
 
 from plotly.offline import get_plotlyjs
 
+from camrob.text import printable
+
 __all__ = ["data_block", "escape", "number", "page", "plot_text"]
 
 _JSON_ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}
@@ -22,13 +24,12 @@ def escape(value: object) -> str:
     """Text for HTML, between tags or in a quoted attribute; characters that don't print, and those that turn the
     direction of writing, become spaces.
     """
-    return html.escape("".join(c if c.isprintable() else " " for c in str(value)), quote=True)
+    return html.escape(printable(value), quote=True)
 
 
 def plot_text(value: object) -> str:
     """Text for a chart. Plotly reads a little HTML and %{...} in its labels: neither survives."""
-    text = "".join(c if c.isprintable() else " " for c in str(value)).replace("%{", "% {")
-    return html.escape(text, quote=False)
+    return html.escape(printable(value).replace("%{", "% {"), quote=False)
 
 
 def number(value: object, decimals: int = 1, unit: str = "") -> str:

@@ -6,6 +6,8 @@ import math
 
 from rich.text import Text
 
+from camrob.text import printable
+
 __all__ = ["shown_duration", "shown_number", "shown_text"]
 
 
@@ -31,4 +33,4 @@ def shown_duration(seconds: object) -> str:
 
 def shown_text(value: object, style: str = "") -> Text:
     """Text that is shown as it is, on one line: no markup, no control characters, whatever file it came from."""
-    return Text("".join(c if c.isprintable() else " " for c in str(value)), style=style)
+    return Text(printable(value), style=style)
