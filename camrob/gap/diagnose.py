@@ -26,6 +26,7 @@ from camrob.gap.program_track import ProgramTrack, track_of
 from camrob.gap.rungs import RUNGS, Ladder, ladder
 from camrob.gap.scene import Scene, make_scene
 from camrob.gap.shrink import trial_of
+from camrob.gap.timing import timing_of
 from camrob.gap.verdict import Verdict, judge_effects
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measure.log import MeasurementLog
@@ -76,7 +77,7 @@ def diagnose(
         faults = effect_faults(effect, [*scenes, *kept_out])
         if faults:
             raise CellError(f"its effect {effect.name} {faults[0]}", cure="mend or remove its file")
-    tracks, ladders = _climbed(scenes, told)
+    tracks, ladders, timings = _climbed(scenes, told)
     alignment = align(scenes)
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
@@ -87,13 +88,15 @@ def diagnose(
     tell("locating", 0.85)
     corners = judge_corners(tracks, model.noise, known=any(e.name == "corner_rounding" for e in effects))
     summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
+    summary["where"] = {**summary["where"], "timing": timings}
     handed = hand_over(model, trial, verdict.claimed, verdict.members)
     summary["compensable"] = dict(handed.summary)
     summary["together"] = {
         **summary["together"],
         "compensable_mm": handed.summary["rms_before_mm"] - handed.summary["rms_after_mm"],
     }
-    planned = plan_experiment(model, verdict.claimed, _unknown_axis(model))
+    axis = _unknown_axis(model) if verdict.summary["unknown"]["probability"] >= 0.5 else ""
+    planned = plan_experiment(model, verdict.claimed, axis)
     if planned is not None:
         summary |= {"next_experiment": planned.text, "experiment": dict(planned.summary)}
     tell("done", 1.0)
@@ -109,9 +112,11 @@ def _unknown_axis(model: Model) -> str:
     return next((model.units[i].axis for i in sorted(model.best.members) if model.units[i].effect == "unknown"), "")
 
 
-def _climbed(scenes: Sequence[Scene], programs: Sequence[KrlProgram | None]) -> tuple[list[ProgramTrack], list[Ladder]]:
-    """Logs laid beside their programs, where both are there, and every log's rungs."""
-    tracks, ladders = [], []
+def _climbed(
+    scenes: Sequence[Scene], programs: Sequence[KrlProgram | None]
+) -> tuple[list[ProgramTrack], list[Ladder], list[dict[str, Any]]]:
+    """Logs laid beside their programs, where both are there, and every log's rungs and timing."""
+    tracks, ladders, timings = [], [], []
     for scene, program in zip(scenes, programs, strict=True):
         track, why = None, "no program"
         if program is not None and scene.setpoint is not None and not scene.poses:
@@ -123,7 +128,8 @@ def _climbed(scenes: Sequence[Scene], programs: Sequence[KrlProgram | None]) -> 
         elif program is not None:
             why = "single poses" if scene.poses else "no set-points to hold the program against"
         ladders.append(ladder(scene, track, why=why))
-    return tracks, ladders
+        timings.append(timing_of(scene, track, why))
+    return tracks, ladders, timings
 
 
 def _tables(cell: Cell) -> list[str]:

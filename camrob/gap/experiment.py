@@ -29,15 +29,17 @@ class Experiment:
 
 def next_experiment(
     claimed: Sequence[str], rivals: Mapping[str, float], sizes_mm: Mapping[str, float], library: Sequence[Effect],
-    unknown: str,
+    unknown: Sequence[str] | None,
 ) -> str:  # fmt: skip
-    """What to run next where no motion was reckoned. rivals: probability of the effects that are considered; unknown: where
-    something unexplained sits, "" where nothing does.
+    """What to run next where no motion was reckoned. rivals: probability of the effects that are considered; unknown: the axes
+    at which something unexplained sits, none where it is no axis, None where nothing is unexplained.
     """
     by_name = {e.name: e for e in library}
-    if unknown:
-        text = "move that axis alone through its range, the others at rest, and measure"
-        return f"Isolate what is unexplained ({unknown}): {text}."
+    if unknown is not None:
+        one = unknown[0] if len(unknown) == 1 else ", then ".join(unknown) or "each axis in turn"
+        return (
+            f"Isolate what is unexplained: move {one} alone through the whole range, the others at rest, and measure."
+        )
     order = sorted((n for n in rivals if n in by_name and n not in claimed), key=lambda n: -rivals[n])
     pair = [*(n for n in claimed if n in by_name), *order][:2]
     if not pair or (not claimed and rivals[pair[0]] < 0.02):

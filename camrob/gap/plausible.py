@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
 from camrob.gap.model import Model, effect_rms
 from camrob.gap.unknown import basis, quantities
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["implausible", "unknown_text"]
+__all__ = ["implausible", "unknown_shapes", "unknown_text"]
 
 _SIGMAS = 4.0
 
@@ -33,9 +36,9 @@ def implausible(model: Model) -> dict[str, str]:
     return found
 
 
-def unknown_text(model: Model) -> str:
-    """Where the unexplained sits, what it follows, and how large it is; "" where no shape was found."""
-    parts = []
+def unknown_shapes(model: Model) -> list[dict[str, Any]]:
+    """The unexplained, shape by shape: its rung, what moves, what that follows and how far it swings, in `unit`."""
+    shapes = []
     for i in sorted(model.best.members):
         unit = model.units[i]
         if unit.effect != "unknown":
@@ -49,11 +52,22 @@ def unknown_text(model: Model) -> str:
             shape.append(X @ model.best.mean[columns[1:]])
         swing = float(np.ptp(np.concatenate(shape)))
         linear = unit.parameters[0].unit == "mm"
-        size = f"{m_to_mm(swing):.3f} mm" if linear else f"{rad_to_deg(swing):.4f} degrees"
-        rung = "between set-point and encoder" if target.startswith("drive") else "between encoder and TCP"
-        name = target.removeprefix("drive ")
-        parts.append(f"{rung}, {name} moves by {size} as a smooth function of {quantity}")
-    if not parts:
+        shapes.append({
+            "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
+            "moves": target.removeprefix("drive "), "follows": quantity,
+            "swing": m_to_mm(swing) if linear else rad_to_deg(swing), "unit": "mm" if linear else "degrees",
+        })  # fmt: skip
+    return shapes
+
+
+def unknown_text(model: Model, shapes: Sequence[Mapping[str, Any]]) -> str:
+    """The shapes of the unexplained in words, with their size at the TCP; "" where there are none."""
+    if not shapes:
         return ""
+    between = {"setpoint_to_encoder": "between set-point and encoder", "encoder_to_tcp": "between encoder and TCP"}
+    parts = [
+        f"{between[s['rung']]}, {s['moves']} moves by {s['swing']:.3g} {s['unit']} as a smooth function of {s['follows']}"
+        for s in shapes
+    ]
     rms = m_to_mm(effect_rms(model, model.panels, "unknown"))
     return "; ".join(parts) + f" ({rms:.3f} mm rms at the TCP)"

@@ -13,7 +13,7 @@ from camrob.gap.effects.effect import Effect
 from camrob.gap.experiment import next_experiment
 from camrob.gap.localise import regimes_of
 from camrob.gap.model import Model, effect_rms
-from camrob.gap.plausible import implausible, unknown_text
+from camrob.gap.plausible import implausible, unknown_shapes, unknown_text
 from camrob.gap.shrink import Shrinkage, Trial, predicted_shrink, shrinkage, trial_of
 from camrob.units import m_to_mm
 
@@ -77,7 +77,9 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     together = shrinkage(model, trial, model.best.members, members)
     status = _status(together, model.noise, claimed, unknown, structure)
     sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
-    text = unknown_text(model)
+    # a shape in the best set alone, while the sets beside it do without, is no finding
+    shapes = unknown_shapes(model) if unknown >= 0.5 else []
+    text = unknown_text(model, shapes)
     return Verdict(claimed, members, {
         "status": status,
         "effects": entries,
@@ -90,14 +92,22 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
             "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
         },
         "alternatives": _alternatives(sets, unknown),
-        "unknown": {"probability": unknown, "where": text, "implausible": reasons},
+        "unknown": {"probability": unknown, "where": text, "shapes": shapes, "implausible": reasons},
         "aliases": _alias_lists(model, in_world),
         "residual": {
             "rms_mm": m_to_mm(together.rms_after), "noise_mm": m_to_mm(model.noise), "structured_mm": m_to_mm(structure),
             "structure": _residual_regimes(model, members),
         },
-        "next_experiment": next_experiment(claimed, probability, sizes, library, text),
+        "next_experiment": next_experiment(claimed, probability, sizes, library, _suspects(model, shapes)),
     })  # fmt: skip
+
+
+def _suspects(model: Model, shapes: Sequence[Mapping[str, Any]]) -> list[str] | None:
+    """Axes that something unexplained moves, or that it follows where it sits in the foot; None where nothing is."""
+    if not shapes:
+        return None
+    told = (str(s["follows"]).rpartition(" ")[2] if "foot" in s["moves"] else str(s["moves"]) for s in shapes)
+    return list(dict.fromkeys(name for name in told if name in model.scenes[0].axes))
 
 
 def _without_implausible(model: Model) -> Model:
@@ -149,11 +159,15 @@ def _alias_lists(model: Model, in_world: bool) -> list[list[str]]:
 
 
 def _structure(shrunk: Shrinkage) -> float:
-    """m: rms of what hangs together in the error that is left, block by block."""
+    """m: rms of what hangs together in the error that is left, block by block; of single poses, what is more than their noise."""
     parts = []
     for b in np.unique(shrunk.block):
-        r = shrunk.after[shrunk.block == b]
-        parts += [np.sum(r[k:] * r[:-k], axis=1) for k in (1, 2, 3) if len(r) > 3 * k]
+        at = shrunk.block == b
+        r, floor = shrunk.after[at], float("nan") if shrunk.floor is None else float(shrunk.floor[at][0])
+        if np.isfinite(floor):
+            parts.append(np.sum(r**2, axis=1) - floor)
+        else:
+            parts += [np.sum(r[k:] * r[:-k], axis=1) for k in (1, 2, 3) if len(r) > 3 * k]
     return float(np.sqrt(max(0.0, float(np.mean(np.concatenate(parts)))))) if parts else 0.0
 
 
