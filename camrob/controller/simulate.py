@@ -34,7 +34,7 @@ from camrob.post.krl_program import KrlProgram
 from camrob.se3 import rotation_to_abc
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["Approximation", "FeedLost", "Simulation", "approximation", "simulate"]
+__all__ = ["Approximation", "FeedLost", "Simulation", "Timetable", "approximation", "simulate", "timetable"]
 
 Array = NDArray[np.float64]
 
@@ -83,6 +83,32 @@ class Simulation:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motion", locked(self.motion, dtype=np.int64, name="motion"))
+
+
+@dataclass(frozen=True, slots=True)
+class Timetable:
+    """When the ideal controller passes each place of a program.
+
+    place: (K,) rising: m + x where the share x of the motion to row `row[m]` of the program is done. arrive, leave: (K,) s.
+    way: (K,) m of the tool's path so far. feed: (K - 1,) s that a step would take at `$VEL.CP` (as long as it does take, where
+    that does not apply); cause: (K - 1,) what sets its speed, a number of `causes`.
+    """
+
+    row: NDArray[np.int64]
+    place: Array
+    arrive: Array
+    leave: Array
+    way: Array
+    feed: Array
+    cause: NDArray[np.int64]
+    causes: tuple[str, ...]
+
+
+def timetable(program: KrlProgram, replayed: Replay) -> Timetable:
+    """When a replayed program passes its places, without the rows of a log. Raises what `simulate` does."""
+    settings = motion_settings(program, replayed.cell)
+    _demand_followed(replayed)
+    return _Run(program, replayed, settings, CYCLE, None).timetable()
 
 
 def approximation(program: KrlProgram, replayed: Replay) -> Approximation:
@@ -236,17 +262,42 @@ class _Run:
         if self.carrier is not None:
             to_world(*self.carrier, q, turning, position, rotation)
 
+    def _at_feed(self) -> tuple[Array, NDArray[np.bool_]]:
+        """Seconds of every step at the programmed speed, and where that applies: CP motions that lead the tool anywhere."""
+        pieces, motions, layout = self.pieces, self.layout.motions, self.layout
+        m = np.repeat(pieces.motion, pieces.steps)
+        way = np.linalg.norm(np.diff(self.nodes[1], axis=0), axis=1)
+        counts = (motions.kind[m] != PTP) & (np.asarray(layout.length)[m] > 1e-6)
+        speed = np.where(counts, self.settings.speed[layout.row[1:]][m], 1.0)
+        return np.where(counts, way / speed, self.seconds), counts
+
+    @property
+    def _texts(self) -> tuple[str, ...]:
+        names = self.cell.names
+        return (*CAUSES, *(f"{n} speed" for n in names), *(f"{n} acceleration" for n in names))
+
+    def timetable(self) -> Timetable:
+        """When each node is passed."""
+        pieces, size = self.pieces, np.asarray(self.layout.motions.size)
+        k = np.repeat(np.arange(len(pieces.motion)), pieces.steps)
+        done = (np.arange(1, len(k) + 1) - pieces.first[k]) * (pieces.length / pieces.steps)[k]
+        m, reach = pieces.motion[k], pieces.blend[k]
+        beyond = (reach > 0.0) & (done > reach)
+        after = np.minimum(m + 1, len(size) - 1)
+        inside = np.where(reach > 0.0, size[m] - reach + done, pieces.start[k] + done) / size[m]
+        place = np.where(beyond, m + 1.0 + (done - reach) / size[after], m + inside)
+        way = np.linalg.norm(np.diff(self.nodes[1], axis=0), axis=1)
+        return Timetable(
+            self.layout.row[1:], np.concatenate([[0.0], np.maximum.accumulate(place)]), self.arrive, self.leave,
+            np.concatenate([[0.0], np.cumsum(way)]), self._at_feed()[0], self.cause, self._texts,
+        )  # fmt: skip
+
     def _lost(self) -> FeedLost:
         """What the CP motion of the tool loses against its programmed speed."""
-        pieces, motions, layout = self.pieces, self.layout.motions, self.layout
-        step = np.repeat(np.arange(len(pieces.motion)), pieces.steps)
-        m = pieces.motion[step]
-        way = np.linalg.norm(np.diff(self.nodes[1], axis=0), axis=1)
-        counts = (motions.kind[m] != PTP) & (np.asarray(layout.length)[m] > 1e-6) & (self.cause != FEED)
-        speed = self.settings.speed[layout.row[1:]][m]
-        lost = np.maximum(self.seconds[counts] - way[counts] / speed[counts], 0.0)
-        names = self.cell.names
-        texts = (*CAUSES, *(f"{n} speed" for n in names), *(f"{n} acceleration" for n in names))
+        feed, counts = self._at_feed()
+        counts &= self.cause != FEED
+        lost = np.maximum(self.seconds[counts] - feed[counts], 0.0)
+        texts = self._texts
         sums = np.bincount(self.cause[counts], weights=lost, minlength=len(texts))
         by_cause = {texts[k]: float(sums[k]) for k in np.argsort(-sums) if sums[k] > 1e-6}
         return FeedLost(float(lost.sum()), by_cause)

@@ -51,10 +51,26 @@ class ProgramTrack:
             self, base_p=self.base_p[rows], world_p=self.world_p[rows], turn=self.turn[rows], motion=self.motion[rows]
         )
 
+    def places(self, path: ProgrammedPath) -> tuple[NDArray[np.int64], Array]:
+        """Where on a path without roundings the set-points are: (N,) rows of the program that they move to, (N,) shares done."""
+        segment, share = _nearest(self.led(path), path, self.motion)[1:]
+        motion = np.asarray(path.motion)
+        if len(motion) < 2:
+            return segment, share
+        owner = motion[1:][segment]
+        # nodes of one motion lie evenly, the first at its beginning
+        begin = np.searchsorted(motion, owner, side="left")
+        count = np.maximum(np.searchsorted(motion, owner, side="right") - begin - 1, 1)
+        return owner, np.asarray(np.clip((segment - begin + share) / count, 0.0, 1.0))
+
+    def led(self, path: ProgrammedPath) -> Array:
+        """(N, 3) m, the tool by the set-points in the frame in which the path's poses are programmed."""
+        return self.world_p if path.in_world else self.base_p
+
     def offset(self, path: ProgrammedPath) -> Array:
         """(N, 3) m from the nearest place of a path to the set-points, in the measured frame."""
-        actual = self.world_p if path.in_world else self.base_p
-        off = actual - _nearest(actual, path, self.motion)
+        actual = self.led(path)
+        off = actual - _nearest(actual, path, self.motion)[0]
         in_base = self.scene.log.info.measured_frame is MeasuredFrame.BASE
         if path.in_world and in_base:
             off = np.einsum("nji,nj->ni", self.turn, off)
@@ -91,11 +107,13 @@ def track_of(scene: Scene, program: KrlProgram) -> ProgramTrack:
     return found
 
 
-def _nearest(actual: Array, path: ProgrammedPath, motion: NDArray[np.int64]) -> Array:
-    """(N, 3) nearest places on the path to points (N, 3), looked for around each sample's motion."""
+def _nearest(actual: Array, path: ProgrammedPath, motion: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64], Array]:
+    """(N, 3) nearest places on the path to points (N, 3), looked for around each sample's motion; (N,) the node before each,
+    and (N,) the share of the way to the next.
+    """
     nodes = np.asarray(path.points)
     if len(nodes) < 2:
-        return np.tile(nodes[0], (len(actual), 1))
+        return np.tile(nodes[0], (len(actual), 1)), np.zeros(len(actual), np.int64), np.zeros(len(actual))
     start, end = nodes[:-1], nodes[1:]
     owner = np.asarray(path.motion)[1:]
     if motion[0] < 0:
@@ -105,18 +123,20 @@ def _nearest(actual: Array, path: ProgrammedPath, motion: NDArray[np.int64]) -> 
     first = np.searchsorted(owner, ranks[np.maximum(rank - _AROUND, 0)], side="left")
     last = np.searchsorted(owner, ranks[np.minimum(rank + _AROUND, len(ranks) - 1)], side="right")
     best = np.full(len(actual), np.inf)
-    place = actual.copy()
+    place, segment, share = actual.copy(), np.zeros(len(actual), np.int64), np.zeros(len(actual))
     rows = np.arange(len(actual))
     for shift in range(int((last - first).max())):
         rows = rows[first[rows] + shift < last[rows]]
         k = first[rows] + shift
         along = end[k] - start[k]
         way = np.sum((actual[rows] - start[k]) * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-18)
-        here = start[k] + np.clip(way, 0.0, 1.0)[:, None] * along
+        way = np.clip(way, 0.0, 1.0)
+        here = start[k] + way[:, None] * along
         off = np.sum((actual[rows] - here) ** 2, axis=1)
         nearer = off < best[rows]
         best[rows[nearer]], place[rows[nearer]] = off[nearer], here[nearer]
-    return place
+        segment[rows[nearer]], share[rows[nearer]] = k[nearer], way[nearer]
+    return place, segment, share
 
 
 def _guessed(actual: Array, start: Array, end: Array, owner: NDArray[np.int64]) -> NDArray[np.int64]:
