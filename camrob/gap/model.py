@@ -12,10 +12,10 @@ from camrob.gap.design import Design, Panel, build_units, make_panel, pool
 from camrob.gap.effects.effect import Effect, State, Unit
 from camrob.gap.evidence import Evidence, Fitted
 from camrob.gap.noise import Noise, find_outliers, noise_of
-from camrob.gap.scan import covered, gear_orders, shapes
+from camrob.gap.scan import covered, gear_orders, shapes, uncovered_constants
 from camrob.gap.scene import Scene
 from camrob.gap.search import explore, posterior
-from camrob.gap.unknown import UNKNOWN
+from camrob.gap.unknown import CONSTANT, UNKNOWN
 
 __all__ = ["Model", "compare", "doubt_of", "effect_rms", "panels_for", "whole_gap"]
 
@@ -290,6 +290,9 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
         if f"{key}|lower" not in states["unknown"]:
             offered = True
         kept[f"{key}|lower"], kept[f"{key}|upper"] = shape.lower, shape.upper
+    for place in uncovered_constants(model.panels, model.design) if raw else ():
+        kept[f"{place}|{CONSTANT}|lower"] = kept[f"{place}|{CONSTANT}|upper"] = 0.0
+        offered = True
     states["unknown"] = kept
     return offered
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camrob.gap.model import Model, effect_rms
-from camrob.gap.unknown import basis, quantities
+from camrob.gap.unknown import CONSTANT, basis, quantities
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["implausible", "unknown_shapes", "unknown_text"]
@@ -46,11 +46,12 @@ def unknown_shapes(model: Model) -> list[dict[str, Any]]:
         target, _, quantity = unit.key.partition("|")
         state = model.states["unknown"]
         columns = np.flatnonzero(model.design.owner == i)
-        shape = []
-        for p in model.panels:
-            X = basis(quantities(p.scene)[quantity], state[f"{unit.key}|lower"], state[f"{unit.key}|upper"], quantity)
-            shape.append(X @ model.best.mean[columns[1:]])
-        swing = float(np.ptp(np.concatenate(shape)))
+        if quantity == CONSTANT:
+            swing = float(np.linalg.norm(model.best.mean[columns[:3]]))
+        else:
+            lower, upper = (state[f"{unit.key}|{end}"] for end in ("lower", "upper"))
+            bases = [basis(quantities(p.scene)[quantity], lower, upper, quantity) for p in model.panels]
+            swing = float(np.ptp(np.concatenate([X @ model.best.mean[columns[1:]] for X in bases])))
         linear = unit.parameters[0].unit == "mm"
         shapes.append({
             "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
@@ -65,9 +66,13 @@ def unknown_text(model: Model, shapes: Sequence[Mapping[str, Any]]) -> str:
     if not shapes:
         return ""
     between = {"setpoint_to_encoder": "between set-point and encoder", "encoder_to_tcp": "between encoder and TCP"}
-    parts = [
-        f"{between[s['rung']]}, {s['moves']} moves by {s['swing']:.3g} {s['unit']} as a smooth function of {s['follows']}"
-        for s in shapes
-    ]
+    parts = [f"{between[s['rung']]}, {_moved(s)}" for s in shapes]
     rms = m_to_mm(effect_rms(model, model.panels, "unknown"))
     return "; ".join(parts) + f" ({rms:.3f} mm rms at the TCP)"
+
+
+def _moved(shape: Mapping[str, Any]) -> str:
+    size = f"{shape['swing']:.3g} {shape['unit']}"
+    if shape["follows"] != CONSTANT:
+        return f"{shape['moves']} moves by {size} as a smooth function of {shape['follows']}"
+    return f"{shape['moves']} is off by a constant {size}"

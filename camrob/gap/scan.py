@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.design import LEVER, NUISANCE, Design, Panel
-from camrob.gap.unknown import basis, quantities, targets
+from camrob.gap.unknown import CONSTANT, UNKNOWN, basis, constants, quantities, targets
 
-__all__ = ["Shape", "covered", "gear_orders", "shapes"]
+__all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_constants"]
 
 Array = NDArray[np.float64]
 
@@ -19,6 +19,8 @@ _HIGHEST_ORDER = 400.0
 _CYCLES = 1.2  # an order is only one where the axis passes as many of its cycles
 _RIDGE = 1e-9
 _SMALL_UNIT, _COVERED = 2, 0.85  # columns that a unit has at most, and the share of a shape's energy that it shows
+_SAME = 0.995  # share of the energy of a constant from which it is another's
+_RIGID = 6  # columns of a place that is elsewhere and turned
 _GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
 
 
@@ -167,6 +169,36 @@ def covered(shape: Shape, panels: Sequence[Panel], design: Design) -> bool:
         if c and float((b[c] / scale) @ np.linalg.solve(G, b[c] / scale)) > _COVERED * total:
             return True
     return False
+
+
+def uncovered_constants(panels: Sequence[Panel], design: Design) -> list[str]:
+    """Places whose being elsewhere no unit of the library shows that is as small as such a place: what a broad effect would
+    otherwise mimic.
+    """
+    A = design.A.sum(axis=0)
+    small = [
+        c for i, u in enumerate(design.units)
+        if u.effect not in (NUISANCE, UNKNOWN.name) and len(c := np.flatnonzero(design.owner == i)) <= _RIGID
+    ]  # fmt: skip
+    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    found = []
+    for place in (c for c in constants(panels[0].scene) if all(c in constants(p.scene) for p in panels)):
+        state = {f"{place}|{CONSTANT}|lower": 0.0}
+        unit = UNKNOWN.units([p.scene for p in panels], state)[0]
+        B, G = np.zeros((len(unit.parameters), len(A))), np.zeros(len(unit.parameters))
+        for p in panels:
+            for k, column in enumerate(UNKNOWN.columns(p.scene, unit, state)):
+                y = (column.tcp * p.w_tcp if column.tcp is not None else np.zeros_like(p.w_tcp)).ravel()
+                B[k] += (p.tcp * p.w_tcp[..., None]).reshape(len(y), -1).T @ y
+                G[k] += float(y @ y)
+        known = False
+        for c in small:
+            Z = A[np.ix_(c, c)] / np.outer(scale[c], scale[c]) + _RIDGE * np.eye(len(c))
+            right = (B[:, c] / scale[c]).T
+            known |= bool(np.all(np.sum(right * np.linalg.solve(Z, right), axis=0) > _SAME * G))
+        if not known:
+            found.append(place)
+    return found
 
 
 def _lever(panel: Panel, term: str) -> Array:

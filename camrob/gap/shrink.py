@@ -26,13 +26,15 @@ _DRAWS = 400
 class Shrinkage:
     """before, after: (M, 3) m at the TCP, on withheld samples; block: (M,). Intervals are block bootstraps, 90 %.
 
-    doubt: m (rms), by how much the prediction may be off as the fitted values are not known better.
+    doubt: m (rms), by how much the prediction may be off as the fitted values are not known better. floor: (M,) m2, the mean
+    square that the noise of single poses has, NaN for samples of a path, which tell theirs by how they hang together.
     """
 
     before: Array
     after: Array
     block: NDArray[np.int64]
     doubt: float = 0.0
+    floor: Array | None = None
 
     @property
     def rms_before(self) -> float:
@@ -109,7 +111,7 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
     """
     kept = members if keep is None else keep
     fits: dict[int | None, Fitted] = {}
-    before, after, blocks, doubts = [], [], [], []
+    before, after, blocks, doubts, floors = [], [], [], [], []
     chosen = np.flatnonzero(np.isin(model.design.owner, list(kept)))
     accuracy = {e.name: e.accuracy for e in model.effects}
     for k, rows, left_out in trial.asked:
@@ -130,8 +132,17 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
             share = p.doubted(np.flatnonzero(own), accuracy.get(model.units[i].effect, 0.0))
             spread = spread + np.sum(doubt_of(p.moves(np.where(own, values, 0.0)), share), axis=1)[rows]
         doubts.append(spread)
+        floors.append(np.full(int(rows.sum()), _floor(p)))
     doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
-    return Shrinkage(np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt)
+    return Shrinkage(
+        np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt, np.concatenate(floors)
+    )
+
+
+def _floor(panel: Panel) -> float:
+    """m2 of noise where a log holds single poses and tells it, else NaN."""
+    told = panel.scene.poses and np.isfinite(panel.scene.sigma[0])
+    return float(np.sum(1.0 / panel.w_tcp[:, :3].max(axis=0) ** 2)) if told else float("nan")
 
 
 def predicted_shrink(model: Model, trial: Trial, blocks: Trial, keep: Set) -> float:

@@ -1,4 +1,6 @@
-"""What the library doesn't know, as smooth functions of one quantity: generic, so never a cause, only a place and a shape."""
+"""What the library doesn't know, as smooth functions of one quantity, or a constant: generic, so never a cause, only a place and
+a shape.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +9,19 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, arm_axes, constant, place_parameters
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
 from camrob.gap.signals import play
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["DEGREE", "UNKNOWN", "basis", "quantities", "target_columns", "targets"]
+__all__ = ["CONSTANT", "DEGREE", "UNKNOWN", "basis", "constants", "quantities", "target_columns", "targets"]
 
 Array = NDArray[np.float64]
 
 DEGREE = 5
+CONSTANT = "constant"
+"""The quantity's name where there is none: a place that is elsewhere or turned, always alike."""
 _CHOICES = 150  # places and quantities that could have been picked
 _STILL = 1e-6
 _PLAY = deg_to_rad(0.02)
@@ -58,6 +63,18 @@ def targets(scene: Scene) -> tuple[str, ...]:
     return (*behind, *drives, "foot x", "foot y", "foot z")
 
 
+def constants(scene: Scene) -> tuple[str, ...]:
+    """Places that may be elsewhere by what no effect knows: the robot's foot, the tool, an axis's zero."""
+    foot = () if scene.frames.fitted_left else ("foot",)
+    tool = () if scene.frames.fitted_right else ("tool",)
+    return (*foot, *tool, *(a for a in arm_axes(scene.cell) if f"{a}.zero" in scene.places))
+
+
+def _terms(place: str) -> list[str]:
+    side = {"foot": "base", "tool": "tool"}.get(place)
+    return [f"{place}.zero"] if side is None else [f"{side}.{p}" for p in PLACES]
+
+
 def target_columns(scene: Scene, target: str, shape: Array) -> tuple[Column, ...]:
     """Columns of a target that moves as `shape` (N, d)."""
     kind, _, part = target.rpartition(" ")
@@ -73,6 +90,13 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     units = []
     for key in sorted(k.removesuffix("|lower") for k in state if k.endswith("|lower")):
         target, _, quantity = key.partition("|")
+        if quantity == CONSTANT:
+            if all(target in constants(s) for s in scenes):
+                axis = "" if target in ("foot", "tool") else target
+                parts = PLACES if not axis else ("rz",)
+                parameters = place_parameters([f"{target}_{p}" for p in parts], LENGTH, ANGLE)
+                units.append(Unit("unknown", axis, parameters, len(constants(scenes[0])), key))
+            continue
         if not all(target in targets(s) and quantity in quantities(s) for s in scenes):
             continue
         count = 1 if quantity.startswith("direction") else DEGREE
@@ -88,6 +112,8 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     target, _, quantity = unit.key.partition("|")
+    if quantity == CONSTANT:
+        return constant(scene, _terms(target))
     lower, upper = state[f"{unit.key}|lower"], state[f"{unit.key}|upper"]
     # where the quantity doesn't change in a further log (an axis at rest, no force), its shape stays at its beginning
     followed = quantities(scene).get(quantity, np.full(len(scene), lower))
@@ -98,7 +124,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 
 UNKNOWN = Effect(
     name="unknown",
-    physics="Something that the library has no physics for: a smooth function of one quantity.",
+    physics="Something that the library has no physics for: a smooth function of one quantity, or a constant.",
     rungs=("setpoint_to_encoder", "encoder_to_tcp"),
     regimes=(),
     experiment="move the named axis alone through its range, everything else at rest, and measure",

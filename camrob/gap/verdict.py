@@ -29,6 +29,9 @@ _SURE = 0.975  # share of right names among those that the evidence leaves no do
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
 _CAUTIOUS = 0.6  # what no single name is given where something unexplained stays, or only a broad effect explains
 _CROWD = 4  # effects: more than these together rather mimic what is unknown
+_ZEROS = (
+    3  # axes whose zeros are lost at once; more beside other effects rather mimic lengths and twists that are wrong
+)
 _LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
 _TWINS = {"frame_base": ("measurement_frame", 0.85)}  # alike where measured in `world`; share of the first
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
@@ -54,9 +57,9 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     whole = shrinkage(model, trial, model.best.members, members)
     structure = _structure(whole)
     unknown = sum(p for names, p in model.sets.items() if "unknown" in names)
-    beyond = np.sqrt(max(0.0, structure**2 - (_DOUBTS * whole.doubt) ** 2))
+    beyond = max(model.excess, np.sqrt(max(0.0, structure**2 - (_DOUBTS * whole.doubt) ** 2)))
     left_over = _left_over(float(beyond) / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
-    crowd = 0.6 if len(top - {"unknown"}) > _CROWD else 0.0
+    crowd = 0.6 if _crowded(model, top) else 0.0
     unknown = max(unknown, left_over, 0.55 if reasons and not unknown else 0.0, crowd)
     probability = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
     # beside something unknown a name or two may stand that explain far more than it; others rather mimic it
@@ -108,6 +111,13 @@ def _suspects(model: Model, shapes: Sequence[Mapping[str, Any]]) -> list[str] | 
         return None
     told = (str(s["follows"]).rpartition(" ")[2] if "foot" in s["moves"] else str(s["moves"]) for s in shapes)
     return list(dict.fromkeys(name for name in told if name in model.scenes[0].axes))
+
+
+def _crowded(model: Model, top: frozenset[str]) -> bool:
+    """True where the best set rather mimics something unknown: too many effects, or the zeros of most axes beside others."""
+    zeros = sum(model.units[i].effect == "joint_offset" for i in model.best.members)
+    others = top - {"unknown", "joint_offset"}
+    return len(top - {"unknown"}) > _CROWD or ("joint_offset" in top and zeros > _ZEROS and len(others) >= 2)
 
 
 def _without_implausible(model: Model) -> Model:
