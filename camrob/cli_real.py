@@ -33,7 +33,7 @@ _LapsOption = Annotated[
     int | None, typer.Option("--laps", min=0, max=20, metavar="N", help="Laps the study learns from. Default: 3.")
 ]
 
-_render_diagnosis = renderer("diagnosis_words", "render_diagnosis")
+_render_diagnosis = renderer("diagnosis_text", "render_diagnosis")
 _render_calibration = renderer("calibration_text", "render_calibration")
 _render_compensation = renderer("calibration_text", "render_compensation")
 _render_tracker = renderer("tracker_text", "render_tracker")

@@ -16,7 +16,8 @@ from camrob.gap.diagnose import diagnose
 from camrob.gap.diagnosis import Diagnosis
 from camrob.measure.log import MeasurementLog
 from camrob.report.diagnosis_report import diagnosis_report
-from camrob.report.diagnosis_words import render_diagnosis, sentence
+from camrob.report.diagnosis_text import render_diagnosis
+from camrob.report.diagnosis_words import sentence
 
 SIGMA = 0.02
 
@@ -29,17 +30,20 @@ def play() -> Diagnosis:
 def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
     said = sentence(play().summary)
     assert re.match(
-        r"100 % of the gap \(0\.\d+ mm rms\) sits between encoder and TCP and reverses with the direction of motion: ",
+        r"All of the gap \(0\.\d+ mm rms\) sits between encoder and TCP and reverses with A2's direction: backlash of A2, ",
         said,
     )
     assert re.search(r"backlash of A2, 0\.0(3|29\d|30\d) degrees \(9\d % sure\)", said)
-    assert re.search(r"Adding it takes 0\.\d+ mm to 0\.03\d mm on samples that took no part", said)
+    assert re.search(
+        r"Adding it takes 0\.\d+ mm to 0\.03\d mm on stretches that took no part; the instrument's noise is 0\.03\d mm\.$",
+        said,
+    )
 
 
 def test_the_sentence_of_a_rounding_and_of_no_gap() -> None:
     rounded = sentence(diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary)
     assert "sits between program and set-point" in rounded
-    assert re.search(r"Between program and set-point: corner_rounding, (4|3\.99|4\.01) mm \(9\d % sure\)", rounded)
+    assert re.search(r"Between program and set-point: corner rounding, (4\.00|3\.99|4\.01) mm \(9\d % sure\)", rounded)
     none = sentence(diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary)
     assert none.startswith("There is no gap beyond the instrument's noise")
 
@@ -50,7 +54,7 @@ def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
         console.print(render_diagnosis(play().summary))
     text = captured.get()
     assert max(len(line) for line in text.splitlines()) <= 80
-    for words in ("backlash", "By rung:", "Next experiment:", "compensate corrects nothing"):
+    for words in ("backlash", "by rung", "run next", "can correct nothing", "reverses with A2's direction"):
         assert words in " ".join(text.split())
 
 

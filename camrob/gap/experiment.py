@@ -15,6 +15,7 @@ from camrob.units import m_to_mm
 __all__ = ["Experiment", "next_experiment", "plan_experiment"]
 
 _CLEAR = 5.0  # sigmas: a motion that tells less is not worth its time
+_ENOUGH = 100.0  # sigmas: more of them say no more
 _BETTER = 1.5  # times what the same again would tell: then it tells something new
 
 
@@ -71,18 +72,25 @@ def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str) -> 
 
 def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
     first, second = (" with ".join(names) for names in (rivals.first, rivals.second))
-    advice = f" ({best.motion.advice})" if best.motion.advice else ""
-    told = f"{m_to_mm(best.rms):.3f} mm rms, {best.sigmas:.0f} sigmas over {len(best.motion.scene)} samples"
+    run, advice = best.motion.text, best.motion.advice
+    if advice:
+        run = f"{run[:-1]}; {advice})" if run.endswith(")") else f"{run} ({advice})"
+    told = (
+        f"{m_to_mm(best.rms):.3f} mm rms, {_sigmas(best)} sigmas on {len(best.motion.scene)} samples (the same again: "
+        f"{_sigmas(again)})."
+    )
     if first and second and again.sigmas >= _CLEAR and best.sigmas < _BETTER * again.sigmas:
         return (
-            f"These logs tell {first} from its closest rival, {second}, already; to confirm it run {best.motion.text}{advice}: "
-            f"expected to set them apart by {told} (the same again: {again.sigmas:.0f})."
+            f"These logs tell {first} from its closest rival, {second}, already; to confirm it run {run}: "
+            f"expected to set them apart by {told}"
         )
     aim = f"tell {first} from {second}" if first and second else f"see whether {first or second} is at work too"
-    return (
-        f"To {aim}, run {best.motion.text}{advice}: expected to set the answers apart by {told} "
-        f"(the same again: {again.sigmas:.0f})."
-    )
+    return f"To {aim}, run {run}: expected to set the answers apart by {told}"
+
+
+def _sigmas(apart: Separation) -> str:
+    """Sigmas in words: beyond a hundred there is nothing more to tell."""
+    return f"{apart.sigmas:.0f}" if apart.sigmas <= _ENOUGH else f"over {_ENOUGH:.0f}"
 
 
 def _summary(rivals: Rivals, told: Sequence[Separation], again: Separation) -> dict[str, Any]:

@@ -79,10 +79,11 @@ def trial_motions(scene: Scene) -> tuple[TrialMotion, ...]:
         add(key, text, "move the part's clamping along, or run it in air", moved, t)
     mass = _heavier(cell)
     if mass is not None:
+        same = "the same poses" if scene.poses else "the same program"
         what = f"with {_LOAD:g} kg more at the tool"
         add(
             "payload",
-            f"the same program {what}",
+            f"{same} {what}",
             f"fasten {_LOAD:g} kg at the tool and tell the controller",
             q,
             t,

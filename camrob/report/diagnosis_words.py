@@ -1,27 +1,25 @@
-"""A diagnosis in words: the first sentence, and the terminal's summary."""
+"""A diagnosis in words: the first sentence, and what else is said of causes, of the unknown, of standards."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.console import Group, RenderableType
-from rich.table import Table
-from rich.text import Text
-
+from camrob.report.diagnosis_numbers import measure, mm, parameter_words, share, sure
 from camrob.text import printable
 
-__all__ = ["compensable_text", "render_diagnosis", "sentence", "standards_text"]
+__all__ = ["between", "compensable_text", "plain_name", "sentence", "standards_text", "unexplained", "withheld_text"]
 
 Summary = Mapping[str, Any]
 
+_FIRST = "program_to_setpoint"
 _RUNG = {
-    "program_to_setpoint": "between program and set-point",
+    _FIRST: "between program and set-point",
     "setpoint_to_encoder": "between set-point and encoder",
     "encoder_to_tcp": "between encoder and TCP",
 }
-
-
 _FOLLOWS = {
     "position": "follows the position",
     "direction": "reverses with the direction of motion",
@@ -30,66 +28,72 @@ _FOLLOWS = {
     "load": "follows the load",
     "time": "drifts with time",
 }
-_UNITS = {"deg": "degrees", "mm": "mm", "s": "s", "kg": "kg"}
-_FIRST = "program_to_setpoint"
+_MOST_VALUES = 3  # axes of an effect that the sentence gives values of
+_WORTH = 0.05  # share of the gap's energy that is worth a word where it stays unexplained
 
 
-def _value(name: str, value: float) -> str:
-    """A parameter as people say it: its unit behind, where its name ends in one."""
-    unit = _UNITS.get(name.rpartition("_")[2])
-    return f", {value:.3g} {unit}" if unit else f" ({name} = {value:.3g})"
+def plain_name(effect: str) -> str:
+    """An effect's name in words."""
+    return effect.replace("_", " ")
 
 
-def _named(entry: Mapping[str, Any]) -> str:
-    axes = ", ".join(entry["axes"][:4])
-    values = list(entry["parameters"].items())
-    shown = _value(values[0][0], values[0][1]["value"]) if len(values) == 1 else ""
-    return f"{entry['effect']}{f' of {axes}' if axes else ''}{shown} ({100.0 * entry['probability']:.0f} % sure)"
+def between(rung: str, summary: Summary) -> str:
+    """A rung in words; without encoders the last one begins at the set-point."""
+    blind = any(str(m).startswith("no encoders") for m in summary["where"]["missing"])
+    return "between set-point and TCP" if rung == "encoder_to_tcp" and blind else _RUNG[rung]
 
 
-def _follows(summary: Summary) -> str:
-    """What the gap depends on most, where that is clear."""
-    shares = {k: v for k, v in summary["where"]["regimes"].items() if v is not None}
-    most = max(shares, key=lambda k: shares[k], default="")
-    return f" and {_FOLLOWS[most]}" if most in _FOLLOWS and shares[most] > 0.5 else ""
-
-
-def _only_first(entry: Mapping[str, Any]) -> bool:
-    return list(entry["rungs"]) == [_FIRST]
+def withheld_text(summary: Summary) -> str:
+    """On what the shrinkage is told."""
+    name = str(summary["together"]["withheld"])
+    if name == "blocks of the logs":
+        return "on stretches that took no part"
+    return f"on {'runs' if ', ' in name else 'a run'} that took no part ({printable(name)})"
 
 
 def sentence(summary: Summary) -> str:
     """What a person has to know, in a few sentences."""
     gap, together = summary["gap"], summary["together"]
-    rungs = {k: v for k, v in summary["where"]["rungs"].items() if v is not None}
+    noise = mm(gap["noise_mm"])
     claimed = [e for e in summary["effects"] if e["probability"] >= 0.5]
     inside, first = [e for e in claimed if not _only_first(e)], [e for e in claimed if _only_first(e)]
     if summary["status"] == "no gap":
-        size, noise = f"{gap['rms_mm']:.3f} mm rms", f"{gap['noise_mm']:.3f} mm"
-        return f"There is no gap beyond the instrument's noise: {size} with a noise of {noise}."
-    total = sum(v * v for v in rungs.values())
-    most = max(rungs, key=lambda k: rungs[k])
-    share = 100.0 * rungs[most] ** 2 / max(total, 1e-12)
-    known = "what the rungs show" if most == _FIRST else f"the gap ({gap['rms_mm']:.3f} mm rms)"
-    text = f"{share:.0f} % of {known} sits {_RUNG[most]}"
+        return f"There is no gap beyond the instrument's noise: {mm(gap['rms_mm'])} rms, and the noise is {noise}."
+    text, joint = _place(summary)
+    follows = _follows(summary, inside)
+    text += f"{joint} {follows}" if follows and (inside or not first) else ""
     if inside:
-        text += f"{_follows(summary)}: " + "; ".join(_named(e) for e in inside)
+        text += f": {_listed([_named(e) for e in inside], '; ')}"
         text += (
-            f". Adding {'it' if len(inside) == 1 else 'them'} takes {together['rms_before_mm']:.3f} mm to "
-            f"{together['rms_after_mm']:.3f} mm on samples that took no part ({together['withheld']}); the noise is "
-            f"{gap['noise_mm']:.3f} mm."
+            f". Adding {'it' if len(inside) == 1 else 'them'} takes {mm(together['rms_before_mm'])} to "
+            f"{mm(together['rms_after_mm'])} {withheld_text(summary)}; the instrument's noise is {noise}."
         )
     elif first:
         text += "."
     else:
-        text += ", and nothing in the library explains it."
+        text += f", and nothing in the library explains it{_best_single(summary)}."
     for e in first:
-        sizes = f"{e['rms_before_mm']:.3f} mm are {e['rms_after_mm']:.3f} mm"
-        text += f" Between program and set-point: {_named(e)}; without it {sizes}."
+        sizes = f"{mm(e['rms_before_mm'])} to {mm(e['rms_after_mm'])}"
+        text += f" Between program and set-point: {_named(e)}; adding it takes {sizes}."
+    return printable(text + _unknown_words(summary, claimed=bool(claimed)))
+
+
+def unexplained(summary: Summary) -> list[str]:
+    """Each shape of what is unexplained, in words; none where nothing is."""
     unknown = summary["unknown"]
-    if unknown["probability"] >= 0.5:
-        text += f" Something unknown is at work: {unknown['where'] or 'what stays hangs together beyond the noise'}."
-    return printable(text)
+    if unknown["probability"] < 0.5:
+        return []
+    told = [
+        f"B{_RUNG[s['rung']][1:]}: {s['moves']} moves by {measure(s['swing'], s['unit'])} over the logs as a smooth "
+        f"function of {s['follows']}"
+        for s in unknown.get("shapes", ())
+    ]
+    told += [w[0].upper() + w[1:] for w in str(unknown["where"]).split("; ") if w.startswith(_RUNG[_FIRST])]
+    told += [
+        f"{plain_name(name)} would fit, with a value that no such machine has: {why}"
+        for name, why in unknown["implausible"].items()
+    ]
+    return [printable(t) for t in told]
 
 
 def compensable_text(summary: Summary) -> str:
@@ -97,11 +101,17 @@ def compensable_text(summary: Summary) -> str:
     told = summary.get("compensable", {})
     if not told or not (told["effects"] or told["left"]):
         return ""
+    left = ", ".join(told["left"])
     if not told["effects"]:
-        return printable(f"Of this compensate corrects nothing ({', '.join(told['left'])}).")
-    left = f"; it leaves {', '.join(told['left'])}" if told["left"] else ""
-    sizes = f"{told['rms_before_mm']:.3f} mm to {told['rms_after_mm']:.3f} mm"
-    return printable(f"compensate corrects {', '.join(told['effects'])}: {sizes}{left}.")
+        return printable(f"compensate can correct nothing of this: it has no term for {left}.")
+    sizes = f"{mm(told['rms_before_mm'])} to {mm(told['rms_after_mm'])}"
+    split = {n.partition(" of ")[0] for n in told["left"]}
+    names = ", ".join(f"a part of {n}" if n in split else n for n in told["effects"])
+    if told["shrink_interval"][0] <= 0.0:
+        why = f"correcting that alone would not surely shrink the gap ({sizes})"
+        return printable(f"compensate could correct {names} only, not {left}; {why}, so nothing is handed over.")
+    rest = f"; what stays is {left}{' (the rest of it)' if split & {*told['effects']} else ''}" if left else ""
+    return printable(f"compensate can correct {names}: {sizes}{rest}.")
 
 
 def standards_text(one: Mapping[str, Any]) -> str:
@@ -111,52 +121,128 @@ def standards_text(one: Mapping[str, Any]) -> str:
         told = one[when]
         if one["shape"] == "line":
             values = [
-                f"{name} AT {d['AT_mm']:.3f} mm" + ("" if d["RT_mm"] is None else f", RT {d['RT_mm']:.3f} mm")
+                f"{name} AT {mm(d['AT_mm'])}" + ("" if d["RT_mm"] is None else f", RT {mm(d['RT_mm'])}")
                 for name, d in told.items()
             ]
         else:
-            values = [f"{name} G {told[name]['G_mm']:.3f} mm" for name in ("ccw", "cw") if name in told]
+            values = [f"{name} G {mm(told[name]['G_mm'])}" for name in ("ccw", "cw") if name in told]
             values += [
-                f"{n[:-3].replace('_', ' ')} {told[n]:.3f} mm" for n in ("G_b_mm", "H_mm") if told.get(n) is not None
+                f"{n[:-3].replace('_', ' ')} {mm(told[n])}" for n in ("G_b_mm", "H_mm") if told.get(n) is not None
             ]
         parts.append(f"{when}: {', '.join(values)}")
-    size = (
-        f"line of {one['length_mm']:.0f} mm"
-        if one["shape"] == "line"
-        else f"circle of radius {one['radius_mm']:.1f} mm"
-    )
+    line = one["shape"] == "line"
+    size = f"line of {one['length_mm']:.0f} mm" if line else f"circle of radius {one['radius_mm']:.1f} mm"
     return printable(f"{one['standard']}, {one['log']}, {size}; {'; '.join(parts)}")
 
 
-def render_diagnosis(summary: Summary) -> RenderableType:
-    """The summary of `camrob diagnose` for a terminal."""
-    parts: list[RenderableType] = [Text(sentence(summary), style="bold"), Text("")]
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
-    for heading in ("effect", "axes", "sure", "before mm", "after mm", "alone mm"):
-        words = heading in ("effect", "axes")
-        table.add_column(heading, justify="left" if words else "right", no_wrap=heading != "axes")
-    for e in summary["effects"]:
-        table.add_row(
-            Text(e["effect"]), Text(", ".join(e["axes"])), f"{100.0 * e['probability']:.0f} %", f"{e['rms_before_mm']:.3f}",
-            f"{e['rms_after_mm']:.3f}", f"{e['alone']['rms_after_mm']:.3f}",
-        )  # fmt: skip
-    if summary["effects"]:
-        parts += [table, Text("")]
-    for e in summary["effects"]:
-        if e["probability"] >= 0.5 and e["indistinguishable_from"]:
-            parts.append(
-                Text(
-                    f"On these logs {' or '.join(e['indistinguishable_from'])} would show nearly the same as {e['effect']}."
-                )
-            )
-    rungs = ", ".join(
-        f"{_RUNG[k].removeprefix('between ')} {'missing' if v is None else f'{v:.3f} mm'}"
-        for k, v in summary["where"]["rungs"].items()
+def _only_first(entry: Mapping[str, Any]) -> bool:
+    return list(entry["rungs"]) == [_FIRST]
+
+
+def _listed(words: Sequence[str], by: str = ", ") -> str:
+    """Words as a list that is read aloud."""
+    return by.join(words) if by != ", " or len(words) < 2 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _place(summary: Summary) -> tuple[str, str]:
+    """Where most of the gap sits, and what joins that to the next words."""
+    rungs = {k: v for k, v in summary["where"]["rungs"].items() if v is not None}
+    whole = f"gap ({mm(summary['gap']['rms_mm'])} rms)"
+    most = max(rungs, key=lambda k: rungs[k])
+    if most == _FIRST:
+        part = rungs[most] ** 2 / max(sum(v * v for v in rungs.values()), 1e-12)
+        return f"{_part(part)} what separates the measured TCP from the program sits {_RUNG[most]}", " and"
+    inside = {k: v for k, v in rungs.items() if k != _FIRST}
+    if len(inside) == 1:
+        return f"The {whole} lies {between(most, summary)}, the only rung that is logged", "; it"
+    part = inside[most] ** 2 / max(sum(v * v for v in inside.values()), 1e-12)
+    return f"{_part(part)} the {whole} sits {between(most, summary)}", " and"
+
+
+def _part(value: float) -> str:
+    return "All of" if value >= 0.995 else f"{share(value)} of"
+
+
+def _follows(summary: Summary, claimed: Sequence[Mapping[str, Any]]) -> str:
+    """What the gap depends on most; "" where that is not clear."""
+    shares = {k: v for k, v in summary["where"]["regimes"].items() if v is not None}
+    most = max(shares, key=lambda k: shares[k], default="")
+    if most not in _FOLLOWS or shares[most] <= 0.5:
+        return ""
+    if most == "direction" and len(claimed) == 1 and len(claimed[0]["axes"]) == 1:
+        return f"reverses with {claimed[0]['axes'][0]}'s direction"
+    return _FOLLOWS[most]
+
+
+def _named(entry: Mapping[str, Any]) -> str:
+    """An effect with its axes, its values where they are few, else by how much it moves the TCP, and how sure it is."""
+    name, chance = plain_name(entry["effect"]), f"{sure(entry['probability'])} sure"
+    values = {k: v["value"] for k, v in entry["parameters"].items()}
+    axes = [a for a in entry["axes"] if f"{a}_deg" in values or f"{a}_mm" in values or f"{a}_rad_nm" in values]
+    if len(axes) == len(entry["axes"]) and 0 < len(axes) <= _MOST_VALUES:
+        own = [next((k, v) for k, v in values.items() if parameter_words(k)[0] == a) for a in axes]
+        each = [f"{a}, {measure(v, parameter_words(k)[1])}" for a, (k, v) in zip(axes, own, strict=True)]
+        return f"{name} of {_listed(each) if len(each) == 1 else ' and of '.join(each)} ({chance})"
+    wave = _largest_wave(values)
+    if wave is not None:
+        axis, order, size = wave
+        return f"{name} of {axis}, {measure(size, 'degrees')} {order} times a turn ({chance})"
+    where = f" of {_listed(entry['axes'][:4])}" if entry["axes"] else ""
+    if len(values) == 1:
+        ((key, value),) = values.items()
+        words, unit = parameter_words(key)
+        place = f" of {words.replace(' by ', ' to ')}" if "_by_" in key else where
+        return f"{name}{place}, {measure(value, unit)} ({chance})"
+    return f"{name}{where}, {mm(entry['moves_mm'])} rms at the TCP ({chance})"
+
+
+def _largest_wave(values: Mapping[str, float]) -> tuple[str, str, float] | None:
+    """Axis, waves a turn and degrees of the largest gear ripple among values; None where there is none."""
+    waves: dict[tuple[str, str], float] = {}
+    for key, value in values.items():
+        found = re.fullmatch(r"(\w+)_(?:cos|sin)([\d.]+)_deg", key)
+        if found is not None:
+            at = (str(found[1]), str(found[2]))
+            waves[at] = math.hypot(waves.get(at, 0.0), value)
+    if not waves:
+        return None
+    most = max(waves, key=lambda k: waves[k])
+    return most[0], most[1], waves[most]
+
+
+def _best_single(summary: Summary) -> str:
+    """What the best single effect would leave, where it is some help."""
+    before = summary["together"]["rms_before_mm"]
+    able = [e for e in summary["effects"] if not e["implausible"] and not _only_first(e)]
+    best = min(able, key=lambda e: e["alone"]["rms_after_mm"], default=None)
+    if best is None or best["alone"]["rms_after_mm"] > 0.9 * before:
+        return ""
+    left, noise = mm(best["alone"]["rms_after_mm"]), mm(summary["gap"]["noise_mm"])
+    return (
+        f": the best single effect, {plain_name(best['effect'])}, would take {mm(before)} to {left}, with a noise of {noise}, "
+        f"and is {sure(best['probability'])} sure"
     )
-    parts.append(Text(f"By rung: {rungs}"))
-    parts += [Text(f"Note: {printable(m)}") for m in summary["where"]["missing"]]
-    parts += [Text(standards_text(one)) for one in summary.get("standards", [])]
-    if compensable_text(summary):
-        parts.append(Text(compensable_text(summary)))
-    parts.append(Text(f"Next experiment: {printable(summary['next_experiment'])}"))
-    return Group(*parts)
+
+
+def _unknown_words(summary: Summary, *, claimed: bool) -> str:
+    """On something unknown, where that is likely: at which axes, and how much stays."""
+    if summary["unknown"]["probability"] < 0.5:
+        return ""
+    shapes = summary["unknown"].get("shapes", ())
+    told = unexplained(summary)
+    at: dict[str, list[str]] = {}
+    for s in shapes:
+        at.setdefault(str(s["moves"]), []).append(str(s["follows"]))
+    text = f" Something unknown is at work{' beside' if claimed else ''}"
+    if at:
+        text += ": " + "; ".join(f"{place} moves with {_listed(what)}" for place, what in at.items())
+    elif summary["unknown"]["where"]:
+        text += f": {told[0][0].lower()}{told[0][1:]}"
+    else:
+        text += ": what stays hangs together beyond the noise"
+    t, noise = summary["together"], summary["gap"]["noise_mm"]
+    energy = t["rms_before_mm"] ** 2 - noise**2
+    left = (t["rms_after_mm"] ** 2 - noise**2) / energy if energy > 0.0 else 0.0
+    if claimed and left > _WORTH:
+        text += f". {share(left)} of the gap's energy stays unexplained"
+    return text + "."

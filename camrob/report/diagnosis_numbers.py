@@ -1,0 +1,97 @@
+"""Figures of a diagnosis as text: sizes, shares, chances, and fitted values with what is known of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+__all__ = ["fitted", "measure", "mm", "parameter_words", "share", "sure", "to_mm", "values_of"]
+
+_UNITS = {"_rad_nm": "rad/Nm", "_deg": "degrees", "_mm": "mm", "_kg": "kg", "_s2": "s²", "_s": "s"}
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_LEAST, _MOST = 1e-3, 1e5  # outside of these a power of ten stands behind
+
+
+def mm(value: float | None, unit: str = " mm") -> str:
+    """A distance in mm, to a micrometre at the finest and three digits or so."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if 0.0 < abs(value) < 0.0005:
+        return f"under 0.001{unit}"
+    digits = 3 if abs(value) < 1.0 else 2 if abs(value) < 10.0 else 1 if abs(value) < 100.0 else 0
+    return f"{value:.{digits}f}{unit}".replace("-", "−")
+
+
+def to_mm(before: float, after: float) -> str:
+    """Before and after, as "0.30 → 0.07 mm"."""
+    return f"{mm(before, '')} → {mm(after)}"
+
+
+def share(value: float) -> str:
+    """A share in whole per cent."""
+    if 0.0 < abs(value) < 0.005:
+        return "under 1 %"
+    return f"{100.0 * value:.0f} %".replace("-", "−")
+
+
+def sure(probability: float) -> str:
+    """A chance in whole per cent; neither 0 nor 100 of them are ever known."""
+    if probability < 0.01:
+        return "under 1 %"
+    return "over 99 %" if probability > 0.99 else f"{100.0 * probability:.0f} %"
+
+
+def measure(value: float, unit: str, digits: int = 3) -> str:
+    """A value of any size with its unit, to some digits."""
+    return _with_unit(_powered(value, None, digits), unit)
+
+
+def fitted(value: float, std: float, unit: str) -> str:
+    """A value with its standard deviation, both to the digits that the deviation leaves a meaning."""
+    return _with_unit(_powered(value, std, 3), unit)
+
+
+def parameter_words(name: str) -> tuple[str, str]:
+    """A parameter's name as people read it, and its unit: both stand in the name."""
+    for ending, unit in _UNITS.items():
+        if name.endswith(ending):
+            return name.removesuffix(ending).replace("_", " "), unit
+    return name.replace("_", " "), "degrees a degree" if "_by_" in name else ""
+
+
+def values_of(entry: Mapping[str, Any], most: int) -> tuple[list[str], int]:
+    """Fitted values of an effect, those that are known best first, and how many more there are."""
+    known = sorted(entry["parameters"].items(), key=lambda x: -abs(x[1]["value"]) / max(x[1]["std"], 1e-30))
+    told = []
+    for name, found in known[:most]:
+        words, unit = parameter_words(name)
+        told.append(f"{words} {fitted(found['value'], found['std'], unit)}")
+    return told, max(0, len(known) - most)
+
+
+def _with_unit(text: str, unit: str) -> str:
+    return f"{text} {unit}".rstrip()
+
+
+def _powered(value: float, std: float | None, digits: int) -> str:
+    size = max(abs(value), std or 0.0)
+    power = math.floor(math.log10(size)) if size > 0.0 else 0
+    if size > 0.0 and not _LEAST <= size < _MOST:
+        inner = _plain(value / 10.0**power, None if std is None else std / 10.0**power, digits)
+        return f"{inner if std is None else f'({inner})'} × 10{str(power).translate(_RAISED)}"
+    return _plain(value, std, digits)
+
+
+def _plain(value: float, std: float | None, digits: int) -> str:
+    finest = abs(value) if std is None else std
+    if finest <= 0.0:
+        return f"{value:.{digits}g}".replace("-", "−")
+    power = math.floor(math.log10(finest))
+    if std is None:
+        decimals = digits - 1 - power
+    else:  # a deviation's first digit, or two of them where that is a 1
+        decimals = -power + (1 if finest / 10.0**power < 2.0 else 0)
+    decimals = min(max(decimals, 0), 9)
+    text = f"{value:.{decimals}f}" + ("" if std is None else f" ± {std:.{decimals}f}")
+    return text.replace("-", "−")
