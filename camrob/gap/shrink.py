@@ -14,7 +14,7 @@ from camrob.gap.model import Model, doubt_of, whole_gap
 from camrob.gap.noise import find_outliers, noise_of
 from camrob.gap.scene import Scene
 
-__all__ = ["Shrinkage", "Trial", "predicted_shrink", "shrinkage", "trial_of"]
+__all__ = ["Shrinkage", "Trial", "predicted_shrink", "settled", "shrinkage", "trial_of"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -122,8 +122,8 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
         values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
         gap = whole_gap(p)[rows]
         rest = gap - p.moves(values, rows)
-        before.append(_settled(model, p, rows, gap))
-        after.append(_settled(model, p, rows, rest))
+        before.append(settled(model, p, rows, gap))
+        after.append(settled(model, p, rows, rest))
         blocks.append(p.block[rows])
         X = p.tcp[rows][:, :3, chosen]
         spread = np.einsum("nik,kl,nil->n", X, fits[left_out].cov[np.ix_(chosen, chosen)], X, optimize=True)
@@ -152,13 +152,13 @@ def predicted_shrink(model: Model, trial: Trial, blocks: Trial, keep: Set) -> fl
     """
     left = shrinkage(model, blocks, model.best.members, keep).rms_after
     values = model.values(keep, model.best)
-    moves = [_settled(model, trial.panels[k], rows, trial.panels[k].moves(values, rows)) for k, rows, _ in trial.asked]
+    moves = [settled(model, trial.panels[k], rows, trial.panels[k].moves(values, rows)) for k, rows, _ in trial.asked]
     before = float(np.hypot(_rms(np.concatenate(moves)), left))
     return 1.0 - left / max(before, 1e-12)
 
 
-def _settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:
-    """The gap with frames that nobody told fitted anew."""
+def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:
+    """The gap (M, 3) at some rows with frames that nobody told fitted anew."""
     nuisance = [k for k, o in enumerate(model.design.owner) if model.units[o].effect == NUISANCE]
     if not nuisance or len(gap) < 12:
         return gap

@@ -14,6 +14,7 @@ from camrob.gap.experiment import next_experiment
 from camrob.gap.localise import regimes_of
 from camrob.gap.model import Model, effect_rms
 from camrob.gap.plausible import implausible, unknown_shapes, unknown_text
+from camrob.gap.regimes_withheld import regimes_withheld
 from camrob.gap.shrink import Shrinkage, Trial, predicted_shrink, shrinkage, trial_of
 from camrob.units import m_to_mm
 
@@ -93,6 +94,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
             "predicted_shrink": predicted_shrink(model, trial, blocks, members),
             "removable_removed": _removed(together, model.noise),
             "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
+            "regimes_withheld": regimes_withheld(model, members),
         },
         "alternatives": _alternatives(sets, unknown),
         "unknown": {"probability": unknown, "where": text, "shapes": shapes, "implausible": reasons},
