@@ -16,6 +16,7 @@ __all__ = ["EFFECT"]
 
 _PEAK = 0.15  # s for which the drive's integral part needs to overcome a reversal
 _REST = 0.02  # share of an axis's ordinary speed below which it counts as turning round
+_SLOW = tuple(deg_to_rad(v) for v in (0.1, 0.2, 0.35, 0.6, 1.0, 1.8, 3.0))  # speeds of which the same is said
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -39,9 +40,10 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     v = scene.velocity(scene.command[:, [scene.index(unit.axis)]])
     ordinary = float(np.median(np.abs(v[np.abs(v) > 1e-9]))) if np.any(np.abs(v) > 1e-9) else 1.0
-    sign = np.tanh(v / (_REST * ordinary + 1e-12))
+    rest = state.get("rest", 0.0) or _REST * ordinary
+    sign = np.tanh(v / (rest + 1e-12))
     peak = sign - first_order(sign, scene.t, scene.pieces, _PEAK)
-    return (Column(servo={unit.axis: -sign[:, 0]}), Column(servo={unit.axis: -peak[:, 0]}))
+    return tuple(Column(servo={unit.axis: -part[:, 0]}) for part in (sign, peak))
 
 
 EFFECT = Effect(
@@ -52,5 +54,6 @@ EFFECT = Effect(
     experiment="run small circles at two speeds: peaks stay at the quadrants, lag grows with speed",
     units=_units,
     columns=_columns,
+    trials=({"rest": 0.0}, *({"rest": v} for v in _SLOW)),
     accuracy=0.05,
 )

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
+from camrob.gap.effects.common import moved
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
 from camrob.gap.signals import first_order
@@ -11,31 +14,48 @@ from camrob.gap.signals import first_order
 __all__ = ["EFFECT"]
 
 _START = 0.02  # s
+_LEAST = 1e-4  # s: less is as good as none, and its shape is the speed
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    """One for all drives, and by how much each axis's own differs from it."""
     if any(s.poses or s.setpoint is None for s in scenes):
         return ()
-    return (Unit("servo_lag", "", (EffectParameter("tau_s", "s", 0.04, -0.002, 0.5),)),)
+    units = [Unit("servo_lag", "", (EffectParameter("tau_s", "s", 0.04, -0.002, 0.5),))]
+    for a in scenes[0].axes:
+        split = all(s.servo_gap is not None for s in scenes)
+        if split and moved(scenes, a):
+            units.append(Unit("servo_lag", a, (EffectParameter(f"{a}_beyond_s", "s", 0.02, -0.5, 0.5),), key="own"))
+    return tuple(units)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    """The same shape for the common part and an axis's own: that of the time constant which is their sum."""
     cycle = state.get("cycle_s", 0.0)
-    tau = max(state.get("lag_s", _START), 1e-4) + cycle
     known = scene.encoder  # where the drives stand at the start of a run is seen
-    late = (first_order(scene.command, scene.t, scene.pieces, tau, cycle, known) - scene.command) / tau
-    return (Column(servo={a: late[:, k] for k, a in enumerate(scene.axes)}),)
+    own = {a: max(state.get("lag_s", _START) + state.get(f"{a}_s", 0.0), _LEAST) + cycle for a in scene.axes}
+    late: dict[str, np.ndarray] = {}
+    for tau in sorted(set(own.values())):
+        axes = [a for a in scene.axes if own[a] == tau and unit.axis in ("", a)]
+        if axes:
+            k = [scene.index(a) for a in axes]
+            start = None if known is None else known[:, k]
+            behind = first_order(scene.command[:, k], scene.t, scene.pieces, tau, cycle, start) - scene.command[:, k]
+            late |= {a: behind[:, i] / tau for i, a in enumerate(axes)}
+    return (Column(servo=late),)
 
 
 def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
     """A drive that acts once a cycle is behind a ramp by its time constant less a cycle."""
     lag = values.get("tau_s", 0.0) - state.get("cycle_s", 0.0)
-    return {**state, "lag_s": lag} if lag > 0.0 else dict(state)
+    kept = {k: v for k, v in state.items() if k in ("lag_s", "cycle_s")}
+    beyond = {f"{n.removesuffix('_beyond_s')}_s": v for n, v in values.items() if n.endswith("_beyond_s")}
+    return {**kept, **beyond, **({"lag_s": lag} if lag > 0.0 else {})}
 
 
 EFFECT = Effect(
     name="servo_lag",
-    physics="Every drive is a first-order filter on its set-points, with one time constant; continuous, or once a cycle.",
+    physics="Every drive is a first-order filter on its set-points, with nearly one time constant; continuous, or once a cycle.",
     rungs=("setpoint_to_encoder",),
     regimes=("speed",),
     experiment="run the path at half speed: what lag causes halves, play and geometry stay",
