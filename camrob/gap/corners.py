@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from camrob.gap.effects.corner_rounding import DISTANCE, EFFECT
 from camrob.gap.program_track import ProgramTrack
-from camrob.gap.shrink import Shrinkage
+from camrob.gap.shrink import Shrinkage, figures
 from camrob.units import m_to_mm, mm_to_m
 
 __all__ = ["CornerVerdict", "judge_corners", "with_corners"]
@@ -129,13 +129,11 @@ def _untold(left: float, noise: float) -> str:
 
 
 def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, asked: float | None) -> dict[str, Any]:
-    before, after = m_to_mm(shrunk.rms_before), m_to_mm(shrunk.rms_after)
+    told = figures(shrunk)
     return {
         "effect": EFFECT.name, "axes": [], "probability": probability,
         "parameters": {DISTANCE.name: {"value": m_to_mm(value), "std": m_to_mm(std)}},
-        "rms_before_mm": before, "rms_after_mm": after, "shrink": shrunk.shrink,
-        "shrink_interval": list(shrunk.interval()), "alone": {"rms_after_mm": after},
-        "added_last": {"rms_before_mm": before, "rms_after_mm": after}, "moves_mm": before,
+        **told, "alone": told, "added_last": told, "moves_mm": told["rms_before_mm"],
         "indistinguishable_from": [], "implausible": "", "compensable": EFFECT.compensable, "rungs": list(EFFECT.rungs),
         "programmed_cdis_mm": asked,
     }  # fmt: skip

@@ -107,7 +107,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         evidence = Evidence(design, noise, heat)
         scores, counting, best = explore(evidence, again)
         left = [p.y_tcp - p.tcp @ best.mean for p in panels]
-        excess = float(np.sqrt(np.mean([_structured(p, r) for p, r in zip(panels, left, strict=True)])))
+        excess = float(np.sqrt(np.mean([_structured(p, r, design, best) for p, r in zip(panels, left, strict=True)])))
         model = Model(
             tuple(effects), dict(states), tuple(scenes), noises, panels, design, evidence, scores,
             {}, best, excess, int(sum((~k).sum() for k in kept)),
@@ -188,9 +188,10 @@ def _cooled(panels: Sequence[Panel], heat: float, turned: float, servo: float) -
     )
 
 
-def _structured(panel: Panel, residual: Array) -> float:
+def _structured(panel: Panel, residual: Array, design: Design, best: Fitted) -> float:
     """m2: mean square at the TCP of what hangs together from sample to sample; 0 for white noise."""
-    good = panel.w_tcp[:, 0] > 0.0
+    found = np.flatnonzero(np.isin(design.owner, list(best.members)))
+    good = (panel.w_tcp[:, 0] > 0.0) & ~panel.unknown_rows(found)
     r = np.where(good[:, None], residual[:, :3], 0.0)
     if panel.scene.poses:
         noise = float(np.sum(1.0 / np.max(panel.w_tcp[:, :3], axis=0) ** 2))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,9 @@ from camrob.gap.evidence import Evidence, Fitted
 from camrob.gap.model import Model, doubt_of, whole_gap
 from camrob.gap.noise import find_outliers, noise_of
 from camrob.gap.scene import Scene
+from camrob.units import m_to_mm
 
-__all__ = ["Shrinkage", "Trial", "predicted_shrink", "settled", "shrinkage", "trial_of"]
+__all__ = ["Shrinkage", "Trial", "figures", "predicted_shrink", "settled", "shrinkage", "trial_of"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -69,6 +71,17 @@ class Shrinkage:
         }
 
 
+def figures(shrunk: Shrinkage) -> dict[str, Any]:
+    """For JSON: rms, 95 % and worst error before and after, mm, and by how much the rms shrinks, with its interval."""
+    pairs = {"rms": (shrunk.rms_before, shrunk.rms_after), **shrunk.quantiles()}
+    return {
+        **{f"{name}_before_mm": m_to_mm(pair[0]) for name, pair in pairs.items()},
+        **{f"{name}_after_mm": m_to_mm(pair[1]) for name, pair in pairs.items()},
+        "shrink": shrunk.shrink,
+        "shrink_interval": list(shrunk.interval()),
+    }
+
+
 def _rms(vectors: Array) -> float:
     return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
 
@@ -80,6 +93,12 @@ class Trial:
     panels: tuple[Panel, ...]
     asked: tuple[tuple[int, NDArray[np.bool_], int | None], ...]
     name: str
+
+    @property
+    def aside(self) -> int:
+        """How many samples are not asked, as nothing is known there of an effect that was found."""
+        good = sum(int(np.count_nonzero(p.w_tcp[:, 0] > 0.0)) for p in self.panels)
+        return good - sum(int(rows.sum()) for _, rows, _ in self.asked)
 
 
 def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:

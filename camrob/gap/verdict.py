@@ -15,7 +15,7 @@ from camrob.gap.localise import regimes_of
 from camrob.gap.model import Model, effect_rms
 from camrob.gap.plausible import implausible, unknown_shapes, unknown_text
 from camrob.gap.regimes_withheld import regimes_withheld
-from camrob.gap.shrink import Shrinkage, Trial, predicted_shrink, shrinkage, trial_of
+from camrob.gap.shrink import Shrinkage, Trial, figures, predicted_shrink, shrinkage, trial_of
 from camrob.units import m_to_mm
 
 __all__ = ["Verdict", "judge_effects"]
@@ -88,9 +88,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         "status": status,
         "effects": entries,
         "together": {
-            "rms_before_mm": m_to_mm(together.rms_before), "rms_after_mm": m_to_mm(together.rms_after),
-            "shrink": together.shrink, "shrink_interval": list(together.interval()), "withheld": trial.name,
-            **_tails(together),
+            **figures(together), "withheld": trial.name, "left_aside": trial.aside,
             "predicted_shrink": predicted_shrink(model, trial, blocks, members),
             "removable_removed": _removed(together, model.noise),
             "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
@@ -154,15 +152,6 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
                 sets[kept] = sets.get(kept, 0.0) + p
             model = replace(model, best=model.evidence.fit(rest), sets=sets)
     return model
-
-
-def _tails(shrunk: Shrinkage) -> dict[str, float]:
-    """95 % and worst error before and after, mm."""
-    return {
-        f"{name}_{when}_mm": m_to_mm(value)
-        for name, pair in shrunk.quantiles().items()
-        for when, value in zip(("before", "after"), pair, strict=True)
-    }
 
 
 def _alias_lists(model: Model, in_world: bool) -> list[list[str]]:
@@ -250,12 +239,10 @@ def _entries(
         if in_world and effect.name in _TWINS:
             twins.append(_TWINS[effect.name][0])
             p *= _TWINS[effect.name][1]
-        low, high = joint.interval()
+        added = Shrinkage(last.after, everything.after, everything.block)
         entries.append({
             "effect": effect.name, "axes": _axes(model, own), "probability": p, "parameters": _parameters(model, own),
-            "rms_before_mm": m_to_mm(joint.rms_before), "rms_after_mm": m_to_mm(joint.rms_after), "shrink": joint.shrink,
-            "shrink_interval": [low, high], "alone": {"rms_after_mm": m_to_mm(alone.rms_after)},
-            "added_last": {"rms_before_mm": m_to_mm(last.rms_after), "rms_after_mm": m_to_mm(everything.rms_after)},
+            **figures(joint), "alone": figures(alone), "added_last": figures(added),
             "moves_mm": m_to_mm(effect_rms(model, model.panels, effect.name)),
             "indistinguishable_from": twins, "implausible": reasons.get(effect.name, ""), "compensable": effect.compensable,
             "rungs": list(effect.rungs),
@@ -303,6 +290,7 @@ def _residual_regimes(model: Model, members: Set) -> list[dict[str, Any]]:
     left = []
     for p in model.panels:
         y_servo = None if p.y_servo is None or p.servo is None else p.y_servo - p.servo @ values[p.servo_columns]
-        left.append(replace(p, y_tcp=p.y_tcp - p.tcp @ values, y_servo=y_servo))
+        known = ~p.unknown_rows(np.flatnonzero(values))
+        left.append(replace(p, y_tcp=p.y_tcp - p.tcp @ values, y_servo=y_servo, w_tcp=p.w_tcp * known[:, None]))
     found = regimes_of(left, model.noise)
     return [{"regime": k, "p_value": v["p_value"], "share": v["share"]} for k, v in found.items()]
