@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent / "bench"))
 import gap_benchmark
 import gap_maker
 from gap_draws import shift
+from gap_motions import read_motion
 from gap_score import Row, calibration, score, share, upper_bound
 from gap_separable import Separation
 
@@ -70,6 +72,57 @@ def test_groups_of_tasks_go_on_side_by_side_and_no_case_comes_twice() -> None:
     half = [t["key"].rpartition(" ")[0] for t in tasks[: len(tasks) // 2]]
     assert abs(half.count("mix") - 50) <= 1
     assert abs(half.count("left out") - 20) <= 1
+
+
+def read_table(file: Path) -> dict[str, np.ndarray]:
+    header = file.open().readline().strip().split(",")
+    return dict(zip(header, np.loadtxt(file, delimiter=",", skiprows=1).T, strict=True))
+
+
+def test_a_case_on_a_given_motion_has_its_set_points_clock_columns_and_instrument(tmp_path: Path) -> None:
+    given, made = tmp_path / "given", tmp_path / "made"
+    given.mkdir()
+    made.mkdir()
+    gap_maker.write_case(given, 77, "none")
+    motion, other = given / "77.csv", given / "77_withheld.csv"
+    label = gap_maker.write_case(made, 5, only="backlash", sizes=(6.0, 6.5), motions=(motion, other))
+    for old, new in ((motion, made / "5.csv"), (other, made / "5_withheld.csv")):
+        a, b = read_table(old), read_table(new)
+        assert list(a) == list(b)
+        assert np.array_equal(a["t"], b["t"])
+        for n in ("cA1", "cA5", "cE1", "cE2"):
+            assert np.abs(a[n] - b[n]).max() < 1e-3
+        assert tomllib.loads(new.with_suffix(".toml").read_text()) == pytest.approx(
+            tomllib.loads(old.with_suffix(".toml").read_text())
+        )
+        moved = np.sqrt(np.mean(sum((a[n] - b[n]) ** 2 for n in "xyz")))
+        if new.stem == "5":
+            assert moved / label["noise_mm"] == pytest.approx(label["effects"]["backlash"]["size"], rel=0.25)
+    case = Separation(5, only="backlash", sizes=(6.0, 6.5), motions=(motion, other))
+    assert case.label["effects"] == label["effects"]
+    assert len(case.world.t) > 4 * len(case.at)
+
+
+def test_motions_that_lack_an_axis_or_are_poses_are_refused_and_what_they_can_not_show_is_not_drawn(
+    tmp_path: Path,
+) -> None:
+    gap_maker.write_case(tmp_path, 77, "none")
+    motion = tmp_path / "77.csv"
+    names = gap_maker.names_on(motion)
+    assert {"servo_lag", "backlash", "cutting_force", "latency"} <= set(names)
+    assert not {"early_reading", "frame_table", "measurement_frame"} & set(names)
+    tasks = gap_benchmark.tasks_of(
+        argparse.Namespace(first=0, cases=3, nothing=1, each=1, left_out=0, on=motion, on_withheld=None)
+    )
+    assert len(tasks) == 4 + len(names)
+    assert all(t["on"] == [str(motion)] * 2 for t in tasks)
+    lame = tmp_path / "lame.csv"
+    lame.write_text(motion.read_text().replace("A4", "B4"))
+    with pytest.raises(ValueError, match=r"lame\.csv lacks the column c?A4"):
+        read_motion(lame)
+    motion.with_suffix(".toml").write_text("poses = true\n")
+    with pytest.raises(ValueError, match="single poses"):
+        read_motion(motion)
 
 
 def said(**more):

@@ -162,8 +162,8 @@ def test_derivatives_do_not_reach_across_a_hole_in_time() -> None:
 
 
 def test_the_generator_shares_nothing_with_camrob() -> None:
-    """The sealed cases' makers import numpy, the standard library and one another only."""
-    own = {"gap_generator", "gap_draws", "gap_maker", "gap_separable"}
+    """The sealed cases' makers import numpy, scipy, the standard library and one another only."""
+    own = {"gap_generator", "gap_draws", "gap_maker", "gap_motions", "gap_separable"}
     folder = Path(generator.__file__).parent
     for maker in own:
         roots = set()
@@ -172,7 +172,18 @@ def test_the_generator_shares_nothing_with_camrob() -> None:
                 roots |= {a.name.split(".")[0] for a in node.names}
             elif isinstance(node, ast.ImportFrom):
                 roots.add((node.module or "").split(".")[0])
-        assert roots <= {"__future__", "dataclasses", "json", "pathlib", "numpy", *own}
+        assert roots <= {
+            "__future__",
+            "csv",
+            "dataclasses",
+            "itertools",
+            "json",
+            "pathlib",
+            "tomllib",
+            "numpy",
+            "scipy",
+            *own,
+        }
 
 
 def test_the_generator_and_the_cell_agree_on_where_the_tool_is() -> None:

@@ -4,6 +4,9 @@ Cases come from `gap_maker`, which shares no code with camrob; makers and diagno
 hands the logs to a folder, and the label to DIR/sealed, which no diagnosis is told of and which is opened by the scorer,
 once every case has been diagnosed. A run that was stopped goes on where it stood. `--score` only scores what is there; what
 DIR/preface.md says is put before the figures.
+
+`--on LOG.csv [--on-withheld OTHER.csv]` asks how well the diagnosis would do on your own path: all cases are then made on the
+motion of that log (its set-points, its clock, its instrument's noise, its columns), the withheld run on that of the other.
 """
 
 from __future__ import annotations
@@ -34,7 +37,7 @@ def make(folder: str, task: dict) -> dict:
     from gap_maker import write_case
 
     sizes = tuple(task["sizes"]) if task.get("sizes") else None
-    return write_case(Path(folder), task["seed"], task.get("kind"), task.get("only"), sizes)
+    return write_case(Path(folder), task["seed"], task.get("kind"), task.get("only"), sizes, tuple(task.get("on", ())))
 
 
 def answer(folder: str, seed: int, without: tuple[str, ...]) -> dict:
@@ -59,12 +62,22 @@ def answer(folder: str, seed: int, without: tuple[str, ...]) -> dict:
     return said
 
 
+def motions_of(arguments: argparse.Namespace) -> list[str]:
+    """Logs on whose motions the cases are to be, the one to fit and the withheld one; [] for drawn ones."""
+    on, withheld = getattr(arguments, "on", None), getattr(arguments, "on_withheld", None)
+    return [str(m.resolve()) for m in (on, withheld or on) if m is not None]
+
+
 def tasks_of(arguments: argparse.Namespace) -> list[dict]:
     """Every case to be made: the mix, more of nothing, every effect alone at twice the noise, every effect taken out.
 
     All four go on side by side, so that a run that is stopped has its share of each.
     """
-    first = arguments.first
+    first, motions, names = arguments.first, motions_of(arguments), ALL
+    if motions:
+        from gap_maker import names_on
+
+        names = names_on(motions[0])
     groups = [
         [{"key": f"mix {first + k}", "seed": first + k} for k in range(arguments.cases)],
         [
@@ -78,11 +91,13 @@ def tasks_of(arguments: argparse.Namespace) -> list[dict]:
     ):
         tasks = []
         for n in range(count):
-            for k, name in enumerate(ALL):
+            for k, name in enumerate(names):
                 seed = first + start + 1000 * k + n
                 without = {"without": [name]} if group == "left out" else {}
                 tasks.append({"key": f"{group} {seed}", "seed": seed, "only": name, **more, **without})
         groups.append(tasks)
+    for task in (t for g in groups for t in g if motions):
+        task["on"] = motions
     placed = [((k + 0.5) / len(g), i, t) for i, g in enumerate(groups) for k, t in enumerate(g)]
     return [t for _, _, t in sorted(placed, key=lambda x: x[:2])]
 
@@ -135,8 +150,17 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=100_000, help="the first seed")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--score", action="store_true", help="only score what is there")
+    parser.add_argument("--on", type=Path, help="a log of the KR15 cell, on whose motion all cases are made")
+    parser.add_argument("--on-withheld", type=Path, help="the log whose motion the withheld runs have; --on again without it")
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
+    try:
+        from gap_motions import read_motion
+
+        for motion in motions_of(arguments):
+            read_motion(motion)
+    except (OSError, ValueError) as error:
+        parser.error(str(error))
     if not arguments.score:
         run(arguments)
     from gap_report import write_report

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from gap_draws import ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
 from gap_generator import AXES, DEG, World, growths, jacobian, moment, path, show, torques, turns
+from gap_motions import fitted_rig, read_motion
 
 KINDS = {"none": 0.15, "one": 0.35, "two": 0.25, "three": 0.10, "outside": 0.15}
 NUISANCE = 0.1  # of the noise: what all absent effects together move the TCP by at most
@@ -73,9 +74,14 @@ def posture_list(rng):
     return axis
 
 
-def run_of(rng, rig, seconds, travel):
-    """(world, sample times) of one run, nothing wrong yet. travel: m of the track either way."""
-    if rig.poses:
+def run_of(rng, rig, seconds, travel, motion=None, before=0.0):
+    """(world, sample times) of one run, nothing wrong yet. travel: m of the track either way; motion: that of a given log,
+    instead of a drawn one; before: s for which the arm has been warming up.
+    """
+    if motion is not None:
+        t, command = motion.command()
+        at, coarse = motion.at, slice(None, None, 25)
+    elif rig.poses:
         command = posture_list(rng)
         t = np.arange(len(command), dtype=float)
         at, coarse = t, slice(None)
@@ -94,7 +100,8 @@ def run_of(rng, rig, seconds, travel):
     lengths = wide(np.concatenate(growths(few), 1))
     world.context = {
         "moment": wide(moment(few)), "torque": wide(torques(few)), "payload": wide(torques(few, [(5, 1.0, (0, 0, 0.13))])),
-        "warm": rig.rise * (1 - np.exp(-t / rig.tau)), "growth": [lengths[:, 3 * i : 3 * i + 3] for i in range(6)],
+        "warm": rig.rise * (1 - np.exp(-(t - t[0] + before) / rig.tau)),
+        "growth": [lengths[:, 3 * i : 3 * i + 3] for i in range(6)],
         "force": np.einsum("nij,ni->nj", J, force), "pushed": force,
     }  # fmt: skip
     return world, at
@@ -137,6 +144,14 @@ def names_of(rig, without=()):
     return [n for n in names if lacking.get(n, True) and n not in without]
 
 
+def names_on(motion):
+    """Effects of the library that a case on a given log's motion can have."""
+    given = read_motion(motion)
+    rig = fitted_rig(draw_rig(np.random.default_rng(0)), given, "thermal_drift" if "temp" in given.columns else None)
+    rig.with_force = True
+    return tuple(names_of(rig))
+
+
 def _sized(rng, name, world, at, noise, low, high):
     """(facts, apply, s, times the noise) of an effect, drawn anew until it moves the tool enough with a plausible value."""
     times = float(np.exp(rng.uniform(np.log(low), np.log(high))))
@@ -158,17 +173,22 @@ def drawn_kind(seed):
     return _kind(np.random.default_rng(seed))
 
 
-def drawn(seed, kind=None, only=None, sizes=None, whole=True):
+def drawn(seed, kind=None, only=None, sizes=None, whole=True, motions=()):
     """(rng, rig, runs, chosen effects as (name, apply, size), label). only: the one effect; sizes: (least, most) times the noise.
 
-    whole: with the second run and the nuisances; without, the first run has nothing wrong yet.
+    whole: with the second run and the nuisances; without, the first run has nothing wrong yet. motions: logs (paths) on whose
+    motions the runs are, the one to fit and the withheld one, instead of drawn ones.
     """
+    given = [read_motion(m) for m in motions]
     rng, other = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     kind = kind or _kind(rng)
     rig = draw_rig(rng)
     if only is not None:
         kind, rig = "one", _fitting(rig, only)
-    runs = [run_of(rng, rig, np.exp(rng.uniform(np.log(25), np.log(100))), rig.travel)]
+    if given:
+        rig = fitted_rig(rig, given[0], only)
+    first, last = (given[0], given[-1]) if given else (None, None)
+    runs = [run_of(rng, rig, np.exp(rng.uniform(np.log(25), np.log(100))), rig.travel, first)]
     world, at = runs[0]
     few = at[:: max(1, len(at) // 300)]
     names = names_of(rig)
@@ -189,7 +209,8 @@ def drawn(seed, kind=None, only=None, sizes=None, whole=True):
     picked = [name for name, _, _ in chosen]
     if not whole:
         return rng, rig, runs, chosen, label
-    runs.append(run_of(other, rig, other.uniform(20, 40), rig.travel * other.uniform(0.6, 1.2)))
+    passed = at[-1] if given else 0.0
+    runs.append(run_of(other, rig, other.uniform(20, 40), rig.travel * other.uniform(0.6, 1.2), last, passed))
     nuisances = []
     for name in (n for n in names if n not in picked):
         _, apply = draw(name, rng, world)
@@ -250,15 +271,28 @@ def columns_of(rng, rig, world, at):
     return columns
 
 
-def write_case(folder: Path, seed: int, kind=None, only=None, sizes=None) -> dict:
-    """Write SEED.csv and SEED_withheld.csv, with what is told beside them, into a folder; gives the label."""
-    rng, rig, runs, _, label = drawn(seed, kind, only, sizes)
+def write_case(folder: Path, seed: int, kind=None, only=None, sizes=None, motions=()) -> dict:
+    """Write SEED.csv and SEED_withheld.csv, with what is told beside them, into a folder; gives the label.
+
+    motions: logs (paths) on whose motions the case is, the one to fit and the withheld one; what is written then has their
+    columns, rows and instrument.
+    """
+    rng, rig, runs, _, label = drawn(seed, kind, only, sizes, motions=motions)
+    given = [read_motion(m) for m in motions]
     facts = {"sigma_mm": rig.sigma * 1e3, "sigma_deg": rig.sigma_turned / DEG} if rig.told else {}
     facts |= {"measured_frame": "base"} if rig.in_base else {}
     facts |= {"poses": True} if rig.poses else {}
     for name, (world, at) in zip((f"{seed}", f"{seed}_withheld"), runs, strict=True):
         columns = columns_of(rng, rig, world, at)
-        order = [n for n in ("t", *"xyzabc", *AXES, *(f"c{a}" for a in AXES), "temp", "fx", "fy", "fz") if n in columns]
+        if given:
+            motion = given[-1 if name.endswith("withheld") else 0]
+            still = {"temp": np.full(len(at), 21.0)} if "temp" in motion.columns else {}
+            columns = still | motion.extra | columns
+        order = [
+            n
+            for n in ("t", *"xyzabc", *AXES, *(f"c{a}" for a in AXES), "temp", "fx", "fy", "fz", "line")
+            if n in columns
+        ]
         table = np.stack([columns[n] for n in order], 1)
         np.savetxt(folder / f"{name}.csv", table, fmt="%.6f", delimiter=",", header=",".join(order), comments="")
         (folder / f"{name}.toml").write_text("".join(f"{k} = {json.dumps(v)}\n" for k, v in facts.items()))

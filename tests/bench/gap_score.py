@@ -79,8 +79,9 @@ class Row:
     def _separation(self):
         task = self.task
         return Separation(
-            task["seed"], task.get("kind"), task.get("only"), tuple(task["sizes"]) if task.get("sizes") else None
-        )
+            task["seed"], task.get("kind"), task.get("only"), tuple(task["sizes"]) if task.get("sizes") else None,
+            tuple(task.get("on", ())),
+        )  # fmt: skip
 
     def same(self, claim):
         """A set is the true one, or one that the path can't separate from it."""

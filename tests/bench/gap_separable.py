@@ -101,8 +101,8 @@ def members(name):
 class Separation:
     """One case, regenerated: `same(claim)` tells whether the path can't separate a claimed set from the true one."""
 
-    def __init__(self, seed, kind=None, only=None, sizes=None):
-        _, self.rig, runs, chosen, self.label = drawn(seed, kind, only, sizes, whole=False)
+    def __init__(self, seed, kind=None, only=None, sizes=None, motions=()):
+        _, self.rig, runs, chosen, self.label = drawn(seed, kind, only, sizes, whole=False, motions=motions)
         world, at = runs[0]
         self.world, self.at = clone(world), at[:: max(1, len(at) // _ROWS)]
         self.plain = show(self.world, self.at)
