@@ -60,11 +60,24 @@ def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
 
 def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
     page = diagnosis_report({"cell": "kr15", **play().summary}, play().paths)
-    heads = re.findall(r"<h2>(.*?)</h2>", page)
-    assert heads[0] == "Explained"
-    for head in ("The path, coloured by the error before", "and after the effects found", "Where the gap lies", "Causes",
-                 "Worst stretches", "Where, in numbers", "What stays", "Next experiment"):  # fmt: skip
-        assert head in heads
+    assert '<div class="verdict good"><strong>Explained</strong>' in page
+    heads = ("The path, coloured by the error", "Where the gap lies", "What the logs lack, and what that costs", "Causes",
+             "How far it shrinks, on data that took no part", "Error along", "What stays, beside the noise", "Next experiment",
+             "Worst stretches", "Where, in numbers")  # fmt: skip
+    at = [page.index(f"<h2>{head}") for head in heads]
+    assert at == sorted(at)
+    for name in (
+        "space-before",
+        "space-after",
+        "by-rung",
+        "by-axis",
+        "by-regime",
+        "shrunk",
+        "steps",
+        "along-0",
+        "residual",
+    ):
+        assert f'id="{name}"' in page
     assert page.index("sits between encoder and TCP") < page.index("space-before")
     assert "Together" in page
     assert not re.search(r'<(script|link|img)[^>]*(src|href)="http', page)

@@ -19,7 +19,7 @@ from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
 from camrob.gap.experiment import plan_experiment
 from camrob.gap.handover import hand_over
-from camrob.gap.localise import FURTHER, Share, axes_of, directions_of, regimes_of, rms_of, segments_of
+from camrob.gap.localise import FURTHER, Segment, Share, axes_of, directions_of, lines_of, regimes_of, rms_of, segments_of
 from camrob.gap.model import Model, compare, whole_gap
 from camrob.gap.path_standards import path_standards
 from camrob.gap.program_track import ProgramTrack, track_of
@@ -185,7 +185,7 @@ def _summary(
     regimes = regimes_of(model.panels, model.noise)
     further = regimes_of(model.panels, model.noise, FURTHER)
     directions, axes, rungs = directions_of(model.panels), axes_of(model.panels), _rungs(ladders)
-    mm = m_to_mm
+    mm, segments = m_to_mm, segments_of(model.panels)
     return {
         "gap": {
             "samples": int(sum(g.sum() for g in good)),
@@ -200,13 +200,11 @@ def _summary(
             "rungs": {n: None if v is None else mm(v.value) for n, v in rungs.items()},
             "rung_intervals": {n: None if v is None else [mm(v.low), mm(v.high)] for n, v in rungs.items()},
             "missing": sorted({m for one in ladders for m in one.missing}),
-            "segments": [
-                {
-                    "log": s.log, "from_line": s.from_line, "to_line": s.to_line, "rms_mm": mm(s.rms),
-                    "contour_mm": mm(s.contour), "tangential_mm": mm(s.tangential),
-                }
-                for s in segments_of(model.panels)
+            "segments": [_told(s) for s in segments],
+            "change_points": [
+                {"log": s.log, "t_s": s.from_s, "line": s.from_line, "step_mm": mm(s.step)} for s in segments if s.step > 0.0
             ],
+            "lines": [_told(s) for s in lines_of(model.panels)],
             "directions": {k: mm(v.value) for k, v in directions.items()},
             "direction_intervals": {k: [mm(v.low), mm(v.high)] for k, v in directions.items()},
             "axes": {k: v.value for k, v in axes.items()},
@@ -218,6 +216,15 @@ def _summary(
         "latency_s": alignment.summary,
         **verdict.summary,
         "logs": [s.name for s in model.scenes],
+    }  # fmt: skip
+
+
+def _told(s: Segment) -> dict[str, Any]:
+    """A stretch for JSON."""
+    return {
+        "log": s.log, "from_line": s.from_line, "to_line": s.to_line, "from_s": s.from_s, "to_s": s.to_s,
+        "samples": s.samples, "rms_mm": m_to_mm(s.rms), "contour_mm": m_to_mm(s.contour),
+        "tangential_mm": m_to_mm(s.tangential),
     }  # fmt: skip
 
 
@@ -243,7 +250,13 @@ def _paths(model: Model, verdict: Verdict) -> tuple[PathError, ...]:
         line = p.scene.log.line if p.scene.log.has("line") else np.zeros(len(p.scene), np.int64)
         out.append(
             PathError(
-                p.scene.name, p.scene.nominal[good, :3, 3], before[good], after[good], p.scene.t[good], line[good]
+                p.scene.name,
+                p.scene.nominal[good, :3, 3],
+                before[good],
+                after[good],
+                p.scene.t[good],
+                line[good],
+                p.scene.poses,
             )
         )
     return tuple(out)

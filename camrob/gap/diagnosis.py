@@ -21,7 +21,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class PathError:
-    """For pictures: nominal TCP positions (M, 3) m, error before and after (M, 3) m, time (M,), program line (M,)."""
+    """For pictures: nominal TCP positions (M, 3) m, error before and after (M, 3) m, time (M,), program line (M,), zeros without
+    one; poses: single poses instead of a path.
+    """
 
     log: str
     position: Array
@@ -29,6 +31,7 @@ class PathError:
     after: Array
     t: Array
     line: NDArray[np.int64]
+    poses: bool = False
 
     def __post_init__(self) -> None:
         for name in ("position", "before", "after", "t"):

@@ -1,4 +1,4 @@
-"""The pictures of a diagnosis: the path coloured by error, and bars of where the gap lies."""
+"""The pictures of a diagnosis: the path coloured by error, the error over time, what stays beside the noise."""
 
 from __future__ import annotations
 
@@ -6,122 +6,139 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.gap.diagnosis import PathError
+from camrob.report.diagnosis_numbers import mm
 from camrob.report.html import plot_text
 from camrob.report.pack import packed_floats
 from camrob.units import m_to_mm
 
-__all__ = ["charts_of"]
+__all__ = ["AFTER", "BEFORE", "NOISE", "error_charts", "noise_trace", "residual_chart", "space_charts"]
 
 Chart = dict[str, Any]
+Array = NDArray[np.float64]
+
+BEFORE, AFTER, NOISE = "#e08a1e", "#2f7fd1", "#7d8794"
 
 _POINTS = 2500
-_LEAST_EXTENT = 0.25  # of the largest extent
-_BEFORE, _AFTER, _NOISE = "#e08a1e", "#2f7fd1", "#8a93a0"
+_MOST_LOGS = 6
+_SCALE = [[0.0, "#2f7fd1"], [0.25, "#6cc3c0"], [0.5, "#f3d04f"], [0.75, "#ec7f2c"], [1.0, "#b3151c"]]
+_LONG = 7200.0  # s: from here on in hours
+_BINS = 60
 
 
-def charts_of(summary: Mapping[str, Any], paths: Sequence[PathError]) -> list[Chart]:
-    """All charts, each with id, title, caption, traces and layout."""
-    return [*_spatial(paths), *_along(summary, paths), _bars(summary)]
-
-
-def _thin(count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
-    return np.unique(np.linspace(0, count - 1, min(count, _POINTS)).astype(np.int64))
-
-
-def _spatial(paths: Sequence[PathError]) -> list[Chart]:
-    """The path in 3D, coloured by the error before and after, on one scale."""
-    out = []
-    highest = max((float(np.quantile(m_to_mm(np.linalg.norm(p.before, axis=1)), 0.99)) for p in paths), default=1.0)
+def space_charts(paths: Sequence[PathError], *, claimed: bool) -> list[Chart]:
+    """The path in 3D coloured by the error before, and after where something is claimed, on one scale."""
+    before = [m_to_mm(np.linalg.norm(p.before, axis=1)) for p in paths]
+    highest = max((float(np.quantile(b, 0.99)) for b in before), default=1.0)
     scene = _box(np.concatenate([m_to_mm(p.position) for p in paths]) if paths else np.zeros((1, 3)))
-    for which, title in (
-        ("before", "The path, coloured by the error before"),
-        ("after", "and after the effects found"),
-    ):
-        traces: list[Chart] = []
-        for p in paths:
-            pick = _thin(len(p.t))
-            xyz = m_to_mm(p.position[pick])
-            error = m_to_mm(np.linalg.norm(getattr(p, which)[pick], axis=1))
-            traces.append({
-                "type": "scatter3d", "mode": "markers", "name": plot_text(p.log),
-                "x": packed_floats(xyz[:, 0]), "y": packed_floats(xyz[:, 1]), "z": packed_floats(xyz[:, 2]),
-                "marker": {
-                    "size": 2.5, "color": packed_floats(error), "colorscale": "Turbo", "cmin": 0.0, "cmax": highest,
-                    "showscale": not traces, "colorbar": {"title": {"text": "mm"}},
-                },
-                "hovertemplate": "%{marker.color:.3f} mm<extra></extra>",
-            })  # fmt: skip
-        layout = {"height": 460, "showlegend": False, "margin": {"t": 10, "r": 10, "l": 10, "b": 10},
-                  "scene": scene}  # fmt: skip
-        caption = "Nominal TCP in the measured frame. Both pictures share one scale, so that they can be compared."
-        out.append({"id": f"space-{which}", "title": title, "caption": caption, "traces": traces, "layout": layout})
+    out = []
+    for which, title in (("before", "Before"), ("after", "After, with the effects found taken away"))[
+        : 2 if claimed else 1
+    ]:
+        traces = [_coloured(p, getattr(p, which), highest, first=k == 0) for k, p in enumerate(paths)]
+        layout = {"height": 460, "showlegend": False, "margin": {"t": 30, "r": 0, "l": 0, "b": 0}, "scene": scene}
+        out.append({"id": f"space-{which}", "title": title, "traces": traces, "layout": layout})
     return out
 
 
-def _box(xyz: np.ndarray[Any, np.dtype[np.float64]]) -> Chart:
+def _coloured(path: PathError, error: Array, highest: float, *, first: bool) -> Chart:
+    pick = _thin(len(path.t))
+    xyz, size = m_to_mm(path.position[pick]), m_to_mm(np.linalg.norm(error[pick], axis=1))
+    bar = {"title": {"text": "error [mm]", "side": "right"}, "thickness": 14, "len": 0.8}
+    return {
+        "type": "scatter3d", "mode": "markers", "name": plot_text(path.log),
+        "x": packed_floats(xyz[:, 0]), "y": packed_floats(xyz[:, 1]), "z": packed_floats(xyz[:, 2]),
+        "customdata": [int(n) for n in path.line[pick]],
+        "marker": {
+            "size": 2.8, "color": packed_floats(size), "colorscale": _SCALE, "cmin": 0.0, "cmax": highest,
+            "showscale": first, "colorbar": bar, "line": {"width": 0},
+        },
+        "hovertemplate": "%{marker.color:.3f} mm"
+        + (", line %{customdata}" if path.line.any() else "") + "<extra>" + plot_text(path.log) + "</extra>",
+    }  # fmt: skip
+
+
+def _box(xyz: Array) -> Chart:
     """The room around points (N, 3), mm, to scale; a flat path gets some height, or the camera would sit within it."""
     lower, upper = xyz.min(axis=0), xyz.max(axis=0)
     longest = max(float((upper - lower).max()), 1.0)
     half = 0.55 * np.maximum(upper - lower, 0.2 * longest)
     middle = 0.5 * (lower + upper)
     axes = {
-        f"{name}axis": {"title": {"text": f"{name} mm"}, "range": [float(m - h), float(m + h)]}
+        f"{name}axis": {
+            "title": {"text": f"{name} [mm]"}, "range": [float(m - h), float(m + h)], "nticks": 4 if h < half.max() / 2 else 6,
+        }
         for name, m, h in zip("xyz", middle, half, strict=True)
-    }
-    ratio = dict(zip("xyz", (1.6 * half / half.max()).tolist(), strict=True))
+    }  # fmt: skip
+    # as large as a cube of edges 1, which the camera just sees whole
+    ratio = dict(zip("xyz", (1.5 * half / np.linalg.norm(half)).tolist(), strict=True))
     return {"aspectmode": "manual", "aspectratio": ratio, **axes}
 
 
-def _ranges(paths: Sequence[PathError]) -> list[list[float]]:
-    """Ranges in mm of x, y, z, none much smaller than the largest: a flat path would leave the picture empty."""
-    points = m_to_mm(np.concatenate([p.position for p in paths])) if paths else np.zeros((1, 3))
-    low, high = points.min(axis=0), points.max(axis=0)
-    half = 0.52 * np.maximum(high - low, max(_LEAST_EXTENT * float((high - low).max()), 1.0))
-    middle = 0.5 * (low + high)
-    return [[float(a), float(b)] for a, b in zip(middle - half, middle + half, strict=True)]
+def _thin(count: int) -> NDArray[np.int64]:
+    return np.unique(np.linspace(0, count - 1, min(count, _POINTS)).astype(np.int64))
 
 
-def _along(summary: Mapping[str, Any], paths: Sequence[PathError]) -> list[Chart]:
-    """Error over time, before and after, log by log."""
+def noise_trace(noise_mm: float, x: Sequence[Any]) -> Chart:
+    """A dashed line at the noise from one end of a chart to the other, with its name for the legend."""
+    return {
+        "type": "scatter", "mode": "lines", "name": f"the instrument's noise, {mm(noise_mm)}", "x": [x[0], x[-1]],
+        "y": [noise_mm, noise_mm], "line": {"color": NOISE, "dash": "dash", "width": 2}, "hoverinfo": "skip",
+        "showlegend": True,
+    }  # fmt: skip
+
+
+def error_charts(summary: Mapping[str, Any], paths: Sequence[PathError], *, claimed: bool) -> list[Chart]:
+    """Error over time, before and after, log by log; of single poses pose by pose."""
     out = []
-    for k, p in enumerate(paths[:6]):
+    for k, p in enumerate(paths[:_MOST_LOGS]):
         pick = _thin(len(p.t))
-        traces = [
-            {
-                "type": "scatter", "mode": "lines", "name": name, "x": packed_floats(p.t[pick]),
-                "y": packed_floats(m_to_mm(np.linalg.norm(error[pick], axis=1))), "line": {"color": color, "width": 1.2},
+        hours = not p.poses and float(np.ptp(p.t)) > _LONG
+        x = pick.astype(float) + 1.0 if p.poses else p.t[pick] / (3600.0 if hours else 1.0)
+        mode = "markers" if p.poses else "lines"
+        traces = []
+        for name, error, color in (("before", p.before, BEFORE), ("after", p.after, AFTER))[: 2 if claimed else 1]:
+            size = m_to_mm(np.linalg.norm(error[pick], axis=1))
+            look = {"marker": {"size": 4, "color": color}} if p.poses else {"line": {"color": color, "width": 1.2}}
+            traces.append({
+                "type": "scatter", "mode": mode, **look, "name": name, "x": packed_floats(x), "y": packed_floats(size),
                 "hovertemplate": "%{y:.3f} mm",
-            }
-            for name, error, color in (("before", p.before, _BEFORE), ("after", p.after, _AFTER))
-        ]  # fmt: skip
-        noise = float(summary["gap"]["noise_mm"])
-        line = {"type": "line", "xref": "x domain", "yref": "y", "x0": 0, "x1": 1, "y0": noise, "y1": noise,
-                "line": {"color": _NOISE, "dash": "dash", "width": 1.2}}  # fmt: skip
-        layout = {"height": 320, "hovermode": "x unified", "shapes": [line], "margin": {"t": 20, "r": 20, "l": 70, "b": 50},
-                  "xaxis": {"title": {"text": "time [s]"}}, "yaxis": {"title": {"text": "error [mm]"}, "rangemode": "tozero"},
-                  "legend": {"orientation": "h", "y": -0.25}}  # fmt: skip
-        out.append({"id": f"along-{k}", "title": f"Error along {p.log}", "traces": traces, "layout": layout,
-                    "caption": "Dashed: the instrument's noise, below which nothing can be seen."})  # fmt: skip
+            })  # fmt: skip
+        traces.append(noise_trace(float(summary["gap"]["noise_mm"]), [float(x[0]), float(x[-1])]))
+        layout = {
+            "height": 300, "hovermode": "x unified",
+            "margin": {"t": 34, "r": 20, "l": 64, "b": 46}, "legend": {"orientation": "h", "x": 0, "y": 1.14},
+            "xaxis": {"title": {"text": "pose" if p.poses else f"time [{'h' if hours else 's'}]"}},
+            "yaxis": {"title": {"text": "error [mm]"}, "rangemode": "tozero"},
+        }  # fmt: skip
+        out.append({"id": f"along-{k}", "title": f"Error along {p.log}", "traces": traces, "layout": layout})
     return out
 
 
-def _bars(summary: Mapping[str, Any]) -> Chart:
-    """Gap by rung, axis and regime."""
-    where = summary["where"]
-    rungs = {k.replace("_", " "): v for k, v in where["rungs"].items() if v is not None}
-    groups = (("rung, mm", rungs), ("axis, share", where["axes"]), ("regime, share", where["regimes"]))
-    traces, layout = [], {"height": 330, "showlegend": False, "margin": {"t": 30, "r": 20, "l": 50, "b": 110}}
-    for k, (name, values) in enumerate(groups):
-        axes = str(k + 1) if k else ""
-        traces.append({
-            "type": "bar", "name": name, "x": [plot_text(n) for n in values], "y": [float(v) for v in values.values()],
-            "xaxis": f"x{axes}", "yaxis": f"y{axes}", "marker": {"color": (_BEFORE, _AFTER, "#2f9e77")[k]},
-            "hovertemplate": "%{x}: %{y:.3f}<extra></extra>",
-        })  # fmt: skip
-        layout[f"xaxis{axes}"] = {"domain": [0.35 * k, 0.35 * k + 0.28], "anchor": f"y{axes}"}
-        layout[f"yaxis{axes}"] = {"anchor": f"x{axes}", "rangemode": "tozero", "title": {"text": name}}
-    caption = ("Rungs in mm rms; axes and regimes as the share of the gap's energy that each would explain alone, "
-               "on withheld stretches. The shares overlap and need not add up.")  # fmt: skip
-    return {"id": "where", "title": "Where the gap lies", "caption": caption, "traces": traces, "layout": layout}
+def residual_chart(summary: Mapping[str, Any], paths: Sequence[PathError]) -> Chart:
+    """How large the errors that stay are, and how large the noise alone would make them."""
+    left = m_to_mm(np.linalg.norm(np.concatenate([p.after for p in paths]), axis=1)) if paths else np.zeros(1)
+    noise = max(float(summary["gap"]["noise_mm"]), 1e-6)
+    highest = max(3.0 * noise, float(np.quantile(left, 0.995)))
+    counts, edges = np.histogram(left, bins=_BINS, range=(0.0, highest))
+    width = highest / _BINS
+    one = noise / np.sqrt(3.0)  # of one direction
+    x = np.linspace(0.0, highest, 240)
+    alone = np.sqrt(2.0 / np.pi) * x**2 / one**3 * np.exp(-0.5 * (x / one) ** 2)
+    share = 100.0 * width
+    traces = [
+        {"type": "bar", "name": "what stays", "x": packed_floats(edges[:-1] + 0.5 * width), "width": width,
+         "y": packed_floats(100.0 * counts / max(len(left), 1)), "marker": {"color": AFTER},
+         "hovertemplate": "%{y:.1f} % near %{x:.3f} mm<extra></extra>"},
+        {"type": "scatter", "mode": "lines", "name": "the noise alone", "x": packed_floats(x), "y": packed_floats(share * alone),
+         "line": {"color": NOISE, "width": 2.5}, "hoverinfo": "skip"},
+    ]  # fmt: skip
+    layout = {
+        "height": 300, "bargap": 0, "margin": {"t": 34, "r": 20, "l": 64, "b": 46},
+        "legend": {"orientation": "h", "x": 0, "y": 1.14},
+        "xaxis": {"title": {"text": "error [mm]"}, "range": [0.0, highest]},
+        "yaxis": {"title": {"text": "samples [%]"}, "rangemode": "tozero"},
+    }  # fmt: skip
+    return {"id": "residual", "title": "What stays, beside the noise", "traces": traces, "layout": layout}

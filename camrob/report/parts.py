@@ -15,14 +15,15 @@ def section(title: str, *parts: str) -> str:
     return f"<section><h2>{escape(title)}</h2>{''.join(parts)}</section>"
 
 
-def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
-    """A table of HTML cells; the first `left` columns are words, the others numbers."""
+def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, left: int = 1, whole: bool = False) -> str:
+    """A table of HTML cells; the first `left` columns are words, the others numbers. whole: shown in its full height."""
     sort = ["text" if k < left else "n" for k in range(len(headings))]
     head = "".join(f'<th class="{s if s == "n" else ""}">{escape(h)}</th>' for s, h in zip(sort, headings, strict=True))
     body = "".join(
         "<tr>" + "".join(f'<td class="{s}">{c}</td>' for s, c in zip(sort, row, strict=True)) + "</tr>" for row in rows
     )
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    frame = "scroll whole" if whole else "scroll"
+    return f'<div class="{frame}"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
 def card_row(cards: Sequence[tuple[str, str, str]]) -> str:

@@ -1,0 +1,78 @@
+"""Where the gap lies, in numbers: worst stretches, rungs, directions, axes and regimes with intervals, standards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from camrob.gap.diagnosis import PathError
+from camrob.report.diagnosis_numbers import mm, share
+from camrob.report.diagnosis_words import between, standards_text
+from camrob.report.html import escape
+from camrob.report.parts import section, table
+
+__all__ = ["place_sections"]
+
+Summary = Mapping[str, Any]
+
+_WORST = 6
+_DIRECTIONS = {
+    "x": "x of the measured frame", "y": "y of the measured frame", "z": "z of the measured frame", "along": "along the path",
+    "across": "across the path", "tool_x": "x of the tool", "tool_y": "y of the tool", "tool_axis": "z of the tool",
+}  # fmt: skip
+
+
+def place_sections(summary: Summary, paths: Sequence[PathError]) -> list[str]:
+    """The sections, those that have nothing to say left out."""
+    return [s for s in (_worst(summary, paths), _numbers(summary), _standards(summary)) if s]
+
+
+def _worst(summary: Summary, paths: Sequence[PathError]) -> str:
+    lined = {p.log for p in paths if p.line.any()}
+    worst = sorted(summary["where"]["segments"], key=lambda s: -float(s["rms_mm"]))[:_WORST]
+    rows = [
+        [
+            escape(s["log"]),
+            f"{'program lines' if s['log'] in lined else 'rows'} {s['from_line']} to {s['to_line']}",
+            *(escape(mm(s[k])) for k in ("rms_mm", "contour_mm", "tangential_mm")),
+        ]
+        for s in worst
+    ]
+    return section(
+        "Worst stretches", table(("log", "where", "rms", "across the path", "along it"), rows, left=2, whole=True)
+    )
+
+
+def _numbers(summary: Summary) -> str:
+    """Rungs, directions, axes and regimes, each with its 90 % interval."""
+    where = summary["where"]
+    regimes = {**where["regimes"], **where["further_regimes"]}
+    groups = (
+        ("Rung", {between(k, summary): (v, where["rung_intervals"][k]) for k, v in where["rungs"].items()}, mm),
+        (
+            "Direction",
+            {_DIRECTIONS[k]: (v, where["direction_intervals"][k]) for k, v in where["directions"].items()},
+            mm,
+        ),
+        ("Axis", {k: (v, where["axis_intervals"][k]) for k, v in where["axes"].items()}, share),
+        ("Regime", {k: (v, where["regime_intervals"][k]) for k, v in regimes.items()}, share),
+    )
+    cells = ""
+    for title, values, words in groups:
+        rows = [
+            [escape(name), escape("not logged" if v is None else f"{words(v)} ({words(i[0])} to {words(i[1])})")]
+            for name, (v, i) in values.items()
+            if v is None or max(abs(v), *map(abs, i)) > 0.0
+        ]
+        cells += f"<div>{table((title.lower(), 'how much (90 % of it)'), rows, whole=True)}</div>"
+    return section("Where, in numbers", f'<div class="pair">{cells}</div>')
+
+
+def _standards(summary: Summary) -> str:
+    lines = "".join(f"<li>{escape(standards_text(one))}</li>" for one in summary.get("standards", []))
+    if not lines:
+        return ""
+    note = (
+        '<p class="caption">Before, and without the effects found; camrob.gap.path_standards has the definitions.</p>'
+    )
+    return section("By the standards", f"<ul>{lines}</ul>", note)
