@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.gap.design import Design, Panel, build_units, make_panel, pool
 from camrob.gap.effects.effect import Effect, State, Unit
 from camrob.gap.evidence import Evidence, Fitted
-from camrob.gap.noise import Noise, find_outliers, noise_of
+from camrob.gap.noise import Noise, find_outliers, noise_left, noise_of
 from camrob.gap.scan import covered, gear_orders, shapes, uncovered_constants
 from camrob.gap.scene import Scene
 from camrob.gap.search import explore, posterior
@@ -85,6 +85,8 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     states: dict[str, State] = {e.name: dict(e.start) for e in effects}
     noises = tuple(noise_of(s) for s in scenes)
     kept = [~find_outliers(s, n) for s, n in zip(scenes, noises, strict=True)]
+    if any(s.poses and not n.told for s, n in zip(scenes, noises, strict=True)):
+        noises = _told(scenes, noises, kept, effects, states)
     noise = float(np.sqrt(np.mean([n.rms**2 for n in noises])))
     model: Model | None = None
     starts: tuple[frozenset[str], ...] = ()
@@ -127,6 +129,18 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     if model is None:
         raise ValueError("at least one round is needed")
     return model
+
+
+def _told(
+    scenes: Sequence[Scene], noises: Sequence[Noise], kept: Sequence[NDArray[np.bool_]], effects: Sequence[Effect],
+    states: Mapping[str, State],
+) -> tuple[Noise, ...]:  # fmt: skip
+    """The noises, with those of single poses that nobody told found from what no effect explains."""
+    panels = panels_for(scenes, noises, kept, build_units(scenes, effects, states), effects, states)
+    return tuple(
+        n if n.told or not s.poses else noise_left(p.tcp, p.y_tcp, p.w_tcp > 0.0, n.servo, s.log.path)
+        for s, n, p in zip(scenes, noises, panels, strict=True)
+    )
 
 
 def _small(model: Model) -> frozenset[str]:

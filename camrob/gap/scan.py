@@ -19,7 +19,7 @@ _HIGHEST_ORDER = 400.0
 _CYCLES = 1.2  # an order is only one where the axis passes as many of its cycles
 _RIDGE = 1e-9
 _SMALL_UNIT, _COVERED = 2, 0.85  # columns that a unit has at most, and the share of a shape's energy that it shows
-_SAME = 0.995  # share of the energy of a constant from which it is another's
+_SAME = 0.9999  # share of the energy of a constant from which it is another's
 _RIGID = 6  # columns of a place that is elsewhere and turned
 _GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
 
