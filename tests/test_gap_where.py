@@ -5,13 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from gap_cases import generator, kr15, simulated
+from scipy.spatial import cKDTree
+from test_gap_program import measured, raster
 
+from camrob.controller.programmed_path import programmed_path
+from camrob.controller.replay import program_cell, replay
 from camrob.gap.design import Panel, build_units, make_panel
 from camrob.gap.diagnose import diagnose
-from camrob.gap.localise import axes_of, directions_of, regimes_of, segments_of
+from camrob.gap.localise import axes_of, directions_of, lines_of, regimes_of, segments_of
 from camrob.gap.noise import noise_of
+from camrob.gap.program_track import track_of
 from camrob.gap.rungs import RUNGS, ladder
 from camrob.gap.scene import make_scene
+from camrob.kinematics.frames import world_T_base
 from camrob.measure.log import MeasurementLog
 
 SIGMA = 0.02
@@ -58,6 +64,45 @@ def test_an_error_of_one_axis_is_told_at_that_axis() -> None:
     assert told["E2"].value == 0.0  # measured in world, the table can't be seen
 
 
+def test_noise_is_told_at_no_axis() -> None:
+    told = axes_of([panel(simulated(sigma_mm=SIGMA))])
+    assert max(s.value for s in told.values()) < 0.02
+
+
+def test_a_shift_of_the_work_is_told_in_its_own_axes_though_the_table_turns() -> None:
+    """0.3 mm along the table's x, seen in `world`, where it goes round with the table."""
+
+    def apply(world) -> None:
+        angle = -world.command[:, 7]  # E2 turns the other way about z
+        world.after[:, 0] += 3e-4 * np.cos(angle)
+        world.after[:, 1] += 3e-4 * np.sin(angle)
+
+    told = directions_of([panel(simulated(apply, sigma_mm=SIGMA))])
+    sizes = [told[f"work_{n}"].value for n in "xyz"]
+    assert max(sizes) == pytest.approx(3e-4, rel=0.02)
+    assert sorted(sizes)[1] < 4e-5
+    assert sum(v**2 for v in sizes) == pytest.approx(sum(told[n].value ** 2 for n in "xyz"))
+
+
+def test_program_lines_are_told_one_by_one() -> None:
+    log = simulated(lambda w: w.after.__setitem__((slice(None), 2), 4e-4 * (w.t > 25.0)), sigma_mm=SIGMA)
+    line = 10.0 + np.floor(log.t)
+    one = panel(MeasurementLog({**log.columns, "line": line}, log.info, log.path))
+    told = lines_of([one])
+    assert len(told) == len(np.unique(line))
+    assert [s.rms for s in told] == sorted((s.rms for s in told), reverse=True)
+    late = {s.from_line for s in told if s.rms > 3e-4}
+    assert late == set(np.unique(line[log.t > 25.5]).astype(int).tolist()) | {35}
+    for s in told:
+        rows = line == s.from_line
+        gap = one.scene.tcp_gap[rows, :3]
+        assert s.samples == rows.sum()
+        assert s.rms == pytest.approx(np.sqrt(np.mean(np.sum(gap**2, axis=1))))
+        assert s.contour**2 + s.tangential**2 == pytest.approx(s.rms**2)
+        assert (s.from_s, s.to_s) == (log.t[rows][0], log.t[rows][-1])
+    assert lines_of([panel(log)]) == ()
+
+
 def test_a_step_is_a_change_point_and_its_stretch_is_told() -> None:
     def apply(world) -> None:
         world.after[:, 2] += 4e-4 * (world.t > 25.0)
@@ -69,6 +114,10 @@ def test_a_step_is_a_change_point_and_its_stretch_is_told() -> None:
     assert min(s.from_line for s in large) == pytest.approx(rows[0] + 2, abs=3)
     assert all(s.rms < 6e-5 for s in parts if s not in large)
     assert all(s.contour**2 + s.tangential**2 == pytest.approx(s.rms**2, rel=1e-6) for s in parts)
+    changes = [s for s in parts if s.step > 0.0]
+    assert [s.from_s for s in changes] == pytest.approx([25.0], abs=0.2)
+    assert changes[0].step == pytest.approx(4e-4, rel=0.1)
+    assert all(s.step == 0.0 for s in segments_of([panel(simulated(sigma_mm=SIGMA))]))
 
 
 @pytest.mark.parametrize(
@@ -119,3 +168,25 @@ def test_the_rungs_add_up_whatever_is_missing(drop: str) -> None:
     if drop != "setpoints":
         commanded = make_scene(simulated(), kr15()).nominal[:, :3, 3]
         assert np.abs(rungs.whole - (scene.measured[:, :3, 3] - commanded)).max() < 1e-9
+
+
+def test_with_a_program_the_rungs_add_up_to_measured_less_programmed_sample_by_sample() -> None:
+    """The whole, found anew: from each measured point back to the place of the program nearest to its set-point."""
+    log = measured(raster(4.0))
+    scene = make_scene(log, program_cell(raster(4.0), kr15())[0])
+    track = track_of(scene, raster(4.0))
+    rungs = ladder(scene, track)
+    parts = [getattr(rungs, n) for n in RUNGS]
+    assert all(p is not None for p in parts)
+    nodes = np.asarray(programmed_path(raster(4.0), replay(raster(4.0), kr15()), distance=0.0).points)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(nodes, axis=0), axis=1))])
+    fine = np.linspace(0.0, along[-1], 200_001)
+    dense = np.stack([np.interp(fine, along, nodes[:, k]) for k in range(3)], axis=1)
+    commanded = scene.nominal[:, :3, 3]  # the virtual controller's encoders are its set-points; base stands on world
+    base = np.asarray(world_T_base(scene.cell, scene.cell.to_q(log.setpoints(scene.axes))))[:, :3]
+    in_world = dense @ base[0, :, :3].T + base[0, :, 3]
+    place = in_world[cKDTree(in_world).query(commanded)[1]]
+    whole = scene.measured[:, :3, 3] - place
+    assert np.abs(np.sum(parts, axis=0) - whole).max() < 5e-6
+    assert np.abs(rungs.whole - whole).max() < 5e-6
+    assert np.linalg.norm(parts[0], axis=1).max() > 0.9e-3

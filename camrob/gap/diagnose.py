@@ -19,7 +19,17 @@ from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
 from camrob.gap.experiment import plan_experiment
 from camrob.gap.handover import hand_over
-from camrob.gap.localise import FURTHER, Segment, Share, axes_of, directions_of, lines_of, regimes_of, rms_of, segments_of
+from camrob.gap.localise import (
+    FURTHER,
+    Segment,
+    Share,
+    axes_of,
+    directions_of,
+    lines_of,
+    regimes_of,
+    rms_of,
+    segments_of,
+)
 from camrob.gap.model import Model, compare, whole_gap
 from camrob.gap.path_standards import path_standards
 from camrob.gap.program_track import ProgramTrack, track_of

@@ -15,7 +15,18 @@ from camrob.gap.scene import Scene
 from camrob.gap.signals import play
 from camrob.units import deg_to_rad
 
-__all__ = ["FURTHER", "REGIMES", "Segment", "Share", "axes_of", "directions_of", "regimes_of", "rms_of", "segments_of"]
+__all__ = [
+    "FURTHER",
+    "REGIMES",
+    "Segment",
+    "Share",
+    "axes_of",
+    "directions_of",
+    "lines_of",
+    "regimes_of",
+    "rms_of",
+    "segments_of",
+]
 
 Array = NDArray[np.float64]
 
@@ -23,7 +34,10 @@ REGIMES = ("position", "direction", "speed", "acceleration", "load", "time")
 FURTHER = ("force", "temperature", "track", "table")
 """Regimes that not every log or cell has."""
 
-_MOST_SEGMENTS = 24
+_MOST_SEGMENTS, _MOST_LINES = 24, 200
+_PARTS = 5  # that a stretch is cut into, to see how well its mean is known
+_SURE = 4.0  # standard errors that a mean has to change by
+_NEAR = np.array([1.0] * 4 + [0.0] + [1.0] * 4)  # samples from which an axis's shift at the one between is told
 _FOLDS = 8
 _DRAWS = 200
 _RIDGE = 1e-3
@@ -31,7 +45,10 @@ _RIDGE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """Lines of the program, with rms, contour and tangential error, m."""
+    """Lines of the program, with rms, contour and tangential error, m; from_s, to_s: s since the start of the log.
+
+    step: m that the mean gap changes by from the stretch before to this one, where that is more than its scatter; else 0.
+    """
 
     log: str
     from_line: int
@@ -39,6 +56,10 @@ class Segment:
     rms: float
     contour: float
     tangential: float
+    from_s: float = 0.0
+    to_s: float = 0.0
+    samples: int = 0
+    step: float = 0.0
 
 
 def _tangent(scene: Scene) -> Array:
@@ -48,23 +69,69 @@ def _tangent(scene: Scene) -> Array:
     return np.where(size > 1e-6, v / np.maximum(size, 1e-12), 0.0)
 
 
+def _errors(p: Panel) -> tuple[Array, Array]:
+    """(N, 3) m the gap, 0 where not seen; (N, 3) m its size, what lies across the path, and along it."""
+    good = p.w_tcp[:, 0] > 0.0
+    gap = np.where(good[:, None], whole_gap(p), 0.0)
+    tangent = _tangent(p.scene)
+    along = np.sum(gap * tangent, axis=1)
+    across = np.linalg.norm(gap - along[:, None] * tangent, axis=1)
+    return gap, np.stack([np.linalg.norm(gap, axis=1), across, along], axis=1)
+
+
 def segments_of(panels: Sequence[Panel]) -> tuple[Segment, ...]:
     """Stretches of the path between points where the mean gap changes most (binary splitting of its piecewise mean)."""
     out: list[Segment] = []
     for p in panels:
         good = p.w_tcp[:, 0] > 0.0
-        gap = np.where(good[:, None], whole_gap(p), 0.0)
-        tangent = _tangent(p.scene)
-        along = np.sum(gap * tangent, axis=1)
-        across = np.linalg.norm(gap - along[:, None] * tangent, axis=1)
+        gap, parts = _errors(p)
         line = p.scene.log.line if p.scene.log.has("line") else np.arange(len(p.scene)) + 2
+        before: Array | None = None
         for a, b in _splits(gap, max(2, _MOST_SEGMENTS // len(panels))):
             ok = good[a:b]
             if not ok.any():
                 continue
-            rms = [float(np.sqrt(np.mean(x[a:b][ok] ** 2))) for x in (np.linalg.norm(gap, axis=1), across, along)]
-            out.append(Segment(p.scene.name, int(line[a:b].min()), int(line[a:b].max()), *rms))
+            here = gap[a:b][ok]
+            rms, across, along = np.sqrt(np.mean(parts[a:b][ok] ** 2, axis=0)).tolist()
+            out.append(Segment(
+                p.scene.name, int(line[a:b].min()), int(line[a:b].max()), rms, across, along, float(p.scene.t[a]),
+                float(p.scene.t[b - 1]), int(ok.sum()), _step(before, here),
+            ))  # fmt: skip
+            before = here
     return tuple(out)
+
+
+def _step(before: Array | None, after: Array) -> float:
+    """m between the means of two stretches (N, 3), 0 where that is not clearly more than how far the means are known."""
+    if before is None or min(len(before), len(after)) < 2 * _PARTS:
+        return 0.0
+    error = 0.0
+    for values in (before, after):
+        means = np.array([part.mean(axis=0) for part in np.array_split(values, _PARTS)])
+        error += float(np.sum(means.var(axis=0, ddof=1))) / _PARTS
+    size = float(np.linalg.norm(after.mean(axis=0) - before.mean(axis=0)))
+    return size if size > _SURE * np.sqrt(error) else 0.0
+
+
+def lines_of(panels: Sequence[Panel]) -> tuple[Segment, ...]:
+    """The program's lines one by one, those with the largest gap first (200 at the most); none where logs don't tell lines."""
+    out: list[Segment] = []
+    for p in panels:
+        if p.scene.poses or not p.scene.log.has("line"):
+            continue
+        good = np.flatnonzero(p.w_tcp[:, 0] > 0.0)
+        names, slot = np.unique(p.scene.log.line[good], return_inverse=True)
+        count = np.bincount(slot)
+        squares = [np.bincount(slot, weights=x**2) / count for x in _errors(p)[1][good].T]
+        begin, end = np.full(len(names), np.inf), np.full(len(names), -np.inf)
+        np.minimum.at(begin, slot, p.scene.t[good])
+        np.maximum.at(end, slot, p.scene.t[good])
+        for k in np.argsort(-squares[0])[:_MOST_LINES].tolist():
+            line, (rms, across, along) = int(names[k]), (float(np.sqrt(x[k])) for x in squares)
+            out.append(
+                Segment(p.scene.name, line, line, rms, across, along, float(begin[k]), float(end[k]), int(count[k]))
+            )
+    return tuple(sorted(out, key=lambda s: -s.rms)[:_MOST_LINES])
 
 
 def _splits(values: Array, most: int) -> list[tuple[int, int]]:
@@ -123,8 +190,10 @@ def _drawn(upper: Array, lower: Array | None, block: NDArray[np.int64], *, root:
 
 
 def directions_of(panels: Sequence[Panel]) -> dict[str, Share]:
-    """rms in m along the measured frame's axes, along and across the path, and along the tool's own axes (`tool_axis`: z)."""
-    names = ("x", "y", "z", "along", "across", "tool_x", "tool_y", "tool_axis")
+    """rms in m along the measured frame's axes, along and across the path, along the tool's own axes (`tool_axis`: z), and
+    along those of the work (`base`, which may turn with the table).
+    """
+    names = ("x", "y", "z", "along", "across", "tool_x", "tool_y", "tool_axis", "work_x", "work_y", "work_z")
     parts: dict[str, list[Array]] = {n: [] for n in names}
     blocks = []
     for p in panels:
@@ -133,14 +202,18 @@ def directions_of(panels: Sequence[Panel]) -> dict[str, Share]:
         along = np.sum(gap * tangent, axis=1)
         in_tool = np.einsum("nij,ni->nj", p.scene.nominal[good, :3, :3], gap)
         across = np.linalg.norm(gap - along[:, None] * tangent, axis=1)
-        for name, values in zip(names, (*gap.T, along, across, *in_tool.T), strict=True):
+        in_work = np.einsum("nij,ni->nj", p.scene.measured_R_base[good], gap)
+        for name, values in zip(names, (*gap.T, along, across, *in_tool.T, *in_work.T), strict=True):
             parts[name].append(values[:, None])
         blocks.append(p.block[good])
     return {name: rms_of(v, blocks) for name, v in parts.items()}
 
 
 def axes_of(panels: Sequence[Panel]) -> dict[str, Share]:
-    """Share of the gap's energy that a slow shift of each axis alone would explain, through its Jacobian."""
+    """Share of the gap's energy that a slow shift of each axis alone would explain, through its Jacobian.
+
+    The shift at a sample is told by those around it, so that noise explains nothing; of single poses, by each itself.
+    """
     shares: dict[str, Share] = {}
     for axis in panels[0].scene.axes:
         gained, total = [], []
@@ -154,7 +227,10 @@ def axes_of(panels: Sequence[Panel]) -> dict[str, Share]:
                 gained.append(np.zeros(len(y)))
                 continue
             J = p.scene.places[f"{axis}.zero"] * w
-            z = np.sum(J * y * w, axis=1) / np.maximum(np.sum(J**2, axis=1), 1e-30)
+            upper, lower = np.sum(J * y * w, axis=1), np.sum(J**2, axis=1)
+            if not p.scene.poses and len(y) > len(_NEAR):
+                upper, lower = (np.convolve(x, _NEAR, mode="same") for x in (upper, lower))
+            z = upper / np.maximum(lower, 1e-30)
             left = y[:, :3] - p.scene.places[f"{axis}.zero"][:, :3] * z[:, None]
             gained.append(total[-1] - np.sum((left * seen) ** 2, axis=1))
         block = np.concatenate([p.block for p in panels])

@@ -103,13 +103,24 @@ class Scene:
     @property
     def measured_R_world(self) -> Array:
         """(N, 3, 3) `world`'s axes in the measured frame, which may turn with the table, or be the instrument's own."""
-        from camrob.kinematics.frames import world_T_base
-
         turned = np.tile(np.eye(3), (len(self), 1, 1))
         if self.log.info.measured_frame is MeasuredFrame.BASE:
-            values = self.log.axes(self.axes) if self.encoder is not None else self.log.setpoints(self.axes)
-            turned = world_T_base(self.cell, self.cell.to_q(values))[:, :3, :3].swapaxes(1, 2)
+            turned = self._world_R_base().swapaxes(1, 2)
         return np.asarray(self.frames.left[:3, :3] @ turned)
+
+    @property
+    def measured_R_base(self) -> Array:
+        """(N, 3, 3) `base`'s axes, those of the work, in the measured frame."""
+        turned = np.tile(np.eye(3), (len(self), 1, 1))
+        if self.log.info.measured_frame is not MeasuredFrame.BASE:
+            turned = self._world_R_base()
+        return np.asarray(self.frames.left[:3, :3] @ turned)
+
+    def _world_R_base(self) -> Array:
+        from camrob.kinematics.frames import world_T_base
+
+        values = self.log.axes(self.axes) if self.encoder is not None else self.log.setpoints(self.axes)
+        return np.asarray(world_T_base(self.cell, self.cell.to_q(values))[:, :3, :3])
 
     @property
     def force(self) -> Array | None:
