@@ -39,9 +39,27 @@ def _worst(summary: Summary, paths: Sequence[PathError]) -> str:
         ]
         for s in worst
     ]
-    return section(
-        "Worst stretches", table(("log", "where", "rms", "across the path", "along it"), rows, left=2, whole=True)
-    )
+    single = [
+        [escape(s["log"]), f"program line {s['from_line']}",
+         *(escape(mm(s[k])) for k in ("rms_mm", "contour_mm", "tangential_mm"))]
+        for s in summary["where"].get("lines", ())[:_WORST]
+    ]  # fmt: skip
+    head = ("rms", "across the path", "along it")
+    cells = table(("log", "worst stretches", *head), rows, left=2, whole=True)
+    if single:
+        lines = table(("log", "worst lines", *head), single, left=2, whole=True)
+        cells = f'<div class="pair"><div>{cells}</div><div>{lines}</div></div>'
+    return section("Worst stretches", cells, _changes(summary))
+
+
+def _changes(summary: Summary) -> str:
+    """Where the mean gap changes at once."""
+    told = sorted(summary["where"].get("change_points", ()), key=lambda c: -float(c["step_mm"]))
+    if not told:
+        return ""
+    words = [f"{c['log']} after {c['t_s']:.1f} s (line {c['line']}): {mm(c['step_mm'])}" for c in told[:_WORST]]
+    more = f", and {len(told) - _WORST} smaller ones" if len(told) > _WORST else ""
+    return f"<p>The mean gap changes at {escape('; '.join(words))}{more}.</p>"
 
 
 def _numbers(summary: Summary) -> str:

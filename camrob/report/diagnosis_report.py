@@ -10,6 +10,8 @@ from camrob.report.diagnosis_bars import place_charts, shrink_charts
 from camrob.report.diagnosis_charts import error_charts, residual_chart, space_charts
 from camrob.report.diagnosis_numbers import measure, mm, share, sure, to_mm, values_of
 from camrob.report.diagnosis_places import place_sections
+from camrob.report.diagnosis_timing import timing_section
+from camrob.report.diagnosis_withheld import regimes_table, regimes_text, sizes_table
 from camrob.report.diagnosis_words import compensable_text, plain_name, sentence, unexplained, withheld_text
 from camrob.report.html import escape, page
 from camrob.report.parts import card_row, section, table
@@ -40,7 +42,7 @@ def diagnosis_report(summary: Summary, paths: Sequence[PathError]) -> str:
             "add up.")),
         _missing(summary), _causes(summary), _shrunk(summary, shrunk),
         *(section(str(c["title"]), _chart(c)) for c in along[:1]),
-        _residual(summary, stays), _next(summary), *place_sections(summary, paths),
+        _residual(summary, stays), _next(summary), *place_sections(summary, paths), timing_section(summary),
         *(section(str(c["title"]), _chart(c)) for c in along[1:]),
         "<footer>Made by camrob. Shrinkage is told on samples that took no part in choosing or fitting; the pictures show the "
         "logs that did. This page loads nothing and sends nothing.</footer></main>",
@@ -178,7 +180,11 @@ def _shrunk(summary: Summary, charts: Sequence[Chart]) -> str:
     part = "" if removed is None else f" Of what could be removed above the noise, {share(removed)} is."
     text = f"Together, {withheld_text(summary)}: {sizes}. It shrinks by {share(t['shrink'])}"
     text += f" ({share(low)} to {share(high)}).{part}"
-    return section(title, f"<p>{escape(text)}</p>", _pair(charts), f"<p>{escape(compensable_text(summary))}</p>")
+    regimes = regimes_text(summary)
+    held = f"<p>{escape(regimes[:1].upper() + regimes[1:])}</p>{regimes_table(summary)}" if regimes else ""
+    return section(
+        title, f"<p>{escape(text)}</p>", _pair(charts), f"<p>{escape(compensable_text(summary))}</p>", sizes_table(summary), held
+    )  # fmt: skip
 
 
 def _residual(summary: Summary, chart: Chart) -> str:
