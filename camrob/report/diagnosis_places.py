@@ -45,11 +45,9 @@ def _worst(summary: Summary, paths: Sequence[PathError]) -> str:
         for s in summary["where"].get("lines", ())[:_WORST]
     ]  # fmt: skip
     head = ("rms", "across the path", "along it")
-    cells = table(("log", "worst stretches", *head), rows, left=2, whole=True)
-    if single:
-        lines = table(("log", "worst lines", *head), single, left=2, whole=True)
-        cells = f'<div class="pair"><div>{cells}</div><div>{lines}</div></div>'
-    return section("Worst stretches", cells, _changes(summary))
+    stretches = table(("log", "stretch", *head), rows, left=2, whole=True)
+    lines = table(("log", "line by line", *head), single, left=2, whole=True) if single else ""
+    return section("Worst stretches", stretches, _changes(summary), lines)
 
 
 def _changes(summary: Summary) -> str:
@@ -57,9 +55,13 @@ def _changes(summary: Summary) -> str:
     told = sorted(summary["where"].get("change_points", ()), key=lambda c: -float(c["step_mm"]))
     if not told:
         return ""
-    words = [f"{c['log']} after {c['t_s']:.1f} s (line {c['line']}): {mm(c['step_mm'])}" for c in told[:_WORST]]
-    more = f", and {len(told) - _WORST} smaller ones" if len(told) > _WORST else ""
-    return f"<p>The mean gap changes at {escape('; '.join(words))}{more}.</p>"
+    several = len({c["log"] for c in told}) > 1
+    words = [
+        f"{mm(c['step_mm'])} after {c['t_s']:.1f} s (line {c['line']}{' of ' + c['log'] if several else ''})"
+        for c in told[:_WORST]
+    ]
+    more = f", and less {len(told) - _WORST} times more" if len(told) > _WORST else ""
+    return f"<p>The mean gap changes at once by {escape('; '.join(words))}{more}.</p>"
 
 
 def _numbers(summary: Summary) -> str:

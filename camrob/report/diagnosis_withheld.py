@@ -24,7 +24,9 @@ def sizes_table(summary: Summary) -> str:
             for name, told in (("alone", e["alone"]), ("added last", e["added_last"])):
                 rows.append([f"<b>{escape(e['effect'])}</b>", name, *_cells(told)])
     together = summary["together"]
-    rows.append(["<b>together</b>", "all that is claimed but corners", *_cells(together)])
+    first = any(e["probability"] >= 0.5 and list(e["rungs"]) == ["program_to_setpoint"] for e in summary["effects"])
+    taken = "all but what lies before the set-points" if first else "all that is claimed"
+    rows.append(["<b>together</b>", taken, *_cells(together)])
     told = summary.get("compensable", {})
     if told.get("effects"):
         sizes = escape(to_mm(told["rms_before_mm"], told["rms_after_mm"]))
