@@ -265,15 +265,13 @@ def _tried(model: Model, effect: Effect, states: Mapping[str, State]) -> State:
 def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: float, *, raw: bool = False) -> bool:
     """Offer what the residual's shape suggests (raw: the whole gap's, before anything explains it); True where something was."""
     offered = False
-    if "gear_ripple" in states and not raw:
-        inside = {u.key for i, u in enumerate(model.units) if u.effect == "gear_ripple" and i in model.best.members}
-        orders = {k: v for k, v in states["gear_ripple"].items() if k in inside}
-        with_own = [
-            r
-            + p.tcp
-            @ model.values(frozenset(i for i, u in enumerate(model.units) if u.effect == "gear_ripple"), model.best)
-            for r, p in zip(left, model.panels, strict=True)
-        ]
+    if "gear_ripple" in states:
+        ripples = {u.key: i in model.best.members for i, u in enumerate(model.units) if u.effect == "gear_ripple"}
+        orders = {k: v for k, v in states["gear_ripple"].items() if ripples.get(k, True)}
+        # looked for in what is left with ripples, and with shapes that may be nothing but a part of one
+        own = frozenset(i for i, u in enumerate(model.units) if u.effect in ("gear_ripple", UNKNOWN.name))
+        values = model.values(own, model.best)
+        with_own = left if raw else [r + p.tcp @ values for r, p in zip(left, model.panels, strict=True)]
         for key, order in gear_orders(model.panels, with_own, heat).items():
             if key not in orders or abs(orders[key] - order) > _SAME_ORDER * order:
                 orders[key] = order

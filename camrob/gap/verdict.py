@@ -23,8 +23,8 @@ __all__ = ["Verdict", "judge_effects"]
 Set = frozenset[int]
 
 _WORTH_A_LINE = 0.02
-_REPORTED = 0.98  # of the probability: the likeliest sets that hold as much are told
-_CROWDED = 0.15
+_REPORTED = 0.99  # of the probability: the likeliest sets that hold as much are told
+_CROWDED = 0.05
 _TRIES, _LIKELY = 3, 0.02
 _SURE = 0.975  # share of right names among those that the evidence leaves no doubt about, on simulated cells
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
@@ -79,7 +79,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
     members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)
     together = shrinkage(model, trial, model.best.members, members)
-    status = _status(together, model.noise, claimed, unknown, structure)
+    inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
+    status = _status(together, model.noise, claimed, unknown, inside)
     sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
@@ -188,11 +189,15 @@ def _removed(shrunk: Shrinkage, noise: float) -> float | None:
     )
 
 
-def _status(shrunk: Shrinkage, noise: float, claimed: Sequence[str], unknown: float, structure: float) -> str:
-    if not claimed:
-        quiet = shrunk.rms_before < 1.25 * noise or structure < _LEFT * noise
-        return "no gap" if quiet and unknown < 0.5 else "unexplained"
-    return "partly explained" if unknown >= 0.5 else "explained"
+def _status(shrunk: Shrinkage, noise: float, claimed: Sequence[str], unknown: float, inside: float) -> str:
+    """In a word. shrunk: by what is claimed; inside: probability of the sets of effects without anything unknown."""
+    if claimed:
+        return "partly explained" if unknown >= 0.5 else "explained"
+    quiet = shrunk.rms_before < 1.25 * noise or _structure(shrunk) < _LEFT * noise
+    if quiet and unknown < 0.5:
+        return "no gap"
+    # one of several that can't be told apart, so that none is claimed
+    return "explained" if inside * (1.0 - unknown) >= 0.5 else "unexplained"
 
 
 def _alternatives(sets: Mapping[tuple[str, ...], float], unknown: float) -> list[dict[str, Any]]:

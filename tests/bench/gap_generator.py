@@ -271,7 +271,7 @@ def show(world, at):
     T = pose(sampled(encoder + world.link, when), arm, world.base, lean)
     T[:, :3, 3] += sampled(world.after, when)
     if world.in_base:
-        angle = sampled(encoder[:, 7:], when)[:, 0]
+        angle = sampled((encoder + world.link)[:, 7:], when)[:, 0]
         turned = np.tile(np.eye(4), (len(at), 1, 1))
         turned[:, 0, 0] = turned[:, 1, 1] = np.cos(angle)
         turned[:, 1, 0] = np.sin(angle)
