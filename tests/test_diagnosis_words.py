@@ -151,3 +151,21 @@ def test_what_compensate_can_do_is_never_promised_too_much() -> None:
     worse = told | {"effects": ["frame_base"], "left": ["lean"], "rms_after_mm": 0.24, "shrink_interval": [-0.3, 0.1]}
     assert "so nothing is handed over" in compensable_text({"compensable": worse})
     assert compensable_text({"compensable": told | {"effects": []}}).endswith("it has no term for track of E1.")
+
+
+def test_of_several_causes_alike_none_is_claimed_and_all_are_named() -> None:
+    rivals = [
+        effect(n, [], {"x_mm": 0.1, "y_mm": 0.1}, probability=p) for n, p in (("track", 0.49), ("frame_base", 0.4))
+    ]
+    said = sentence(summary([*rivals, effect("lean", [], {"x_mm": 0.1}, probability=0.04)]))
+    assert said.endswith(
+        "several causes would explain it alike, so none is claimed: track (49 % sure) and frame base (40 % sure)."
+    )
+
+
+def test_a_constant_that_nobody_knows_is_said_as_one() -> None:
+    shape = {"rung": "encoder_to_tcp", "moves": "the tool", "follows": "constant", "swing": 0.17, "unit": "mm"}
+    unknown = {"probability": 0.99, "where": "between encoder and TCP, …", "shapes": [shape], "implausible": {}}
+    alone = summary([], status="unexplained", unknown=unknown)
+    assert sentence(alone).endswith("Something unknown is at work: the tool is off by a constant.")
+    assert unexplained(alone) == ["Between encoder and TCP: the tool is off by 0.170 mm, whatever the posture"]

@@ -18,6 +18,7 @@ from camrob.gap.search import posterior
 
 NOISE = 1e-4
 ROWS = 400
+MOVED = np.array([3e-4, -2e-4, 2e-4, 3e-4, 2e-4, 5e-4])  # m, rad
 
 
 def two_alike(mix: float, wanted: tuple[float, float]) -> Evidence:
@@ -69,11 +70,11 @@ def test_a_set_is_divided_over_the_names_that_count() -> None:
 @pytest.mark.parametrize(
     ("name", "apply", "place"),
     [
-        ("frame_base", lambda w: setattr(w, "base", generator.rigid(np.array([3e-4, -2e-4, 2e-4, 3e-4, 2e-4, 5e-4]))), "foot"),
-        ("frame_tool", lambda w: setattr(w, "tool", generator.rigid(np.array([3e-4, -2e-4, 2e-4, 6e-4, 2e-4, 5e-4]))), "tool"),
+        ("frame_base", lambda w: setattr(w, "base", generator.rigid(MOVED)), "the robot's foot"),
+        ("frame_tool", lambda w: setattr(w, "tool", generator.rigid(MOVED)), "the tool"),
         ("joint_offset", plant_link(2, lambda w: 1e-3), "A3"),
     ],
-)  # fmt: skip
+)
 def test_a_constant_that_the_library_lacks_is_unknown_and_no_broad_effect_is_blamed(
     name: str, apply, place: str
 ) -> None:

@@ -14,6 +14,7 @@ from camrob.units import m_to_mm, rad_to_deg
 __all__ = ["implausible", "unknown_shapes", "unknown_text"]
 
 _SIGMAS = 4.0
+_PLACES = {"foot": "the robot's foot", "tool": "the tool"}
 
 
 def implausible(model: Model) -> dict[str, str]:
@@ -55,7 +56,7 @@ def unknown_shapes(model: Model) -> list[dict[str, Any]]:
         linear = unit.parameters[0].unit == "mm"
         shapes.append({
             "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
-            "moves": target.removeprefix("drive "), "follows": quantity,
+            "moves": _PLACES.get(target, target.removeprefix("drive ")), "follows": quantity,
             "swing": m_to_mm(swing) if linear else rad_to_deg(swing), "unit": "mm" if linear else "degrees",
         })  # fmt: skip
     return shapes

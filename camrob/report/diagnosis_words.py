@@ -29,6 +29,8 @@ _FOLLOWS = {
     "time": "drifts with time",
 }
 _MOST_VALUES = 3  # axes of an effect that the sentence gives values of
+_RIVAL = 0.1  # probability from which a cause is named among several that none is claimed of
+_CONSTANT = "constant"  # what the unexplained is said to follow where it follows nothing
 _WORTH = 0.05  # share of the gap's energy that is worth a word where it stays unexplained
 
 
@@ -70,6 +72,10 @@ def sentence(summary: Summary) -> str:
         )
     elif first:
         text += "."
+    elif summary["status"] == "explained":
+        rivals = [e for e in summary["effects"] if e["probability"] >= _RIVAL]
+        each = [f"{plain_name(e['effect'])} ({sure(e['probability'])} sure)" for e in rivals]
+        text += f", and several causes would explain it alike, so none is claimed: {_listed(each)}."
     else:
         text += f", and nothing in the library explains it{_best_single(summary)}."
     for e in first:
@@ -83,17 +89,21 @@ def unexplained(summary: Summary) -> list[str]:
     unknown = summary["unknown"]
     if unknown["probability"] < 0.5:
         return []
-    told = [
-        f"B{_RUNG[s['rung']][1:]}: {s['moves']} moves by {measure(s['swing'], s['unit'])} over the logs as a smooth "
-        f"function of {s['follows']}"
-        for s in unknown.get("shapes", ())
-    ]
+    told = [f"B{_RUNG[s['rung']][1:]}: {_shape(s)}" for s in unknown.get("shapes", ())]
     told += [w[0].upper() + w[1:] for w in str(unknown["where"]).split("; ") if w.startswith(_RUNG[_FIRST])]
     told += [
         f"{plain_name(name)} would fit, with a value that no such machine has: {why}"
         for name, why in unknown["implausible"].items()
     ]
     return [printable(t) for t in told]
+
+
+def _shape(shape: Mapping[str, Any]) -> str:
+    """A shape of the unexplained."""
+    size = measure(shape["swing"], shape["unit"])
+    if shape["follows"] == _CONSTANT:
+        return f"{shape['moves']} is off by {size}, whatever the posture"
+    return f"{shape['moves']} moves by {size} over the logs as a smooth function of {shape['follows']}"
 
 
 def compensable_text(summary: Summary) -> str:
@@ -235,7 +245,12 @@ def _unknown_words(summary: Summary, *, claimed: bool) -> str:
         at.setdefault(str(s["moves"]), []).append(str(s["follows"]))
     text = f" Something unknown is at work{' beside' if claimed else ''}"
     if at:
-        text += ": " + "; ".join(f"{place} moves with {_listed(what)}" for place, what in at.items())
+        parts = []
+        for place, what in at.items():
+            moving = [w for w in what if w != _CONSTANT]
+            parts += [f"{place} is off by a constant"] if len(moving) < len(what) else []
+            parts += [f"{place} moves with {_listed(moving)}"] if moving else []
+        text += ": " + "; ".join(parts)
     elif summary["unknown"]["where"]:
         text += f": {told[0][0].lower()}{told[0][1:]}"
     else:
