@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gap_cases import kr15
-from test_gap_program import HEAD, HOME, measured, parsed, raster, start
+from test_gap_program import HEAD, HOME, SIGMA, measured, parsed, raster, start
 
 from camrob.controller.replay import replay
 from camrob.controller.simulate import simulate, timetable
@@ -43,11 +43,15 @@ def rows(log: MeasurementLog, chosen: np.ndarray, t: np.ndarray) -> MeasurementL
 
 
 def held(at: int, seconds: float) -> MeasurementLog:
-    """The run with a rest after a row."""
+    """The run with a rest after a row, measured all the while."""
     log = run()
     more = round(seconds / STEP)
     chosen = np.concatenate([np.arange(at), np.full(more, at), np.arange(at, len(log))])
-    return rows(log, chosen, STEP * np.arange(len(chosen)))
+    out = rows(simulate(program(), kr15()).log, chosen, STEP * np.arange(len(chosen)))
+    rng = np.random.default_rng(1)
+    noisy = {n: out.columns[n] + rng.normal(0, SIGMA, len(out)) for n in "xyz"}
+    noisy |= {n: out.columns[n] + rng.normal(0, 1e-3, len(out)) for n in "abc"}
+    return MeasurementLog({**out.columns, **noisy}, log.info, log.path)
 
 
 def test_the_virtual_controller_s_own_run_takes_the_time_that_it_says() -> None:
