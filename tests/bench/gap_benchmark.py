@@ -151,7 +151,9 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--score", action="store_true", help="only score what is there")
     parser.add_argument("--on", type=Path, help="a log of the KR15 cell, on whose motion all cases are made")
-    parser.add_argument("--on-withheld", type=Path, help="the log whose motion the withheld runs have; --on again without it")
+    parser.add_argument(
+        "--on-withheld", type=Path, help="the log whose motion the withheld runs have; --on again without it"
+    )
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     try:

@@ -1,13 +1,15 @@
 """What may be wrong with a cell of the gap benchmark: every effect of the library in richer physics, and some that it lacks.
 
 Play runs on a 4 ms grid, the lag steps once a cycle, link errors are Denavit-Hartenberg tolerances, ripple has a second
-harmonic, friction is Stribeck's. Nothing here comes from camrob.
+harmonic, friction is Stribeck's. Two in five draws follow another engineer's physics of the same effect: a lag of each axis's
+own, friction that grows with speed, a foot that drifts with the warmth, lean by reach, a track that sags about its middle, an
+eccentric encoder, a spring at the tip. Nothing here comes from camrob.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from gap_generator import AXES, DEG, STEP, play, rigid, smooth
+from gap_generator import AXES, DEG, NOMINAL, STEP, play, rigid, smooth
 
 PATHS = (
     "frame_base", "frame_tool", "joint_offset", "geometry", "track", "lean", "joint_compliance", "payload", "backlash",
@@ -18,9 +20,14 @@ POSES = (
     "early_reading",
 )  # fmt: skip
 ON_TABLE = ("frame_table", "measurement_frame")
-OUTSIDE = ("bent_axis", "rack_pitch", "slip", "hose", "vibration", "wrist_curve", "loose_tool", "eccentric_encoder")
-POSES_OUTSIDE = ("bent_axis", "rack_pitch", "slip", "hose", "wrist_curve", "loose_tool", "eccentric_encoder")
+OUTSIDE = ("bent_axis", "rack_pitch", "slip", "hose", "vibration", "wrist_curve", "loose_tool", "creep")
+POSES_OUTSIDE = ("bent_axis", "rack_pitch", "slip", "hose", "wrist_curve", "loose_tool")
 MARKERS = {"setpoint_to_encoder": ("servo_lag", "friction")}  # effects of one rung; all others lie behind the encoders
+
+
+HOME = np.array([0, -90, 90, 0, 90, 0, 0, 0.0]) * DEG
+FOOT = NOMINAL.foot[:3, 3]
+_OTHER = 0.4  # share of draws that follow another engineer's physics
 
 
 def shift(world, axes, value):
@@ -66,10 +73,13 @@ def _geometry(rng, command, arm):
 
 
 def _track(rng, command, arm):
-    scale, bow = rng.normal(0, 2e-4), rng.normal(0, 2.5e-4, 2)
+    scale, bow, other = rng.normal(0, 2e-4), rng.normal(0, 2.5e-4, 2), rng.random() < _OTHER
 
     def apply(w, s):
         e = w.command[:, 6]
+        if other:
+            w.after[:, [0, 2]] += s * np.cos(np.pi * e / 0.8)[:, None] * bow
+            return
         w.after[:, 1] += s * scale * e
         for k, axis in enumerate((0, 2)):
             w.after[:, axis] += s * bow[k] * (e / 0.5) ** 2
@@ -79,7 +89,14 @@ def _track(rng, command, arm):
 
 def _lean(rng, command, arm):
     c = rng.uniform(0.5, 2) * 1.5e-7 * np.array([1, rng.uniform(0.7, 1.4), 0])
-    return {}, lambda w, s: setattr(w, "lean", (0 if w.lean is None else w.lean) + s * c * w.context["moment"])
+    other = rng.random() < _OTHER
+
+    def apply(w, s):
+        reach = w.context["tcp"] - FOOT
+        moved = 1.5e3 * np.stack([-reach[:, 1], reach[:, 0], 0 * reach[:, 0]], 1) if other else w.context["moment"]
+        w.lean = (0 if w.lean is None else w.lean) + s * c * moved
+
+    return {}, apply
 
 
 def _joint_compliance(rng, command, arm):
@@ -106,7 +123,9 @@ def _backlash(rng, command, arm):
 
 
 def _servo_lag(rng, command, arm):
-    tau = rng.uniform(0.02, 0.05)
+    tau = rng.uniform(0.02, 0.05) * np.ones(8)
+    if rng.random() < _OTHER:
+        tau *= np.r_[rng.uniform(0.7, 1.3, 6), 0, 0]
 
     def apply(w, s):
         u, share = w.command, STEP / (STEP + s * tau)
@@ -119,9 +138,11 @@ def _servo_lag(rng, command, arm):
 
 
 def _acceleration_error(rng, command, arm):
+    each = rng.uniform(0.3, 2.0, 6) if rng.random() < _OTHER else np.ones(6)
+
     def apply(w, s):
         a = smooth(np.gradient(np.gradient(w.command, STEP, axis=0), STEP, axis=0), 9)
-        shift(w, slice(0, 6), -s * 3e-4 * a[:, :6])
+        shift(w, slice(0, 6), -s * 3e-4 * each * a[:, :6])
 
     return {}, apply
 
@@ -130,11 +151,14 @@ def _friction(rng, command, arm):
     axes = arm[: rng.integers(2, 5)]
     f = rng.uniform(0.5, 1.5, len(axes)) * 0.006 * DEG
     speed = np.abs(np.gradient(command, STEP, axis=0))
-    usual, most = speed.mean(axis=0), speed.max(axis=0)
+    usual, most, other = speed.mean(axis=0), speed.max(axis=0), rng.random() < _OTHER
 
     def apply(w, s):
         v = np.gradient(w.command, STEP, axis=0)
         for a, b in zip(axes, f, strict=True):
+            if other:
+                w.drive[:, a] -= s * b * (np.tanh(v[:, a] / (0.1 * usual[a] + 1e-9)) + 0.3 * v[:, a] / most[a])
+                continue
             stribeck = 1 + 0.3 * np.exp(-np.abs(v[:, a]) / (0.1 * most[a] + 1e-9))
             w.drive[:, a] -= s * b * np.tanh(v[:, a] / (0.02 * usual[a] + 1e-9)) * stribeck
 
@@ -145,9 +169,14 @@ def _gear_ripple(rng, command, arm):
     axis = next((a for a in arm if np.ptp(command[:, a]) > 12 * DEG), 0)
     span = np.ptp(command[:, axis])
     order, ph = rng.uniform(2.2 * 2 * np.pi / span, 8 * 2 * np.pi / span), rng.uniform(0, 6.28, 2)
+    once = int(rng.integers(1, 3)) if rng.random() < 0.5 * _OTHER else 0
 
     def apply(w, s):
         x = w.command[:, axis]
+        if once:  # an eccentric encoder, which was zeroed at home
+            home = HOME[axis]
+            shift(w, axis, s * 0.03 * DEG * (np.sin(once * x + ph[0]) - np.sin(once * home + ph[0])))
+            return
         shift(w, axis, s * 0.01 * DEG * (np.sin(order * x + ph[0]) + 0.1 * np.sin(2 * order * x + ph[1])))
 
     return {"axes": [AXES[axis]]}, apply
@@ -164,9 +193,13 @@ def _wrist_coupling(rng, command, arm):
 
 
 def _thermal_drift(rng, command, arm):
-    growth = 1.5e-5 * rng.uniform(0.6, 1.4, 6)
+    growth, other = 1.5e-5 * rng.uniform(0.6, 1.4, 6), rng.random() < _OTHER
+    v, turned = rng.normal(0, 2e-5, 3), rng.normal(0, 1e-5, 3)
 
     def apply(w, s):
+        if other:  # what the robot stands on moves
+            w.after += s * w.context["warm"][:, None] * (v + np.cross(turned, w.context["tcp"] - FOOT))
+            return
         for i in range(6):
             w.after += s * growth[i] * w.context["warm"][:, None] * w.context["growth"][i]
 
@@ -179,7 +212,15 @@ def _latency(rng, command, arm):
 
 def _cutting_force(rng, command, arm):
     c = np.exp(rng.normal(0, 0.4, 6)) * 4e-6
-    return {}, lambda w, s: shift(w, slice(0, 6), s * c * w.context["force"])
+    spring = np.exp(rng.normal(0, 0.4, 3)) * 1e-6 if rng.random() < _OTHER else None
+
+    def apply(w, s):
+        if spring is None:
+            shift(w, slice(0, 6), s * c * w.context["force"])
+        else:
+            w.after += s * spring * w.context["pushed"]
+
+    return {}, apply
 
 
 def _early_reading(rng, command, arm):
@@ -244,12 +285,18 @@ def _loose_tool(rng, command, arm):
     return {}, lambda w, s: setattr(w, "after", w.after + s * v * np.tanh((w.command[:, 5] - past) / 0.02)[:, None])
 
 
-def _eccentric_encoder(rng, command, arm):
-    """Once a turn of the axis: on a small range nearly a constant, a slope and a bow."""
-    axis, phase = int(rng.integers(0, 3)), rng.uniform(0, 6.28)
-    return {"axes": [AXES[axis]]}, lambda w, s: shift(
-        w, axis, s * 0.03 * DEG * (np.sin(w.command[:, axis] + phase) - np.sin(phase))
-    )
+def _creep(rng, command, arm):
+    """An axis settles slowly into each posture, as belts and rubber do."""
+    axis, tau = int(rng.integers(0, 3)), rng.uniform(2.0, 6.0)
+
+    def apply(w, s):
+        u, y = w.command[:, axis], np.empty(len(w.command))
+        y[0] = u[0]
+        for k in range(1, len(u)):
+            y[k] = y[k - 1] + STEP / tau * (u[k] - y[k - 1])
+        shift(w, axis, 1e-2 * s * (y - u))
+
+    return {"axes": [AXES[axis]]}, apply
 
 
 _DRAWS = {
@@ -259,5 +306,5 @@ _DRAWS = {
     "acceleration_error": _acceleration_error, "friction": _friction, "gear_ripple": _gear_ripple,
     "wrist_coupling": _wrist_coupling, "thermal_drift": _thermal_drift, "latency": _latency, "cutting_force": _cutting_force,
     "early_reading": _early_reading, "bent_axis": _bent_axis, "rack_pitch": _rack_pitch, "slip": _slip, "hose": _hose,
-    "vibration": _vibration, "wrist_curve": _wrist_curve, "loose_tool": _loose_tool, "eccentric_encoder": _eccentric_encoder,
+    "vibration": _vibration, "wrist_curve": _wrist_curve, "loose_tool": _loose_tool, "creep": _creep,
 }  # fmt: skip

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from gap_draws import ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
-from gap_generator import AXES, DEG, World, growths, jacobian, moment, path, show, torques, turns
+from gap_draws import HOME, ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
+from gap_generator import AXES, DEG, World, growths, jacobian, moment, path, pose, show, torques, turns
 from gap_motions import fitted_rig, read_motion
 
 KINDS = {"none": 0.15, "one": 0.35, "two": 0.25, "three": 0.10, "outside": 0.15}
@@ -22,7 +22,6 @@ _MOST = {  # times the ordinary amount, beyond which no machine is; 12 for all o
     "payload": 4.0, "thermal_drift": 3.0, "track": 6.0, "joint_offset": 6.0, "joint_compliance": 8.0, "backlash": 6.0,
     "servo_lag": 6.0, "gear_ripple": 7.0, "wrist_coupling": 5.0, "cutting_force": 5.0,
 }  # fmt: skip
-HOME = np.array([0, -90, 90, 0, 90, 0, 0, 0.0]) * DEG
 
 
 @dataclass
@@ -99,6 +98,7 @@ def run_of(rng, rig, seconds, travel, motion=None, before=0.0):
     J = wide(jacobian(few)[:, :3].reshape(len(few), -1)).reshape(-1, 3, 6)
     lengths = wide(np.concatenate(growths(few), 1))
     world.context = {
+        "tcp": wide(pose(few)[:, :3, 3]),
         "moment": wide(moment(few)), "torque": wide(torques(few)), "payload": wide(torques(few, [(5, 1.0, (0, 0, 0.13))])),
         "warm": rig.rise * (1 - np.exp(-(t - t[0] + before) / rig.tau)),
         "growth": [lengths[:, 3 * i : 3 * i + 3] for i in range(6)],
