@@ -49,6 +49,9 @@ def test_of_many_values_those_that_are_known_best_come_first() -> None:
     told, more = values_of(entry, 2)
     assert [t.split()[0] for t in told] == ["b", "c"]
     assert more == 1
+    ripple = {"A1_cos16.6_deg": {"value": 0.003, "std": 0.0001}, "A1_sin16.6_deg": {"value": -0.004, "std": 0.0001},
+              "A2_cos16.6_deg": {"value": 0.00001, "std": 0.0001}}  # fmt: skip
+    assert values_of({"parameters": ripple}, 6) == (["A1, 16.6 times a turn, 0.00500 ± 0.00010 degrees"], 1)
 
 
 def effect(name: str, axes: list[str], parameters: dict[str, float], **other: Any) -> dict[str, Any]:
@@ -123,9 +126,9 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
     assert (
         "nothing in the library explains it: the best single effect, geometry, would take 0.300 mm to 0.200 mm" in said
     )
-    assert said.endswith("Something unknown is at work: A1 moves with A1.")
+    assert said.endswith("Something unknown is at work: A1 strays with its own position.")
     assert unexplained(alone) == [
-        "Between encoder and TCP: A1 moves by 0.0684 degrees over the logs as a smooth function of A1",
+        "Between encoder and TCP: A1 strays by 0.0684 degrees over the logs, smoothly with its own position",
         "lean would fit, with a value that no such machine has: 9 where 5 is",
     ]
     beside = summary(
@@ -133,7 +136,7 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
     )
     assert "on runs that took no part (a.csv, b.csv)" in sentence(beside)
     assert sentence(beside).endswith(
-        "Something unknown is at work beside: A1 moves with A1. 44 % of the gap's energy stays unexplained."
+        "Something unknown is at work beside: A1 strays with its own position. 44 % of the gap's energy stays unexplained."
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -73,8 +74,8 @@ def _bars(
 
 
 def _broken(words: str) -> str:
-    """A bar's name, over several lines where it has several words."""
-    return "<br>".join(plot_text(part) for part in words.replace(" to ", " to\u00a0").split(" "))
+    """A bar's name, over several lines where it is long."""
+    return "<br>".join(plot_text(part) for part in textwrap.wrap(words.replace(" to ", " to\u00a0"), 12))
 
 
 def shrink_charts(summary: Summary) -> list[Chart]:

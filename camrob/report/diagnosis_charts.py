@@ -73,7 +73,7 @@ def _box(xyz: Array) -> Chart:
         for name, m, h in zip("xyz", middle, half, strict=True)
     }  # fmt: skip
     # as large as a cube of edges 1, which the camera just sees whole
-    ratio = dict(zip("xyz", (1.5 * half / np.linalg.norm(half)).tolist(), strict=True))
+    ratio = dict(zip("xyz", (1.45 * half / np.linalg.norm(half)).tolist(), strict=True))
     return {"aspectmode": "manual", "aspectratio": ratio, **axes}
 
 
@@ -84,7 +84,7 @@ def _thin(count: int) -> NDArray[np.int64]:
 def noise_trace(noise_mm: float, x: Sequence[Any]) -> Chart:
     """A dashed line at the noise from one end of a chart to the other, with its name for the legend."""
     return {
-        "type": "scatter", "mode": "lines", "name": f"the instrument's noise, {mm(noise_mm)}", "x": [x[0], x[-1]],
+        "type": "scatter", "mode": "lines", "name": f"noise {mm(noise_mm)}", "x": [x[0], x[-1]],
         "y": [noise_mm, noise_mm], "line": {"color": NOISE, "dash": "dash", "width": 2}, "hoverinfo": "skip",
         "showlegend": True,
     }  # fmt: skip
@@ -110,7 +110,7 @@ def error_charts(summary: Mapping[str, Any], paths: Sequence[PathError], *, clai
         layout = {
             "height": 300, "hovermode": "x unified",
             "margin": {"t": 34, "r": 20, "l": 64, "b": 46}, "legend": {"orientation": "h", "x": 0, "y": 1.14},
-            "xaxis": {"title": {"text": "pose" if p.poses else f"time [{'h' if hours else 's'}]"}},
+            "xaxis": {"title": {"text": "pose" if p.poses else f"time [{'h' if hours else 's'}]"}, "zeroline": False},
             "yaxis": {"title": {"text": "error [mm]"}, "rangemode": "tozero"},
         }  # fmt: skip
         out.append({"id": f"along-{k}", "title": f"Error along {p.log}", "traces": traces, "layout": layout})
@@ -128,6 +128,7 @@ def residual_chart(summary: Mapping[str, Any], paths: Sequence[PathError]) -> Ch
     x = np.linspace(0.0, highest, 240)
     alone = np.sqrt(2.0 / np.pi) * x**2 / one**3 * np.exp(-0.5 * (x / one) ** 2)
     share = 100.0 * width
+    tallest, peak = 100.0 * float(counts.max()) / max(len(left), 1), share * float(alone.max())
     traces = [
         {"type": "bar", "name": "what stays", "x": packed_floats(edges[:-1] + 0.5 * width), "width": width,
          "y": packed_floats(100.0 * counts / max(len(left), 1)), "marker": {"color": AFTER},
@@ -139,6 +140,6 @@ def residual_chart(summary: Mapping[str, Any], paths: Sequence[PathError]) -> Ch
         "height": 300, "bargap": 0, "margin": {"t": 34, "r": 20, "l": 64, "b": 46},
         "legend": {"orientation": "h", "x": 0, "y": 1.14},
         "xaxis": {"title": {"text": "error [mm]"}, "range": [0.0, highest]},
-        "yaxis": {"title": {"text": "samples [%]"}, "rangemode": "tozero"},
+        "yaxis": {"title": {"text": "samples [%]"}, "range": [0.0, 1.15 * max(tallest, min(peak, 2.0 * tallest))]},
     }  # fmt: skip
     return {"id": "residual", "title": "What stays, beside the noise", "traces": traces, "layout": layout}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["fitted", "measure", "mm", "parameter_words", "share", "sure", "to_mm", "values_of"]
+__all__ = ["fitted", "measure", "mm", "parameter_words", "share", "sure", "to_mm", "values_of", "waves"]
 
 _UNITS = {"_rad_nm": "rad/Nm", "_deg": "degrees", "_mm": "mm", "_kg": "kg", "_s2": "s²", "_s": "s"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -62,12 +63,26 @@ def parameter_words(name: str) -> tuple[str, str]:
 
 def values_of(entry: Mapping[str, Any], most: int) -> tuple[list[str], int]:
     """Fitted values of an effect, those that are known best first, and how many more there are."""
-    known = sorted(entry["parameters"].items(), key=lambda x: -abs(x[1]["value"]) / max(x[1]["std"], 1e-30))
-    told = []
-    for name, found in known[:most]:
-        words, unit = parameter_words(name)
-        told.append(f"{words} {fitted(found['value'], found['std'], unit)}")
-    return told, max(0, len(known) - most)
+    values = {name: (v["value"], v["std"], *parameter_words(name)) for name, v in entry["parameters"].items()}
+    for (axis, order), size in waves(entry["parameters"]).items():
+        pair = [f"{axis}_{part}{order}_deg" for part in ("cos", "sin")]
+        stds = [values.pop(name)[1] for name in pair if name in values]
+        values[pair[0]] = (size, max(stds), f"{axis}, {order} times a turn,", "degrees")
+    known = sorted(values.values(), key=lambda x: -abs(x[0]) / max(x[1], 1e-30))
+    told = [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:most] if abs(value) >= std]
+    told = told or [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:1]]
+    return told, len(known) - len(told)
+
+
+def waves(parameters: Mapping[str, Mapping[str, float]]) -> dict[tuple[str, str], float]:
+    """Degrees of each gear ripple among fitted values, by axis and waves a turn."""
+    found: dict[tuple[str, str], float] = {}
+    for name, fit in parameters.items():
+        wave = re.fullmatch(r"(\w+)_(?:cos|sin)([\d.]+)_deg", name)
+        if wave is not None:
+            at = (str(wave[1]), str(wave[2]))
+            found[at] = math.hypot(found.get(at, 0.0), fit["value"])
+    return found
 
 
 def _with_unit(text: str, unit: str) -> str:
@@ -93,5 +108,6 @@ def _plain(value: float, std: float | None, digits: int) -> str:
     else:  # a deviation's first digit, or two of them where that is a 1
         decimals = -power + (1 if finest / 10.0**power < 2.0 else 0)
     decimals = min(max(decimals, 0), 9)
+    value = round(value, decimals) + 0.0  # no −0
     text = f"{value:.{decimals}f}" + ("" if std is None else f" ± {std:.{decimals}f}")
     return text.replace("-", "−")

@@ -15,6 +15,7 @@ from camrob.report.diagnosis_withheld import regimes_table, regimes_text, sizes_
 from camrob.report.diagnosis_words import compensable_text, plain_name, sentence, unexplained, withheld_text
 from camrob.report.html import escape, page
 from camrob.report.parts import card_row, section, table
+from camrob.units import s_to_ms
 
 __all__ = ["diagnosis_report"]
 
@@ -32,10 +33,10 @@ def diagnosis_report(summary: Summary, paths: Sequence[PathError]) -> str:
     claimed = any(e["probability"] >= 0.5 and e["rungs"] != ["program_to_setpoint"] for e in summary["effects"])
     space, along = space_charts(paths, claimed=claimed), error_charts(summary, paths, claimed=claimed)
     places, shrunk = place_charts(summary), shrink_charts(summary) if claimed else []
-    stays = residual_chart(summary, paths)
+    stays, what = residual_chart(summary, paths), "poses" if paths and all(p.poses for p in paths) else "path"
     body = "\n".join([
         "<main>", _head(summary), _cards(summary), _unexplained(summary),
-        section("The path, coloured by the error", _pair(space), _space_caption(claimed=claimed)),
+        section(f"The {what}, coloured by the error", _pair(space), _space_caption(claimed=claimed)),
         section("Where the gap lies", _pair(places), _caption(
             "Lines on the bars: 90 % intervals, whole stretches of the path drawn anew. An axis or a regime is shown with the "
             "share of the gap's energy that it would explain alone, on stretches that took no part: these overlap and do not "
@@ -130,7 +131,6 @@ def _causes(summary: Summary) -> str:
     for e in summary.get("effects", []):
         told, more = values_of(e, _MOST_VALUES)
         values = "<br>".join(escape(v) for v in told) + (f"<br>and {more} more in diagnosis.json" if more else "")
-        low, high = e["shrink_interval"]
         name = f"<b>{escape(e['effect'])}</b>" if e["probability"] >= 0.5 else escape(e["effect"])
         axes = f"<br>{escape(', '.join(e['axes']))}" if e["axes"] else ""
         rivals = escape(", ".join(e["indistinguishable_from"]) or "none")
@@ -139,16 +139,14 @@ def _causes(summary: Summary) -> str:
         shrinks = (
             f"alone {to_mm(e['rms_before_mm'], e['alone']['rms_after_mm'])}",
             f"added last {to_mm(last['rms_before_mm'], last['rms_after_mm'])}",
-            f"by itself less by {share(e['shrink'])} ({share(low)} to {share(high)})",
         )
         cells = (f"{name}{axes}<br>{escape(sure(e['probability']))} sure", values, "<br>".join(map(escape, shrinks)))
         rows.append([*cells, rivals + refused])
     head = ("effect", "values", "rms without and with it", "would show nearly the same")
     shown = table(head, rows, left=4, whole=True) if rows else "<p>No effect of the library is worth a line.</p>"
     note = _caption(
-        f"Bold: claimed. Sizes {withheld_text(summary)}; in brackets 90 % intervals. Alone: nothing else is fitted. By itself: "
-        "of all that was fitted together only this is taken away, which may well make things worse. No effect is "
-        "called more than 98 % sure: so often clear answers were right on simulated cells."
+        f"Bold: claimed. Sizes {withheld_text(summary)}. Alone: nothing else is fitted; added last: to all else that the best "
+        "set holds. No effect is called more than 98 % sure: so often clear answers were right on simulated cells."
     )
     return section("Causes", shown, note if rows else "", _sets(summary))
 
@@ -163,7 +161,12 @@ def _sets(summary: Summary) -> str:
     alike = (
         f"<p>What these logs can't tell apart, whatever is at work: {escape('; '.join(groups))}.</p>" if groups else ""
     )
-    return f"<p>How the evidence divides among whole sets of effects:</p>{_bullets(sets)}{alike}"
+    beside = any("unknown" in a["effects"] for a in summary.get("alternatives", []))
+    mimic = (
+        "<p>Names beside the unknown may only mimic what the library lacks: there they are claimed with caution.</p>"
+    )
+    title = "<h3>How the evidence divides among whole sets of effects</h3>"
+    return f'<div class="part">{title}{_bullets(sets)}{mimic if beside else ""}{alike}</div>'
 
 
 def _shrunk(summary: Summary, charts: Sequence[Chart]) -> str:
@@ -197,11 +200,12 @@ def _residual(summary: Summary, chart: Chart) -> str:
     ]
     text = (
         f"On withheld samples {mm(left['rms_mm'])} rms stay, where the instrument's noise is {mm(left['noise_mm'])}; "
-        f"{mm(left['structured_mm'])} of it hangs together from sample to sample. Chance that something unknown is at work: "
-        f"{sure(summary['unknown']['probability'])}."
+        f"the chance that something unknown is at work is {sure(summary['unknown']['probability'])}."
     )
+    if 0.0 < left["structured_mm"] <= left["rms_mm"]:
+        text += f" {mm(left['structured_mm'])} of what stays hang together from sample to sample."
     text += f" What stays on the logs still follows: {', '.join(follows)} of its energy." if follows else ""
-    clock = "can't be seen in single poses" if latency is None else measure(latency, "s", 2)
+    clock = "can't be seen in single poses" if latency is None else measure(s_to_ms(latency), "ms", 2)
     note = _caption(f"Where bars lie beyond the line, more than noise is left. Latency of the instrument: {clock}.")
     return section("What stays, beside the noise", f"<p>{escape(text)}</p>", _chart(chart), note)
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from camrob.report.diagnosis_numbers import measure, mm, parameter_words, share, sure
+from camrob.report.diagnosis_numbers import measure, mm, parameter_words, share, sure, waves
 from camrob.text import printable
 
 __all__ = ["between", "compensable_text", "plain_name", "sentence", "standards_text", "unexplained", "withheld_text"]
@@ -103,7 +101,11 @@ def _shape(shape: Mapping[str, Any]) -> str:
     size = measure(shape["swing"], shape["unit"])
     if shape["follows"] == _CONSTANT:
         return f"{shape['moves']} is off by {size}, whatever the posture"
-    return f"{shape['moves']} moves by {size} over the logs as a smooth function of {shape['follows']}"
+    return f"{shape['moves']} strays by {size} over the logs, smoothly with {_followed(shape)}"
+
+
+def _followed(shape: Mapping[str, Any]) -> str:
+    return "its own position" if shape["follows"] == shape["moves"] else str(shape["follows"])
 
 
 def compensable_text(summary: Summary) -> str:
@@ -193,10 +195,10 @@ def _named(entry: Mapping[str, Any]) -> str:
         own = [next((k, v) for k, v in values.items() if parameter_words(k)[0] == a) for a in axes]
         each = [f"{a}, {measure(v, parameter_words(k)[1])}" for a, (k, v) in zip(axes, own, strict=True)]
         return f"{name} of {_listed(each) if len(each) == 1 else ' and of '.join(each)} ({chance})"
-    wave = _largest_wave(values)
-    if wave is not None:
-        axis, order, size = wave
-        return f"{name} of {axis}, {measure(size, 'degrees')} {order} times a turn ({chance})"
+    ripples = waves(entry["parameters"])
+    if ripples:
+        axis, order = max(ripples, key=lambda k: ripples[k])
+        return f"{name} of {axis}, {measure(ripples[axis, order], 'degrees')} {order} times a turn ({chance})"
     where = f" of {_listed(entry['axes'][:4])}" if entry["axes"] else ""
     if len(values) == 1:
         ((key, value),) = values.items()
@@ -204,20 +206,6 @@ def _named(entry: Mapping[str, Any]) -> str:
         place = f" of {words.replace(' by ', ' to ')}" if "_by_" in key else where
         return f"{name}{place}, {measure(value, unit)} ({chance})"
     return f"{name}{where}, {mm(entry['moves_mm'])} rms at the TCP ({chance})"
-
-
-def _largest_wave(values: Mapping[str, float]) -> tuple[str, str, float] | None:
-    """Axis, waves a turn and degrees of the largest gear ripple among values; None where there is none."""
-    waves: dict[tuple[str, str], float] = {}
-    for key, value in values.items():
-        found = re.fullmatch(r"(\w+)_(?:cos|sin)([\d.]+)_deg", key)
-        if found is not None:
-            at = (str(found[1]), str(found[2]))
-            waves[at] = math.hypot(waves.get(at, 0.0), value)
-    if not waves:
-        return None
-    most = max(waves, key=lambda k: waves[k])
-    return most[0], most[1], waves[most]
 
 
 def _best_single(summary: Summary) -> str:
@@ -242,14 +230,14 @@ def _unknown_words(summary: Summary, *, claimed: bool) -> str:
     told = unexplained(summary)
     at: dict[str, list[str]] = {}
     for s in shapes:
-        at.setdefault(str(s["moves"]), []).append(str(s["follows"]))
+        at.setdefault(str(s["moves"]), []).append(_followed(s))
     text = f" Something unknown is at work{' beside' if claimed else ''}"
     if at:
         parts = []
         for place, what in at.items():
             moving = [w for w in what if w != _CONSTANT]
             parts += [f"{place} is off by a constant"] if len(moving) < len(what) else []
-            parts += [f"{place} moves with {_listed(moving)}"] if moving else []
+            parts += [f"{place} strays with {_listed(moving)}"] if moving else []
         text += ": " + "; ".join(parts)
     elif summary["unknown"]["where"]:
         text += f": {told[0][0].lower()}{told[0][1:]}"
