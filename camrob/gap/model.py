@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 _ROUNDS = 7
 _MOST_SHAPES = 4
 _SAME_ORDER = 2e-3
+_OTHER_ORDER = 0.1  # share by which a second order of an axis differs from its first
+_RAW_SHARE = 0.3  # of what an axis would have to do for the whole gap: what a single order must show of it
 _BLOCKS = 10  # a log
 _LAGS = 40  # samples over which what is left may hang together
 _STEP = 20.0  # how much less an effect's change from sample to sample is trusted than its value
@@ -266,17 +268,7 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
     """Offer what the residual's shape suggests (raw: the whole gap's, before anything explains it); True where something was."""
     offered = False
     if "gear_ripple" in states:
-        ripples = {u.key: i in model.best.members for i, u in enumerate(model.units) if u.effect == "gear_ripple"}
-        orders = {k: v for k, v in states["gear_ripple"].items() if ripples.get(k, True)}
-        # looked for in what is left with ripples, and with shapes that may be nothing but a part of one
-        own = frozenset(i for i, u in enumerate(model.units) if u.effect in ("gear_ripple", UNKNOWN.name))
-        values = model.values(own, model.best)
-        with_own = left if raw else [r + p.tcp @ values for r, p in zip(left, model.panels, strict=True)]
-        for key, order in gear_orders(model.panels, with_own, heat).items():
-            if key not in orders or abs(orders[key] - order) > _SAME_ORDER * order:
-                orders[key] = order
-                offered = True
-        states["gear_ripple"] = orders
+        offered = _look_for_orders(model, states, left, heat, raw=raw)
     servo = [
         None if p.servo is None or p.y_servo is None else p.y_servo - p.servo @ model.best.mean[p.servo_columns]
         for p in model.panels
@@ -307,6 +299,33 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
         kept[f"{place}|{CONSTANT}|lower"] = kept[f"{place}|{CONSTANT}|upper"] = 0.0
         offered = True
     states["unknown"] = kept
+    return offered
+
+
+def _look_for_orders(model: Model, states: dict[str, State], left: Sequence[Array], heat: float, *, raw: bool) -> bool:
+    """Offer the gears' orders that the residual shows, what is unknown and ripples themselves put back, then further ones of
+    the same axes; True where any is new.
+    """
+    own = {i: u for i, u in enumerate(model.units) if u.effect == "gear_ripple"}
+    inside = {u.key for i, u in own.items() if i in model.best.members}
+    tried = {u.key for u in own.values()}
+    orders = {k: v for k, v in states["gear_ripple"].items() if k in inside or k not in tried}
+    smooth = frozenset([*own, *(i for i, u in enumerate(model.units) if u.effect == UNKNOWN.name)])
+    back = [
+        r if raw else r + p.tcp @ model.values(smooth & model.best.members, model.best)
+        for r, p in zip(left, model.panels, strict=True)
+    ]
+    found = gear_orders(model.panels, back, heat, _RAW_SHARE if raw else 0.0)
+    if not raw:
+        for key, order in gear_orders(model.panels, left, heat).items():
+            if key in inside and abs(found.get(key, order) - order) > _OTHER_ORDER * order:
+                found[f"{key}_2"] = order
+    offered = False
+    for key, order in found.items():
+        if key not in orders or abs(orders[key] - order) > _SAME_ORDER * order:
+            orders[key] = order
+            offered = True
+    states["gear_ripple"] = orders
     return offered
 
 

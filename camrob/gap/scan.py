@@ -44,8 +44,10 @@ def _behind(panel: Panel, residual: Array, term: str) -> tuple[Array, Array]:
     return value, weight
 
 
-def gear_orders(panels: Sequence[Panel], residuals: Sequence[Array], temperature: float) -> dict[str, float]:
-    """Axis to the order of the ripple that explains most, for axes where one explains clearly.
+def gear_orders(
+    panels: Sequence[Panel], residuals: Sequence[Array], temperature: float, share: float = 0.0
+) -> dict[str, float]:
+    """Axis to the order of the ripple that explains most, for axes where one explains clearly and a share of all.
 
     residuals: (N, 6) a panel. A periodogram over the axis's angle, then a finer one about its peak.
     """
@@ -69,7 +71,8 @@ def gear_orders(panels: Sequence[Panel], residuals: Sequence[Array], temperature
         best = _coarse_peak(z, w, angle, lowest, highest)
         fine = np.linspace(best - 0.4 * np.pi / span, best + 0.4 * np.pi / span, 41)
         best, gain = _peak(fine, z[thin], w[thin] * max(1, len(z) // 4000), angle[thin])
-        if gain > _GAIN * temperature:
+        spread = float(np.sum(w * (z - np.sum(w * z) / max(float(w.sum()), 1e-300)) ** 2))
+        if gain > max(_GAIN * temperature, share * spread):
             found[f"{axis}_order"] = (gain, best)
     top = sorted(found.items(), key=lambda item: -item[1][0])[:3]
     return {key: order for key, (gain, order) in top if gain > 0.02 * top[0][1][0]}

@@ -54,12 +54,14 @@ def timing_of(scene: Scene, track: ProgramTrack | None, why: str) -> dict[str, A
     except CamrobError as error:
         return {**blank, "reason": f"the virtual controller can't run the program ({error})"}
     run = _Run(track, table)
+    if not len(table.feed):
+        return {**blank, "reason": "the program moves nothing"}
     if not run.in_order:
         return {
             **blank,
             "reason": "its samples can't be laid along the program in order (it holds no usable program lines)",
         }
-    if run.end <= run.begin:
+    if run.end <= run.begin or len(run.edges) < 2:
         return {**blank, "reason": "in it the robot does not move along the program"}
     return {
         "log": scene.name, "reason": "", "duration": run.duration(), "speed": run.speeds(), "stops": run.stops(),
@@ -134,8 +136,10 @@ class _Run:
 
     @cached_property
     def predicted(self) -> Array:
-        """(E,) s at which the virtual controller is there."""
-        return self._by_table(self.table.arrive)
+        """(E,) s at which the virtual controller is there; a wait before the first motion is over, as it is in the log."""
+        out = self._by_table(self.table.arrive)
+        out[0] = np.interp(self.edges[0], self.table.place, self.table.leave)
+        return out
 
     @cached_property
     def at_feed(self) -> Array:

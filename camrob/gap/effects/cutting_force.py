@@ -9,8 +9,12 @@ import numpy as np
 from camrob.gap.effects.common import arm_axes
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
+from camrob.units import mm_to_m
 
 __all__ = ["EFFECT"]
+
+_PUSH = mm_to_m(1e-3)  # m/N
+_FRAMES = ("world", "tool")  # in whose axes the tip gives way
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -18,7 +22,11 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         return ()
     arm = arm_axes(scenes[0].cell)
     parameters = tuple(EffectParameter(f"{a}_rad_nm", "rad/Nm", 4e-6, -1e-6, 5e-5) for a in arm)
-    return (Unit("cutting_force", "", parameters),)
+    units = [Unit("cutting_force", "", parameters, key="axes")]
+    for frame in _FRAMES:
+        along = tuple(EffectParameter(f"{frame}_{p}_m_n", "m/N", _PUSH, -0.1 * _PUSH, 20.0 * _PUSH) for p in "xyz")
+        units.append(Unit("cutting_force", "", along, key=frame))
+    return tuple(units)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
@@ -27,6 +35,13 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
         return ()
     force = np.einsum("nij,nj->ni", scene.measured_R_world, force)
     columns = []
+    if unit.key in _FRAMES:
+        turned = scene.measured_R_world if unit.key == "world" else scene.nominal[:, :3, :3]
+        for k in range(3):
+            twist = np.zeros((len(scene), 6))
+            twist[:, :3] = turned[:, :, k] * np.einsum("ni,ni->n", turned[:, :, k], force)[:, None]
+            columns.append(Column(tcp=twist))
+        return tuple(columns)
     for axis in arm_axes(scene.cell):
         arm = scene.place(f"{axis}.zero")
         torque = np.einsum("ij,ij->i", arm[:, :3], force)
@@ -36,7 +51,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 
 EFFECT = Effect(
     name="cutting_force",
-    physics="The force on the tool turns every axis by its compliance times the force's torque about it.",
+    physics="The force on the tool turns every axis by its compliance times the force's torque about it, or the tip as a spring.",
     rungs=("encoder_to_tcp",),
     regimes=("force",),
     experiment="run the same program in air: what force causes is gone",

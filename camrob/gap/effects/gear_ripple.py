@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from camrob.cell.joint import Role
+from camrob.gap.effects.common import shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
 from camrob.units import deg_to_rad
@@ -13,6 +15,9 @@ from camrob.units import deg_to_rad
 __all__ = ["EFFECT"]
 
 _CHOICES = 300  # orders that could have been picked
+_TURNS = "turns"  # the unit of what repeats once and twice a turn of the axis
+_RANGE = deg_to_rad(20.0)  # that an axis passes at the least, for this to be more than a zero
+_TURN = deg_to_rad(0.01)  # its ordinary size
 _HARMONICS = ((1, deg_to_rad(0.006)), (2, deg_to_rad(0.001)))  # times the order, ordinary size
 
 
@@ -21,9 +26,20 @@ def _text(order: float) -> str:
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
-    """Units of the orders that `state` holds, under `A3_order` and, for further ones, `A3_order_2`."""
-    most = deg_to_rad(0.1)
+    """Once and twice a turn of any axis; and the orders that `state` holds, under `A3_order`, further ones `A3_order_2`."""
+    most = deg_to_rad(0.3)
     units = []
+    for joint in scenes[0].cell.joints:
+        a = joint.name
+        if joint.role is Role.ROLL or joint.prismatic or not shows(scenes, a):
+            continue
+        if max(float(np.ptp(s.link[:, s.index(a)])) for s in scenes) > _RANGE:
+            turns = tuple(
+                EffectParameter(f"{a}_{wave}{times}_deg", "deg", _TURN, -most, most)
+                for times, _ in _HARMONICS
+                for wave in ("cos", "sin")
+            )
+            units.append(Unit("gear_ripple", a, turns, key=_TURNS))
     for key in sorted(state):
         axis, _, _which = key.partition("_order")
         parameters = tuple(
@@ -35,8 +51,12 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     return tuple(units)
 
 
+def _order(unit: Unit, state: State) -> float:
+    return 1.0 if unit.key == _TURNS else state[unit.key]
+
+
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    angle = state[unit.key] * scene.link[:, scene.index(unit.axis)]
+    angle = _order(unit, state) * scene.link[:, scene.index(unit.axis)]
     return tuple(
         Column(tcp=scene.shift(unit.axis, np.asarray(wave(times * angle))))
         for times, _ in _HARMONICS
@@ -45,7 +65,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 
 
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:
-    orders = [f"{times * state[unit.key]:.4f}" for times, _ in _HARMONICS]
+    orders = [f"{times * _order(unit, state):.4f}" for times, _ in _HARMONICS]
     return tuple(f"{unit.axis}.{wave}{order}" for order in orders for wave in ("cos", "sin"))
 
 

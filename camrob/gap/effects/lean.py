@@ -4,29 +4,81 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.load import PointMass
+from camrob.dynamics.gravity import GRAVITY
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
+from camrob.kinematics.frames import base_T_joint_frames, base_T_root
+from camrob.se3 import inverse
+from camrob.units import mm_to_m
 
 __all__ = ["EFFECT"]
 
 _USUAL, _MOST = 2e-7, 5e-6  # rad/Nm
+_HEIGHT, _DEEPEST = mm_to_m(700.0), mm_to_m(3000.0)  # of the foot above what it leans about
+_BY_REACH, _MOST_BY_REACH = 1e-4, 2e-3  # rad/m
+_SHARES = ("tool", "arm")  # whose moment the masses of the model may give too small or too large
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if not scenes[0].cell.masses:
         return ()
     parameters = tuple(EffectParameter(f"about_{p}_rad_nm", "rad/Nm", _USUAL, -1e-8, _MOST) for p in "xy")
-    return (Unit("lean", "", parameters),)
+    units = [Unit("lean", "", parameters, key="moment")]
+    for share in _SHARES:
+        own = tuple(EffectParameter(f"about_{p}_{share}_rad_nm", "rad/Nm", _USUAL, -_MOST, _MOST) for p in "xy")
+        units.append(Unit("lean", "", own, key=share))
+    reach = tuple(
+        EffectParameter(f"about_{p}_rad_m", "rad/m", _BY_REACH, -_MOST_BY_REACH, _MOST_BY_REACH) for p in "xy"
+    )
+    units.append(Unit("lean", "", reach, key="reach"))
+    most = _DEEPEST * _MOST
+    foot = tuple(EffectParameter(f"foot_{p}_m_nm", "m/Nm", _HEIGHT * _USUAL, -most, most) for p in "xy")
+    return (*units, Unit("lean", "", foot, key="foot"))
+
+
+def _moment(scene: Scene, masses: Sequence[PointMass]) -> NDArray[np.float64]:
+    """(N, 2) gravity's moment of some masses about x and y of `root` at the robot's foot, Nm."""
+    cell = scene.cell
+    values = scene.log.axes(scene.axes) if scene.encoder is not None else scene.log.setpoints(scene.axes)
+    q = cell.to_q(values)
+    frames = base_T_joint_frames(cell, q)
+    root_T_base = inverse(base_T_root(cell, q))
+    total = np.zeros((len(scene), 2))
+    for load in masses:
+        base_p_mass = frames[cell.index(load.after)] @ np.append(load.center, 1.0)
+        root_p_mass = (root_T_base @ base_p_mass[..., None])[..., 0]
+        total += load.mass * GRAVITY * np.stack([-root_p_mass[:, 1], root_p_mass[:, 0]], axis=1)
+    return total
+
+
+def _reach(scene: Scene) -> NDArray[np.float64]:
+    """(N, 2) what a unit of weight at the TCP would make about x and y of `root` at the robot's foot, m."""
+    turned = scene.place("root.rz")[:, :3]
+    return np.stack([np.sum(turned * scene.place(f"root.{p}")[:, :3], axis=1) for p in "xy"], axis=1)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    moment = scene.moment()
+    masses = scene.cell.masses
+    if unit.key in _SHARES:
+        end = masses[-1] if unit.key == "tool" else masses[0]
+        moment = _moment(scene, [m for m in masses if m.after == end.after])
+    elif unit.key == "reach":
+        moment = _reach(scene)
+    else:
+        moment = scene.moment()
+    if unit.key == "foot":
+        # what leans about a place below the foot carries the foot along
+        return (Column(tcp=scene.place("root.x") * moment[:, 1:]), Column(tcp=scene.place("root.y") * -moment[:, :1]))
     return tuple(Column(tcp=scene.place(f"root.r{p}") * moment[:, k : k + 1]) for k, p in enumerate("xy"))
 
 
 EFFECT = Effect(
     name="lean",
-    physics="What carries the robot turns about its foot with gravity's moment there, so with load and reach.",
+    physics="What carries the robot turns about its foot, or a place below, with gravity's moment, so with load and reach.",
     rungs=("encoder_to_tcp",),
     regimes=("load", "position"),
     experiment="turn A1 through half a turn with the arm stretched, then with another payload",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.cell.load import PointMass
 from camrob.dynamics.gravity import gravity_arrays, gravity_torques
@@ -21,7 +22,11 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if not scenes[0].cell.masses:
         return ()
     spread = tuple(EffectParameter(f"{a}_share_kg", "kg", 2.5, -30.0, 30.0) for a in arm_axes(scenes[0].cell)[1:])
-    return (Unit("payload", "", (EffectParameter("mass_kg", "kg", 5.0, -30.0, 30.0), *spread)),)
+    place = tuple(EffectParameter(f"moment_{p}_kg_m", "kg m", 1.0, -15.0, 15.0) for p in "xyz")
+    return (
+        Unit("payload", "", (EffectParameter("mass_kg", "kg", 5.0, -30.0, 30.0), *spread), key="mass"),
+        Unit("payload", "", place, key="place"),
+    )
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
@@ -29,11 +34,17 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     values = scene.log.axes(scene.axes) if scene.encoder is not None else scene.log.setpoints(scene.axes)
     q = cell.to_q(values)
     heaviest = max((m for m in cell.masses if m.after == cell.masses[-1].after), key=lambda m: m.mass)
-    torque = gravity_torques(gravity_arrays(cell, [PointMass("one", heaviest.after, 1.0, heaviest.center)]), q)
-    parts = []
-    for axis in arm_axes(cell):
-        i = cell.index(axis)
-        parts.append(scene.shift(axis, _COMPLIANCE * cell.joints[i].sign * torque[:, i]))
+    center = np.asarray(heaviest.center)
+
+    def sag(at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+        """How each axis gives way to a kilogram at a place of the tool."""
+        torque = gravity_torques(gravity_arrays(cell, [PointMass("one", heaviest.after, 1.0, at)]), q)
+        axes = [(a, cell.index(a)) for a in arm_axes(cell)]
+        return [scene.shift(a, _COMPLIANCE * cell.joints[i].sign * torque[:, i]) for a, i in axes]
+
+    parts = sag(center)
+    if unit.key == "place":
+        return tuple(Column(tcp=np.sum(sag(center + e), axis=0) - np.sum(parts, axis=0)) for e in np.eye(3))
     # all axes as compliant as usual, and each one's own departure from that
     return tuple(Column(tcp=part) for part in (np.sum(parts, axis=0), *parts[1:]))
 

@@ -1,4 +1,4 @@
-"""The arm warms up, and its links grow."""
+"""The arm warms up: its links grow, its foot, its zeros and its tool drift."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.effects.common import arm_axes
+from camrob.gap.effects.common import arm_axes, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import ROOM_TEMPERATURE, Scene
-from camrob.units import mm_to_m
+from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT", "warmth"]
 
@@ -35,20 +35,40 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if max(float(np.abs(warmth(s, state)).max()) for s in scenes) < _LEAST:
         return ()
     usual, most = mm_to_m(0.06), mm_to_m(1.0)
-    parameters = tuple(
-        EffectParameter(f"{a}_{p}_mm", "mm", usual, -most, most) for a in arm_axes(scenes[0].cell) for p in "xyz"
-    )
-    return (Unit("thermal_drift", "", parameters),)
+    turn, farthest = deg_to_rad(0.004), deg_to_rad(0.1)
+    arm = arm_axes(scenes[0].cell)
+    links = tuple(EffectParameter(f"{a}_{p}_mm", "mm", usual, -most, most) for a in arm for p in "xyz")
+    units = [Unit("thermal_drift", "", links, key="links")]
+    for owner in ("root", "tool"):
+        shifts = tuple(EffectParameter(f"{owner}_{p}_mm", "mm", usual, -most, most) for p in "xyz")
+        turns = tuple(EffectParameter(f"{owner}_r{p}_deg", "deg", turn, -farthest, farthest) for p in "xyz")
+        units.append(Unit("thermal_drift", "", shifts, key=f"{owner} shifts"))
+        units.append(Unit("thermal_drift", "", turns, key=f"{owner} turns"))
+    for a in arm:
+        if shows(scenes, a):
+            zero = (EffectParameter(f"{a}_zero_deg", "deg", turn, -farthest, farthest),)
+            units.append(Unit("thermal_drift", a, zero, key="zero"))
+    return tuple(units)
+
+
+def _terms_of(scene: Scene, unit: Unit) -> list[str]:
+    """The constant errors that grow with warmth."""
+    if unit.key == "links":
+        return [f"{a}.{p}" for a in arm_axes(scene.cell) for p in "xyz"]
+    if unit.key == "zero":
+        return [f"{unit.axis}.zero"]
+    owner, kind = unit.key.split()
+    return [f"{owner}.{p}" for p in (("x", "y", "z") if kind == "shifts" else ("rx", "ry", "rz"))]
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     warm = warmth(scene, state)[:, None]
-    return tuple(Column(tcp=scene.place(f"{a}.{p}") * warm) for a in arm_axes(scene.cell) for p in "xyz")
+    return tuple(Column(tcp=scene.place(term) * warm) for term in _terms_of(scene, unit))
 
 
 EFFECT = Effect(
     name="thermal_drift",
-    physics="Every link grows as the arm warms up, in lengths and offsets, towards a steady state with a time constant.",
+    physics="Links grow as the arm warms up, foot, zeros and tool drift with them, towards a steady state with a time constant.",
     rungs=("encoder_to_tcp",),
     regimes=("time",),
     experiment="repeat the same lap every ten minutes from a cold start for an hour",

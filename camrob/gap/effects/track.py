@@ -14,6 +14,8 @@ from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
 
+_TURNS = 3  # parameters of how the carriage turns along the track: as it stands, and by the first and second power
+
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     cell = scenes[0].cell
@@ -27,15 +29,16 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         bows = [
             EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005) for k in range(4) for p in "xyz"
         ]
-        turns = [
-            EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01) for k in (1, 2) for p in "xyz"
-        ]
         travel = np.concatenate([s.link[:, s.index(joint.name)] for s in scenes])
         middle, half = 0.5 * float(travel.max() + travel.min()), 0.5 * float(np.ptp(travel))
         units.append(Unit("track", joint.name, (scale,), key="scale"))
         units.append(Unit("track", joint.name, tuple(lean), key="direction"))
         units.append(Unit("track", joint.name, tuple(bows), key=f"straightness {middle:.6f} {half:.6f}"))
-        units.append(Unit("track", joint.name, tuple(turns), key=f"turning {middle:.6f} {half:.6f}"))
+        for p in "xyz":
+            turns = tuple(
+                EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01) for k in range(_TURNS)
+            )
+            units.append(Unit("track", joint.name, turns, key=f"turning {middle:.6f} {half:.6f} {p}"))
     return tuple(units)
 
 
@@ -45,13 +48,13 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
         return (Column(tcp=scene.shift(unit.axis, u)),)
     if unit.key == "direction":
         return tuple(Column(tcp=scene.place(f"{unit.axis}.r{p}")) for p in "xy")
-    kind, middle, half = unit.key.split()
+    kind, middle, half, *about = unit.key.split()
     s = (u - float(middle)) / float(half)
     if kind == "straightness":
         # straight where the track stood as the cell was measured, wherever that was: so with a shift and a slope
         shapes = [s**k for k in range(4)]
         return tuple(Column(tcp=scene.place(f"root.{p}") * w[:, None]) for w in shapes for p in "xyz")
-    return tuple(Column(tcp=scene.place(f"root.r{p}") * np.asarray(w)[:, None]) for w in (s, s**2) for p in "xyz")
+    return tuple(Column(tcp=scene.place(f"root.r{about[0]}") * (s**k)[:, None]) for k in range(_TURNS))
 
 
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ _PAIRS = ((4, 3), (5, 3), (5, 4))  # which axis of the arm turns with which
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     arm = arm_axes(scenes[0].cell)
     return tuple(
-        Unit("wrist_coupling", arm[i], (EffectParameter(f"{arm[i]}_by_{arm[j]}", "1", 5e-4, -0.01, 0.01),), key=arm[j])
+        Unit("wrist_coupling", arm[i], (EffectParameter(f"{arm[i]}_by_{arm[j]}", "1", 5e-4, -0.03, 0.03),), key=arm[j])
         for i, j in _PAIRS
         if len(arm) == 6 and moved(scenes, arm[j])
     )
