@@ -114,6 +114,24 @@ def test_a_wait_that_the_program_asks_for_is_no_pause() -> None:
     assert found["duration"]["difference_s"] == pytest.approx(0.0, abs=2 * STEP)
 
 
+def test_a_wait_before_the_first_motion_is_no_part_of_the_run() -> None:
+    x, y, z, a, b, c = start()
+    target = f"LIN {{X {x},Y {y + 80},Z {z},A {a},B {b},C {c},E1 0,E2 0}}"
+    late = parsed(HEAD + "\n".join([HOME, "WAIT SEC 2", target]) + "\nEND\n")
+    found = told(measured(late), late)["duration"]
+    assert found["logged_s"] == pytest.approx(found["predicted_s"], abs=0.1)
+    assert found["predicted_s"] == pytest.approx(simulate(late, kr15()).duration - 2.0)
+
+
+def test_a_program_that_moves_nothing_is_said_to() -> None:
+    still = parsed(HEAD + HOME + "\nEND\n")
+    scene = make_scene(run(), kr15())
+    log = rows(run(), np.zeros(200, int), STEP * np.arange(200))
+    found = timing_of(scene, track_of(make_scene(log, kr15()), still), "")
+    assert found["duration"] is None
+    assert found["reason"] == "the program moves nothing"
+
+
 def test_a_run_at_a_lower_override_is_told_by_its_speed() -> None:
     log = run()
     found = told(rows(log, np.arange(len(log)), 2.0 * log.t))
