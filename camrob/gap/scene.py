@@ -16,7 +16,7 @@ from camrob.gap.signals import derivative, pieces_of
 from camrob.measure.log import FORCE, MeasurementLog
 from camrob.measure.log_info import MeasuredFrame, Target
 from camrob.se3 import rotation_log
-from camrob.units import deg_to_rad, mm_to_m
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["Scene", "make_scene"]
 
@@ -86,6 +86,15 @@ class Scene:
     def shift(self, axis: str, signal: Array) -> Array:
         """(N, 6) twist where an axis stands `signal` (N,) beyond what is reported."""
         return self.places[f"{axis}.zero"] * signal[:, None]
+
+    def beyond(self, values: Array) -> Array:
+        """(N, 6) twist from where the TCP nominally is to where it would be with axis values (N, k): exact, however far."""
+        prismatic = np.array([self.cell.joints[self.cell.index(a)].prismatic for a in self.axes])
+        in_base = self.log.info.measured_frame is MeasuredFrame.BASE
+        plain = ErrorModel.of(self.cell, [], in_base=in_base, left=self.frames.left, right=self.frames.right)
+        there = plain.poses(np.zeros(0), self.cell.to_q(np.where(prismatic, m_to_mm(values), rad_to_deg(values))))
+        turned = rotation_log(there[:, :3, :3] @ self.nominal[:, :3, :3].swapaxes(1, 2))
+        return np.concatenate([there[:, :3, 3] - self.nominal[:, :3, 3], turned], axis=1)
 
     def velocity(self, values: Array, order: int = 1) -> Array:
         """Time derivative of (N, k), or a higher one, run by run."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
 from camrob.gap.signals import delayed
@@ -23,12 +21,8 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     delay = state.get("delay_s", _START)
-    late = (delayed(scene.link, scene.t, scene.pieces, delay) - scene.link) / delay
-    total = np.zeros((len(scene), 6))
-    for k, axis in enumerate(scene.axes):
-        if f"{axis}.zero" in scene.places:
-            total += scene.shift(axis, late[:, k])
-    return (Column(tcp=total),)
+    then = delayed(scene.link, scene.t, scene.pieces, delay)
+    return (Column(tcp=scene.beyond(then) / delay),)
 
 
 def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
