@@ -156,12 +156,13 @@ def _sets(summary: Summary) -> str:
     sets = [
         f"{sure(a['probability'])}: {', '.join(map(plain_name, a['effects'])) or 'nothing'}"
         for a in summary.get("alternatives", [])[:_MOST_SETS]
+        if a["probability"] >= 0.01
     ]
     groups = [" and ".join(map(plain_name, g)) for g in summary.get("aliases", [])]
     alike = (
         f"<p>What these logs can't tell apart, whatever is at work: {escape('; '.join(groups))}.</p>" if groups else ""
     )
-    beside = any("unknown" in a["effects"] for a in summary.get("alternatives", []))
+    beside = any("unknown" in a["effects"] and len(a["effects"]) > 1 for a in summary.get("alternatives", []))
     mimic = (
         "<p>Names beside the unknown may only mimic what the library lacks: there they are claimed with caution.</p>"
     )
@@ -206,6 +207,10 @@ def _residual(summary: Summary, chart: Chart) -> str:
         text += f" {mm(left['structured_mm'])} of what stays hang together from sample to sample."
     text += f" What stays on the logs still follows: {', '.join(follows)} of its energy." if follows else ""
     clock = "can't be seen in single poses" if latency is None else measure(s_to_ms(latency), "ms", 2)
+    interval = summary["latency_s"].get("interval")
+    if latency is not None and interval is not None:
+        low, high = (measure(s_to_ms(v), "ms", 2) for v in interval)
+        clock += f" (95 %: {low} to {high})"
     note = _caption(f"Where bars lie beyond the line, more than noise is left. Latency of the instrument: {clock}.")
     return section("What stays, beside the noise", f"<p>{escape(text)}</p>", _chart(chart), note)
 
