@@ -181,7 +181,7 @@ def uncovered_constants(panels: Sequence[Panel], design: Design) -> list[str]:
     A = design.A.sum(axis=0)
     small = [
         c for i, u in enumerate(design.units)
-        if u.effect not in (NUISANCE, UNKNOWN.name) and len(c := np.flatnonzero(design.owner == i)) <= _RIGID
+        if u.effect not in (NUISANCE, UNKNOWN.name, "gear_ripple") and len(c := np.flatnonzero(design.owner == i)) <= _RIGID
     ]  # fmt: skip
     scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
     found = []
