@@ -19,7 +19,7 @@ from camrob.measure.log import MeasurementLog
 from camrob.report.diagnosis_report import diagnosis_report
 from camrob.report.diagnosis_text import render_diagnosis
 from camrob.report.diagnosis_timing import timing_section, timing_texts
-from camrob.report.diagnosis_withheld import regimes_table, regimes_text, sizes_table
+from camrob.report.diagnosis_withheld import careful_text, regimes_table, regimes_text, sizes_table
 
 
 @cache
@@ -77,6 +77,28 @@ def test_regimes_are_told_from_the_least_to_the_most_and_harm_plainly() -> None:
     assert "<b>9</b>" not in table
     assert regimes_text({"together": {"regimes_withheld": []}}) == ""
     assert regimes_table({"together": {}}) == ""
+
+
+def test_what_makes_it_worse_on_withheld_samples_is_said() -> None:
+    told = dict(two_effects())
+    assert careful_text(told) == ""
+    entry = dict(told["effects"][0])
+    worse = {
+        **entry["added_last"],
+        "rms_before_mm": 0.08,
+        "rms_after_mm": 0.11,
+        "shrink": -0.375,
+        "shrink_interval": [-0.5, -0.2],
+    }
+    told["effects"] = [{**entry, "added_last": worse}]
+    told["together"] = {**told["together"], "left_aside": 250}
+    said = careful_text(told)
+    assert f"adding {entry['effect']} last makes it worse there, 0.080 → 0.110 mm" in said
+    assert "250 samples are left aside" in said
+    told["together"] = {**told["together"], "shrink": -0.2, "rms_before_mm": 0.1, "rms_after_mm": 0.12}
+    assert "all together leave more than there was" in careful_text(told)
+    told["effects"] = []
+    assert careful_text(told) == ""
 
 
 def test_the_page_holds_every_effect_alone_and_added_last_with_tails() -> None:

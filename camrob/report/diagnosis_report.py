@@ -11,7 +11,7 @@ from camrob.report.diagnosis_charts import error_charts, residual_chart, space_c
 from camrob.report.diagnosis_numbers import measure, mm, share, sure, to_mm, values_of
 from camrob.report.diagnosis_places import place_sections
 from camrob.report.diagnosis_timing import timing_section
-from camrob.report.diagnosis_withheld import regimes_table, regimes_text, sizes_table
+from camrob.report.diagnosis_withheld import careful_text, regimes_table, regimes_text, sizes_table
 from camrob.report.diagnosis_words import compensable_text, plain_name, sentence, unexplained, withheld_text
 from camrob.report.html import escape, page
 from camrob.report.parts import card_row, section, table
@@ -122,7 +122,7 @@ def _space_caption(*, claimed: bool) -> str:
 def _missing(summary: Summary) -> str:
     told = [f"{m[0].upper()}{m[1:]}." for m in summary["where"]["missing"]]
     if not told:
-        return section("What the logs lack", "<p>Nothing: program, set-points and encoders are all there.</p>")
+        return section("What the logs lack", "<p>Nothing.</p>")
     return section("What the logs lack, and what that costs", _bullets(told))
 
 
@@ -184,8 +184,9 @@ def _shrunk(summary: Summary, charts: Sequence[Chart]) -> str:
     part = "" if removed is None else f" Of what could be removed above the noise, {share(removed)} is."
     text = f"Together, {withheld_text(summary)}: {sizes}. It shrinks by {share(t['shrink'])}"
     text += f" ({share(low)} to {share(high)}).{part}"
-    regimes = regimes_text(summary)
-    held = f"<p>{escape(regimes[:1].upper() + regimes[1:])}</p>{regimes_table(summary)}" if regimes else ""
+    careful, regimes = (words[:1].upper() + words[1:] for words in (careful_text(summary), regimes_text(summary)))
+    held = f"<p>{escape(careful)}.</p>" if careful else ""
+    held += f"<p>{escape(regimes)}</p>{regimes_table(summary)}" if regimes else ""
     return section(
         title, f"<p>{escape(text)}</p>", _pair(charts), f"<p>{escape(compensable_text(summary))}</p>", sizes_table(summary), held
     )  # fmt: skip

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from camrob.report.diagnosis_numbers import mm, share, sure, to_mm
 from camrob.report.diagnosis_timing import timing_texts
-from camrob.report.diagnosis_withheld import regimes_text
+from camrob.report.diagnosis_withheld import careful_text, regimes_text
 from camrob.report.diagnosis_words import (
     between,
     compensable_text,
@@ -79,13 +79,16 @@ def _facts(summary: Summary) -> Table:
             for key, name in (("rms", "rms"), ("p95", "95 %"), ("max", "worst"))
         )
         rows.append(("together", f"{sizes}; the noise {mm(summary['gap']['noise_mm'])}"))
+    rows += [("mind", text) for text in (careful_text(summary),) if text]
     rows += [("elsewhere", text) for text in (regimes_text(summary),) if text]
     sets = [
-        f"{sure(a['probability'])} {' + '.join(a['effects']) or 'nothing'}" for a in summary["alternatives"][:_MOST]
+        f"{sure(a['probability'])} {' + '.join(a['effects']) or 'nothing'}"
+        for a in summary["alternatives"][:_MOST]
+        if a["probability"] >= 0.01
     ]
     rows += [("sets", "; ".join(sets))] if len(sets) > 1 else []
     rows += [("unexplained", text) for text in unexplained(summary)]
-    rows += [("not logged", text) for text in where["missing"]]
+    rows += [("lacking", text) for text in where["missing"]]
     rows += [("timing", text) for text in timing_texts(summary)]
     rows += [("standard", standards_text(one)) for one in summary.get("standards", [])]
     rows += [("compensate", text.removeprefix("compensate ")) for text in (compensable_text(summary),) if text]

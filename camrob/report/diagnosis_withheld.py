@@ -9,11 +9,12 @@ from camrob.report.diagnosis_numbers import mm, share, to_mm
 from camrob.report.html import escape
 from camrob.report.parts import table
 
-__all__ = ["regimes_table", "regimes_text", "sizes_table"]
+__all__ = ["careful_text", "regimes_table", "regimes_text", "sizes_table"]
 
 Summary = Mapping[str, Any]
 
 _FIGURES = ("rms", "p95", "max")
+_WORTH_A_WORD = 20  # samples
 
 
 def sizes_table(summary: Summary) -> str:
@@ -40,6 +41,28 @@ def _cells(told: Mapping[str, Any]) -> list[str]:
     sizes = [escape(to_mm(told[f"{k}_before_mm"], told[f"{k}_after_mm"])) for k in _FIGURES]
     low, high = told["shrink_interval"]
     return [*sizes, escape(f"{share(told['shrink'])} ({share(low)} to {share(high)})")]
+
+
+def careful_text(summary: Summary) -> str:
+    """What speaks against a claim on samples that took no part, and which of them were not asked; "" for nothing."""
+    claimed = [e for e in summary["effects"] if e["probability"] >= 0.5]
+    together = summary["together"]
+    told = [
+        f"adding {e['effect']} last makes it worse there, {to_mm(last['rms_before_mm'], last['rms_after_mm'])}"
+        for e in claimed
+        for last in (e["added_last"],)
+        if last["shrink_interval"][1] < 0.0
+    ]
+    if claimed and together["shrink"] < 0.0:
+        told.append(
+            f"all together leave more than there was, {to_mm(together['rms_before_mm'], together['rms_after_mm'])}"
+        )
+    aside = together.get("left_aside", 0)
+    if claimed and aside >= _WORTH_A_WORD:
+        told.append(
+            f"{aside} samples are left aside, taken before an axis had moved by its play: its side is not known then"
+        )
+    return "; ".join(told)
 
 
 def regimes_text(summary: Summary) -> str:
