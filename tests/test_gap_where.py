@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from gap_cases import generator, kr15, simulated
@@ -190,3 +192,21 @@ def test_with_a_program_the_rungs_add_up_to_measured_less_programmed_sample_by_s
     assert np.abs(np.sum(parts, axis=0) - whole).max() < 5e-6
     assert np.abs(rungs.whole - whole).max() < 5e-6
     assert np.linalg.norm(parts[0], axis=1).max() > 0.9e-3
+
+
+def test_what_beside_rungs_is_lacking_is_told_too() -> None:
+    log = simulated(sigma_mm=SIGMA)
+    columns = {k: v for k, v in log.columns.items() if k not in ("a", "b", "c", "temp", "fx", "fy", "fz")}
+    cell = replace(kr15(), masses=())
+    told = diagnose([MeasurementLog(columns, log.info, log.path)], cell).summary["where"]["missing"]
+    for words in ("no orientation", "no temperature", "no forces", "no masses in the cell: compliance"):
+        assert any(m.startswith(words) for m in told)
+
+
+def test_samples_that_are_left_out_do_not_count_in_the_rungs() -> None:
+    log = simulated(sigma_mm=SIGMA)
+    wild = log.columns["x"].copy()
+    wild[100::200] += 3.0
+    found = diagnose([MeasurementLog({**log.columns, "x": wild}, log.info, log.path)], kr15()).summary
+    assert found["gap"]["outliers"] > 0
+    assert found["where"]["rungs"]["encoder_to_tcp"] == pytest.approx(found["gap"]["rms_mm"], rel=0.05)

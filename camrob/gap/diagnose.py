@@ -33,7 +33,7 @@ from camrob.gap.localise import (
 from camrob.gap.model import Model, compare, whole_gap
 from camrob.gap.path_standards import path_standards
 from camrob.gap.program_track import ProgramTrack, track_of
-from camrob.gap.rungs import RUNGS, Ladder, ladder
+from camrob.gap.rungs import RUNGS, Ladder, lacking, ladder
 from camrob.gap.scene import Scene, make_scene
 from camrob.gap.shrink import trial_of
 from camrob.gap.timing import timing_of
@@ -194,7 +194,7 @@ def _summary(
     sizes = np.linalg.norm(np.concatenate(gaps), axis=1)
     regimes = regimes_of(model.panels, model.noise)
     further = regimes_of(model.panels, model.noise, FURTHER)
-    directions, axes, rungs = directions_of(model.panels), axes_of(model.panels), _rungs(ladders)
+    directions, axes, rungs = directions_of(model.panels), axes_of(model.panels), _rungs(ladders, good)
     mm, segments = m_to_mm, segments_of(model.panels)
     return {
         "gap": {
@@ -209,7 +209,8 @@ def _summary(
         "where": {
             "rungs": {n: None if v is None else mm(v.value) for n, v in rungs.items()},
             "rung_intervals": {n: None if v is None else [mm(v.low), mm(v.high)] for n, v in rungs.items()},
-            "missing": sorted({m for one in ladders for m in one.missing}),
+            "missing": sorted({m for one in ladders for m in one.missing})
+            + sorted({m for s in model.scenes for m in lacking(s)}),
             "segments": [_told(s) for s in segments],
             "change_points": [
                 {"log": s.log, "t_s": s.from_s, "line": s.from_line, "step_mm": mm(s.step)} for s in segments if s.step > 0.0
@@ -238,15 +239,14 @@ def _told(s: Segment) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _rungs(ladders: Sequence[Ladder]) -> dict[str, Share | None]:
-    """rms in m of every rung over all logs, with its interval; None where any log lacks it."""
+def _rungs(ladders: Sequence[Ladder], good: Sequence[NDArray[np.bool_]]) -> dict[str, Share | None]:
+    """rms in m of every rung over all logs' good samples, with its interval; None where any log lacks it."""
     out: dict[str, Share | None] = {}
     for name in RUNGS:
         parts = [getattr(one, name) for one in ladders]
-        blocks = [
-            k * _BLOCKS + (np.arange(len(one.whole)) * _BLOCKS) // len(one.whole) for k, one in enumerate(ladders)
-        ]
-        out[name] = None if any(p is None for p in parts) else rms_of(parts, blocks)
+        blocks = [k * _BLOCKS + (np.arange(len(g)) * _BLOCKS) // len(g) for k, g in enumerate(good)]
+        absent = any(p is None for p in parts)
+        out[name] = None if absent else rms_of(*([x[g] for x, g in zip(y, good, strict=True)] for y in (parts, blocks)))
     return out
 
 

@@ -68,7 +68,10 @@ def _left(model: Model, units: Set) -> list[str]:
     axes: dict[str, list[str]] = {}
     for i in sorted(units):
         axes.setdefault(model.units[i].effect, []).append(model.units[i].axis)
-    return [f"{name} of {', '.join(a for a in found if a)}" if any(found) else name for name, found in axes.items()]
+    return [
+        f"{name} of {', '.join(dict.fromkeys(a for a in found if a))}" if any(found) else name
+        for name, found in axes.items()
+    ]
 
 
 def _calibration(

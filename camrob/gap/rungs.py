@@ -12,7 +12,7 @@ from camrob.gap.program_track import ProgramTrack
 from camrob.gap.scene import Scene
 from camrob.measure.log_info import MeasuredFrame
 
-__all__ = ["RUNGS", "Ladder", "ladder"]
+__all__ = ["RUNGS", "Ladder", "lacking", "ladder"]
 
 Array = NDArray[np.float64]
 
@@ -63,6 +63,23 @@ def ladder(scene: Scene, track: ProgramTrack | None, *, why: str = "no program")
         first = track.offset(track.path(0.0))
     whole = third + (0.0 if second is None else second) + (0.0 if first is None else first)
     return Ladder(first, second, third, whole, tuple(missing))
+
+
+def lacking(scene: Scene) -> tuple[str, ...]:
+    """What else a log and its cell lack beside rungs, and what that costs."""
+    told = []
+    if scene.poses:
+        told.append("single poses: what depends on speed or direction of motion can't be seen")
+    if not scene.seen[:, 3:].any():
+        told.append("no orientation: the tool's angles and A6 can't be told apart")
+    if scene.temperature is None:
+        how = "can't be judged" if scene.poses else "is judged by the time since the log began"
+        told.append(f"no temperature: warming up {how}")
+    if scene.force is None:
+        told.append("no forces: what cutting forces bend can't be seen")
+    if not scene.cell.masses:
+        told.append("no masses in the cell: compliance, lean and payload can't be judged")
+    return tuple(told)
 
 
 def _nominal(scene: Scene) -> Array:

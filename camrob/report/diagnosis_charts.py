@@ -122,8 +122,9 @@ def residual_chart(summary: Mapping[str, Any], paths: Sequence[PathError]) -> Ch
     left = m_to_mm(np.linalg.norm(np.concatenate([p.after for p in paths]), axis=1)) if paths else np.zeros(1)
     noise = max(float(summary["gap"]["noise_mm"]), 1e-6)
     highest = max(3.0 * noise, float(np.quantile(left, 0.995)))
-    counts, edges = np.histogram(left, bins=_BINS, range=(0.0, highest))
-    width = highest / _BINS
+    bins = int(np.clip(len(left) / 8, 12, _BINS))
+    counts, edges = np.histogram(left, bins=bins, range=(0.0, highest))
+    width = highest / bins
     one = noise / np.sqrt(3.0)  # of one direction
     x = np.linspace(0.0, highest, 240)
     alone = np.sqrt(2.0 / np.pi) * x**2 / one**3 * np.exp(-0.5 * (x / one) ** 2)

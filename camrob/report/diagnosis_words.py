@@ -121,7 +121,8 @@ def compensable_text(summary: Summary) -> str:
     names = ", ".join(f"a part of {n}" if n in split else n for n in told["effects"])
     if told["shrink_interval"][0] <= 0.0:
         why = f"correcting that alone would not surely shrink the gap ({sizes})"
-        return printable(f"compensate could correct {names} only, not {left}; {why}, so nothing is handed over.")
+        rest = f"the rest of {left}" if split & {*told["effects"]} else left
+        return printable(f"compensate could correct {names} only, not {rest}; {why}, so nothing is handed over.")
     rest = f"; what stays is {left}{' (the rest of it)' if split & {*told['effects']} else ''}" if left else ""
     return printable(f"compensate can correct {names}: {sizes}{rest}.")
 
