@@ -155,7 +155,7 @@ def covered(shape: Shape, panels: Sequence[Panel], design: Design) -> bool:
         else:
             moved = p.scene.place(f"root.{part}" if kind == "foot" else f"{part}.zero") * fit[:, None]
             y = (moved * p.w_tcp).ravel()
-            b += (p.tcp * (p.w_tcp[..., None])).reshape(-1, len(b)).T @ y
+            b += p.tcp.reshape(-1, len(b)).T @ (y * p.w_tcp.ravel())
         total += float(y @ y)
     named = {part, *shape.quantity.split()}
     sets: dict[str, list[int]] = {}
@@ -188,16 +188,16 @@ def uncovered_constants(panels: Sequence[Panel], design: Design) -> list[str]:
     for place in (c for c in constants(panels[0].scene) if all(c in constants(p.scene) for p in panels)):
         state = {f"{place}|{CONSTANT}|lower": 0.0}
         unit = UNKNOWN.units([p.scene for p in panels], state)[0]
-        B, G = np.zeros((len(unit.parameters), len(A))), np.zeros(len(unit.parameters))
+        B, G = np.zeros((len(A), len(unit.parameters))), np.zeros(len(unit.parameters))
         for p in panels:
-            for k, column in enumerate(UNKNOWN.columns(p.scene, unit, state)):
-                y = (column.tcp * p.w_tcp if column.tcp is not None else np.zeros_like(p.w_tcp)).ravel()
-                B[k] += (p.tcp * p.w_tcp[..., None]).reshape(len(y), -1).T @ y
-                G[k] += float(y @ y)
+            twists = [c.tcp for c in UNKNOWN.columns(p.scene, unit, state) if c.tcp is not None]
+            Y = np.stack([t.ravel() for t in twists], axis=1) * p.w_tcp.reshape(-1, 1) ** 2
+            B += p.tcp.reshape(-1, len(A)).T @ Y
+            G += [float(np.sum((t * p.w_tcp) ** 2)) for t in twists]
         known = False
         for c in small:
             Z = A[np.ix_(c, c)] / np.outer(scale[c], scale[c]) + _RIDGE * np.eye(len(c))
-            right = (B[:, c] / scale[c]).T
+            right = B[c] / scale[c][:, None]
             known |= bool(np.all(np.sum(right * np.linalg.solve(Z, right), axis=0) > _SAME * G))
         if not known:
             found.append(place)

@@ -34,7 +34,8 @@ class Scene:
     setpoint, encoder: (N, k) or None where the log lacks them; `link` is what the arm's side of the drives is reckoned
     from: encoders, else set-points. tcp_gap: (N, 6) measured less nominal at `link`; servo_gap: (N, k) encoders less
     set-points, None where one is missing. seen: (N, 6) True where measured. places: twists of a unit of every constant
-    error; pieces: runs of samples without a hole in time; sigma: (6,) the instrument's noise, NaN where unknown.
+    error; moments: (M, N, 2) gravity's moment of each of the cell's masses about x and y of `root` at the robot's foot, Nm;
+    pieces: runs of samples without a hole in time; sigma: (6,) the instrument's noise, NaN where unknown.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Scene:
     seen: NDArray[np.bool_]
     places: dict[str, Array]
     torque: Array
+    moments: Array
     pieces: tuple[slice, ...]
     frames: Frames
     sigma: Array
@@ -99,10 +101,6 @@ class Scene:
     def velocity(self, values: Array, order: int = 1) -> Array:
         """Time derivative of (N, k), or a higher one, run by run."""
         return derivative(values, self.t, self.pieces, order)
-
-    def moment(self) -> Array:
-        """(N, 2) gravity's moment about x and y of `root` at the robot's foot, Nm, of all masses."""
-        return _moment(self)
 
     @property
     def temperature(self) -> Array | None:
@@ -211,7 +209,7 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
         name=log.path.name if log.path is not None else "log", cell=cell, log=log, t=log.t, axes=axes,
         setpoint=setpoint, encoder=encoder, nominal=nominal, measured=measured, tcp_gap=gap,
         servo_gap=encoder - setpoint if encoder is not None and setpoint is not None else None,
-        seen=seen, places=places, torque=torque, pieces=pieces_of(log.t), frames=frames, sigma=sigma,
+        seen=seen, places=places, torque=torque, moments=_moments(cell, q), pieces=pieces_of(log.t), frames=frames, sigma=sigma,
     )  # fmt: skip
 
 
@@ -238,21 +236,16 @@ def _torques(model: ErrorModel, cell: Cell, q: Array, axes: tuple[str, ...]) -> 
     return np.stack([cell.joints[cell.index(a)].sign * torque[:, cell.index(a)] for a in axes], axis=1)
 
 
-def _moment(scene: Scene) -> Array:
-    """Gravity's moment about the foot: force (0, 0, -m g) at every mass's centre, seen from `root`."""
+def _moments(cell: Cell, q: Array) -> Array:
+    """(M, N, 2): force (0, 0, -m g) at every mass's centre, seen from `root`."""
     from camrob.dynamics.gravity import GRAVITY
     from camrob.kinematics.frames import base_T_joint_frames, base_T_root
     from camrob.se3 import inverse
 
-    cell = scene.cell
-    values = scene.log.axes(scene.axes) if scene.encoder is not None else scene.log.setpoints(scene.axes)
-    q = cell.to_q(values)
-    frames = base_T_joint_frames(cell, q)
-    root_T_base = inverse(base_T_root(cell, q))
-    total = np.zeros((len(scene), 2))
-    for load in cell.masses:
+    frames, root_T_base = base_T_joint_frames(cell, q), inverse(base_T_root(cell, q))
+    total = np.zeros((len(cell.masses), len(q), 2))
+    for k, load in enumerate(cell.masses):
         base_p_mass = frames[cell.index(load.after)] @ np.append(load.center, 1.0)
         root_p_mass = (root_T_base @ base_p_mass[..., None])[..., 0]
-        total[:, 0] -= load.mass * GRAVITY * root_p_mass[:, 1]
-        total[:, 1] += load.mass * GRAVITY * root_p_mass[:, 0]
+        total[k] = load.mass * GRAVITY * np.stack([-root_p_mass[:, 1], root_p_mass[:, 0]], axis=1)
     return total

@@ -7,12 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.load import PointMass
-from camrob.dynamics.gravity import GRAVITY
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
-from camrob.kinematics.frames import base_T_joint_frames, base_T_root
-from camrob.se3 import inverse
 from camrob.units import mm_to_m
 
 __all__ = ["EFFECT"]
@@ -40,21 +36,6 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     return (*units, Unit("lean", "", foot, key="foot"))
 
 
-def _moment(scene: Scene, masses: Sequence[PointMass]) -> NDArray[np.float64]:
-    """(N, 2) gravity's moment of some masses about x and y of `root` at the robot's foot, Nm."""
-    cell = scene.cell
-    values = scene.log.axes(scene.axes) if scene.encoder is not None else scene.log.setpoints(scene.axes)
-    q = cell.to_q(values)
-    frames = base_T_joint_frames(cell, q)
-    root_T_base = inverse(base_T_root(cell, q))
-    total = np.zeros((len(scene), 2))
-    for load in masses:
-        base_p_mass = frames[cell.index(load.after)] @ np.append(load.center, 1.0)
-        root_p_mass = (root_T_base @ base_p_mass[..., None])[..., 0]
-        total += load.mass * GRAVITY * np.stack([-root_p_mass[:, 1], root_p_mass[:, 0]], axis=1)
-    return total
-
-
 def _reach(scene: Scene) -> NDArray[np.float64]:
     """(N, 2) what a unit of weight at the TCP would make about x and y of `root` at the robot's foot, m."""
     turned = scene.place("root.rz")[:, :3]
@@ -65,11 +46,11 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     masses = scene.cell.masses
     if unit.key in _SHARES:
         end = masses[-1] if unit.key == "tool" else masses[0]
-        moment = _moment(scene, [m for m in masses if m.after == end.after])
+        moment = scene.moments[[m.after == end.after for m in masses]].sum(axis=0)
     elif unit.key == "reach":
         moment = _reach(scene)
     else:
-        moment = scene.moment()
+        moment = scene.moments.sum(axis=0)
     if unit.key == "foot":
         # what leans about a place below the foot carries the foot along
         return (Column(tcp=scene.place("root.x") * moment[:, 1:]), Column(tcp=scene.place("root.y") * -moment[:, :1]))
