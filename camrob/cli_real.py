@@ -29,6 +29,22 @@ from camrob.options import (
 
 __all__ = ["calibrate", "compensate", "diagnose", "simulate", "tracker"]
 
+_WithheldOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--withheld",
+        metavar="LOG.csv",
+        help="A run that takes no part in choosing or fitting (may be repeated). Default: stretches of the logs in turn.",
+    ),
+]
+_WithoutOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--without",
+        metavar="EFFECT",
+        help="Leave an effect out of the library, to see what is said without it (may be repeated).",
+    ),
+]
 _LapsOption = Annotated[
     int | None, typer.Option("--laps", min=0, max=20, metavar="N", help="Laps the study learns from. Default: 3.")
 ]
@@ -154,29 +170,35 @@ def compensate(
 def diagnose(
     cell: CellOption,
     log: Annotated[
-        list[Path], typer.Option("--log", metavar="LOG.csv", help="A measured run; may be given several times.")
+        list[Path],
+        typer.Option(
+            "--log",
+            metavar="LOG.csv",
+            help="A measured run (may be repeated); LOG.toml beside it tells its frame and program.",
+        ),
     ],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", help="The folder that receives diagnosis.json and .html.")
     ],
-    withheld: Annotated[
-        list[Path] | None,
-        typer.Option("--withheld", metavar="LOG.csv", help="A run that takes no part in choosing or fitting."),
-    ] = None,
+    withheld: _WithheldOption = None,
     program: Annotated[
         Path | None,
-        typer.Option("--program", metavar="PROGRAM.src", help="What was run. Default: what each LOG.toml names."),
+        typer.Option(
+            "--program",
+            metavar="PROGRAM.src",
+            help="The KRL program that was run. Default: what each LOG.toml names, if it lies beside it.",
+        ),
     ] = None,
-    without: Annotated[
-        list[str] | None, typer.Option("--without", metavar="EFFECT", help="Leave an effect out of the library.")
-    ] = None,
+    without: _WithoutOption = None,
     experiment: Annotated[
         Path | None,
         typer.Option("--write-experiment", metavar="FILE.src", help="Write the next experiment as a checked program."),
     ] = None,
     calibration: Annotated[
         Path | None,
-        typer.Option("--calibration", metavar="OUT.toml", help="Write what compensate can correct, for compensate."),
+        typer.Option(
+            "--calibration", metavar="OUT.toml", help="Write the fitted effects that `camrob compensate` can correct."
+        ),
     ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,

@@ -11,7 +11,7 @@ from gap_cases import KR15, kr15, simulated
 from test_gap_effects import DEG, plant_lag, plant_link, plant_play
 
 from camrob.cli import run
-from camrob.errors import LogError
+from camrob.errors import InputError, LogError
 from camrob.gap.diagnose import diagnose
 from camrob.gap.scene import make_scene
 from camrob.jobs.diagnose import diagnose as diagnose_job
@@ -156,3 +156,20 @@ def test_the_same_log_is_not_both_diagnosed_and_withheld(tmp_path: Path) -> None
     assert len(read_log(tmp_path / "run.csv")) > 900
     with pytest.raises(LogError, match="both diagnosed and withheld"):
         diagnose_job(cell=KR15, log=[tmp_path / "run.csv"], withheld=[tmp_path / "run.csv"], out=tmp_path / "out")
+
+
+def test_rows_given_twice_are_refused_under_any_name(tmp_path: Path) -> None:
+    for name in ("run.csv", "copy.csv"):
+        (tmp_path / name).write_text(text())
+    run_, copy = tmp_path / "run.csv", tmp_path / "copy.csv"
+    with pytest.raises(LogError, match=r"run\.csv: is given twice; give it once"):
+        diagnose_job(cell=KR15, log=[run_, run_], out=tmp_path / "out")
+    with pytest.raises(LogError, match=r"copy\.csv: is given twice; it has the rows of run\.csv"):
+        diagnose_job(cell=KR15, log=[run_, copy], out=tmp_path / "out")
+    with pytest.raises(LogError, match=r"copy\.csv: is both diagnosed and withheld; it has the rows of run\.csv"):
+        diagnose_job(cell=KR15, log=[run_], withheld=[copy], out=tmp_path / "out")
+
+
+def test_a_calibration_s_name_ends_in_toml(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"--calibration 'fit\.csv' is no calibration's name; end it with \.toml"):
+        diagnose_job(cell=KR15, log=[tmp_path / "run.csv"], out=tmp_path / "out", calibration=tmp_path / "fit.csv")

@@ -56,12 +56,12 @@ def diagnose(
         check_experiment_name(experiment)
     if calibration is not None:
         check_file_name(calibration.name)
+        if calibration.suffix.lower() != ".toml":
+            raise InputError(f"--calibration {calibration.name!r} is no calibration's name", cure="end it with .toml")
     machine = read_cell(cell)
     logs = [read_log(path) for path in log]
     kept_out = [read_log(path) for path in withheld]
-    same = {p.resolve() for p in log} & {p.resolve() for p in withheld}
-    if same:
-        raise LogError("is both diagnosed and withheld", cure="give it once", path=sorted(same)[0])
+    _told_once(logs, kept_out)
     programs = [_program(one, program) for one in logs]
     found = run_diagnosis(
         logs, machine, withheld=kept_out, programs=programs, without=tuple(without), progress=progress,
@@ -91,6 +91,22 @@ def diagnose(
     if refused is not None:
         raise refused
     return DiagnoseResult(found, summary)
+
+
+def _told_once(logs: Sequence[MeasurementLog], withheld: Sequence[MeasurementLog]) -> None:
+    """Refuse rows that are given twice, under any name: they would count as new evidence, or not be withheld at all."""
+    seen: dict[str, tuple[MeasurementLog, bool]] = {}
+    for log, kept_out in [*((one, False) for one in logs), *((one, True) for one in withheld)]:
+        first, before = seen.setdefault(log.digest, (log, kept_out))
+        if first is log:
+            continue
+        cure = (
+            "give it once"
+            if first.path == log.path
+            else f"it has the rows of {first.path.name if first.path else 'another'}"
+        )
+        what = "is given twice" if kept_out is before else "is both diagnosed and withheld"
+        raise LogError(what, cure=cure, path=log.path)
 
 
 def _hand_over(found: Diagnosis, file: Path) -> None:
