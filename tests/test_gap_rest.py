@@ -7,6 +7,7 @@ import pytest
 from gap_cases import generator, kr15, motion, simulated
 
 from camrob.gap.diagnose import diagnose
+from camrob.gap.effects.acceleration_error import EFFECT as ACCELERATION
 from camrob.gap.effects.backlash import EFFECT
 from camrob.gap.scene import make_scene
 from camrob.measure.log import MeasurementLog
@@ -73,3 +74,34 @@ def simulated_play() -> MeasurementLog:
         world.link[:, 1] += generator.play(world.command[:, 1], WIDTH)
 
     return simulated(apply, sigma_mm=SIGMA, seed=7)
+
+
+def test_accelerations_between_samples_are_doubted_where_they_are_not_resolved_and_nowhere_else() -> None:
+    """A path that turns round at once, sampled every 80 ms, and a smooth one."""
+    t = 0.08 * np.arange(500)
+    smooth = np.deg2rad([0, -90, 90, 0, 60, 0, 0, 0.0]) + np.zeros((500, 8))
+    smooth[:, 0] += 0.3 * np.sin(0.5 * t)
+    sharp = smooth.copy()
+    sharp[:, 1] += 0.1 * np.abs((t % 8.0) - 4.0)
+    for axis, few in ((smooth, False), (sharp, True)):
+        scene = make_scene(simulated(run=(t, axis)), kr15())
+        unit = next(u for u in ACCELERATION.units([scene], {}) if u.key == "arm" and not u.axis)
+        (column,) = ACCELERATION.columns(scene, unit, {})
+        assert column.doubt is not None
+        unknown = np.flatnonzero(column.doubt >= 1.0)
+        assert (len(unknown) > 0) == few
+        assert len(unknown) <= 50
+        assert all(np.abs((t[k] + 2.0) % 4.0 - 2.0) < 0.5 for k in unknown)
+
+
+def test_a_log_that_does_not_resolve_accelerations_anywhere_leaves_nothing_aside() -> None:
+    rng = np.random.default_rng(0)
+    t = 0.08 * np.arange(500)
+    axis = np.deg2rad([0, -90, 90, 0, 60, 0, 0, 0.0]) + rng.normal(0, 1e-4, (500, 8))
+    axis[:, 0] += 0.3 * np.sin(0.05 * t)
+    scene = make_scene(simulated(run=(t, axis)), kr15())
+    unit = next(u for u in ACCELERATION.units([scene], {}) if u.key == "tip")
+    (column,) = ACCELERATION.columns(scene, unit, {})
+    assert column.doubt is not None
+    assert column.doubt.max() < 1.0
+    assert np.median(column.doubt) > 0.5

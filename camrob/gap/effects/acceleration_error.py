@@ -5,12 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from camrob.gap.effects.common import arm_axes, moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
 
 __all__ = ["EFFECT"]
+
+Array = NDArray[np.float64]
+
+_FEW, _MOST = 0.1, 0.99  # share of the samples that may be unknown, and the doubt of all where there are more
+_SMALL = 0.5  # of the usual acceleration: below, it is not held against itself but against this
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -35,18 +42,45 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     if unit.key == "tip":
+        place = scene.nominal[:, :3, 3]
         total = np.zeros((len(scene), 6))
-        total[:, :3] = -scene.velocity(scene.nominal[:, :3, 3], 2)
-        return (Column(tcp=total),)
+        total[:, :3] = -scene.velocity(place, 2)
+        return (Column(tcp=total, doubt=_doubt(scene, place, total[:, :3])),)
     values = scene.command if unit.key == "servo" else scene.link
-    acceleration = scene.velocity(values, 2)
     if unit.key == "servo":
         axes = (unit.axis,) if unit.axis else scene.axes
-        return (Column(servo={a: -acceleration[:, scene.index(a)] for a in axes}),)
+    else:
+        axes = (unit.axis,) if unit.axis else arm_axes(scene.cell)
+    own = values[:, [scene.index(a) for a in axes]]
+    acceleration = scene.velocity(own, 2)
+    doubt = _doubt(scene, own, acceleration)
+    if unit.key == "servo":
+        return (Column(servo={a: -acceleration[:, k] for k, a in enumerate(axes)}, doubt=doubt),)
     total = np.zeros((len(scene), 6))
-    for axis in (unit.axis,) if unit.axis else arm_axes(scene.cell):
-        total -= scene.shift(axis, acceleration[:, scene.index(axis)])
-    return (Column(tcp=total),)
+    for k, axis in enumerate(axes):
+        total -= scene.shift(axis, acceleration[:, k])
+    return (Column(tcp=total, doubt=doubt),)
+
+
+def _doubt(scene: Scene, values: Array, second: Array) -> Array:
+    """(N,) share by which second derivatives (N, k) of values (N, k) may be wrong, as samples lie too far apart for them.
+
+    Held against those through every other sample, which are about as wrong as these may be at their worst. Where that is many
+    samples, none counts as unknown: a description that fails throughout must answer for it.
+    """
+    coarse = np.zeros_like(second)
+    for run in scene.pieces:
+        t, u = scene.t[run], values[run]
+        if len(t) < 8:
+            continue
+        even, odd = (CubicSpline(t[k::2], u[k::2], axis=0) for k in (0, 1))
+        # a spline tells of the samples that it does not go through
+        coarse[run][0::2], coarse[run][1::2] = odd(t[0::2], 2), even(t[1::2], 2)
+        coarse[run][:1], coarse[run][-1:] = second[run][:1], second[run][-1:]
+    size = np.linalg.norm(second, axis=1)
+    floor = _SMALL * float(np.sqrt(np.mean(size**2)))
+    out = np.linalg.norm(coarse - second, axis=1) / np.maximum(size, max(floor, 1e-12))
+    return np.asarray(out if np.mean(out >= 1.0) <= _FEW else np.minimum(out, _MOST))
 
 
 EFFECT = Effect(
