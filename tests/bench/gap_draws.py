@@ -2,7 +2,7 @@
 
 Play runs on a 4 ms grid, the lag steps once a cycle, link errors are Denavit-Hartenberg tolerances, ripple has a second
 harmonic, friction is Stribeck's. Two in five draws follow another engineer's physics of the same effect: a lag of each axis's
-own, friction that grows with speed, a foot that drifts with the warmth, lean by reach, a track that sags about its middle, an
+own, friction without Stribeck's peak, a foot that drifts with the warmth, lean by reach, a track that sags about its middle, an
 eccentric encoder, a spring at the tip. Nothing here comes from camrob.
 """
 
@@ -157,7 +157,7 @@ def _friction(rng, command, arm):
         v = np.gradient(w.command, STEP, axis=0)
         for a, b in zip(axes, f, strict=True):
             if other:
-                w.drive[:, a] -= s * b * (np.tanh(v[:, a] / (0.1 * usual[a] + 1e-9)) + 0.3 * v[:, a] / most[a])
+                w.drive[:, a] -= s * b * np.tanh(v[:, a] / (0.1 * usual[a] + 1e-9))
                 continue
             stribeck = 1 + 0.3 * np.exp(-np.abs(v[:, a]) / (0.1 * most[a] + 1e-9))
             w.drive[:, a] -= s * b * np.tanh(v[:, a] / (0.02 * usual[a] + 1e-9)) * stribeck

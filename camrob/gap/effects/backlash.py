@@ -18,8 +18,6 @@ __all__ = ["EFFECT"]
 
 Array = NDArray[np.float64]
 
-# rad/s (m/s) within which a gear that is always loaded changes sides
-_TURNS = tuple(deg_to_rad(v) for v in (0.02, 0.1, 0.3, 0.8))
 _WHOLE = 2.0  # of half the play: what the other side makes
 
 
@@ -43,10 +41,6 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     width = state.get(unit.parameters[0].name, 0.6 * unit.parameters[0].usual)
     values = scene.link[:, scene.index(unit.axis)]
-    turn = state.get("turn", 0.0)
-    if turn > 0.0:
-        side = np.tanh(scene.velocity(values[:, None])[:, 0] / turn)
-        return (Column(tcp=scene.shift(unit.axis, -0.5 * side)),)
     lag = play(values, scene.t, scene.pieces, width)
     return (Column(tcp=scene.shift(unit.axis, -0.5 * lag), doubt=_doubt(values, scene.pieces, width)),)
 
@@ -74,14 +68,12 @@ def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
 
 EFFECT = Effect(
     name="backlash",
-    physics="The link rests until the play is taken up after a reversal, or changes sides as the axis turns round: it lags its "
-    "encoder by half the play.",
+    physics="The link rests until the play is taken up after a reversal: it lags its encoder by half the play.",
     rungs=("encoder_to_tcp",),
     regimes=("direction",),
     experiment="run the path backwards: what play causes changes its sign, geometry and load don't",
     units=_units,
     columns=_columns,
     refine=_refine,
-    trials=({"turn": 0.0}, *({"turn": v} for v in _TURNS)),
     accuracy=0.02,
 )

@@ -39,7 +39,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
                 for times, _ in _HARMONICS
                 for wave in ("cos", "sin")
             )
-            units.append(Unit("gear_ripple", a, turns, key=_TURNS))
+            units.append(Unit("gear_ripple", a, turns, _CHOICES, _TURNS))
     for key in sorted(state):
         axis, _, _which = key.partition("_order")
         parameters = tuple(
