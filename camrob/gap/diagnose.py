@@ -105,8 +105,11 @@ def diagnose(
         **summary["together"],
         "compensable_mm": handed.summary["rms_before_mm"] - handed.summary["rms_after_mm"],
     }
-    axis = _unknown_axis(model) if verdict.summary["unknown"]["probability"] >= 0.5 else ""
+    unsure = verdict.summary["unknown"]["probability"] >= 0.5
+    axis = _unknown_axis(model) if unsure else ""
     planned = plan_experiment(model, verdict.claimed, axis)
+    if unsure and not verdict.claimed and planned is not None and not planned.isolates:
+        planned = None  # no two names of the library are worth telling apart while neither explains the gap
     if planned is not None:
         summary |= {"next_experiment": planned.text, "experiment": dict(planned.summary)}
     tell("done", 1.0)

@@ -21,11 +21,14 @@ _BETTER = 1.5  # times what the same again would tell: then it tells something n
 
 @dataclass(frozen=True)
 class Experiment:
-    """motions: those worth running, the best first; summary: the part of the JSON object."""
+    """motions: those worth running, the best first; summary: the part of the JSON object; isolates: they move what is
+    unexplained alone, instead of telling rivals apart.
+    """
 
     motions: tuple[TrialMotion, ...]
     text: str
     summary: Mapping[str, Any]
+    isolates: bool = False
 
 
 def next_experiment(
@@ -58,7 +61,8 @@ def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str) -> 
     if unknown_axis and not longest.poses and len(longest) >= 300:
         motion = single_axis(longest, unknown_axis)
         text = f"Isolate what is unexplained: run {motion.text}, and measure."
-        return Experiment((motion,), text, {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": None})
+        told = {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": None}
+        return Experiment((motion,), text, told, isolates=True)
     rivals = rivals_of(model, claimed)
     if rivals is None:
         return None

@@ -35,6 +35,7 @@ _ZEROS = (
 )
 _LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
 _TWINS = {"frame_base": ("measurement_frame", 0.85)}  # alike where measured in `world`; share of the first
+_OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
@@ -102,14 +103,14 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
             "rms_mm": m_to_mm(together.rms_after), "noise_mm": m_to_mm(model.noise), "structured_mm": m_to_mm(structure),
             "structure": _residual_regimes(model, members),
         },
-        "next_experiment": next_experiment(claimed, probability, sizes, library, _suspects(model, shapes)),
+        "next_experiment": next_experiment(
+            claimed, probability, sizes, library, _suspects(model, shapes) if shapes or (unknown >= 0.5 and not claimed) else None
+        ),
     })  # fmt: skip
 
 
-def _suspects(model: Model, shapes: Sequence[Mapping[str, Any]]) -> list[str] | None:
-    """Axes that something unexplained moves, or that it follows where it sits in the foot; None where nothing is."""
-    if not shapes:
-        return None
+def _suspects(model: Model, shapes: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Axes that something unexplained moves, or that it follows where it sits in the foot."""
     told = (str(s["follows"]).rpartition(" ")[2] if "foot" in s["moves"] else str(s["moves"]) for s in shapes)
     return list(dict.fromkeys(name for name in told if name in model.scenes[0].axes))
 
@@ -257,17 +258,17 @@ def _entries(
 
 
 def _axes(model: Model, own: Set) -> list[str]:
-    """Axes of an effect's units, those that move most first; parts too small to matter left out."""
+    """Axes of an effect's units, those that move most first; without what is too small beside what most or all of them do."""
     moved: dict[str, float] = {}
     for i in own:
         axis = model.units[i].axis
-        if axis:
-            values = model.values(frozenset([i]), model.best)
-            energy = sum(float(np.sum(p.moves(values) ** 2)) for p in model.panels)
-            turned = sum(float(np.sum((p.tcp[:, 3:] @ values) ** 2)) for p in model.panels)
-            moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
-    most = max(moved.values(), default=0.0)
-    return [a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > _TOO_SMALL * most]
+        values = model.values(frozenset([i]), model.best)
+        energy = sum(float(np.sum(p.moves(values) ** 2)) for p in model.panels)
+        turned = sum(float(np.sum((p.tcp[:, 3:] @ values) ** 2)) for p in model.panels)
+        moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
+    alike = moved.pop("", 0.0)
+    least = max(_TOO_SMALL * max(moved.values(), default=0.0), _OWN_PART * alike)
+    return [a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > least]
 
 
 def _parameters(model: Model, own: Set) -> dict[str, dict[str, float]]:

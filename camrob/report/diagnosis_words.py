@@ -26,6 +26,7 @@ _FOLLOWS = {
     "load": "follows the load",
     "time": "drifts with time",
 }
+_MAIN = ("tau_s", "delay_s", "cdis_mm")  # the value that tells such an effect's size, whatever stands beside it
 _MOST_VALUES = 3  # axes of an effect that the sentence gives values of
 _RIVAL = 0.1  # probability from which a cause is named among several that none is claimed of
 _CONSTANT = "constant"  # what the unexplained is said to follow where it follows nothing
@@ -201,6 +202,7 @@ def _named(entry: Mapping[str, Any]) -> str:
         axis, order = max(ripples, key=lambda k: ripples[k])
         return f"{name} of {axis}, {measure(ripples[axis, order], 'degrees')} {order} times a turn ({chance})"
     where = f" of {_listed(entry['axes'][:4])}" if entry["axes"] else ""
+    values = {k: v for k, v in values.items() if k in _MAIN} or values
     if len(values) == 1:
         ((key, value),) = values.items()
         words, unit = parameter_words(key)

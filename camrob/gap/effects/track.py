@@ -14,7 +14,8 @@ from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
 
-_TURNS = 3  # parameters of how the carriage turns along the track: as it stands, and by the first and second power
+# powers of the place on the track that the carriage turns with; a constant about x and y is the foot's, not the track's
+_TURNS = {"x": (1, 2), "y": (1, 2), "z": (0, 1, 2)}
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -35,9 +36,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         units.append(Unit("track", joint.name, tuple(lean), key="direction"))
         units.append(Unit("track", joint.name, tuple(bows), key=f"straightness {middle:.6f} {half:.6f}"))
         for p in "xyz":
-            turns = tuple(
-                EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01) for k in range(_TURNS)
-            )
+            turns = tuple(EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01) for k in _TURNS[p])
             units.append(Unit("track", joint.name, turns, key=f"turning {middle:.6f} {half:.6f} {p}"))
     return tuple(units)
 
@@ -54,7 +53,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
         # straight where the track stood as the cell was measured, wherever that was: so with a shift and a slope
         shapes = [s**k for k in range(4)]
         return tuple(Column(tcp=scene.place(f"root.{p}") * w[:, None]) for w in shapes for p in "xyz")
-    return tuple(Column(tcp=scene.place(f"root.r{about[0]}") * (s**k)[:, None]) for k in range(_TURNS))
+    return tuple(Column(tcp=scene.place(f"root.r{about[0]}") * (s**k)[:, None]) for k in _TURNS[about[0]])
 
 
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:
