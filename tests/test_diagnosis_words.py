@@ -40,6 +40,7 @@ def test_parameters_in_words() -> None:
     assert parameter_words("about_x_rad_nm") == ("about x", "rad/Nm")
     assert parameter_words("A5_by_A4") == ("A5 by A4", "degrees a degree")
     assert parameter_words("arm_s2") == ("arm", "s²")
+    assert parameter_words("moment_x_kg_m") == ("moment x", "kg m")
     assert measure(0.0048, "degrees") == "0.00480 degrees"
 
 
@@ -106,6 +107,8 @@ def test_effects_of_several_axes_waves_and_couplings_say_their_values() -> None:
     assert "gear ripple of A1, 0.00500 degrees 28.04 times a turn" in sentence(summary([ripple]))
     coupled = effect("wrist_coupling", ["A5"], {"A5_by_A4": 0.0012})
     assert "wrist coupling of A5 to A4, 0.00120 degrees a degree" in sentence(summary([coupled]))
+    lag = effect("servo_lag", ["A1"], {"tau_s": 0.0409, "A1_beyond_s": 0.001})
+    assert "servo lag of A1, 0.0409 s (97 % sure)" in sentence(summary([lag]))
     drift = effect("thermal_drift", [], {"A1_x_mm": 0.07, "A1_y_mm": 0.03})
     assert "thermal drift, 0.290 mm rms at the TCP" in sentence(summary([drift]))
 

@@ -17,7 +17,7 @@ from camrob.gap.corners import judge_corners, with_corners
 from camrob.gap.diagnosis import Diagnosis, PathError
 from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
-from camrob.gap.experiment import plan_experiment
+from camrob.gap.experiment import Experiment, plan_experiment
 from camrob.gap.handover import hand_over
 from camrob.gap.localise import (
     FURTHER,
@@ -105,11 +105,7 @@ def diagnose(
         **summary["together"],
         "compensable_mm": handed.summary["rms_before_mm"] - handed.summary["rms_after_mm"],
     }
-    unsure = verdict.summary["unknown"]["probability"] >= 0.5
-    axis = _unknown_axis(model) if unsure else ""
-    planned = plan_experiment(model, verdict.claimed, axis)
-    if unsure and not verdict.claimed and planned is not None and not planned.isolates:
-        planned = None  # no two names of the library are worth telling apart while neither explains the gap
+    planned = _planned(model, verdict)
     if planned is not None:
         summary |= {"next_experiment": planned.text, "experiment": dict(planned.summary)}
     tell("done", 1.0)
@@ -118,6 +114,11 @@ def diagnose(
     summary["standards"] = _standards(model, paths)
     motions = () if planned is None else planned.motions
     return Diagnosis(summary, claimed, paths, motions, handed.calibration)
+
+
+def _planned(model: Model, verdict: Verdict) -> Experiment | None:
+    unknown = verdict.summary["unknown"]["probability"] >= 0.5
+    return plan_experiment(model, verdict.claimed, _unknown_axis(model) if unknown else "", unknown=unknown)
 
 
 def _unknown_axis(model: Model) -> str:

@@ -21,14 +21,11 @@ _BETTER = 1.5  # times what the same again would tell: then it tells something n
 
 @dataclass(frozen=True)
 class Experiment:
-    """motions: those worth running, the best first; summary: the part of the JSON object; isolates: they move what is
-    unexplained alone, instead of telling rivals apart.
-    """
+    """motions: those worth running, the best first; summary: the part of the JSON object."""
 
     motions: tuple[TrialMotion, ...]
     text: str
     summary: Mapping[str, Any]
-    isolates: bool = False
 
 
 def next_experiment(
@@ -52,17 +49,18 @@ def next_experiment(
     return f"To confirm {first.name}: {first.experiment}."
 
 
-def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str) -> Experiment | None:
+def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str, *, unknown: bool) -> Experiment | None:
     """The motions that would tell most, reckoned on the fitted model; None where there is nothing to tell apart.
 
-    unknown_axis: the axis at which something unexplained sits, "" where nothing does: it is then to be moved alone.
+    unknown: something unexplained is likely; unknown_axis: the axis at which it sits, to be moved alone, "" where it is none.
     """
     longest = max(model.scenes, key=len)
     if unknown_axis and not longest.poses and len(longest) >= 300:
         motion = single_axis(longest, unknown_axis)
         text = f"Isolate what is unexplained: run {motion.text}, and measure."
-        told = {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": None}
-        return Experiment((motion,), text, told, isolates=True)
+        return Experiment((motion,), text, {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": None})
+    if unknown and not claimed:
+        return None  # no two names are worth telling apart while neither explains the gap
     rivals = rivals_of(model, claimed)
     if rivals is None:
         return None
