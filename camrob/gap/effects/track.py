@@ -25,7 +25,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         if joint.role is not Role.CARRIAGE or not joint.prismatic or not moved(scenes, joint.name):
             continue
         tilt, bow, yaw = deg_to_rad(0.02), mm_to_m(0.2), deg_to_rad(0.02)
-        scale = EffectParameter(f"{joint.name}_scale", "1", 2e-4, -2e-3, 2e-3)
+        scale = EffectParameter(f"{joint.name}_scale", "1", 2e-4, -4e-3, 4e-3)
         lean = [EffectParameter(f"{joint.name}_r{p}_deg", "deg", tilt, -0.01, 0.01) for p in "xy"]
         bows = [
             EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005) for k in range(4) for p in "xyz"
