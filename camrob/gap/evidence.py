@@ -30,6 +30,7 @@ _WIDEST = 5.0  # times the ordinary sizes
 COUNTS_FROM = 0.35  # of the noise's rms: an effect that moves the TCP by less is a nuisance
 _LEAST_MOVE = 0.3  # of the noise's rms: what a unit is taken to move the TCP by at least
 _TURNS = 2
+_FAINT = 1e-9  # m: a size that is known that well is known
 _CANCELS, _STRAIN = 3.0, 3.0  # times the energy of the whole from which effects' energies cost, and how dearly
 _COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
 
@@ -190,7 +191,7 @@ class Evidence:
             pull = self.design.moves[np.ix_(c, c)] @ fitted.mean[c]
             size = float(np.sqrt(max(float(fitted.mean[c] @ pull), 0.0)))
             spread = float(np.sqrt(max(float(pull @ fitted.cov[np.ix_(c, c)] @ pull), 0.0))) / max(size, 1e-12)
-            found[name] = float(ndtr((size - least) / max(spread, 1e-3 * least)))
+            found[name] = float(ndtr((size - least) / max(spread, _FAINT)))
         return found
 
     def _owned(self, members: Set) -> dict[str, NDArray[np.int64]]:
