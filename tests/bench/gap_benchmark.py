@@ -175,7 +175,14 @@ def main() -> None:
     figures["sha256 of the labels"] = hashlib.sha256(text.encode()).hexdigest()
     (arguments.out / "figures.json").write_text(json.dumps(figures, indent=1, default=float))
     preface = arguments.out / "preface.md"
-    write_report(figures, arguments.out, preface.read_text() if preface.exists() else "")
+    told = preface.read_text() if preface.exists() else ""
+    if arguments.on is not None:
+        names = " and ".join(f"`{Path(m).name}`" for m in dict.fromkeys(motions_of(arguments)))
+        told = (
+            f"**All cases here are on the motion of {names}**, with its clock, noise and columns; what is said below of drawn "
+            f"paths, rates and instruments does not hold.\n\n{told}"
+        )
+    write_report(figures, arguments.out, told)
 
 
 if __name__ == "__main__":
