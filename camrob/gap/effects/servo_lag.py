@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from camrob.gap.effects.common import moved
+from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.scene import Scene
 from camrob.gap.signals import first_order
@@ -23,8 +23,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         return ()
     units = [Unit("servo_lag", "", (EffectParameter("tau_s", "s", 0.04, -0.002, 0.5),))]
     for a in scenes[0].axes:
-        split = all(s.servo_gap is not None for s in scenes)
-        if split and moved(scenes, a):
+        if moved(scenes, a) and (shows(scenes, a) or all(s.servo_gap is not None for s in scenes)):
             units.append(Unit("servo_lag", a, (EffectParameter(f"{a}_beyond_s", "s", 0.02, -0.5, 0.5),), key="own"))
     return tuple(units)
 
