@@ -95,6 +95,7 @@ def diagnose(
     tell("withholding", 0.7)
     trial = trial_of(model, kept_out)
     verdict = judge_effects(model, trial, effects, in_world=in_world)
+    model = verdict.model
     tell("locating", 0.85)
     corners = judge_corners(tracks, model.noise, known=any(e.name == "corner_rounding" for e in effects))
     summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)

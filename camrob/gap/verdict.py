@@ -41,8 +41,11 @@ _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 @dataclass(frozen=True)
 class Verdict:
-    """claimed: effects with a probability of 0.5 or more; members: their units; summary: the part of the JSON object."""
+    """model: without what is implausible or harms; claimed: effects with a probability of 0.5 or more; members: their units;
+    summary: the part of the JSON object.
+    """
 
+    model: Model
     claimed: tuple[str, ...]
     members: Set
     summary: dict[str, Any]
@@ -86,7 +89,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     text = unknown_text(model, shapes)
-    return Verdict(claimed, members, {
+    return Verdict(model, claimed, members, {
         "status": status,
         "effects": entries,
         "together": {
