@@ -55,5 +55,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     trials=({"rest": 0.0}, *({"rest": v} for v in _SLOW)),
-    accuracy=0.05,
+    accuracy=0.1,
 )
