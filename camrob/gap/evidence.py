@@ -147,33 +147,53 @@ class Evidence:
             for name, own in self._effects.items()
             if name in self._least and any(i in members for i in own)
         }
+        own = np.flatnonzero(inside)
+        at = {name: np.searchsorted(own, c) for name, c in columns.items()}
+        scale = self._widths[0][own]
+        base, start = self._base[0][np.ix_(own, own)], self._base[1][own]
         shares: dict[str, float] = {}
-        fitted = self._solve(members, widths, shares)
         for _ in range(_TURNS if columns else 0):
+            # all but these parameters are narrow, so that a small system tells how these are fitted
+            change = (scale / widths[own]) ** 2 - 1.0
+            X = np.linalg.solve(np.eye(len(own)) + change[:, None] * base, change[:, None] * np.c_[base, start])
+            means = (start - base @ X[:, -1]) * scale
+            spreads = (np.diag(base) - np.einsum("ij,ji->i", base, X[:, :-1])) * scale**2
             for name, c in columns.items():
-                mean, spread = fitted.mean[c], np.diag(fitted.cov)[c]
+                mean, spread = means[at[name]], spreads[at[name]]
                 known = max(float(np.sum(1.0 - spread / widths[c] ** 2)), 0.3)
                 share = float(np.sqrt(np.sum((mean / usual[c]) ** 2) / known))
                 shares[name] = float(np.clip(share, self._least[name], _WIDEST))
                 widths[c] = np.maximum(shares[name] * usual[c], out[c])
-            fitted = self._solve(members, widths, shares)
+        fitted = self._solve(members, widths, shares)
         return replace(fitted, score=fitted.score + self._strain(members, fitted.mean))
 
-    def _solve(self, members: Set, widths: Array, shares: Mapping[str, float]) -> Fitted:
-        """The posterior at given widths (K,) of the priors, and the score."""
+    @cached_property
+    def _base(self) -> tuple[Array, Array, float, float]:
+        """The posterior with every unit out, in widths of the priors: covariance, mean, log evidence's fit, half a log det."""
         A, b, yy = self._sums
         scale = self._widths[0]
-        ratio = (scale / widths) ** 2
         P = A * np.outer(scale, scale)
-        P[np.diag_indices_from(P)] += ratio
+        P[np.diag_indices_from(P)] += 1.0
         L, _ = dpotrf(P, lower=1, clean=1)
         C, _ = dpotri(L, lower=1)
         C = np.tril(C) + np.tril(C, -1).T
-        right = b * scale
-        mean = C @ right
-        log_evidence = -0.5 * (yy - right @ mean) - np.log(np.diag(L)).sum() + 0.5 * np.log(ratio).sum()
+        mean = C @ (b * scale)
+        return C, mean, -0.5 * (yy - float((b * scale) @ mean)), float(np.log(np.diag(L)).sum())
+
+    def _solve(self, members: Set, widths: Array, shares: Mapping[str, float]) -> Fitted:
+        """The posterior at given widths (K,) of the priors, and the score: `_base` with the wider ones let loose (Woodbury)."""
+        own = np.flatnonzero(widths != self._widths[0])
+        C, mean, fit, half = self._base
+        scale = self._widths[0]
+        ratio = (scale[own] / widths[own]) ** 2
+        change = ratio - 1.0
+        M = np.eye(len(own)) + change[:, None] * C[np.ix_(own, own)]
+        X = np.linalg.solve(M, change[:, None] * np.c_[C[own], mean[own]])
+        fit -= 0.5 * float(mean[own] @ X[:, -1])
+        log_evidence = fit - half - 0.5 * np.linalg.slogdet(M)[1] + 0.5 * np.log(ratio).sum()
         score = float(log_evidence) / self.temperature + self.prior(members)
-        return Fitted(members, mean * scale, C * np.outer(scale, scale), score, widths.copy(), dict(shares))
+        full = (C - C[:, own] @ X[:, :-1]) * np.outer(scale, scale)
+        return Fitted(members, (mean - C[:, own] @ X[:, -1]) * scale, full, score, widths.copy(), dict(shares))
 
     @cached_property
     def _batches(self) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
@@ -223,25 +243,30 @@ class Evidence:
         base = fitted.score - self.prior(members)
         chosen = {name: sum(i in members for i in own) for name, own in self._effects.items()}
         choices = sum(log(self.design.units[i].choices) for i in members - self.always)
+        priors: dict[tuple[str, int], float] = {}
         for units, columns in self._batches:
             entering = np.isin(units, list(members), invert=True)
             best, size = np.full(len(units), -np.inf), np.zeros(len(units))
             names = [self.design.units[i].effect for i in units]
-            for share in _SHARES:
-                # a unit of an effect that is in comes at its width, others at the best of a few
-                share_of = [
-                    fitted.shares.get(n, max(share, self._least[n]) if n in self._least else 1.0) for n in names
-                ]
-                into = np.maximum(np.array(share_of)[:, None] * usual[columns], out[columns])
-                to = np.where(entering[:, None], into, out[columns])
-                change, moved = self._change(fitted, columns, to)
-                size = np.where(change > best, moved, size)
-                best = np.maximum(best, change)
+            # a unit of an effect that is in comes at its width, others at the best of a few
+            tried = np.array([
+                [fitted.shares.get(n, max(share, self._least[n]) if n in self._least else 1.0) for n in names]
+                for share in _SHARES
+            ])  # fmt: skip
+            into = np.maximum(tried[..., None] * usual[columns], out[columns])
+            to = np.where(entering[:, None], into, out[columns]).reshape(-1, columns.shape[1])
+            change, moved = (
+                x.reshape(tried.shape) for x in self._change(fitted, np.tile(columns, (len(tried), 1)), to)
+            )
+            for one, other in zip(change, moved, strict=True):
+                size = np.where(one > best, other, size)
+                best = np.maximum(best, one)
             for k in np.flatnonzero(np.isfinite(best)):
                 i, step = int(units[k]), 1 if entering[k] else -1
                 unit = self.design.units[i]
-                prior = self._prior({**chosen, unit.effect: chosen[unit.effect] + step})
-                prior -= choices + step * log(unit.choices)
+                if (unit.effect, step) not in priors:
+                    priors[unit.effect, step] = self._prior({**chosen, unit.effect: chosen[unit.effect] + step})
+                prior = priors[unit.effect, step] - choices - step * log(unit.choices)
                 score = base + float(best[k]) / self.temperature + prior
                 scores[members | {i} if step > 0 else members - {i}] = score, float(size[k])
         return scores
