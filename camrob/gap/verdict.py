@@ -65,7 +65,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     beyond = max(model.excess, np.sqrt(max(0.0, structure**2 - (_DOUBTS * whole.doubt) ** 2)))
     left_over = _left_over(float(beyond) / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
     crowd = 0.6 if _crowded(model, top) else 0.0
-    unknown = max(unknown, left_over, 0.55 if reasons and not unknown else 0.0, crowd)
+    unknown = max(unknown, left_over, _SOMETHING if reasons and not unknown else 0.0, crowd)
     probability = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
     # beside something unknown a name or two may stand that explain far more than it; others rather mimic it
     few = len(top - {"unknown"}) <= 2
@@ -85,6 +85,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     together = shrinkage(model, trial, model.best.members, members)
     inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
     status = _status(together, model.noise, claimed, unknown, inside)
+    if status == "unexplained":
+        unknown = max(unknown, _SOMETHING)
     sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []

@@ -25,7 +25,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     length, angle = mm_to_m(0.3), deg_to_rad(0.02)
     names = [n.replace(".", "_") for n in _names(scenes[0])]
     # the last row ends at the flange: what is off there looks like a small error of the tool
-    last = place_parameters([f"flange_{p}" for p in _FLANGE], 0.5 * length, 0.5 * angle)
+    last = place_parameters([f"flange_{p}" for p in _FLANGE], length, angle)
     return (Unit("geometry", "", (*place_parameters(names, length, angle), *last)),)
 
 
