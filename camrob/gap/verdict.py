@@ -30,9 +30,8 @@ _SURE = 0.975  # share of right names among those that the evidence leaves no do
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
 _CAUTIOUS = 0.6  # what no single name is given where something unexplained stays, or only a broad effect explains
 _CROWD = 4  # effects: more than these together rather mimic what is unknown
-_ZEROS = (
-    3  # axes whose zeros are lost at once; more beside other effects rather mimic lengths and twists that are wrong
-)
+_SOMETHING = 0.55  # probability of the unknown where nothing else is left to say
+_ZEROS = 3  # axes whose zeros are lost at once; more beside other effects rather mimic wrong lengths
 _LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
 _TWINS = {"frame_base": ("measurement_frame", 0.85)}  # alike where measured in `world`; share of the first
 _OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
@@ -66,19 +65,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     left_over = _left_over(float(beyond) / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
     crowd = 0.6 if _crowded(model, top) else 0.0
     unknown = max(unknown, left_over, _SOMETHING if reasons and not unknown else 0.0, crowd)
-    probability = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
-    # beside something unknown a name or two may stand that explain far more than it; others rather mimic it
-    few = len(top - {"unknown"}) <= 2
-    shape = effect_rms(model, model.panels, "unknown") if "unknown" in top else 0.0
-    stands = {n for n in top if few and effect_rms(model, model.panels, n) >= 2.0 * shape}
-
-    def most(name: str) -> float:
-        if name in reasons:
-            return _CROWDED
-        return 1.0 - (1.0 - (_CAUTIOUS if name in stands else _CROWDED)) * min(1.0, 2.0 * unknown)
-
-    probability = {n: min(p, most(n)) for n, p in probability.items()}
-    probability = {n: _SURE * p for n, p in probability.items()}
+    probability = _probabilities(model, top, unknown, reasons, library)
     claimed_first = tuple(n for n, p in probability.items() if p >= 0.5)
     entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
     members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)
@@ -118,6 +105,24 @@ def _suspects(model: Model, shapes: Sequence[Mapping[str, Any]]) -> list[str]:
     """Axes that something unexplained moves, or that it follows where it sits in the foot."""
     told = (str(s["follows"]).rpartition(" ")[2] if "foot" in s["moves"] else str(s["moves"]) for s in shapes)
     return list(dict.fromkeys(name for name in told if name in model.scenes[0].axes))
+
+
+def _probabilities(
+    model: Model, top: frozenset[str], unknown: float, reasons: Mapping[str, str], library: Sequence[Effect]
+) -> dict[str, float]:
+    """Of every effect: that of the sets that hold it, with the caution that something unknown and implausible values ask for."""
+    # beside something unknown a name or two may stand that explain far more than it; others rather mimic it
+    few = len(top - {"unknown"}) <= 2
+    shape = effect_rms(model, model.panels, "unknown") if "unknown" in top else 0.0
+    stands = {n for n in top if few and effect_rms(model, model.panels, n) >= 2.0 * shape}
+
+    def most(name: str) -> float:
+        if name in reasons:
+            return _CROWDED
+        return 1.0 - (1.0 - (_CAUTIOUS if name in stands else _CROWDED)) * min(1.0, 2.0 * unknown)
+
+    found = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
+    return {n: _SURE * min(p, most(n)) for n, p in found.items()}
 
 
 def _crowded(model: Model, top: frozenset[str]) -> bool:
