@@ -28,7 +28,11 @@ _CROWDED = 0.05
 _TRIES, _LIKELY = 3, 0.02
 _SURE = 0.975  # share of right names among those that the evidence leaves no doubt about, on simulated cells
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
-_CAUTIOUS = 0.6  # what no single name is given where something unexplained stays, or only a broad effect explains
+_CAUTIOUS = 0.6  # what no single name is given where something unexplained stays, and has no shape
+_FAR_MORE, _BESIDE = (
+    4.0,
+    0.78,
+)  # times the unknown's shape that an effect moves the tool by to stand beside it; then at most so sure
 _CROWD = 4  # effects: more than these together rather mimic what is unknown
 _SOMETHING = 0.55  # probability of the unknown where nothing else is left to say
 _ZEROS = 3  # axes whose zeros are lost at once; more beside other effects rather mimic wrong lengths
@@ -114,12 +118,13 @@ def _probabilities(
     # beside something unknown a name or two may stand that explain far more than it; others rather mimic it
     few = len(top - {"unknown"}) <= 2
     shape = effect_rms(model, model.panels, "unknown") if "unknown" in top else 0.0
-    stands = {n for n in top if few and effect_rms(model, model.panels, n) >= 2.0 * shape}
+    stands = {n for n in top if few and effect_rms(model, model.panels, n) >= _FAR_MORE * shape}
+    standing = _BESIDE if shape > 0.0 else _CAUTIOUS
 
     def most(name: str) -> float:
         if name in reasons:
             return _CROWDED
-        return 1.0 - (1.0 - (_CAUTIOUS if name in stands else _CROWDED)) * min(1.0, 2.0 * unknown)
+        return 1.0 - (1.0 - (standing if name in stands else _CROWDED)) * min(1.0, 2.0 * unknown)
 
     found = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
     return {n: _SURE * min(p, most(n)) for n, p in found.items()}

@@ -78,7 +78,7 @@ def _track(rng, command, arm):
     def apply(w, s):
         e = w.command[:, 6]
         if other:
-            w.after[:, [0, 2]] += s * np.cos(np.pi * e / 0.8)[:, None] * bow
+            w.after[:, [0, 2]] += s * (np.cos(np.pi * e / 0.8) - 1.0)[:, None] * bow
             return
         w.after[:, 1] += s * scale * e
         for k, axis in enumerate((0, 2)):
@@ -173,9 +173,8 @@ def _gear_ripple(rng, command, arm):
 
     def apply(w, s):
         x = w.command[:, axis]
-        if once:  # an eccentric encoder, which was zeroed at home
-            home = HOME[axis]
-            shift(w, axis, s * 0.03 * DEG * (np.sin(once * x + ph[0]) - np.sin(once * home + ph[0])))
+        if once:  # an eccentric encoder
+            shift(w, axis, s * 0.03 * DEG * np.sin(once * x + ph[0]))
             return
         shift(w, axis, s * 0.01 * DEG * (np.sin(order * x + ph[0]) + 0.1 * np.sin(2 * order * x + ph[1])))
 
