@@ -25,7 +25,6 @@ POSES_OUTSIDE = ("bent_axis", "rack_pitch", "slip", "hose", "wrist_curve", "loos
 MARKERS = {"setpoint_to_encoder": ("servo_lag", "friction")}  # effects of one rung; all others lie behind the encoders
 
 
-HOME = np.array([0, -90, 90, 0, 90, 0, 0, 0.0]) * DEG
 FOOT = NOMINAL.foot[:3, 3]
 _OTHER = 0.4  # share of draws that follow another engineer's physics
 

@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from gap_draws import HOME, ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
+from gap_draws import ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
 from gap_generator import AXES, DEG, World, growths, jacobian, moment, path, pose, show, torques, turns
 from gap_motions import fitted_rig, read_motion
 
 KINDS = {"none": 0.15, "one": 0.35, "two": 0.25, "three": 0.10, "outside": 0.15}
 NUISANCE = 0.1  # of the noise: what all absent effects together move the TCP by at most
+HOME = np.array([0, -90, 90, 0, 90, 0, 0, 0.0]) * DEG
 _TRIES = 8  # draws of an effect, each of less than the one before
 _MOST = {  # times the ordinary amount, beyond which no machine is; 12 for all others
     "payload": 4.0, "thermal_drift": 3.0, "track": 6.0, "joint_offset": 6.0, "joint_compliance": 8.0, "backlash": 6.0,
