@@ -81,12 +81,16 @@ def _numbers(summary: Summary) -> str:
     cells = ""
     for title, values, words in groups:
         rows = [
-            [escape(name), escape("not logged" if v is None else f"{words(v)} ({words(i[0])} to {words(i[1])})")]
+            [escape(name), escape("not logged" if v is None else _spread(words(v), words(i[0]), words(i[1])))]
             for name, (v, i) in values.items()
             if v is None or max(abs(v), *map(abs, i)) > 0.0
         ]
         cells += f"<div>{table((title.lower(), 'how much (90 % of it)'), rows, whole=True)}</div>"
-    return section("Where, in numbers", f'<div class="pair">{cells}</div>')
+    return section("Where, in numbers", f'<div class="pair wide">{cells}</div>')
+
+
+def _spread(value: str, low: str, high: str) -> str:
+    return value if value == low == high else f"{value} ({low} to {high})"
 
 
 def _standards(summary: Summary) -> str:
