@@ -151,9 +151,23 @@ def _small(model: Model) -> frozenset[str]:
     least = 0.5 * _LEAST_GAP * gap
     accuracy = {e.name: e.accuracy for e in model.effects}
     sizes = {n: effect_rms(model, model.panels, n) for n in model.evidence.effects_of(model.best.members)}
-    # what another effect is not described better than, it may have left
-    blurred = {n: max((accuracy[m] * s for m, s in sizes.items() if m != n), default=0.0) for n in sizes}
+    rungs = {n: _rungs_of(model, n) for n in sizes}
+    # what another effect of the same rung is not described better than, it may have left
+    blurred = {
+        n: max((accuracy[m] * s for m, s in sizes.items() if m != n and rungs[m] & rungs[n]), default=0.0)
+        for n in sizes
+    }
     return frozenset(n for n, s in sizes.items() if s < max(least, blurred[n]))
+
+
+def _rungs_of(model: Model, name: str) -> set[str]:
+    """Where an effect of the best set shows in these logs: at the drives, behind the encoders, or at both."""
+    c = np.flatnonzero(np.isin(model.design.owner, [i for i in model.best.members if model.units[i].effect == name]))
+    found = set()
+    for p in model.panels:
+        found |= {"drives"} if p.servo is not None and np.isin(c, p.servo_columns).any() else set()
+        found |= {"link"} if p.tcp[:, :, c].any() else set()
+    return found
 
 
 def effect_rms(model: Model, panels: Sequence[Panel], name: str) -> float:

@@ -23,7 +23,7 @@ __all__ = ["Verdict", "judge_effects"]
 Set = frozenset[int]
 
 _WORTH_A_LINE = 0.02
-_REPORTED = 0.99  # of the probability: the likeliest sets that hold as much are told
+_REPORTED = 0.97  # of the probability: the likeliest sets that hold as much are told
 _CROWDED = 0.05
 _TRIES, _LIKELY = 3, 0.02
 _SURE = 0.975  # share of right names among those that the evidence leaves no doubt about, on simulated cells

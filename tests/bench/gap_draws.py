@@ -34,6 +34,13 @@ def shift(world, axes, value):
     world.link[:, axes] = world.link[:, axes] + value
 
 
+def reach_of(world):
+    """(M, 3) the tool from the robot's foot, which travels along the track."""
+    reach = world.context["tcp"] - FOOT
+    reach[:, 1] -= world.command[:, 6]
+    return reach
+
+
 def draw(name, rng, world):
     """(facts, apply(world, size)) of an effect, drawn once and applied to any path of the cell; size 1 is an ordinary amount."""
     return _DRAWS[name](rng, world.command, rng.permutation(6))
@@ -91,7 +98,7 @@ def _lean(rng, command, arm):
     other = rng.random() < _OTHER
 
     def apply(w, s):
-        reach = w.context["tcp"] - FOOT
+        reach = reach_of(w)
         moved = 1.5e3 * np.stack([-reach[:, 1], reach[:, 0], 0 * reach[:, 0]], 1) if other else w.context["moment"]
         w.lean = (0 if w.lean is None else w.lean) + s * c * moved
 
@@ -196,7 +203,7 @@ def _thermal_drift(rng, command, arm):
 
     def apply(w, s):
         if other:  # what the robot stands on moves
-            w.after += s * w.context["warm"][:, None] * (v + np.cross(turned, w.context["tcp"] - FOOT))
+            w.after += s * w.context["warm"][:, None] * (v + np.cross(turned, reach_of(w)))
             return
         for i in range(6):
             w.after += s * growth[i] * w.context["warm"][:, None] * w.context["growth"][i]
