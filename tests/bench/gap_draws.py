@@ -199,11 +199,11 @@ def _wrist_coupling(rng, command, arm):
 
 def _thermal_drift(rng, command, arm):
     growth, other = 1.5e-5 * rng.uniform(0.6, 1.4, 6), rng.random() < _OTHER
-    v, turned = rng.normal(0, 2e-5, 3), rng.normal(0, 1e-5, 3)
+    v = rng.normal(0, 2e-5, 3)
 
     def apply(w, s):
         if other:  # what the robot stands on moves
-            w.after += s * w.context["warm"][:, None] * (v + np.cross(turned, reach_of(w)))
+            w.after += s * w.context["warm"][:, None] * v
             return
         for i in range(6):
             w.after += s * growth[i] * w.context["warm"][:, None] * w.context["growth"][i]
