@@ -26,11 +26,8 @@ Array = NDArray[np.float64]
 Set = frozenset[int]
 Rows = NDArray[np.bool_]
 
-_LEAST_TRACK, _LEAST_TABLE, _LEAST_PLACE = (
-    mm_to_m(50.0),
-    deg_to_rad(5.0),
-    mm_to_m(100.0),
-)  # between the two thirds' middles
+# between the middles of the two thirds
+_LEAST_TRACK, _LEAST_TABLE, _LEAST_PLACE = mm_to_m(50.0), deg_to_rad(5.0), mm_to_m(100.0)
 _LEAST_RATIO = 1.5  # of the speeds of the two thirds
 _FEWEST, _LARGEST = 0.1, 0.6  # share of all samples that a regime holds
 _LEAST_ROWS = 40

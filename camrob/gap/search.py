@@ -19,11 +19,8 @@ _CLOSE = 9.0  # log units below the best: not worth a look any more
 _HOLLOW = 0.12  # of the noise
 _SURE = 0.02  # probability that is as good as none
 _EXCHANGE = 4  # of the best sets, how many are looked at with each member left out
-_ROUNDS, _STEPS, _MORE_FITS = (
-    3,
-    8,
-    30,
-)  # times every effect is taken out, units then changed, and sets looked at after that
+# times every effect is taken out, units then changed, and sets looked at after that
+_ROUNDS, _STEPS, _MORE_FITS = 3, 8, 30
 
 
 def explore(
