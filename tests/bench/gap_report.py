@@ -8,16 +8,17 @@ HOW = """\
 Cells with true effects, drawn by `tests/bench/gap_maker.py` from a simulator that shares no code with camrob (its own product
 of exponentials of the KR15 cell on a track with a turntable; effects richer than the library's: play with state on a 4 ms
 grid, a lag that steps once a cycle, Stribeck friction, Denavit-Hartenberg tolerances, growth of every link, a ripple that is
-no pure sine). Two in five draws of an effect follow another physics of the same name: a lag of each axis's own, friction without
-Stribeck's peak, a pedestal that grows, lean by reach, a track that sags, an axis's own give under acceleration, an eccentric
-encoder, a spring at the tip. Every case has two runs of one cell: rasters, tours of circles or space curves of 25 to 100 s at 10 to 62.5 Hz,
-and another such path of 20 to 40 s, so at another speed, that takes no part in choosing or fitting; or 80 to 260 single poses
-and as many others (12 %). 20 % are position-only, 10 % lack encoders, 10 % lack set-points, 15 % are measured on the turning
-table, 15 % of the paths don't tell the instrument's noise, half of the paths have 1 % outliers of 1 mm. Noise 0.01 to 0.04 mm
-an axis. Effects move the TCP by 0.5 to 20 times the noise's rms (log-uniform, and no value beyond what machines have; 1.5 to
-20 times outside the library); nuisances of all other effects together move it by 0 to 0.1 times the noise on either run and
-count as nothing. `corner_rounding` is not drawn: it lies between program and set-point and is tested apart. Labels are written to a
-folder of their own, which no diagnosis is told of, and opened by the scorer.
+no pure sine). Two in five draws of an effect follow another physics of the same name: a lag of each axis's own, friction
+without Stribeck's peak, a pedestal that grows, lean by reach, a track that sags, an axis's own give under acceleration, an
+eccentric encoder, a spring at the tip. Every case has two runs of one cell: rasters, tours of circles or space curves of 25
+to 100 s at 10 to 62.5 Hz, and another such path of 20 to 40 s, so at another speed, that takes no part in choosing or
+fitting; or 80 to 260 single poses and as many others (12 %). 20 % are position-only, 10 % lack encoders, 10 % lack
+set-points, 15 % are measured on the turning table, 15 % of the paths don't tell the instrument's noise, half of the paths
+have 1 % outliers of 1 mm. Noise 0.01 to 0.04 mm an axis. Effects move the TCP by 0.5 to 20 times the noise's rms
+(log-uniform, and no value beyond what machines have; 1.5 to 20 times outside the library); nuisances of all other effects
+together move it by 0 to 0.1 times the noise on either run and count as nothing. `corner_rounding` is not drawn: it lies
+between program and set-point and is tested apart. Labels are written to a folder of their own, which no diagnosis is told of,
+and opened by the scorer.
 
 "Up to its group": the path can't separate what was said from the truth. The scorer simulates what all parameters of the
 claimed effects can show on the logged channels; the true effect's pattern lies within {limit:g} degrees of that (and no more
