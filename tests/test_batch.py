@@ -335,20 +335,20 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, dict[str, subprocess.Popen[by
 
 
 def kill_busy(address: str, workers: dict[str, subprocess.Popen[bytes]], killed: list[str]) -> None:
-    """Kill the first worker that is found at a job."""
+    """Kill the first worker that has been at one job for a while: the jobs that fail at once are over by then."""
     from distributed import Client
 
     with Client(address, set_as_default=False) as client:
         end = time.monotonic() + 60
-        while not killed and time.monotonic() < end:
-            info = client.scheduler_info()["workers"]
+        begun: dict[str, float] = {}
+        while time.monotonic() < end:
+            names = {where: one["name"] for where, one in client.scheduler_info()["workers"].items()}
             for where, tasks in client.processing().items():
-                if any("do_on_worker" in str(task) for task in tasks):
-                    time.sleep(0.15)  # it is in the middle of it: the quickest job takes longer
-                    name = info[where]["name"]
-                    workers[name].kill()
-                    killed.append(name)
-                    return
+                for task in (str(t) for t in tasks if "do_on_worker" in str(t)):
+                    if time.monotonic() - begun.setdefault(task, time.monotonic()) > 0.3:
+                        workers[names[where]].kill()
+                        killed.append(names[where])
+                        return
             time.sleep(0.02)
 
 
