@@ -142,11 +142,7 @@ class Evidence:
         out, usual = self._widths
         inside = np.isin(self.design.owner, list(members))
         widths = np.where(inside, usual, out)
-        columns = {
-            name: np.concatenate([self._columns[i] for i in own if i in members])
-            for name, own in self._effects.items()
-            if name in self._least and any(i in members for i in own)
-        }
+        columns = {name: c for name, c in self._owned(members).items() if name in self._least}
         own = np.flatnonzero(inside)
         at = {name: np.searchsorted(own, c) for name, c in columns.items()}
         scale = self._widths[0][own]

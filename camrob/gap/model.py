@@ -61,6 +61,16 @@ class Model:
         """3-D rms of the noise, m."""
         return float(np.sqrt(np.mean([n.rms**2 for n in self.noises])))
 
+    @property
+    def accuracy(self) -> dict[str, float]:
+        """By what share of itself the description of each effect may be wrong."""
+        return {e.name: e.accuracy for e in self.effects}
+
+    @property
+    def gap(self) -> float:
+        """3-D rms of the whole gap, m."""
+        return float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in self.panels])))
+
     def values(self, members: frozenset[int], fitted: Fitted) -> Array:
         """(K,) fitted values of some units, 0 elsewhere."""
         return np.where(np.isin(self.design.owner, list(members)), fitted.mean, 0.0)
@@ -147,14 +157,12 @@ def _told(
 
 def _small(model: Model) -> frozenset[str]:
     """Effects of the best set that move the TCP by too little to be named beside the gap, or beside what others leave."""
-    gap = float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in model.panels])))
-    least = 0.5 * _LEAST_GAP * gap
-    accuracy = {e.name: e.accuracy for e in model.effects}
+    least = 0.5 * _LEAST_GAP * model.gap
     sizes = {n: effect_rms(model, model.panels, n) for n in model.evidence.effects_of(model.best.members)}
     rungs = {n: _rungs_of(model, n) for n in sizes}
     # what another effect of the same rung is not described better than, it may have left
     blurred = {
-        n: max((accuracy[m] * s for m, s in sizes.items() if m != n and rungs[m] & rungs[n]), default=0.0)
+        n: max((model.accuracy[m] * s for m, s in sizes.items() if m != n and rungs[m] & rungs[n]), default=0.0)
         for n in sizes
     }
     return frozenset(n for n, s in sizes.items() if s < max(least, blurred[n]))
@@ -295,14 +303,12 @@ def _look(model: Model, states: dict[str, State], left: Sequence[Array], heat: f
         if k.rpartition("|")[0] in inside or k.rpartition("|")[0] not in tried
     }
     room = 2 if raw else _MOST_SHAPES - len(kept) // 2
-    gap = float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in model.panels])))
-    accuracy = {e.name: e.accuracy for e in model.effects}
     inexact = [
-        accuracy[n] * effect_rms(model, model.panels, n)
+        model.accuracy[n] * effect_rms(model, model.panels, n)
         for n in model.evidence.effects_of(model.best.members)
         if n != UNKNOWN.name
     ]
-    least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * gap, 0.0 if raw else 2.0 * max(inexact, default=0.0))
+    least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * model.gap, 0.0 if raw else 2.0 * max(inexact, default=0.0))
     found = shapes(model.panels, left, servo, heat, least)[: 2 * _MOST_SHAPES]
     for shape in [s for s in found if not covered(s, model.panels, model.design)][: max(room, 0)]:
         key = f"{shape.target}|{shape.quantity}"
@@ -345,8 +351,7 @@ def _look_for_orders(model: Model, states: dict[str, State], left: Sequence[Arra
 
 def _errors(model: Model) -> tuple[Array, ...]:
     """(N, 6 + k) a panel: how far the descriptions of the effects found may be wrong themselves, squared."""
-    accuracy = {e.name: e.accuracy for e in model.effects}
-    share = np.array([accuracy.get(model.units[o].effect, 0.0) for o in model.design.owner])
+    share = np.array([model.accuracy.get(model.units[o].effect, 0.0) for o in model.design.owner])
     out = []
     for p in model.panels:
         variance = np.zeros((len(p.scene), 6 + (0 if p.servo is None else p.servo.shape[1])))

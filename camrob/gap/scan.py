@@ -166,12 +166,7 @@ def covered(shape: Shape, panels: Sequence[Panel], design: Design) -> bool:
             own = unit.axis in named or (unit.effect == "cutting_force" and "force" in named)
             sets.setdefault(unit.effect, []).extend(c if own else [])
     A = design.A.sum(axis=0)
-    for c in sets.values():
-        scale = np.sqrt(np.maximum(np.diag(A)[c], 1e-300))
-        G = A[np.ix_(c, c)] / np.outer(scale, scale) + _RIDGE * np.eye(len(c))
-        if c and float((b[c] / scale) @ np.linalg.solve(G, b[c] / scale)) > _COVERED * total:
-            return True
-    return False
+    return any(c and _shown(A, np.array(c), b[:, None])[0] > _COVERED * total for c in sets.values())
 
 
 def uncovered_constants(panels: Sequence[Panel], design: Design) -> list[str]:
@@ -183,7 +178,6 @@ def uncovered_constants(panels: Sequence[Panel], design: Design) -> list[str]:
         c for i, u in enumerate(design.units)
         if u.effect not in (NUISANCE, UNKNOWN.name, "gear_ripple") and len(c := np.flatnonzero(design.owner == i)) <= _RIGID
     ]  # fmt: skip
-    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
     found = []
     for place in (c for c in constants(panels[0].scene) if all(c in constants(p.scene) for p in panels)):
         state = {f"{place}|{CONSTANT}|lower": 0.0}
@@ -194,14 +188,17 @@ def uncovered_constants(panels: Sequence[Panel], design: Design) -> list[str]:
             Y = np.stack([t.ravel() for t in twists], axis=1) * p.w_tcp.reshape(-1, 1) ** 2
             B += p.tcp.reshape(-1, len(A)).T @ Y
             G += [float(np.sum((t * p.w_tcp) ** 2)) for t in twists]
-        known = False
-        for c in small:
-            Z = A[np.ix_(c, c)] / np.outer(scale[c], scale[c]) + _RIDGE * np.eye(len(c))
-            right = B[c] / scale[c][:, None]
-            known |= bool(np.all(np.sum(right * np.linalg.solve(Z, right), axis=0) > _SAME * G))
-        if not known:
+        if not any(np.all(_shown(A, c, B) > _SAME * G) for c in small):
             found.append(place)
     return found
+
+
+def _shown(A: Array, columns: NDArray[np.int64], B: Array) -> Array:
+    """(d,) energy that some columns, with the Gram matrix A (K, K) of all, can show of patterns with products B (K, d)."""
+    scale = np.sqrt(np.maximum(np.diag(A)[columns], 1e-300))
+    G = A[np.ix_(columns, columns)] / np.outer(scale, scale) + _RIDGE * np.eye(len(columns))
+    right = B[columns] / scale[:, None]
+    return np.asarray(np.sum(right * np.linalg.solve(G, right), axis=0))
 
 
 def _lever(panel: Panel, term: str) -> Array:

@@ -132,7 +132,6 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
     fits: dict[int | None, Fitted] = {}
     before, after, blocks, doubts, floors = [], [], [], [], []
     chosen = np.flatnonzero(np.isin(model.design.owner, list(kept)))
-    accuracy = {e.name: e.accuracy for e in model.effects}
     for k, rows, left_out in trial.asked:
         if left_out not in fits:
             evidence = Evidence(model.design, model.evidence.noise, 1.0, () if left_out is None else (left_out,))
@@ -148,7 +147,7 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
         spread = np.einsum("nik,kl,nil->n", X, fits[left_out].cov[np.ix_(chosen, chosen)], X, optimize=True)
         for i in kept:
             own = model.design.owner == i
-            share = p.doubted(np.flatnonzero(own), accuracy.get(model.units[i].effect, 0.0))
+            share = p.doubted(np.flatnonzero(own), model.accuracy.get(model.units[i].effect, 0.0))
             spread = spread + np.sum(doubt_of(p.moves(np.where(own, values, 0.0)), share), axis=1)[rows]
         doubts.append(spread)
         floors.append(np.full(int(rows.sum()), _floor(p)))
