@@ -1,6 +1,38 @@
 """CAM toolpaths into verified programs for redundant robot machining cells.
 
-The names below are loaded when they are first asked for, so that `import camrob` costs next to nothing.
+Verbs: files in, files out, and a result; `help(camrob.post)` says the rest.
+
+    post            a CL file in, a verified robot program out
+    verify          judge a program, whoever wrote it, and hold it to its CL file
+    simulate        run a program on the ideal controller, write its log
+    diagnose        where and why logs of the real cell deviate
+    calibrate       a cell's error parameters from measured poses
+    compensate      rewrite a program so that the calibrated robot meets its poses
+    place           where on the table a part is worked best
+    batch           many jobs on all cores, or on a cluster
+    regress         post every sample and compare it with its golden files
+    feed            a path's derivatives, or the study of a weld seam
+    tracker         the study of a laser-tracker loop
+    track_live      serve a controller with corrections from a laser tracker
+    published_case  repeat a published calibration
+
+Readers: a file in, an object in SI out (m, rad, s).
+
+    read_cell, read_setup    Cell, Setup: the machine, and what is mounted on it
+    read_toolpath            Toolpath of Regions, from CL data or G-code
+    read_program             ProgramText, in any robot language that is known
+    read_log                 MeasurementLog, from .csv or .parquet
+
+Objects: Solution (the joints along a path), Program (before it is text),
+Finding with its Severity, LiveOptions, and PostResult, VerifyResult, ...,
+one result a verb: `summary` is what the command's --json prints.
+
+Errors: CamrobError is the root. InputError and its kin: an input is wrong, and
+the message says where and what to do. JobError and its kin: the job can't be
+done safely, and no program is left behind. `help("camrob.errors")` draws the tree.
+
+Lengths in arguments are in mm where their names say so, paths are pathlib's.
+Every name is loaded when it is first asked for: `import camrob` is light.
 """
 
 from __future__ import annotations
@@ -8,11 +40,14 @@ from __future__ import annotations
 import os
 import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from camrob.cell.cell import Cell
     from camrob.cell.read_cell import read_cell
+    from camrob.cell.read_setup import read_setup
+    from camrob.cell.setup import Setup
     from camrob.errors import (
         CamrobError,
         CellError,
@@ -22,6 +57,7 @@ if TYPE_CHECKING:
         KrlError,
         LimitError,
         LogError,
+        ProgramError,
         SetupError,
         SingularError,
         StaleInputError,
@@ -29,44 +65,138 @@ if TYPE_CHECKING:
         UnreachableError,
         VerificationError,
     )
-    from camrob.issues import Finding, Severity
-    from camrob.post.program import Program
+    from camrob.findings import Finding, Severity
+    from camrob.jobs.batch import BatchResult, batch
+    from camrob.jobs.calibrate import CalibrateResult, calibrate
+    from camrob.jobs.compensate import CompensateResult, compensate
+    from camrob.jobs.diagnose import DiagnoseResult, diagnose
+    from camrob.jobs.feed import FeedResult, feed
+    from camrob.jobs.place import PlaceResult, place
+    from camrob.jobs.post import PostResult, post
+    from camrob.jobs.published_case import PublishedResult, published_case
+    from camrob.jobs.regress import RegressResult, regress
+    from camrob.jobs.simulate import SimulateResult, simulate
+    from camrob.jobs.track_live import TrackLiveResult, track_live
+    from camrob.jobs.track_options import LiveOptions
+    from camrob.jobs.tracker import TrackerResult, tracker
+    from camrob.jobs.verify import VerifyResult, verify
+    from camrob.languages import read_program
+    from camrob.measurement.log import MeasurementLog
+    from camrob.measurement.read_log import read_log
+    from camrob.program.program import Program
+    from camrob.program.program_text import ProgramText
+    from camrob.redundancy.solution import Solution
+    from camrob.toolpath.read import read_toolpath
     from camrob.toolpath.region import Region
     from camrob.toolpath.toolpath import Toolpath
 
+    __version__: str
+
 __all__ = [
+    "BatchResult",
+    "CalibrateResult",
     "CamrobError",
     "Cell",
     "CellError",
     "CollisionError",
+    "CompensateResult",
+    "DiagnoseResult",
+    "FeedResult",
     "Finding",
     "InputError",
     "JobError",
     "KrlError",
     "LimitError",
+    "LiveOptions",
     "LogError",
+    "MeasurementLog",
+    "PlaceResult",
+    "PostResult",
     "Program",
+    "ProgramError",
+    "ProgramText",
+    "PublishedResult",
     "Region",
+    "RegressResult",
+    "Setup",
     "SetupError",
     "Severity",
+    "SimulateResult",
     "SingularError",
+    "Solution",
     "StaleInputError",
     "Toolpath",
     "ToolpathError",
+    "TrackLiveResult",
+    "TrackerResult",
     "UnreachableError",
     "VerificationError",
+    "VerifyResult",
+    "batch",
+    "calibrate",
+    "compensate",
+    "diagnose",
+    "feed",
+    "place",
+    "post",
+    "published_case",
     "read_cell",
+    "read_log",
+    "read_program",
+    "read_setup",
+    "read_toolpath",
+    "regress",
+    "simulate",
+    "track_live",
+    "tracker",
+    "verify",
 ]
 
 _HOME = {
+    "BatchResult": "camrob.jobs.batch",
+    "CalibrateResult": "camrob.jobs.calibrate",
     "Cell": "camrob.cell.cell",
-    "Finding": "camrob.issues",
-    "Program": "camrob.post.program",
+    "CompensateResult": "camrob.jobs.compensate",
+    "DiagnoseResult": "camrob.jobs.diagnose",
+    "FeedResult": "camrob.jobs.feed",
+    "Finding": "camrob.findings",
+    "LiveOptions": "camrob.jobs.track_options",
+    "MeasurementLog": "camrob.measurement.log",
+    "PlaceResult": "camrob.jobs.place",
+    "PostResult": "camrob.jobs.post",
+    "Program": "camrob.program.program",
+    "ProgramText": "camrob.program.program_text",
+    "PublishedResult": "camrob.jobs.published_case",
     "Region": "camrob.toolpath.region",
-    "Severity": "camrob.issues",
+    "RegressResult": "camrob.jobs.regress",
+    "Setup": "camrob.cell.setup",
+    "Severity": "camrob.findings",
+    "SimulateResult": "camrob.jobs.simulate",
+    "Solution": "camrob.redundancy.solution",
     "Toolpath": "camrob.toolpath.toolpath",
+    "TrackLiveResult": "camrob.jobs.track_live",
+    "TrackerResult": "camrob.jobs.tracker",
+    "VerifyResult": "camrob.jobs.verify",
+    "batch": "camrob.jobs.batch",
+    "calibrate": "camrob.jobs.calibrate",
+    "compensate": "camrob.jobs.compensate",
+    "diagnose": "camrob.jobs.diagnose",
+    "feed": "camrob.jobs.feed",
+    "place": "camrob.jobs.place",
+    "post": "camrob.jobs.post",
+    "published_case": "camrob.jobs.published_case",
     "read_cell": "camrob.cell.read_cell",
+    "read_log": "camrob.measurement.read_log",
+    "read_program": "camrob.languages",
+    "read_setup": "camrob.cell.read_setup",
+    "read_toolpath": "camrob.toolpath.read",
+    "regress": "camrob.jobs.regress",
+    "simulate": "camrob.jobs.simulate",
+    "track_live": "camrob.jobs.track_live",
+    "tracker": "camrob.jobs.tracker",
+    "verify": "camrob.jobs.verify",
 }
+"""Where each public name lives; the rest of `__all__` is the tree of errors."""
 
 
 def _keep_kernels_fresh() -> None:
@@ -74,9 +204,10 @@ def _keep_kernels_fresh() -> None:
 
     Numba recompiles a function when its own file changes, not when one that it calls lies in another file and changes.
     Stale kernels would drive a robot, so the folder is named after the contents of all files that hold kernels. A folder that
-    the user set (NUMBA_CACHE_DIR) is left alone, and so is a process that has loaded Numba already.
+    the user set (NUMBA_CACHE_DIR) is left alone. A process that has loaded Numba already has read its settings: they are
+    set there too, since Numba would otherwise compile every kernel again into `__pycache__`.
     """
-    if "numba" in sys.modules or "NUMBA_CACHE_DIR" in os.environ:
+    if "NUMBA_CACHE_DIR" in os.environ:
         return
     import hashlib
 
@@ -97,19 +228,46 @@ def _keep_kernels_fresh() -> None:
         return  # nowhere to write: Numba's own places serve
     if os.access(place, os.W_OK):
         os.environ["NUMBA_CACHE_DIR"] = place
+        loaded = sys.modules.get("numba.core.config")
+        if loaded is not None:
+            vars(loaded)["CACHE_DIR"] = place
 
 
 _keep_kernels_fresh()
 
 
-def __getattr__(name: str) -> object:
-    """A public name, from the module that it lives in; the rest of `__all__` is the tree of errors."""
-    if name not in __all__:
-        raise AttributeError(f"module 'camrob' has no attribute {name!r}")
-    value = getattr(import_module(_HOME.get(name, "camrob.errors")), name)
-    globals()[name] = value
-    return value
+class _Face(ModuleType):
+    """This package as a module whose public names wait in its class.
+
+    `help` documents in full whatever `dir` lists: thousands of lines, and all of camrob would be loaded for them. So `dir` lists
+    a name once it has been used, and completion, which looks at a module's class too, offers all of them from the start.
+    """
+
+    @property
+    def __version__(self) -> str:
+        """The version that is installed. Raises AttributeError where camrob is not installed."""
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            return version("camrob")
+        except PackageNotFoundError:
+            raise AttributeError("camrob is not installed, so its version is not known") from None
 
 
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+class _OnDemand:
+    """A public name that is loaded when it is first asked for, and stays in the package from then on."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, module: ModuleType | None, owner: type) -> object:
+        if module is None:
+            return self
+        value = getattr(import_module(_HOME.get(self.name, "camrob.errors")), self.name)
+        vars(module)[self.name] = value
+        return value
+
+
+for _name in __all__:
+    setattr(_Face, _name, _OnDemand(_name))
+sys.modules[__name__].__class__ = _Face

@@ -5,7 +5,8 @@ CamrobError
 │   ├── CellError         cell.toml, poses.csv, .fis
 │   ├── SetupError        setup.toml
 │   ├── ToolpathError     CL data and G-code
-│   ├── KrlError          a KRL program that can't be read
+│   ├── ProgramError      a robot's program that can't be read, or be run as it is
+│   │   └── KrlError      one in KRL
 │   └── LogError          a measurement log or a calibration file
 ├── JobError              the job can't be done safely (exit status 3)
 │   ├── UnreachableError  a pose outside the arm's reach
@@ -31,6 +32,7 @@ __all__ = [
     "KrlError",
     "LimitError",
     "LogError",
+    "ProgramError",
     "SetupError",
     "SingularError",
     "StaleInputError",
@@ -87,7 +89,11 @@ class ToolpathError(InputError):
     """CL data or G-code that can't be read honestly."""
 
 
-class KrlError(InputError):
+class ProgramError(InputError):
+    """A robot's program that can't be read, or that no controller would run as it is."""
+
+
+class KrlError(ProgramError):
     """A KRL program that can't be read."""
 
 

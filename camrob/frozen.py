@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-__all__ = ["digest", "locked"]
+__all__ = ["digest", "leaves", "locked"]
 
 
 def locked(
@@ -41,3 +42,25 @@ def digest(*parts: Any) -> str:
         else:
             h.update(f"{type(part).__name__}:{part!r};".encode())
     return h.hexdigest()
+
+
+def leaves(value: Any) -> Iterator[Any]:
+    """What `digest` takes, of a value made of dataclasses, mappings (in their keys' order) and sequences.
+
+    Each of these yields its kind and length first, so that no two structures have the same leaves.
+    """
+    if is_dataclass(value) and not isinstance(value, type):
+        yield type(value).__name__
+        for f in fields(value):
+            yield from leaves(getattr(value, f.name))
+    elif isinstance(value, Mapping):
+        yield f"mapping{len(value)}"
+        for key in sorted(value):
+            yield key
+            yield from leaves(value[key])
+    elif isinstance(value, tuple | list):
+        yield f"sequence{len(value)}"
+        for entry in value:
+            yield from leaves(entry)
+    else:
+        yield value

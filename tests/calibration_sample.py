@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from camrob.calibrate.error_model import ErrorModel
-from camrob.calibrate.measurements import Measurements
-from camrob.calibrate.terms import standard_names
+from camrob.calibration.error_model import ErrorModel
+from camrob.calibration.measurements import Measurements
+from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
-from camrob.measure.log import MeasurementLog
-from camrob.measure.log_info import LogInfo
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import LogInfo
 from camrob.se3 import pose, rotation_exp, rotation_to_abc
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from camrob.cell.read_cell import read_cell
 from camrob.kinematics.frames import base_T_tool
-from camrob.resolve.path import ToolPathInBase
+from camrob.redundancy.path import ToolPathInBase
 
 CELL = read_cell(Path(__file__).resolve().parents[1] / "cells" / "kr15_track_table")
 

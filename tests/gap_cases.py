@@ -15,8 +15,8 @@ import gap_generator as generator
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
-from camrob.measure.log import MeasurementLog
-from camrob.measure.log_info import LogInfo
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import LogInfo
 
 KR15 = Path(__file__).resolve().parents[1] / "cells" / "kr15_track_table"
 EDGE = np.array([180.0 / np.pi] * 6 + [1e3, 180.0 / np.pi])

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from tracker_twins import CELL
+from follower_twins import CELL
 
+from camrob.cell.status_turn import StatusTurn
 from camrob.kinematics.frames import base_T_tool
-from camrob.kinematics.status_turn import StatusTurn
-from camrob.post.krl_program import KrlProgram
-from camrob.post.krl_reader import read_krl
+from camrob.languages.krl.reader.read_krl import read_krl
+from camrob.program.program_text import ProgramText
 from camrob.se3 import xyzabc_from_frame
 
 __all__ = ["HOME", "circ", "e6axis", "e6pos", "lin", "ptp_pose", "read_rows"]
@@ -57,7 +57,7 @@ def e6axis(q: np.ndarray) -> str:
     return "PTP {E6AXIS: " + ",".join(f"{n} {v:.9f}" for n, v in zip(CELL.axis_names, values, strict=True)) + "}"
 
 
-def read_rows(folder: Path, *rows: str, head: str = HEAD) -> KrlProgram:
+def read_rows(folder: Path, *rows: str, head: str = HEAD) -> ProgramText:
     file = folder / "test.src"
     file.write_text(head + "\n".join(rows) + "\nEND\n")
     return read_krl(file)

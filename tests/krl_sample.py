@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from camrob.cell.controller import ControllerSettings
-from camrob.post.krl_program import KrlProgram
-from camrob.post.krl_reader import read_krl
-from camrob.post.krl_round import round_axes, round_pose, round_speed
-from camrob.post.krl_writer import write_krl
-from camrob.post.program import Motion, Program, ProgramEvent, ProgramEventKind
+from camrob.cell.controller_settings import ControllerSettings
+from camrob.languages.krl.reader.read_krl import read_krl
+from camrob.languages.krl.rounding import round_axes, round_pose, round_speed
+from camrob.languages.krl.writer.write_krl import write_krl
+from camrob.program.motion import Motion
+from camrob.program.program import Program, ProgramEvent, ProgramEventKind
+from camrob.program.program_text import ProgramText
 
 CONTROLLER = ControllerSettings(
     acc_cp=2.0,
@@ -82,11 +83,11 @@ def small_program(texts: tuple[str, str, str, str] = ("Flügel 3", "made for a t
         ProgramEvent(1, kinds.HOOK, "tool_change", 7),
         ProgramEvent(2, kinds.HOOK, "spindle_on", 12000.0),
         ProgramEvent(2, kinds.HOOK, "coolant_on"),
-        ProgramEvent(2, kinds.FOLD, texts[3]),
+        ProgramEvent(2, kinds.REGION, texts[3]),
         ProgramEvent(2, kinds.COMMENT, texts[2]),
         ProgramEvent(5, kinds.DWELL, value=1.25),
-        ProgramEvent(8, kinds.FOLD, texts[3]),
-        ProgramEvent(10, kinds.FOLD, ""),
+        ProgramEvent(8, kinds.REGION, texts[3]),
+        ProgramEvent(10, kinds.REGION, ""),
         ProgramEvent(10, kinds.HOOK, "spindle_off"),
     )
     kind = [Motion.PTP_AXES, Motion.PTP_POSE, lin, lin, Motion.CIRC_VIA, lin, lin, Motion.PTP_POSE, lin, lin]
@@ -95,7 +96,7 @@ def small_program(texts: tuple[str, str, str, str] = ("Flügel 3", "made for a t
     return make_program(kind, safe=[6, 9], events=events, name=texts[0], comment=(texts[1],))
 
 
-def read_back(files: dict[str, bytes], folder: Path) -> KrlProgram:
+def read_back(files: dict[str, bytes], folder: Path) -> ProgramText:
     """The files, written into `folder` and read."""
     for name, content in files.items():
         (folder / name).write_bytes(content)
@@ -108,7 +109,7 @@ def written(
     return write_krl(program, controller, max_lines=max_lines)
 
 
-def assert_same(program: Program, read: KrlProgram) -> None:
+def assert_same(program: Program, read: ProgramText) -> None:
     """Every number that was printed came back."""
     ptp_axes = program.kind == Motion.PTP_AXES
     assert read.kind.tolist() == program.kind.tolist()
@@ -119,6 +120,6 @@ def assert_same(program: Program, read: KrlProgram) -> None:
     posed = program.kind == Motion.PTP_POSE
     assert np.array_equal(read.status, np.where(posed, program.status, -1))
     assert np.array_equal(read.turn, np.where(posed, program.turn, -1))
-    assert np.array_equal(read.approximation == 2, program.approximate)
+    assert np.array_equal(read.blend == 2, program.approximate)
     end = np.append(program.speed[1:], 0.0)
     assert np.array_equal(read.speed, np.where(program.kind == Motion.CIRC_VIA, end, program.speed))

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from camrob.jobs.inputs import read_inputs
-from camrob.report.figures import figure_conditioning, figure_overview
-from camrob.resolve.vjm import resolve_vjm
+from camrob.jobs.files.inputs import read_inputs
+from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.report.page.figures import figure_conditioning, figure_overview
 
 HERE = Path(__file__).resolve().parent
 CELL = HERE.parent / "cells" / "kr15_track_table"

@@ -10,12 +10,13 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.controller import ControllerSettings
+from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role
 from camrob.cell.load import PointMass
-from camrob.cell.resolve_settings import ResolveSettings
+from camrob.cell.redundancy_settings import ResolveSettings
 from camrob.cell.shape import Shape
-from camrob.frozen import digest, locked
+from camrob.errors import CellError
+from camrob.frozen import digest, leaves, locked
 from camrob.se3 import inverse
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
@@ -31,7 +32,8 @@ class Cell:
     base_T_first: (4, 4) before the first joint. foot_T_root: `root` (z up, KRL's `$ROBROOT`) seen from the frame that
     the last joint before the arm ends in. wrist_T_flange: the mounting plate seen from the frame that the arm's last
     joint ends in (its Denavit-Hartenberg row included). flange_T_tool: `$TOOL`. condition_length: the characteristic
-    length, m. `provenance` maps dotted keys of cell.toml to their standing.
+    length, m. controller_section, resolve_section: None where cell.toml has no such section, which only some jobs need;
+    `controller` and `resolve` give them. `provenance` maps dotted keys of cell.toml to their standing.
     """
 
     name: str
@@ -44,8 +46,8 @@ class Cell:
     flange_T_tool: Array
     condition_length: float
     base_follows_table: bool
-    controller: ControllerSettings
-    resolve: ResolveSettings
+    controller_section: ControllerSettings | None
+    resolve_section: ResolveSettings | None
     shapes: tuple[Shape, ...] = ()
     masses: tuple[PointMass, ...] = ()
     payload: float = 0.0
@@ -59,6 +61,32 @@ class Cell:
     def with_tool(self, flange_T_tool: Array) -> Cell:
         """The same cell with another tool."""
         return replace(self, flange_T_tool=flange_T_tool)
+
+    @property
+    def controller(self) -> ControllerSettings:
+        """Settings of the controller. Raises CellError where cell.toml has no [controller]."""
+        if self.controller_section is None:
+            raise self._lacks("controller", "this job")
+        return self.controller_section
+
+    @property
+    def resolve(self) -> ResolveSettings:
+        """How redundancy is resolved. Raises CellError where cell.toml has no [resolve]."""
+        if self.resolve_section is None:
+            raise self._lacks("resolve", "this job")
+        return self.resolve_section
+
+    def serving(self, verb: str, *, controller: bool = False, resolve: bool = False) -> Cell:
+        """The cell itself, where it has the sections that a verb needs. Raises CellError naming section and verb."""
+        if controller and self.controller_section is None:
+            raise self._lacks("controller", verb)
+        if resolve and self.resolve_section is None:
+            raise self._lacks("resolve", verb)
+        return self
+
+    def _lacks(self, section: str, verb: str) -> CellError:
+        cure = "add it; the README.md of cells/kr15_track_table explains its keys"
+        return CellError(f"has no [{section}], which {verb} needs", cure=cure, path=self.folder / "cell.toml")
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -80,14 +108,13 @@ class Cell:
 
     @property
     def axis_names(self) -> tuple[str, ...]:
-        """Names of the real axes in the order in which KRL prints them: A1..A6, then E1, E2, ..."""
-        real = [j.name for j in self.joints if j.role is not Role.ROLL]
-        return tuple(sorted(n for n in real if n[0] == "A")) + tuple(sorted(n for n in real if n[0] != "A"))
+        """Names of the real axes in the order in which KRL prints them: the arm's, A1..A6, then E1, E2, ..."""
+        return tuple(j.name for j in self.joints if j.role is Role.ARM) + self.external_names
 
     @property
     def external_names(self) -> tuple[str, ...]:
         """Names of the external axes in the order in which KRL prints them."""
-        return tuple(n for n in self.axis_names if n[0] != "A")
+        return tuple(sorted(j.name for j in self.joints if j.role in (Role.WORKPIECE, Role.CARRIAGE)))
 
     def index(self, name: str) -> int:
         """Where in the chain the joint `name` stands. Raises KeyError for an unknown name."""
@@ -153,10 +180,9 @@ class Cell:
 
     @property
     def digest(self) -> str:
-        """What the geometry, limits and settings are."""
-        parts = [
-            (j.name, j.role.value, j.prismatic, j.before, j.after, j.sign, j.offset, j.lower, j.upper)
-            for j in self.joints
-        ]
-        frames = (self.base_T_first, self.foot_T_root, self.wrist_T_flange, self.flange_T_tool)
-        return digest(*(x for part in parts for x in part), *frames, self.condition_length, self.base_follows_table)
+        """What the cell says: every number and setting of cell.toml, not where it lies, its title or its numbers' standings.
+
+        Engines and meshes count by their files' names.
+        """
+        told = replace(self, title="", folder=Path(), provenance={})
+        return digest(*leaves(told))

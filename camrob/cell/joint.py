@@ -31,7 +31,8 @@ class Joint:
     The chain's variable q relates to the axis value that the controller prints by `axis = sign * q + offset`. `lower`
     and `upper` limit the axis value (-inf, inf for an endless or virtual joint). `home` and `reference` are values
     of q.
-    `before` (4, 4) stands before the motion along or about z, `after` (4, 4) behind it.
+    `before` (4, 4) stands before the motion along or about z, `after` (4, 4) behind it. Both hold the constants of its
+    Denavit-Hartenberg row: Rz(theta) Tz(d), then Tx(a) Rx(alpha).
     """
 
     name: str
@@ -76,17 +77,27 @@ class Joint:
         """The chain's q of axis values (SI)."""
         return self.sign * (axis_value - self.offset)
 
+    def motion(self, q: Array) -> Array:
+        """The joint's own motion (..., 4, 4) along or about its z, of q (...)."""
+        T = np.zeros((*np.shape(q), 4, 4))
+        T[..., 3, 3] = T[..., 2, 2] = 1.0
+        if self.prismatic:
+            T[..., 0, 0] = T[..., 1, 1] = 1.0
+            T[..., 2, 3] = q
+        else:
+            T[..., 0, 0] = T[..., 1, 1] = np.cos(q)
+            T[..., 1, 0] = np.sin(q)
+            T[..., 0, 1] = -T[..., 1, 0]
+        return T
 
-def _rot_z(angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
-
-def dh_before(*, theta: float, d: float, prismatic: bool) -> Array:
-    """What a Denavit-Hartenberg row puts before the joint's own motion: the constant one of Rz(theta) and Tz(d)."""
-    T = _rot_z(theta) if prismatic else np.eye(4)
-    if not prismatic:
-        T[2, 3] = d
+def dh_before(*, theta: float, d: float) -> Array:
+    """Rz(theta) Tz(d), what a Denavit-Hartenberg row puts before the joint's own motion, which adds q to one of them."""
+    T = np.eye(4)
+    T[2, 3] = d
+    if theta != 0.0:
+        c, s = np.cos(theta), np.sin(theta)
+        T[:2, :2] = [[c, -s], [s, c]]
     return T
 
 

@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.cell.load import PointMass
+from camrob.cell.poses import POSES_FILE, PoseBounds, check_poses
 from camrob.cell.read_controller import read_controller
-from camrob.cell.resolve_settings import FuzzyEngine, ResolveSettings
+from camrob.cell.redundancy_settings import FuzzyEngine, ResolveSettings
 from camrob.cell.shape import Shape, ShapeKind
-from camrob.cell.table import TableReader
+from camrob.cell.toml_table import TableReader
 from camrob.errors import CellError, InputError
 from camrob.se3 import frame_from_xyzabc
 from camrob.units import deg_to_rad, mm_to_m
@@ -54,7 +56,10 @@ def frame_of(xyzabc_mm_deg: Array) -> Array:
 
 
 def read_cell(path: str | Path) -> Cell:
-    """The cell in a folder (or of a cell.toml). Raises CellError naming file, key and cure."""
+    """The cell in a folder (or of a cell.toml), held against the poses.csv beside it.
+
+    Raises CellError naming file, key and cure, or the pose of poses.csv that the cell misses.
+    """
     path = Path(path)
     file = path if path.suffix == ".toml" and not os.path.isdir(path) else path / "cell.toml"
     table = TableReader(read_toml(file), file, standings=True)
@@ -63,6 +68,7 @@ def read_cell(path: str | Path) -> Cell:
     joints = tuple(_joint(t) for t in table.tables("joint"))
     _check_chain(joints, table)
     names = tuple(j.name for j in joints)
+    bounds, follows_table = _pose_bounds(table), kinematics.flag("base_follows_table")
     tool = table.table("tool")
     load = table.table("load")
     cell = Cell(
@@ -75,9 +81,9 @@ def read_cell(path: str | Path) -> Cell:
         wrist_T_flange=frame_of(kinematics.vector("wrist_to_flange", 6)),
         flange_T_tool=frame_of(tool.vector("flange_to_tool", 6)),
         condition_length=mm_to_m(kinematics.number("characteristic_length_mm", lower=1.0, upper=1e5)),
-        base_follows_table=kinematics.flag("base_follows_table"),
-        controller=read_controller(table.table("controller")),
-        resolve=_resolve(table.table("resolve"), names),
+        base_follows_table=follows_table,
+        controller_section=_controller(table, joints, follows_table),
+        resolve_section=_resolve(table.table("resolve"), names) if "resolve" in table else None,
         shapes=_shapes(table, file.parent, names),
         masses=tuple(_mass(t, names) for t in table.tables("mass")),
         payload=load.number("payload_kg", lower=0.0, upper=1e5),
@@ -85,7 +91,26 @@ def read_cell(path: str | Path) -> Cell:
     )
     for part in (kinematics, tool, load, table):
         part.finish()
+    check_poses(cell, file.parent / POSES_FILE, bounds)
     return cell
+
+
+def _controller(table: TableReader, joints: tuple[Joint, ...], follows_table: bool) -> ControllerSettings | None:
+    """[controller], where there is one."""
+    if "controller" not in table:
+        return None
+    return read_controller(table.table("controller"), joints, follows_table=follows_table)
+
+
+def _pose_bounds(table: TableReader) -> PoseBounds:
+    """[poses], which may be left out."""
+    found = {"position_mm": 0.5, "angle_deg": 0.05, "inv_kf": 1e-4}
+    if "poses" in table:
+        part = table.table("poses", standings=False)
+        for key, most in (("position_mm", 10.0), ("angle_deg", 1.0), ("inv_kf", 0.01)):  # more finds no slip any more
+            found[key] = part.number(key, lower=1e-6, upper=most) if key in part else found[key]
+        part.finish()
+    return PoseBounds(mm_to_m(found["position_mm"]), deg_to_rad(found["angle_deg"]), found["inv_kf"])
 
 
 def _joint(table: TableReader) -> Joint:
@@ -116,7 +141,7 @@ def _joint(table: TableReader) -> Joint:
         name=name,
         role=role,
         prismatic=prismatic,
-        before=dh_before(theta=deg_to_rad(dh.number("theta_deg")), d=mm_to_m(dh.number("d_mm")), prismatic=prismatic),
+        before=dh_before(theta=deg_to_rad(dh.number("theta_deg")), d=mm_to_m(dh.number("d_mm"))),
         after=dh_after(a=mm_to_m(dh.number("a_mm")), alpha=deg_to_rad(dh.number("alpha_deg"))),
         sign=sign,
         offset=si(axis.number(f"offset_{unit}")),
@@ -130,6 +155,10 @@ def _joint(table: TableReader) -> Joint:
     )
     for part in (dh, axis, limits, table):
         part.finish()
+    if role is Role.ROLL and (prismatic or not np.array_equal(joint.before @ joint.after, np.eye(4))):
+        raise table.fail(
+            "dh", "is not that of a turn about the tool's own axis", "make it revolute, all zeros; $TOOL holds the rest"
+        )
     for key, value in (("home", joint.home), ("reference", joint.reference)):
         if not joint.q_lower <= value <= joint.q_upper:
             raise table.fail(f"{key}_{unit}", "lies outside the axis's range", f"mend {key} or limits")

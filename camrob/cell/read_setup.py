@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of, read_toml
 from camrob.cell.setup import Body, Setup, ToolSetup
-from camrob.cell.table import TableReader
+from camrob.cell.toml_table import TableReader
 from camrob.errors import SetupError
 from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
 
@@ -21,6 +21,10 @@ __all__ = ["read_setup"]
 
 Array = NDArray[np.float64]
 
+FASTEST_MM_MIN = 180_000.0  # no controller's `$VEL.CP` goes beyond 3 m/s
+SLOWEST_MM_MIN = 0.06  # the least that six decimals of `$VEL.CP` can print
+HEAVIEST_KG = 1000.0  # no arm that mills carries more
+FARTHEST_MASS_MM = 5000.0  # nor farther off its flange
 FARTHEST_MM = 1e5  # a frame that lies farther off is a slip of units
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off")
 _MESH_UNITS = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
@@ -44,8 +48,8 @@ def read_setup(path: str | Path | None, cell: Cell) -> Setup:
         tools=_tools(table, isinstance(data.get("tool"), list), cell) or (own_tool,),
         units=table.text("units", choices=("mm", "inch")) if "units" in table else "",
         dialect=_dialect(table),
-        rapid_feed=_number(table, "rapid_feed_mm_min", 1.0, 1e6, mm_min_to_m_s),
-        feed=_number(table, "feed_mm_min", 1e-3, 1e6, mm_min_to_m_s),
+        rapid_feed=_number(table, "rapid_feed_mm_min", 1.0, FASTEST_MM_MIN, mm_min_to_m_s),
+        feed=_number(table, "feed_mm_min", SLOWEST_MM_MIN, FASTEST_MM_MIN, mm_min_to_m_s),
         spindle_rpm=_number(table, "spindle_rpm", 0.0, 1e6, float),
         clearance=_number(table, "clearance_mm", 0.0, 5000.0, mm_to_m),
         chord_tolerance=_number(table, "chord_tolerance_mm", 1e-5, 10.0, mm_to_m),
@@ -101,15 +105,31 @@ def _tools(table: TableReader, several: bool, cell: Cell) -> tuple[ToolSetup, ..
 def _tool(table: TableReader, cell: Cell, *, numbered: bool) -> ToolSetup:
     """One [tool] or [[tool]]."""
     flange_T_tool = _frame(table, "flange_to_tool")
+    mass, center = _load(table)
     tool = ToolSetup(
         number=table.integer("number", lower=1, upper=10**6) if numbered else None,
         name=table.text("name") if "name" in table else "",
         flange_T_tool=cell.flange_T_tool if flange_T_tool is None else flange_T_tool,
         diameter=_number(table, "diameter_mm", 1e-3, 1000.0, mm_to_m) or 0.0,
         length=_number(table, "length_mm", 1e-3, 2000.0, mm_to_m) or 0.0,
+        mass=mass,
+        center_of_mass=center,
     )
     table.finish()
     return tool
+
+
+def _load(table: TableReader) -> tuple[float | None, Array]:
+    """A tool's mass, kg, and its centre (3,) in `flange`, m; None and zeros where the file states neither."""
+    if "mass_kg" not in table and "center_of_mass_mm" not in table:
+        return None, np.zeros(3)
+    mass = table.number("mass_kg", lower=1e-3, upper=HEAVIEST_KG)
+    center = table.vector("center_of_mass_mm", 3)
+    if np.max(np.abs(center)) > FARTHEST_MASS_MM:
+        raise table.fail(
+            "center_of_mass_mm", f"lies more than {FARTHEST_MASS_MM:g} mm off the flange", "give X, Y, Z in mm"
+        )
+    return mass, mm_to_m(center)
 
 
 def _body(parent: TableReader, key: str) -> Body | None:

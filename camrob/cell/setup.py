@@ -21,6 +21,7 @@ class ToolSetup:
     """A tool as it is mounted. `number` is None for one that serves whatever number the CL file names.
 
     flange_T_tool: (4, 4), `$TOOL`. diameter, length (from the tip to where the holder begins): m, 0.0 where not given.
+    mass: kg of all that hangs on the flange with this tool, None where not given; center_of_mass: (3,) its centre in `flange`, m.
     """
 
     number: int | None
@@ -28,9 +29,12 @@ class ToolSetup:
     flange_T_tool: Array
     diameter: float = 0.0
     length: float = 0.0
+    mass: float | None = None
+    center_of_mass: Array = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "flange_T_tool", locked(self.flange_T_tool, shape=(4, 4), name="flange_T_tool"))
+        object.__setattr__(self, "center_of_mass", locked(self.center_of_mass, shape=(3,), name="center_of_mass"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +60,9 @@ class Setup:
 
     path: the file, None where there is none. base_T_part: (4, 4), the CL data's frame in `base`. tools: one or more,
     the cell's own where the file names none. units: "mm" or "inch", overrules the CL file; dialect: likewise.
-    rapid_feed, feed: m/s, the latter where the CL file is silent. spindle_rpm overrules the CL file. clearance: m, how
-    far void motions lift the tool along its axis. chord_tolerance: m, for arcs and curves that become points.
+    rapid_feed, feed: m/s, the latter where the CL file is silent. spindle_rpm: rev/min, where the CL file starts no spindle
+    before its first cut, or without a speed (0: none). clearance: m, how far void motions lift the tool along its axis.
+    chord_tolerance: m, for arcs and curves that become points.
     decimate: m, points nearer than this to their neighbours' chord are left out (0: none). part, stock: bodies for
     collision checks.
 
@@ -71,6 +76,8 @@ class Setup:
         name = "ball 6"
         flange_to_tool = [X, Y, Z, A, B, C]      the cell's `$TOOL` where it is left out
         diameter_mm = 6                length_mm = 45
+        mass_kg = 38.5                 of spindle, holder and tool together: the program then sets the controller's load data
+        center_of_mass_mm = [X, Y, Z]            its centre in the flange's frame; both or neither, for every tool or for none
         [part]                         likewise [stock]: in the CL data's frame
         mesh = "part.stl"              a file beside setup.toml, with unit = "mm" (the default), "inch" or "m"
         box_mm = [X0, Y0, Z0, X1, Y1, Z1]        or a box by its two corners
@@ -109,7 +116,8 @@ class Setup:
     def digest(self) -> str:
         """What the placement, tools and choices are; meshes by their names."""
         tools = [(t.number, t.flange_T_tool, t.diameter, t.length) for t in self.tools]
+        loads = [(t.number, t.mass, t.center_of_mass) for t in self.tools if t.mass is not None]
         bodies = [(str(b.mesh), b.scale, b.lower, b.upper) for b in (self.part, self.stock) if b is not None]
         choices = (self.units, self.dialect, self.rapid_feed, self.feed, self.spindle_rpm, self.clearance)
-        nested = (x for group in (*tools, *bodies) for x in group)
+        nested = (x for group in (*tools, *loads, *bodies) for x in group)
         return digest(self.base_T_part, *choices, self.chord_tolerance, self.decimate, *nested)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.controller.pose_kernel import circle
-from camrob.issues import Finding, Severity
-from camrob.post.krl_program import KrlMotion
+from camrob.findings import Finding, Severity
+from camrob.program.motion import Motion
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["AXIS_TOLERANCE", "POSITION_TOLERANCE", "Coverage", "cover"]
@@ -110,7 +110,7 @@ class _Match(NamedTuple):
 @numba.njit(cache=True)
 def _last_row(kind: NDArray[np.int8], k: int) -> int:
     """The row that the motion beginning with row k ends at."""
-    return k + 1 if kind[k] == KrlMotion.CIRC_VIA and k + 1 < kind.shape[0] else k
+    return k + 1 if kind[k] == Motion.CIRC_VIA and k + 1 < kind.shape[0] else k
 
 
 @numba.njit(cache=True)
@@ -123,7 +123,7 @@ def _match(
     angle = 0.0
     if end > k:
         angle = circle(p[start], p[k], p[end], m.center, m.u, m.v)
-    elif kind[k] == KrlMotion.PTP_AXES or kind[k] == KrlMotion.PTP_POSE:
+    elif kind[k] == Motion.PTP_AXES or kind[k] == Motion.PTP_POSE:
         start = k  # only its end is known to be met
     s = _nearest(x, p[start], p[end], m.center, m.u, m.v, angle, least)
     _at(s, p[start], z[start], p[end], z[end], m.center, m.u, m.v, angle, m.tip, m.axis)
@@ -144,7 +144,7 @@ def _stray(
     """How far rows first .. end - 1, which the program passes between two points, lie from the line between these."""
     worst = 0.0
     for r in range(first, end):
-        if kind[r] == KrlMotion.CIRC_VIA and r + 1 == end and share < 1.0 - 1e-9:
+        if kind[r] == Motion.CIRC_VIA and r + 1 == end and share < 1.0 - 1e-9:
             continue  # the arc has not been passed yet
         s = _nearest(p[r], before, x, m.center, m.u, m.v, 0.0, 0.0)
         worst = max(worst, np.sqrt(np.sum((before + s * (x - before) - p[r]) ** 2)))
@@ -182,17 +182,17 @@ def _retracts(
     out = first
     while np.sum(p[out] * axis) < clear + tolerance:
         out += 1
-        if out >= last or kind[out] != KrlMotion.LIN or not _on_ray(p[out], z[out], o, axis, tolerance):
+        if out >= last or kind[out] != Motion.LIN or not _on_ray(p[out], z[out], o, axis, tolerance):
             return False
     back = last
     while np.sum(p[back] * axis) < clear + tolerance:
-        if kind[back] != KrlMotion.LIN or not _on_ray(p[back], z[back], o, axis, tolerance):
+        if kind[back] != Motion.LIN or not _on_ray(p[back], z[back], o, axis, tolerance):
             return False
         back -= 1
     if back < out or not _on_ray(p[back], z[back], o, axis, tolerance):
         return False
     for k in range(out + 1, back + 1):
-        if kind[k] == KrlMotion.PTP_AXES or kind[k] == KrlMotion.PTP_POSE:
+        if kind[k] == Motion.PTP_AXES or kind[k] == Motion.PTP_POSE:
             continue
         if min(np.sum(p[k] * axis), np.sum(p[k - 1] * axis)) < clear:
             return False
@@ -235,7 +235,7 @@ def _cover(
             stray[i] = _stray(x[i - 1], x[i], motion[i - 1], motion[i], share, p, kind, m)
             if stray[i] > 2.0 * tolerance:
                 for other in range(motion[i], motion[i - 1], -1):
-                    if kind[other] != KrlMotion.CIRC_VIA and kind[other] != KrlMotion.CIRC_END:
+                    if kind[other] != Motion.CIRC_VIA and kind[other] != Motion.CIRC_END:
                         _match(x[i - 1], zx[i - 1], p, z, kind, other, 0.0, tolerance, m)
                         if m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE:
                             at = m.found[2]

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.controller import ControllerSettings
 from camrob.controller.replay import Replay
-from camrob.issues import Finding, Severity
-from camrob.post.krl_lexer import canonical, statement_of
-from camrob.post.krl_program import KrlApproximation, KrlFrame, KrlFrameKind, KrlMotion, KrlProgram
-from camrob.post.program import Program, ProgramEvent, ProgramEventKind
+from camrob.findings import Finding, Severity
+from camrob.program.language import MeantActions
+from camrob.program.motion import Blend, Motion
+from camrob.program.program import Program
+from camrob.program.program_text import ProgramText
 
 __all__ = ["hold_to_intended"]
 
@@ -26,9 +24,7 @@ _UNCLEAR = ("not-understood", "tool-unknown", "base-unknown")
 """Findings of the reader after which nobody knows what the text does. (Calls are held to those of the cell's hooks.)"""
 
 
-def hold_to_intended(
-    text: KrlProgram, replay: Replay, program: Program, controller: ControllerSettings
-) -> list[Finding]:
+def hold_to_intended(text: ProgramText, replay: Replay, program: Program, meant: MeantActions) -> list[Finding]:
     """Errors where what the text says is not the program, or it is run in other postures.
 
     Held are motions, numbers, speeds, frames, approximation, settings, outputs and waits, each in its place.
@@ -39,22 +35,19 @@ def hold_to_intended(
     unclear = next((f for f in text.findings if f.code in _UNCLEAR), None)
     if unclear is not None:
         return [Finding("not-as-meant", f"of its text: {unclear.text}", Severity.ERROR, line=unclear.line)]
-    for name, frames, used, meant_frame in (
-        ("$TOOL", text.tools, np.asarray(text.tool), program.tool), ("$BASE", text.bases, np.asarray(text.base), program.base)
-    ):  # fmt: skip
-        rows = used[np.asarray(text.kind) != KrlMotion.PTP_AXES]
-        if not all(k >= 0 and _is_frame(frames[k], np.asarray(meant_frame)) for k in set(rows.tolist())):
-            return [Finding("not-as-meant", f"the text gives a {name} that was not meant, or none", Severity.ERROR)]
     if len(text) != len(program) or np.any(np.asarray(text.kind) != np.asarray(program.kind)):
         told = f"the text holds {len(text)} motions where {len(program)} were meant, or other ones"
         return [Finding("not-as-meant", told, Severity.ERROR)]
-    by_pose = np.asarray(program.kind) != KrlMotion.PTP_AXES
-    moving = np.asarray(program.kind) >= KrlMotion.LIN
-    found = _first(_rounding(text), np.where(program.approximate, float(KrlApproximation.C_DIS), 0.0)[:, None],
+    other = _other_frame(text, program)
+    if other is not None:
+        return [other]
+    by_pose = np.asarray(program.kind) != Motion.PTP_AXES
+    moving = np.asarray(program.kind) >= Motion.LIN
+    found = _first(_rounding(text), np.where(program.approximate, float(Blend.DISTANCE), 0.0)[:, None],
                    np.ones(len(program), np.bool_), 0.0)  # fmt: skip
     if found is not None:
         return [_finding("the text rounds off a point that was not meant to be, or stops at one that was", found, text)]
-    astray = _acts_otherwise(text, program, controller)
+    astray = _acts_otherwise(text, meant)
     if astray is not None:
         return [astray]
     columns = [text.external_names.index(name) for name in program.external_names if name in text.external_names]
@@ -64,39 +57,52 @@ def hold_to_intended(
         ("a pose", text.pose, program.pose, by_pose),
         ("axis values", text.axes, program.axes, ~by_pose),
         ("an external axis", np.asarray(text.external)[:, columns], program.external, np.ones(len(program), np.bool_)),
-        ("$VEL.CP", np.asarray(text.speed)[:, None], np.asarray(program.speed)[:, None], moving),
+        ("a speed", np.asarray(text.speed)[:, None], np.asarray(program.speed)[:, None], moving),
     )
-    for what, read, meant, rows in pairs:
-        found = _first(np.asarray(read), np.asarray(meant), rows, PRINTED)
+    for what, read, due, rows in pairs:
+        found = _first(np.asarray(read), np.asarray(due), rows, PRINTED)
         if found is not None:
             return [_finding(f"the text gives {what} that was not meant", found, text)]
     axes = replay.cell.to_axis_values(np.asarray(replay.q))[:, :6]
-    real = np.asarray(text.kind) != KrlMotion.CIRC_VIA
+    real = np.asarray(text.kind) != Motion.CIRC_VIA
     found = _first(axes, np.asarray(program.axes), real, POSTURE)
     if found is not None:
         return [_finding(f"{replay.cell.axis_names[found[1]]} runs elsewhere than was meant", found, text)]
     return []
 
 
-def _rounding(text: KrlProgram) -> Array:
+def _other_frame(text: ProgramText, program: Program) -> Finding | None:
+    """An error for the first motion that the text makes in another tool or base than was meant, or in none."""
+    base = np.broadcast_to(np.asarray(program.base), (len(program), 6))
+    posed = np.asarray(text.kind) != Motion.PTP_AXES
+    for name, frames, used, meant in (
+        ("tool", text.tools, np.asarray(text.tool), program.mounted),
+        ("base", text.bases, np.asarray(text.base), base),
+    ):
+        read = np.stack([np.asarray(f.xyzabc) for f in frames])[used] if frames else np.full((len(program), 6), np.nan)
+        wrong = np.flatnonzero(posed & ~np.all(np.abs(read - meant) <= FRAME_PRINTED, axis=1))
+        if len(wrong):
+            row = int(wrong[0])
+            told = f"the text gives a {name} that was not meant, or none"
+            return Finding("not-as-meant", told, Severity.ERROR, line=int(text.line[row]), point=row)
+    return None
+
+
+def _rounding(text: ProgramText) -> Array:
     """(N, 1) how each target is rounded off; a CIRC with an angle of its own, which no program means, as -1."""
     own_angle = np.isfinite(np.asarray(text.circular_angle_deg))
-    return np.where(own_angle, -1.0, np.asarray(text.approximation, np.float64))[:, None]
+    return np.where(own_angle, -1.0, np.asarray(text.blend, np.float64))[:, None]
 
 
-def _acts_otherwise(text: KrlProgram, program: Program, controller: ControllerSettings) -> Finding | None:
+def _acts_otherwise(text: ProgramText, wanted: MeantActions) -> Finding | None:
     """An error for the first setting, output or wait of the text that was not meant there, or that is left out."""
-    meant = [(0, canonical(line)) for line in _settings(controller)]
     read = [(a.motion, a.text) for a in text.actions]
-    opening = len(meant)
-    if sorted(read[:opening]) != sorted(meant):
+    opening = len(wanted.opening)
+    if sorted(read[:opening]) != sorted((0, line) for line in wanted.opening):
         return Finding(
             "not-as-meant", "the text opens with settings that were not meant, or without one", Severity.ERROR
         )
-    meant = [(0, line) for line in _statements(controller.hook_lines("header"))]
-    for event in program.events:
-        meant += [(event.motion, line) for line in _event_statements(event, controller)]
-    meant += [(len(program), line) for line in _statements(controller.hook_lines("footer"))]
+    meant = [(a.motion, a.text) for a in wanted.rest]
     read = read[opening:]
     first = next((k for k, pair in enumerate(zip(read, meant, strict=False)) if pair[0] != pair[1]), None)
     if first is None and len(read) == len(meant):
@@ -109,46 +115,6 @@ def _acts_otherwise(text: KrlProgram, program: Program, controller: ControllerSe
     return Finding("not-as-meant", told, Severity.ERROR, line=int(text.line[row]) if row >= 0 else 0, point=row)
 
 
-def _settings(controller: ControllerSettings) -> list[str]:
-    """The statements that a program opens with, in the controller's own words."""
-    said = [
-        "BAS (#INITMOV, 0)", f"BAS (#VEL_PTP, {controller.ptp_velocity_percent:.0f})",
-        f"$ADVANCE = {controller.advance}", f"$ACC.CP = {controller.acc_cp:.4f}",
-        f"$VEL.ORI1 = {controller.vel_ori_deg_s:.3f}", f"$VEL.ORI2 = {controller.vel_ori_deg_s:.3f}",
-        f"$ACC.ORI1 = {controller.acc_ori_deg_s2:.3f}", f"$ACC.ORI2 = {controller.acc_ori_deg_s2:.3f}",
-        f"$ORI_TYPE = {controller.ori_type}", f"$CIRC_TYPE = {controller.circ_type}",
-        f"$APO.CDIS = {controller.apo_cdis_mm:.3f}",
-    ]  # fmt: skip
-    if controller.act_ex_ax:
-        said.append(f"$ACT_EX_AX = {controller.act_ex_ax}")
-    for table, number in (("TOOL", controller.tool_number), ("BASE", controller.base_number)):
-        if number is not None:
-            said.append(f"BAS (#{table}, {number})")
-    return said
-
-
-def _event_statements(event: ProgramEvent, controller: ControllerSettings) -> list[str]:
-    """What an event does, as statements; folds and comments do nothing."""
-    if event.kind is ProgramEventKind.HOOK:
-        return _statements(controller.hook_lines(event.text, event.value))
-    if event.kind is ProgramEventKind.DWELL:
-        return [canonical(f"WAIT SEC {event.value:.3f}")]
-    return []
-
-
-def _statements(lines: Sequence[str]) -> list[str]:
-    """The statements of lines of KRL, comments left out; frames and `$VEL.CP` are held by the motions that they rule."""
-    said = [canonical(statement_of(line)) for line in lines if statement_of(line)]
-    return [s for s in said if not s.startswith(("$TOOL =", "$BASE =", "$VEL . CP ="))]
-
-
-def _is_frame(frame: KrlFrame, meant: Array) -> bool:
-    """Whether a frame of the text is X, Y, Z, A, B, C (6,) as printed."""
-    return frame.kind is not KrlFrameKind.UNKNOWN and bool(
-        np.all(np.abs(np.asarray(frame.xyzabc) - meant) <= FRAME_PRINTED)
-    )
-
-
 def _first(read: Array, meant: Array, rows: NDArray[np.bool_], tolerance: float) -> tuple[int, int, float] | None:
     """(row, column, difference) of the first difference that is too large."""
     apart = np.abs(read - meant)
@@ -156,6 +122,6 @@ def _first(read: Array, meant: Array, rows: NDArray[np.bool_], tolerance: float)
     return None if not len(off) else (int(off[0, 0]), int(off[0, 1]), float(apart[tuple(off[0])]))
 
 
-def _finding(text: str, found: tuple[int, int, float], program: KrlProgram) -> Finding:
+def _finding(text: str, found: tuple[int, int, float], program: ProgramText) -> Finding:
     row, _, apart = found
     return Finding("not-as-meant", text, Severity.ERROR, line=int(program.line[row]), point=row, value=apart)

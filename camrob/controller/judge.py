@@ -11,9 +11,10 @@ from camrob.cell.joint import Role
 from camrob.controller.against import Coverage
 from camrob.controller.jumps import axis_jumps
 from camrob.controller.replay import Replay
-from camrob.issues import Finding, Severity
+from camrob.findings import Finding, Severity
 from camrob.kinematics.second_library import pinocchio_poses
-from camrob.post.krl_program import KrlMotion, KrlProgram
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["Judgement", "judge"]
@@ -49,7 +50,7 @@ class Judgement:
 
 
 def judge(
-    program: KrlProgram, replay: Replay, coverage: Coverage | None = None, feed: Array | None = None
+    program: ProgramText, replay: Replay, coverage: Coverage | None = None, feed: Array | None = None
 ) -> Judgement:
     """Judge a replayed program; with `coverage`, against its CL points, with `feed` (N,), m/s (NaN in air), their speeds too."""
     findings = [*replay.findings, *(coverage.findings if coverage is not None else ())]
@@ -74,7 +75,7 @@ def judge(
     return Judgement(tuple(findings), error, count, len(singular), _margins(replay))
 
 
-def _limits(program: KrlProgram, replay: Replay) -> list[Finding]:
+def _limits(program: ProgramText, replay: Replay) -> list[Finding]:
     """One finding an axis that passes its limit."""
     findings = []
     margin = np.asarray(replay.margin)
@@ -92,15 +93,19 @@ def _limits(program: KrlProgram, replay: Replay) -> list[Finding]:
     return findings
 
 
-def _second_opinion(program: KrlProgram, replay: Replay) -> tuple[float, int, int]:
+def _second_opinion(program: ProgramText, replay: Replay) -> tuple[float, int, int]:
     """Largest distance between text and Pinocchio's poses, over an even choice of rows: (m, rows, worst row)."""
-    rows = np.flatnonzero((program.kind != KrlMotion.PTP_AXES) & (program.kind != KrlMotion.CIRC_VIA))
+    rows = np.flatnonzero((program.kind != Motion.PTP_AXES) & (program.kind != Motion.CIRC_VIA))
     if any(f.code in ("out-of-reach", "jump", "ptp-unreachable") for f in replay.findings):
         rows = rows[rows < min(f.point for f in replay.findings if f.point >= 0)]
     if len(rows) == 0:
         return 0.0, 0, 0
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, SECOND_OPINIONS).astype(int))]
-    poses = pinocchio_poses(replay.cell, np.asarray(replay.q)[rows])
+    poses = np.empty((len(rows), 4, 4))
+    for k, cell in enumerate(replay.cells):
+        here = np.asarray(replay.mounted)[rows] == k
+        if here.any():
+            poses[here] = pinocchio_poses(cell, np.asarray(replay.q)[rows[here]])
     targets = np.asarray(replay.base_T_tool)[rows]
     error = np.maximum(
         np.linalg.norm(poses[:, :3, 3] - targets[:, :3, 3], axis=1),
@@ -110,23 +115,23 @@ def _second_opinion(program: KrlProgram, replay: Replay) -> tuple[float, int, in
     return float(error[worst]), len(rows), int(rows[worst])
 
 
-def _speeds(program: KrlProgram, coverage: Coverage, feed: Array) -> list[Finding]:
+def _speeds(program: ProgramText, coverage: Coverage, feed: Array) -> list[Finding]:
     """Cutting motions faster than the feed, or without a speed."""
     cut = np.flatnonzero(np.isfinite(feed) & (coverage.motion >= 0))
     speed = np.asarray(program.speed)[coverage.motion[cut]]
-    linear = np.asarray(program.kind)[coverage.motion[cut]] >= KrlMotion.LIN
+    linear = np.asarray(program.kind)[coverage.motion[cut]] >= Motion.LIN
     bad = np.flatnonzero(linear & ~((speed > 0.0) & (speed <= feed[cut] * (1.0 + SPEED_TOLERANCE) + 1e-6)))
     if not len(bad):
         return []
     row = int(coverage.motion[cut[bad[0]]])
     told = float(speed[bad[0]])
-    return [Finding("speed", "$VEL.CP is faster than the programmed feed, or none", Severity.ERROR,
+    return [Finding("speed", "a motion is faster than the programmed feed, or has no speed", Severity.ERROR,
                     line=int(program.line[row]), point=row, limit=float(feed[cut[bad[0]]]),
                     value=told if np.isfinite(told) else None,
                     unit="m/s", count=len(bad))]  # fmt: skip
 
 
-def _standing(program: KrlProgram, replay: Replay, coverage: Coverage, feed: Array) -> list[Finding]:
+def _standing(program: ProgramText, replay: Replay, coverage: Coverage, feed: Array) -> list[Finding]:
     """Cutting motions in which the table turns although the controller's base doesn't follow it."""
     cell = replay.cell
     table = list(cell.indices(Role.WORKPIECE))
@@ -138,16 +143,16 @@ def _standing(program: KrlProgram, replay: Replay, coverage: Coverage, feed: Arr
     bad = rows[moved[rows]]
     if not len(bad):
         return []
-    text = "the table turns while cutting, and this cell's $BASE does not follow it"
+    text = "the table turns while cutting, and this cell's base does not follow it"
     row = int(bad[0])
     return [Finding("table-in-cut", text, Severity.ERROR, line=int(program.line[row]), point=row, count=len(bad))]
 
 
-def _cuts_by_ptp(program: KrlProgram, coverage: Coverage, feed: Array) -> list[Finding]:
+def _cuts_by_ptp(program: ProgramText, coverage: Coverage, feed: Array) -> list[Finding]:
     """An error where a PTP leads from one CL point to the next that is cut: nobody knows its way between. Retracts, from a
     point and back to it, are no way between.
     """
-    ptp = np.asarray(program.kind) < KrlMotion.LIN
+    ptp = np.asarray(program.kind) < Motion.LIN
     before = np.concatenate([[0], np.cumsum(ptp)])  # PTPs among the first k rows
     motion = coverage.motion
     cut = np.flatnonzero(coverage.joined & np.isfinite(feed) & (motion >= 0))

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from camrob.cell.joint import Role
 from camrob.controller.against import Coverage
 from camrob.controller.replay import Replay
-from camrob.issues import Finding, Severity
-from camrob.post.krl_program import KrlMotion, KrlProgram
+from camrob.findings import Finding, Severity
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
 from camrob.se3 import angle_between
 from camrob.units import deg_to_rad, m_to_mm, rad_to_deg
 
@@ -24,7 +25,7 @@ MOST_TURN = 3.32  # rad (190 degrees) that an external axis may turn within one 
 
 
 def axis_jumps(
-    program: KrlProgram, replay: Replay, coverage: Coverage | None = None, feed: Array | None = None
+    program: ProgramText, replay: Replay, coverage: Coverage | None = None, feed: Array | None = None
 ) -> list[Finding]:
     """Leaps of the axes between neighbouring motions' ends, as errors, one an axis.
 
@@ -32,7 +33,7 @@ def axis_jumps(
     ((N,) m/s, NaN in air) tell which motions cut, an axis that needs many times its top speed to keep the program's speed.
     """
     cell = replay.cell
-    cp = np.flatnonzero(np.asarray(program.kind) >= KrlMotion.LIN)
+    cp = np.flatnonzero(np.asarray(program.kind) >= Motion.LIN)
     cp = cp[cp > 0]
     step = np.abs(np.asarray(replay.q)[cp] - np.asarray(replay.q)[cp - 1])
     speeds = cell.limits_of("speed")
@@ -63,7 +64,7 @@ def axis_jumps(
     return findings
 
 
-def _time(program: KrlProgram, replay: Replay, rows: NDArray[np.int64]) -> Array:
+def _time(program: ProgramText, replay: Replay, rows: NDArray[np.int64]) -> Array:
     """Seconds (K,) that motions take at the program's speed, or that the tool's turn takes at the cell's."""
     poses = np.asarray(replay.base_T_tool)
     length = np.linalg.norm(poses[rows, :3, 3] - poses[rows - 1, :3, 3], axis=1)

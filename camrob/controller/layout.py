@@ -15,9 +15,10 @@ from camrob.controller.replay import Replay
 from camrob.errors import CellError
 from camrob.frozen import locked
 from camrob.kinematics.arm import Arm
-from camrob.kinematics.frames import world_T_base
+from camrob.kinematics.frames import seen_by_program, world_T_base
 from camrob.kinematics.kernels import ChainArrays, chain_arrays
-from camrob.post.krl_program import KrlApproximation, KrlMotion, KrlProgram
+from camrob.program.motion import Blend, Motion
+from camrob.program.program_text import ProgramText
 from camrob.units import deg_to_rad
 
 __all__ = ["Layout", "carrier_of", "lay_out", "machine_of"]
@@ -95,16 +96,17 @@ def _fixed(cell: Cell, count: int) -> Array:
     return np.stack(fixed)
 
 
-def lay_out(program: KrlProgram, replay: Replay, settings: MotionSettings) -> Layout:
-    """The path of a program that `replay` could follow to its end. Its first target is where the robot stands at the start."""
-    cell = replay.cell
+def lay_out(program: ProgramText, replay: Replay, settings: MotionSettings) -> Layout:
+    """The path of a program that `replay` could follow to its end. Its first target is where the robot stands at the start.
+
+    Raises ProgramError for a program that changes its tool.
+    """
+    cell = replay.one_tool(program)
     kind = np.asarray(program.kind)
-    rows = np.flatnonzero(kind != KrlMotion.CIRC_VIA)
+    rows = np.flatnonzero(kind != Motion.CIRC_VIA)
     of_row = np.searchsorted(rows, np.arange(len(kind)))
     wait = np.bincount(of_row, weights=program.wait, minlength=len(rows))
-    poses = np.asarray(replay.base_T_tool)
-    if not cell.base_follows_table:
-        poses = np.asarray(world_T_base(cell, np.asarray(replay.q)) @ poses)  # frames: world is base
+    poses = seen_by_program(cell, np.asarray(replay.q), np.asarray(replay.base_T_tool))
     motions, length, turn = _motions(program, replay, poses, rows)
     moves = motions.size > STILL * REACH
     keep = np.concatenate([[True], moves])
@@ -114,7 +116,7 @@ def lay_out(program: KrlProgram, replay: Replay, settings: MotionSettings) -> La
     np.add.at(waits, end[:-1], wait[1:])
     waits[0] += wait[0]
     waits[-1] += program.final_wait
-    exact = np.asarray(program.approximation)[rows[1:]] == KrlApproximation.EXACT
+    exact = np.asarray(program.blend)[rows[1:]] == Blend.EXACT
     halt = np.zeros(len(waits), np.bool_)
     halt[end[1:][exact & ~moves]] = True
     row = rows[keep]
@@ -126,15 +128,15 @@ def lay_out(program: KrlProgram, replay: Replay, settings: MotionSettings) -> La
 
 
 def _motions(
-    program: KrlProgram, replay: Replay, poses: Array, rows: NDArray[np.int64]
+    program: ProgramText, replay: Replay, poses: Array, rows: NDArray[np.int64]
 ) -> tuple[Motions, Array, Array]:
     """All motions between the program's targets `rows`, with length and turn of the tool."""
     cell = replay.cell
     M, k = len(rows) - 1, cell.arm_slice.start
     kinds = np.asarray(program.kind)[rows[1:]]
     kind = np.full(M, PTP, np.int8)
-    kind[kinds == KrlMotion.LIN] = LINE
-    kind[kinds == KrlMotion.CIRC_END] = ARC
+    kind[kinds == Motion.LIN] = LINE
+    kind[kinds == Motion.CIRC_END] = ARC
     q = np.asarray(replay.q)[rows]
     zeros = np.zeros((4, M, 3))
     motions = Motions(
@@ -183,7 +185,7 @@ def _mend(cell: Cell, motions: Motions, sweep: Array) -> None:
 
 
 def _corners(
-    program: KrlProgram,
+    program: ProgramText,
     settings: MotionSettings,
     motions: Motions,
     row: NDArray[np.int64],
@@ -197,23 +199,23 @@ def _corners(
     if M < 2 or settings.advance < 1:
         return reach, stop
     ends = row[1:-1]
-    approximation = np.asarray(program.approximation)[ends]
+    approximation = np.asarray(program.blend)[ends]
     cp = motions.kind != PTP
-    through = ~halt[1:-1] & (approximation != KrlApproximation.EXACT) & (cp[:-1] == cp[1:])
-    through &= (approximation == KrlApproximation.C_PTP) != cp[:-1]
+    through = ~halt[1:-1] & (approximation != Blend.EXACT) & (cp[:-1] == cp[1:])
+    through &= (approximation == Blend.AXES) != cp[:-1]
     stop[1:-1] = ~through
     speed, push = settings.speed[row[1:]], settings.acceleration[row[1:]]
     with np.errstate(divide="ignore"):
         per_length, per_turn = motions.size / length, motions.size / turn
     half = 0.5 * np.minimum(motions.size[:-1], motions.size[1:])
     braking = 0.5 * speed**2 * (1.0 - settings.near_speed**2) / push
-    distance = np.where(approximation == KrlApproximation.C_VEL, braking[:-1], settings.distance[ends])
+    distance = np.where(approximation == Blend.SPEED, braking[:-1], settings.distance[ends])
     per = np.minimum(per_length[:-1], per_length[1:])
     way = np.minimum(half, np.where(np.isfinite(per), distance * np.where(np.isfinite(per), per, 1.0), np.inf))
     per = np.minimum(per_turn[:-1], per_turn[1:])
     angle = np.where(np.isfinite(per), settings.near_angle * np.where(np.isfinite(per), per, 1.0), np.inf)
-    way = np.where(approximation == KrlApproximation.C_ORI, np.minimum(half, angle), way)
-    way = np.where(approximation == KrlApproximation.C_PTP, settings.near_ptp * half, way)
+    way = np.where(approximation == Blend.TURN, np.minimum(half, angle), way)
+    way = np.where(approximation == Blend.AXES, settings.near_ptp * half, way)
     # a rounding that is over within the finest cycle is none: its corner is passed at a point
     bend = np.linalg.norm(_leaving(motions, length)[1:] - _arriving(motions, length)[:-1], axis=1)
     slower, least = np.minimum(speed[:-1], speed[1:]), np.minimum(push[:-1], push[1:])

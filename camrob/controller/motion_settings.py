@@ -2,34 +2,35 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.errors import KrlError
+from camrob.errors import ProgramError
+from camrob.findings import Finding, Severity
 from camrob.frozen import locked
-from camrob.issues import Finding, Severity
-from camrob.post.krl_program import KrlMotion, KrlProgram
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["MotionSettings", "motion_settings"]
 
 Array = NDArray[np.float64]
 
-_HALF = 50.0  # percent: `$APO.CVEL` where the program is silent
-_WHOLE = 100.0  # percent: `$APO.CPTP`, likewise
-_ANGLE = 5.0  # degrees: `$APO.CORI`, likewise
+_HALF = 50.0  # percent of the speed from which a target is rounded off by speed, where the program is silent
+_WHOLE = 100.0  # percent of the way that PTP may be rounded off, likewise
+_ANGLE = 5.0  # degrees from which a target is rounded off by angle, likewise
 
 
 @dataclass(frozen=True, slots=True)
 class MotionSettings:
-    """SI. speed, acceleration, distance: (N,) `$VEL.CP`, `$ACC.CP`, `$APO.CDIS` of each row (speed 0 for PTP).
+    """SI. speed, acceleration, distance: (N,) along the path and of rounding off, for each row (speed 0 for PTP).
 
-    axis_speed, axis_acceleration: (2, n) of the chain's joints, in CP motions and in PTP (shares of the top taken). turn_speed,
-    turn_acceleration: of the tool. advance: `$ADVANCE`. near_speed, near_ptp: shares, near_angle: rad, of `$APO`.
+    axis_speed, axis_acceleration: (2, n) of the chain's joints, in CP motions and in PTP (shares of the top taken).
+    turn_speed, turn_acceleration: of the tool. advance: motions known ahead. near_speed, near_ptp: shares, near_angle: rad, from
+    which targets are rounded off.
     """
 
     speed: Array
@@ -50,75 +51,77 @@ class MotionSettings:
             object.__setattr__(self, name, locked(getattr(self, name), name=name))
 
 
-def motion_settings(program: KrlProgram, cell: Cell) -> MotionSettings:
-    """Settings of a program on a cell. What the program sets once holds for all of it, `$VEL.CP` and the like from there on.
+def motion_settings(program: ProgramText, cell: Cell) -> MotionSettings:
+    """Settings of a program on a cell. What the program sets once holds for all of it, path speeds and the like from there on.
 
-    Raises KrlError for a CP motion before any `$VEL.CP`, and for a setting that no controller takes.
+    Raises ProgramError for a CP motion before any speed was set, and for a setting that no controller takes.
     """
     own = cell.controller
-    ptp = (program.kind == KrlMotion.PTP_AXES) | (program.kind == KrlMotion.PTP_POSE)
+    ptp = (program.kind == Motion.PTP_AXES) | (program.kind == Motion.PTP_POSE)
     speed = np.where(ptp, 0.0, np.asarray(program.speed))
     unset = np.flatnonzero(np.isnan(speed))
     if len(unset):
         row = int(unset[0])
-        cure = "set $VEL.CP (m/s) before it"
-        raise KrlError("a CP motion without a speed", cure=cure, path=_file(program, row), line=int(program.line[row]))
+        cure = "set the path's speed (m/s) before it"
+        raise ProgramError(
+            "a CP motion without a speed", cure=cure, path=_file(program, row), line=int(program.line[row])
+        )
 
     def number(name: str, default: float, most: float = np.inf) -> float:
-        value = program.settings.get(name, default)
+        told = program.settings.get(name)
+        value = default if told is None else told.value
         if isinstance(value, (bool, str)) or not 0.0 < value <= most:
-            raise KrlError(
-                f"{name} = {value}", cure="write a positive number that the controller takes", path=program.files[0]
-            )
+            raise ProgramError(
+                f"{name if told is None else told.name} = {value}",
+                cure="write a positive number that the controller takes", path=program.files[0],
+            )  # fmt: skip
         return float(value)
 
     shares = np.ones((2, len(cell)))
     shares[0] = own.ptp_velocity_percent
     shares[1] = 100.0
-    for k, kind in enumerate(("VEL", "ACC")):
-        for name, joint in _axes_of(cell, kind):
-            shares[k, joint] = number(name, float(shares[k, joint]), 100.0)
+    for k, what in enumerate(("speed", "acceleration")):
+        for joint, name in enumerate(cell.names):
+            shares[k, joint] = number(f"{what} {name}", float(shares[k, joint]), 100.0)
     top, push = cell.limits_of("speed"), cell.limits_of("acceleration")
-    advance = program.settings.get("$ADVANCE", own.advance)
-    if isinstance(advance, (bool, str)) or not 0 <= advance <= 5:
-        raise KrlError(f"$ADVANCE = {advance}", cure="write 0 to 5", path=program.files[0])
-    distance = np.where(np.isnan(program.apo_cdis_mm), own.apo_cdis_mm, program.apo_cdis_mm)
+    distance = np.where(np.isnan(program.blend_mm), own.apo_cdis_mm, program.blend_mm)
     return MotionSettings(
         speed,
-        np.where(np.isnan(program.acc_cp), own.acc_cp, program.acc_cp),
+        np.where(np.isnan(program.acceleration), own.acc_cp, program.acceleration),
         mm_to_m(distance),
         np.stack([top, top * shares[0] / 100.0]),
         np.stack([push, push * shares[1] / 100.0]),
-        deg_to_rad(min(number("$VEL.ORI1", own.vel_ori_deg_s), number("$VEL.ORI2", own.vel_ori_deg_s))),
-        deg_to_rad(min(number("$ACC.ORI1", own.acc_ori_deg_s2), number("$ACC.ORI2", own.acc_ori_deg_s2))),
-        int(advance),
-        number("$APO.CVEL", _HALF, 100.0) / 100.0,
-        number("$APO.CPTP", _WHOLE, 100.0) / 100.0,
-        deg_to_rad(number("$APO.CORI", _ANGLE)),
+        deg_to_rad(min(number("turn_speed", own.vel_ori_deg_s), number("roll_speed", own.vel_ori_deg_s))),
+        deg_to_rad(
+            min(number("turn_acceleration", own.acc_ori_deg_s2), number("roll_acceleration", own.acc_ori_deg_s2))
+        ),
+        _advance(program, own.advance),
+        number("blend_speed", _HALF, 100.0) / 100.0,
+        number("blend_axes", _WHOLE, 100.0) / 100.0,
+        deg_to_rad(number("blend_turn", _ANGLE)),
         _unlike(program),
     )
 
 
-def _axes_of(cell: Cell, kind: str) -> list[tuple[str, int]]:
-    """Names of the percentages of the axes with the joint that each is for, `$VEL_AXIS[1]` and `$VEL_EXTAX[1]` on."""
-    out = []
-    for joint, name in enumerate(cell.names):
-        match = re.fullmatch(r"([AE])(\d)", name)
-        if match:
-            out.append((f"${kind}_{'AXIS' if match[1] == 'A' else 'EXTAX'}[{match[2]}]", joint))
-    return out
+def _advance(program: ProgramText, default: int) -> int:
+    """How many motions are known ahead. Raises ProgramError for what no controller takes."""
+    told = program.settings.get("advance")
+    if told is None:
+        return default
+    if isinstance(told.value, (bool, str)) or not 0 <= told.value <= 5:
+        raise ProgramError(f"{told.name} = {told.value}", cure="write 0 to 5", path=program.files[0])
+    return int(told.value)
 
 
-def _unlike(program: KrlProgram) -> tuple[Finding, ...]:
+def _unlike(program: ProgramText) -> tuple[Finding, ...]:
     """Findings on settings that are run otherwise than they say."""
     findings = []
-    for name, usual in (("$ORI_TYPE", "#VAR"), ("$CIRC_TYPE", "#BASE")):
-        value = program.settings.get(name, usual)
-        if value != usual:
-            text = f"{name} = {value} is run as {usual}: rotation along the great arc"
+    for told in program.settings.values():
+        if told.usual and told.value != told.usual:
+            text = f"{told.name} = {told.value} is run as {told.usual}: rotation along the great arc"
             findings.append(Finding("rotation-type", text, Severity.WARNING))
     return tuple(findings)
 
 
-def _file(program: KrlProgram, row: int) -> str:
+def _file(program: ProgramText, row: int) -> str:
     return program.files[int(program.file[row])]

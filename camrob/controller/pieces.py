@@ -10,7 +10,7 @@ from camrob.cell.cell import Cell
 from camrob.controller.interpolate import PTP, Pieces
 from camrob.controller.layout import Layout
 from camrob.controller.motion_settings import MotionSettings
-from camrob.controller.profile import Course
+from camrob.controller.speed_profile import Course
 
 __all__ = ["course_of", "cut", "motion_ends"]
 

@@ -12,10 +12,10 @@ from camrob.controller.layout import REACH, Layout, lay_out
 from camrob.controller.motion_settings import motion_settings
 from camrob.controller.replay import Replay
 from camrob.errors import UnreachableError
+from camrob.findings import Severity
 from camrob.frozen import locked
-from camrob.issues import Severity
-from camrob.kinematics.frames import base_T_tool, world_T_base
-from camrob.post.krl_program import KrlProgram
+from camrob.kinematics.frames import base_T_tool, seen_by_program
+from camrob.program.program_text import ProgramText
 
 __all__ = ["ProgrammedPath", "programmed_path"]
 
@@ -42,11 +42,11 @@ class ProgrammedPath:
         object.__setattr__(self, "motion", locked(self.motion, dtype=np.int64, name="motion"))
 
 
-def programmed_path(program: KrlProgram, replayed: Replay, *, distance: float | None = None) -> ProgrammedPath:
+def programmed_path(program: ProgramText, replayed: Replay, *, distance: float | None = None) -> ProgrammedPath:
     """The tool's path.
 
-    distance: m, `$APO.CDIS` throughout instead of the program's own; 0 for no rounding of any kind. Raises UnreachableError
-    where the replay could not follow the program, and KrlError for settings that no controller takes.
+    distance: m of rounding off, throughout instead of the program's own; 0 for no rounding of any kind. Raises UnreachableError
+    where the replay could not follow the program, and ProgramError for settings that no controller takes.
     """
     for finding in replayed.findings:
         if finding.severity is Severity.ERROR:
@@ -117,7 +117,5 @@ def _ptp(
     q = motions.q[m] + (s / motions.size[m])[:, None] * (motions.q[m + 1] - motions.q[m])
     step = motions.q[np.minimum(m + 2, len(motions.q) - 1)] - motions.q[m + 1]
     q = q + (after / motions.size[following])[:, None] * step
-    poses = base_T_tool(cell, q)
-    if layout.in_world:
-        poses = world_T_base(cell, q) @ poses  # frames: world is base
+    poses = seen_by_program(cell, q, base_T_tool(cell, q))
     return np.asarray(poses[:, :3, 3])

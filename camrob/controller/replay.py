@@ -1,4 +1,4 @@
-"""Replay of a KRL program: every motion as the controller interpolates it, through the inverse of the arm alone.
+"""Replay of a program: every motion as the controller interpolates it, through the inverse of the arm alone.
 
 Nothing of the solver takes part: the program's text is all that is known. What the replay finds (out of reach, limits,
 singular postures, jumps) is judged by `judge`; the poses of the postures found are held to the text by forward kinematics
@@ -8,7 +8,7 @@ of another library (Pinocchio).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,19 +16,20 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of
+from camrob.cell.status_turn import StatusTurn
 from camrob.controller.replay_kernel import CODES, ReplayArm, ReplayRun, replay_run
-from camrob.errors import KrlError
+from camrob.errors import ProgramError
+from camrob.findings import Finding, Severity
 from camrob.frozen import locked
-from camrob.issues import Finding, Severity
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.kinematics.kernels import chain_arrays
-from camrob.kinematics.status_turn import StatusTurn
-from camrob.post.krl_program import KrlFrame, KrlFrameKind, KrlMotion, KrlProgram
+from camrob.program.motion import Motion
+from camrob.program.program_text import FrameKind, ProgramText
 from camrob.se3 import abc_to_rotation, inverse, pose
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["Replay", "base_poses", "program_cell", "replay"]
+__all__ = ["Replay", "base_offsets", "base_poses", "program_cell", "program_cells", "replay"]
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,8 @@ class Replay:
     q: (N, n) postures at the motions' ends (roll 0). base_T_tool: (N, 4, 4) programmed poses in `base` (of a PTP by
     axes: where it ends). inv_kf, bend, jump: (N,) least 1/k_F, least |sin| of the wrist's bend and farthest joint step (rad)
     within each motion, inf and 0 for PTP. margin: (N, n) least distance to a limit within each motion, SI, negative
-    beyond. samples: postures that were looked at. cell: the cell with the program's tool.
+    beyond. samples: postures that were looked at. cell: the cell with the program's tool, the first one where it sets several;
+    others: the cell with each further one; mounted: (N,) with which of them, `cell` being 0, each motion is made.
     """
 
     q: Array
@@ -57,86 +59,128 @@ class Replay:
     samples: int
     cell: Cell
     findings: tuple[Finding, ...] = ()
+    others: tuple[Cell, ...] = ()
+    mounted: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:
         for name in ("q", "base_T_tool", "inv_kf", "bend", "jump", "margin"):
             object.__setattr__(self, name, locked(getattr(self, name), name=name))
+        mounted = np.zeros(len(self.q), np.int32) if not len(self.mounted) else self.mounted
+        object.__setattr__(self, "mounted", locked(mounted, shape=(len(self.q),), dtype=np.int32, name="mounted"))
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cell with each of the program's tools, as `mounted` counts them."""
+        return (self.cell, *self.others)
+
+    def one_tool(self, program: ProgramText) -> Cell:
+        """The cell with the program's only tool. Raises ProgramError where it sets several."""
+        if self.others:
+            raise _several_tools(program)
+        return self.cell
 
 
-def program_cell(program: KrlProgram, cell: Cell) -> tuple[Cell, list[Finding]]:
-    """The cell with the tool that the program sets. Raises KrlError where it sets several."""
-    used = sorted(set(program.tool[program.kind != KrlMotion.PTP_AXES].tolist()))
-    frames = [program.tools[i] for i in used if program.tools[i].kind is not KrlFrameKind.UNKNOWN]
-    if len({tuple(f.xyzabc) for f in frames}) > 1:
-        raise KrlError("sets more than one $TOOL", cure="verify the parts one by one", path=program.files[0])
-    if not frames:
-        return cell, [Finding("tool-unknown", "the program does not say its $TOOL; the cell's own is taken")]
-    return cell.with_tool(frame_of(np.asarray(frames[0].xyzabc))), []
+def _several_tools(program: ProgramText) -> ProgramError:
+    cure = "give the operations of each tool by themselves"
+    return ProgramError("sets more than one tool frame", cure=cure, path=program.files[0])
 
 
-def base_poses(program: KrlProgram, cell: Cell, q_external: Array) -> tuple[Array, list[Finding]]:
+def program_cell(program: ProgramText, cell: Cell) -> tuple[Cell, list[Finding]]:
+    """The cell with the tool that the program sets. Raises ProgramError where it sets several."""
+    cells, _mounted, findings = program_cells(program, cell)
+    if len(cells) > 1:
+        raise _several_tools(program)
+    return cells[0], findings
+
+
+def program_cells(program: ProgramText, cell: Cell) -> tuple[tuple[Cell, ...], NDArray[np.int32], list[Finding]]:
+    """The cell with each tool that the program moves with, which of them each motion (N,) is made with, and findings.
+
+    A PTP to axis values moves with whatever is mounted, and counts as made with the first tool where none has been set.
+    """
+    known = [frame.kind is not FrameKind.UNKNOWN for frame in program.tools]
+    posed = set(program.tool[program.kind != Motion.PTP_AXES].tolist())
+    used = [int(i) for i in dict.fromkeys(program.tool.tolist()) if known[int(i)] and int(i) in posed]
+    findings = []
+    if any(not known[int(i)] for i in posed) or not used:
+        own = "the cell's own" if not used else "the first that it sets"
+        findings.append(Finding("tool-unknown", f"the program does not say its tool's frame; {own} is taken"))
+    if not used:
+        return (cell,), np.zeros(len(program), np.int32), findings
+    frames = [tuple(np.asarray(program.tools[i].xyzabc).tolist()) for i in used]
+    different = list(dict.fromkeys(frames))
+    index = np.zeros(len(program.tools), np.int32)
+    index[used] = [different.index(frame) for frame in frames]
+    cells = tuple(cell.with_tool(frame_of(np.array(frame))) for frame in different)
+    return cells, np.asarray(index[program.tool]), findings
+
+
+def base_poses(program: ProgramText, cell: Cell, q_external: Array) -> tuple[Array, list[Finding]]:
     """Poses (N, 4, 4) in `base` of the program's targets (NaN where a target is axes).
 
-    q_external: (N, n) postures of which the external axes matter. Where the cell's base follows the table, E6POS is read in
-    the turning base, `$BASE` being an offset in it; else `$BASE` stands in `world`.
+    q_external: (N, n) postures of which the external axes matter. Where the cell's base follows the table, poses are read in
+    the turning base, the program's base being an offset in it; else that stands in `world`.
     """
-    krl_T_tool = pose(
+    program_T_tool = pose(
         abc_to_rotation(deg_to_rad(np.asarray(program.pose[:, 3:]))), mm_to_m(np.asarray(program.pose[:, :3]))
     )
-    offsets = np.stack([_offset(f) for f in program.bases]) if program.bases else np.eye(4)[None]
-    index = np.where(program.base >= 0, program.base, 0)
+    offsets = base_offsets(program)
     findings = []
-    if not program.bases or any(f.kind is KrlFrameKind.UNKNOWN for f in program.bases):
-        findings.append(Finding("base-unknown", "the program does not say its $BASE; the cell's base is taken"))
+    if not program.bases or any(f.kind is FrameKind.UNKNOWN for f in program.bases):
+        findings.append(Finding("base-unknown", "the program does not say its base frame; the cell's base is taken"))
     if cell.base_follows_table:
-        return np.asarray(offsets[index] @ krl_T_tool), findings
+        return np.asarray(offsets @ program_T_tool), findings
     base_T_world = inverse(np.asarray(world_T_base(cell, q_external)))
-    return np.asarray(base_T_world @ offsets[index] @ krl_T_tool), findings
+    return np.asarray(base_T_world @ offsets @ program_T_tool), findings
 
 
-def _offset(frame: KrlFrame) -> Array:
-    return np.eye(4) if frame.kind is KrlFrameKind.UNKNOWN else frame_of(np.asarray(frame.xyzabc))
+def base_offsets(program: ProgramText) -> Array:
+    """(N, 4, 4) the program's base at each motion, in what a base without an offset stands for; nothing where it isn't said."""
+    known = [np.eye(4) if f.kind is FrameKind.UNKNOWN else frame_of(np.asarray(f.xyzabc)) for f in program.bases]
+    return np.stack(known or [np.eye(4)])[np.where(program.base >= 0, program.base, 0)]
 
 
-def replay(program: KrlProgram, cell: Cell, *, progress: Callable[[float], None] | None = None) -> Replay:
+def replay(program: ProgramText, cell: Cell, *, progress: Callable[[float], None] | None = None) -> Replay:
     """Replay a program on a cell.
 
     Stops at the first motion that can't be followed; the finding (code "out-of-reach", "jump" or "ptp-unreachable") says
-    where, and the rows behind it repeat the last posture. Raises KrlError for a program whose axes are not the cell's.
+    where, and the rows behind it repeat the last posture. Raises ProgramError for a program whose axes are not the cell's.
     """
     _check_axes(program, cell)
-    tooled, findings = program_cell(program, cell)
-    run = _Run(program, tooled)
+    cells, mounted, findings = program_cells(program, cell)
+    run = _Run(program, cells[0])
     findings += run.findings
     starts = [*np.flatnonzero(_is_ptp(program)).tolist(), len(program)]
     if starts[0] > 0:
         findings.append(
             Finding("no-entry", "the program begins with LIN; HOME's branch is taken", line=int(program.line[0]))
         )
+        run.mount(cells, mounted, 0, starts[0])
         findings += run.continuous(0, starts[0])
     for begin, stop in pairwise(starts):
         if run.failed:
             break
+        run.mount(cells, mounted, begin, stop)
         findings += run.point_to_point(begin)
         if not run.failed:
             findings += run.continuous(begin + 1, stop)
         if progress is not None:
             progress(stop / len(program))
-    return run.result(tuple(findings))
+    return replace(run.result(tuple(findings)), cell=cells[0], others=cells[1:], mounted=mounted)
 
 
-def _is_ptp(program: KrlProgram) -> NDArray[np.bool_]:
-    return np.asarray((program.kind == KrlMotion.PTP_AXES) | (program.kind == KrlMotion.PTP_POSE))
+def _is_ptp(program: ProgramText) -> NDArray[np.bool_]:
+    return np.asarray((program.kind == Motion.PTP_AXES) | (program.kind == Motion.PTP_POSE))
 
 
-def _check_axes(program: KrlProgram, cell: Cell) -> None:
+def _check_axes(program: ProgramText, cell: Cell) -> None:
     if len(program) == 0:
-        raise KrlError("holds no motion", cure="give the main program", path=program.files[0])
+        raise ProgramError("holds no motion", cure="give the main program", path=program.files[0])
     strange = [n for n in program.external_names if n not in cell.external_names]
     if strange and np.any(
         np.nan_to_num(np.asarray(program.external)[:, [program.external_names.index(n) for n in strange]])
     ):
-        raise KrlError(
+        raise ProgramError(
             f"moves {', '.join(strange)}, which cell {cell.name} lacks", cure="give its cell", path=program.files[0]
         )
 
@@ -154,12 +198,9 @@ def _foot_transforms(cell: Cell) -> Array:
 class _Run:
     """The state of a replay on its way through a program."""
 
-    def __init__(self, program: KrlProgram, cell: Cell) -> None:
-        self.program, self.cell = program, cell
-        self.arm = Arm.of(cell)
-        self.status_turn = StatusTurn.of(cell) if self.arm.closed is not None else None
-        chain = chain_arrays(cell)
-        self.kernel = ReplayArm(chain, _foot_transforms(cell), *self.arm.kernel(), cell.q_lower, cell.q_upper)
+    def __init__(self, program: ProgramText, cell: Cell) -> None:
+        self.program = program
+        self._take(cell)
         N, n = len(program), len(cell)
         externals = np.zeros((N, len(cell.external_names)))
         for k, name in enumerate(cell.external_names):
@@ -173,10 +214,33 @@ class _Run:
         self.samples = 0
         self.failed = False
 
+    def _take(self, cell: Cell) -> None:
+        """Go on with the tool of a cell."""
+        self.cell = cell
+        self.arm = Arm.of(cell)
+        self.status_turn = StatusTurn.of(cell) if self.arm.closed is not None else None
+        chain = chain_arrays(cell)
+        self.kernel = ReplayArm(chain, _foot_transforms(cell), *self.arm.kernel(), cell.q_lower, cell.q_upper)
+
+    def mount(self, cells: tuple[Cell, ...], mounted: NDArray[np.int32], begin: int, stop: int) -> None:
+        """Take the tool of motions begin .. stop. Raises ProgramError where a LIN or CIRC among them is made with another one.
+
+        Such a motion would begin where the new tool's tip stands, which none of its targets says.
+        """
+        change = np.flatnonzero(mounted[begin:stop] != mounted[begin])
+        if len(change):
+            line = int(self.program.line[begin + int(change[0])])
+            raise ProgramError(
+                "sets more than one tool frame, this one before a LIN or CIRC", cure="begin with a PTP behind each change",
+                path=self.program.files[0], line=line,
+            )  # fmt: skip
+        if cells[mounted[begin]] is not self.cell:
+            self._take(cells[mounted[begin]])
+
     def point_to_point(self, row: int) -> list[Finding]:
         """Go to a PTP's target."""
         program, cell, part = self.program, self.cell, self.cell.arm_slice
-        if program.kind[row] == KrlMotion.PTP_POSE:
+        if program.kind[row] == Motion.PTP_POSE:
             foot_T_tool = self.arm.foot_T_tool(self.targets[row], self.q[row])
             choices = self._choices(foot_T_tool, row)
             if not choices:
@@ -228,7 +292,7 @@ class _Run:
         code, stopped, samples = replay_run(
             self.kernel, self.posture, np.ascontiguousarray(here[:3, :3]), np.ascontiguousarray(here[:3, 3]),
             np.ascontiguousarray(self.targets[rows, :3, :3]), np.ascontiguousarray(self.targets[rows, :3, 3]),
-            np.ascontiguousarray(self.q[rows, : cell.arm_slice.start]), self.program.kind[rows] == KrlMotion.CIRC_VIA,
+            np.ascontiguousarray(self.q[rows, : cell.arm_slice.start]), self.program.kind[rows] == Motion.CIRC_VIA,
             np.array([SAMPLE_LENGTH, SAMPLE_ANGLE, SAMPLES]), JUMP, ReplayRun(*(a[rows] for a in self.out)),
         )  # fmt: skip
         self.samples += samples

@@ -1,11 +1,11 @@
 """The ideal controller: a program's text in, a log out, row by row as a robot without any error would run it.
 
 The model (all of it from the text and the cell; nothing of the solver takes part): the program begins where its first target
-is. PTP moves all axes together; LIN and CIRC lead the tool at `$VEL.CP`, or slower where `$ACC.CP`, the tool's rotation or an
-axis asks for it. Approximated corners are rounded within `$APO.CDIS` (C_VEL, C_ORI: where they begin), at most half of the
-shorter motion; a corner whose rounding would be over within 4 ms is passed at a point, at a speed that the accelerations can
-change within that time (rows there may show up to 4/3 of a limit at 12 ms, twice at 4 ms). `$ADVANCE` motions are known ahead.
-Jerk is not limited.
+is. PTP moves all axes together; LIN and CIRC lead the tool at the programmed speed, or slower where the acceleration, the
+tool's rotation or an axis asks for it. Blended corners are rounded within the programmed distance (by speed, by angle: where
+they begin), at most half of the shorter motion; a corner whose rounding would be over within 4 ms is passed at a point, at a
+speed that the accelerations can change within that time (rows there may show up to 4/3 of a limit at 12 ms, twice at 4 ms).
+As many motions are known ahead as the program says. Jerk is not limited.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from camrob.controller.interpolate import OUT_OF_REACH, PTP, REACHED, postures, 
 from camrob.controller.layout import CORNER_TIME, Layout, carrier_of, lay_out, machine_of
 from camrob.controller.motion_settings import MotionSettings, motion_settings
 from camrob.controller.pieces import course_of, cut, motion_ends
-from camrob.controller.profile import CAUSES, FEED, Bounds, brake, cruise, look_ahead, run_up, where_at
 from camrob.controller.replay import Replay, replay
-from camrob.errors import KrlError, UnreachableError
+from camrob.controller.speed_profile import CAUSES, FEED, Bounds, brake, cruise, look_ahead, run_up, where_at
+from camrob.errors import ProgramError, UnreachableError
+from camrob.findings import Finding, Severity
 from camrob.frozen import locked
-from camrob.issues import Finding, Severity
 from camrob.kinematics.frames import base_T_tool, world_T_base
-from camrob.measure.log import ORIENTATION, POSITION, MeasurementLog
-from camrob.measure.log_info import LogInfo
-from camrob.post.krl_program import KrlProgram
+from camrob.measurement.log import ORIENTATION, POSITION, MeasurementLog
+from camrob.measurement.log_info import LogInfo
+from camrob.program.program_text import ProgramText
 from camrob.se3 import rotation_to_abc
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -58,7 +58,7 @@ class Approximation:
 
 @dataclass(frozen=True, slots=True)
 class FeedLost:
-    """Seconds more than CP motion at `$VEL.CP` throughout would take: as a whole, and by what held the tool back."""
+    """Seconds more than CP motion at its programmed speed throughout would take: as a whole, and by what held the tool back."""
 
     seconds: float
     by_cause: dict[str, float]
@@ -90,7 +90,7 @@ class Timetable:
     """When the ideal controller passes each place of a program.
 
     place: (K,) rising: m + x where the share x of the motion to row `row[m]` of the program is done. arrive, leave: (K,) s.
-    way: (K,) m of the tool's path so far. feed: (K - 1,) s that a step would take at `$VEL.CP` (as long as it does take, where
+    way: (K,) m of the tool's path so far. feed: (K - 1,) s that a step would take as programmed (as long as it does take, where
     that does not apply); cause: (K - 1,) what sets its speed, a number of `causes`.
     """
 
@@ -104,21 +104,21 @@ class Timetable:
     causes: tuple[str, ...]
 
 
-def timetable(program: KrlProgram, replayed: Replay) -> Timetable:
+def timetable(program: ProgramText, replayed: Replay) -> Timetable:
     """When a replayed program passes its places, without the rows of a log. Raises what `simulate` does."""
     settings = motion_settings(program, replayed.cell)
     _demand_followed(replayed)
     return _Run(program, replayed, settings, CYCLE, None).timetable()
 
 
-def approximation(program: KrlProgram, replayed: Replay) -> Approximation:
+def approximation(program: ProgramText, replayed: Replay) -> Approximation:
     """The largest deviation of a replayed program's roundings from its corners. Raises what `simulate` does."""
     settings = motion_settings(program, replayed.cell)
     _demand_followed(replayed)
     return _approximation(program, lay_out(program, replayed, settings))
 
 
-def _approximation(program: KrlProgram, layout: Layout) -> Approximation:
+def _approximation(program: ProgramText, layout: Layout) -> Approximation:
     deviation = np.asarray(layout.deviation)
     corners = int(np.sum(np.asarray(layout.reach) > 0.0))
     if deviation.max(initial=0.0) == 0.0:
@@ -135,11 +135,11 @@ def _demand_followed(replayed: Replay) -> None:
 
 
 def simulate(
-    program: KrlProgram, cell: Cell, *, cycle: float = CYCLE, progress: Callable[[float], None] | None = None
+    program: ProgramText, cell: Cell, *, cycle: float = CYCLE, progress: Callable[[float], None] | None = None
 ) -> Simulation:
     """Run a program on the ideal controller; a row every `cycle` s.
 
-    Raises KrlError for settings that no controller takes and CP motions without a speed, UnreachableError (with the line)
+    Raises ProgramError for settings that no controller takes and CP motions without a speed, UnreachableError (with the line)
     where a motion can't be followed, CellError for an arm without closed form, ValueError for a cycle that is no positive
     number. Cost: some hundred microseconds a motion and five a row.
     """
@@ -156,7 +156,7 @@ class _Run:
 
     def __init__(
         self,
-        program: KrlProgram,
+        program: ProgramText,
         replayed: Replay,
         settings: MotionSettings,
         cycle: float,
@@ -219,7 +219,7 @@ class _Run:
         duration = float(self.leave[-1])
         if duration / self.cycle > _MOST_ROWS:
             what = f"takes {duration:.3g} s, which is more than {_MOST_ROWS} rows"
-            raise KrlError(what, cure="check $VEL.CP and WAIT, or use a longer cycle", path=self.program.files[0])
+            raise ProgramError(what, cure="check speeds and waits, or use a longer cycle", path=self.program.files[0])
         count = int(np.ceil(duration / self.cycle - 1e-9)) + 1
         t = np.asarray(self.cycle * np.arange(count), float)
         q, position, rotation = np.zeros((count, len(self.cell))), np.zeros((count, 3)), np.zeros((count, 3, 3))

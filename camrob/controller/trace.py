@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from camrob.controller.replay import Replay
 from camrob.kinematics.arm import Arm
-from camrob.post.krl_program import KrlMotion, KrlProgram
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
 from camrob.se3 import pose, slerp
 
 __all__ = ["posture_trace"]
@@ -19,7 +20,7 @@ ANGLE = 0.05  # rad, likewise
 _JUMP = 0.5  # rad that a joint may move between two of them; the replay has seen to it that none does
 
 
-def posture_trace(program: KrlProgram, replay: Replay) -> tuple[Array, NDArray[np.int64]]:
+def posture_trace(program: ProgramText, replay: Replay) -> tuple[Array, NDArray[np.int64]]:
     """Postures (K, n) along the program and the motion (K,) that each belongs to; every motion's end is among them.
 
     LIN motions (and CIRC, whose rows lie on the arc) are followed through the arm's inverse where they are long; PTP goes
@@ -28,12 +29,12 @@ def posture_trace(program: KrlProgram, replay: Replay) -> tuple[Array, NDArray[n
     cell = replay.cell
     q, targets = np.asarray(replay.q), np.asarray(replay.base_T_tool)
     part = cell.arm_slice
-    arm = Arm.of(cell)
+    arms = [Arm.of(tooled) for tooled in replay.cells]
     step = np.zeros(len(q))
     step[1:] = np.linalg.norm(np.diff(targets[:, :3, 3], axis=0), axis=1) / LENGTH
     turn = np.abs(np.diff(q, axis=0)).max(axis=1) / ANGLE
     step[1:] = np.maximum(step[1:], turn)
-    linear = (program.kind == KrlMotion.LIN) & (np.arange(len(q)) > 0)
+    linear = (program.kind == Motion.LIN) & (np.arange(len(q)) > 0)
     long = np.flatnonzero(linear & (step > 1.5))
     pieces: list[Array] = []
     owners: list[NDArray[np.int64]] = []
@@ -41,6 +42,7 @@ def posture_trace(program: KrlProgram, replay: Replay) -> tuple[Array, NDArray[n
     for row in long.tolist():
         pieces.append(q[begin:row])
         owners.append(np.arange(begin, row))
+        arm = arms[int(replay.mounted[row])]
         between = _between((targets[row - 1], targets[row]), q[row - 1], q[row], arm, part, int(np.ceil(step[row])))
         pieces.append(between)
         owners.append(np.full(len(between), row))

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.hall import world_T_hall
 from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
 from camrob.cell.urdf import cell_urdf
+from camrob.cell.world import world_T_hall
 
 __all__ = ["GRAVITY", "GravityArrays", "gravity_arrays", "gravity_stiffness", "gravity_torques", "pinocchio_torques"]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.hall import world_T_hall
 from camrob.cell.joint import Joint, Role
+from camrob.cell.world import world_T_hall
 from camrob.dynamics.gravity import GRAVITY
 from camrob.dynamics.torques import JointTorques
 

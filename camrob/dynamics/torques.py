@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.hall import world_T_hall
 from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
+from camrob.cell.world import world_T_hall
 
 __all__ = ["STANDARD_GRAVITY", "JointTorques", "joint_torques"]
 

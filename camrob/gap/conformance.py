@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State
-from camrob.gap.rungs import RUNGS
-from camrob.gap.scene import Scene
+from camrob.gap.locate.by_stage import RUNGS
+from camrob.gap.observation.scene import Scene
 
 __all__ = ["effect_faults"]
 

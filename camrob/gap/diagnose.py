@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.controller.replay import program_cell
-from camrob.errors import CellError, KrlError, LogError, UnreachableError
-from camrob.gap.align import Alignment, align
+from camrob.errors import CellError, LogError, ProgramError, UnreachableError
 from camrob.gap.conformance import effect_faults
-from camrob.gap.corners import judge_corners, with_corners
 from camrob.gap.diagnosis import Diagnosis, PathError
 from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
-from camrob.gap.experiment import Experiment, plan_experiment
+from camrob.gap.evidence.model import Model, compare, whole_gap
+from camrob.gap.evidence.shrink import trial_of
+from camrob.gap.experiment.experiment import Experiment, plan_experiment
 from camrob.gap.handover import hand_over
-from camrob.gap.localise import (
+from camrob.gap.locate.by_stage import RUNGS, Ladder, lacking, ladder
+from camrob.gap.locate.corners import judge_corners, with_corners
+from camrob.gap.locate.localise import (
     FURTHER,
     Segment,
     Share,
@@ -30,18 +32,16 @@ from camrob.gap.localise import (
     rms_of,
     segments_of,
 )
-from camrob.gap.model import Model, compare, whole_gap
-from camrob.gap.path_standards import path_standards
-from camrob.gap.program_track import ProgramTrack, track_of
-from camrob.gap.rungs import RUNGS, Ladder, lacking, ladder
-from camrob.gap.scene import Scene, make_scene
-from camrob.gap.shrink import trial_of
-from camrob.gap.timing import timing_of
-from camrob.gap.verdict import Verdict, judge_effects
+from camrob.gap.locate.passing_times import timing_of
+from camrob.gap.locate.path_standards import path_standards
+from camrob.gap.observation.clocks import Alignment, align
+from camrob.gap.observation.program_track import ProgramTrack, track_of
+from camrob.gap.observation.scene import Scene, make_scene
+from camrob.gap.verdict.verdict import Verdict, judge_effects
 from camrob.kinematics.frames import base_T_tool, world_T_base
-from camrob.measure.log import MeasurementLog
-from camrob.measure.log_info import MeasuredFrame
-from camrob.post.krl_program import KrlProgram
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import MeasuredFrame
+from camrob.program.program_text import ProgramText
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["diagnose"]
@@ -60,8 +60,8 @@ def diagnose(
     cell: Cell,
     *,
     withheld: Sequence[MeasurementLog] = (),
-    programs: Sequence[KrlProgram | None] = (),
-    withheld_programs: Sequence[KrlProgram | None] = (),
+    programs: Sequence[ProgramText | None] = (),
+    withheld_programs: Sequence[ProgramText | None] = (),
     without: Sequence[str] = (),
     extra: Sequence[Effect] = (),
     progress: Progress | None = None,
@@ -69,7 +69,7 @@ def diagnose(
     """Diagnose the gap of some logs of one cell.
 
     withheld: logs that take no part in choosing or fitting. programs, withheld_programs: one a log, None where there is
-    none; a `$TOOL` that a program sets is the one whose tip was measured. without: names of effects to leave out of the
+    none; a tool that a program sets is the one whose tip was measured. without: names of effects to leave out of the
     library; extra: effects that the cell brings (see `cell_effects`). Raises LogError for logs that can't be diagnosed,
     InputError for an unknown effect, CellError for an effect of the cell that breaks its promises on these logs.
     """
@@ -128,7 +128,7 @@ def _unknown_axis(model: Model) -> str:
 
 
 def _climbed(
-    scenes: Sequence[Scene], programs: Sequence[KrlProgram | None]
+    scenes: Sequence[Scene], programs: Sequence[ProgramText | None]
 ) -> tuple[list[ProgramTrack], list[Ladder], list[dict[str, Any]]]:
     """Logs laid beside their programs, where both are there, and every log's rungs and timing."""
     tracks, ladders, timings = [], [], []
@@ -138,7 +138,7 @@ def _climbed(
             try:
                 track = track_of(scene, program)
                 tracks.append(track)
-            except (UnreachableError, KrlError) as error:
+            except (UnreachableError, ProgramError) as error:
                 why = f"the program can't be followed on this cell ({error})"
         elif program is not None:
             why = "single poses" if scene.poses else "no set-points to hold the program against"
@@ -153,12 +153,12 @@ def _tables(cell: Cell) -> list[str]:
     return [j.name for j in cell.joints if j.role is Role.WORKPIECE]
 
 
-def _tooled(program: KrlProgram | None, cell: Cell) -> Cell:
+def _tooled(program: ProgramText | None, cell: Cell) -> Cell:
     """The cell with the tool that the program sets, where there is a program and it does."""
     return cell if program is None else program_cell(program, cell)[0]
 
 
-def _padded(programs: Sequence[KrlProgram | None], count: int) -> list[KrlProgram | None]:
+def _padded(programs: Sequence[ProgramText | None], count: int) -> list[ProgramText | None]:
     return [*programs, *[None] * count][:count]
 
 

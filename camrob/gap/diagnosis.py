@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibrate.calibration import Calibration
+from camrob.calibration.calibration import Calibration
 from camrob.frozen import locked
-from camrob.gap.motions import TrialMotion
+from camrob.gap.experiment.motions import TrialMotion
 
 __all__ = ["Diagnosis", "PathError"]
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibrate.calibration import Calibration, ErrorSize, robot_digest
-from camrob.calibrate.identify import Observability
-from camrob.calibrate.parameters import ParameterSet
-from camrob.calibrate.terms import parameter_of
-from camrob.gap.model import Model
-from camrob.gap.shrink import Shrinkage, Trial, shrinkage
+from camrob.calibration.calibration import Calibration, ErrorSize, robot_digest
+from camrob.calibration.identify import Observability
+from camrob.calibration.parameters import ParameterSet
+from camrob.calibration.terms import parameter_of
+from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.shrink import Shrinkage, Trial, shrinkage
 from camrob.units import m_to_mm
 
 __all__ = ["Handover", "hand_over"]

@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from camrob.errors import InputError
-from camrob.jobs.batch_dask import run_cluster
-from camrob.jobs.batch_file import BatchJob, read_jobs
-from camrob.jobs.batch_local import cores, run_local
-from camrob.jobs.batch_parcel import Parcel, Place, pack_parcel
-from camrob.jobs.batch_work import Outcome
-from camrob.jobs.failure import DONE, failure_line, failure_status
-from camrob.jobs.files import staged_output
+from camrob.jobs.batching.dask_workers import run_cluster
+from camrob.jobs.batching.jobs_file import BatchJob, read_jobs
+from camrob.jobs.batching.local_workers import cores, run_local
+from camrob.jobs.batching.parcel import Parcel, Place, pack_parcel
+from camrob.jobs.batching.work import Outcome
+from camrob.jobs.exit_status import DONE, failure_line, failure_status
+from camrob.jobs.files.files import staged_output
+from camrob.languages import program_suffixes
 
 __all__ = ["BatchResult", "batch"]
 
@@ -44,13 +45,41 @@ def batch(
     scheduler: str | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> BatchResult:
-    """Do the jobs of a JOBS.toml, each as its own command would, and tell what became of each.
+    r"""Do the jobs of a JOBS.toml, each as its own command would, and say what became of each.
 
-    workers: processes on this machine, by default one a core; scheduler: the address of a Dask cluster that does the
-    jobs instead. Jobs run in sandboxes, and the files of each appear in its `out` all or none, when it has ended well; an
-    interruption leaves those of the finished jobs and nothing else. Raises InputError where JOBS.toml, `workers` or
-    the cluster is wrong; whatever is wrong with a job alone is in the summary.
+    Jobs run in sandboxes, and the files of each appear in its `out` all or none, when it has ended well; an interruption
+    leaves those of the finished jobs and nothing else.
+
+    Args:
+        jobs: JOBS.toml.
+        out: the folder that the jobs' own are in; None: as JOBS.toml says.
+        workers: processes on this machine; None: one a core.
+        scheduler: the address of a Dask cluster that does the jobs instead.
+        progress: is told what runs and the share that is done, 0 to 1.
+
+    Returns:
+        The summary, a row a job, and the status of the worst job.
+
+    Raises:
+        InputError: JOBS.toml, `workers` or the cluster is wrong; whatever is wrong with a job alone is in the summary.
+
+    Example:
+        >>> job = 'verb = "verify"\nprogram = "engraving.src"\ncell = "../cells/kr15_track_table"\n'
+        >>> _ = Path("out/jobs.toml").write_text(f"[[job]]\n{job}", encoding="utf-8")
+        >>> camrob.batch(Path("out/jobs.toml"), workers=1).ok
+        True
     """
+    return _batch_done(jobs, out, workers, scheduler, progress)
+
+
+def _batch_done(
+    jobs: Path,
+    out: Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    progress: Callable[[str, float], None] | None,
+) -> BatchResult:
+    """The jobs' outcomes."""
     start = time.perf_counter()
     if workers is not None and (workers < 1 or scheduler is not None):
         raise InputError(f"--workers {workers} makes no sense here", cure="give 1 or more, and no --scheduler")
@@ -105,8 +134,9 @@ def _published(job: BatchJob, outcome: Outcome, made: Path | None) -> Outcome:
     if job.out is None or made is None or not outcome.files:
         return outcome
     program = (outcome.summary or {}).get("program")
+    main = {f"{program}{suffix}" for suffix in program_suffixes()} & set(outcome.files)
     try:
-        with staged_output(job.out, name=program if f"{program}.src" in outcome.files else None) as staging:
+        with staged_output(job.out, name=program if main else None) as staging:
             for name in outcome.files:
                 shutil.move(made / name, staging / name)
     except (InputError, OSError) as error:

@@ -10,22 +10,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from camrob.calibrate.calibrate import study_cell
-from camrob.calibrate.calibration import Calibration
-from camrob.calibrate.calibration_file import calibration_summary, calibration_text
-from camrob.calibrate.evidence import Evidence
-from camrob.calibrate.measurements import Measurements, measurements_of
-from camrob.calibrate.terms import standard_names
+from camrob.calibration.calibrate import study_cell
+from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration_file import calibration_summary, calibration_text
+from camrob.calibration.measurements import Measurements, measurements_of
+from camrob.calibration.pose_by_pose import Evidence
+from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
 from camrob.errors import InputError, LogError
-from camrob.jobs.files import check_calibration_name, staged_output
+from camrob.jobs.files.files import check_calibration_name, staged_output
 from camrob.jobs.measuring import plan_measuring
-from camrob.measure.read_log import read_log
-from camrob.post.krl_reader import read_krl
-from camrob.report.calibration_report import calibration_report
+from camrob.languages import language_of_file
+from camrob.measurement.read_log import read_log
+from camrob.report.calibration.page import calibration_report
 
 __all__ = ["CalibrateResult", "calibrate"]
 
@@ -55,14 +56,51 @@ def calibrate(
 ) -> CalibrateResult:
     """Calibrate a cell from one or several logs; write CALIBRATION.toml and, beside it, the report CALIBRATION.html.
 
-    more: further logs; one of an unknown instrument gets a base and a reflector of its own. parameters: names to fit,
-    all of them or none; without, the standard ones with `harmonics` orders of gear ripple, as far as the poses tell
-    them. withheld: logs whose poses take no part; without, a share of the poses. Where the instrument of such a log is
-    unknown, base and reflector are refitted on half of it and the other half judges the robot's parameters. poses: how
-    many to measure next are wanted, as a KRL program NAME_poses.src beside the file, chosen for the accuracy on the
-    program `path`, else on the poses measured. Raises CellError, LogError and KrlError (input), SingularError and
-    JobError (a fit that can't be had honestly), CollisionError (no poses that can be visited).
+    Args:
+        measured: a log of measured poses.
+        cell: the cell's folder.
+        out: CALIBRATION.toml.
+        more: further logs; one of an unknown instrument gets a base and a reflector of its own.
+        withheld: logs whose poses take no part; without, a share of the poses. Where the instrument of such a log is
+            unknown, base and reflector are refitted on half of it and the other half judges the robot's parameters.
+        parameters: names to fit, all of them or none; without, the standard ones, as far as the poses tell them.
+        harmonics: orders of gear ripple among the standard parameters.
+        share: the share of the poses that is withheld where no logs are, 0 to below 1.
+        poses: how many poses to measure next are wanted, as a program NAME_poses beside the file.
+        path: the program for whose accuracy they are chosen; None: the poses measured.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        The calibration (SI), what it rests on, and the summary.
+
+    Raises:
+        CellError, LogError, ProgramError, InputError: input that is wrong.
+        SingularError, JobError: a fit that can't be had honestly.
+        CollisionError: no poses that can be visited.
+
+    Example:
+        >>> cell, out = Path("cells/kr15_track_table"), Path("out/calibration.toml")
+        >>> result = camrob.calibrate(Path("out/log.csv"), cell=cell, out=out)
+        >>> out.is_file() and result.calibration.cell_name
+        'kr15_track_table'
     """
+    return _calibrated(measured, cell, out, more, withheld, parameters, harmonics, share, poses, path, progress)
+
+
+def _calibrated(
+    measured: Path,
+    cell: Path,
+    out: Path,
+    more: Sequence[Path],
+    withheld: Sequence[Path],
+    parameters: Sequence[str],
+    harmonics: int,
+    share: float,
+    poses: int,
+    path: Path | None,
+    progress: Callable[[str, float], None] | None,
+) -> CalibrateResult:
+    """The calibration, written."""
     start = time.perf_counter()
 
     def tell(stage: str, done: float) -> None:
@@ -71,7 +109,7 @@ def calibrate(
 
     _check(out, share, poses, path)
     _once([measured, *more], withheld)
-    machine = read_cell(cell)
+    machine = read_cell(cell).serving("camrob calibrate --next", controller=poses > 0)
     tell("read", 0.1)
     fitted, others = _read([measured, *more], machine), _read(withheld, machine)
     names: Sequence[str] | None = tuple(dict.fromkeys(parameters)) or None
@@ -88,8 +126,8 @@ def calibrate(
     ]
     files: Mapping[str, bytes] = {}
     if poses > 0:
-        way = np.concatenate([data.q for data in fitted]) if path is None else replay(read_krl(path), machine).q
-        plan = plan_measuring(machine, fitted[0], standard, np.asarray(way), poses, f"{_program_stem(out)}_poses")
+        way = _way(path, fitted, machine)
+        plan = plan_measuring(machine, fitted[0], standard, way, poses, f"{_program_stem(out)}_poses")
         files, summary["next"] = plan.files, dict(plan.summary)
     with staged_output(out.parent) as folder:
         (folder / out.name).write_text(calibration_text(calibration), encoding="utf-8")
@@ -99,6 +137,13 @@ def calibrate(
             (folder / name).write_bytes(content)
     summary["seconds"] = time.perf_counter() - start
     return CalibrateResult(calibration, study.evidence, summary)
+
+
+def _way(path: Path | None, fitted: Sequence[Measurements], cell: Cell) -> NDArray[np.float64]:
+    """The postures (M, n) that poses are chosen for: those of a program, else those measured."""
+    if path is None:
+        return np.concatenate([data.q for data in fitted])
+    return np.asarray(replay(language_of_file(path).read(path), cell).q)
 
 
 def _check(out: Path, share: float, poses: int, path: Path | None) -> None:
@@ -127,6 +172,6 @@ def _once(fitted: Sequence[Path], withheld: Sequence[Path]) -> None:
 
 
 def _program_stem(out: Path) -> str:
-    """A name for a KRL program, after a file's."""
+    """A name for a program, after a file's."""
     plain = re.sub(r"\W+", "_", out.stem, flags=re.ASCII).strip("_")
     return plain[:18] if plain[:1].isalpha() else f"P_{plain[:16]}"

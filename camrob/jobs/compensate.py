@@ -13,32 +13,33 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibrate.calibration import Calibration
-from camrob.calibrate.calibration_file import read_calibration
-from camrob.calibrate.compensate import Compensated, compensate_postures, difference_sizes, pose_difference
-from camrob.calibrate.error_model import ErrorModel
+from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration_file import read_calibration
+from camrob.calibration.compensate import Compensated, compensate_postures, difference_sizes, pose_difference
+from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
-from camrob.cell.read_cell import frame_of, read_cell
 from camrob.controller.judge import Judgement, judge
-from camrob.controller.replay import Replay, replay
-from camrob.errors import InputError, KrlError, SingularError, UnreachableError, VerificationError
-from camrob.issues import Finding, Severity
-from camrob.jobs.compensate_summary import (
+from camrob.controller.replay import Replay, base_offsets, replay
+from camrob.errors import InputError, ProgramError, SingularError, UnreachableError, VerificationError
+from camrob.findings import Finding, Severity
+from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.solution_program import check_feed, is_solution, program_of_solution, save_solution
+from camrob.jobs.release.compensate_summary import (
     analyses_before_after,
     compensation_findings,
     compensation_summary,
     error_between,
     rates_and_violations,
 )
-from camrob.jobs.files import staged_output
-from camrob.jobs.solution_program import check_feed, is_solution, program_of_solution, save_solution
-from camrob.kinematics.frames import base_T_tool, world_T_base
-from camrob.post.krl_patch import NewTarget, literal_targets, patch_source
-from camrob.post.krl_program import KrlFrameKind, KrlMotion, KrlProgram
-from camrob.post.krl_reader import read_krl
-from camrob.report.compensation_report import PathErrors, compensation_report
-from camrob.se3 import inverse, xyzabc_from_frame
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.kinematics.frames import base_T_tool, seen_by_program
+from camrob.languages import language_of_file
+from camrob.program.builder import printed_frames
+from camrob.program.language import Language, NewTarget
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
+from camrob.report.compensation.page import PathErrors, compensation_report
+from camrob.se3 import inverse
 
 __all__ = ["CompensateResult", "compensate"]
 
@@ -67,22 +68,43 @@ def compensate(
 ) -> CompensateResult:
     """Rewrite the targets of a program, everything else left byte for byte, and check the result by replay.
 
-    program: PROGRAM.src, or a solution, NAME.path.npz, which becomes a program of one LIN a point at `feed` (mm/min).
-    Written are NAME.src, the parts and data lists that it needs, NAME.path.npz (the compensated postures), the report
-    NAME.html and NAME.json. A correction that would carry an axis beyond its limit is shrunk to what the limit leaves,
-    and said. Raises KrlError, LogError, CellError and StaleInputError for input; UnreachableError and SingularError
-    where a pose can't be met; VerificationError where the written program, read back, does not do it.
+    Written are the program, the parts and data lists that it needs, NAME.path.npz (the compensated postures), the report
+    NAME.html and NAME.json. A correction that would carry an axis beyond its limit is shrunk to what the limit leaves, and said.
+
+    Args:
+        program: a robot program, or a solution, NAME.path.npz, which becomes a program of one LIN a point.
+        cell: the cell's folder.
+        calibration: the CALIBRATION.toml of the cell.
+        out: the folder to write into, not the program's own.
+        feed: mm/min, for a solution only.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        The summary, and the errors before and after (N, 2) in m and rad, a row a motion (of a CIRC's auxiliary points
+        they say nothing).
+
+    Raises:
+        ProgramError, LogError, CellError, StaleInputError, InputError: input that is wrong.
+        UnreachableError, SingularError: a pose can't be met.
+        VerificationError: the written program, read back, does not do it.
+
+    Example:
+        >>> cell, fitted = Path("cells/kr15_track_table"), Path("out/calibration.toml")
+        >>> program = Path("out/engraving.src")
+        >>> result = camrob.compensate(program, cell=cell, calibration=fitted, out=Path("out/compensated"))
+        >>> result.summary["error_after"]["max_mm"] < 1e-3
+        True
     """
     start = time.perf_counter()
     program, out = Path(program), Path(out)
     if out.is_dir() and out.resolve() == program.resolve().parent:
         raise InputError("is the program's own folder", cure="choose another --out: the original must stay", path=out)
-    machine = read_cell(cell)
+    machine = cell_for("compensate", cell)
     found = read_calibration(calibration, machine)
     check_feed(program, feed)
     with TemporaryDirectory() as scratch:
         source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
-        made = _Work(source, found, read_krl(source), machine, progress)
+        made = _Work(source, found, language_of_file(source), machine, progress)
         with staged_output(out, name=source.stem) as folder:
             summary, after = _written(made, Path(calibration).name, folder)
             summary["source"] = program.name
@@ -100,16 +122,17 @@ class _Work:
         self,
         source: Path,
         found: Calibration,
-        text: KrlProgram,
+        language: Language,
         machine: Cell,
         progress: Callable[[str, float], None] | None,
     ) -> None:
-        self.source, self.found, self.text = source, found, text
+        self.source, self.found, self.language = source, found, language
+        self.text = text = language.read(source)
         self.progress = progress
         self.planned = replay(text, machine, progress=self.tell("replay"))
         self.judged = judge(text, self.planned)
         _followed(self.planned)
-        self.model, self.values = found.model(self.planned.cell, in_base=True)
+        self.model, self.values = found.model(self.planned.one_tool(text), in_base=True)
         self.q = _postures(text, self.planned)
         self.result, self.left = _compensated(
             self.model, self.values, self.planned, self.q, text, self.tell("compensate")
@@ -123,9 +146,9 @@ class _Work:
 def _written(work: _Work, calibration: str, folder: Path) -> tuple[dict[str, Any], Array]:
     """Write the compensated program into a staged folder, read it back, and check it: its summary and errors (N, 2)."""
     text, planned, model, values = work.text, work.planned, work.model, work.values
-    sources, warnings = _patched(work.source.parent, text, planned, np.asarray(work.result.q))
-    _write(folder, work.source.parent, text, sources)
-    again = read_krl(folder / work.source.name)
+    sources, warnings = _patched(work.source.parent, work.language, text, planned, np.asarray(work.result.q))
+    _write(folder, work.source.parent, work.language, text, sources)
+    again = work.language.read(folder / work.source.name)
     replayed = replay(again, planned.cell, progress=work.tell("check"))
     after = _checked(model, values, np.asarray(planned.base_T_tool), replayed, again)
     judged_after = judge(again, replayed)
@@ -148,7 +171,7 @@ def _written(work: _Work, calibration: str, folder: Path) -> tuple[dict[str, Any
             before=np.asarray(work.result.before),
             after=after,
             correction=correction[:, planned.cell.arm_slice],
-            shown=np.asarray(text.kind) != KrlMotion.CIRC_VIA,
+            shown=np.asarray(text.kind) != Motion.CIRC_VIA,
         ),
         analyses,
     )
@@ -163,10 +186,10 @@ def _followed(planned: Replay) -> None:
         raise UnreachableError(f"the program can't be followed as it is: {stopped[0].text}", line=stopped[0].line)
 
 
-def _postures(text: KrlProgram, planned: Replay) -> Array:
+def _postures(text: ProgramText, planned: Replay) -> Array:
     """The motions' postures (N, n); at a CIRC's auxiliary point the other axes are half-way, the arm meets the point."""
     q = np.array(planned.q)
-    via = np.flatnonzero(np.asarray(text.kind) == KrlMotion.CIRC_VIA)
+    via = np.flatnonzero(np.asarray(text.kind) == Motion.CIRC_VIA)
     if len(via):
         half_way = 0.5 * (q[np.maximum(via - 1, 0)] + q[via + 1])
         nominal = ErrorModel.of(planned.cell, (), in_base=True)
@@ -176,7 +199,7 @@ def _postures(text: KrlProgram, planned: Replay) -> Array:
 
 
 def _compensated(
-    model: ErrorModel, values: Array, planned: Replay, q: Array, text: KrlProgram, progress: Callable[[float], None]
+    model: ErrorModel, values: Array, planned: Replay, q: Array, text: ProgramText, progress: Callable[[float], None]
 ) -> tuple[Compensated, list[Finding]]:
     """Compensated postures within the axes' limits, and what was left because of them."""
     cell, targets = planned.cell, np.asarray(planned.base_T_tool)
@@ -189,7 +212,7 @@ def _compensated(
     return _within_limits(cell, q, result, text)
 
 
-def _within_limits(cell: Cell, q: Array, result: Compensated, text: KrlProgram) -> tuple[Compensated, list[Finding]]:
+def _within_limits(cell: Cell, q: Array, result: Compensated, text: ProgramText) -> tuple[Compensated, list[Finding]]:
     """Corrections shrunk, point by point, to what the limits leave of them; so they fade where an axis nears its limit."""
     part = cell.arm_slice
     wanted = (np.asarray(result.q) - q)[:, part]
@@ -213,21 +236,14 @@ def _within_limits(cell: Cell, q: Array, result: Compensated, text: KrlProgram) 
     return replace(result, q=kept), findings
 
 
-def _printed_poses(text: KrlProgram, cell: Cell, q: Array) -> Array:
-    """X .. C (N, 6), mm and degrees in `$BASE`, of the nominal robot in postures q (N, n)."""
-    offsets = [np.eye(4) if f.kind is KrlFrameKind.UNKNOWN else frame_of(np.asarray(f.xyzabc)) for f in text.bases] or [
-        np.eye(4)
-    ]
-    krl_T_base = inverse(np.stack(offsets)[np.where(text.base >= 0, text.base, 0)])
-    if cell.base_follows_table:
-        numbers = xyzabc_from_frame(krl_T_base @ base_T_tool(cell, q))
-    else:
-        krl_T_world = krl_T_base  # frames: world is base
-        numbers = xyzabc_from_frame(krl_T_world @ world_T_base(cell, q) @ base_T_tool(cell, q))
-    return np.concatenate([m_to_mm(numbers[:, :3]), rad_to_deg(numbers[:, 3:])], axis=1)
+def _printed_poses(text: ProgramText, cell: Cell, q: Array) -> Array:
+    """X .. C (N, 6), mm and degrees in the program's base, of the nominal robot in postures q (N, n)."""
+    return printed_frames(inverse(base_offsets(text)) @ seen_by_program(cell, q, base_T_tool(cell, q)))
 
 
-def _patched(folder: Path, text: KrlProgram, planned: Replay, q: Array) -> tuple[dict[str, str], list[Finding]]:
+def _patched(
+    folder: Path, language: Language, text: ProgramText, planned: Replay, q: Array
+) -> tuple[dict[str, str], list[Finding]]:
     """The files' new texts (latin-1), and what was left as it is."""
     poses = _printed_poses(text, planned.cell, q)
     axes = planned.cell.to_axis_values(q)[:, :6]
@@ -238,10 +254,10 @@ def _patched(folder: Path, text: KrlProgram, planned: Replay, q: Array) -> tuple
     table_of = {True: axes.tolist(), False: poses.tolist()}
     row = 0
     while row < len(text):
-        count = 2 if text.kind[row] == KrlMotion.CIRC_VIA else 1
+        count = 2 if text.kind[row] == Motion.CIRC_VIA else 1
         name, line = text.files[text.file[row]], int(text.line[row])
-        by_axes = text.kind[row] == KrlMotion.PTP_AXES
-        if by_axes and literal_targets(lines[name][line - 1]) == 0:
+        by_axes = text.kind[row] == Motion.PTP_AXES
+        if by_axes and language.targets(lines[name][line - 1]) == 0:
             warnings.append(Finding("left", "a PTP to a named posture is left as it is", line=line))
         else:
             table = table_of[bool(by_axes)]
@@ -249,12 +265,12 @@ def _patched(folder: Path, text: KrlProgram, planned: Replay, q: Array) -> tuple
             old = wanted[name].setdefault(line, new)
             if _apart(old, new):
                 what = "the motion runs several times and needs another correction each time"
-                raise KrlError(what, cure="write the loop out", path=folder / name, line=line)
+                raise ProgramError(what, cure="write the loop out", path=folder / name, line=line)
         row += count
     for name, source in sources.items():
         try:
-            sources[name] = patch_source(source, wanted[name])
-        except KrlError as error:
+            sources[name] = language.patch(source, wanted[name])
+        except ProgramError as error:
             raise error.at(folder / name) from None
     return sources, warnings
 
@@ -265,17 +281,17 @@ def _apart(old: list[NewTarget], new: list[NewTarget]) -> bool:
     return any(float(np.max(np.abs(np.subtract(a.values, b.values)))) > 1e-6 for a, b in both)
 
 
-def _write(folder: Path, origin: Path, text: KrlProgram, sources: Mapping[str, str]) -> None:
+def _write(folder: Path, origin: Path, language: Language, text: ProgramText, sources: Mapping[str, str]) -> None:
     """The program's files; data lists go along unchanged."""
     for name, source in sources.items():
         (folder / name).write_bytes(source.encode("latin-1"))
     stems = {Path(name).stem.lower() for name in text.files}
     for file in origin.iterdir():
-        if file.suffix.lower() == ".dat" and file.stem.lower() in stems and file.is_file():
+        if file.suffix.lower() in language.suffixes[1:] and file.stem.lower() in stems and file.is_file():
             (folder / file.name).write_bytes(file.read_bytes())
 
 
-def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay, again: KrlProgram) -> Array:
+def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay, again: ProgramText) -> Array:
     """Errors (N, 2) of the calibrated robot in the written program. Raises VerificationError where it strays."""
     if len(replayed.q) != len(targets) or any(f.severity is Severity.ERROR for f in replayed.findings):
         stopped = next((f for f in replayed.findings if f.severity is Severity.ERROR), None)

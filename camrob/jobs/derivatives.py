@@ -9,18 +9,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibrate.calibration_file import read_calibration
-from camrob.calibrate.compensate import compensate_postures
-from camrob.calibrate.error_model import ErrorModel
+from camrob.calibration.calibration_file import read_calibration
+from camrob.calibration.compensate import compensate_postures
+from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.controller.replay import replay
 from camrob.errors import InputError
-from camrob.feed.derivative_analysis import DerivativeAnalysis, Interpolation, analyse_derivatives
-from camrob.jobs.npz import read_arrays
-from camrob.jobs.published_file import read_published
-from camrob.jobs.published_robot import case_line, drawn_errors
+from camrob.jobs.files.npz import read_arrays
 from camrob.kinematics.frames import base_T_tool
-from camrob.post.krl_reader import read_krl
+from camrob.languages import language_of_file, program_suffixes
+from camrob.studies.published_file import read_published
+from camrob.studies.published_robot import case_line, drawn_errors
+from camrob.timing.derivative_analysis import DerivativeAnalysis, Interpolation, analyse_derivatives
 
 __all__ = ["LINE", "Coordinates", "analyses_of", "calibrated", "coordinates_of", "derivative_summary", "published_line"]
 
@@ -42,9 +42,9 @@ class Coordinates(NamedTuple):
 
 
 def coordinates_of(file: Path, cell: Cell) -> Coordinates:
-    """Of a NAME.path.npz or a PROGRAM.src, lines being those of the CL file or of the program. Raises InputError, KrlError."""
-    if file.suffix.lower() == ".src":
-        program = read_krl(file)
+    """Of a NAME.path.npz or a program, with lines of the CL file or of the program. Raises InputError, ProgramError."""
+    if file.suffix.lower() in program_suffixes():
+        program = language_of_file(file).read(file)
         found = Coordinates(
             np.asarray(replay(program, cell).q), np.asarray(program.line, np.int64), _PRINTED, file.name
         )

@@ -8,19 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from camrob.calibrate.calibration_file import calibration_text
+from camrob.calibration.calibration_file import calibration_text
+from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.errors import InputError, JobError, LogError
 from camrob.gap.cell_effects import cell_effects
 from camrob.gap.diagnose import diagnose as run_diagnosis
 from camrob.gap.diagnosis import Diagnosis
 from camrob.jobs.experiment import check_experiment_name, write_experiment
-from camrob.jobs.files import check_file_name, staged_output
-from camrob.measure.log import MeasurementLog
-from camrob.measure.read_log import read_log
-from camrob.post.krl_program import KrlProgram
-from camrob.post.krl_reader import read_krl
-from camrob.report.diagnosis_report import diagnosis_report
+from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.languages import language_of_file
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.read_log import read_log
+from camrob.program.program_text import ProgramText
+from camrob.report.diagnosis.page import diagnosis_report
 
 __all__ = ["DiagnoseResult", "diagnose"]
 
@@ -45,13 +46,48 @@ def diagnose(
     calibration: Path | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> DiagnoseResult:
-    """Diagnose logs and write diagnosis.json and diagnosis.html into `out`.
+    """Diagnose logs of the real cell: diagnosis.json and diagnosis.html appear in `out`.
 
-    experiment: FILE.src, where the next experiment is written as a checked program. calibration: FILE.toml, where the fitted
-    effects that `compensate` can correct are written for it. Raises LogError, CellError, KrlError and
-    InputError for what can't be read; nothing is written then. Raises JobError and VerificationError where no experiment is
-    needed, or none can be run, and JobError where no effect can be handed over: the diagnosis is written, the file is not.
+    Args:
+        cell: the cell's folder.
+        log: the logs.
+        withheld: logs that take no part, by which the effects found are judged.
+        program: what ran; None: the program that each log's LOG.toml names, where it lies beside the log.
+        without: names of effects that are left out.
+        out: the folder to write into.
+        experiment: a file, where the next experiment is written as a checked program.
+        calibration: FILE.toml, where the fitted effects that `compensate` can correct are written for it.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        The diagnosis and its summary.
+
+    Raises:
+        LogError, CellError, ProgramError, InputError: what can't be read; nothing is written then.
+        JobError, VerificationError: no experiment is needed, or none can be run, or no effect can be handed over: the
+            diagnosis is written, the file is not.
+
+    Example:
+        >>> logs = [Path("out/log.csv")]
+        >>> result = camrob.diagnose(cell=Path("cells/kr15_track_table"), log=logs, out=Path("out/diagnosis"))
+        >>> result.summary["status"], [found["effect"] for found in result.summary["effects"]]
+        ('explained', ['corner_rounding'])
     """
+    return _diagnosed(cell, log, withheld, program, without, out, experiment, calibration, progress)
+
+
+def _diagnosed(
+    cell: Path,
+    log: Sequence[Path],
+    withheld: Sequence[Path],
+    program: Path | None,
+    without: Sequence[str],
+    out: Path,
+    experiment: Path | None,
+    calibration: Path | None,
+    progress: Callable[[str, float], None] | None,
+) -> DiagnoseResult:
+    """The diagnosis of logs, written."""
     if experiment is not None:
         check_experiment_name(experiment)
     if calibration is not None:
@@ -63,10 +99,12 @@ def diagnose(
     kept_out = [read_log(path) for path in withheld]
     _told_once(logs, kept_out)
     programs = [_program(one, program) for one in logs]
+    withheld_programs = [_program(one, program) for one in kept_out]
+    _check_sections(machine, [*programs, *withheld_programs], experiment)
     found = run_diagnosis(
         logs, machine, withheld=kept_out, programs=programs, without=tuple(without), progress=progress,
         extra=cell_effects(cell, machine),
-        withheld_programs=[_program(one, program) for one in kept_out],
+        withheld_programs=withheld_programs,
     )  # fmt: skip
     summary = {"cell": machine.name, "without": list(without), **found.summary}
     refused: JobError | None = None
@@ -120,10 +158,16 @@ def _hand_over(found: Diagnosis, file: Path) -> None:
         (staging / file.name).write_text(calibration_text(found.calibration), encoding="utf-8")
 
 
-def _program(log: MeasurementLog, given: Path | None) -> KrlProgram | None:
+def _check_sections(machine: Cell, programs: Sequence[ProgramText | None], experiment: Path | None) -> None:
+    """Raise CellError where the cell lacks what replaying a program, or writing one, needs."""
+    machine.serving("camrob diagnose with a program", controller=any(p is not None for p in programs))
+    machine.serving("camrob diagnose --write-experiment", controller=experiment is not None)
+
+
+def _program(log: MeasurementLog, given: Path | None) -> ProgramText | None:
     """The program of a log: the one given, or the one that its LOG.toml names, where it lies beside it."""
     if given is not None:
-        return read_krl(given)
+        return language_of_file(given).read(given)
     if not log.info.program or log.path is None:
         return None
     try:
@@ -132,4 +176,4 @@ def _program(log: MeasurementLog, given: Path | None) -> KrlProgram | None:
         return None
     beside = log.path.parent / name
     within = beside.is_file() and beside.resolve().parent == log.path.parent.resolve()
-    return read_krl(beside) if within else None
+    return language_of_file(beside).read(beside) if within else None

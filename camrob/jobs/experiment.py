@@ -1,4 +1,4 @@
-"""The next experiment as a KRL program, released only where `camrob verify` passes it and nothing is touched."""
+"""The next experiment as a program, released only where `camrob verify` passes it and nothing is touched."""
 
 from __future__ import annotations
 
@@ -12,21 +12,20 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
-from camrob.check.collisions import check_collisions
+from camrob.checks.collisions import check_collisions
 from camrob.controller.replay import replay
 from camrob.controller.trace import posture_trace
 from camrob.errors import InputError, JobError, VerificationError
-from camrob.gap.motions import TrialMotion
-from camrob.jobs.files import check_file_name, staged_output
+from camrob.gap.experiment.motions import TrialMotion
+from camrob.jobs.files.files import check_file_name, staged_output
 from camrob.jobs.verify import verify
-from camrob.kinematics.frames import base_T_tool, world_T_base
-from camrob.post.krl_reader import read_krl
-from camrob.post.krl_round import round_axes, round_frame, round_pose, round_speed
-from camrob.post.krl_text import krl_name
-from camrob.post.krl_writer import write_krl
-from camrob.post.program import Motion, Program, ProgramEvent, ProgramEventKind
-from camrob.se3 import xyzabc_from_frame
-from camrob.units import m_to_mm, mm_to_m, rad_to_deg
+from camrob.kinematics.frames import base_T_tool, seen_by_program
+from camrob.languages import language_of_file, program_suffixes
+from camrob.program.builder import build_program
+from camrob.program.language import Language, Rounding
+from camrob.program.motion import Motion
+from camrob.program.program import Program, ProgramEvent, ProgramEventKind
+from camrob.units import mm_to_m
 
 __all__ = ["check_experiment_name", "write_experiment"]
 
@@ -42,17 +41,19 @@ _REST = 1.0  # s at each
 def check_experiment_name(file: Path) -> None:
     """Raises InputError for a name that can't be a program's."""
     check_file_name(file.name)
-    if file.suffix.lower() != ".src":
-        raise InputError(f"--write-experiment {file.name!r} is no program's name", cure="end it with .src")
-    if krl_name(file.stem).lower() != file.stem.lower():
+    if file.suffix.lower() not in program_suffixes():
+        cure = "end it with " + " or ".join(program_suffixes())
+        raise InputError(f"--write-experiment {file.name!r} is no program's name", cure=cure)
+    language = language_of_file(file)
+    if language.program_name(file.stem).lower() != file.stem.lower():
         raise InputError(
             f"--write-experiment {file.name!r} can't be a program's name on the controller",
-            cure="use letters, digits and _, a letter first, 24 characters at most",
+            cure=f"use {language.naming}, a letter first",
         )
 
 
 def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> dict[str, Any]:
-    """Write the first motion that can be run as FILE.src and FILE.dat, and say which it is and why others were passed over.
+    """Write the first motion that can be run as FILE, with what belongs to it, and say which it is, and why others were not.
 
     Each is written, read back, verified as `camrob verify` does, and followed through the cell's bodies. Raises JobError
     where there is nothing to tell apart, VerificationError where none can be run; nothing is left behind then.
@@ -62,9 +63,12 @@ def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> 
             "no experiment is needed: there is nothing that another motion would tell apart; none was written"
         )
     passed_over: list[str] = []
+    language = language_of_file(file)
     for motion in motions:
-        files = write_krl(_program(motion, file.stem), motion.scene.cell.controller, max_lines=None)
-        why = _refused(files, file.stem, cell)
+        files = dict(
+            language.write(_program(motion, file.stem, language.round), motion.scene.cell.controller, max_lines=None)
+        )
+        why = _refused(files, file.stem, cell, language)
         if not why:
             with staged_output(file.parent) as staging:
                 for name, content in files.items():
@@ -74,17 +78,18 @@ def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> 
     raise VerificationError(f"the experiment can't be run on this cell, so no program was written: {passed_over[0]}")
 
 
-def _refused(files: Mapping[str, bytes], name: str, cell: Path) -> str:
+def _refused(files: Mapping[str, bytes], name: str, cell: Path, language: Language) -> str:
     """Why a program can't be run; "" where it can."""
     with tempfile.TemporaryDirectory() as folder:
         for file, content in files.items():
             (Path(folder) / file).write_bytes(content)
-        source = next(Path(folder) / f for f in files if Path(f).stem.lower() == name.lower() and f.endswith(".src"))
+        main = f"{name}{language.suffixes[0]}".lower()
+        source = next(Path(folder) / f for f in files if f.lower() == main)
         verified = verify(source, cell=cell)
         if not verified.ok:
             first = verified.summary["errors"][0]
             return f"line {first['line']}: {first['text']}"
-        text = read_krl(source)
+        text = language.read(source)
     replayed = replay(text, read_cell(cell))
     q, motion = posture_trace(text, replayed)
     nothing = np.zeros(len(q), int)
@@ -94,7 +99,7 @@ def _refused(files: Mapping[str, bytes], name: str, cell: Path) -> str:
     return ""
 
 
-def _program(motion: TrialMotion, name: str) -> Program:
+def _program(motion: TrialMotion, name: str, rounding: Rounding) -> Program:
     """The motion between two visits of HOME."""
     cell, scene = motion.scene.cell, motion.scene
     at_rest = scene.poses or bool(motion.axis)
@@ -108,23 +113,13 @@ def _program(motion: TrialMotion, name: str) -> Program:
     if not at_rest:
         kind[1] = Motion.PTP_AXES
     values = cell.to_axis_values(q)
-    poses = base_T_tool(cell, q)
-    if not cell.base_follows_table:
-        poses = world_T_base(cell, q) @ poses  # frames: world is base
-    numbers = xyzabc_from_frame(poses)
-    pose, external = round_pose(
-        np.concatenate([m_to_mm(numbers[:, :3]), rad_to_deg(numbers[:, 3:])], axis=1), values[:, 6:]
-    )
+    poses = seen_by_program(cell, q, base_T_tool(cell, q))
     lin = kind == Motion.LIN
-    tool = xyzabc_from_frame(np.asarray(cell.flange_T_tool))
     rest = tuple(ProgramEvent(k + 1, ProgramEventKind.DWELL, value=_REST) for k in range(1, N - 1)) if at_rest else ()
-    return Program(
-        name=name, kind=kind, pose=np.where(lin[:, None], pose, 0.0), axes=np.where(lin[:, None], 0.0, round_axes(values[:, :6])),
-        external=external, external_names=cell.external_names, status=np.zeros(N, np.int16), turn=np.zeros(N, np.int16),
-        speed=np.where(lin, round_speed(_speed(cell, motion)), 0.0), approximate=lin & np.append(lin[1:], False),
-        line=np.zeros(N, np.int64), region=np.full(N, -1, np.int32), safe=~lin,
-        tool=round_frame(np.concatenate([m_to_mm(tool[:3]), rad_to_deg(tool[3:])])), base=np.zeros(6),
-        comment=tuple(f"{t}." for t in (f"Experiment: {motion.text}", motion.advice) if t), events=rest,
+    return build_program(
+        name, cell, rounding, kind=kind, axis_values=values, frames=poses, speed=_speed(cell, motion),
+        approximate=lin & np.append(lin[1:], False), safe=~lin, events=rest,
+        comment=tuple(f"{t}." for t in (f"Experiment: {motion.text}", motion.advice) if t),
     )  # fmt: skip
 
 

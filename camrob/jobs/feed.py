@@ -13,8 +13,6 @@ import numpy as np
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.errors import InputError
-from camrob.feed.seam import read_seam
-from camrob.feed.weld_study import SeamOptimum, WeldStudy, study_weld
 from camrob.jobs.derivatives import (
     LINE,
     Coordinates,
@@ -24,12 +22,14 @@ from camrob.jobs.derivatives import (
     derivative_summary,
     published_line,
 )
-from camrob.jobs.files import staged_output
+from camrob.jobs.files.files import staged_output
 from camrob.kinematics.frames import base_T_tool
-from camrob.report.derivative_report import derivative_report
-from camrob.report.derivative_statements import derivative_statements
-from camrob.report.feed_report import weld_report, weld_statements
-from camrob.report.statements import Statement
+from camrob.report.derivatives.page import derivative_report
+from camrob.report.derivatives.statements import derivative_statements
+from camrob.report.feed.page import weld_report, weld_statements
+from camrob.report.page.statements import Statement
+from camrob.studies.seam import read_seam
+from camrob.studies.weld_study import SeamOptimum, WeldStudy, study_weld
 from camrob.units import m_to_mm
 
 __all__ = ["FeedResult", "feed"]
@@ -57,12 +57,26 @@ def feed(
     rate: float = 1.0,
     progress: Callable[[str, float], None] | None = None,
 ) -> FeedResult:
-    """Write feed.html and feed.json into `out`.
+    """Write feed.html and feed.json into `out`: the derivatives of a path's coordinates over the axes' total displacement.
 
-    Without `solution`, the study of the cell's weld seam (seam.toml), or of the straight line of its published case
-    (published.toml). With it (NAME.path.npz or PROGRAM.src), the derivatives of its coordinates over the axes' total
-    displacement, `compensated` coordinates beside them, or those that `calibration` asks for, at a rate ds/dt of `rate`
-    rad/s. `axis`: whose curves are drawn, the first by default, "all" for all. Raises InputError and its kin.
+    Args:
+        solution: NAME.path.npz or a program; None: the study of the cell's weld seam (seam.toml), or of the straight line of
+            its published case (published.toml).
+        cell: the cell's folder.
+        out: the folder to write into.
+        compensated: the same path, compensated, to stand beside it.
+        calibration: CALIBRATION.toml, whose coordinates stand beside it.
+        axis: whose curves are drawn, "all" for all; None: the arm's first.
+        rate: ds/dt, rad/s.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Raises:
+        InputError and its kin: input that is wrong.
+
+    Example:
+        >>> path, cell = Path("out/engraving.path.npz"), Path("cells/kr15_track_table")
+        >>> camrob.feed(path, cell=cell, out=Path("out/feed")).files
+        ('feed.html', 'feed.json')
     """
     machine = read_cell(cell)
     if compensated is not None and solution is None:

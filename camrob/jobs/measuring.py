@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibrate.measurements import Measurements
-from camrob.calibrate.poses import candidate_postures, select_poses
+from camrob.calibration.measurements import Measurements
+from camrob.calibration.next_poses import candidate_postures, select_poses
 from camrob.cell.cell import Cell
-from camrob.check.collisions import check_collisions
+from camrob.checks.collisions import check_collisions
 from camrob.errors import CollisionError
 from camrob.kinematics.frames import base_T_tool
-from camrob.post.krl_round import round_axes, round_frame
-from camrob.post.krl_writer import write_krl
-from camrob.post.program import Motion, Program, ProgramEvent, ProgramEventKind
-from camrob.se3 import xyzabc_from_frame
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.languages import language_named
+from camrob.program.builder import build_program, printed_frames
+from camrob.program.motion import Motion
+from camrob.program.program import ProgramEvent, ProgramEventKind
+from camrob.units import m_to_mm
 
 __all__ = ["MeasuringPlan", "plan_measuring"]
 
@@ -32,7 +32,7 @@ _REST = 2.0  # s to settle before the instrument reads
 
 @dataclass(frozen=True, slots=True)
 class MeasuringPlan:
-    """files: name to content of the KRL program. summary: JSON. q (k, n): the poses in the order of visiting."""
+    """files: name to content of the program. summary: JSON. q (k, n): the poses in the order of visiting."""
 
     files: Mapping[str, bytes]
     summary: Mapping[str, Any]
@@ -81,8 +81,8 @@ def plan_measuring(
 
 def _rounded(cell: Cell, q: Array) -> Array:
     """Axis values (N, axes) as they are printed."""
-    values = cell.to_axis_values(q)
-    return np.concatenate([round_axes(values[:, :6]), np.round(values[:, 6:], 4) + 0.0], axis=1)
+    values, rounding = cell.to_axis_values(q), language_named(cell.controller.language).round
+    return np.concatenate([rounding.axes(values[:, :6]), rounding.external(values[:, 6:])], axis=1)
 
 
 def _tour(cell: Cell, start: Array, q: Array) -> NDArray[np.int64]:
@@ -98,39 +98,23 @@ def _tour(cell: Cell, start: Array, q: Array) -> NDArray[np.int64]:
 
 
 def _plan(cell: Cell, tour: Array, expected: Array, checked: bool, exchanged: int, name: str) -> MeasuringPlan:
-    count = len(tour)
+    count, language = len(tour), language_named(cell.controller.language)
     values = _rounded(cell, tour)
-    frames = xyzabc_from_frame(base_T_tool(cell, tour))
-    tool = xyzabc_from_frame(np.asarray(cell.flange_T_tool))
+    tips = printed_frames(base_T_tool(cell, tour))[1:-1, :3]
     rest = tuple(ProgramEvent(k + 1, ProgramEventKind.DWELL, value=_REST) for k in range(1, count - 1))
-    program = Program(
-        name=name,
-        kind=np.full(count, Motion.PTP_AXES, np.int8),
-        pose=np.zeros((count, 6)),
-        axes=values[:, :6],
-        external=values[:, 6:],
-        external_names=cell.external_names,
-        status=np.zeros(count, np.int16),
-        turn=np.zeros(count, np.int16),
-        speed=np.zeros(count),
-        approximate=np.zeros(count, np.bool_),
-        line=np.zeros(count, np.int64),
-        region=np.full(count, -1, np.int32),
-        safe=np.ones(count, np.bool_),
-        tool=round_frame(np.concatenate([m_to_mm(tool[:3]), rad_to_deg(tool[3:])])),
-        base=np.zeros(6),
+    program = build_program(
+        name, cell, language.round, kind=np.full(count, Motion.PTP_AXES), axis_values=values, events=rest,
         comment=(f"{count - 2} poses to measure, at rest for {_REST:g} s each",),
-        events=rest,
-    )
+    )  # fmt: skip
     return MeasuringPlan(
-        files=write_krl(program, cell.controller, max_lines=None),
+        files=dict(language.write(program, cell.controller, max_lines=None)),
         summary={
             "poses": count - 2,
             "expected_before_mm": m_to_mm(float(expected[0])),
             "expected_after_mm": m_to_mm(float(expected[-1])),
             "collisions": {"checked": checked, "count": 0, "exchanged": exchanged},
             "axis_values": [[round(float(v), 4) for v in row] for row in values[1:-1]],
-            "tip_mm": [[round(float(v), 3) for v in row] for row in m_to_mm(frames[1:-1, :3])],
+            "tip_mm": [[round(float(v), 3) for v in row] for row in tips],
         },
         q=tour[1:-1],
     )

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.check.table_plate import TablePlate, table_plate
+from camrob.bodies.table_plate import TablePlate, table_plate
 from camrob.errors import InputError
-from camrob.jobs.files import staged_output
-from camrob.jobs.inputs import program_name, read_inputs
-from camrob.jobs.place_trial import FREE, UNTRIED, Trial, off_table, try_placements
+from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.inputs import program_name, read_inputs
+from camrob.jobs.files.mounting import one_frame
+from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try_placements
+from camrob.redundancy.planning.placement import Placements, place_part
 from camrob.report.place_map import place_map
-from camrob.resolve.placement import Placements, place_part
 from camrob.se3 import xyzabc_from_frame
 from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 
@@ -49,20 +50,53 @@ def place(
     z_mm: float = 0.0,
     progress: Callable[[str, float], None] | None = None,
 ) -> PlaceResult:
-    """Propose `part_in_base` within x_mm, y_mm, z_mm to either side (Z: upwards only) of the set-up's own.
+    """Propose `part_in_base`, and draw a map: NAME.place.json and NAME.place.svg appear in `out`.
 
     A proposal lies on the table's plate with part and stock (or else with all that is cut), can be followed by the published
     method, and touches nothing then: the ranking by the certificate is walked down to the first placement of which all that
     holds, on a thinned path. What was refused is counted by reason.
-    Writes NAME.place.json and NAME.place.svg, a map, into `out`. Raises InputError for a freedom
-    below 0, UnreachableError where no placement has the whole path in reach or lies on the table, and CollisionError where
-    all that are left touch something.
+
+    Args:
+        clfile: the CL file.
+        cell: the cell's folder.
+        out: the folder to write into.
+        setup: setup.toml; None: the one beside the CL file.
+        x_mm: mm along X to either side of the set-up's own placement.
+        y_mm: mm along Y to either side of it.
+        z_mm: mm upwards of it.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Raises:
+        InputError: input that is wrong, or a freedom below 0.
+        UnreachableError: no placement has the whole path in reach or lies on the table.
+        CollisionError: all that are left touch something.
+
+    Example:
+        >>> part, cell = Path("toolpaths/engraving/engraving.cls"), Path("cells/kr15_track_table")
+        >>> result = camrob.place(part, cell=cell, out=Path("out/place"), x_mm=0.0, y_mm=0.0)
+        >>> result.summary["best"]["standing"], result.files
+        ('free', ('engraving.place.json', 'engraving.place.svg'))
     """
+    return _placed(clfile, cell, out, setup, x_mm, y_mm, z_mm, progress)
+
+
+def _placed(
+    clfile: Path,
+    cell: Path,
+    out: Path,
+    setup: Path | None,
+    x_mm: float,
+    y_mm: float,
+    z_mm: float,
+    progress: Callable[[str, float], None] | None,
+) -> PlaceResult:
+    """The proposal, written."""
     freedom = (x_mm, y_mm, z_mm)
     if not all(np.isfinite(v) and 0.0 <= v <= 1e4 for v in freedom):
         raise InputError(f"a freedom of {freedom} mm makes no sense", cure="give numbers of millimetres from 0 up")
-    name = program_name(Path(clfile), None)
-    inputs = read_inputs(Path(clfile), Path(cell), setup)
+    name = program_name(Path(clfile), None, Path(cell))
+    inputs = read_inputs(Path(clfile), Path(cell), setup, verb="place")
+    one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
     axes = [
         np.linspace(-v, v, STEPS) if v > 0.0 else np.zeros(1) for v in freedom[:2]
     ] + [np.linspace(0.0, z_mm, HEIGHTS) if z_mm > 0.0 else np.zeros(1)]  # fmt: skip

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,27 +13,33 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.check.collision_report import CollisionReport
-from camrob.check.margins import MarginReport
+from camrob.checks.collision_report import CollisionReport
+from camrob.checks.margins import MarginReport
 from camrob.errors import CollisionError, InputError, JobError, VerificationError
-from camrob.issues import Finding
-from camrob.jobs.device import batch_score, check_device
-from camrob.jobs.feed_outcome import FeedOutcome, feed_outcome
-from camrob.jobs.files import staged_output
-from camrob.jobs.inputs import JobInputs, program_name, read_inputs
-from camrob.jobs.plan_obstacles import free_routes, job_obstacles
-from camrob.jobs.release import ReadBack, check_release, named_region, path_margins, read_back
-from camrob.jobs.summary import post_summary
-from camrob.post.assemble import assemble_program
-from camrob.post.decimate import decimated
-from camrob.post.krl_writer import iter_krl
-from camrob.post.program import Program
-from camrob.resolve.path import ToolPathInBase
-from camrob.resolve.planned import resolve_planned
-from camrob.resolve.solution import Solution
-from camrob.resolve.tracker import track
-from camrob.resolve.vjm import resolve_vjm
+from camrob.findings import Finding
+from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs
+from camrob.jobs.files.mounting import mounted_loads
+from camrob.jobs.release.opinion import SLOWER_BY_PLAN, hold_to_witness, manifest_of
+from camrob.jobs.release.release import ReadBack, check_release, named_region, path_margins, read_back
+from camrob.jobs.release.summary import post_summary
+from camrob.jobs.solving.device import batch_score, check_device
+from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
+from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
+from camrob.jobs.solving.watch import Watch
+from camrob.languages import language_named
+from camrob.program.assemble import assemble_program
+from camrob.program.decimate import decimated
+from camrob.program.language import Language
+from camrob.program.process import Process, plan_process
+from camrob.program.program import Program
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning.planned import resolve_planned
+from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.solution import Solution
+from camrob.redundancy.stretches import Stretch, joined_solutions
 from camrob.units import m_to_mm
+from camrob.witness.judge import Verdict, judge
 
 __all__ = ["FEEDS", "METHODS", "PostResult", "post"]
 
@@ -87,27 +92,76 @@ def post(
     report: bool = True,
     progress: Progress | None = None,
 ) -> PostResult:
-    """Post a CL file for a cell: NAME.src, .dat, .json, .path.npz and .html appear in `out`, all or none.
+    """Post a CL file for a cell: the program, .json, .path.npz and .html appear in `out`, all or none.
 
     The program is read back from its text and replayed before it is released: every CL point met in order within
-    0.01 mm and 0.01 degrees, within limits, away from singular postures and collisions. Raises InputError and its kin
-    for wrong input and JobError and its kin where the job can't be done safely; nothing is left behind then.
-    device: "cuda" scores the candidates of `method` "planned" on a GPU; the plan is the same to float32's last digits.
+    0.01 mm and 0.01 degrees, within limits, away from singular postures and collisions.
+
+    Args:
+        clfile: the CL file, or 5-axis G-code.
+        cell: the cell's folder.
+        out: the folder to write into.
+        setup: setup.toml; None: the one beside the CL file, where there is one.
+        name: the program's name; None: after the CL file's.
+        method: "vjm", the published method, or "planned".
+        feed: "program", the CL file's, or "optimal".
+        max_lines: lines of a program before it goes on in parts; None: as the cell says.
+        dialect: of the CL file; None: it is recognised.
+        units: "mm" or "inch", over the file's own.
+        device: "cuda" scores the candidates of "planned" on a GPU; the plan is the same to float32's last digits.
+        report: whether NAME.html is written.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        The summary, all findings, the files' names, and path, solution and program behind them (SI).
+
+    Raises:
+        InputError and its kin: input that is wrong.
+        JobError and its kin: the job can't be done safely; nothing is left behind then.
+
+    Example:
+        >>> part, cell = Path("toolpaths/engraving/engraving.cls"), Path("cells/kr15_track_table")
+        >>> result = camrob.post(part, cell=cell, out=Path("out"), report=False)
+        >>> result.files, result.summary["points"]
+        (('engraving.src', 'engraving.dat', 'engraving.json', 'engraving.path.npz'), 899)
     """
+    return _posted(clfile, cell, out, setup, name, method, feed, max_lines, dialect, units, device, report, progress)
+
+
+def _posted(
+    clfile: Path,
+    cell: Path,
+    out: Path,
+    setup: Path | None,
+    name: str | None,
+    method: str,
+    feed: str,
+    max_lines: int | None,
+    dialect: str | None,
+    units: str | None,
+    device: str,
+    report: bool,
+    progress: Progress | None,
+) -> PostResult:
+    """The program, posted."""
     clfile, out = Path(clfile), Path(out)
-    watch = _Watch(progress)
-    title = program_name(clfile, name)
+    watch = Watch(progress)
+    title = program_name(clfile, name, Path(cell))
     _check_choices(method, feed)
     check_device(device)
     with watch.stage("read"):
         inputs = read_inputs(clfile, cell, setup, dialect=dialect, units=units, progress=watch.share)
+        process = plan_process(inputs.toolpath.regions, inputs.cell)
     with staged_output(out, name=title) as folder:
-        made = _first_free(_Order(title, method, feed, max_lines, device), inputs, folder, watch)
+        order = _Order(title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units)
+        made = _first_free(order, inputs, folder, watch)
         files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", made)
         summary = post_summary(
             made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
-            residual=made.residual, feed=made.feed.summary(made.inputs.cell, made.inputs.path), files=files,
+            residual=made.residual, feed=made.feed.summary(made.inputs.cell, made.inputs.path), process=process,
+            files=files, verdict=made.verdict,
+            manifest=manifest_of(folder, made.files, order.cell, clfile, inputs.setup.path),
         )  # fmt: skip
         if report:
             with watch.stage("report"):
@@ -126,6 +180,11 @@ class _Order:
     feed: str
     max_lines: int | None
     device: str
+    process: Process
+    clfile: Path
+    cell: Path
+    dialect: str | None
+    units: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,9 +210,10 @@ class _Made:
     collisions: CollisionReport
     margins: MarginReport
     findings: list[Finding]
+    verdict: Verdict
 
 
-def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: _Watch) -> _Made:
+def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) -> _Made:
     """The program by the first of the method's ways that keeps free of collisions; the later ones say what was given up.
 
     Raises the error of the first way where all collide.
@@ -174,57 +234,40 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: _Watch) -
     raise first or VerificationError(f"method {order.method} has no way to go")
 
 
-def _made(order: _Order, resolved: _Resolved, folder: Path, watch: _Watch) -> _Made:
+def _made(order: _Order, resolved: _Resolved, folder: Path, watch: Watch) -> _Made:
     """Write a solution into the staging folder, read back, check; raises what stands against the release."""
     inputs, solution = resolved.inputs, resolved.solution
+    language = language_named(inputs.cell.controller.language)
+    main = f"{order.title}{language.suffixes[0]}"
     with watch.stage("feed"):
         feed = feed_outcome(inputs, np.asarray(solution.q), optimal=order.feed == "optimal", progress=watch.share)
-        keep = decimated(inputs.path, solution, inputs.setup.decimate) & ~inputs.path.repeated
+        keep = decimated(inputs.path, solution, inputs.setup.decimate)
         targets, postures, keep = feed.targets(inputs.path, solution, keep)
         program = assemble_program(
-            order.title, inputs.cell, inputs.toolpath, targets, postures, rapid_speed=inputs.rapid_speed,
-            keep=keep, speed=feed.speed, comment=_comment(inputs, solution.method),
+            order.title, inputs.cell, inputs.toolpath, targets, postures, process=order.process,
+            cells=tuple(m.cell for m in inputs.mounted), loads=mounted_loads(inputs.mounted),
+            rapid_speed=inputs.rapid_speed, keep=keep, speed=feed.speed,
+            comment=_comment(inputs, solution.method), rounding=language.round,
         )  # fmt: skip
     for old in folder.iterdir():
         old.unlink()
     with watch.stage("write"):
-        files, written = _write(program, inputs, folder, order.max_lines)
+        files, written = _write(language, program, inputs, folder, order.max_lines)
     with watch.stage("verify"):
-        back = read_back(folder / f"{order.title}.src", program, inputs, solution, watch.share)
+        back = read_back(folder / main, program, inputs, solution, watch.share)
+    with watch.stage("witness"):
+        verdict = judge(
+            folder / main, order.cell, clfile=order.clfile, setup=inputs.setup.path,
+            dialect=order.dialect, units=order.units, slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else "",
+        )  # fmt: skip
+        second = hold_to_witness(verdict, folder)
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
-        collisions, findings = check_release(back, inputs, solution, margins, written, watch.share)
-    return _Made(inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, findings)
-
-
-class _Watch:
-    """Names the stage that runs to whoever shows progress, and keeps how long each took."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self._progress = progress
-        self._name = ""
-        self._note = " (compiling, this once)" if _kernels_missing() else ""
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Time one stage."""
-        self._name = name + self._note
-        self.share(0.0)
-        start = time.perf_counter()
-        yield
-        self.seconds[name] = round(time.perf_counter() - start, 3)
-
-    def share(self, done: float) -> None:
-        """How much of the stage is done, 0 to 1."""
-        if self._progress is not None:
-            self._progress(self._name, done)
-
-
-def _kernels_missing() -> bool:
-    """True where the solver's kernels have yet to be compiled on this machine, which takes a minute, once."""
-    cache = track._cache.cache_path  # Numba has no public way to ask
-    return not any(Path(cache).glob("tracker.track-*.nbi"))
+        collisions, findings = check_release(back, inputs, solution, margins, order.process, written, watch.share)
+    findings = [*second, *findings]
+    return _Made(
+        inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, findings, verdict
+    )
 
 
 def _check_choices(method: str, feed: str) -> None:
@@ -237,25 +280,43 @@ def _check_choices(method: str, feed: str) -> None:
 def _resolve(
     inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None], device: str = "cpu"
 ) -> _Resolved:
-    """A solution, held to its promise by forward kinematics."""
-    try:
-        if resolve is resolve_vjm:
-            solution = resolve_vjm(inputs.cell, inputs.path, progress=progress)
-        else:
-            score = batch_score(inputs.cell, device)
-            solution = resolve(
-                inputs.cell, inputs.path, obstacles=job_obstacles(inputs), score=score, progress=progress
-            )
-    except JobError as e:
-        raise named_region(e, inputs) from None
-    if solution.path is not None:
-        inputs = replace(inputs, path=solution.path)
-    solution = free_routes(inputs, inputs.path, solution)
-    position, axis = solution.residual(inputs.cell, inputs.path)
-    if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
-        off = m_to_mm(float(position.max()))
-        raise VerificationError(f"the solver strays by {off:.2e} mm; please report this file")
-    return _Resolved(inputs, solution, (position, axis))
+    """A solution, held to its promise by forward kinematics; the stretches between tool changes one after the other."""
+    made: list[Stretch] = []
+    residuals: list[Residual] = []
+    last: Array | None = None
+    total = len(inputs.path)
+    for k, where in enumerate(inputs.path.stretches):
+        here = inputs.of_stretch(k, last)
+
+        def share(done: float, begin: int = where.start, size: int = where.stop - where.start) -> None:
+            progress((begin + done * size) / total)
+
+        try:
+            solution = _solved(here, resolve, share, device)
+        except JobError as e:
+            raise named_region(e, inputs) from None
+        path = here.path if solution.path is None else solution.path
+        solution = free_routes(here, path, solution)
+        position, axis = solution.residual(here.cell, path)
+        if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
+            off = m_to_mm(float(position.max()))
+            raise VerificationError(f"the solver strays by {off:.2e} mm; please report this file")
+        made.append(Stretch(path, solution))
+        residuals.append((position, axis))
+        last = here.cell.to_axis_values(np.asarray(solution.q[-1]))
+    path, solution = joined_solutions(inputs.cell, made)
+    position, axis = (np.concatenate(column) for column in zip(*residuals, strict=True))
+    return _Resolved(replace(inputs, path=path), solution, (position, axis))
+
+
+def _solved(
+    inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None], device: str
+) -> Solution:
+    """The solution of one stretch."""
+    if resolve is resolve_vjm:
+        return resolve_vjm(inputs.cell, inputs.path, progress=progress)
+    score = batch_score(inputs.cell, device)
+    return resolve(inputs.cell, inputs.path, obstacles=job_obstacles(inputs), score=score, progress=progress)
 
 
 def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
@@ -267,10 +328,13 @@ def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
     )
 
 
-def _write(program: Program, inputs: JobInputs, folder: Path, max_lines: int | None) -> tuple[list[str], list[Finding]]:
+def _write(
+    language: Language, program: Program, inputs: JobInputs, folder: Path, max_lines: int | None
+) -> tuple[list[str], list[Finding]]:
+    """The program's files, by name, and what a person should know of them."""
     names: list[str] = []
     findings: list[Finding] = []
-    for file, data in iter_krl(program, inputs.cell.controller, max_lines=max_lines, findings=findings):
+    for file, data in language.write(program, inputs.cell.controller, max_lines=max_lines, findings=findings):
         (folder / file).write_bytes(data)
         names.append(file)
     return names, findings
@@ -297,7 +361,7 @@ def _save_path(file: Path, made: _Made) -> None:
 def _report(file: Path, summary: Mapping[str, Any], made: _Made) -> None:
     import trimesh
 
-    from camrob.report.post_report import post_report
+    from camrob.report.post.page import post_report
 
     inputs, solution = made.inputs, made.solution
     body = inputs.part if inputs.part is not None else inputs.stock
@@ -321,5 +385,9 @@ def _comparison(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
     others = {}
     for name, (fuzzy, revise) in ways.items():
         with suppress(JobError):
-            others[name] = np.asarray(resolve_vjm(inputs.cell, inputs.path, fuzzy=fuzzy, revise=revise).inv_kf)
+            way = partial(resolve_vjm, fuzzy=fuzzy, revise=revise)
+            others[name] = np.concatenate([
+                np.asarray(way(here.cell, here.path).inv_kf)
+                for here in (inputs.of_stretch(k, None) for k in range(len(inputs.path.stretches)))
+            ])  # fmt: skip
     return others

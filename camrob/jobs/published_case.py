@@ -11,25 +11,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibrate.calibrate import Study, study_cell
-from camrob.calibrate.calibration import Calibration
-from camrob.calibrate.calibration_file import calibration_summary, calibration_text
-from camrob.calibrate.compensate import compensate_postures
-from camrob.calibrate.measurements import Measurements
-from camrob.calibrate.terms import standard_names
+from camrob.calibration.calibrate import Study, study_cell
+from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration_file import calibration_summary, calibration_text
+from camrob.calibration.compensate import compensate_postures
+from camrob.calibration.measurements import Measurements
+from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
-from camrob.feed.derivative_analysis import DerivativeAnalysis
-from camrob.jobs.files import check_calibration_name, staged_output
-from camrob.jobs.published_file import PublishedCase, read_published
-from camrob.jobs.published_robot import TapeLine, drawn_errors, measured_poses, tape_line
+from camrob.jobs.files.files import check_calibration_name, staged_output
 from camrob.kinematics.frames import base_T_tool
-from camrob.measure.log import MeasurementLog
-from camrob.measure.log_info import LogInfo
-from camrob.measure.write_log import write_log
-from camrob.report.calibration_report import calibration_report
-from camrob.report.line_charts import Curve, LineChart
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import LogInfo
+from camrob.measurement.write_log import write_log
+from camrob.report.calibration.page import calibration_report
+from camrob.report.page.line_charts import Curve, LineChart
 from camrob.se3 import rotation_to_abc
+from camrob.studies.published_file import PublishedCase, read_published
+from camrob.studies.published_robot import TapeLine, drawn_errors, measured_poses, tape_line
+from camrob.timing.derivative_analysis import DerivativeAnalysis
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["PublishedResult", "published_case"]
@@ -57,9 +57,29 @@ def published_case(
     """Repeat a published calibration and write its report.
 
     Written beside `out`, the calibration of the published size: NAME.html, NAME_extended.toml (the model that knows the
-    rest, too), and the simulated logs NAME_measured.csv and NAME_withheld.csv, from which `camrob calibrate` makes the
-    same. Raises InputError and CellError for input, UnreachableError where the case's line leaves the arm's reach.
+    rest, too), and the simulated logs NAME_measured.csv and NAME_withheld.csv, from which `calibrate` makes the same.
+
+    Args:
+        case: published.toml.
+        cell: the cell's folder.
+        out: CALIBRATION.toml.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Raises:
+        InputError, CellError: input that is wrong.
+        UnreachableError: the case's line leaves the arm's reach.
+
+    Example:
+        >>> cell = Path("cells/kr500_afp")
+        >>> camrob.published_case(Path("case.toml"), cell=cell, out=Path("out/published.toml"))
+        Traceback (most recent call last):
+        camrob.errors.InputError: case.toml: ...
     """
+    return _repeated(case, cell, out, progress)
+
+
+def _repeated(case: Path, cell: Path, out: Path, progress: Callable[[str, float], None] | None) -> PublishedResult:
+    """The published calibration, repeated."""
     start = time.perf_counter()
 
     def tell(stage: str, done: float) -> None:

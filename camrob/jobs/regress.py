@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from camrob.errors import CamrobError, InputError
-from camrob.jobs.compare_program import compare_program
-from camrob.jobs.compare_summary import comparable, compare_summary
-from camrob.jobs.files import staged_output
+from camrob.jobs.files.compare_program import compare_program
+from camrob.jobs.files.compare_summary import comparable, compare_summary
+from camrob.jobs.files.files import staged_output
 from camrob.jobs.post import post
+from camrob.languages import language_suffixes
 
 __all__ = ["RegressResult", "regress"]
 
@@ -60,8 +61,20 @@ def regress(
     """Post every sample (a folder of `toolpaths` with one CL file) and compare it with its golden files.
 
     Words are compared exactly, numbers of programs to one unit in the last decimal, numbers of summaries to what that unit can
-    make of them; seconds are left out. With `update` what comes out now becomes golden, if every sample can be posted.
-    Raises InputError where there are no samples.
+    make of them; seconds are left out.
+
+    Args:
+        toolpaths: the folder of the samples.
+        cell: the cell's folder.
+        update: whether what comes out now becomes golden, if every sample can be posted.
+        progress: is told a sample and the share of all that is done, 0 to 1.
+
+    Raises:
+        InputError: there are no samples.
+
+    Example:
+        >>> camrob.regress(Path("samples"), cell=Path("cells/kr15_track_table")).ok
+        True
     """
     samples = _samples(Path(toolpaths))
     for k, sample in enumerate(samples):
@@ -110,7 +123,7 @@ def _make(sample: _Sample, cell: Path) -> None:
             sample.differences.append(f"{sample.clfile.name} can't be posted any more: {error}")
         else:
             sample.summary = json.loads(json.dumps(comparable(result.summary)))
-            programs = [f for f in result.files if f.endswith((".src", ".dat"))]
+            programs = [f for f in result.files if f.endswith(language_suffixes())]
             sample.made = {f: (Path(folder) / f).read_bytes().decode("ascii") for f in programs}
             sample.made[f"{result.summary['program']}.json"] = json.dumps(sample.summary, indent=1) + "\n"
     sample.seconds = round(time.perf_counter() - start, 3)

@@ -1,4 +1,4 @@
-"""`camrob simulate`: a KRL program in, the log of the ideal controller out."""
+"""`camrob simulate`: a program in, the log of the ideal controller out."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from camrob.cell.read_cell import read_cell
 from camrob.controller.simulate import Approximation, Simulation
 from camrob.controller.simulate import simulate as run
 from camrob.errors import InputError
-from camrob.issues import Finding, Severity, collapse
-from camrob.jobs.files import check_file_name, staged_output
-from camrob.measure.log import MeasurementLog
-from camrob.measure.write_log import write_log
-from camrob.post.krl_reader import read_krl
+from camrob.findings import Finding, Severity, collapse
+from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.languages import language_of_file
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.write_log import write_log
 from camrob.units import m_to_mm, ms_to_s
 
 __all__ = ["SimulateResult", "approximation_entry", "simulate"]
@@ -47,13 +47,38 @@ def simulate(
 ) -> SimulateResult:
     """Run a program on the ideal controller; LOG.csv (or .parquet) and LOG.toml appear together or not at all.
 
-    Raises KrlError, CellError and InputError for input that is wrong, UnreachableError for a program that can't be run.
+    Args:
+        program: the program's main file.
+        cell: the cell's folder.
+        out: the log to write; its suffix, .csv or .parquet, says how.
+        cycle_ms: ms from row to row, 0.5 to 1000.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        The summary, the simulation behind it (SI), and all findings.
+
+    Raises:
+        ProgramError, CellError, InputError: input that is wrong.
+        UnreachableError: a program that can't be run.
+
+    Example:
+        >>> cell = Path("cells/kr15_track_table")
+        >>> result = camrob.simulate(Path("out/engraving.src"), cell=cell, out=Path("out/log.csv"), cycle_ms=1000.0)
+        >>> result.summary["rows"] == len(camrob.read_log(Path("out/log.csv")))
+        True
     """
+    return _simulated(program, cell, out, cycle_ms, progress)
+
+
+def _simulated(
+    program: Path, cell: Path, out: Path, cycle_ms: float, progress: Callable[[str, float], None] | None
+) -> SimulateResult:
+    """The run of a program, written."""
     start = time.perf_counter()
     program, out = Path(program), Path(out)
     _check(out, cycle_ms)
-    text = read_krl(program)
-    machine = read_cell(cell)
+    text = language_of_file(program).read(program)
+    machine = cell_for("simulate", cell)
     read = time.perf_counter()
     tell = None if progress is None else (lambda share: progress("simulate", share))
     simulation = run(text, machine, cycle=ms_to_s(cycle_ms), progress=tell)

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from camrob.cell.read_cell import read_cell
-from camrob.controller.tracker.analysis import Margins
-from camrob.controller.tracker.case import read_tracker_case
-from camrob.controller.tracker.measures import RunMeasure, Size
-from camrob.controller.tracker.study import Sensitivity, TrackerStudy, study_tracker
 from camrob.errors import InputError
-from camrob.jobs.files import staged_output
-from camrob.report.tracker_report import tracker_report
-from camrob.report.tracker_words import circle_places, reduction, tracker_comparisons
+from camrob.jobs.files.files import staged_output
+from camrob.loop.analysis import Margins
+from camrob.loop.case import read_tracker_case
+from camrob.loop.measures import RunMeasure, Size
+from camrob.report.loop.page import tracker_report
+from camrob.report.loop.sentences import circle_places, reduction, tracker_comparisons
+from camrob.studies.loop_study import Sensitivity, TrackerStudy, study_tracker
 from camrob.units import m_to_mm, rad_to_deg, s_to_ms
 
 __all__ = ["TrackerResult", "tracker"]
@@ -46,8 +46,21 @@ def tracker(
 ) -> TrackerResult:
     """Write tracker.html and tracker.json into `out`: the study of the cell's tracker.toml, about a minute.
 
-    gain: one more gain to run; laps: to learn from. Raises InputError and its kin, and JobError where the loop isn't stable,
-    or the paths can't be run.
+    Args:
+        cell: the cell's folder, with tracker.toml.
+        out: the folder to write into.
+        gain: one more gain to run.
+        laps: to learn from.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Raises:
+        InputError and its kin: input that is wrong.
+        JobError: the loop isn't stable, or the paths can't be run.
+
+    Example:
+        >>> camrob.tracker(cell=Path("cells/kr15_track_table"), out=Path("out/loop"))
+        Traceback (most recent call last):
+        camrob.errors.InputError: ...this cell has no tracker loop; add tracker.toml, as in cells/rx160_tracker
     """
     if cell is None:
         raise InputError("no cell is given", cure="give --cell, a folder with cell.toml and tracker.toml")

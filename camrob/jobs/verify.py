@@ -1,9 +1,12 @@
-"""`camrob verify`: read a KRL program back, replay it, and check it, whoever wrote it."""
+"""`camrob verify`: what does a program do, whoever wrote it, and is that what its CL file asks for?
+
+The witness judges, as it does for `post`; the replay and the collision check, which `post` goes through as well, stand beside it.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,37 +14,50 @@ from typing import Any
 import numpy as np
 
 from camrob.cell.cell import Cell
-from camrob.cell.read_cell import read_cell
+from camrob.checks.collision_report import CollisionReport, joined_collisions
+from camrob.checks.collisions import check_collisions
 from camrob.controller.against import Coverage
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.controller.simulate import approximation
-from camrob.errors import JobError, KrlError
-from camrob.issues import Finding, Severity, collapse
-from camrob.jobs.inputs import JobInputs, read_inputs
-from camrob.jobs.release import cover_toolpath, hold_to_tool
+from camrob.controller.trace import posture_trace
+from camrob.errors import JobError, ProgramError
+from camrob.findings import Finding, Severity, collapse
+from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.files.inputs import JobInputs, read_inputs
+from camrob.jobs.release.opinion import manifest_findings, of_program, reason_for_slower
+from camrob.jobs.release.release import ReadBack, cover_toolpath, hold_to_tool, path_collisions
 from camrob.jobs.simulate import approximation_entry
-from camrob.post.krl_program import KrlProgram
-from camrob.post.krl_reader import read_krl
+from camrob.languages import language_of_file
+from camrob.program.program_text import ProgramText
 from camrob.units import m_to_mm, rad_to_deg
+from camrob.witness.judge import Verdict
+from camrob.witness.judge import judge as witness_judge
 
 __all__ = ["VerifyResult", "verify"]
 
-_BLOCKING = {
-    "call-unknown": "the program calls what is not there to be read",
-    "not-understood": "the program holds statements that camrob does not understand",
-    "tool-unknown": "the program does not say its $TOOL",
-    "base-unknown": "the program does not say its $BASE",
-}
-"""Findings of the reader that leave open what the program does: with a CL file to hold it to, they are errors."""
+_SECOND_HAND = frozenset({"call-unknown", "not-understood", "tool-unknown", "base-unknown"})
+"""Findings of the replay's reader on what the witness has its own word for."""
 
 
 @dataclass(frozen=True, slots=True)
 class VerifyResult:
-    """`ok` where nothing stands against the program; the summary as JSON."""
+    """`ok`: True where nothing stands against the program, False where something does, None where not all could be judged."""
 
-    ok: bool
+    ok: bool | None
     summary: Mapping[str, Any]
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Replayed:
+    """The program as it was replayed, held to its CL points where there are any."""
+
+    text: ProgramText
+    replayed: Replay
+    judgement: Judgement
+    coverage: Coverage | None
+    collisions: CollisionReport | None
     findings: tuple[Finding, ...]
 
 
@@ -51,57 +67,159 @@ def verify(
     cell: Path,
     against: Path | None = None,
     setup: Path | None = None,
+    collisions: bool = True,
+    manifest: bool = True,
     progress: Callable[[str, float], None] | None = None,
 ) -> VerifyResult:
-    """Check a program: reach, axis limits, singular postures, jumps; with `against`, every CL point met in order.
+    """Judge a program, whoever wrote it: frames, all its motions, axis limits, collisions; with `against`, its CL file too.
 
-    Raises KrlError, CellError, SetupError and ToolpathError for input that can't be read.
+    Args:
+        program: the program's main file, in any robot language that is known.
+        cell: the cell's folder.
+        against: the CL file that the program was made from; None: path and process are not held to one.
+        setup: setup.toml; None: the one beside the CL file, where there is one.
+        collisions: whether bodies are followed along the whole program.
+        manifest: whether the files have to be those that the NAME.json beside the program names.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        `ok`: True where nothing stands against the program, False where something does, None where not all could be judged;
+        `findings` say what and where.
+
+    Raises:
+        ProgramError, CellError, SetupError, ToolpathError: input that can't be read.
+
+    Example:
+        >>> engraving = Path("toolpaths/engraving/engraving.cls")
+        >>> result = camrob.verify(Path("out/engraving.src"), cell=Path("cells/kr15_track_table"), against=engraving)
+        >>> result.ok, result.summary["errors"]
+        (True, [])
     """
+    return _verified(program, cell, against, setup, collisions, manifest, progress)
+
+
+def _verified(
+    program: Path,
+    cell: Path,
+    against: Path | None,
+    setup: Path | None,
+    collisions: bool,
+    manifest: bool,
+    progress: Callable[[str, float], None] | None,
+) -> VerifyResult:
+    """The judgement of a program."""
     start = time.perf_counter()
+    program, cell = Path(program), Path(cell)
 
     def share(stage: str) -> Callable[[float], None]:
         return lambda done: progress(stage, done) if progress is not None else None
 
-    text = read_krl(Path(program))
     inputs: JobInputs | None = None
     if against is not None:
-        inputs = read_inputs(Path(against), cell, setup, progress=share("read"))
-    machine = read_cell(cell) if inputs is None else inputs.cell
-    replayed = replay(text, machine, progress=share("replay"))
-    extra: list[Finding] = list(text.findings)
-    coverage, feed = None, None
-    if inputs is not None:
-        coverage, feed = cover_toolpath(text, replayed, inputs)
-        extra += hold_to_tool(replayed, inputs)
-        extra += inputs.toolpath.findings
-    judgement = judge(text, replayed, coverage, feed)
-    findings = collapse([*extra, *judgement.findings])
-    errors = [f for f in findings if f.severity is Severity.ERROR]
-    if inputs is not None:
-        unclear = (f for f in findings if f.code in _BLOCKING and not _vouched(f, machine))
-        errors += [Finding("unclear", _BLOCKING[f.code], Severity.ERROR, line=f.line) for f in unclear]
+        against = Path(against)
+        inputs = read_inputs(against, cell, setup, verb="verify", progress=share("read"))
+        setup = inputs.setup.path
+    machine = cell_for("verify", cell) if inputs is None else inputs.cell
+    share("witness")(0.0)
+    kept = manifest_findings(program, cell, against, setup) if manifest else []
+    believed = manifest and not any(f.severity is Severity.ERROR for f in kept)
+    slower = reason_for_slower(program) if believed else ""
+    verdict = witness_judge(program, cell, clfile=against, setup=setup, slower_allowed=slower)
+    not_judged = list(verdict.unjudged)
+    found = [*kept, *of_program(verdict)]
+    second: _Replayed | None = None
+    try:
+        second = _replayed(program, machine, inputs, collisions, share)
+    except (ProgramError, JobError) as error:
+        not_judged.append(f"replay and collisions: {error}")
+    first, last = ((), ()) if inputs is None else (inputs.urgent, inputs.toolpath.findings)
+    found = collapse([*first, *found, *_further(found, second), *last])
+    errors = [f for f in found if f.severity is Severity.ERROR]
+    judged = _judged(verdict, second, collisions)
+    ok = None if not_judged and not errors else not errors
     summary = {
-        "program": Path(program).stem,
+        "program": program.stem,
         "cell": machine.name,
-        "ok": not errors,
-        **_figures(text, replayed, judgement),
+        "ok": ok,
+        "judged": judged,
+        "not_judged": not_judged,
         "errors": [_entry(f) for f in errors],
-        "warnings": [_entry(f) for f in findings if f.severity is Severity.WARNING],
-        "against": None if coverage is None or inputs is None else _against(coverage, inputs),
+        "warnings": [_entry(f) for f in found if f.severity is Severity.WARNING],
+        "process": dict(verdict.process),
+        **_figures(second, program),
+        "against": None if inputs is None or second is None else _against(second.coverage, inputs),
         "seconds": round(time.perf_counter() - start, 3),
     }
-    return VerifyResult(not errors, summary, tuple(findings))
+    return VerifyResult(ok, summary, tuple(found))
 
 
-def _vouched(finding: Finding, machine: Cell) -> bool:
-    """Whether an unknown call is one that the cell's own hooks write, so that the cell's owner answers for it."""
-    called = finding.text.partition("(")[0].upper()
-    lines = (line for name in machine.controller.hooks for line in machine.controller.hook_lines(name))
-    return finding.code == "call-unknown" and any(line.partition("(")[0].strip().upper() == called for line in lines)
+def _replayed(
+    program: Path,
+    machine: Cell,
+    inputs: JobInputs | None,
+    collisions: bool,
+    share: Callable[[str], Callable[[float], None]],
+) -> _Replayed:
+    """The program through the reader, the replay and the collision check of `post`. Raises ProgramError, JobError."""
+    text = language_of_file(program).read(program)
+    replayed = replay(text, machine, progress=share("replay"))
+    coverage, feed, findings = None, None, list(text.findings)
+    if inputs is not None:
+        coverage, feed = cover_toolpath(text, replayed, inputs)
+        findings += hold_to_tool(replayed, inputs, coverage)
+    judgement = judge(text, replayed, coverage, feed)
+    findings += judgement.findings
+    report = None
+    if collisions and judgement.good:
+        if inputs is not None and coverage is not None:
+            report = path_collisions(ReadBack(text, replayed, coverage, judgement), inputs, share("collisions"))
+        else:
+            report = _cell_collisions(text, replayed, share("collisions"))
+        findings += report.findings
+    return _Replayed(text, replayed, judgement, coverage, report, tuple(findings))
 
 
-def _figures(text: KrlProgram, replayed: Replay, judgement: Judgement) -> dict[str, Any]:
-    """What the replay measured."""
+def _cell_collisions(text: ProgramText, replayed: Replay, progress: Callable[[float], None]) -> CollisionReport:
+    """Collisions of the cell's own bodies along a program whose part nobody knows, with each of its tools."""
+    postures, owner = posture_trace(text, replayed)
+    reports = []
+    for k, cell in enumerate(replayed.cells):
+        here = np.asarray(replayed.mounted)[owner] == k
+        none = np.zeros(int(here.sum()), np.int64)
+        reports.append(check_collisions(
+            cell, postures[here], cutting=none > 0, line=np.asarray(text.line)[owner[here]], region=none - 1,
+            progress=lambda done, of: progress(done / of),
+        ))  # fmt: skip
+    return reports[0] if len(reports) == 1 else joined_collisions(reports)
+
+
+def _further(found: Sequence[Finding], second: _Replayed | None) -> list[Finding]:
+    """What the replay found where the witness has nothing to say of the same line."""
+    if second is None:
+        return []
+    errors = {f.line for f in found if f.severity is Severity.ERROR}
+    return [
+        f
+        for f in second.findings
+        if f.code not in _SECOND_HAND and not (f.severity is Severity.ERROR and f.line in errors)
+    ]
+
+
+def _judged(verdict: Verdict, second: _Replayed | None, asked: bool) -> dict[str, bool | None]:
+    """Area to True, False, None (not judged, or not asked)."""
+    judged = dict(verdict.judged)
+    report = None if second is None else second.collisions
+    judged["collisions"] = None if report is None or not asked or not report.checked else report.count == 0
+    if second is not None and any(f.code == "axis-limit" for f in second.judgement.findings):
+        judged["limits"] = False
+    return judged
+
+
+def _figures(second: _Replayed | None, program: Path) -> dict[str, Any]:
+    """What the replay measured; nothing where it could not be made."""
+    if second is None:
+        return {"files": [program.name], "motions": None}
+    text, replayed, judgement = second.text, second.replayed, second.judgement
     inv_kf = np.asarray(replayed.inv_kf)
     finite = inv_kf[np.isfinite(inv_kf)]
     return {
@@ -120,7 +238,9 @@ def _figures(text: KrlProgram, replayed: Replay, judgement: Judgement) -> dict[s
     }
 
 
-def _against(coverage: Coverage, inputs: JobInputs) -> dict[str, Any]:
+def _against(coverage: Coverage | None, inputs: JobInputs) -> dict[str, Any] | None:
+    if coverage is None:
+        return None
     met = coverage.motion >= 0
     return {
         "file": inputs.toolpath.source,
@@ -132,11 +252,11 @@ def _against(coverage: Coverage, inputs: JobInputs) -> dict[str, Any]:
     }
 
 
-def _approximation(program: KrlProgram, replayed: Replay) -> dict[str, Any] | None:
+def _approximation(program: ProgramText, replayed: Replay) -> dict[str, Any] | None:
     """What approximate positioning takes off corners; None for a program that the ideal controller would not run."""
     try:
         return approximation_entry(approximation(program, replayed))
-    except (KrlError, JobError):
+    except (ProgramError, JobError):
         return None
 
 

@@ -6,26 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.joint import Joint, Role
+from camrob.cell.joint import Role
 from camrob.se3 import inverse
 
-__all__ = ["base_T_flange", "base_T_joint_frames", "base_T_root", "base_T_tool", "world_T_base"]
+__all__ = ["base_T_flange", "base_T_joint_frames", "base_T_root", "base_T_tool", "seen_by_program", "world_T_base"]
 
 Array = NDArray[np.float64]
-
-
-def _motion(joint: Joint, q: Array) -> Array:
-    """Motion (..., 4, 4) of a joint along or about its z."""
-    T = np.zeros((*q.shape, 4, 4))
-    T[..., 3, 3] = T[..., 2, 2] = 1.0
-    if joint.prismatic:
-        T[..., 0, 0] = T[..., 1, 1] = 1.0
-        T[..., 2, 3] = q
-    else:
-        T[..., 0, 0] = T[..., 1, 1] = np.cos(q)
-        T[..., 1, 0] = np.sin(q)
-        T[..., 0, 1] = -T[..., 1, 0]
-    return T
 
 
 def base_T_joint_frames(cell: Cell, q: Array) -> Array:
@@ -34,7 +20,7 @@ def base_T_joint_frames(cell: Cell, q: Array) -> Array:
     T = np.broadcast_to(cell.base_T_first, (*q.shape[:-1], 4, 4))
     last_of_arm = cell.indices(Role.ARM)[-1]
     for i, joint in enumerate(cell.joints):
-        T = T @ joint.before @ _motion(joint, q[..., i]) @ joint.after
+        T = T @ joint.before @ joint.motion(q[..., i]) @ joint.after
         frames.append(T)
         if i == last_of_arm:
             T = T @ cell.wrist_T_flange @ cell.flange_T_tool
@@ -76,3 +62,13 @@ def world_T_base(cell: Cell, q: Array) -> Array:
     world_T_hall = base_T_joint_frames(cell, zero)[workpiece[-1]]  # frames: world is base
     base_T_hall = base_T_joint_frames(cell, q)[workpiece[-1]]
     return np.asarray(world_T_hall @ inverse(base_T_hall))
+
+
+def seen_by_program(cell: Cell, q: Array, poses: Array) -> Array:
+    """Poses (N, 4, 4) in `base`, of postures q (N, n), in the frame that a program's base without an offset stands for.
+
+    That is `base` where it follows the table, else `world`, where `base` is while the table is at 0.
+    """
+    if cell.base_follows_table:
+        return poses
+    return np.asarray(world_T_base(cell, q) @ poses)  # frames: world is base

@@ -14,8 +14,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.arm_axes import arm_axes
 from camrob.cell.cell import Cell
-from camrob.cell.joint import Role
 from camrob.se3 import inverse
 
 __all__ = [
@@ -54,30 +54,11 @@ def spherical_arm(cell: Cell) -> SphericalArm | None:
 
     Closed form needs: axes 2 and 3 parallel, axes 4, 5 and 6 through one point, within 1e-9 m and rad.
     """
-    joints = [j for j in cell.joints if j.role is Role.ARM]
-    h, o = np.empty((6, 3)), np.empty((6, 3))
-    T = np.eye(4)
-    for i, joint in enumerate(joints):
-        T = T @ joint.before
-        h[i], o[i] = T[:3, 2], T[:3, 3]
-        T = T @ joint.after
-    foot_T_tool = T @ cell.wrist_T_flange @ cell.flange_T_tool
-    if np.linalg.norm(np.cross(h[1], h[2])) > 1e-9:
+    axes = arm_axes(cell)
+    if axes is None:
         return None
-    # the point nearest to axes 4, 5 and 6 in the least-squares sense; they must pass through it
-    A, b = np.zeros((3, 3)), np.zeros(3)
-    for i in (3, 4, 5):
-        across = np.eye(3) - np.outer(h[i], h[i])
-        A += across
-        b += across @ o[i]
-    if np.linalg.cond(A) > 1e12:
-        return None
-    wrist = np.linalg.solve(A, b)
-    off = max(float(np.linalg.norm(np.cross(h[i], wrist - o[i]))) for i in (3, 4, 5))
-    wrist_regular = abs(float(h[3] @ h[4])) < 1e-9 and abs(float(h[4] @ h[5])) < 1e-9
-    if off > 1e-9 or not wrist_regular or np.linalg.norm(np.cross(h[0], h[1])) < 1e-3:
-        return None
-    return SphericalArm(h, o, np.asarray(wrist, np.float64), np.ascontiguousarray(inverse(foot_T_tool)))
+    tool_T_foot = inverse(np.asarray(axes.foot_T_tool))
+    return SphericalArm(axes.h.copy(), axes.o.copy(), axes.wrist.copy(), np.ascontiguousarray(tool_T_foot))
 
 
 @numba.njit(cache=True, forceinline=True)

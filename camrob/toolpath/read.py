@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from camrob.errors import InputError, ToolpathError
-from camrob.toolpath.apt_reader import read_cl
-from camrob.toolpath.dialects import DIALECTS
+from camrob.toolpath.apt.dialects.registry import DIALECTS
+from camrob.toolpath.apt.read_apt import read_cl
+from camrob.toolpath.defaults import Defaults
 from camrob.toolpath.sampling import ANGLE_TOLERANCE, CHORD_TOLERANCE
 from camrob.toolpath.toolpath import Toolpath
 
@@ -26,16 +27,21 @@ def read_toolpath(
     units: str | None = None,
     chord_tolerance: float = CHORD_TOLERANCE,
     angle_tolerance: float = ANGLE_TOLERANCE,
+    feed: float | None = None,
+    spindle_rpm: float | None = None,
+    diameters: Mapping[int, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Toolpath:
     """Read CL data (NX, Creo, CATIA, CAMWorks, Makino, plain APT) or 5-axis G-code; which one is recognised.
 
     `dialect` forces one by name ("nx-clsf", "creo-ncl", "catia-apt", "camworks-apt", "camworks-clt", "makino-cldata",
     "apt", "gcode"); `units` ("mm", "inch") overrides the file's. Arcs and curves become points within
-    `chord_tolerance` (m) and `angle_tolerance` (rad). `progress` is told the share done (0..1).
+    `chord_tolerance` (m) and `angle_tolerance` (rad). `feed` (m/s) and `spindle_rpm` (rev/min) serve where the file states
+    no feed or starts no spindle before its first cut, each with a finding; `diameters` (m, by tool number, 0: any) for surface
+    speeds where the file names no cutter. `progress` is told the share done (0..1).
     Raises ToolpathError, naming file, line and cure, for what can't be read honestly.
     """
-    from camrob.toolpath.gcode import looks_like_gcode, read_gcode
+    from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
 
     place = Path(path)
     if dialect is not None and dialect not in DIALECTS and not dialect.startswith("gcode"):
@@ -52,6 +58,7 @@ def read_toolpath(
                 units=units,
                 chord_tolerance=chord_tolerance,
                 angle_tolerance=angle_tolerance,
+                defaults=Defaults(feed, spindle_rpm, diameters or {}),
                 progress=progress,
             ),
             place,
@@ -64,6 +71,7 @@ def read_toolpath(
                 units=units,
                 chord_tolerance=chord_tolerance,
                 angle_tolerance=angle_tolerance,
+                defaults=Defaults(feed, spindle_rpm, diameters or {}),
                 kinematics={"gcode-xyzac": "xyzac", "gcode-xyzbc": "xyzbc"}.get(dialect or ""),
             ),
             place,

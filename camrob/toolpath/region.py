@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from camrob.frozen import locked
 
-__all__ = ["Arc", "Event", "EventKind", "Move", "Region"]
+__all__ = ["Arc", "Event", "EventKind", "Move", "Region", "goes_on"]
+
+_SAME_PLACE = 1e-9  # m, and of a unit axis
 
 
 class Move(IntEnum):
@@ -36,13 +38,18 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happens just before the move to point `point` (index within the region; n = after the last)."""
+    """Something that happens just before the move to point `point` (index within the region; n = after the last).
+
+    `retracted`, at a toolpath's last point only: the file has first sent the tool to a place that is not known in the part
+    (G28, GOHOME), so it happens after the cell's own retract and not in the part.
+    """
 
     point: int
     kind: EventKind
     value: float = 0.0
     text: str = ""
     line: int = 0
+    retracted: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +78,8 @@ class Region:
 
     position: (N, 3) tool tip, metres. axis: (N, 3) unit tool axis, tip to holder. feed: (N,) m/s with which the tool
     comes to the point; for RAPID moves NaN. move: (N,) `Move`. line: (N,) 1-based source line.
-    `tool` is the tool's number (0 where the file names none).
+    `tool` is the tool's number (0 where the file names none). `detached`: where the tool was before the first point is not
+    known in the part (the file sent it to a machine position), so the cell's own retract has to be written before it.
     """
 
     name: str
@@ -84,6 +92,7 @@ class Region:
     operation: str = ""
     arcs: tuple[Arc, ...] = field(default=())
     events: tuple[Event, ...] = field(default=())
+    detached: bool = False
 
     def __post_init__(self) -> None:
         position = locked(self.position, shape=(None, 3), name="position")
@@ -106,3 +115,15 @@ class Region:
     def last_line(self) -> int:
         """Source line of the last point (0 for an empty region)."""
         return int(self.line[-1]) if len(self) else 0
+
+
+def goes_on(before: Region, region: Region) -> bool:
+    """Whether a region takes up the cut in which the one before it ends.
+
+    It then begins with the place where the tool stands, as a RAPID, and cuts from there.
+    """
+    if region.detached or len(region) < 2 or not len(before) or before.move[-1] != Move.CUT:
+        return False
+    at, axis = region.position[0] - before.position[-1], region.axis[0] - before.axis[-1]
+    there = max(float(np.abs(at).max()), float(np.abs(axis).max())) <= _SAME_PLACE
+    return bool(there and region.move[0] == Move.RAPID and region.move[1] == Move.CUT)

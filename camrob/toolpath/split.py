@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from itertools import pairwise
 
 import numpy as np
 
-from camrob.toolpath.region import Arc, Event, Move, Region
+from camrob.toolpath.region import Arc, Move, Region
 
 __all__ = ["split_at_turns"]
 
@@ -44,7 +45,7 @@ def _part(region: Region, first: int, stop: int, number: int) -> Region:
         if first <= a.first and a.last < stop
     )
     events = tuple(
-        Event(e.point - first, e.kind, e.value, e.text, e.line)
+        dataclasses.replace(e, point=e.point - first)
         for e in region.events
         if first <= e.point < stop or (last and e.point == stop)
     )
@@ -59,4 +60,5 @@ def _part(region: Region, first: int, stop: int, number: int) -> Region:
         operation=region.operation,
         arcs=arcs,
         events=events,
+        detached=region.detached and number == 0,
     )

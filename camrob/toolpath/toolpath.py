@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from camrob.findings import Finding
 from camrob.frozen import digest
-from camrob.issues import Finding
 from camrob.toolpath.region import Region
 
 __all__ = ["Tool", "Toolpath"]

@@ -13,11 +13,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from feed_paths import CELL, path_of, wave
 
 from camrob.dynamics.motion_torques import motion_torques
-from camrob.feed.as_it_stands import program_as_it_stands
-from camrob.feed.optimal import optimal_feed
-from camrob.feed.path_spline import MotionBounds, interpolated, speed_caps
-from camrob.feed.reachability import fastest_squares
-from camrob.feed.timing import program_time
+from camrob.timing.as_it_stands import program_as_it_stands
+from camrob.timing.optimal import optimal_feed
+from camrob.timing.path_spline import MotionBounds, interpolated, speed_caps
+from camrob.timing.reachability import fastest_squares
+from camrob.timing.timing import program_time
 
 
 def beside_toppra(count: int) -> None:

@@ -28,14 +28,14 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from bench_tracker import bounds, quality, run, setting  # noqa: E402
+from bench_follower import bounds, quality, run, setting  # noqa: E402
 from spiral import write_cl_file  # noqa: E402
 
 from camrob.cell.urdf import cell_urdf  # noqa: E402
-from camrob.jobs.inputs import read_inputs  # noqa: E402
+from camrob.jobs.files.inputs import read_inputs  # noqa: E402
 from camrob.kinematics.frames import base_T_tool  # noqa: E402
 from camrob.kinematics.kernels import inverse_kf_many  # noqa: E402
-from camrob.resolve.planned import resolve_planned  # noqa: E402
+from camrob.redundancy.planning.planned import resolve_planned  # noqa: E402
 
 PACKAGES = {
     "placo": ["placo"],

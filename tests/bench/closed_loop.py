@@ -22,18 +22,18 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import gap_generator as generator
 
-from camrob.calibrate.calibration_file import read_calibration
+from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.read_cell import read_cell
 from camrob.controller.simulate import simulate
-from camrob.gap.program_track import track_of
-from camrob.gap.scene import make_scene
+from camrob.gap.observation.program_track import track_of
+from camrob.gap.observation.scene import make_scene
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.kinematics.frames import world_T_base
-from camrob.measure.log import MeasurementLog
-from camrob.measure.log_info import LogInfo
-from camrob.measure.write_log import write_log
-from camrob.post.krl_reader import read_krl
+from camrob.languages.krl.reader.read_krl import read_krl
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import LogInfo
+from camrob.measurement.write_log import write_log
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"

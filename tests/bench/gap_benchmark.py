@@ -44,7 +44,7 @@ def answer(folder: str, seed: int, without: tuple[str, ...]) -> dict:
     """Diagnose a case, knowing its logs alone."""
     from camrob.cell.read_cell import read_cell
     from camrob.gap.diagnose import diagnose
-    from camrob.measure.read_log import read_log
+    from camrob.measurement.read_log import read_log
 
     files = [Path(folder) / f"{seed}.csv", Path(folder) / f"{seed}_withheld.csv"]
     cell, (log, withheld) = read_cell(CELL), [read_log(f) for f in files]

@@ -1,7 +1,7 @@
 """Inputs of unusual size, posted by the command line: `python tests/bench/scale_faults.py [--points 1000000]`.
 
 A path with one point out of reach in its middle beside the same path without it, a file of a gigabyte of blanks, a line of
-100 MB, ten thousand regions of one point. Prints status, message, seconds and memory of each; tests/test_scale.py holds
+100 MB, ten thousand regions of one point. Prints status, message, seconds and memory of each; tests/hostile/test_scale.py holds
 smaller ones of the same kind to what must come out.
 """
 

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from camrob.gap.effects.common import arm_axes, moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 

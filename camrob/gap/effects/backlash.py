@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from camrob.cell.joint import Role
 from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
-from camrob.gap.signals import play
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import play
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]

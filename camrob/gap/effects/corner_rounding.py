@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 from camrob.units import mm_to_m
 
 __all__ = ["DISTANCE", "EFFECT"]
 
 DISTANCE = EffectParameter("cdis_mm", "mm", mm_to_m(1.0), -mm_to_m(0.001), mm_to_m(50.0))
-"""How far from a corner the tool leaves the path: `$APO.CDIS`, or half of the shorter motion where that is less."""
+"""How far from a corner the tool leaves the path: the programmed distance, or half of the shorter motion where that is less."""
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -25,10 +25,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 
 EFFECT = Effect(
     name="corner_rounding",
-    physics="With C_DIS or C_VEL the controller leaves the programmed path before each corner and joins it again behind.",
+    physics="Where it may, the controller leaves the programmed path before each corner and joins it again behind.",
     rungs=("program_to_setpoint",),
     regimes=("position",),
-    experiment="run the program with $APO.CDIS = 0, or with exact stops at the corners",
+    experiment="run the program with a rounding distance of 0, or with exact stops at the corners",
     units=_units,
     columns=_columns,
     accuracy=0.1,

@@ -8,7 +8,7 @@ import numpy as np
 
 from camrob.gap.effects.common import arm_axes
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 from camrob.units import mm_to_m
 
 __all__ = ["EFFECT"]

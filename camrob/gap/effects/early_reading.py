@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "no_refinement", "no_terms"]

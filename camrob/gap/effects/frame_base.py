@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, constant, place_parameters
 from camrob.gap.effects.effect import Column, Effect, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from camrob.cell.joint import Role
 from camrob.gap.effects.common import ANGLE, LENGTH, constant, moved, place_parameters
 from camrob.gap.effects.effect import Column, Effect, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 

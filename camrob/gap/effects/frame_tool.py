@@ -1,4 +1,4 @@
-"""The tool's tip lies elsewhere on the flange than `$TOOL` says."""
+"""The tool's tip lies elsewhere on the flange than the program says."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from camrob.gap.effects.common import LENGTH, PLACES, TOOL_ANGLE, constant, place_parameters
 from camrob.gap.effects.effect import Column, Effect, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 
@@ -27,7 +27,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 
 EFFECT = Effect(
     name="frame_tool",
-    physics="$TOOL is another one: a rigid motion multiplied on its right at the tip, in the tool's axes.",
+    physics="The tool's frame is another one: a rigid motion multiplied on its right at the tip, in the tool's axes.",
     rungs=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the tool about one point through three or more orientations (the four-point method)",

@@ -8,8 +8,8 @@ import numpy as np
 
 from camrob.gap.effects.common import moved
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
-from camrob.gap.signals import first_order
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import first_order
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from camrob.gap.effects.common import arm_axes, constant, place_parameters
 from camrob.gap.effects.effect import Column, Effect, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]

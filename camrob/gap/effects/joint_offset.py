@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from camrob.gap.effects.common import arm_axes, constant
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad
 
 __all__ = ["EFFECT"]

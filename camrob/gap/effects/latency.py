@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
-from camrob.gap.signals import delayed
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import delayed
 
 __all__ = ["EFFECT"]
 

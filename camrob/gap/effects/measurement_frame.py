@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, place_parameters
 from camrob.gap.effects.effect import Column, Effect, State, Unit
-from camrob.gap.frames import left_twists
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.unknown_frames import left_twists
 
 __all__ = ["EFFECT"]
 

@@ -11,7 +11,7 @@ from camrob.cell.load import PointMass
 from camrob.dynamics.gravity import gravity_arrays, gravity_torques
 from camrob.gap.effects.common import arm_axes
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
-from camrob.gap.signals import first_order
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import first_order
 
 __all__ = ["EFFECT"]
 

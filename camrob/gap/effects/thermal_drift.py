@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.gap.effects.common import arm_axes, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import ROOM_TEMPERATURE, Scene
+from camrob.gap.observation.scene import ROOM_TEMPERATURE, Scene
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT", "warmth"]

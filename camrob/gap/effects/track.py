@@ -9,7 +9,7 @@ import numpy as np
 from camrob.cell.joint import Role
 from camrob.gap.effects.common import moved
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.scene import Scene
+from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]

@@ -1,0 +1,296 @@
+"""Calibration of a cell from measured poses: what can be told, the fit, and what it is worth on poses that took no
+part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.calibration.calibration import Calibration, ErrorSize, Held, robot_digest
+from camrob.calibration.error_model import ErrorModel
+from camrob.calibration.fit import Fit, fit_parameters
+from camrob.calibration.identify import Identifiability
+from camrob.calibration.measurements import Measurements, sampled_rows, withheld_rows
+from camrob.calibration.parameters import ParameterSet
+from camrob.calibration.pose_by_pose import Evidence, PoseErrors
+from camrob.calibration.sets import (
+    FRAMES,
+    Prepared,
+    fit_frames,
+    identifiability,
+    named_parameter,
+    nuisance_of,
+    prepare_sets,
+)
+from camrob.calibration.stages import Stages, carried_over, pose_errors_of, sizes
+from camrob.calibration.terms import standard_names
+from camrob.cell.cell import Cell
+from camrob.errors import JobError, LogError, SingularError
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["Study", "calibrate_cell", "study_cell"]
+
+Array = NDArray[np.float64]
+
+_SAMPLE = 2000  # rows that suffice for a first look
+_MOST_POSITION, _MOST_ANGLE = 0.03, 0.06  # m and rad an axis: no robot that works is so far off
+_MOST_SHIFT, _MOST_TURN = 0.2, 0.3  # m and rad: what base and tool are off by more is no error but another frame
+_EXPLAINED = 0.2  # of what base and tool leave, a calibration is expected to leave so much
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A calibration and what it rests on."""
+
+    calibration: Calibration
+    evidence: Evidence
+
+
+def calibrate_cell(
+    cell: Cell,
+    data: Measurements | Sequence[Measurements],
+    *,
+    names: Sequence[str] | None = None,
+    candidates: Sequence[str] | None = None,
+    withheld: Measurements | Sequence[Measurements] | None = None,
+    share: float = 0.2,
+) -> Calibration:
+    """The calibration of `study_cell` alone."""
+    return study_cell(cell, data, names=names, candidates=candidates, withheld=withheld, share=share).calibration
+
+
+def study_cell(
+    cell: Cell,
+    data: Measurements | Sequence[Measurements],
+    *,
+    names: Sequence[str] | None = None,
+    candidates: Sequence[str] | None = None,
+    withheld: Measurements | Sequence[Measurements] | None = None,
+    share: float = 0.2,
+) -> Study:
+    """Calibrate a cell from one or several sets of measured poses.
+
+    Sets of an unknown instrument get a base and a reflector of their own. names: the parameters asked for; those are
+    required, and a set of them that the poses can't tell apart is refused. Without, `candidates` (by default the
+    standard ones) are tried, and what the poses don't tell is left out and said. withheld: sets that take no part, else
+    a share of the poses (0: none). Where the instrument of a withheld set is unknown, only the robot's parameters carry
+    over: base and reflector are refitted on half of it, and the other half judges. Raises LogError for data that can't
+    serve, SingularError for parameters that can't be told apart, JobError for a fit that ends where no robot is.
+    """
+    sets = [data] if isinstance(data, Measurements) else list(data)
+    others = [withheld] if isinstance(withheld, Measurements) else list(withheld or ())
+    parts: list[Measurements | None] = [None] * len(sets)
+    if withheld is None and share > 0.0:
+        masks = withheld_rows(sets, share)
+        parts = [part.select(mask) for part, mask in zip(sets, masks, strict=True)]
+        sets = [part.select(~mask) for part, mask in zip(sets, masks, strict=True)]
+    prepared = prepare_sets(cell, sets, _asked(cell, sets, names, candidates))
+    firsts = [fit_frames(cell, part.select(sampled_rows(len(part), _SAMPLE)), ParameterSet.of(())) for part in sets]
+    for part, (_, first) in zip(sets, firsts, strict=True):
+        _believable(cell, first, part)
+    kept, fit, seen = _fitted_as_far_as_told(cell, prepared, [first for _, first in firsts], names)
+    stages = [_stages(part, first, fit) for part, first in zip(kept, firsts, strict=True)]
+    poses = [pose_errors_of(part, s, withheld=False) for part, s in zip(sets, stages, strict=True)]
+    poses += [
+        pose_errors_of(part, s, withheld=True)
+        for part, s in zip(parts, stages, strict=True)
+        if part is not None and len(part)
+    ]
+    for other in others:
+        poses.append(_predicted(cell, other, stages[0], fit, kept[0].nuisance))
+    calibration = _result(cell, sets, kept[0], fit, seen, poses)
+    return Study(calibration, Evidence(tuple(poses), fit.names, fit.correlation, seen.singular))
+
+
+def _asked(
+    cell: Cell, sets: Sequence[Measurements], names: Sequence[str] | None, candidates: Sequence[str] | None
+) -> tuple[str, ...]:
+    """The names to try: those asked for and, always, those of unknown instruments; else the candidates."""
+    if names is None:
+        table = any(part.in_base for part in sets)
+        return standard_names(cell, table=table) if candidates is None else tuple(candidates)
+    unknown = {n for part in sets for n in nuisance_of(part)}
+    return (*(n for n in FRAMES if n in unknown and n not in names), *names)
+
+
+def _fitted_as_far_as_told(
+    cell: Cell, prepared: Sequence[Prepared], firsts: Sequence[Fit], names: Sequence[str] | None
+) -> tuple[tuple[Prepared, ...], Fit, Identifiability]:
+    """The sets with the parameters that the poses tell, and their fit."""
+    scales = np.array([named_parameter(cell, n).scale for n in prepared[0].names])
+    noise = [(_EXPLAINED * f.scatter_position, _EXPLAINED * f.scatter_angle) for f in firsts]
+    for _ in range(2):
+        seen = _told(prepared, scales, noise, cell)
+        if names is not None:
+            _refuse(cell, seen, names, prepared[0].data)
+        _enough(prepared, seen.kept)
+        kept = tuple(part.with_names(seen.kept) for part in prepared)
+        pairs = [(part.model, part.data) for part in kept]
+        fit = fit_parameters(pairs, ParameterSet.of(named_parameter(cell, n) for n in seen.kept))
+        hoped_p, hoped_a = (max(n[k] for n in noise) for k in (0, 1))
+        if names is not None or (fit.scatter_position <= 1.2 * hoped_p and fit.scatter_angle <= 1.2 * hoped_a):
+            break
+        # more remains than was hoped: what is weak in it goes
+        noise = [(fit.scatter_position, fit.scatter_angle)] * len(prepared)
+    return kept, fit, seen
+
+
+def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:
+    """Raise LogError where the poses are too few for the parameters."""
+    rows = sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared)
+    if rows >= 2 * len(names):
+        return
+    poses = sum(len(part.data) for part in prepared)
+    cure = f"{len(names)} parameters need {-(-2 * len(names) * poses // rows)} at the least"
+    raise LogError(f"holds {poses} poses to fit", cure=cure, path=prepared[0].data.name)
+
+
+def _believable(cell: Cell, frames: Fit, data: Measurements) -> None:
+    """What base and tool leave can be a robot's errors, and they are errors themselves. Raises LogError and JobError."""
+    known = [p for p in frames.parameters.items_ if p.name not in nuisance_of(data)]
+    farthest = [max((abs(p.value) for p in known if p.unit == unit), default=0.0) for unit in ("m", "rad")]
+    scattered = frames.scatter_position > _MOST_POSITION or frames.scatter_angle > _MOST_ANGLE
+    if not scattered and farthest[0] <= _MOST_SHIFT and farthest[1] <= _MOST_TURN:
+        return
+    seen = f'"{"base" if data.in_base else "world"}"'
+    if known and (not scattered or _fits_elsewhere(cell, data)):
+        cure = 'say measured_frame = "unknown" and target = "unknown" in LOG.toml, or give the poses of the tip'
+        raise LogError(f"holds poses of another frame or target than {seen} and the tool", cure=cure, path=data.name)
+    place, turn = m_to_mm(frames.scatter_position), rad_to_deg(frames.scatter_angle)
+    what = f"{data.name or 'the poses'} can't be this cell's: with base and tool fitted, {place:.1f} mm"
+    cure = "check the cell, the axes' signs, the units and measured_frame"
+    raise JobError(f"{what} and {turn:.2f} degrees an axis remain; {cure}")
+
+
+def _fits_elsewhere(cell: Cell, data: Measurements) -> bool:
+    """Whether the poses are the robot's, seen from some other place."""
+    free = replace(data.select(sampled_rows(len(data), _SAMPLE)), frame_known=False, target_known=False)
+    try:
+        fit = fit_frames(cell, free, ParameterSet.of(()))[1]
+    except SingularError:
+        return False
+    return fit.scatter_position <= _MOST_POSITION and fit.scatter_angle <= _MOST_ANGLE
+
+
+def _told(
+    prepared: Sequence[Prepared], scales: Array, noise: Sequence[tuple[float, float]], cell: Cell
+) -> Identifiability:
+    try:
+        return identifiability(prepared, scales, noise)
+    except ValueError as error:
+        raise SingularError(f"cell {cell.name} can't be calibrated from these poses: {error}") from None
+
+
+def _refuse(cell: Cell, seen: Identifiability, names: Sequence[str], data: Measurements) -> None:
+    """A set that was asked for by name is fitted whole or not at all."""
+    lost = [n for n in names if n in seen.left_out]
+    if lost:
+        first = lost[0]
+        others = seen.merged.get(first, ())
+        why = f"it can't be told from {', '.join(others[:6])}" if others else "the poses say too little of it"
+        if first.endswith(".compliance") and not cell.masses:
+            why = f"cell {cell.name} states no masses, so that gravity's torques aren't known"
+        what = f"{', '.join(lost[:8])} can't be fitted to {data.name or 'these poses'}: {first}: {why}"
+        raise SingularError(f"{what}; leave parameters out or measure other poses")
+
+
+def _stages(part: Prepared, first: tuple[ErrorModel, Fit], fit: Fit) -> Stages:
+    """The models of a fitted set, from the nominal robot to the calibrated one."""
+    values = fit.parameters.values_array
+    found = Stages(
+        frames=(first[0], first[1].parameters.values_array),
+        calibrated=(part.model.model, values[np.asarray(part.model.columns)]),
+        spread=(fit.scatter_position, fit.scatter_angle),
+    )
+    if nuisance_of(part.data):  # with an unknown instrument nothing can be said without fitting its frame
+        return found
+    plain = ErrorModel.of(part.model.model.cell, (), in_base=part.data.in_base)
+    return found.with_nominal((plain, np.zeros(0)))
+
+
+def _predicted(cell: Cell, data: Measurements, stages: Stages, fit: Fit, nuisance: tuple[str, ...]) -> PoseErrors:
+    """The errors of a set that took no part."""
+    if not nuisance and not nuisance_of(data):
+        return pose_errors_of(data, stages.seen_from(cell, data.in_base), withheld=True)
+    robot = fit.parameters.only(n for n in fit.names if n not in FRAMES and "@" not in n)
+    judging, refitted = carried_over(cell, data, robot, stages.spread)
+    return pose_errors_of(judging, refitted, withheld=True, refitted=True)
+
+
+def _result(
+    cell: Cell,
+    sets: Sequence[Measurements],
+    kept: Prepared,
+    fit: Fit,
+    seen: Identifiability,
+    poses: Sequence[PoseErrors],
+) -> Calibration:
+    """What was found, as it is written. Bases and reflectors of later sets end here: they are nobody's but the fit's."""
+    oriented = any(part.oriented for part in sets)
+    own = [n for n in seen.kept if "@" not in n]
+    return Calibration(
+        cell_name=cell.name,
+        cell_digest=robot_digest(cell),
+        parameters=fit.parameters.only(own),
+        nuisance=tuple(n for n in own if n in kept.nuisance),
+        held=_held(seen),
+        errors=_errors(poses),
+        correlations=tuple(pair for pair in fit.strongest(60) if "@" not in pair[0] + pair[1])[:10],
+        condition=seen.condition,
+        observability=tuple(getattr(seen.observability, f"o{k}") for k in range(1, 6)),
+        scatter_position=fit.scatter_position,
+        scatter_angle=fit.scatter_angle if oriented else float("nan"),
+        logs=tuple((part.name, part.digest) for part in sets),
+        rows=sum(len(part) for part in sets),
+        outliers=fit.outliers,
+        left_out=sum(part.left_out for part in sets),
+        oriented=oriented,
+        warnings=(*_warnings(fit, sets), *_carries_badly(poses)),
+    )
+
+
+def _held(seen: Identifiability) -> tuple[Held, ...]:
+    merged = [Held(n, "merged", others[:8]) for n, others in seen.merged.items()]
+    every = (*merged, *(Held(n, "unseen") for n in seen.unseen), *(Held(n, "weak") for n in seen.weak))
+    return tuple(h for h in every if "@" not in h.name)
+
+
+def _errors(poses: Sequence[PoseErrors]) -> dict[str, ErrorSize]:
+    """Errors by stage and set."""
+    return {
+        f"{stage}/{name}": size
+        for stage in ("nominal", "frames", "calibrated")
+        for name, withheld in (("fitted", False), ("withheld", True))
+        if (size := sizes([p for p in poses if p.withheld is withheld], stage)) is not None
+    }
+
+
+def _carries_badly(poses: Sequence[PoseErrors]) -> tuple[str, ...]:
+    """A sentence for every withheld log that the calibrated robot predicts worse than base and tool alone do."""
+    worse = [p for p in poses if p.withheld and np.mean(p.distance("calibrated")) > np.mean(p.distance("frames"))]
+    return tuple(
+        f"the poses of {p.log or 'the withheld set'} come out worse than with base and tool alone: these parameters don't "
+        "carry over to such poses; fit fewer, or measure poses like them"
+        for p in worse
+    )
+
+
+def _warnings(fit: Fit, sets: Sequence[Measurements]) -> tuple[str, ...]:
+    """What a person should know before trusting the numbers."""
+    said = []
+    if fit.outliers > 0.02 * fit.rows:
+        said.append(f"{fit.outliers} of {fit.rows} poses lie far off; look at the measurement")
+    if fit.strongest(1) and abs(fit.strongest(1)[0][2]) > 0.98:
+        a, b, r = fit.strongest(1)[0]
+        said.append(f"{a} and {b} are nearly one parameter in these poses (correlation {r:.3f})")
+    sigma = max(part.sigma_position for part in sets)
+    if sigma > 0.0 and fit.scatter_position > 3.0 * sigma:
+        ratio = fit.scatter_position / sigma
+        said.append(
+            f"what remains is {ratio:.0f} times the instrument's noise: something else is at work that was not fitted"
+        )
+    return tuple(said)

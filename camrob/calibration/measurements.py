@@ -1,0 +1,132 @@
+"""Measured poses for a calibration: postures and frames out of logs, checked against the cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.errors import LogError
+from camrob.frozen import locked
+from camrob.measurement.log import ORIENTATION, POSITION, MeasurementLog
+from camrob.measurement.log_info import MeasuredFrame, Target
+from camrob.se3 import pose
+
+__all__ = ["Measurements", "measurements_of", "sampled_rows", "withheld_rows"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Measurements:
+    """N postures q (N, n) with measured target poses (N, 4, 4); without `oriented`, their rotations mean nothing.
+
+    in_base: the poses are seen from the turning `base`. frame_known, target_known: whether the instrument's frame and
+    the reflector are the cell's own, else they are fitted. sigma_position (m), sigma_angle (rad): noise an axis, NaN
+    unknown. rows (N,): where in the log each one stood. left_out: rows of the log with empty cells. single: poses at
+    rest.
+    """
+
+    q: Array
+    frames: Array
+    oriented: bool
+    in_base: bool = False
+    frame_known: bool = True
+    target_known: bool = True
+    sigma_position: float = math.nan
+    sigma_angle: float = math.nan
+    rows: NDArray[np.int64] | None = None
+    left_out: int = 0
+    single: bool = True
+    name: str = ""
+    digest: str = ""
+
+    def __post_init__(self) -> None:
+        q = locked(self.q, shape=(None, None), name="q")
+        rows = np.arange(len(q)) if self.rows is None else self.rows
+        object.__setattr__(self, "q", q)
+        object.__setattr__(self, "frames", locked(self.frames, shape=(len(q), 4, 4), name="frames"))
+        object.__setattr__(self, "rows", locked(rows, shape=(len(q),), dtype=np.int64, name="rows"))
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def select(self, index: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Measurements:
+        """Some of the poses."""
+        rows = np.asarray(self.rows)[index]
+        return replace(self, q=self.q[index], frames=self.frames[index], rows=rows)
+
+    def without_orientation(self) -> Measurements:
+        """The same poses, their positions alone."""
+        return replace(self, oriented=False)
+
+
+def measurements_of(log: MeasurementLog, cell: Cell) -> Measurements:
+    """The poses of a log, rows with empty cells left out and counted; encoders where there are some, else set-points.
+
+    Raises LogError where the log lacks the position or an axis of the cell, moves an axis that the cell lacks, or
+    holds no whole row.
+    """
+    names = cell.axis_names
+    strange = [n for n in log.axis_names if n not in names]
+    for name in strange:
+        values = log.columns.get(name, log.columns.get(f"c{name}", np.zeros(1)))
+        if np.nanmax(values) - np.nanmin(values) > 1e-6:
+            cure = f"give the cell of this log; {cell.name} has {', '.join(names)}"
+            raise LogError(f"moves {name}, which cell {cell.name} lacks", cure=cure, path=log.path, line=1)
+    reported = log.has(*names)
+    if not reported and not log.has(*(f"c{n}" for n in names)):
+        missing = next(n for n in names if not log.has(n))
+        cure = f"the cell's axes are {', '.join(names)}"
+        raise LogError(f"has no column {missing}", cure=cure, path=log.path, line=1)
+    if not log.has_position:
+        raise LogError("holds no measured position", cure="give x, y, z", path=log.path, line=1)
+    axes = log.axes(names) if reported else log.setpoints(names)
+    oriented = log.has_orientation and bool(log.complete(ORIENTATION).any())
+    whole = log.complete(POSITION) & ~np.isnan(axes).any(axis=1)
+    if oriented:
+        whole &= log.complete(ORIENTATION)
+    if not whole.any():
+        cure = "every row lacks a position or an axis value"
+        raise LogError("holds no whole row", cure=cure, path=log.path)
+    position, rotation = log.position[whole], log.rotation[whole] if oriented else np.eye(3)
+    info = log.info
+    return Measurements(
+        q=cell.to_q(axes[whole]),
+        frames=pose(np.broadcast_to(rotation, (len(position), 3, 3)), position),
+        oriented=oriented,
+        in_base=info.measured_frame is MeasuredFrame.BASE,
+        frame_known=info.measured_frame is not MeasuredFrame.UNKNOWN,
+        target_known=info.target is Target.TOOL,
+        sigma_position=info.sigma_position,
+        sigma_angle=info.sigma_angle,
+        rows=np.flatnonzero(whole),
+        left_out=int(len(log) - whole.sum()),
+        single=info.poses,
+        name=log.path.name if log.path else "",
+        digest=log.digest,
+    )
+
+
+def sampled_rows(count: int, most: int) -> NDArray[np.int64]:
+    """At most `most` of `count` rows, evenly spread."""
+    if count <= most:
+        return np.arange(count)
+    return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
+
+
+def withheld_rows(data: Sequence[Measurements], share: float) -> list[NDArray[np.bool_]]:
+    """Which rows take no part in fitting: of single poses a random share, of paths whole blocks of a twentieth."""
+    generator = np.random.default_rng(20120618)
+    masks = []
+    for part in data:
+        if part.single:
+            masks.append(generator.permutation(len(part)) < round(share * len(part)))
+        else:
+            block = np.arange(len(part)) * 20 // max(len(part), 1)
+            masks.append(np.isin(block, generator.permutation(20)[: round(20 * share)]))
+    return masks

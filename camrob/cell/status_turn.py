@@ -1,0 +1,86 @@
+"""KRL's Status and Turn, which tell a PTP to a pose which branch and turn to take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.arm_axes import arm_axes
+from camrob.cell.cell import Cell
+from camrob.errors import CellError
+from camrob.se3 import rotation_exp
+from camrob.units import deg_to_rad, rad_to_deg
+
+__all__ = ["StatusTurn"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StatusTurn:
+    """Status and Turn of a cell's arm (KUKA's system-software manual).
+
+    S bit 0: the wrist's centre is in the overhead area, behind axis 1. Bit 1: A3 is past `stretch_deg`, the axis value at
+    which the arm is stretched. Bit 2: A5 lies in [-180, 0) or from 180 on. T: one bit an axis, set where its value is negative.
+    """
+
+    stretch_deg: float
+    _forward: Array
+    _h: Array
+    _from_shoulder: Array
+    _from_elbow: Array
+    _shoulder: Array
+    _signs: Array
+    _offsets: Array
+
+    @classmethod
+    def of(cls, cell: Cell) -> StatusTurn:
+        """For a cell's arm. Raises CellError where the arm has no spherical wrist, for which KUKA defines no status."""
+        arm = arm_axes(cell)
+        if arm is None:
+            raise CellError(
+                f"cell {cell.name}: Status and Turn need an arm with a spherical wrist", cure="use PTP by axes"
+            )
+        joints = cell.joints[cell.arm_slice]
+        h, o = arm.h, arm.o
+        forward = np.cross(h[1], h[0])
+        forward = forward / np.linalg.norm(forward)
+        along = np.eye(3) - np.outer(h[2], h[2])
+        upper, fore = along @ (o[2] - o[1]), along @ (arm.wrist - o[2])
+        lean = float((o[1] - o[0]) @ forward)
+        if abs(lean) < 1e-9:  # axis 2 stands on axis 1: ahead is where the wrist is with A2 and A3 at 0
+            turn2, turn3 = (rotation_exp(joints[i].q_value(np.zeros(())) * h[i]) for i in (1, 2))
+            lean = float((o[1] - o[0] + turn2 @ (o[2] - o[1] + turn3 @ (arm.wrist - o[2]))) @ forward)
+        if lean < 0.0:
+            forward = -forward
+        stretched = float(np.arctan2(h[2] @ np.cross(fore, upper), fore @ upper))
+        value = rad_to_deg(float(joints[2].axis_value(np.asarray(stretched))))
+        return cls(
+            (value + 180.0) % 360.0 - 180.0,
+            forward,
+            h,
+            o[2] - o[1],
+            arm.wrist - o[2],
+            o[1] - o[0],
+            np.array([j.sign for j in joints]),
+            np.array([j.offset for j in joints]),
+        )
+
+    def status(self, axes_deg: Array) -> NDArray[np.int16]:
+        """S (N,) of axis values (N, 6), degrees."""
+        q = self._signs * (deg_to_rad(axes_deg) - self._offsets)
+        turn3 = rotation_exp(q[:, 2:3] * self._h[2])
+        turn2 = rotation_exp(q[:, 1:2] * self._h[1])
+        reach = self._from_shoulder + np.einsum("nij,j->ni", turn3, self._from_elbow)
+        wrist = self._shoulder + np.einsum("nij,nj->ni", turn2, reach)
+        overhead = wrist @ self._forward < 0.0
+        a5 = axes_deg[:, 4]
+        flipped = ((a5 >= -180.0) & (a5 < 0.0)) | (a5 >= 180.0)
+        return np.asarray(overhead * 1 + (axes_deg[:, 2] >= self.stretch_deg) * 2 + flipped * 4, np.int16)
+
+    @staticmethod
+    def turn(axes_deg: Array) -> NDArray[np.int16]:
+        """T (N,) of axis values (N, 6), degrees."""
+        return np.asarray((axes_deg < 0.0) @ (1 << np.arange(6)), np.int16)

@@ -1,0 +1,226 @@
+"""A TOML table read with a watchful eye: every key used, every number with its standing, every error with its key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import CellError, InputError
+
+__all__ = ["STANDINGS", "TableReader"]
+
+STANDINGS = ("datasheet", "paper", "measured", "assumed")
+
+
+def _finite(value: Any) -> bool:
+    """True for a number that float64 can hold."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # TOML's integers have no end
+        return False
+
+
+def _short(text: str) -> str:
+    """Text cut to a length that a message bears."""
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _shown(value: Any) -> str:
+    """A wrong value as a message shows it."""
+    try:
+        return _short(repr(value))
+    except ValueError:  # an integer too long to print
+        return "a number with thousands of digits"
+
+
+class TableReader:
+    """Reads one table of a TOML file; `key` is its dotted place, `error` what is raised when something is wrong.
+
+    Keys that nobody asked for are found by `finish`. Standings are looked up by the longest name in `standing` that
+    the key begins with and collected in `provenance`, which tables below share; with `standings`, every number below
+    the file's top needs one.
+    """
+
+    def __init__(
+        self,
+        data: Mapping[str, Any],
+        path: Path,
+        key: str = "",
+        *,
+        error: type[InputError] = CellError,
+        provenance: dict[str, str] | None = None,
+        standing: str | Mapping[str, str] | None = None,
+        standings: bool = False,
+    ) -> None:
+        self.path = path
+        self.key = key
+        self.error = error
+        self.provenance = {} if provenance is None else provenance
+        self._data = data
+        self._used: set[str] = set()
+        self._standing: str | Mapping[str, str] | None = standing
+        self._standings = standings
+        if "standing" in data:
+            self._standing = self._checked_standing(data["standing"])
+            self._used.add("standing")
+
+    def _checked_standing(self, value: Any) -> str | Mapping[str, str]:
+        values = value.values() if isinstance(value, Mapping) else [value]
+        for v in values:
+            if v not in STANDINGS:
+                raise self.fail("standing", f"{_shown(v)} is no standing", f"use one of {', '.join(STANDINGS)}")
+        result: str | Mapping[str, str] = value
+        return result
+
+    def place(self, key: str) -> str:
+        """The dotted name of a key, of the table itself for ""."""
+        return f"{self.key}.{key}" if self.key and key else self.key or key
+
+    def fail(self, key: str, what: str, cure: str) -> InputError:
+        """The error to raise for a key."""
+        return self.error(f"{self.place(key)}: {what}", cure=cure, path=self.path)
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._data
+
+    def _take(self, key: str, kind: str) -> Any:
+        if key not in self._data:
+            raise self.fail(key, "is missing", f"give {kind}")
+        self._used.add(key)
+        return self._data[key]
+
+    def _note_standing(self, key: str) -> None:
+        standing = self._standing
+        if standing is None:
+            if self._standings and self.key:
+                raise self.fail(key, "has no standing", f'write standing = "..." beside it: {" or ".join(STANDINGS)}')
+            return
+        if isinstance(standing, Mapping):
+            fits = [name for name in standing if key == name or key.startswith((name + "_", name + "."))]
+            if not fits:
+                raise self.fail(key, "has no standing", f"name it in standing: one of {', '.join(STANDINGS)}")
+            standing = standing[max(fits, key=len)]
+        self.provenance[self.place(key)] = str(standing)
+
+    def number(self, key: str, *, lower: float = -math.inf, upper: float = math.inf) -> float:
+        """A finite number within [lower, upper]."""
+        value = self._take(key, "a number")
+        if not _finite(value):
+            raise self.fail(key, f"is {_shown(value)}", "give a finite number")
+        if not lower <= value <= upper:
+            raise self.fail(key, f"is {value:g}", f"give a number from {lower:g} to {upper:g}")
+        self._note_standing(key)
+        return float(value)
+
+    def integer(self, key: str, *, lower: int, upper: int) -> int:
+        """A whole number within [lower, upper]."""
+        value = self.number(key, lower=lower, upper=upper)
+        if value != int(value):
+            raise self.fail(key, f"is {value:g}", "give a whole number")
+        return int(value)
+
+    def flag(self, key: str) -> bool:
+        """True or false."""
+        value = self._take(key, "true or false")
+        if not isinstance(value, bool):
+            raise self.fail(key, f"is {_shown(value)}", "give true or false")
+        return value
+
+    def text(self, key: str, *, choices: tuple[str, ...] = ()) -> str:
+        """A text of one line, one of `choices` where there are some."""
+        value = self._take(key, "a text")
+        if not isinstance(value, str) or not all(c.isprintable() for c in value):
+            raise self.fail(key, f"is {_shown(value)}", "give a text of one line")
+        if choices and value not in choices:
+            raise self.fail(key, f"is {_shown(value)}", f"use one of {', '.join(choices)}")
+        return value
+
+    def vector(self, key: str, length: int) -> NDArray[np.float64]:
+        """A list of `length` finite numbers."""
+        value = self._take(key, f"a list of {length} numbers")
+        good = isinstance(value, list) and len(value) == length
+        if not good or not all(_finite(v) for v in value):
+            raise self.fail(key, f"is {_shown(value)}", f"give a list of {length} finite numbers")
+        self._note_standing(key)
+        return np.array(value, float)
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        """A list of texts of one line each."""
+        value = self._take(key, "a list of texts")
+        if not isinstance(value, list) or any(
+            not isinstance(v, str) or not all(c.isprintable() for c in v) for v in value
+        ):
+            raise self.fail(key, f"is {_shown(value)}", "give a list of texts of one line each")
+        return tuple(value)
+
+    def text_map(self, key: str) -> dict[str, str]:
+        """A table of texts."""
+        value = self._take(key, "a table of texts")
+        if not isinstance(value, Mapping) or any(not isinstance(v, str) for v in value.values()):
+            raise self.fail(key, f"is {_shown(value)}", "give a table of texts")
+        return dict(value)
+
+    def keys(self) -> tuple[str, ...]:
+        """The table's own keys."""
+        return tuple(k for k in self._data if k != "standing")
+
+    def table(self, key: str, *, standings: bool | None = None) -> TableReader:
+        """The table below `key`; `standings` as on construction, where it differs from this table's."""
+        value = self._take(key, "a table")
+        if not isinstance(value, Mapping):
+            raise self.fail(key, f"is {_shown(value)}", "give a table")
+        standing = self._standing
+        if isinstance(standing, Mapping):
+            standing = standing.get(key)
+        return TableReader(
+            value,
+            self.path,
+            self.place(key),
+            error=self.error,
+            provenance=self.provenance,
+            standing=standing,
+            standings=self._standings if standings is None else standings,
+        )
+
+    def tables(self, key: str) -> list[TableReader]:
+        """The tables of an array of tables ([[key]]), [] where there are none."""
+        if key not in self._data:
+            return []
+        value = self._take(key, "an array of tables")
+        if not isinstance(value, list) or any(not isinstance(v, Mapping) for v in value):
+            raise self.fail(key, "is no array of tables", f"write [[{self.place(key)}]]")
+        readers = []
+        for i, v in enumerate(value):
+            label = v.get("name", i) if isinstance(v.get("name", i), str | int) else i
+            readers.append(
+                TableReader(
+                    v,
+                    self.path,
+                    f"{self.place(key)}[{_short(str(label))}]",
+                    error=self.error,
+                    provenance=self.provenance,
+                    standings=self._standings,
+                )
+            )
+        return readers
+
+    def rest(self) -> dict[str, Any]:
+        """What nobody has asked for yet, as it stands in the file: for whoever knows these keys."""
+        left = {key: value for key, value in self._data.items() if key not in self._used}
+        self._used.update(left)
+        return left
+
+    def finish(self) -> None:
+        """Raise when the table holds keys that nobody asked for."""
+        unknown = sorted(set(self._data) - self._used)
+        if unknown:
+            raise self.fail(
+                _short(unknown[0]), "is no key that camrob knows here", f"use {', '.join(sorted(self._used))}"
+            )

@@ -1,0 +1,289 @@
+"""The command line: thin verbs that parse, hand over to a job, and print what it returns.
+
+A verb is offered where its job, `camrob/jobs/<verb>.py`, is there; a job is imported when its verb runs, so that the
+command line itself starts at once.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from camrob.cli.console import ProgressHook, error_line, job_of, perform, renderer
+from camrob.cli.options import CellOption, Device, Feed, JsonOption, Method, QuietOption, SetupOption, Units
+from camrob.cli.real import calibrate, compensate, diagnose, simulate, tracker
+
+__all__ = [
+    "batch",
+    "build_app",
+    "calibrate",
+    "compensate",
+    "diagnose",
+    "feed",
+    "main",
+    "place",
+    "post",
+    "regress",
+    "run",
+    "simulate",
+    "tracker",
+    "verify",
+    "version",
+]
+
+
+def post(
+    clfile: Annotated[Path, typer.Argument(metavar="CLFILE", help="CL data or 5-axis G-code.")],
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the program.")],
+    setup: SetupOption = None,
+    name: Annotated[str | None, typer.Option("--name", help="The program's name. Default: after the CL file.")] = None,
+    method: Annotated[Method, typer.Option("--method", help="How the redundancy is resolved.")] = Method.VJM,
+    feed: Annotated[Feed, typer.Option("--feed", help="The CL file's feed, or the fastest safe one.")] = Feed.PROGRAM,
+    max_lines: Annotated[
+        int | None, typer.Option("--max-lines", min=1, metavar="N", help="Motions a sub-program may hold.")
+    ] = None,
+    dialect: Annotated[str | None, typer.Option("--dialect", help="Read the CL file as this dialect.")] = None,
+    units: Annotated[Units | None, typer.Option("--units", help="Units of the CL file, whatever it says.")] = None,
+    device: Annotated[Device, typer.Option("--device", help="Where planned postures are scored.")] = Device.CPU,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Leave NAME.html out.")] = False,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Turn a CL file into a verified KRL program."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("post")(
+            clfile,
+            cell=cell,
+            out=out,
+            setup=setup,
+            name=name,
+            method=method.value,
+            feed=feed.value,
+            max_lines=max_lines,
+            dialect=dialect,
+            units=units.value if units else None,
+            device=device.value,
+            report=not no_report,
+            progress=progress,
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_post)
+
+
+def verify(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
+    cell: CellOption,
+    against: Annotated[
+        Path | None, typer.Option("--against", metavar="CLFILE", help="The CL file that the program should follow.")
+    ] = None,
+    setup: SetupOption = None,
+    no_collisions: Annotated[bool, typer.Option("--no-collisions", help="Leave collisions out.")] = False,
+    no_manifest: Annotated[
+        bool,
+        typer.Option("--no-manifest", help="Take the files as they are, whatever the NAME.json beside them names."),
+    ] = False,
+    allow_unjudged: Annotated[
+        bool, typer.Option("--allow-unjudged", help="Status 0 although something could not be judged.")
+    ] = False,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Judge a KRL program: what it does, and whether that is what the CL file asks for."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("verify")(
+            program,
+            cell=cell,
+            against=against,
+            setup=setup,
+            collisions=not no_collisions,
+            manifest=not no_manifest,
+            progress=progress,
+        )
+
+    def holds(result: Any) -> bool:
+        return bool(result.ok) or (allow_unjudged and result.ok is None)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_verify, holds=holds)
+
+
+def regress(
+    toolpaths: Annotated[Path, typer.Argument(metavar="TOOLPATHS", help="The folder of samples.")],
+    cell: CellOption,
+    update: Annotated[bool, typer.Option("--update", help="Make what comes out now the golden files.")] = False,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Post every sample and compare programs and summaries with the golden files."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("regress")(toolpaths, cell=cell, update=update, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_regress, holds=lambda result: bool(result.ok))
+
+
+def place(
+    clfile: Annotated[Path, typer.Argument(metavar="CLFILE", help="The CL file.")],
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the map and the numbers go.")],
+    setup: Annotated[Path | None, typer.Option("--setup", metavar="SETUP.toml", help="The job's set-up.")] = None,
+    x: Annotated[float, typer.Option("--x", metavar="MM", help="Freedom along X, to either side.")] = 200.0,
+    y: Annotated[float, typer.Option("--y", metavar="MM", help="Freedom along Y, to either side.")] = 200.0,
+    z: Annotated[float, typer.Option("--z", metavar="MM", help="Freedom along Z, upwards.")] = 0.0,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Propose where on the table the part is worked best."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("place")(clfile, cell=cell, out=out, setup=setup, x_mm=x, y_mm=y, z_mm=z, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+
+
+def feed(
+    cell: CellOption,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the report.")],
+    solution: Annotated[
+        Path | None,
+        typer.Option("--solution", metavar="FILE", help="A solved path or a program, to analyse its derivatives."),
+    ] = None,
+    compensated: Annotated[
+        Path | None, typer.Option("--compensated", metavar="FILE", help="Compensated coordinates beside it.")
+    ] = None,
+    calibration: Annotated[
+        Path | None, typer.Option("--calibration", metavar="CALIBRATION.toml", help="Or compensate with this.")
+    ] = None,
+    axis: Annotated[str | None, typer.Option("--axis", help="The axis that is drawn, or all. Default: A1.")] = None,
+    rate: Annotated[float, typer.Option("--rate", help="Rate along the axes' displacement, rad/s.")] = 1.0,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Feed, time and torque on a cell's weld seam, or the derivatives of machine coordinates along a path."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("feed")(
+            solution,
+            cell=cell,
+            out=out,
+            compensated=compensated,
+            calibration=calibration,
+            axis=axis,
+            rate=rate,
+            progress=progress,
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_feed)
+
+
+def batch(
+    jobs: Annotated[Path, typer.Argument(metavar="JOBS.toml", help="The jobs: [defaults], and a [[job]] for each.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="What `out` is relative to. Default: JOBS.toml's folder."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, metavar="N", help="Processes. Default: one a core.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Use this Dask cluster: tcp://host:port.")
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Do many jobs side by side; the worst one's status is the batch's."""
+
+    def job(progress: ProgressHook) -> Any:
+        return job_of("batch")(jobs, out=out, workers=workers, scheduler=scheduler, progress=progress)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_batch, status=lambda result: int(result.status))
+
+
+VERBS: tuple[Callable[..., int], ...] = (
+    post,
+    place,
+    verify,
+    simulate,
+    regress,
+    calibrate,
+    compensate,
+    feed,
+    diagnose,
+    tracker,
+    batch,
+)
+
+
+_render_post = renderer("terminal.summaries", "render_post")
+_render_verify = renderer("terminal.verify_text", "render_verify")
+_render_regress = renderer("terminal.regress_text", "render_regress")
+_render_feed = renderer("feed.terminal_text", "render_feed")
+_render_batch = renderer("terminal.batch_text", "render_batch")
+_render_plain = renderer("terminal.summaries", "render_summary")
+
+
+def version(asked: bool) -> None:
+    """Print camrob's version and end, where that was asked."""
+    if asked:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"camrob {version_of('camrob')}")
+        raise typer.Exit
+
+
+def build_app() -> typer.Typer:
+    """The application, with a verb for every job that is there."""
+    app = typer.Typer(
+        name="camrob",
+        help="CAM toolpaths into verified programs for redundant robot machining cells.",
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        no_args_is_help=False,
+    )
+
+    @app.callback()
+    def camrob(
+        show_version: Annotated[
+            bool, typer.Option("--version", callback=version, is_eager=True, help="Print the version and end.")
+        ] = False,
+    ) -> None:
+        """CAM toolpaths into verified programs for redundant robot machining cells."""
+
+    for verb in VERBS:
+        if importlib.util.find_spec(f"camrob.jobs.{verb.__name__}") is not None:
+            app.command(verb.__name__)(verb)
+    return app
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line (by default the process's own) and give its exit status. Never raises."""
+    command = typer.main.get_command(build_app())
+    # whichever library typer is built on, the errors of the command line share a root that can word itself
+    usage_error = next(c for c in reversed(typer.BadParameter.__mro__) if hasattr(c, "format_message"))
+    try:
+        status = command.main(args=arguments, prog_name="camrob", standalone_mode=False)
+    except usage_error as error:  # type: ignore[misc]
+        context = getattr(error, "ctx", None)
+        where = context.command_path if context is not None else "camrob"
+        told = " ".join(error.format_message().split()).rstrip(".")  # type: ignore[attr-defined]
+        typer.echo(f"{where}: {told}; see '{where} --help'", err=True)
+        return 2
+    except typer.Abort:
+        typer.echo(f"camrob: {error_line(KeyboardInterrupt())}", err=True)
+        return 130
+    return status if isinstance(status, int) else 0
+
+
+def main() -> NoReturn:
+    """Entry point of the console script."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    sys.exit(run())

@@ -1,0 +1,1 @@
+"""How much the data speak for each set of effects, on samples that took part and on withheld ones."""

@@ -1,0 +1,223 @@
+"""The whitened regression that every question of the diagnosis is put to, and its Gram matrices block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.observation.noise import Noise
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.unknown_frames import left_twists, right_twists
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["LEVER", "NUISANCE", "Design", "Panel", "build_units", "make_panel", "pool"]
+
+Array = NDArray[np.float64]
+
+NUISANCE = "nuisance"
+"""The effect's name of units that are fitted and never claimed: frames that nobody told."""
+
+_ALL = slice(None)
+_SOME = 600  # samples of a log that tell well enough how far effects move the TCP
+LEVER = 0.5  # m: what a turn counts as, where it hardly moves the TCP
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One log's rows. tcp: (N, 6, K) columns at the TCP, SI; servo: (N, k, K') of the columns `servo_columns`, or None.
+
+    y_tcp (N, 6), y_servo (N, k); w_tcp, w_servo their weights, 0 where not seen or an outlier. block: (N,) the block that a
+    sample is withheld with. doubt: (N,) by column, see `Column`.
+    """
+
+    scene: Scene
+    tcp: Array
+    y_tcp: Array
+    w_tcp: Array
+    servo: Array | None
+    servo_columns: NDArray[np.int64]
+    y_servo: Array | None
+    w_servo: Array | None
+    block: NDArray[np.int64]
+    doubt: Mapping[int, Array] = field(default_factory=dict)
+
+    def unknown_rows(self, columns: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """(N,) True where nothing is known of any of some columns: what they predict there says nothing for or against them."""
+        out = np.zeros(len(self.scene), np.bool_)
+        for k in columns.tolist():
+            if k in self.doubt:
+                out |= self.doubt[k] >= 1.0
+        return out
+
+    def doubted(self, columns: NDArray[np.int64], accuracy: float) -> Array:
+        """(N, 1) by what share of itself the description of some columns may be wrong: by `accuracy`, here and there by more."""
+        own: Array = np.full((len(self.scene), 1), accuracy)
+        for k in columns.tolist():
+            if k in self.doubt:
+                own = np.maximum(own, self.doubt[k][:, None])
+        return own
+
+    def moves(self, values: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
+        """(M, 3) m that parameters (K,) move the TCP by at some rows, both rungs together."""
+        used = np.flatnonzero(values)
+        total = self.tcp[rows, :3][..., used] @ values[used]
+        if self.servo is not None:
+            served = np.flatnonzero(values[self.servo_columns])
+            if len(served):
+                axis = self.servo[rows][..., served] @ values[self.servo_columns[served]]
+                total = total + self.carried(axis, rows)
+        return np.asarray(total)
+
+    def carried(self, axis: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
+        """(M, 3) m at the TCP of shifts (M, k) of the axes at some rows."""
+        scene = self.scene
+        total = np.zeros((len(axis), 3))
+        for k, name in enumerate(scene.axes):
+            if f"{name}.zero" in scene.places and axis[:, k].any():
+                total += scene.place(f"{name}.zero")[rows, :3] * axis[:, k : k + 1]
+        return total
+
+
+@dataclass(frozen=True)
+class Design:
+    """Units, and Gram matrices of all logs by block. A: (B, K, K), b: (B, K), yy and rows: (B,); owner: (K,) each column's unit.
+
+    size: (K,) m that a unit of the parameter moves the TCP by (rms); usual: (K,) ordinary sizes; moves: (K, K) mean products
+    of what units of two parameters move the TCP by, m2.
+    """
+
+    units: tuple[Unit, ...]
+    owner: NDArray[np.int64]
+    A: Array
+    b: Array
+    yy: Array
+    rows: Array
+    size: Array
+    usual: Array
+    moves: Array
+
+    @property
+    def parameters(self) -> tuple[EffectParameter, ...]:
+        """One a column."""
+        return tuple(p for u in self.units for p in u.parameters)
+
+
+def build_units(scenes: Sequence[Scene], effects: Sequence[Effect], states: Mapping[str, State]) -> tuple[Unit, ...]:
+    """All units that these logs could show, nuisances first."""
+    units: list[Unit] = []
+    big = {"x": mm_to_m(5.0), "r": deg_to_rad(1.0)}
+    for side in ("left", "right"):
+        if any(getattr(s.frames, f"fitted_{side}") for s in scenes):
+            kinds = ("x", "x", "x", "r", "r", "r")
+            for k, scene in enumerate(scenes):
+                names = [f"{side}{k}_{p}" for p in ("x", "y", "z", "rx", "ry", "rz")]
+                parameters = tuple(
+                    EffectParameter(n, "", big[kind], -np.inf, np.inf) for n, kind in zip(names, kinds, strict=True)
+                )
+                if getattr(scene.frames, f"fitted_{side}"):
+                    units.append(Unit(NUISANCE, "", parameters, key=f"{side}{k}"))
+    for effect in effects:
+        units += effect.units(scenes, states[effect.name])
+    return tuple(units)
+
+
+def _nuisance(scene: Scene, unit: Unit, number: int) -> tuple[Column, ...]:
+    if unit.key not in (f"left{number}", f"right{number}"):
+        return tuple(Column() for _ in unit.parameters)
+    twists = left_twists(scene.nominal) if unit.key.startswith("left") else right_twists(scene.nominal)
+    return tuple(Column(tcp=twists[:, :, k]) for k in range(6))
+
+
+def make_panel(
+    scene: Scene, number: int, units: Sequence[Unit], effects: Sequence[Effect], states: Mapping[str, State],
+    noise: Noise, kept: NDArray[np.bool_], blocks: int, first_block: int,
+) -> Panel:  # fmt: skip
+    """Columns and weights of one log. kept: (N,) False for outliers."""
+    by_name = {e.name: e for e in effects}
+    columns: list[Column] = []
+    for unit in units:
+        if unit.effect == NUISANCE:
+            columns += _nuisance(scene, unit, number)
+        else:
+            columns += by_name[unit.effect].columns(scene, unit, states[unit.effect])
+    N, K = len(scene), len(columns)
+    tcp = np.zeros((N, 6, K))
+    split = scene.servo_gap is not None
+    served = np.array([k for k, c in enumerate(columns) if c.servo], np.int64)
+    servo = np.zeros((N, len(scene.axes), len(served))) if split else None
+    for k, column in enumerate(columns):
+        if column.tcp is not None:
+            tcp[:, :, k] = column.tcp
+        for axis, signal in column.servo.items():
+            if servo is not None:
+                servo[:, scene.index(axis), int(np.searchsorted(served, k))] = signal
+            elif f"{axis}.zero" in scene.places:
+                tcp[:, :, k] += scene.shift(axis, signal)
+    w_tcp = np.where(scene.seen & kept[:, None], 1.0 / noise.tcp, 0.0)
+    w_servo = None
+    if split:
+        w_servo = np.where(kept[:, None], 1.0 / noise.servo, 0.0)
+    # blocks are stretches of time, so that what is withheld is not told by its neighbours
+    block = first_block + (np.arange(N) * blocks) // N
+    doubt = {k: c.doubt for k, c in enumerate(columns) if c.doubt is not None}
+    return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, served, scene.servo_gap, w_servo, block, doubt)
+
+
+def pool(panels: Sequence[Panel], units: Sequence[Unit]) -> Design:
+    """Gram matrices of all panels, by block."""
+    owner = np.array([i for i, u in enumerate(units) for _ in u.parameters], np.int64)
+    K, B = len(owner), max(int(p.block.max()) for p in panels) + 1
+    A, b, yy, rows = np.zeros((B, K, K)), np.zeros((B, K)), np.zeros(B), np.zeros(B)
+    energy, count, moves, some = np.zeros(K), 0, np.zeros((K, K)), 0
+    for p in panels:
+        for block in np.unique(p.block):
+            at = np.flatnonzero(p.block == block)
+            here = slice(int(at[0]), int(at[-1]) + 1)
+            _add(A[block], b[block], p.tcp[here] * p.w_tcp[here][..., None], p.y_tcp[here] * p.w_tcp[here], None)
+            yy[block] += float(np.sum((p.y_tcp[here] * p.w_tcp[here]) ** 2))
+            rows[block] += float(np.count_nonzero(p.w_tcp[here]))
+            if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
+                ys = p.y_servo[here] * p.w_servo[here]
+                _add(A[block], b[block], p.servo[here] * p.w_servo[here][..., None], ys, p.servo_columns)
+                yy[block] += float(np.sum(ys**2))
+                rows[block] += float(np.count_nonzero(p.w_servo[here]))
+        shifts = np.sum(p.tcp[:, :3] ** 2, axis=(0, 1))
+        turns = LEVER**2 * np.sum(p.tcp[:, 3:] ** 2, axis=(0, 1))
+        energy += np.maximum(shifts, turns)
+        if p.servo is not None:
+            for j, k in enumerate(p.servo_columns):
+                energy[k] += float(np.sum(p.carried(p.servo[:, :, j]) ** 2))
+        count += len(p.scene)
+        X = _moves(p)
+        moves += np.einsum("nik,nil->kl", X, X, optimize=True)
+        some += len(X)
+    usual = np.array([q.usual for u in units for q in u.parameters])
+    return Design(tuple(units), owner, A, b, yy, rows, np.sqrt(energy / count), usual, moves / some)
+
+
+def _moves(panel: Panel) -> Array:
+    """(M, 3, K) m at the TCP of a unit of every parameter, at some samples."""
+    rows = slice(None, None, max(1, len(panel.scene) // _SOME))
+    X = np.array(panel.tcp[rows, :3])
+    if panel.servo is not None:
+        for j, k in enumerate(panel.servo_columns):
+            X[:, :, k] += panel.carried(panel.servo[rows][:, :, j], rows)
+    return X
+
+
+def _add(A: Array, b: Array, X: Array, y: Array, columns: NDArray[np.int64] | None) -> None:
+    """Add rows to a block's Gram matrix."""
+    if X.shape[-1] == 0:
+        return
+    X = X.reshape(-1, X.shape[-1])
+    gram, right = X.T @ X, X.T @ y.ravel()
+    if columns is None:
+        A += gram
+        b += right
+    elif len(columns):
+        A[np.ix_(columns, columns)] += gram
+        b[columns] += right

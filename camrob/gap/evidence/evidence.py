@@ -1,0 +1,293 @@
+"""How much the data speak for each set of effects, from Gram matrices alone.
+
+Every parameter has a Gaussian prior: wide (its ordinary size) where its unit is in, and else so narrow that all that is
+left out together stays a nuisance within the noise. The evidence of a set is then exact, weighs fit against freedom, and
+one factorisation of the posterior gives that of all sets which differ in one unit (matrix determinant lemma).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from math import comb, log
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.special import ndtr
+
+from camrob.gap.evidence.design import NUISANCE, Design
+
+__all__ = ["COUNTS_FROM", "Evidence", "Fitted"]
+
+Array = NDArray[np.float64]
+Set = frozenset[int]
+
+NUISANCE_SHARE = 0.06  # of the noise's rms: what an effect that counts as absent may still move the TCP by
+_SHARES = (3.0, 1.0, 0.3, 0.1)
+_WIDEST = 5.0  # times the ordinary sizes
+COUNTS_FROM = 0.35  # of the noise's rms: an effect that moves the TCP by less is a nuisance
+_LEAST_MOVE = 0.3  # of the noise's rms: what a unit is taken to move the TCP by at least
+_TURNS = 2
+_FAINT = 1e-9  # m: a size that is known that well is known
+_CANCELS, _STRAIN = 3.0, 3.0  # times the energy of the whole from which effects' energies cost, and how dearly
+_COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
+
+
+@cache
+def _log_comb(n: int, k: int) -> float:
+    return log(comb(n, k))
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The posterior of one set. mean, cov: of all parameters, SI; score: log evidence and prior; widths: of the priors,
+    shares: what they are of the ordinary sizes, by effect.
+    """
+
+    members: Set
+    mean: Array
+    cov: Array
+    score: float
+    widths: Array
+    shares: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The comparison of sets of units (frozensets of their numbers). noise: 3-D rms, m; temperature: by which log evidence
+    is divided, as the description of the noise is not perfect; left_out: (B,) blocks that take no part.
+    """
+
+    design: Design
+    noise: float
+    temperature: float = 1.0
+    left_out: tuple[int, ...] = ()
+
+    @cached_property
+    def _sums(self) -> tuple[Array, Array, float]:
+        used = [i for i in range(len(self.design.yy)) if i not in self.left_out]
+        d = self.design
+        return d.A[used].sum(axis=0), d.b[used].sum(axis=0), float(d.yy[used].sum())
+
+    @cached_property
+    def always(self) -> Set:
+        """Units that are always in."""
+        return frozenset(i for i, u in enumerate(self.design.units) if u.effect == NUISANCE)
+
+    @cached_property
+    def candidates(self) -> tuple[int, ...]:
+        """Units that may be in or out."""
+        return tuple(i for i in range(len(self.design.units)) if i not in self.always)
+
+    @cached_property
+    def _widths(self) -> tuple[Array, Array]:
+        """(K,) prior deviations where a unit is out, and where it is in."""
+        d = self.design
+        counts = np.bincount(d.owner, minlength=len(d.units))[d.owner]
+        out = NUISANCE_SHARE * self.noise / (np.maximum(d.size, 1e-12) * np.sqrt(counts))
+        return np.minimum(out, d.usual), d.usual
+
+    @cached_property
+    def _columns(self) -> list[NDArray[np.int64]]:
+        return [np.flatnonzero(self.design.owner == i) for i in range(len(self.design.units))]
+
+    @cached_property
+    def _effects(self) -> dict[str, list[int]]:
+        found: dict[str, list[int]] = {}
+        for i in self.candidates:
+            found.setdefault(self.design.units[i].effect, []).append(i)
+        return found
+
+    def effects_of(self, members: Set) -> frozenset[str]:
+        """Names of the effects that a set holds."""
+        return frozenset(self.design.units[i].effect for i in members if i not in self.always)
+
+    def prior(self, members: Set) -> float:
+        """Log prior: so many effects, any of them alike, and of each any of its units."""
+        chosen: dict[str, int] = {}
+        for i in members - self.always:
+            name = self.design.units[i].effect
+            chosen[name] = chosen.get(name, 0) + 1
+        return self._prior(chosen) - sum(log(self.design.units[i].choices) for i in members - self.always)
+
+    def _prior(self, chosen: Mapping[str, int]) -> float:
+        """Log prior of so many units of each effect, whichever they are."""
+        n = sum(1 for k in chosen.values() if k > 0)
+        total = log(_COUNTS[n]) if n < len(_COUNTS) else log(_COUNTS[-1]) - 6.0 * (n - len(_COUNTS) + 1)
+        total -= _log_comb(max(len(self._effects), n), n)
+        for name, k in chosen.items():
+            if k > 0:
+                m = len(self._effects[name])
+                total -= log(m) + _log_comb(m, k)
+        return total
+
+    @cached_property
+    def _least(self) -> dict[str, float]:
+        """By effect, the smallest share of the ordinary sizes that its priors may shrink to.
+
+        Effects come small and large: with one width they would pay for that with every parameter.
+        """
+        d = self.design
+        moved = np.bincount(d.owner, (d.size * d.usual) ** 2, len(d.units))
+        return {
+            name: float(np.clip(_LEAST_MOVE * self.noise / np.sqrt(max(float(moved[own].sum()), 1e-24)), 0.01, 1.0))
+            for name, own in self._effects.items()
+            if name != "unknown"
+        }
+
+    def fit(self, members: Set) -> Fitted:
+        """The posterior of a set, and its score, at the widths of its effects' priors that speak best for it."""
+        out, usual = self._widths
+        inside = np.isin(self.design.owner, list(members))
+        widths = np.where(inside, usual, out)
+        columns = {name: c for name, c in self._owned(members).items() if name in self._least}
+        own = np.flatnonzero(inside)
+        at = {name: np.searchsorted(own, c) for name, c in columns.items()}
+        scale = self._widths[0][own]
+        base, start = self._base[0][np.ix_(own, own)], self._base[1][own]
+        shares: dict[str, float] = {}
+        for _ in range(_TURNS if columns else 0):
+            # all but these parameters are narrow, so that a small system tells how these are fitted
+            change = (scale / widths[own]) ** 2 - 1.0
+            X = np.linalg.solve(np.eye(len(own)) + change[:, None] * base, change[:, None] * np.c_[base, start])
+            means = (start - base @ X[:, -1]) * scale
+            spreads = (np.diag(base) - np.einsum("ij,ji->i", base, X[:, :-1])) * scale**2
+            for name, c in columns.items():
+                mean, spread = means[at[name]], spreads[at[name]]
+                known = max(float(np.sum(1.0 - spread / widths[c] ** 2)), 0.3)
+                share = float(np.sqrt(np.sum((mean / usual[c]) ** 2) / known))
+                shares[name] = float(np.clip(share, self._least[name], _WIDEST))
+                widths[c] = np.maximum(shares[name] * usual[c], out[c])
+        fitted = self._solve(members, widths, shares)
+        return replace(fitted, score=fitted.score + self._strain(members, fitted.mean))
+
+    @cached_property
+    def _base(self) -> tuple[Array, Array, float, float]:
+        """The posterior with every unit out, in widths of the priors: covariance, mean, log evidence's fit, half a log det."""
+        A, b, yy = self._sums
+        scale = self._widths[0]
+        P = A * np.outer(scale, scale)
+        P[np.diag_indices_from(P)] += 1.0
+        L, _ = dpotrf(P, lower=1, clean=1)
+        C, _ = dpotri(L, lower=1)
+        C = np.tril(C) + np.tril(C, -1).T
+        mean = C @ (b * scale)
+        return C, mean, -0.5 * (yy - float((b * scale) @ mean)), float(np.log(np.diag(L)).sum())
+
+    def _solve(self, members: Set, widths: Array, shares: Mapping[str, float]) -> Fitted:
+        """The posterior at given widths (K,) of the priors, and the score: `_base` with the wider ones let loose (Woodbury)."""
+        own = np.flatnonzero(widths != self._widths[0])
+        C, mean, fit, half = self._base
+        scale = self._widths[0]
+        ratio = (scale[own] / widths[own]) ** 2
+        change = ratio - 1.0
+        M = np.eye(len(own)) + change[:, None] * C[np.ix_(own, own)]
+        X = np.linalg.solve(M, change[:, None] * np.c_[C[own], mean[own]])
+        fit -= 0.5 * float(mean[own] @ X[:, -1])
+        log_evidence = fit - half - 0.5 * np.linalg.slogdet(M)[1] + 0.5 * np.log(ratio).sum()
+        score = float(log_evidence) / self.temperature + self.prior(members)
+        full = (C - C[:, own] @ X[:, :-1]) * np.outer(scale, scale)
+        return Fitted(members, (mean - C[:, own] @ X[:, -1]) * scale, full, score, widths.copy(), dict(shares))
+
+    @cached_property
+    def _batches(self) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+        """Candidates with equally many columns, and these columns (U, k)."""
+        by_size: dict[int, list[int]] = {}
+        for i in self.candidates:
+            by_size.setdefault(len(self._columns[i]), []).append(i)
+        return [(np.array(units), np.stack([self._columns[i] for i in units])) for units in by_size.values()]
+
+    def seen(self, fitted: Fitted) -> dict[str, float]:
+        """Effects of a set, and how probable it is that each moves the TCP by enough to count."""
+        least = COUNTS_FROM * self.noise
+        found = {}
+        for name, c in self._owned(fitted.members).items():
+            pull = self.design.moves[np.ix_(c, c)] @ fitted.mean[c]
+            size = float(np.sqrt(max(float(fitted.mean[c] @ pull), 0.0)))
+            spread = float(np.sqrt(max(float(pull @ fitted.cov[np.ix_(c, c)] @ pull), 0.0))) / max(size, 1e-12)
+            found[name] = float(ndtr((size - least) / max(spread, _FAINT)))
+        return found
+
+    def _owned(self, members: Set) -> dict[str, NDArray[np.int64]]:
+        """Columns of each effect in a set."""
+        return {
+            name: np.concatenate([self._columns[i] for i in own if i in members])
+            for name, own in self._effects.items()
+            if any(i in members for i in own)
+        }
+
+    def _strain(self, members: Set, mean: Array) -> float:
+        """Log prior against effects that are far larger than the gap and cancel one another."""
+        owned = self._owned(members)
+        if len(owned) < 2:
+            return 0.0
+        apart = sum(_energy(mean[c], self.design.moves[np.ix_(c, c)]) for c in owned.values())
+        c = np.concatenate(list(owned.values()))
+        together = _energy(mean[c], self.design.moves[np.ix_(c, c)]) + self.noise**2
+        return -_STRAIN * log(max(apart / (_CANCELS * together), 1.0))
+
+    def neighbours(self, fitted: Fitted) -> dict[Set, tuple[float, float]]:
+        """Sets that differ in one unit: the score, and by how much that unit then moves the TCP, m (rms).
+
+        A unit enters at the best of a few widths of its priors.
+        """
+        out, usual = self._widths
+        scores: dict[Set, tuple[float, float]] = {}
+        members = fitted.members
+        base = fitted.score - self.prior(members)
+        chosen = {name: sum(i in members for i in own) for name, own in self._effects.items()}
+        choices = sum(log(self.design.units[i].choices) for i in members - self.always)
+        priors: dict[tuple[str, int], float] = {}
+        for units, columns in self._batches:
+            entering = np.isin(units, list(members), invert=True)
+            best, size = np.full(len(units), -np.inf), np.zeros(len(units))
+            names = [self.design.units[i].effect for i in units]
+            # a unit of an effect that is in comes at its width, others at the best of a few
+            tried = np.array([
+                [fitted.shares.get(n, max(share, self._least[n]) if n in self._least else 1.0) for n in names]
+                for share in _SHARES
+            ])  # fmt: skip
+            into = np.maximum(tried[..., None] * usual[columns], out[columns])
+            to = np.where(entering[:, None], into, out[columns]).reshape(-1, columns.shape[1])
+            change, moved = (
+                x.reshape(tried.shape) for x in self._change(fitted, np.tile(columns, (len(tried), 1)), to)
+            )
+            for one, other in zip(change, moved, strict=True):
+                size = np.where(one > best, other, size)
+                best = np.maximum(best, one)
+            for k in np.flatnonzero(np.isfinite(best)):
+                i, step = int(units[k]), 1 if entering[k] else -1
+                unit = self.design.units[i]
+                if (unit.effect, step) not in priors:
+                    priors[unit.effect, step] = self._prior({**chosen, unit.effect: chosen[unit.effect] + step})
+                prior = priors[unit.effect, step] - choices - step * log(unit.choices)
+                score = base + float(best[k]) / self.temperature + prior
+                scores[members | {i} if step > 0 else members - {i}] = score, float(size[k])
+        return scores
+
+    def _change(self, fitted: Fitted, columns: NDArray[np.int64], to: Array) -> tuple[Array, Array]:
+        """(U,) change of the log evidence where the priors of columns (U, k) get other widths, -inf where it can't be told; and
+        (U,) m by which these columns then move the TCP.
+        """
+        now = fitted.widths[columns]
+        mean = fitted.mean[columns] / now
+        C = fitted.cov[columns[:, :, None], columns[:, None, :]] / (now[:, :, None] * now[:, None, :])
+        ratio = (now / to) ** 2
+        change = ratio - 1.0
+        M = np.eye(columns.shape[1]) + change[:, :, None] * C
+        positive, log_det = np.linalg.slogdet(M)
+        safe = np.where((positive > 0)[:, None, None], M, np.eye(columns.shape[1]))
+        step = np.linalg.solve(safe, (change * mean)[..., None])[..., 0]
+        gain = -0.5 * np.sum(mean * step, axis=1)
+        told = (positive > 0) & (np.abs(change) >= 1e-12).any(axis=1)
+        then = (mean - (C @ step[..., None])[..., 0]) * now
+        G = self.design.moves[columns[:, :, None], columns[:, None, :]]
+        moved = np.sqrt(np.maximum(np.einsum("uk,ukl,ul->u", then, G, then), 0.0))
+        return np.where(told, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf), moved
+
+
+def _energy(values: Array, G: Array) -> float:
+    """m2 (mean square) by which values (k,) move the TCP, with mean products G."""
+    return max(float(values @ G @ values), 0.0)

@@ -1,0 +1,221 @@
+"""Looking through what is left for shapes: gear orders axis by axis, and smooth functions of any quantity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.evidence.design import LEVER, NUISANCE, Design, Panel
+from camrob.gap.evidence.unknown import CONSTANT, UNKNOWN, basis, constants, quantities, targets
+
+__all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_constants"]
+
+Array = NDArray[np.float64]
+
+_HIGHEST_ORDER = 400.0
+_CYCLES = 1.2  # an order is only one where the axis passes as many of its cycles
+_RIDGE = 1e-9
+_SMALL_UNIT, _COVERED = 3, 0.85  # columns that a unit has at most, and the share of a shape's energy that it shows
+_SAME = 0.9999  # share of the energy of a constant from which it is another's
+_RIGID = 6  # columns of a place that is elsewhere and turned
+_GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A target that follows a quantity: chi-square gained, the quantity's range, and how far it moves, (N,) of all panels."""
+
+    target: str
+    quantity: str
+    gain: float
+    lower: float
+    upper: float
+    fit: Array
+
+
+def _behind(panel: Panel, residual: Array, term: str) -> tuple[Array, Array]:
+    """(N,) the shift along a constant error's twist that explains the residual best, and its weight."""
+    J = panel.scene.places[term] * panel.w_tcp
+    weight = np.sum(J**2, axis=1)
+    value = np.sum(J * residual * panel.w_tcp, axis=1) / np.maximum(weight, 1e-30)
+    return value, weight
+
+
+def gear_orders(
+    panels: Sequence[Panel], residuals: Sequence[Array], temperature: float, share: float = 0.0
+) -> dict[str, float]:
+    """Axis to the order of the ripple that explains most, for axes where one explains clearly and a share of all.
+
+    residuals: (N, 6) a panel. A periodogram over the axis's angle, then a finer one about its peak.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    cell = panels[0].scene.cell
+    for axis in panels[0].scene.axes:
+        if cell.joints[cell.index(axis)].prismatic or any(f"{axis}.zero" not in p.scene.places for p in panels):
+            continue
+        parts = [_behind(p, r, f"{axis}.zero") for p, r in zip(panels, residuals, strict=True)]
+        z, w = np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts])
+        angle = np.concatenate([p.scene.link[:, p.scene.index(axis)] for p in panels])
+        span = float(np.ptp(angle))
+        if span < 0.05:
+            continue
+        step = float(np.median(np.abs(np.diff(angle)))) + 1e-9
+        highest = min(_HIGHEST_ORDER, 0.7 * np.pi / step)
+        lowest = max(1.0, _CYCLES * 2.0 * np.pi / span)
+        if highest <= lowest:
+            continue
+        thin = slice(None, None, max(1, len(z) // 4000))
+        best = _coarse_peak(z, w, angle, lowest, highest)
+        fine = np.linspace(best - 0.4 * np.pi / span, best + 0.4 * np.pi / span, 41)
+        best, gain = _peak(fine, z[thin], w[thin] * max(1, len(z) // 4000), angle[thin])
+        spread = float(np.sum(w * (z - np.sum(w * z) / max(float(w.sum()), 1e-300)) ** 2))
+        if gain > max(_GAIN * temperature, share * spread):
+            found[f"{axis}_order"] = (gain, best)
+    top = sorted(found.items(), key=lambda item: -item[1][0])[:3]
+    return {key: order for key, (gain, order) in top if gain > 0.02 * top[0][1][0]}
+
+
+def _coarse_peak(z: Array, w: Array, angle: Array, lowest: float, highest: float) -> float:
+    """The order of the highest peak of a periodogram over binned angles."""
+    width = np.pi / (4.0 * highest)
+    at = ((angle - angle.min()) / width).astype(np.int64)
+    bins = int(at.max()) + 1
+    weight = np.bincount(at, w, bins)
+    value = np.bincount(at, w * (z - np.sum(w * z) / w.sum()), bins)
+    length = 1 << int(np.ceil(np.log2(4 * bins)))
+    first, second = np.fft.rfft(value, length), np.fft.rfft(weight, length)
+    orders = 2.0 * np.pi * np.arange(len(first)) / (length * width)
+    use = np.flatnonzero((orders >= lowest) & (orders <= highest))
+    double = np.abs(second[np.minimum(2 * use, len(second) - 1)])
+    power = np.abs(first[use]) ** 2 / np.maximum(weight.sum() - double, 0.02 * weight.sum())
+    return float(orders[use[int(np.argmax(power))]]) if len(use) else lowest
+
+
+def _peak(orders: Array, z: Array, w: Array, angle: Array) -> tuple[float, float]:
+    """The order whose cosine and sine, beside a constant, explain most of z, and the chi-square that they gain."""
+    c, s = np.cos(np.outer(orders, angle)), np.sin(np.outer(orders, angle))
+    total = w.sum()
+    zc = z - np.sum(w * z) / total
+    C, S = c - (c @ w)[:, None] / total, s - (s @ w)[:, None] / total
+    cc, ss, cs = (C * C) @ w, (S * S) @ w, (C * S) @ w
+    bc, bs = C @ (w * zc), S @ (w * zc)
+    det = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
+    gain = (bc**2 * ss - 2.0 * bc * bs * cs + bs**2 * cc) / det
+    gain = np.where(det < 2e-3 * cc * ss, 0.0, gain)
+    k = int(np.argmax(gain))
+    return float(orders[k]), float(gain[k])
+
+
+def shapes(
+    panels: Sequence[Panel], residuals: Sequence[Array], servo: Sequence[Array | None], temperature: float, least: float
+) -> list[Shape]:
+    """Smooth functions of one quantity that explain clearly what is left and move the TCP by `least` m (rms), the best first."""
+    given = [quantities(p.scene) for p in panels]
+    names = [n for n in given[0] if all(n in g for g in given)]
+    lower = {n: min(float(g[n].min()) for g in given) for n in names}
+    upper = {n: max(float(g[n].max()) for g in given) for n in names}
+    bases = {n: np.concatenate([basis(g[n], lower[n], upper[n], n) for g in given]) for n in names}
+    found = []
+    for target in targets(panels[0].scene):
+        kind, _, part = target.rpartition(" ")
+        if kind == "drive":
+            rows = [(s[:, p.scene.index(part)], p.w_servo[:, p.scene.index(part)] ** 2)
+                    for p, s in zip(panels, servo, strict=True) if s is not None and p.w_servo is not None]  # fmt: skip
+        else:
+            term = f"root.{part}" if kind == "foot" else f"{part}.zero"
+            rows = [_behind(p, r, term) for p, r in zip(panels, residuals, strict=True)]
+        z, w = np.concatenate([a for a, _ in rows]), np.concatenate([b for _, b in rows])
+        lever = np.concatenate([_lever(p, f"root.{part}" if kind == "foot" else f"{part}.zero") for p in panels])
+        for name in names:
+            if len(bases[name]) != len(z):
+                continue
+            gain, fit = _gain(bases[name], z, w)
+            if gain > _GAIN * temperature and np.sqrt(np.mean((fit * lever) ** 2)) > least:
+                found.append(Shape(target, name, gain, lower[name], upper[name], fit))
+    return sorted(found, key=lambda s: -s.gain)
+
+
+def covered(shape: Shape, panels: Sequence[Panel], design: Design) -> bool:
+    """True where the library has nearly the same, so that the shape is nothing unknown: one small unit, or all that an effect
+    has on the axes that the shape names.
+    """
+    kind, _, part = shape.target.rpartition(" ")
+    ends = np.cumsum([len(p.scene) for p in panels])[:-1]
+    total, b = 0.0, np.zeros(len(design.owner))
+    for p, fit in zip(panels, np.split(shape.fit, ends), strict=True):
+        if kind == "drive":
+            if p.servo is None or p.w_servo is None:
+                return False
+            k = p.scene.index(part)
+            y = fit * p.w_servo[:, k]
+            b[p.servo_columns] += (p.servo[:, k] * p.w_servo[:, k, None]).T @ y
+        else:
+            moved = p.scene.place(f"root.{part}" if kind == "foot" else f"{part}.zero") * fit[:, None]
+            y = (moved * p.w_tcp).ravel()
+            b += p.tcp.reshape(-1, len(b)).T @ (y * p.w_tcp.ravel())
+        total += float(y @ y)
+    named = {part, *shape.quantity.split()}
+    sets: dict[str, list[int]] = {}
+    for i, unit in enumerate(design.units):
+        if unit.effect not in (NUISANCE, "unknown"):
+            c = np.flatnonzero(design.owner == i).tolist()
+            sets[f"{i}"] = c if len(c) <= _SMALL_UNIT else []
+            own = unit.axis in named or (unit.effect == "cutting_force" and "force" in named)
+            sets.setdefault(unit.effect, []).extend(c if own else [])
+    A = design.A.sum(axis=0)
+    return any(c and _shown(A, np.array(c), b[:, None])[0] > _COVERED * total for c in sets.values())
+
+
+def uncovered_constants(panels: Sequence[Panel], design: Design) -> list[str]:
+    """Places whose being elsewhere no unit of the library shows that is as small as such a place: what a broad effect would
+    otherwise mimic.
+    """
+    A = design.A.sum(axis=0)
+    small = [
+        c for i, u in enumerate(design.units)
+        if u.effect not in (NUISANCE, UNKNOWN.name, "gear_ripple") and len(c := np.flatnonzero(design.owner == i)) <= _RIGID
+    ]  # fmt: skip
+    found = []
+    for place in (c for c in constants(panels[0].scene) if all(c in constants(p.scene) for p in panels)):
+        state = {f"{place}|{CONSTANT}|lower": 0.0}
+        unit = UNKNOWN.units([p.scene for p in panels], state)[0]
+        B, G = np.zeros((len(A), len(unit.parameters))), np.zeros(len(unit.parameters))
+        for p in panels:
+            twists = [c.tcp for c in UNKNOWN.columns(p.scene, unit, state) if c.tcp is not None]
+            Y = np.stack([t.ravel() for t in twists], axis=1) * p.w_tcp.reshape(-1, 1) ** 2
+            B += p.tcp.reshape(-1, len(A)).T @ Y
+            G += [float(np.sum((t * p.w_tcp) ** 2)) for t in twists]
+        if not any(np.all(_shown(A, c, B) > _SAME * G) for c in small):
+            found.append(place)
+    return found
+
+
+def _shown(A: Array, columns: NDArray[np.int64], B: Array) -> Array:
+    """(d,) energy that some columns, with the Gram matrix A (K, K) of all, can show of patterns with products B (K, d)."""
+    scale = np.sqrt(np.maximum(np.diag(A)[columns], 1e-300))
+    G = A[np.ix_(columns, columns)] / np.outer(scale, scale) + _RIDGE * np.eye(len(columns))
+    right = B[columns] / scale[:, None]
+    return np.asarray(np.sum(right * np.linalg.solve(G, right), axis=0))
+
+
+def _lever(panel: Panel, term: str) -> Array:
+    """(N,) m by which the TCP moves for a unit of a constant error, turns counted at `LEVER`; 0 where it doesn't show."""
+    if term not in panel.scene.places:
+        return np.zeros(len(panel.scene))
+    J = panel.scene.places[term]
+    return np.asarray(np.sqrt(np.maximum(np.sum(J[:, :3] ** 2, axis=1), LEVER**2 * np.sum(J[:, 3:] ** 2, axis=1))))
+
+
+def _gain(X: Array, z: Array, w: Array) -> tuple[float, Array]:
+    """Chi-square that columns X (N, d) explain of z beyond a constant, and what they explain (N,)."""
+    total = w.sum()
+    if total <= 0.0:
+        return 0.0, np.zeros(len(z))
+    Xc, zc = X - (w @ X) / total, z - np.sum(w * z) / total
+    A, b = Xc.T @ (Xc * w[:, None]), Xc.T @ (w * zc)
+    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    solved = np.linalg.solve(A / np.outer(scale, scale) + _RIDGE * np.eye(len(b)), b / scale)
+    return float(solved @ (b / scale)), Xc @ (solved / scale)

@@ -1,0 +1,189 @@
+"""How far the gap shrinks on samples that took no part in choosing or fitting."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.evidence.design import NUISANCE, Panel, make_panel
+from camrob.gap.evidence.evidence import Evidence, Fitted
+from camrob.gap.evidence.model import Model, doubt_of, whole_gap
+from camrob.gap.observation.noise import find_outliers, noise_of
+from camrob.gap.observation.scene import Scene
+from camrob.units import m_to_mm
+
+__all__ = ["Shrinkage", "Trial", "figures", "predicted_shrink", "settled", "shrinkage", "trial_of"]
+
+Array = NDArray[np.float64]
+Set = frozenset[int]
+
+_DRAWS = 400
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """before, after: (M, 3) m at the TCP, on withheld samples; block: (M,). Intervals are block bootstraps, 90 %.
+
+    doubt: m (rms), by how much the prediction may be off as the fitted values are not known better. floor: (M,) m2, the mean
+    square that the noise of single poses has, NaN for samples of a path, which tell theirs by how they hang together.
+    """
+
+    before: Array
+    after: Array
+    block: NDArray[np.int64]
+    doubt: float = 0.0
+    floor: Array | None = None
+
+    @property
+    def rms_before(self) -> float:
+        """m."""
+        return _rms(self.before)
+
+    @property
+    def rms_after(self) -> float:
+        """m."""
+        return _rms(self.after)
+
+    @property
+    def shrink(self) -> float:
+        """1 - after / before."""
+        return 1.0 - self.rms_after / max(self.rms_before, 1e-12)
+
+    def interval(self) -> tuple[float, float]:
+        """90 % of `shrink`, whole blocks drawn anew."""
+        names = np.unique(self.block)
+        sums = np.array([[np.sum(e[self.block == b] ** 2) for b in names] for e in (self.before, self.after)])
+        draws = np.random.default_rng(0).integers(0, len(names), (_DRAWS, len(names)))
+        before, after = sums[0][draws].sum(axis=1), sums[1][draws].sum(axis=1)
+        low, high = np.quantile(1.0 - np.sqrt(after / np.maximum(before, 1e-24)), [0.05, 0.95])
+        return float(low), float(high)
+
+    def quantiles(self) -> dict[str, tuple[float, float]]:
+        """95 % and largest error, before and after, m."""
+        a, b = (np.linalg.norm(e, axis=1) for e in (self.before, self.after))
+        return {
+            "p95": (float(np.quantile(a, 0.95)), float(np.quantile(b, 0.95))),
+            "max": (float(a.max()), float(b.max())),
+        }
+
+
+def figures(shrunk: Shrinkage) -> dict[str, Any]:
+    """For JSON: rms, 95 % and worst error before and after, mm, and by how much the rms shrinks, with its interval."""
+    pairs = {"rms": (shrunk.rms_before, shrunk.rms_after), **shrunk.quantiles()}
+    return {
+        **{f"{name}_before_mm": m_to_mm(pair[0]) for name, pair in pairs.items()},
+        **{f"{name}_after_mm": m_to_mm(pair[1]) for name, pair in pairs.items()},
+        "shrink": shrunk.shrink,
+        "shrink_interval": list(shrunk.interval()),
+    }
+
+
+def _rms(vectors: Array) -> float:
+    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Withheld samples: panels, and for each the rows that are asked and the blocks that the fit leaves out."""
+
+    panels: tuple[Panel, ...]
+    asked: tuple[tuple[int, NDArray[np.bool_], int | None], ...]
+    name: str
+
+    @property
+    def aside(self) -> int:
+        """How many samples are not asked, as nothing is known there of an effect that was found."""
+        good = sum(int(np.count_nonzero(p.w_tcp[:, 0] > 0.0)) for p in self.panels)
+        return good - sum(int(rows.sum()) for _, rows, _ in self.asked)
+
+
+def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
+    """The withheld logs; without any, each block of the logs in turn. Rows at which nothing is known of an effect that was found
+    are not asked.
+    """
+    found = np.flatnonzero(np.isin(model.design.owner, list(model.best.members)))
+    if withheld:
+        panels = []
+        for k, scene in enumerate(withheld):
+            noise = noise_of(scene)
+            kept = ~find_outliers(scene, noise)
+            panel = make_panel(scene, k, model.units, model.effects, model.states, noise, kept, 10, 10 * k)
+            panels.append(panel)
+        asked = tuple((k, (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found), None) for k, p in enumerate(panels))
+        return Trial(tuple(panels), asked, ", ".join(s.name for s in withheld))
+    rows = []
+    for k, p in enumerate(model.panels):
+        known = (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found)
+        for b in np.unique(p.block[known]):
+            rows.append((k, (p.block == b) & known, int(b)))
+    return Trial(model.panels, tuple(rows), "blocks of the logs")
+
+
+def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None) -> Shrinkage:
+    """The gap before and after `keep` (all of `members` by default) is taken away, with `members` fitted together.
+
+    Frames that nobody told are fitted to the withheld rows themselves, before and after: they are nuisances there too.
+    """
+    kept = members if keep is None else keep
+    fits: dict[int | None, Fitted] = {}
+    before, after, blocks, doubts, floors = [], [], [], [], []
+    chosen = np.flatnonzero(np.isin(model.design.owner, list(kept)))
+    for k, rows, left_out in trial.asked:
+        if left_out not in fits:
+            evidence = Evidence(model.design, model.evidence.noise, 1.0, () if left_out is None else (left_out,))
+            fits[left_out] = evidence.fit(members | evidence.always)
+        p = trial.panels[k]
+        values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
+        gap = whole_gap(p)[rows]
+        rest = gap - p.moves(values, rows)
+        before.append(settled(model, p, rows, gap))
+        after.append(settled(model, p, rows, rest))
+        blocks.append(p.block[rows])
+        X = p.tcp[rows][:, :3, chosen]
+        spread = np.einsum("nik,kl,nil->n", X, fits[left_out].cov[np.ix_(chosen, chosen)], X, optimize=True)
+        for i in kept:
+            own = model.design.owner == i
+            share = p.doubted(np.flatnonzero(own), model.accuracy.get(model.units[i].effect, 0.0))
+            spread = spread + np.sum(doubt_of(p.moves(np.where(own, values, 0.0)), share), axis=1)[rows]
+        doubts.append(spread)
+        floors.append(np.full(int(rows.sum()), _floor(p)))
+    doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
+    return Shrinkage(
+        np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt, np.concatenate(floors)
+    )
+
+
+def _floor(panel: Panel) -> float:
+    """m2 of noise where a log holds single poses and tells it, else NaN."""
+    told = panel.scene.poses and np.isfinite(panel.scene.sigma[0])
+    return float(np.sum(1.0 / panel.w_tcp[:, :3].max(axis=0) ** 2)) if told else float("nan")
+
+
+def predicted_shrink(model: Model, trial: Trial, blocks: Trial, keep: Set) -> float:
+    """By how much the rms on withheld samples should shrink once `keep` is taken away, told without their measured poses.
+
+    What `keep` moves the TCP by there, beside what it leaves in the blocks of the logs that the fit left out in turn.
+    """
+    left = shrinkage(model, blocks, model.best.members, keep).rms_after
+    values = model.values(keep, model.best)
+    moves = [settled(model, trial.panels[k], rows, trial.panels[k].moves(values, rows)) for k, rows, _ in trial.asked]
+    before = float(np.hypot(_rms(np.concatenate(moves)), left))
+    return 1.0 - left / max(before, 1e-12)
+
+
+def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:
+    """The gap (M, 3) at some rows with frames that nobody told fitted anew."""
+    nuisance = [k for k, o in enumerate(model.design.owner) if model.units[o].effect == NUISANCE]
+    if not nuisance or len(gap) < 12:
+        return gap
+    X = panel.tcp[rows][:, :3, nuisance].reshape(-1, len(nuisance))
+    used = np.abs(X).max(axis=0) > 1e-12
+    X = X[:, used]
+    if X.shape[1] == 0:
+        return gap
+    solved = np.linalg.lstsq(X, gap.ravel(), rcond=1e-9)[0]
+    return np.asarray(gap - (X @ solved).reshape(-1, 3))

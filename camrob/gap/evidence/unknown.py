@@ -1,0 +1,134 @@
+"""What the library doesn't know, as smooth functions of one quantity, or a constant: generic, so never a cause, only a place and
+a shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, arm_axes, constant, place_parameters
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import play
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["CONSTANT", "DEGREE", "UNKNOWN", "basis", "constants", "quantities", "target_columns", "targets"]
+
+Array = NDArray[np.float64]
+
+DEGREE = 5
+CONSTANT = "constant"
+"""The quantity's name where there is none: a place that is elsewhere or turned, always alike."""
+_CHOICES = 150  # places and quantities that could have been picked
+_STILL = 1e-6
+_PLAY = deg_to_rad(0.02)
+
+
+def quantities(scene: Scene) -> dict[str, Array]:
+    """(N,) each: what the gap may depend on, by name."""
+    found: dict[str, Array] = {}
+    speed = scene.velocity(scene.link)
+    acceleration = scene.velocity(scene.link, 2)
+    for k, axis in enumerate(scene.axes):
+        found[f"{axis}"] = scene.link[:, k]
+        if not scene.poses:
+            found[f"speed of {axis}"] = speed[:, k]
+            found[f"acceleration of {axis}"] = acceleration[:, k]
+            found[f"direction of {axis}"] = play(scene.link[:, k], scene.t, scene.pieces, _PLAY)
+        found[f"torque on {axis}"] = scene.torque[:, k]
+    found["time"] = scene.t
+    if scene.temperature is not None:
+        found["temperature"] = scene.temperature
+    force = scene.force
+    if force is not None:
+        for k, part in enumerate("xyz"):
+            found[f"force {part}"] = force[:, k]
+    return {name: v for name, v in found.items() if float(np.ptp(v)) > _STILL}
+
+
+def basis(values: Array, lower: float, upper: float, name: str) -> Array:
+    """(N, d) Legendre polynomials 1 .. DEGREE of a quantity over its range; the first alone for a direction."""
+    x = 2.0 * (values - lower) / max(upper - lower, 1e-12) - 1.0
+    degree = 1 if name.startswith("direction") else DEGREE
+    return np.asarray(np.polynomial.legendre.legvander(np.clip(x, -1.5, 1.5), degree)[:, 1:])
+
+
+def targets(scene: Scene) -> tuple[str, ...]:
+    """Where the unknown may sit: behind an axis's encoder, at its drive, or in the robot's foot."""
+    behind = tuple(a for a in scene.axes if f"{a}.zero" in scene.places)
+    drives = tuple(f"drive {a}" for a in scene.axes) if scene.servo_gap is not None else ()
+    return (*behind, *drives, "foot x", "foot y", "foot z")
+
+
+def constants(scene: Scene) -> tuple[str, ...]:
+    """Places that may be elsewhere by what no effect knows: the robot's foot, the tool, an axis's zero."""
+    foot = () if scene.frames.fitted_left else ("foot",)
+    tool = () if scene.frames.fitted_right else ("tool",)
+    return (*foot, *tool, *(a for a in arm_axes(scene.cell) if f"{a}.zero" in scene.places))
+
+
+def _terms(place: str) -> list[str]:
+    side = {"foot": "base", "tool": "tool"}.get(place)
+    return [f"{place}.zero"] if side is None else [f"{side}.{p}" for p in PLACES]
+
+
+def target_columns(scene: Scene, target: str, shape: Array) -> tuple[Column, ...]:
+    """Columns of a target that moves as `shape` (N, d)."""
+    kind, _, part = target.rpartition(" ")
+    if kind == "drive":
+        return tuple(Column(servo={part: shape[:, k]}) for k in range(shape.shape[1]))
+    if kind == "foot":
+        return tuple(Column(tcp=scene.place(f"root.{part}") * shape[:, k : k + 1]) for k in range(shape.shape[1]))
+    return tuple(Column(tcp=scene.shift(part, shape[:, k])) for k in range(shape.shape[1]))
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    """`state` holds, by "target|quantity|lower" and "...|upper", the pairs that a scan has found and their ranges."""
+    units = []
+    for key in sorted(k.removesuffix("|lower") for k in state if k.endswith("|lower")):
+        target, _, quantity = key.partition("|")
+        if quantity == CONSTANT:
+            if all(target in constants(s) for s in scenes):
+                axis = "" if target in ("foot", "tool") else target
+                parts = PLACES if not axis else ("rz",)
+                parameters = place_parameters([f"{target}_{p}" for p in parts], LENGTH, ANGLE)
+                units.append(Unit("unknown", axis, parameters, len(constants(scenes[0])), key))
+            continue
+        if not all(target in targets(s) and quantity in quantities(s) for s in scenes):
+            continue
+        count = 1 if quantity.startswith("direction") else DEGREE
+        part = target.rpartition(" ")[2]
+        linear = target.startswith("foot") or scenes[0].cell.joints[scenes[0].cell.index(part)].prismatic
+        unit, usual = ("mm", mm_to_m(0.2)) if linear else ("deg", deg_to_rad(0.03))
+        parameters = tuple(
+            EffectParameter(f"{target} by {quantity} {n}", unit, usual, -np.inf, np.inf) for n in range(count + 1)
+        )
+        units.append(Unit("unknown", part if not target.startswith("foot") else "", parameters, _CHOICES, key))
+    return tuple(units)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    target, _, quantity = unit.key.partition("|")
+    if quantity == CONSTANT:
+        return constant(scene, _terms(target))
+    lower, upper = state[f"{unit.key}|lower"], state[f"{unit.key}|upper"]
+    # where the quantity doesn't change in a further log (an axis at rest, no force), its shape stays at its beginning
+    followed = quantities(scene).get(quantity, np.full(len(scene), lower))
+    shape = basis(followed, lower, upper, quantity)
+    # the constant belongs to the shape: no zero of an axis is to be blamed for it
+    return target_columns(scene, target, np.concatenate([np.ones((len(scene), 1)), shape], axis=1))
+
+
+UNKNOWN = Effect(
+    name="unknown",
+    physics="Something that the library has no physics for: a smooth function of one quantity, or a constant.",
+    rungs=("setpoint_to_encoder", "encoder_to_tcp"),
+    regimes=(),
+    experiment="move the named axis alone through its range, everything else at rest, and measure",
+    units=_units,
+    columns=_columns,
+    accuracy=0.05,
+)

@@ -1,0 +1,1 @@
+"""The next experiment: which motion would separate the closest rivals."""

@@ -1,0 +1,114 @@
+"""The next experiment: the motion that would separate the closest rivals best, with how far it would set them apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from camrob.gap.effects.effect import Effect
+from camrob.gap.evidence.model import Model
+from camrob.gap.experiment.motions import TrialMotion, single_axis, trial_motions
+from camrob.gap.experiment.separation import Rivals, Separation, rivals_of, separation
+from camrob.units import m_to_mm
+
+__all__ = ["Experiment", "next_experiment", "plan_experiment"]
+
+_CLEAR = 5.0  # sigmas: a motion that tells less is not worth its time
+_ENOUGH = 100.0  # sigmas: more of them say no more
+_BETTER = 1.5  # times what the same again would tell: then it tells something new
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """motions: those worth running, the best first; summary: the part of the JSON object."""
+
+    motions: tuple[TrialMotion, ...]
+    text: str
+    summary: Mapping[str, Any]
+
+
+def next_experiment(
+    claimed: Sequence[str], rivals: Mapping[str, float], sizes_mm: Mapping[str, float], library: Sequence[Effect],
+    unknown: Sequence[str] | None,
+) -> str:  # fmt: skip
+    """What to run next where no motion was reckoned. rivals: probability of the effects that are considered; unknown: the axes
+    at which something unexplained sits, none where it is no axis, None where nothing is unexplained.
+    """
+    by_name = {e.name: e for e in library}
+    if unknown is not None:
+        one = unknown[0] if len(unknown) == 1 else ", then ".join(unknown) or "each axis in turn"
+        return (
+            f"Isolate what is unexplained: move {one} alone through the whole range, the others at rest, and measure."
+        )
+    order = sorted((n for n in rivals if n in by_name and n not in claimed), key=lambda n: -rivals[n])
+    pair = [*(n for n in claimed if n in by_name), *order][:2]
+    if not pair or (not claimed and rivals[pair[0]] < 0.02):
+        return "None needed: the gap is the instrument's noise. A larger work space would test more."
+    first = by_name[max(pair, key=lambda n: sizes_mm.get(n, 0.0))]
+    return f"To confirm {first.name}: {first.experiment}."
+
+
+def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str, *, unknown: bool) -> Experiment | None:
+    """The motions that would tell most, reckoned on the fitted model; None where there is nothing to tell apart.
+
+    unknown: something unexplained is likely; unknown_axis: the axis at which it sits, to be moved alone, "" where it is none.
+    """
+    longest = max(model.scenes, key=len)
+    if unknown_axis and not longest.poses and len(longest) >= 300:
+        motion = single_axis(longest, unknown_axis)
+        text = f"Isolate what is unexplained: run {motion.text}, and measure."
+        return Experiment((motion,), text, {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": None})
+    if unknown and not claimed:
+        return None  # no two names are worth telling apart while neither explains the gap
+    rivals = rivals_of(model, claimed)
+    if rivals is None:
+        return None
+    again, *told = [separation(model, rivals, m) for m in trial_motions(longest)]
+    told.sort(key=lambda s: -s.sigmas)
+    clear = [s for s in told if s.sigmas >= _CLEAR]
+    if not clear:
+        return None
+    return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _summary(rivals, told, again))
+
+
+def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
+    first, second = (" with ".join(names) for names in (rivals.first, rivals.second))
+    run, advice = best.motion.text, best.motion.advice
+    if advice:
+        run = f"{run[:-1]}; {advice})" if run.endswith(")") else f"{run} ({advice})"
+    told = (
+        f"{m_to_mm(best.rms):.3f} mm rms, {_sigmas(best)} sigmas on {len(best.motion.scene)} samples (the same again: "
+        f"{_sigmas(again)})."
+    )
+    if first and second and again.sigmas >= _CLEAR and best.sigmas < _BETTER * again.sigmas:
+        return (
+            f"These logs tell {first} from its closest rival, {second}, already; to confirm it run {run}: "
+            f"expected to set them apart by {told}"
+        )
+    aim = f"tell {first} from {second}" if first and second else f"see whether {first or second} is at work too"
+    return f"To {aim}, run {run}: expected to set the answers apart by {told}"
+
+
+def _sigmas(apart: Separation) -> str:
+    """Sigmas in words: beyond a hundred there is nothing more to tell."""
+    return f"{apart.sigmas:.0f}" if apart.sigmas <= _ENOUGH else f"over {_ENOUGH:.0f}"
+
+
+def _summary(rivals: Rivals, told: Sequence[Separation], again: Separation) -> dict[str, Any]:
+    return {
+        "motion": told[0].motion.key,
+        "rivals": [list(rivals.first), list(rivals.second)],
+        "separation_mm": m_to_mm(told[0].rms),
+        "separation_sigmas": told[0].sigmas,
+        "again_sigmas": again.sigmas,
+        "considered": [
+            {
+                "motion": s.motion.key,
+                "text": s.motion.text,
+                "separation_mm": m_to_mm(s.rms),
+                "separation_sigmas": s.sigmas,
+            }
+            for s in told
+        ],
+    }

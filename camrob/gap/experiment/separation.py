@@ -1,0 +1,111 @@
+"""How far apart two rival explanations would be on a motion that was not run: what one predicts and the other can't mimic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.evidence.design import Panel, make_panel
+from camrob.gap.evidence.evidence import Fitted
+from camrob.gap.evidence.model import Model
+from camrob.gap.experiment.motions import TrialMotion
+
+__all__ = ["Rivals", "Separation", "rivals_of", "separation"]
+
+Array = NDArray[np.float64]
+
+_LIKELY = 0.02  # a set that is that likely is a rival by itself
+
+
+@dataclass(frozen=True)
+class Rivals:
+    """Two explanations of the same logs, by the names of what they don't share, each fitted."""
+
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+    fits: tuple[Fitted, Fitted]
+
+
+@dataclass(frozen=True, slots=True)
+class Separation:
+    """What a motion would tell: rms in m at the TCP that the first explanation moves it by and the second can't, whatever its
+    values; sigmas: the same over all its samples in the instrument's noise.
+    """
+
+    motion: TrialMotion
+    rms: float
+    sigmas: float
+
+
+def rivals_of(model: Model, claimed: Sequence[str]) -> Rivals | None:
+    """The best explanation and the closest other one; None where nothing is explained.
+
+    The other is the likeliest further set, or where there is none of weight, the best in which one other effect stands in
+    for the first that is claimed.
+    """
+    always = model.evidence.always
+    names = list(model.sets)
+    for other in names[1:3]:
+        if model.sets[other] > _LIKELY and "unknown" not in other:
+            own = [m for m in model.scores if model.evidence.effects_of(m) == other]
+            if own:
+                fitted = model.evidence.fit(max(own, key=lambda m: model.scores[m]) | always)
+                return _named(model, fitted)
+    if not claimed:
+        return None
+    taken = frozenset(i for i in model.best.members if model.units[i].effect == claimed[0])
+    rest = model.best.members - taken
+    inside = model.evidence.effects_of(model.best.members)
+    fits = []
+    for effect in model.effects:
+        units = frozenset(i for i, u in enumerate(model.units) if u.effect == effect.name)
+        if units and effect.name not in inside and effect.name != "unknown":
+            fits.append(model.evidence.fit(rest | units | always))
+    return _named(model, max(fits, key=lambda f: f.score)) if fits else None
+
+
+def _named(model: Model, other: Fitted) -> Rivals | None:
+    first, second = (model.evidence.effects_of(f.members) for f in (model.best, other))
+    if first == second:
+        return None
+    return Rivals(tuple(sorted(first - second)), tuple(sorted(second - first)), (model.best, other))
+
+
+def separation(model: Model, rivals: Rivals, motion: TrialMotion) -> Separation:
+    """What a motion would tell two explanations apart by, the second one's values fitted anew to old and new samples."""
+    noise = model.noises[0]
+    kept = np.ones(len(motion.scene), bool)
+    panel = make_panel(motion.scene, 0, model.units, model.effects, model.states, noise, kept, 10, 0)
+    first, second = rivals.fits
+    free = np.flatnonzero(np.isin(model.design.owner, list(second.members)))
+    X, y = _rows(panel, free, first.mean)
+    old = model.evidence.design.A.sum(axis=0)[np.ix_(free, free)] / model.evidence.temperature
+    wide = model.design.usual[free]
+    now = second.mean[free]
+    H = (X.T @ X + old) * np.outer(wide, wide) + 1e-9 * np.eye(len(free))
+    change = wide * np.linalg.solve(H, wide * (X.T @ (y - X @ now)))
+    mimic = second.mean.copy()
+    mimic[free] = now + change
+    left = y - X @ (now + change)
+    apart = panel.moves(first.mean) - panel.moves(np.where(np.isin(np.arange(len(mimic)), free), mimic, 0.0))
+    # parameters of what is out of a set are all but 0; they belong to neither prediction
+    return Separation(motion, float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))), float(np.sqrt(left @ left)))
+
+
+def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Array]:
+    """Whitened columns of some parameters, and what values (K,) predict, at the TCP and at the drives."""
+    w = panel.w_tcp
+    X = [(panel.tcp[:, :, free] * w[..., None]).reshape(w.size, len(free))]
+    y = [((panel.tcp @ mean) * w).ravel()]
+    if panel.servo is not None and panel.w_servo is not None:
+        served = np.zeros((*panel.servo.shape[:2], len(free)))
+        at = {int(k): j for j, k in enumerate(panel.servo_columns)}
+        for j, k in enumerate(free):
+            if int(k) in at:
+                served[:, :, j] = panel.servo[:, :, at[int(k)]]
+        X.append((served * panel.w_servo[..., None]).reshape(panel.w_servo.size, len(free)))
+        y.append(((panel.servo @ mean[panel.servo_columns]) * panel.w_servo).ravel())
+    return np.concatenate(X), np.concatenate(y)

@@ -1,0 +1,91 @@
+"""The gap by rung: program to set-point, set-point to encoder, encoder to measured TCP; the vectors add up to the whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.calibration.error_model import ErrorModel
+from camrob.gap.observation.program_track import ProgramTrack
+from camrob.gap.observation.scene import Scene
+from camrob.measurement.log_info import MeasuredFrame
+
+__all__ = ["RUNGS", "Ladder", "lacking", "ladder"]
+
+Array = NDArray[np.float64]
+
+RUNGS = ("program_to_setpoint", "setpoint_to_encoder", "encoder_to_tcp")
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Vectors (N, 3) at the TCP, m, in the measured frame; None where the log lacks a rung.
+
+    Where set-points are absent, the first two rungs are one, told as program to set-point's None and the second's None; the
+    whole is the sum of what is there. whole: measured less the program's place (less the nominal pose, without a program).
+    """
+
+    program_to_setpoint: Array | None
+    setpoint_to_encoder: Array | None
+    encoder_to_tcp: Array
+    whole: Array
+    missing: tuple[str, ...]
+
+    def rms(self) -> dict[str, float | None]:
+        """m of every rung, None where it is missing."""
+        parts = {name: getattr(self, name) for name in RUNGS}
+        return {n: None if v is None else float(np.sqrt(np.mean(np.sum(v**2, axis=1)))) for n, v in parts.items()}
+
+
+def ladder(scene: Scene, track: ProgramTrack | None, *, why: str = "no program") -> Ladder:
+    """The rungs of one log. track: its program, laid beside it; why: what is told where there is none."""
+    missing: list[str] = []
+    measured = scene.measured[:, :3, 3]
+    at_link = scene.nominal[:, :3, 3]
+    second: Array | None = None
+    commanded = at_link
+    if scene.encoder is not None and scene.setpoint is not None:
+        commanded = _nominal(scene)
+        second = at_link - commanded
+    elif scene.setpoint is None:
+        missing.append("no set-points: what the drives do can't be told from what the arm does before the encoders")
+    else:
+        missing.append(
+            "no encoders: drives and arm can't be told apart, so lag looks like latency and friction like play"
+        )
+    third = measured - at_link
+    first: Array | None = None
+    if track is None:
+        missing.append(f"{why}: corner rounding and errors of the post can't be seen")
+    else:
+        first = track.offset(track.path(0.0))
+    whole = third + (0.0 if second is None else second) + (0.0 if first is None else first)
+    return Ladder(first, second, third, whole, tuple(missing))
+
+
+def lacking(scene: Scene) -> tuple[str, ...]:
+    """What else a log and its cell lack beside rungs, and what that costs."""
+    told = []
+    if scene.poses:
+        told.append("single poses: what depends on speed or direction of motion can't be seen")
+    if not scene.seen[:, 3:].any():
+        told.append("no orientation: the tool's angles and A6 can't be told apart")
+    if scene.temperature is None:
+        how = "can't be judged" if scene.poses else "is judged by the time since the log began"
+        told.append(f"no temperature: warming up {how}")
+    if scene.force is None:
+        told.append("no forces: what cutting forces bend can't be seen")
+    if not scene.cell.masses:
+        told.append("no masses in the cell: compliance, lean and payload can't be judged")
+    return tuple(told)
+
+
+def _nominal(scene: Scene) -> Array:
+    """(N, 3) nominal TCP at the set-points, in the measured frame."""
+    cell = scene.cell
+    in_base = scene.log.info.measured_frame is MeasuredFrame.BASE
+    model = ErrorModel.of(cell, [], in_base=in_base, left=scene.frames.left, right=scene.frames.right)
+    q = cell.to_q(scene.log.setpoints(scene.axes))
+    return model.poses(np.zeros(0), q)[:, :3, 3]

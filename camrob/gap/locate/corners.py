@@ -1,0 +1,172 @@
+"""Between program and set-point: whether the rounding of corners explains it, with which distance, on withheld samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.effects.corner_rounding import DISTANCE, EFFECT
+from camrob.gap.evidence.shrink import Shrinkage, figures
+from camrob.gap.observation.program_track import ProgramTrack
+from camrob.units import m_to_mm, mm_to_m
+
+__all__ = ["CornerVerdict", "judge_corners", "with_corners"]
+
+Array = NDArray[np.float64]
+
+_BLOCKS = 10  # a log
+_MOST = 1500  # samples a log that distances are tried on
+_TRIED = mm_to_m(np.geomspace(0.05, 50.0, 13))
+_REFINED = 7
+_LEAST = mm_to_m(0.01)  # rms: what set-points stray by less is printing
+_LEAST_NOISE = 0.35  # of the instrument's noise: as for all effects
+_LEAST_SHRINK = 0.25  # of the deviation, that rounding has to explain
+_DRAWS = 400
+_SURE = 0.98
+_SAME = 1e-3  # share of a distance that is not looked at more closely
+_MOST_SETS = 12
+_UNTOLD = 0.9  # probability of something unknown, where much stays
+
+
+@dataclass(frozen=True)
+class CornerVerdict:
+    """probability of corner_rounding; entry: its line in the JSON object, None where nothing strays; left: m rms that stays
+    between program and set-point; unknown: words on it where that is too much, else "".
+    """
+
+    probability: float
+    entry: dict[str, Any] | None
+    left: float
+    unknown: str
+
+
+def judge_corners(tracks: Sequence[ProgramTrack], noise: float, *, known: bool = True) -> CornerVerdict | None:
+    """Judge the first rung of logs whose programs are known; None without any.
+
+    One distance is fitted to all corners by the virtual controller, each stretch of the logs judged with the distance that
+    the others ask for. noise: m, 3-D rms of the instrument; known: False where the effect is out of the library.
+    """
+    if not tracks:
+        return None
+    least = max(_LEAST, _LEAST_NOISE * noise)
+    rows = [np.unique(np.linspace(0, len(t.scene) - 1, min(len(t.scene), _MOST)).astype(np.int64)) for t in tracks]
+    before = np.concatenate([t.offset(t.path(0.0))[r] for t, r in zip(tracks, rows, strict=True)])
+    block = np.concatenate([k * _BLOCKS + (np.arange(len(r)) * _BLOCKS) // len(r) for k, r in enumerate(rows)])
+    size = float(np.sqrt(np.mean(np.sum(before**2, axis=1))))
+    if size < least:
+        return CornerVerdict(0.0, None, size, "")
+    thinned = [t.at(r) for t, r in zip(tracks, rows, strict=True)]
+
+    def after(distance: float) -> Array:
+        return np.concatenate([t.offset(t.path(distance)) for t in thinned])
+
+    found = {0.0: before, **{float(d): after(float(d)) for d in _TRIED}}
+    for _ in range(_REFINED):
+        found |= {d: after(d) for d in _between(found)}
+    names = np.array(sorted(found))
+    numbers = np.unique(block)
+    energy = np.array([[np.sum(found[d][block == b] ** 2) for b in numbers] for d in names])
+    chosen = np.argmin(energy.sum(axis=1, keepdims=True) - energy, axis=0)
+    rest = np.concatenate([found[names[k]][block == b] for k, b in zip(chosen, numbers, strict=True)])
+    shrunk = Shrinkage(before, rest, block)
+    best = int(np.argmin(energy.sum(axis=1)))
+    probability = _probability(shrunk, float(names[best])) if known else 0.0
+    if probability < 0.5:
+        return CornerVerdict(probability, None, size, _untold(size, noise))
+    value, std = float(names[best]), _spread(names, energy.sum(axis=1), best, len(numbers))
+    entry = _entry(shrunk, probability, value, std, _asked(tracks))
+    return CornerVerdict(probability, entry, shrunk.rms_after, _untold(shrunk.rms_after, noise))
+
+
+def _between(found: dict[float, Array]) -> list[float]:
+    """The distances half-way between the best one so far and its neighbours."""
+    names = sorted(found)
+    k = int(np.argmin([np.sum(found[d] ** 2) for d in names]))
+    near = [names[i] for i in (k - 1, k + 1) if 0 <= i < len(names)]
+    return [0.5 * (names[k] + d) for d in near if abs(d - names[k]) > _SAME * names[k]]
+
+
+def _probability(shrunk: Shrinkage, distance: float) -> float:
+    """From how often, stretches drawn anew, rounding explains a good part; little where the distance can't be true."""
+    numbers = np.unique(shrunk.block)
+    sums = np.array([[np.sum(e[shrunk.block == b] ** 2) for b in numbers] for e in (shrunk.before, shrunk.after)])
+    draws = np.random.default_rng(0).integers(0, len(numbers), (_DRAWS, len(numbers)))
+    before, after = sums[0][draws].sum(axis=1), sums[1][draws].sum(axis=1)
+    often = float(np.mean(after < (1.0 - _LEAST_SHRINK) ** 2 * before))
+    plausible = 0.0 < distance < 0.99 * DISTANCE.upper
+    return _SURE * often if plausible else min(0.4, often)
+
+
+def _spread(names: Array, energy: Array, best: int, blocks: int) -> float:
+    """1-sigma of the distance from the energy's curvature at its least, stretches counting once each."""
+    near = np.arange(max(best - 1, 0), min(best + 2, len(names)))
+    if len(near) < 3 or energy[best] <= 0.0:
+        return float(np.ptp(names[near]))
+    curvature = float(np.polyfit(names[near] - names[best], energy[near], 2)[0])
+    if curvature <= 0.0:
+        return float(np.ptp(names[near]))
+    return float(min(np.sqrt(energy[best] / blocks / curvature), np.ptp(_TRIED)))
+
+
+def _asked(tracks: Sequence[ProgramTrack]) -> float | None:
+    """mm, the one rounding distance of the programs; None where there are several."""
+    values = np.concatenate([np.asarray(t.program.blend_mm) for t in tracks])
+    told = np.unique(np.round(values[np.isfinite(values)], 6))
+    return float(told[0]) if len(told) == 1 else None
+
+
+def _untold(left: float, noise: float) -> str:
+    if left < max(noise, 5.0 * _LEAST):
+        return ""
+    return (
+        f"between program and set-point, {m_to_mm(left):.3f} mm rms that the rounding of corners does not explain "
+        "(targets that were changed, or another base or tool on the controller)"
+    )
+
+
+def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, asked: float | None) -> dict[str, Any]:
+    told = figures(shrunk)
+    return {
+        "effect": EFFECT.name, "axes": [], "probability": probability,
+        "parameters": {DISTANCE.name: {"value": m_to_mm(value), "std": m_to_mm(std)}},
+        **told, "alone": told, "added_last": told, "moves_mm": told["rms_before_mm"],
+        "indistinguishable_from": [], "implausible": "", "compensable": EFFECT.compensable, "rungs": list(EFFECT.rungs),
+        "programmed_cdis_mm": asked,
+    }  # fmt: skip
+
+
+def with_corners(summary: dict[str, Any], verdict: CornerVerdict | None) -> dict[str, Any]:
+    """The summary with what lies between program and set-point: its own rung, so `gap` and `together` stay as they are."""
+    if verdict is None:
+        return summary
+    out = dict(summary)
+    if verdict.entry is not None:
+        out["effects"] = sorted(
+            [*summary["effects"], verdict.entry], key=lambda e: (-float(e["probability"]), -float(e["shrink"]))
+        )
+        out["alternatives"] = _crossed(summary["alternatives"], EFFECT.name, verdict.probability)
+        out["status"] = "explained" if summary["status"] == "no gap" else summary["status"]
+    if verdict.unknown:
+        told = summary["unknown"]
+        where = "; ".join(w for w in (told["where"], verdict.unknown) if w)
+        out["unknown"] = {**told, "where": where, "probability": max(told["probability"], _UNTOLD)}
+        out["alternatives"] = _crossed(out["alternatives"], "unknown", _UNTOLD)
+        out["status"] = "partly explained" if out["status"] in ("explained", "partly explained") else "unexplained"
+    out["where"] = {**summary["where"], "program_left_mm": m_to_mm(verdict.left)}
+    return out
+
+
+def _crossed(sets: Sequence[dict[str, Any]], name: str, probability: float) -> list[dict[str, Any]]:
+    """Sets of effects with and without another one, which is independent of them."""
+    total: dict[tuple[str, ...], float] = {}
+    for one in sets:
+        for names, share in (({*one["effects"], name}, probability), (set(one["effects"]), 1.0 - probability)):
+            key = tuple(sorted(names))
+            total[key] = total.get(key, 0.0) + share * float(one["probability"])
+    kept = sorted(total.items(), key=lambda x: -x[1])[:_MOST_SETS]
+    whole = sum(p for _, p in kept)
+    return [{"effects": list(k), "probability": p / whole} for k, p in kept]

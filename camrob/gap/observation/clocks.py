@@ -1,0 +1,56 @@
+"""Clocks: one latency between controller and instrument, with its interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camrob.gap.observation.scene import Scene
+
+__all__ = ["Alignment", "align"]
+
+_BLOCKS = 10
+_LEAST_SPEED = 1e-4  # m/s: without motion a latency doesn't show
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """latency: s by which the instrument's rows trail the axis values; std: its standard error; NaN where it doesn't show."""
+
+    latency: float
+    std: float
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """For JSON: value and 95 % interval, null where it doesn't show."""
+        if not math.isfinite(self.latency):
+            return {"value": None, "interval": None}
+        return {"value": self.latency, "interval": [self.latency - 1.96 * self.std, self.latency + 1.96 * self.std]}
+
+
+def align(scenes: Sequence[Scene]) -> Alignment:
+    """The latency that explains most of the gap along the motion, beside a constant twist; its spread over blocks of time."""
+    estimates = []
+    for scene in scenes:
+        if scene.poses:
+            continue
+        v = scene.velocity(scene.nominal[:, :3, 3])
+        if float(np.sqrt(np.mean(v**2))) < _LEAST_SPEED:
+            continue
+        for rows in np.array_split(np.arange(len(scene)), _BLOCKS):
+            if len(rows) < 20:
+                continue
+            dv, dg = v[rows] - v[rows].mean(axis=0), scene.tcp_gap[rows, :3] - scene.tcp_gap[rows, :3].mean(axis=0)
+            power = float(np.sum(dv**2))
+            if power > 0.0:
+                estimates.append((-float(np.sum(dv * dg)) / power, power))
+    if len(estimates) < 3:
+        return Alignment(math.nan, math.nan)
+    value, weight = (np.array(x) for x in zip(*estimates, strict=True))
+    mean = float(np.sum(weight * value) / weight.sum())
+    spread = float(np.sum(weight**2 * (value - mean) ** 2)) ** 0.5 / float(weight.sum())
+    return Alignment(mean, spread)

@@ -1,0 +1,105 @@
+"""How much of the gap is the instrument's noise, and which samples are outliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import LogError
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import robust_sigma
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["Noise", "find_outliers", "noise_left", "noise_of"]
+
+Array = NDArray[np.float64]
+
+SERVO_SHARE = 0.2  # encoders against set-points are held to this share of the instrument's noise
+_FLOOR_LENGTH, _FLOOR_ANGLE = mm_to_m(0.002), deg_to_rad(0.0001)
+_ROUGH_LENGTH, _ROUGH_ANGLE = mm_to_m(0.05), deg_to_rad(0.005)  # what the search for an untold noise starts from
+_TURNS, _RANK, _LEAST_FREEDOM = 4, 1e-7, 0.3
+_LEVER = 0.5  # m, where a log has no orientation to say
+_OUTLIER = 7.0  # sigmas from the median of the neighbours
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """tcp: (6,) 1-sigma at the TCP, m and rad; servo: (k,) of encoders against set-points. told: True where LOG.toml gave it."""
+
+    tcp: Array
+    servo: Array
+    told: bool
+
+    @property
+    def rms(self) -> float:
+        """3-D rms of the position, m."""
+        return float(np.sqrt(np.sum(self.tcp[:3] ** 2)))
+
+
+def noise_of(scene: Scene) -> Noise:
+    """The noise of one log: what LOG.toml tells; what second differences show, where that is clearly more or nothing is told."""
+    shown = np.zeros(6)
+    if not scene.poses:
+        shown[:3] = float(np.sqrt(np.mean(robust_sigma(scene.tcp_gap[:, :3], scene.pieces) ** 2)))
+        if scene.seen[:, 3:].all():
+            shown[3:] = float(np.sqrt(np.mean(robust_sigma(scene.tcp_gap[:, 3:], scene.pieces) ** 2)))
+    told = np.nan_to_num(scene.sigma)
+    floor = np.array([_FLOOR_LENGTH] * 3 + [_FLOOR_ANGLE] * 3)
+    sigma = np.where((told <= 0.0) | (shown > 1.3 * told), np.maximum(shown, floor), told)
+    levers = np.array([
+        float(np.sqrt(np.mean(np.sum(scene.places[f"{a}.zero"][:, :3] ** 2, axis=1)))) if f"{a}.zero" in scene.places else 0.0
+        for a in scene.axes
+    ])  # fmt: skip
+    servo = SERVO_SHARE * sigma[0] / np.maximum(levers, 0.1)
+    if scene.servo_gap is not None:
+        servo = np.maximum(servo, robust_sigma(scene.servo_gap, scene.pieces))
+    return Noise(sigma, servo, bool(told[0] > 0.0))
+
+
+def noise_left(columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array, path: Path | None) -> Noise:
+    """The noise of single poses of which nobody told it: what the whole library together can't explain, so at most this.
+
+    columns: (N, 6, K), gap: (N, 6), seen: (N, 6), all SI; servo: as in `Noise`. Positions and turns weigh as they scatter, found
+    in rounds. path: the log's, for messages. Raises LogError where there are too few poses to tell.
+    """
+    rows = seen.ravel()
+    X, y = columns.reshape(rows.size, -1)[rows], gap.ravel()[rows]
+    turned = np.broadcast_to(np.arange(6) >= 3, seen.shape).ravel()[rows]
+    sigma = np.array([_ROUGH_LENGTH, _ROUGH_ANGLE])
+    for _ in range(_TURNS):
+        w = 1.0 / sigma[turned.astype(int)]
+        Z = X * w[:, None]
+        U, s, _vt = np.linalg.svd(Z / np.maximum(np.linalg.norm(Z, axis=0), 1e-30), full_matrices=False)
+        U = U[:, s > _RANK * s[0]]
+        freedom = 1.0 - U.shape[1] / len(y)
+        if freedom < _LEAST_FREEDOM:
+            what = f"the noise of its {len(seen)} single poses is not told, and they are too few to show it"
+            raise LogError(what, cure="write sigma_mm (and sigma_deg) of the instrument into its .toml", path=path)
+        left = (y * w - U @ (U.T @ (y * w))) / w
+        parts = [left[~turned], left[turned]]
+        sigma = np.array([
+            np.sqrt(np.mean(r**2) / freedom) if len(r) else old for r, old in zip(parts, sigma, strict=True)
+        ])  # fmt: skip
+    sigma = np.maximum(sigma, [_FLOOR_LENGTH, _FLOOR_ANGLE])
+    return Noise(np.repeat(sigma, 3), servo, told=False)
+
+
+def find_outliers(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
+    """(N,) True where a measured position stands far from the median of its neighbours in time; none for single poses."""
+    out = np.zeros(len(scene), bool)
+    if scene.poses:
+        return out
+    for run in scene.pieces:
+        r = scene.tcp_gap[run, :3]
+        if len(r) < 7:
+            continue
+        # mirrored, not repeated: an outlier that comes first would be its own median
+        padded = np.pad(r, ((3, 3), (0, 0)), mode="reflect")
+        near = np.median(np.lib.stride_tricks.sliding_window_view(padded, 7, axis=0), axis=-1)
+        off = np.abs(r - near)
+        spread = np.maximum(1.4826 * np.median(off, axis=0), noise.tcp[:3])
+        out[run] = (off > _OUTLIER * spread).any(axis=1)
+    return out

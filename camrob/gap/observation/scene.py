@@ -1,0 +1,251 @@
+"""One log laid out for the diagnosis: what was commanded, reported and measured, and how every small error would show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.calibration.error_model import ErrorModel
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
+from camrob.errors import LogError
+from camrob.gap.observation.signals import derivative, pieces_of
+from camrob.gap.observation.unknown_frames import Frames, fit_frames
+from camrob.measurement.log import FORCE, MeasurementLog
+from camrob.measurement.log_info import MeasuredFrame, Target
+from camrob.se3 import rotation_log
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+
+__all__ = ["Scene", "make_scene"]
+
+Array = NDArray[np.float64]
+
+PLACES = ("x", "y", "z", "rx", "ry", "rz")
+ROOM_TEMPERATURE = 21.0  # degrees C at which a cell is taken to have its nominal lengths, where a log starts warmer
+
+
+@dataclass(frozen=True)
+class Scene:
+    """N samples of one log. Axis values are SI in the controller's sign, a column an axis; twists (v, w) at the TCP, m and rad,
+    in the measured frame.
+
+    setpoint, encoder: (N, k) or None where the log lacks them; `link` is what the arm's side of the drives is reckoned
+    from: encoders, else set-points. tcp_gap: (N, 6) measured less nominal at `link`; servo_gap: (N, k) encoders less
+    set-points, None where one is missing. seen: (N, 6) True where measured. places: twists of a unit of every constant
+    error; moments: (M, N, 2) gravity's moment of each of the cell's masses about x and y of `root` at the robot's foot, Nm;
+    pieces: runs of samples without a hole in time; sigma: (6,) the instrument's noise, NaN where unknown.
+    """
+
+    name: str
+    cell: Cell
+    log: MeasurementLog
+    t: Array
+    axes: tuple[str, ...]
+    setpoint: Array | None
+    encoder: Array | None
+    nominal: Array
+    measured: Array
+    tcp_gap: Array
+    servo_gap: Array | None
+    seen: NDArray[np.bool_]
+    places: dict[str, Array]
+    torque: Array
+    moments: Array
+    pieces: tuple[slice, ...]
+    frames: Frames
+    sigma: Array
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def link(self) -> Array:
+        """(N, k) axis values that the arm's side of the drives is reckoned from."""
+        chosen = self.encoder if self.encoder is not None else self.setpoint
+        return np.asarray(chosen)
+
+    @property
+    def command(self) -> Array:
+        """(N, k) set-points, encoders where they are absent."""
+        chosen = self.setpoint if self.setpoint is not None else self.encoder
+        return np.asarray(chosen)
+
+    @property
+    def poses(self) -> bool:
+        """True where rows are single poses at rest."""
+        return self.log.info.poses
+
+    def index(self, axis: str) -> int:
+        """The column of an axis."""
+        return self.axes.index(axis)
+
+    def place(self, term: str) -> Array:
+        """(N, 6) twist of a unit of a constant error, such as `base.x` or `A3.rx`."""
+        return self.places[term]
+
+    def shift(self, axis: str, signal: Array) -> Array:
+        """(N, 6) twist where an axis stands `signal` (N,) beyond what is reported."""
+        return self.places[f"{axis}.zero"] * signal[:, None]
+
+    def beyond(self, values: Array) -> Array:
+        """(N, 6) twist from where the TCP nominally is to where it would be with axis values (N, k): exact, however far."""
+        prismatic = np.array([self.cell.joints[self.cell.index(a)].prismatic for a in self.axes])
+        in_base = self.log.info.measured_frame is MeasuredFrame.BASE
+        plain = ErrorModel.of(self.cell, [], in_base=in_base, left=self.frames.left, right=self.frames.right)
+        there = plain.poses(np.zeros(0), self.cell.to_q(np.where(prismatic, m_to_mm(values), rad_to_deg(values))))
+        turned = rotation_log(there[:, :3, :3] @ self.nominal[:, :3, :3].swapaxes(1, 2))
+        return np.concatenate([there[:, :3, 3] - self.nominal[:, :3, 3], turned], axis=1)
+
+    def velocity(self, values: Array, order: int = 1) -> Array:
+        """Time derivative of (N, k), or a higher one, run by run."""
+        return derivative(values, self.t, self.pieces, order)
+
+    @property
+    def temperature(self) -> Array | None:
+        """(N,) degrees C, None where not measured."""
+        return _filled(self.log, "temp") if self.log.has("temp") else None
+
+    @property
+    def measured_R_world(self) -> Array:
+        """(N, 3, 3) `world`'s axes in the measured frame, which may turn with the table, or be the instrument's own."""
+        turned = np.tile(np.eye(3), (len(self), 1, 1))
+        if self.log.info.measured_frame is MeasuredFrame.BASE:
+            turned = self._world_R_base().swapaxes(1, 2)
+        return np.asarray(self.frames.left[:3, :3] @ turned)
+
+    @property
+    def measured_R_base(self) -> Array:
+        """(N, 3, 3) `base`'s axes, those of the work, in the measured frame."""
+        turned = np.tile(np.eye(3), (len(self), 1, 1))
+        if self.log.info.measured_frame is not MeasuredFrame.BASE:
+            turned = self._world_R_base()
+        return np.asarray(self.frames.left[:3, :3] @ turned)
+
+    def _world_R_base(self) -> Array:
+        from camrob.kinematics.frames import world_T_base
+
+        values = self.log.axes(self.axes) if self.encoder is not None else self.log.setpoints(self.axes)
+        return np.asarray(world_T_base(self.cell, self.cell.to_q(values))[:, :3, :3])
+
+    @property
+    def force(self) -> Array | None:
+        """(N, 3) N in `world`, None where not measured."""
+        if not self.log.has(*FORCE):
+            return None
+        return np.stack([_filled(self.log, n) for n in FORCE], axis=1)
+
+
+def _filled(log: MeasurementLog, name: str) -> Array:
+    """A column with empty cells filled between their neighbours."""
+    values = np.array(log.columns[name])
+    known = ~np.isnan(values)
+    return np.interp(log.t, log.t[known], values[known]) if known.any() else np.zeros(len(values))
+
+
+def make_scene(log: MeasurementLog, cell: Cell) -> Scene:
+    """Lay a log out on a cell. Rows without axis values, or without a measured position, are left aside.
+
+    Raises LogError for a log without measured positions, without the cell's axes, or with too few samples.
+    """
+    axes = cell.axis_names
+    if not log.has_position:
+        raise LogError("has no measured position", cure="give x, y, z of the instrument", path=log.path)
+    given = {kind: [f"{kind}{a}" for a in axes if log.has(f"{kind}{a}")] for kind in ("", "c")}
+    usable = {kind: len(names) == len(axes) for kind, names in given.items()}
+    if not any(usable.values()):
+        lacking = next(a for a in axes if (not log.has(a) and not log.has(f"c{a}")) or given[""])
+        missing = [a for a in axes if not log.has(a)]
+        what = f"lacks the axis {missing[0] if missing else lacking} of cell {cell.name}"
+        raise LogError(what, cure="give every axis of the cell, by encoder or by set-point", path=log.path)
+    kinds = [kind for kind in ("", "c") if usable[kind]]
+    whole = np.ones(len(log), bool)
+    for kind in kinds:
+        whole &= log.complete([f"{kind}{a}" for a in axes])
+    whole &= log.complete(("x", "y", "z"))
+    if whole.sum() < 12:
+        raise LogError(f"holds {int(whole.sum())} whole samples", cure="give at least 12", path=log.path)
+    kept = log.select(np.flatnonzero(whole))
+    return _lay_out(kept, cell, axes, usable)
+
+
+def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dict[str, bool]) -> Scene:
+    in_base = log.info.measured_frame is MeasuredFrame.BASE
+    prismatic = np.array([cell.joints[cell.index(a)].prismatic for a in axes])
+
+    def si(values: Array) -> Array:
+        return np.where(prismatic, mm_to_m(values), deg_to_rad(values))
+
+    encoder = si(log.axes(axes)) if usable[""] else None
+    setpoint = si(log.setpoints(axes)) if usable["c"] else None
+    edge = log.axes(axes) if usable[""] else log.setpoints(axes)
+    q = cell.to_q(edge)
+    measured = np.tile(np.eye(4), (len(log), 1, 1))
+    measured[:, :3, 3] = log.position
+    seen = np.ones((len(log), 6), bool)
+    if log.has_orientation:
+        turned = log.complete(("a", "b", "c"))
+        measured[turned, :3, :3] = log.select(np.flatnonzero(turned)).rotation
+        seen[~turned, 3:] = False
+    else:
+        seen[:, 3:] = False
+    names = _place_names(cell, in_base)
+    plain = ErrorModel.of(cell, [], in_base=in_base)
+    frames = fit_frames(
+        plain.poses(np.zeros(0), q), measured, seen,
+        left=log.info.measured_frame is MeasuredFrame.UNKNOWN, right=log.info.target is Target.UNKNOWN,
+    )  # fmt: skip
+    model = ErrorModel.of(cell, names, in_base=in_base, left=frames.left, right=frames.right)
+    ones = {"one": np.ones(len(log))}
+    nominal, J = model.poses_and_jacobian(np.zeros(len(names)), q, ones)
+    gap = np.zeros((len(log), 6))
+    gap[:, :3] = measured[:, :3, 3] - nominal[:, :3, 3]
+    gap[:, 3:] = np.where(seen[:, 3:], rotation_log(measured[:, :3, :3] @ nominal[:, :3, :3].swapaxes(1, 2)), 0.0)
+    places = {name.removesuffix(".by.one"): np.ascontiguousarray(J[:, :, k]) for k, name in enumerate(names)}
+    sigma = np.array([log.info.sigma_position] * 3 + [log.info.sigma_angle] * 3)
+    torque = _torques(model, cell, q, axes)
+    return Scene(
+        name=log.path.name if log.path is not None else "log", cell=cell, log=log, t=log.t, axes=axes,
+        setpoint=setpoint, encoder=encoder, nominal=nominal, measured=measured, tcp_gap=gap,
+        servo_gap=encoder - setpoint if encoder is not None and setpoint is not None else None,
+        seen=seen, places=places, torque=torque, moments=_moments(cell, q), pieces=pieces_of(log.t), frames=frames, sigma=sigma,
+    )  # fmt: skip
+
+
+def _place_names(cell: Cell, in_base: bool) -> list[str]:
+    """All constant errors of the cell's chain, as the error model names them."""
+    names = [f"{owner}.{part}" for owner in ("base", "tool") for part in PLACES]
+    names += [f"root.{part}.by.one" for part in PLACES]
+    for joint in cell.joints:
+        if joint.role is Role.ROLL or (joint.role is Role.WORKPIECE and not in_base):
+            continue
+        if joint.role is Role.ARM:
+            parts: tuple[str, ...] = ("x", "y", "z", "rx", "ry")
+        else:
+            parts = ("rx", "ry") if joint.prismatic else ("x", "y", "rx", "ry")
+        names += [f"{joint.name}.{part}" for part in (*parts, "zero")]
+    return names
+
+
+def _torques(model: ErrorModel, cell: Cell, q: Array, axes: tuple[str, ...]) -> Array:
+    """(N, k) gravity's torques in the controller's sign."""
+    from camrob.dynamics.gravity import gravity_torques
+
+    torque = gravity_torques(model.gravity, q)
+    return np.stack([cell.joints[cell.index(a)].sign * torque[:, cell.index(a)] for a in axes], axis=1)
+
+
+def _moments(cell: Cell, q: Array) -> Array:
+    """(M, N, 2): force (0, 0, -m g) at every mass's centre, seen from `root`."""
+    from camrob.dynamics.gravity import GRAVITY
+    from camrob.kinematics.frames import base_T_joint_frames, base_T_root
+    from camrob.se3 import inverse
+
+    frames, root_T_base = base_T_joint_frames(cell, q), inverse(base_T_root(cell, q))
+    total = np.zeros((len(cell.masses), len(q), 2))
+    for k, load in enumerate(cell.masses):
+        base_p_mass = frames[cell.index(load.after)] @ np.append(load.center, 1.0)
+        root_p_mass = (root_T_base @ base_p_mass[..., None])[..., 0]
+        total[k] = load.mass * GRAVITY * np.stack([-root_p_mass[:, 1], root_p_mass[:, 0]], axis=1)
+    return total

@@ -1,0 +1,79 @@
+"""Whether fitted values can be true, and what the unexplained looks like, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.unknown import CONSTANT, basis, quantities
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["implausible", "unknown_shapes", "unknown_text"]
+
+_SIGMAS = 4.0
+_PLACES = {"foot": "the robot's foot", "tool": "the tool"}
+
+
+def implausible(model: Model) -> dict[str, str]:
+    """Effect to the reason, for effects of the best set with values beyond what such machines have."""
+    found: dict[str, str] = {}
+    deviation = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
+    for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True)):
+        unit = model.units[int(owner)]
+        if int(owner) not in model.best.members or unit.effect == "unknown":
+            continue
+        value, slack = float(model.best.mean[k]), _SIGMAS * float(deviation[k])
+        moves = abs(value) * float(model.design.size[k])
+        if moves < 0.3 * model.noise:
+            continue
+        if value + slack < parameter.lower or value - slack > parameter.upper:
+            low, high = parameter.at_edge(parameter.lower), parameter.at_edge(parameter.upper)
+            found[unit.effect] = (
+                f"{parameter.name} is {parameter.at_edge(value):.3g} where {low:.3g} to {high:.3g} is plausible"
+            )
+    return found
+
+
+def unknown_shapes(model: Model) -> list[dict[str, Any]]:
+    """The unexplained, shape by shape: its rung, what moves, what that follows and how far it swings, in `unit`."""
+    shapes = []
+    for i in sorted(model.best.members):
+        unit = model.units[i]
+        if unit.effect != "unknown":
+            continue
+        target, _, quantity = unit.key.partition("|")
+        state = model.states["unknown"]
+        columns = np.flatnonzero(model.design.owner == i)
+        if quantity == CONSTANT:
+            swing = float(np.linalg.norm(model.best.mean[columns[:3]]))
+        else:
+            lower, upper = (state[f"{unit.key}|{end}"] for end in ("lower", "upper"))
+            bases = [basis(quantities(p.scene)[quantity], lower, upper, quantity) for p in model.panels]
+            swing = float(np.ptp(np.concatenate([X @ model.best.mean[columns[1:]] for X in bases])))
+        linear = unit.parameters[0].unit == "mm"
+        shapes.append({
+            "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
+            "moves": _PLACES.get(target, target.removeprefix("drive ")), "follows": quantity,
+            "swing": m_to_mm(swing) if linear else rad_to_deg(swing), "unit": "mm" if linear else "degrees",
+        })  # fmt: skip
+    return shapes
+
+
+def unknown_text(model: Model, shapes: Sequence[Mapping[str, Any]]) -> str:
+    """The shapes of the unexplained in words, with their size at the TCP; "" where there are none."""
+    if not shapes:
+        return ""
+    between = {"setpoint_to_encoder": "between set-point and encoder", "encoder_to_tcp": "between encoder and TCP"}
+    parts = [f"{between[s['rung']]}, {_moved(s)}" for s in shapes]
+    rms = m_to_mm(effect_rms(model, model.panels, "unknown"))
+    return "; ".join(parts) + f" ({rms:.3f} mm rms at the TCP)"
+
+
+def _moved(shape: Mapping[str, Any]) -> str:
+    size = f"{shape['swing']:.3g} {shape['unit']}"
+    if shape["follows"] != CONSTANT:
+        return f"{shape['moves']} moves by {size} as a smooth function of {shape['follows']}"
+    return f"{shape['moves']} is off by a constant {size}"

@@ -1,0 +1,36 @@
+"""The cell that a verb works on, with the sections of its cell.toml that the verb needs, and the language of its controller."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+from camrob.cell.cell import Cell
+from camrob.cell.controller_settings import DEFAULT_LANGUAGE
+from camrob.cell.read_cell import read_cell
+from camrob.languages import LANGUAGES, language_named
+from camrob.program.language import Language
+
+__all__ = ["cell_for", "language_for"]
+
+_CONTROLLER = frozenset({"post", "verify", "simulate", "compensate"})
+_RESOLVE = frozenset({"post", "place"})
+
+
+def cell_for(verb: str, path: str | Path) -> Cell:
+    """The cell in a folder. Raises CellError for a cell that can't be read, or lacks a section that the verb needs."""
+    cell = read_cell(path).serving(f"camrob {verb}", controller=verb in _CONTROLLER, resolve=verb in _RESOLVE)
+    if cell.controller_section is not None:
+        language_named(cell.controller.language).settings(cell.controller)
+    return cell
+
+
+def language_for(path: Path | None) -> Language:
+    """The language of a cell that has not been read yet; the usual one where nobody can tell, which `cell_for` will say."""
+    try:
+        file = Path(path or "")
+        text = (file if file.suffix == ".toml" and not file.is_dir() else file / "cell.toml").read_bytes()
+        name = tomllib.loads(text.decode("utf-8-sig"))["controller"]["language"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        name = DEFAULT_LANGUAGE
+    return language_named(name if name in LANGUAGES else DEFAULT_LANGUAGE)

@@ -1,0 +1,123 @@
+"""What a job reads before it starts: cell, set-up and toolpath, placed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.bodies.meshes import body_triangles
+from camrob.cell.cell import Cell
+from camrob.cell.read_setup import read_setup
+from camrob.cell.setup import Setup, ToolSetup
+from camrob.errors import InputError
+from camrob.findings import Finding
+from camrob.jobs.files.cell_for import cell_for, language_for
+from camrob.jobs.files.granted import assumed_limits, taken_for_granted
+from camrob.jobs.files.mounting import MountedTool, change_poses, mounted_tools
+from camrob.program.process import tool_changes
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.stretches import change_values, started_from
+from camrob.redundancy.transfers import build_path
+from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.toolpath import Toolpath
+from camrob.units import mm_min_to_m_s, mm_to_m
+
+__all__ = ["JobInputs", "program_name", "read_inputs"]
+
+Array = NDArray[np.float64]
+
+RAPID_SPEED = mm_min_to_m_s(6000.0)
+CLEARANCE = mm_to_m(50.0)
+
+
+@dataclass(frozen=True, slots=True)
+class JobInputs:
+    """A cell with the job's tool mounted, the set-up, the toolpath, and the whole path in `base`.
+
+    mounted: the tool of each stretch of the path with the cell that holds it; `cell` and `tool` are those of the first.
+    urgent: findings to be read before all others. to_change: after this path the tool is changed (`of_stretch`).
+    """
+
+    cell: Cell
+    setup: Setup
+    tool: ToolSetup
+    toolpath: Toolpath
+    path: ToolPathInBase
+    rapid_speed: float
+    part: Array | None
+    stock: Array | None
+    findings: tuple[Finding, ...]
+    mounted: tuple[MountedTool, ...]
+    urgent: tuple[Finding, ...] = ()
+    to_change: bool = False
+
+    def of_stretch(self, index: int, last: Array | None) -> JobInputs:
+        """The job of one stretch of the path; `last`: axis values (axes,) at the end of the one before it."""
+        stretches = self.path.stretches
+        if len(stretches) == 1:
+            return self
+        held = self.mounted[index]
+        cell = held.cell if last is None else started_from(held.cell, change_values(held.cell, last))
+        path = self.path.part(stretches[index])
+        to_change = index + 1 < len(stretches)
+        return replace(self, cell=cell, tool=held.tool, path=path, mounted=(held,), to_change=to_change)
+
+
+def program_name(clfile: Path, name: str | None, cell: Path | None = None) -> str:
+    """The program's name: given, or made of the CL file's. Raises InputError for one that the cell's language can't carry."""
+    language = language_for(cell)
+    if name is None:
+        return language.program_name(clfile.name.split(".")[0])
+    plain = language.program_name(name)
+    if plain != name:
+        what = f"--name {name!r} can't be a {language.title} module"
+        if name[:1].isalpha() and language.program_name(f"P_{name}") == f"P_{name}":
+            what += f": {language.title} uses that word itself"
+        raise InputError(what, cure=f"use {language.naming}, such as {plain}")
+    return name
+
+
+def read_inputs(
+    clfile: Path,
+    cell: Path,
+    setup: Path | None,
+    *,
+    dialect: str | None = None,
+    units: str | None = None,
+    verb: str = "post",
+    progress: Callable[[float], None] | None = None,
+) -> JobInputs:
+    """Read all that a verb's job needs. Raises InputError and its kin, naming file, line and cure."""
+    machine = cell_for(verb, cell)
+    if setup is None and (clfile.parent / "setup.toml").is_file():
+        setup = clfile.parent / "setup.toml"
+    job = read_setup(setup, machine)
+    tolerance = {} if job.chord_tolerance is None else {"chord_tolerance": job.chord_tolerance}
+    toolpath = read_toolpath(
+        clfile,
+        dialect=dialect or job.dialect or None,
+        units=units or job.units or None,
+        feed=job.feed,
+        spindle_rpm=job.spindle_rpm,
+        diameters={tool.number or 0: tool.diameter for tool in job.tools if tool.diameter},
+        progress=progress,
+        **tolerance,
+    )
+    changes = tool_changes(toolpath.regions)
+    mounted, told = mounted_tools(toolpath.regions, changes, job, machine)
+    machine = mounted[0].cell
+    base_T_part = np.asarray(job.base_T_part)
+    part, stock = (None if body is None else body_triangles(body) for body in (job.part, job.stock))
+    bounds = [body.reshape(-1, 3) for body in (part, stock) if body is not None]
+    corners = np.concatenate(bounds) @ base_T_part[:3, :3].T + base_T_part[:3, 3] if bounds else None
+    clearance = CLEARANCE if job.clearance is None else job.clearance
+    path = build_path(
+        machine, toolpath, base_T_part, clearance=clearance, bounds=corners, changes=change_poses(mounted, changes)
+    )
+    rapid_speed = RAPID_SPEED if job.rapid_feed is None else job.rapid_feed
+    findings, urgent = (*assumed_limits(machine), *told), taken_for_granted(machine, job, toolpath)
+    return JobInputs(machine, job, mounted[0].tool, toolpath, path, rapid_speed, part, stock, findings, mounted, urgent)

@@ -1,0 +1,107 @@
+"""Which of the set-up's tools the cell holds on each stretch of a path between two changes of tools."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.setup import Setup, ToolSetup
+from camrob.errors import SetupError
+from camrob.findings import Finding
+from camrob.kinematics.frames import base_T_tool
+from camrob.program.process import ToolChange
+from camrob.redundancy.stretches import change_values
+from camrob.toolpath.region import EventKind, Region
+from camrob.units import m_to_mm
+
+__all__ = ["MountedTool", "change_poses", "mounted_loads", "mounted_tools", "one_frame"]
+
+Array = NDArray[np.float64]
+
+SAME_FRAME = 1e-9  # m, and elements of the rotation
+
+
+@dataclass(frozen=True, slots=True)
+class MountedTool:
+    """A tool as it is mounted on a stretch of the path, and the cell with it. label: what the CL file calls it."""
+
+    label: str
+    tool: ToolSetup
+    cell: Cell
+
+
+def mounted_tools(
+    regions: Sequence[Region], changes: Sequence[ToolChange], setup: Setup, machine: Cell
+) -> tuple[tuple[MountedTool, ...], tuple[Finding, ...]]:
+    """The tool of each stretch between `changes`, and a warning where one tool of the set-up serves several of the file's.
+
+    Raises SetupError for a tool that the set-up lacks.
+    """
+    worked = [r for r in regions if len(r)]
+    first = next((e for e in worked[0].events if e.kind is EventKind.TOOL_CHANGE), None) if worked else None
+    wanted = [(worked[0].tool if worked else 0, "" if first is None else first.text)]
+    wanted += [(c.number, c.name) for c in changes if c.region < len(worked)]
+    mounted = []
+    for number, name in wanted:
+        tool = setup.tool(number)
+        label = f"tool {number}" if number else name or "tool"
+        mounted.append(MountedTool(label, tool, machine.with_tool(np.asarray(tool.flange_T_tool))))
+    line = next((c.line for c in changes), 0)
+    findings = list(_loads_told(mounted, setup, line))
+    labels = list(dict.fromkeys(m.label for m in mounted if m.tool.number is None))
+    if len(labels) < 2:
+        return tuple(mounted), tuple(findings)
+    text = (
+        f"the set-up gives one $TOOL for {', '.join(labels)}: measure each of them and give it as [[tool]], "
+        "with its number and flange_to_tool"
+    )
+    return tuple(mounted), (Finding("one-tool-for-several", text, line=line), *findings)
+
+
+def _loads_told(mounted: Sequence[MountedTool], setup: Setup, line: int) -> Iterator[Finding]:
+    """A warning where several tools are mounted and none states its mass; raises SetupError where some do and others don't."""
+    silent = [m.label for m in mounted if m.tool.mass is None]
+    stated = [m.label for m in mounted if m.tool.mass is not None]
+    if silent and stated:
+        what = f"the set-up states a mass for {stated[0]} and none for {silent[0]}, which would run with the load of the other"
+        cure = "give mass_kg and center_of_mass_mm for every [[tool]] of the job, or for none"
+        raise SetupError(what, cure=cure, path=setup.path)
+    if silent and len({m.label for m in mounted}) > 1:
+        text = (
+            "the set-up states no mass of the tools: the controller's load data stay those that were set before, for each of "
+            f"{', '.join(dict.fromkeys(silent))}; give mass_kg and center_of_mass_mm of every [[tool]] if their masses differ"
+        )
+        yield Finding("load-not-switched", text, line=line)
+
+
+def mounted_loads(mounted: Sequence[MountedTool]) -> Array | None:
+    """(stretches, 4) kg, and X, Y, Z in `flange` in mm, of each stretch's tool; None where the set-up states none."""
+    if any(m.tool.mass is None for m in mounted):
+        return None
+    return np.array([[m.tool.mass, *m_to_mm(np.asarray(m.tool.center_of_mass))] for m in mounted], np.float64)
+
+
+def change_poses(mounted: Sequence[MountedTool], changes: Sequence[ToolChange]) -> dict[int, Array]:
+    """base_T_tool (4, 4) of each stretch's tool where it is mounted, by the region that the stretch begins with."""
+    poses = {}
+    for change, after in zip(changes, mounted[1:], strict=False):
+        cell = after.cell
+        values = change_values(cell, cell.to_axis_values(cell.q_home))
+        poses[change.region] = np.asarray(base_T_tool(cell, cell.to_q(values)))
+    return poses
+
+
+def one_frame(mounted: Sequence[MountedTool], setup: Setup, what: str) -> None:
+    """Raise SetupError, saying what can't be done, where the stretches' tools have different frames."""
+    first = mounted[0]
+    for other in mounted[1:]:
+        if not np.allclose(other.tool.flange_T_tool, first.tool.flange_T_tool, atol=SAME_FRAME):
+            raise SetupError(
+                f"{first.label} and {other.label} have different frames, and {what}",
+                cure="give the operations of each tool by themselves",
+                path=setup.path,
+            )

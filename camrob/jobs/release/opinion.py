@@ -1,0 +1,163 @@
+"""The witness's verdict on a program, as the jobs need it: a refusal, findings, and entries of their JSON."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from camrob.errors import VerificationError
+from camrob.findings import Finding, Severity
+from camrob.jobs.release.refusal import advice
+from camrob.languages import language_suffixes
+from camrob.program.language import Language
+from camrob.witness.cl.drilling import UPWARD
+from camrob.witness.cl.gcode import COMPUTED
+from camrob.witness.cl.teller import NO_CIRCLE
+from camrob.witness.happenings import Objection
+from camrob.witness.judge import Verdict
+from camrob.witness.manifest import check_manifest, digests, make_manifest
+
+__all__ = [
+    "SLOWER_BY_PLAN",
+    "hold_to_witness",
+    "manifest_findings",
+    "manifest_of",
+    "of_program",
+    "reason_for_slower",
+    "verified_by",
+    "witness_entry",
+]
+
+# gaps of files that camrob refuses: nothing that is made of one can be right
+_NEVER = {
+    COMPUTED: "camrob does not read files that compute, post it without macros",
+    UPWARD: "NX counts depths below the point as negative numbers; output the operation again",
+    NO_CIRCLE: "a point before it is missing, or the centre is wrong; output the path again",
+}
+_BY = "an independent witness"
+SLOWER_BY_PLAN = "--feed optimal"
+_LONGEST = 90  # characters of a statement that is quoted
+_MOST = 50  # spans not judged that are named one by one
+
+
+def hold_to_witness(verdict: Verdict, folder: Path) -> list[Finding]:
+    """The witness's warnings on a program about to be released; first of all, what it could not judge.
+
+    folder: where the program's files lie until then. Raises VerificationError, with the CL file's line, for the first thing
+    that stands against the program (statements are quoted, since nobody will see the lines' numbers), and for a file with macros.
+    """
+    for objection in verdict.errors:
+        others = len(verdict.errors) - 1
+        more = f" ({others} more such objection{'s' * (others > 1)})" if others else ""
+        text = _quoted(objection, verdict, folder)
+        raise VerificationError(
+            f"the program was not released: the witness objects: {text}{more}; {advice(objection.code)}",
+            line=objection.cl_line, axis=objection.axis, value=objection.value, limit=objection.limit,
+            unit=objection.unit,
+        )  # fmt: skip
+    for text in verdict.unjudged:
+        for unread, cure in _NEVER.items():
+            if unread in text:
+                raise VerificationError(f"the program was not released: {text}; {cure}")
+    findings = [_finding(o, o.text, o.cl_line) for o in verdict.warnings]
+    if not verdict.complete:
+        spans = "; ".join(_not_judged(verdict)[:3])
+        more = f" and {len(verdict.unjudged) - 3} more" if len(verdict.unjudged) > 3 else ""
+        text = f"verified in part: the second opinion could not judge {spans}{more}; check these places by eye"
+        findings.insert(0, Finding("verified-in-part", text))
+    return findings
+
+
+def of_program(verdict: Verdict) -> list[Finding]:
+    """What stands against a program that lies there, by its own lines; the CL file's stand in the text."""
+    findings = []
+    for o in verdict.objections:
+        place = f" (CL line {o.cl_line})" if o.cl_line else ""
+        findings.append(_finding(o, o.text + place, o.line))
+    return findings + [Finding("not-judged", text) for text in _not_judged(verdict)]
+
+
+def witness_entry(verdict: Verdict) -> dict[str, Any]:
+    """The entry `witness` of NAME.json."""
+    return {
+        "complete": verdict.complete,
+        "judged_points": verdict.judged_points,
+        "judged_events": verdict.judged_events,
+        "not_judged": _not_judged(verdict),
+    }
+
+
+def verified_by(verdict: Verdict, language: Language) -> str:
+    """By what a released program was verified, for people."""
+    return f"{_BY}{'' if verdict.complete else ', in part'}, the {language.title} reader and replay, and Pinocchio"
+
+
+def manifest_of(folder: Path, files: Iterable[str], cell: Path, clfile: Path, setup: Path | None) -> dict[str, Any]:
+    """The entry `manifest` of NAME.json, of program files in a folder."""
+    program = [folder / name for name in files if name.endswith(language_suffixes())]
+    return make_manifest(program, cell, clfile=clfile, setup=setup)
+
+
+def manifest_findings(program: Path, cell: Path, clfile: Path | None, setup: Path | None) -> list[Finding]:
+    """What differs from the manifest in the NAME.json beside a program; nothing where there is none."""
+    manifest = _summary_beside(program).get("manifest")
+    if not isinstance(manifest, Mapping):
+        return []
+    found = check_manifest(manifest, _named(program, manifest), cell, clfile=clfile, setup=setup)
+    return [_finding(o, o.text, 0) for o in found]
+
+
+def reason_for_slower(program: Path) -> str:
+    """Why a program is slower than its file says, as its own NAME.json has it; empty where it is not the program posted."""
+    summary = _summary_beside(program)
+    manifest, feed = summary.get("manifest"), summary.get("feed")
+    if not isinstance(manifest, Mapping) or not isinstance(feed, Mapping) or feed.get("mode") != "optimal":
+        return ""
+    then = manifest.get("program")
+    return SLOWER_BY_PLAN if then == digests(_named(program, manifest)) else ""
+
+
+def _summary_beside(program: Path) -> Mapping[str, Any]:
+    """The NAME.json beside a program; empty where there is none."""
+    try:
+        summary = json.loads(program.with_suffix(".json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return summary if isinstance(summary, Mapping) else {}
+
+
+def _named(program: Path, manifest: Mapping[str, Any]) -> set[Path]:
+    """The program's files that are there: its own, and those that the manifest names."""
+    named = manifest.get("program")
+    files = [program.with_name(Path(name).name) for name in named] if isinstance(named, Mapping) else []
+    return {file for file in {program, *files} if file.is_file()}
+
+
+def _quoted(objection: Objection, verdict: Verdict, folder: Path) -> str:
+    """An objection's text with the program's own statement where it names the line."""
+    if not 0 <= objection.file < len(verdict.files):
+        return objection.text
+    try:
+        lines = (folder / verdict.files[objection.file]).read_text(encoding="ascii", errors="replace").splitlines()
+    except OSError:
+        return objection.text
+
+    def statement(found: re.Match[str]) -> str:
+        number = int(found[1])
+        written = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+        return repr(written[:_LONGEST] + "..." * (len(written) > _LONGEST)) if written else found[0]
+
+    return re.sub(r"\bline (\d+) of the program", statement, objection.text)
+
+
+def _not_judged(verdict: Verdict) -> list[str]:
+    said = list(verdict.unjudged)
+    return said[:_MOST] + ([f"and {len(said) - _MOST} more"] if len(said) > _MOST else [])
+
+
+def _finding(o: Objection, text: str, line: int) -> Finding:
+    severity = Severity.ERROR if o.severity == "error" else Severity.WARNING
+    return Finding(o.code, text, severity, line=line, axis=o.axis, value=o.value, limit=o.limit, unit=o.unit)

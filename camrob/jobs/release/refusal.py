@@ -1,0 +1,83 @@
+"""What is said of a program that was not released: its text is not kept, so the CL file's lines are named, and what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from camrob.errors import ProgramError, VerificationError
+from camrob.findings import Finding
+from camrob.program.language import Language
+from camrob.program.program import Program
+from camrob.program.program_text import ProgramText
+
+__all__ = ["advice", "refusal", "refusal_unread"]
+
+_PLACE = "place the part elsewhere (camrob place) or post with --method planned"
+_ADVICE = {
+    "axis-limit": _PLACE,
+    "axis-jump": _PLACE,
+    "collision": f"{_PLACE}, or raise clearance_mm in setup.toml",
+    "jump": _PLACE,
+    "out-of-reach": _PLACE,
+    "ptp-unreachable": _PLACE,
+    "singular": _PLACE,
+    "table-in-cut": _PLACE,
+}
+_FAULT = "that is a fault of camrob's or of the cell's description: check poses.csv, and report this file"
+
+
+def advice(code: str) -> str:
+    """What to do about a finding that stops the release."""
+    return _ADVICE.get(code, _FAULT)
+
+
+def refusal(finding: Finding, program: Program, text: ProgramText | None) -> VerificationError:
+    """The error for what stands against a program; `text` is what the finding's line is of, None for one of the CL file's."""
+    line, region = finding.line, finding.region
+    if text is not None:
+        line, region = _cl_place(program, _row(finding, text))
+    times = f" ({finding.count} times)" if finding.count > 1 else ""
+    return VerificationError(
+        f"the program was not released: {finding.text}{times}; {advice(finding.code)}", line=line,
+        region=str(region) if region >= 0 else "", axis=finding.axis, value=finding.value, limit=finding.limit,
+        unit=finding.unit,
+    )  # fmt: skip
+
+
+def refusal_unread(error: ProgramError, source: Path, program: Program, language: Language) -> VerificationError:
+    """The error for a program whose text, `source` with the parts beside it, could not be read back."""
+    row, statement = 0, ""
+    for file in [source, *sorted(p for p in source.parent.glob(f"*{source.suffix}") if p != source)]:
+        for number, written in enumerate(file.read_text(encoding="ascii", errors="replace").splitlines(), start=1):
+            if error.path is not None and file.name == error.path.name and number == error.line:
+                statement = written
+                break
+            row += language.targets(written)
+        if statement:
+            break
+    line, region = _cl_place(program, row) if statement else (0, -1)
+    at = f" at {statement!r}" if statement else ""
+    return VerificationError(
+        f"the program was not released: it reads back wrong: {error.what}{at}; {_FAULT}", line=line,
+        region=str(region) if region >= 0 else "",
+    )  # fmt: skip
+
+
+def _row(finding: Finding, text: ProgramText) -> int:
+    """The motion that a finding on a program's text is about; -1 where it is about none."""
+    if finding.point >= 0 or finding.line <= 0:
+        return finding.point
+    later = np.flatnonzero(np.asarray(text.line) >= finding.line)
+    return int(later[0]) if len(later) else len(text) - 1
+
+
+def _cl_place(program: Program, row: int) -> tuple[int, int]:
+    """CL line and region of a motion; camrob's own take those of the last one before them that has a line, or of the first."""
+    line = np.asarray(program.line)
+    named = np.flatnonzero(line > 0)
+    if row < 0 or not len(named):
+        return 0, -1
+    at = int(named[max(int(np.searchsorted(named, row, side="right")) - 1, 0)])
+    return int(line[at]), int(program.region[at])

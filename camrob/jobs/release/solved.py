@@ -1,0 +1,77 @@
+"""Does the program, as its text tells it, run in the postures that were solved?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
+from camrob.controller.against import Coverage
+from camrob.controller.replay import Replay
+from camrob.findings import Finding, Severity
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.solution import Solution
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+
+__all__ = ["POINT_ENDS_MM", "POSTURE_DEG", "POSTURE_MM", "hold_to_solution"]
+
+# a motion ends at a CL point where it ends this near to it: twice what rounding can make of a point
+POINT_ENDS_MM = 0.002
+POSTURE_DEG = 0.05  # what rounding of a pose can move an axis by, near a straight wrist too
+POSTURE_MM = 1e-3  # a printed E1 has four decimals
+
+
+def hold_to_solution(
+    text: ProgramText, replay: Replay, coverage: Coverage, path: ToolPathInBase, solution: Solution
+) -> list[Finding]:
+    """Errors where a motion that ends at a CL point ends in another posture than the solver's, or is said twice.
+
+    The text is held to the solver's own result, past whatever put the program together. Turns of an endless axis count.
+    """
+    cell = replay.cell
+    own = np.flatnonzero(path.of_toolpath)
+    row = np.asarray(coverage.motion)
+    met = row >= 0
+    own, row = own[met], row[met]
+    apart = np.linalg.norm(np.asarray(replay.base_T_tool)[row, :3, 3] - np.asarray(path.base_T_tip)[own, :3, 3], axis=1)
+    ends = m_to_mm(apart) <= POINT_ENDS_MM
+    own, row = own[ends], row[ends]
+    wanted = [np.asarray(solution.q)[own]]
+    revised = {r.point: r for r in solution.revisions if r.kept}
+    if revised:  # the point is reached in one posture and left in another: either counts
+        before = wanted[0].copy()
+        for at in np.flatnonzero(np.isin(own, list(revised))).tolist():
+            before[at] = revised[int(own[at])].q[0]
+        wanted.append(before)
+    real = [j for j, joint in enumerate(cell.joints) if joint.role is not Role.ROLL]
+    tolerance = np.array([_tolerance(cell, j) for j in real])
+    read = np.asarray(replay.q)[row][:, real]
+    off = np.min([np.max(np.abs(read - w[:, real]) / tolerance, axis=1) for w in wanted], axis=0, initial=np.inf)
+    findings = []
+    astray = ~(off <= 1.0)  # what is no number is no posture either
+    if astray.any():
+        k = int(np.argmax(astray))
+        worst = int(np.argmax(np.abs(read[k] - wanted[0][k, real]) / tolerance))
+        joint = cell.joints[real[worst]]
+        apart_by = float(np.abs(read[k, worst] - wanted[0][k, real[worst]]))
+        value, unit = (m_to_mm(apart_by), "mm") if joint.prismatic else (rad_to_deg(apart_by), "degrees")
+        told = f"{joint.name} stands elsewhere than was solved, by {value:.4f} {unit}"
+        findings.append(Finding("not-as-solved", told, Severity.ERROR, line=int(text.line[row[k]]), axis=joint.name))
+    return findings + _said_twice(text)
+
+
+def _tolerance(cell: Cell, joint: int) -> float:
+    return mm_to_m(POSTURE_MM) if cell.joints[joint].prismatic else deg_to_rad(POSTURE_DEG)
+
+
+def _said_twice(text: ProgramText) -> list[Finding]:
+    """An error where two LINs in a row lead to the same target: approximation would stop there, and the tool dwell."""
+    targets = np.concatenate([np.asarray(text.pose), np.asarray(text.external)], axis=1)
+    lin = np.asarray(text.kind) == Motion.LIN
+    again = np.flatnonzero(lin[1:] & lin[:-1] & np.all(targets[1:] == targets[:-1], axis=1)) + 1
+    if not len(again):
+        return []
+    return [Finding("said-twice", "a motion leads to where the one before it ended", Severity.ERROR,
+                    line=int(text.line[again[0]]), point=int(again[0]), count=len(again))]  # fmt: skip

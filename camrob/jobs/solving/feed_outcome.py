@@ -1,0 +1,226 @@
+"""The feed of a post: what is written, what it takes, where it falls short and why, and the torques that it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.dynamics.motion_torques import motion_torques
+from camrob.dynamics.torques import JointTorques
+from camrob.jobs.files.inputs import JobInputs
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.solution import Solution
+from camrob.timing.as_it_stands import AsItStands, program_as_it_stands
+from camrob.timing.dips import WrittenFeed, written_feed
+from camrob.timing.losses import FeedLoss
+from camrob.timing.optimal import FeedPlan, optimal_feed
+from camrob.timing.timing import Timing, program_time
+from camrob.units import m_s_to_mm_min
+
+__all__ = ["FeedOutcome", "feed_outcome"]
+
+Array = NDArray[np.float64]
+
+_LISTED = 20  # losses in the summary, the dearest first
+_SAMPLED = 20_000  # points at which torques are worked out
+_KEPT = 0.98  # of the programmed feed: as in `feed_losses`
+
+
+@dataclass(frozen=True, slots=True)
+class FeedOutcome:
+    """A path's feed. plan: None where the program keeps its own. stands: the program at its own feed; written: the one with
+    the planned speeds, as the controller's model runs it, and `ordered` what that program holds: targets and speeds.
+
+    sampled: (T,) points that `torques` (T, n) are worked out at, all of them on ordinary paths.
+    """
+
+    timing: Timing
+    plan: FeedPlan | None
+    stands: AsItStands
+    written: tuple[Timing, AsItStands] | None
+    ordered: WrittenFeed | None
+    sampled: NDArray[np.int64]
+    torques: JointTorques
+
+    @property
+    def speed(self) -> Array | None:
+        """Speeds (N,) that replace the programmed feed at the targets to write (`targets`), m/s, or None."""
+        return None if self.ordered is None else np.asarray(self.ordered.speed)
+
+    def targets(
+        self, path: ToolPathInBase, solution: Solution, keep: NDArray[np.bool_]
+    ) -> tuple[ToolPathInBase, Solution, NDArray[np.bool_]]:
+        """The path with its solution, and which of its points to keep, for the program to write: with the plan's own points."""
+        order = self.ordered
+        if order is None:
+            return path, solution, keep
+        own = np.flatnonzero(~order.added)
+        written = replace(
+            solution, q=order.q, inv_kf=order.spread(np.asarray(solution.inv_kf)), path_digest=order.path.digest,
+            revisions=tuple(replace(r, point=int(own[r.point])) for r in solution.revisions),
+        )  # fmt: skip
+        return order.path, written, order.spread(keep) | order.added
+
+    @property
+    def losses(self) -> tuple[FeedLoss, ...]:
+        """Where the program, as it will be run, stays below the programmed feed."""
+        return self.timing.losses if self.plan is None else self.plan.losses
+
+    def reached(self, path: ToolPathInBase) -> Array:
+        """Mean speed (N,) on the way to each point of cutting as it will be run, m/s; NaN elsewhere."""
+        at = self.timing.at if self.plan is None else self.plan.at
+        way = np.diff(np.asarray(path.length), prepend=0.0)
+        seconds = np.diff(np.asarray(at), prepend=0.0)
+        moves = path.cutting & (seconds > 0.0) & (way > 0.0)
+        return np.where(moves, way / np.where(moves, seconds, 1.0), np.nan)
+
+    def summary(self, cell: Cell, path: ToolPathInBase) -> dict[str, Any]:
+        """Entries of NAME.json: time_s, feed, torques."""
+        return {"time_s": self._times(), "feed": self._feed(path), "torques": self._torques(cell, path)}
+
+    def _times(self) -> dict[str, float | None]:
+        return {"program": float(self.timing.total), "optimal": None if self.plan is None else float(self.plan.total)}
+
+    def _feed(self, path: ToolPathInBase) -> dict[str, Any]:
+        losses, stands, plan = self.losses, self.stands, self.plan
+        by_axis: dict[str, float] = {}
+        for loss in losses:
+            by_axis[loss.axis or "none"] = by_axis.get(loss.axis or "none", 0.0) + loss.lost
+        way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
+        kept = self.reached(path) >= _KEPT * path.feed
+        air = float(self.timing.total) - float(np.sum(np.diff(self.timing.at, prepend=0.0)[path.cutting]))
+        return {
+            "mode": "program" if plan is None else "optimal",
+            "kept_percent": _short(100.0 * float(np.sum(way[kept])) / max(float(np.sum(way)), 1e-12)),
+            "lost_s": _short(sum(loss.lost for loss in losses)),
+            "lost_by_axis_s": {axis: _short(s) for axis, s in sorted(by_axis.items(), key=lambda item: -item[1])},
+            "losses_count": len(losses),
+            "losses": [_loss(loss) for loss in sorted(losses, key=_dearest)[:_LISTED]],
+            "compared": [
+                {
+                    "limits": "speed and acceleration",
+                    "program_s": _short(self.timing.total),
+                    "planned_s": None if plan is None else _short(air + plan.unjerked),
+                },
+                {
+                    "limits": "speed, acceleration and jerk",
+                    "program_s": _short(stands.total),
+                    "planned_s": None if plan is None else _short(plan.total),
+                    "override_percent_least": _short(100.0 * stands.override),
+                },
+            ],
+            "program_breaks": _breaks(stands),
+            "planned_uses": None if plan is None else {k: _short(v) for k, v in plan.use.items()},
+            **self._written(),
+        }  # fmt: skip
+
+    def _written(self) -> dict[str, Any]:
+        """The written program as the controller's model runs it, where its feed was planned."""
+        if self.written is None:
+            return {}
+        timing, stands = self.written
+        added = 0 if self.ordered is None else int(np.count_nonzero(self.ordered.added))
+        return {"written": {"model_s": _short(timing.total), "points_added": added, **_breaks(stands)}}
+
+    def _torques(self, cell: Cell, path: ToolPathInBase) -> dict[str, Any] | None:
+        if not cell.masses:
+            return None
+        total, gravity = np.abs(self.torques.total), np.abs(self.torques.gravity)
+        rows = {}
+        for k in np.flatnonzero(total.max(axis=0, initial=0.0) > 0.0).tolist():
+            unit = "n" if cell.joints[k].prismatic else "nm"
+            worst = int(np.argmax(total[:, k]))
+            rows[cell.names[k]] = {
+                f"max_{unit}": _short(total[worst, k]),
+                f"gravity_max_{unit}": _short(gravity[:, k].max()),
+                "line": int(path.line[self.sampled[worst]]),
+            }
+        return {"masses": [f"{m.name}: {m.mass:g} kg" for m in cell.masses], "standing": "assumed masses", "axes": rows}
+
+    def arrays(self, cell: Cell, own: NDArray[np.bool_]) -> Mapping[str, NDArray[Any]]:
+        """Entries of NAME.path.npz: torques and gravity's part (T, n), Nm (N of linear axes), and the rows they belong to.
+
+        own: (N,) the points of the path that the file holds.
+        """
+        if not cell.masses:
+            return {}
+        rows, kept = np.cumsum(own) - 1, own[self.sampled]
+        return {
+            "torque": self.torques.total[kept],
+            "torque_gravity": self.torques.gravity[kept],
+            "torque_row": rows[self.sampled[kept]],
+        }
+
+
+def feed_outcome(
+    inputs: JobInputs, q: Array, *, optimal: bool, progress: Callable[[float], None] | None = None
+) -> FeedOutcome:
+    """Time a path with postures q (N, n), plan its feed where asked to, and judge it."""
+    cell, path = inputs.cell, inputs.path
+    programmed = np.where(path.cutting | path.entering, path.feed, inputs.rapid_speed)
+    timing = program_time(cell, path, q, speed=programmed)
+    plan, order, written = None, None, None
+    if optimal:
+        plan = optimal_feed(cell, path, q, rapid_speed=inputs.rapid_speed, progress=progress)
+        order = written_feed(cell, path, q, plan, cells=tuple(m.cell for m in inputs.mounted))
+        said = np.asarray(order.speed)
+        run = program_time(cell, order.path, order.q, speed=said)
+        meant = np.asarray(order.spread(programmed))
+        written = (run, program_as_it_stands(cell, order.path, order.q, run, speed=said, programmed=meant))
+    stands = program_as_it_stands(cell, path, q, timing, speed=programmed, plan=plan)
+    # an axis gives no more than its limit, whatever the model of the program's own feed asks
+    most = np.where(np.isfinite(cell.limits_of("acceleration")), cell.limits_of("acceleration"), 0.0)
+    acceleration = np.clip(stands.acceleration, -most, most)
+    points = np.linspace(0, len(path) - 1, min(len(path), _SAMPLED)).astype(np.int64)
+    sampled = np.unique(np.concatenate([points, np.argmax(np.abs(acceleration), axis=0)]))
+    torques = _torques(inputs, q, stands.speed, acceleration, sampled)
+    return FeedOutcome(timing, plan, stands, written, order, sampled, torques)
+
+
+def _torques(
+    inputs: JobInputs, q: Array, speed: Array, acceleration: Array, sampled: NDArray[np.int64]
+) -> JointTorques:
+    """Torques (T, n) at the points `sampled` (T,), each with the tool of its stretch."""
+    total, gravity = np.zeros((2, len(sampled), q.shape[1]))
+    for k, mounted in enumerate(inputs.mounted):
+        rows = inputs.path.stretch[sampled] == k if len(inputs.mounted) > 1 else np.ones(len(sampled), np.bool_)
+        points = sampled[rows]
+        part = motion_torques(mounted.cell, q[points], speed[points], acceleration[points])
+        total[rows], gravity[rows] = part.total, part.gravity
+    return JointTorques(total, gravity)
+
+
+def _short(value: float) -> float:
+    """Five digits: what such a figure is good for, and the same on every machine."""
+    return float(f"{value:.5g}") if abs(value) > 1e-9 else 0.0
+
+
+def _breaks(stands: AsItStands) -> dict[str, Any]:
+    """The limits that a program takes most of, and the share of its cutting that passes one."""
+    worst = [
+        {"quantity": w.kind, "times_the_limit": _short(w.times), "cause": w.cause, "axis": w.axis, "line": w.line}
+        for w in stands.worst
+    ]
+    return {"percent_of_cutting": _short(100.0 * stands.past), "worst": worst}
+
+
+def _dearest(loss: FeedLoss) -> tuple[float, int]:
+    """Order of losses: the dearest first, alike ones as they come."""
+    return -_short(loss.lost), loss.start
+
+
+def _loss(loss: FeedLoss) -> dict[str, Any]:
+    return {
+        "first_line": loss.first_line,
+        "last_line": loss.last_line,
+        "axis": loss.axis,
+        "cause": loss.cause,
+        "feed_mm_min": _short(float(m_s_to_mm_min(loss.feed))),
+        "reached_mm_min": _short(float(m_s_to_mm_min(loss.reached))),
+        "lost_s": _short(loss.lost),
+    }

@@ -1,0 +1,144 @@
+"""Which placements can be proposed: on the table's plate, and free of collisions on trial."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.bodies.table_plate import TablePlate
+from camrob.checks.collision_report import CollisionReport
+from camrob.errors import CollisionError, JobError, LimitError, SingularError, UnreachableError
+from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.solving.plan_obstacles import job_collisions
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning.placement import Placements
+from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.solution import Solution
+from camrob.se3 import inverse
+
+__all__ = ["BELOW", "FREE", "OUT_OF_REACH", "OVER_EDGE", "UNTRIED", "Trial", "off_table", "try_placements"]
+
+Array = NDArray[np.float64]
+
+OUT_OF_REACH = "a pose is out of reach"
+OVER_EDGE = "hangs over the table's edge"
+BELOW = "sinks into the table"
+UNTRIED = ""
+"""Nothing against it so far: it ranks below the proposal and was not tried."""
+FREE = "free"
+_UNFOLLOWED = {
+    UnreachableError: "the tracker meets a pose out of reach",
+    LimitError: "the tracker meets an axis limit",
+    SingularError: "the tracker meets a singular posture",
+}
+_SLACK = 0.001  # m that a part may hang over or sink in: a drawing's and a float's rounding
+_TRIAL_POINTS = 2000  # of the cutting points that a trial follows
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """The proposal among placements, and what stands against each that was refused.
+
+    best: its index. standing: for each placement why it was refused, FREE or UNTRIED. tried: how many were resolved and checked
+    for collisions. solution, collisions: the proposal's trial, over a thinned path.
+    """
+
+    best: int
+    standing: tuple[str, ...]
+    tried: int
+    solution: Solution
+    collisions: CollisionReport
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """How many placements were refused, by reason, the commonest first."""
+        return _tally(self.standing)
+
+
+def off_table(inputs: JobInputs, plate: TablePlate | None, base_T_part: Array) -> tuple[str, ...]:
+    """For each placement (P, 4, 4) why it does not lie on the table's plate, or UNTRIED.
+
+    What must lie on it: part and stock, seen from above, or the tips of all cuts where the set-up names neither. Bodies must not
+    reach below the plate's top either. Nothing is refused where the cell has no plate.
+    """
+    if plate is None:
+        return (UNTRIED,) * len(base_T_part)
+    meshes = [mesh.reshape(-1, 3) for mesh in (inputs.part, inputs.stock) if mesh is not None]
+    part_T_base = inverse(np.asarray(inputs.setup.base_T_part))
+    cuts = np.asarray(inputs.path.base_T_tip)[inputs.path.cutting, :3, 3]
+    points = np.concatenate(meshes) if meshes else cuts @ part_T_base[:3, :3].T + part_T_base[:3, 3]
+    out = []
+    for placed in base_T_part if len(points) else base_T_part[:0]:
+        there = points @ placed[:3, :3].T + placed[:3, 3]
+        if plate.beyond(there) > _SLACK:
+            out.append(OVER_EDGE)
+        else:
+            out.append(BELOW if meshes and there[:, 2].min() < plate.top - _SLACK else UNTRIED)
+    return tuple(out) or (UNTRIED,) * len(base_T_part)
+
+
+def try_placements(
+    inputs: JobInputs, found: Placements, standing: tuple[str, ...], progress: Callable[[float], None] | None = None
+) -> Trial:
+    """Walk down the ranking to the first placement that resolves (vjm) and touches nothing; `standing` names those out already.
+
+    Raises CollisionError, or UnreachableError where none of them collides, with the tally, where no placement is left.
+    """
+    told = [
+        OUT_OF_REACH if value <= 0.0 else before
+        for value, before in zip(found.value.tolist(), standing, strict=True)
+    ]  # fmt: skip
+    path = _thinned(inputs.path)
+    order = [k for k in found.ranking.tolist() if told[k] == UNTRIED]
+    collided = False
+    for tried, k in enumerate(order, start=1):
+        made = _tried(inputs, path, np.asarray(found.base_T_part[k]))
+        if progress is not None:
+            progress(tried / len(order))
+        if isinstance(made, str):
+            told[k] = made
+            continue
+        solution, report = made
+        if not report.count:
+            told[k] = FREE
+            return Trial(k, tuple(told), tried, solution, report)
+        told[k], collided = report.findings[0].text, True
+    error = CollisionError if collided else UnreachableError
+    raise error(
+        "no placement within the given freedom can be proposed; give more freedom or another set-up",
+        reasons=_tally(told),
+    )
+
+
+def _tried(inputs: JobInputs, path: ToolPathInBase, base_T_part: Array) -> tuple[Solution, CollisionReport] | str:
+    """A placement's solution and what it touches, or why it can't be followed."""
+    part_T_tip = inverse(np.asarray(inputs.setup.base_T_part)) @ np.asarray(path.base_T_tip)
+    path = replace(path, base_T_tip=base_T_part @ part_T_tip)
+    moved = replace(inputs, path=path, setup=replace(inputs.setup, base_T_part=base_T_part))
+    try:
+        solution = resolve_vjm(inputs.cell, path)
+    except JobError as error:
+        return next((text for kind, text in _UNFOLLOWED.items() if isinstance(error, kind)), "the tracker can't follow")
+    return solution, job_collisions(moved, path, solution)
+
+
+def _thinned(path: ToolPathInBase) -> ToolPathInBase:
+    """The path with about _TRIAL_POINTS of its cutting points, all others, and the ends of every cut."""
+    cutting = path.cutting
+    ends = np.ones(len(path), np.bool_)
+    ends[1:-1] = ~(cutting[:-2] & cutting[1:-1] & cutting[2:])
+    region = np.asarray(path.region)
+    change = region[1:] != region[:-1]
+    ends[1:] |= change
+    ends[:-1] |= change
+    step = max(1, int(np.ceil(np.count_nonzero(cutting) / _TRIAL_POINTS)))
+    keep = ends | (np.arange(len(path)) % step == 0)
+    return path.part(keep)
+
+
+def _tally(standing: list[str] | tuple[str, ...]) -> dict[str, int]:
+    reasons = [s for s in standing if s not in (FREE, UNTRIED)]
+    return dict(sorted(((r, reasons.count(r)) for r in dict.fromkeys(reasons)), key=lambda item: -item[1]))

@@ -1,0 +1,42 @@
+"""The stages of a job: which one runs, and how long each took."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from camrob.redundancy.following.follower import track
+
+__all__ = ["Watch"]
+
+
+class Watch:
+    """Names the stage that runs to whoever shows progress, and keeps how long each took."""
+
+    def __init__(self, progress: Callable[[str, float], None] | None) -> None:
+        self._progress = progress
+        self._name = ""
+        self._note = " (compiling, this once)" if _kernels_missing() else ""
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time one stage."""
+        self._name = name + self._note
+        self.share(0.0)
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = round(time.perf_counter() - start, 3)
+
+    def share(self, done: float) -> None:
+        """How much of the stage is done, 0 to 1."""
+        if self._progress is not None:
+            self._progress(self._name, done)
+
+
+def _kernels_missing() -> bool:
+    """True where the solver's kernels have yet to be compiled on this machine, which takes a minute, once."""
+    cache = track._cache.cache_path  # Numba has no public way to ask
+    return not any(Path(cache).glob(f"{track.__module__.rpartition('.')[2]}.track-*.nbi"))

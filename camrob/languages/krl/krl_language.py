@@ -1,0 +1,121 @@
+"""KRL behind the protocol of a language; reader and writer are loaded apart, and share nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from camrob.cell.controller_settings import ControllerSettings
+from camrob.findings import Finding
+from camrob.program.language import Language, MeantActions, NewTarget, Rounding
+from camrob.program.program import Program
+from camrob.program.program_text import ProgramText
+
+__all__ = ["LANGUAGE", "Krl"]
+
+Array = NDArray[np.float64]
+
+
+class _Rounding:
+    """KRL's decimals."""
+
+    def axes(self, axes: ArrayLike) -> Array:
+        from camrob.languages.krl.rounding import round_axes
+
+        return round_axes(axes)
+
+    def external(self, external: ArrayLike) -> Array:
+        from camrob.languages.krl.rounding import round_external
+
+        return round_external(external)
+
+    def frame(self, xyzabc: ArrayLike) -> Array:
+        from camrob.languages.krl.rounding import round_frame
+
+        return round_frame(xyzabc)
+
+    def load(self, load: ArrayLike) -> Array:
+        from camrob.languages.krl.rounding import round_load
+
+        return round_load(load)
+
+    def pose(self, pose: ArrayLike, external: ArrayLike) -> tuple[Array, Array]:
+        from camrob.languages.krl.rounding import round_pose
+
+        return round_pose(pose, external)
+
+    def speed(self, speed: ArrayLike) -> Array:
+        from camrob.languages.krl.rounding import round_speed
+
+        return round_speed(speed)
+
+
+@dataclass(frozen=True)
+class Krl:
+    """The language; see `camrob.program.language.Language`."""
+
+    name: str = "krl"
+    title: str = "KRL"
+    suffixes: tuple[str, ...] = (".src", ".dat")
+    round: Rounding = field(default_factory=_Rounding)
+    naming: str = "letters, digits and _, 24 at most"
+
+    def program_name(self, text: str) -> str:
+        """A letter, then letters, digits and _, 24 at most, no keyword."""
+        from camrob.languages.krl.krl_text import krl_name
+
+        return krl_name(text)
+
+    def settings(self, controller: ControllerSettings) -> None:
+        """The cell's settings are KRL's own, and were checked when they were read."""
+        del controller
+
+    def check(self, program: Program, controller: ControllerSettings) -> None:
+        """Raise ValueError for a program without a meaning in KRL, JobError for a line that gets too long."""
+        from camrob.languages.krl.writer.body import KrlBody
+
+        KrlBody(program, controller)
+
+    def write(
+        self,
+        program: Program,
+        controller: ControllerSettings,
+        *,
+        max_lines: int | None,
+        findings: list[Finding] | None = None,
+    ) -> Iterator[tuple[str, bytes]]:
+        """NAME.src, NAME.dat, and where the program is split NAME_001.src and so on."""
+        from camrob.languages.krl.writer.write_krl import iter_krl
+
+        return iter_krl(program, controller, max_lines=max_lines, findings=findings)
+
+    def read(self, path: Path) -> ProgramText:
+        """A .src file with its .dat and the parts that it calls."""
+        from camrob.languages.krl.reader.read_krl import read_krl
+
+        return read_krl(path)
+
+    def meant(self, program: Program, controller: ControllerSettings) -> MeantActions:
+        """The statements that a program opens with, and those of its hooks and waits."""
+        from camrob.languages.krl.meant import meant_actions
+
+        return meant_actions(program, controller)
+
+    def patch(self, text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
+        """Other numbers in {...} of PTP, LIN and CIRC."""
+        from camrob.languages.krl.patch import patch_source
+
+        return patch_source(text, targets)
+
+    def targets(self, statement: str) -> int:
+        """How many {...} a motion has."""
+        from camrob.languages.krl.patch import literal_targets
+
+        return literal_targets(statement)
+
+
+LANGUAGE: Language = Krl()

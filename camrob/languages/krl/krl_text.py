@@ -1,0 +1,96 @@
+"""KRL text: names, comments and single numbers, made so that no text of any origin can act on the controller."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Container, Sequence
+
+__all__ = [
+    "NAME_LENGTH",
+    "comment_text",
+    "frame_aggregate",
+    "krl_name",
+    "krl_number",
+    "load_aggregate",
+]
+
+NAME_LENGTH = 24
+"""Characters that a KRL name may have."""
+
+_SPELLED = {
+    "ß": "ss", "æ": "ae", "Æ": "AE", "œ": "oe", "Œ": "OE", "ø": "o", "Ø": "O", "đ": "d", "Đ": "D", "ł": "l", "Ł": "L",
+    "ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "°": " deg", "µ": "u", "μ": "u", "×": "x",
+    "·": ".", "–": "-", "—": "-", "−": "-", "‘": "'", "’": "'", "“": '"', "”": '"', "„": '"', "…": "...", "±": "+-",
+    "%": "pct", ";": ",", "{": "(", "}": ")", "&": "+",
+}  # fmt: skip
+_FOLD = re.compile(r"(?<![A-Za-z])(END)?FOLD", re.IGNORECASE)
+_RESERVED = frozenset(
+    """AND ANIN ANOUT AXIS BAS BOOL BRAKE BY_NAME CASE CAST_FROM CAST_TO CHANNEL CHAR CIRC CIRC_REL CONFIRM CONST
+    CONTINUE COPEN CREAD CWRITE CCLOSE C_DIS C_ORI C_PTP C_VEL DECL DEF DEFAULT DEFDAT DEFFCT DELAY DIGIN DISABLE
+    DISTANCE DO E6AXIS E6POS ELSE ENABLE END ENDDAT ENDFCT ENDFOR ENDFOLD ENDIF ENDLOOP ENDSPLINE ENDSWITCH ENDWHILE
+    ENUM ERR_RAISE EXIT EXOR EXT EXTFCT FALSE FOLD FOR FRAME GLOBAL GOTO HALT IF IMPORT IN INI INT INTERRUPT IS LIN
+    LIN_REL LOOP MAXIMUM MINIMUM NOT ON ONLY OFF OR OUT PATH POS PRIO PTP PTP_REL PUBLIC PULSE REAL REPEAT RESUME
+    RETURN SCIRC SEC SIGNAL SLIN SPL SPLINE SPTP SREAD STEP STOP STRUC SWITCH SWRITE THEN TO TRIGGER TRUE UNTIL WAIT
+    WHEN WHILE B_AND B_EXOR B_NOT B_OR CON PRN AUX NUL COM1 COM2 COM3 COM4 LPT1 LPT2 LPT3 X Y Z A B C S T A1 A2 A3 A4
+    A5 A6 E1 E2 E3 E4 E5 E6""".split()
+)
+
+
+def _plain(text: str) -> str:
+    """The text in printable 7-bit characters on one line, with nothing in it that an editor on the pendant reads."""
+    spelled = "".join(_SPELLED.get(c, c) for c in unicodedata.normalize("NFC", text))
+    kept = []
+    for c in unicodedata.normalize("NFKD", spelled):
+        if c.isspace() or not c.isprintable():
+            kept.append(" ")
+        elif not unicodedata.combining(c):
+            kept.append(_SPELLED.get(c, c) if c.isascii() else "?")
+    return " ".join("".join(kept).split())
+
+
+def comment_text(text: str, longest: int) -> str:
+    """`text` fit to stand behind `; ` or `;FOLD `, at most `longest` characters.
+
+    Letters are transliterated, line ends and control characters become blanks; semicolons, braces, percent and
+    ampersand signs, and the words FOLD and ENDFOLD lose the form that the pendant's editor acts on.
+    """
+    plain = _FOLD.sub(lambda found: (found[1] or "") + "F-OLD", _plain(text))
+    return plain if len(plain) <= longest else plain[: longest - 2].rstrip() + ".."
+
+
+def krl_name(text: str, taken: Container[str] = ()) -> str:
+    """A KRL name made from `text`: a letter, then letters, digits and _, 24 at most, no keyword, and none of `taken`.
+
+    Letters keep their case, which KRL doesn't see.
+    """
+    name = re.sub(r"[^A-Za-z0-9]+", "_", _plain(text)).strip("_")
+    if not name or not name[0].isalpha() or name.upper() in _RESERVED:
+        name = f"P_{name}".rstrip("_")
+    name = name[:NAME_LENGTH].rstrip("_")
+    unique, count = name, 1
+    while unique in taken or unique.upper() in taken:
+        count += 1
+        unique = name[: NAME_LENGTH - 1 - len(str(count))].rstrip("_") + f"_{count}"
+    return unique
+
+
+def krl_number(value: float, decimals: int) -> str:
+    """A number with a fixed count of decimals; zero never has a sign. Raises ValueError where it is not finite."""
+    if not math.isfinite(value):
+        raise ValueError(f"{value} can't be printed")
+    text = f"{value:.{decimals}f}"
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+
+
+def load_aggregate(load: Sequence[float], decimals: int) -> str:
+    """`{M ..,CM {..},J {..}}` of a mass in kg and its centre X, Y, Z in mm: taken as a point, its axes the flange's."""
+    mass, x, y, z = (krl_number(float(v), decimals) for v in load)
+    return f"{{M {mass},CM {{X {x},Y {y},Z {z},A 0.0,B 0.0,C 0.0}},J {{X 0.0,Y 0.0,Z 0.0}}}}"
+
+
+def frame_aggregate(xyzabc: Sequence[float], decimals: int) -> str:
+    """`{X ..,Y ..,Z ..,A ..,B ..,C ..}`."""
+    parts = (f"{label} {krl_number(float(v), decimals)}" for label, v in zip("XYZABC", xyzabc, strict=True))
+    return "{" + ",".join(parts) + "}"

@@ -1,0 +1,60 @@
+"""What a KRL program has to do beside moving: its settings, the cell's hooks and waits, told apart from reader and writer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from camrob.cell.controller_settings import ControllerSettings
+from camrob.languages.krl.reader.tokens import canonical, statement_of
+from camrob.program.language import MeantActions
+from camrob.program.program import Program, ProgramEvent, ProgramEventKind
+from camrob.program.program_text import ProgramAction
+
+__all__ = ["meant_actions"]
+
+
+def meant_actions(program: Program, controller: ControllerSettings) -> MeantActions:
+    """The settings that a program opens with, then what header, events and footer do, each before its motion."""
+    rest = [(0, line) for line in _statements(controller.hook_lines("header"))]
+    for event in program.events:
+        rest += [(event.motion, line) for line in _event_statements(event, program, controller)]
+    rest += [(len(program), line) for line in _statements(controller.hook_lines("footer"))]
+    opening = tuple(canonical(line) for line in _settings(controller))
+    return MeantActions(opening, tuple(ProgramAction(motion, line) for motion, line in rest))
+
+
+def _settings(controller: ControllerSettings) -> list[str]:
+    """The statements that a program opens with, in the controller's own words."""
+    said = [
+        "BAS (#INITMOV, 0)", f"BAS (#VEL_PTP, {controller.ptp_velocity_percent:.0f})",
+        f"$ADVANCE = {controller.advance}", f"$ACC.CP = {controller.acc_cp:.4f}",
+        f"$VEL.ORI1 = {controller.vel_ori_deg_s:.3f}", f"$VEL.ORI2 = {controller.vel_ori_deg_s:.3f}",
+        f"$ACC.ORI1 = {controller.acc_ori_deg_s2:.3f}", f"$ACC.ORI2 = {controller.acc_ori_deg_s2:.3f}",
+        f"$ORI_TYPE = {controller.ori_type}", f"$CIRC_TYPE = {controller.circ_type}",
+        f"$APO.CDIS = {controller.apo_cdis_mm:.3f}",
+    ]  # fmt: skip
+    if controller.act_ex_ax:
+        said.append(f"$ACT_EX_AX = {controller.act_ex_ax}")
+    for table, number in (("TOOL", controller.tool_number), ("BASE", controller.base_number)):
+        if number is not None:
+            said.append(f"BAS (#{table}, {number})")
+    return said
+
+
+def _event_statements(event: ProgramEvent, program: Program, controller: ControllerSettings) -> list[str]:
+    """What an event does, as statements; folds and comments do nothing."""
+    if event.kind is ProgramEventKind.HOOK:
+        return _statements(controller.hook_lines(event.text, event.value))
+    if event.kind is ProgramEventKind.DWELL:
+        return [canonical(f"WAIT SEC {event.value:.3f}")]
+    if event.kind is ProgramEventKind.LOAD:
+        mass, *center = (f"{v:.3f}" for v in (program.loads[int(event.value)] + 0.0).tolist())
+        where = ",".join(f"{c} {v}" for c, v in zip("XYZABC", (*center, "0.0", "0.0", "0.0"), strict=True))
+        return [canonical(f"$LOAD = {{M {mass},CM {{{where}}},J {{X 0.0,Y 0.0,Z 0.0}}}}")]
+    return []
+
+
+def _statements(lines: Sequence[str]) -> list[str]:
+    """The statements of lines of KRL, comments left out; frames and `$VEL.CP` are held by the motions that they rule."""
+    said = [canonical(statement_of(line)) for line in lines if statement_of(line)]
+    return [s for s in said if not s.startswith(("$TOOL =", "$BASE =", "$VEL . CP ="))]

@@ -1,0 +1,84 @@
+"""Other targets in the text of a KRL program, everything else left byte for byte."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from camrob.errors import KrlError
+from camrob.program.language import NewTarget
+
+__all__ = ["literal_targets", "patch_source"]
+
+_STATEMENT = re.compile(r"\s*S?(?:PTP|LIN|CIRC)\b", re.IGNORECASE)
+_AGGREGATE = re.compile(r"\{[^{};\"]*\}")
+_COMPONENT = re.compile(
+    r"(?<![A-Za-z0-9_])([A-Za-z]\d?)(\s+|\s*(?=[-+.]))([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?=[,}])"
+)
+_POSE, _AXES = ("X", "Y", "Z", "A", "B", "C"), tuple(f"A{k}" for k in range(1, 7))
+_LEAST = {**dict.fromkeys(_POSE[:3], 4), **dict.fromkeys((*_POSE[3:], *_AXES), 5)}
+
+
+def patch_source(text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
+    """The program text with the targets of some lines (from 1) replaced; a CIRC has two.
+
+    Every number keeps its place and at least its decimals (4 for mm, 5 for degrees at the least); components that a
+    target leaves out are added to it. Raises KrlError, with the line, where a target is not written in the statement
+    as plain numbers, so that there is nothing to replace.
+    """
+    lines = text.split("\n")  # as the reader counts them; a form feed or an odd byte in a comment ends no line
+    for number, wanted in targets.items():
+        lines[number - 1] = _line(lines[number - 1], wanted, number)
+    return "\n".join(lines)
+
+
+def _line(line: str, targets: Sequence[NewTarget], number: int) -> str:
+    """One statement with its new targets."""
+    code, semicolon, comment = line.partition(";")
+    found = list(_AGGREGATE.finditer(code)) if _STATEMENT.match(code) else []
+    if len(found) != len(targets):
+        what = "the motion's target is not written in the statement"
+        raise KrlError(what, cure="give a program with literal targets", line=number)
+    out, at = [], 0
+    for match, target in zip(found, targets, strict=True):
+        out += [code[at : match.start()], _aggregate(match[0], target, number)]
+        at = match.end()
+    return "".join([*out, code[at:], semicolon, comment])
+
+
+def _aggregate(text: str, target: NewTarget, number: int) -> str:
+    """One {...} with its new numbers."""
+    names = _AXES if target.by_axes else _POSE
+    values = dict(zip(names, target.values, strict=True))
+    seen: set[str] = set()
+
+    def replaced(match: re.Match[str]) -> str:
+        name = match[1].upper()
+        if name not in values:
+            return match[0]
+        seen.add(name)
+        decimals = len(match[3].partition(".")[2]) if "e" not in match[3].lower() else 0
+        return f"{match[1]}{match[2] or ' '}{_printed(values[name], max(decimals, _LEAST[name]))}"
+
+    body = _COMPONENT.sub(replaced, text)
+    named = {m.upper() for m in re.findall(r"(?<![A-Za-z0-9_])([A-Za-z]\d?)(?=[\s+\-.])", text)} & set(names)
+    if named != seen:
+        what = f"{', '.join(sorted(named - seen))} is no plain number"
+        raise KrlError(what, cure="give a program with literal targets", line=number)
+    missing = [n for n in names if n not in seen]
+    if len(missing) == len(names):
+        raise KrlError("the target holds no pose", cure="give a program with literal targets", line=number)
+    added = "".join(f",{n} {_printed(values[n], _LEAST[n])}" for n in missing)
+    return f"{body[:-1].rstrip()}{added}}}" if added else body
+
+
+def _printed(value: float, decimals: int) -> str:
+    """A number with its decimals, never -0."""
+    text = f"{value:.{decimals}f}"
+    return text[1:] if text[0] == "-" and not text.strip("-0.") else text
+
+
+def literal_targets(statement: str) -> int:
+    """How many targets {...} are written in a motion statement, 0 for a named one or another statement."""
+    code = statement.partition(";")[0]
+    return len(_AGGREGATE.findall(code)) if _STATEMENT.match(code) else 0

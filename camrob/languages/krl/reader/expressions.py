@@ -1,0 +1,281 @@
+"""Expressions of KRL, evaluated as far as their values are in the program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from camrob.errors import KrlError
+from camrob.languages.krl.reader.tokens import Token, shown
+
+__all__ = ["Aggregate", "Enumerated", "Expression", "Mechanism", "Unknown", "Value"]
+
+_DEEPEST = 40
+_AFTER_VALUE = (",", "}", ")", "]")
+_LARGEST_INTEGER = 2**53
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """A value that the program doesn't hold, and what it names."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Enumerated:
+    """A value of an enumeration, such as #BASE."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Aggregate:
+    """`{TYPE: NAME value, ...}`; `type` is empty where none is written."""
+
+    type: str
+    fields: Mapping[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Mechanism:
+    """`EK(root, mechanism, frame)`: a frame on a moving external kinematic."""
+
+    frame: Aggregate | Unknown
+
+
+Value = int | float | bool | str | Enumerated | Aggregate | Mechanism | Unknown
+
+_LEVELS: tuple[tuple[str, ...], ...] = (
+    ("OR", "EXOR"),
+    ("AND",),
+    ("==", "<>", "<", ">", "<=", ">="),
+    ("+", "-"),
+    ("*", "/"),
+    (":",),
+)
+
+
+class Expression:
+    """A reader of expressions over the tokens of one statement. `at` is the place of the next token.
+
+    `lookup` gives the value under a name such as `$VEL.CP` or `BASE_DATA[1]`. Raises KrlError, without a place, for
+    what is no expression.
+    """
+
+    def __init__(self, tokens: tuple[Token, ...], lookup: Callable[[str], Value], at: int = 0) -> None:
+        self.tokens = tokens
+        self.at = at
+        self._lookup = lookup
+        self._depth = 0
+
+    @property
+    def next(self) -> Token:
+        """The next token."""
+        return self.tokens[self.at]
+
+    def accept(self, text: str) -> bool:
+        """Whether the next token is the name or sign `text`; it is passed then."""
+        token = self.tokens[self.at]
+        if token.text == text and token.kind in ("name", "sign"):
+            self.at += 1
+            return True
+        return False
+
+    def expect(self, text: str) -> None:
+        """Passes the sign `text`. Raises KrlError where something else stands."""
+        if not self.accept(text):
+            raise KrlError(f"{text!r} is missing before {self.rest()!r}", cure="correct the statement")
+
+    def rest(self) -> str:
+        """What has not been read, for a message."""
+        return shown(" ".join(t.text for t in self.tokens[self.at :]), 30)
+
+    def value(self, level: int = 0) -> Value:
+        """The value of the expression that begins here."""
+        if level == 0 and (number := self._lone_number()) is not None:
+            return number
+        if level == len(_LEVELS):
+            return self._single()
+        left = self.value(level + 1)
+        while self.next.kind in ("name", "sign") and self.next.text in _LEVELS[level]:
+            operator = self.next.text
+            self.at += 1
+            left = _combine(operator, left, self.value(level + 1))
+        return left
+
+    def _lone_number(self) -> int | float | None:
+        """The number that stands alone here, passed; None where no number or more than one stands: a short cut."""
+        sign = 1 if self.next.text in ("-", "+") else 0
+        token, after = self.tokens[self.at + sign], self.tokens[min(self.at + sign + 1, len(self.tokens) - 1)]
+        if token.kind != "number" or (after.kind != "end" and after.text not in _AFTER_VALUE):
+            return None
+        negative = self.next.text == "-"
+        self.at += sign + 1
+        number = _literal(token.text)
+        return -number if negative else number
+
+    def path(self) -> str:
+        """A variable's name with fields and indices: `$VEL.CP`, `XP[3].X`; an index that is not known becomes `?`."""
+        token = self.next
+        if token.kind != "name":
+            raise KrlError(f"a name is missing before {self.rest()!r}", cure="correct the statement")
+        self.at += 1
+        text = token.text
+        while True:
+            if self.accept("."):
+                if self.next.kind != "name":
+                    raise KrlError(f"a field's name is missing before {self.rest()!r}", cure="correct the statement")
+                text += "." + self.next.text
+                self.at += 1
+            elif self.accept("["):
+                text += "[" + ",".join(self._indices()) + "]"
+            else:
+                return text
+
+    def arguments(self) -> list[Value]:
+        """Values between `(` and `)`; an empty argument is Unknown."""
+        self.expect("(")
+        values: list[Value] = []
+        if self.accept(")"):
+            return values
+        while True:
+            values.append(Unknown("") if self.next.text in (",", ")") else self.value())
+            if self.accept(")"):
+                return values
+            self.expect(",")
+
+    def _indices(self) -> list[str]:
+        """Indices up to `]`."""
+        indices: list[str] = []
+        while not self.accept("]"):
+            if self.accept(","):
+                continue
+            index = self.value()
+            indices.append(str(index) if isinstance(index, int) and not isinstance(index, bool) else "?")
+        return indices
+
+    def _single(self) -> Value:
+        """A literal, a variable, a call, an aggregate, a bracket, or one of these with a sign."""
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise KrlError("an expression is nested too deeply", cure="this is no ordinary KRL program")
+        try:
+            return self._unnested()
+        finally:
+            self._depth -= 1
+
+    def _unnested(self) -> Value:
+        token = self.next
+        if token.kind == "number":
+            self.at += 1
+            return _literal(token.text)
+        if token.kind == "bits":
+            self.at += 1
+            return _whole(int(token.text[2:-1], 16 if token.text[1] == "H" else 2))
+        if token.kind in ("string", "enum"):
+            self.at += 1
+            return token.text[1:-1] if token.kind == "string" else Enumerated(token.text)
+        if self.accept("("):
+            value = self.value()
+            self.expect(")")
+            return value
+        if token.text in ("-", "+") or (token.kind == "name" and token.text in ("NOT", "B_NOT")):
+            self.at += 1
+            return _signed(token.text, self._single())
+        if token.text == "{":
+            return self.aggregate()
+        if token.kind == "name" and token.text in ("TRUE", "FALSE"):
+            self.at += 1
+            return token.text == "TRUE"
+        if token.kind != "name":
+            raise KrlError(f"a value is missing before {self.rest()!r}", cure="correct the statement")
+        path = self.path()
+        return self._called(path) if self.next.text == "(" else self._lookup(path)
+
+    def _called(self, name: str) -> Value:
+        """The value of a function: only EK is known."""
+        arguments = self.arguments()
+        if name == "EK" and len(arguments) == 3:
+            frame = arguments[2]
+            return Mechanism(frame if isinstance(frame, (Aggregate, Unknown)) else Unknown(name))
+        return Unknown(f"{name}(...)")
+
+    def aggregate(self) -> Aggregate:
+        """`{TYPE: NAME value, NAME value}`."""
+        self.expect("{")
+        kind = ""
+        if self.next.kind == "name" and self.tokens[self.at + 1].text == ":":
+            kind = self.next.text
+            self.at += 2
+        fields: dict[str, Value] = {}
+        while True:
+            name = self.path()
+            if name in fields:
+                raise KrlError(f"{shown(name)} is given twice in one aggregate", cure="leave one of them")
+            fields[name] = self.value()
+            if self.accept("}"):
+                return Aggregate(kind, fields)
+            self.expect(",")
+
+
+def _literal(text: str) -> int | float:
+    """The number that a text spells: whole where it has neither point nor exponent."""
+    return int(text) if text.isdigit() and len(text) < 16 else float(text)
+
+
+def _signed(sign: str, value: Value) -> Value:
+    """The value with a sign, or negated."""
+    if isinstance(value, bool) and sign == "NOT":
+        return not value
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and sign in "+-":
+        return -value if sign == "-" else value
+    return value if isinstance(value, Unknown) else Unknown(sign)
+
+
+def _combine(operator: str, left: Value, right: Value) -> Value:
+    """Value of a binary operation, Unknown where a side is or where the operation is not read here."""
+    if isinstance(left, bool) and isinstance(right, bool):
+        known = {
+            "AND": left and right,
+            "OR": left or right,
+            "EXOR": left != right,
+            "==": left == right,
+            "<>": left != right,
+        }
+        return known.get(operator, Unknown(operator))
+    if operator in ("==", "<>") and isinstance(left, (str, Enumerated)) and isinstance(right, (str, Enumerated)):
+        return (left == right) == (operator == "==")
+    if isinstance(left, (int, float)) and isinstance(right, (int, float)):
+        return _arithmetic(operator, left, right)
+    return Unknown(f"... {operator} ...")
+
+
+def _arithmetic(operator: str, left: float, right: float) -> Value:
+    """Comparisons and arithmetic; two integers divide to an integer, as KRL does."""
+    if operator == "/":
+        if right == 0:
+            raise KrlError("a division by zero", cure="correct the statement")
+        if isinstance(left, int) and isinstance(right, int):
+            return abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1)
+        return left / right
+    values: dict[str, Callable[[], Value]] = {
+        "+": lambda: left + right,
+        "-": lambda: left - right,
+        "*": lambda: left * right,
+        "==": lambda: left == right,
+        "<>": lambda: left != right,
+        "<": lambda: left < right,
+        ">": lambda: left > right,
+        "<=": lambda: left <= right,
+        ">=": lambda: left >= right,
+    }
+    value = values[operator]() if operator in values else Unknown(operator)
+    return _whole(value) if isinstance(value, int) else value
+
+
+def _whole(value: int) -> int:
+    """The same number. Raises KrlError where it is larger than KRL's, so that none grows without end."""
+    if abs(value) > _LARGEST_INTEGER:
+        raise KrlError(f"a whole number gets larger than {_LARGEST_INTEGER}", cure="KRL's integers are smaller")
+    return value

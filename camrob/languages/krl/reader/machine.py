@@ -1,0 +1,263 @@
+"""What single KRL statements do: motions, assignments, BAS calls, waits."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+
+from camrob.errors import KrlError
+from camrob.findings import Finding, Severity
+from camrob.languages.krl.reader.expressions import Aggregate, Enumerated, Expression, Mechanism, Unknown, Value
+from camrob.languages.krl.reader.module import Module
+from camrob.languages.krl.reader.rows import KrlRows
+from camrob.languages.krl.reader.targets import Target, merged, target_of
+from camrob.languages.krl.reader.tokens import Token, canonical, shown
+from camrob.languages.krl.reader.variables import Variables
+from camrob.program.motion import Blend, Motion
+from camrob.program.program_text import FrameKind, ProgramAction, ProgramFrame
+
+__all__ = ["KrlMachine"]
+
+_HERE = frozenset(("$POS_ACT", "$AXIS_ACT", "$POS_FOR", "$AXIS_FOR", "$POS_ACT_MES", "$AXIS_ACT_MES", "$AXIS_ACT_MEAS"))
+_HOMES = ("HOME", "XHOME")
+_FRAME = "XYZABC"
+_BLENDS = {"C_PTP": Blend.AXES, "C_DIS": Blend.DISTANCE, "C_VEL": Blend.SPEED, "C_ORI": Blend.TURN}
+_MODAL = {"$VEL.CP": "speed", "$ACC.CP": "acceleration", "$APO.CDIS": "blend_mm"}
+
+
+class KrlMachine:
+    """The state of a program that is being read: variables, what is modal, rows, frames, findings, counts.
+
+    All methods raise KrlError, without a place, for what can't be read. `file`, `line` (from 1): where a statement is.
+    """
+
+    def __init__(self) -> None:
+        self.variables = Variables()
+        self.rows = KrlRows()
+        self.statements: Counter[str] = Counter()
+        self.findings: list[Finding] = []
+        self.actions: list[ProgramAction] = []
+        self.frames: dict[str, list[ProgramFrame]] = {"tool": [], "base": []}
+        self._places: dict[tuple[str, FrameKind, bytes, str], int] = {}
+        for name in self.frames:
+            self._set_frame(name, Unknown("never set"))
+
+    def find(self, code: str, text: str, line: int, severity: Severity = Severity.WARNING) -> None:
+        """Notes a finding."""
+        self.findings.append(Finding(code, text, severity, line))
+
+    def act(self, statement: str) -> None:
+        """Notes what a statement does beside moving."""
+        self.actions.append(ProgramAction(self.rows.count, canonical(statement)))
+
+    def bulk(self, module: Module, start: int, end: int) -> None:
+        """The usual LIN and `$VEL.CP` lines among lines `start` to `end` (exclusive)."""
+        scan, modal = module.scan, self.rows.modal
+        first, last = scan.lin_line.searchsorted([start, end])
+        slow, fast = scan.speed_line.searchsorted([start, end])
+        if first == last and slow == fast:
+            return
+        speeds = np.concatenate(([modal.speed], scan.speed_value[slow:fast]))
+        if not np.all(speeds[1:] > 0.0):
+            wrong = slow + int(np.argmin(speeds[1:] > 0.0))
+            line = int(scan.speed_line[wrong]) + 1
+            raise KrlError(f"$VEL.CP = {scan.speed_value[wrong]}", cure="a speed is positive", line=line)
+        if first < last:
+            lines = scan.lin_line[first:last]
+            speed = speeds[scan.speed_line[slow:fast].searchsorted(lines)]
+            self._want_speed(float(speed[0]), int(lines[0]) + 1)
+            values, approximation = scan.lin_values[first:last], scan.lin_approximation[first:last]
+            self.rows.add_lins(values, approximation, speed, module.index, lines + 1)
+            self.statements["LIN"] += int(last - first)
+        if slow < fast:
+            modal.speed = float(speeds[-1])
+            self.statements["$VEL"] += int(fast - slow)
+            self.variables.assign("$VEL.CP", modal.speed)
+
+    def motion(self, tokens: tuple[Token, ...], file: int, line: int) -> None:
+        """PTP, LIN or CIRC."""
+        word = tokens[0].text
+        self.statements[word] += 1
+        expression = Expression(tokens, self.variables.lookup, 1)
+        targets = [self._target(expression, word, line)]
+        if word == "CIRC":
+            expression.expect(",")
+            targets.append(self._target(expression, word, line))
+        angle = float("nan")
+        while expression.accept(","):
+            if word != "CIRC" or not expression.accept("CA"):
+                raise KrlError(f"{expression.rest()!r} behind a target", cure="correct the statement")
+            angle = _number(expression.value(), "CA")
+        approximation = _approximation(expression)
+        if word != "PTP":
+            self._want_speed(self.rows.modal.speed, line)
+        kinds = {"LIN": [Motion.LIN], "CIRC": [Motion.CIRC_VIA, Motion.CIRC_END], "PTP": [Motion.PTP_POSE]}[word]
+        for kind, target in zip(kinds, targets, strict=True):
+            if target is None:
+                continue
+            merged(self.rows, target, word)
+            if word == "PTP" and target.axes is not None:
+                kind = Motion.PTP_AXES
+            self.rows.add(
+                kind,
+                status=target.status,
+                turn=target.turn,
+                angle=angle if kind is Motion.CIRC_END else float("nan"),
+                approximation=0 if kind is Motion.CIRC_VIA else approximation,
+                file=file,
+                line=line,
+            )
+
+    def assign(self, expression: Expression, path: str, line: int) -> None:
+        """`path = value`, the value next in `expression`."""
+        root = path.split(".", 1)[0].split("[", 1)[0]
+        self.statements[root] += 1
+        start = expression.at
+        value = expression.value()
+        if expression.next.kind != "end":
+            raise KrlError(f"{expression.rest()!r} behind an assignment", cure="correct the statement")
+        self.variables.assign(path, value)
+        if path in ("$TOOL", "$BASE") or path.startswith(("$TOOL.", "$BASE.")):
+            text = " ".join(t.text for t in expression.tokens[start:-1])
+            whole = value if "." not in path else self.variables.lookup(root)
+            self._set_frame(root[1:].lower(), whole, text, line)
+        elif root in ("$VEL", "$ACC", "$APO"):
+            self._set_modal(root, path, value, line)
+
+    def bas(self, tokens: tuple[Token, ...], line: int) -> None:
+        """`BAS (#COMMAND, value)`, as far as it changes what is modal."""
+        self.statements["BAS"] += 1
+        arguments = Expression(tokens, self.variables.lookup, 1).arguments()
+        command = arguments[0].text if arguments and isinstance(arguments[0], Enumerated) else "?"
+        value = arguments[1] if len(arguments) > 1 else Unknown("")
+        if command in ("#TOOL", "#BASE"):
+            self._activate(command[1:].lower(), value, line)
+        elif command == "#VEL_CP":
+            self._set_modal("$VEL", "$VEL.CP", value, line)
+        elif command == "#CP_PARAMS":
+            self._inline_speed(value, line)
+        elif command == "?":
+            self.find("bas-unknown", "BAS with a command that is not known here", line)
+        if command in ("#CP_PARAMS", "#PTP_PARAMS", "#FRAMES"):
+            for name in ("tool", "base"):
+                number = self.variables.lookup(f"FDAT_ACT.{name.upper()}_NO")
+                if not isinstance(number, Unknown):
+                    self._activate(name, number, line)
+
+    def wait(self, tokens: tuple[Token, ...], line: int) -> None:
+        """`WAIT SEC t` or `WAIT FOR condition`."""
+        self.statements["WAIT"] += 1
+        expression = Expression(tokens, self.variables.lookup, 1)
+        if expression.accept("SEC"):
+            value = expression.value()
+            if isinstance(value, Unknown):
+                self.find("wait-unknown", "WAIT SEC with a time that is not in the program", line)
+            else:
+                self.rows.modal.wait += max(_number(value, "WAIT SEC"), 0.0)
+        elif expression.accept("FOR"):
+            self.find("wait-for", "WAIT FOR a condition: how long is not known", line, Severity.INFO)
+        else:
+            raise KrlError("WAIT without SEC or FOR", cure="correct the statement")
+
+    def _target(self, expression: Expression, word: str, line: int) -> Target | None:
+        """The target that stands next; None for a null motion and for a home point that the program doesn't hold."""
+        start = expression.at
+        value = expression.value()
+        if isinstance(value, Aggregate):
+            return target_of(value, word, self.rows)
+        name = expression.tokens[start].text
+        alone = expression.at == start + 1
+        if alone and name in _HERE:
+            self.find("null-motion", f"{word} {name} moves to where the robot is", line, Severity.INFO)
+            return None
+        if alone and word == "PTP" and name.lstrip("X").rstrip("0123456789") in _HOMES[:1]:
+            self.find(
+                "home-unknown", f"PTP {shown(name)}: the point is not in the program, the motion is left out", line
+            )
+            self.rows.pose = self.rows.axes = None
+            return None
+        what = shown(value.text) if isinstance(value, Unknown) else expression.tokens[start].text
+        raise KrlError(
+            f"{word} {shown(what)}: the target's value is not in the program", cure="bring its .dat file along"
+        )
+
+    def _want_speed(self, speed: float, line: int) -> None:
+        """Notes a CP motion whose speed was never set."""
+        if math.isnan(speed):
+            self.find("speed-unknown", "a CP motion before any $VEL.CP", line)
+
+    def _set_modal(self, root: str, path: str, value: Value, line: int) -> None:
+        """Takes over `$VEL.CP`, `$ACC.CP` or `$APO.CDIS`, alone or in an aggregate."""
+        parts = {f"{root}.{k}": v for k, v in value.fields.items()} if isinstance(value, Aggregate) else {path: value}
+        for name, part in parts.items():
+            if name not in _MODAL:
+                continue
+            number = float("nan")
+            if isinstance(part, Unknown):
+                self.find("value-unknown", f"{name} gets a value that is not in the program", line)
+            else:
+                number = _number(part, name)
+                if number < 0.0 or (number == 0.0 and name != "$APO.CDIS"):
+                    raise KrlError(f"{name} = {number:g}", cure="write a positive value")
+            setattr(self.rows.modal, _MODAL[name], number)
+
+    def _inline_speed(self, value: Value, line: int) -> None:
+        """BAS(#CP_PARAMS, v): v in m/s, and what LDAT_ACT says. A post that leaves v at 0 means LDAT_ACT's speed."""
+        given = value if isinstance(value, (int, float)) and value > 0 else self.variables.lookup("LDAT_ACT.VEL")
+        if isinstance(given, (int, float)) and given > 0:
+            self._set_modal("$VEL", "$VEL.CP", given, line)
+        distance = self.variables.lookup("LDAT_ACT.APO_DIST")
+        if isinstance(distance, (int, float)):
+            self._set_modal("$APO", "$APO.CDIS", distance, line)
+
+    def _activate(self, name: str, number: Value, line: int) -> None:
+        """Makes an entry of TOOL_DATA or BASE_DATA active; 0 is the null frame."""
+        if number == 0 and not isinstance(number, bool):
+            self._set_frame(name, self.variables.lookup("$NULLFRAME"), "$NULLFRAME", line)
+            return
+        entry = f"{name.upper()}_DATA[{number if isinstance(number, int) else '?'}]"
+        self._set_frame(name, self.variables.lookup(entry), entry, line)
+
+    def _set_frame(self, name: str, value: Value, text: str = "", line: int = 0) -> None:
+        """Makes a frame the current tool or base."""
+        mechanism = isinstance(value, Mechanism)
+        inner: Value = value.frame if isinstance(value, Mechanism) else value
+        fields = inner.fields if isinstance(inner, Aggregate) else {}
+        numbers = [fields.get(c, Unknown(c)) for c in _FRAME]
+        if all(isinstance(v, (int, float)) and math.isfinite(v) for v in numbers):
+            xyzabc = np.array([float(v) for v in numbers if isinstance(v, (int, float))])
+            frame = ProgramFrame(FrameKind.MECHANISM if mechanism else FrameKind.LITERAL, xyzabc, shown(text, 200))
+        else:
+            what = text or (inner.text if isinstance(inner, Unknown) else "")
+            frame = ProgramFrame(FrameKind.UNKNOWN, np.full(6, np.nan), shown(what, 200))
+            if line:
+                self.find(
+                    f"{name}-unknown", f"${name.upper()} is set to {shown(what)}, which is not in the program", line
+                )
+        known = self.frames[name]
+        same = "" if frame.kind is FrameKind.LITERAL else frame.text
+        key = (name, frame.kind, (frame.xyzabc + 0.0).tobytes(), same)  # -0.0 is 0.0
+        index = self._places.setdefault(key, len(known))
+        if index == len(known):
+            known.append(frame)
+        setattr(self.rows.modal, name, index)
+
+
+def _number(value: Value, what: str) -> float:
+    """The value as a finite number. Raises KrlError for anything else."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise KrlError(f"{what} has no number that is in the program", cure="write a number")
+    return float(value)
+
+
+def _approximation(expression: Expression) -> int:
+    """The approximation behind a target; of two (`C_PTP C_DIS`) the first. Raises KrlError for anything else."""
+    found = [0]
+    while expression.next.kind == "name" and expression.next.text in _BLENDS:
+        found.append(int(_BLENDS[expression.next.text]))
+        expression.at += 1
+    if expression.next.kind != "end":
+        raise KrlError(f"{expression.rest()!r} behind a motion", cure="correct the statement")
+    return int(found[1] if len(found) > 1 else 0)

@@ -1,0 +1,85 @@
+"""Targets of motions: what an aggregate names, and what it leaves as it was."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from camrob.errors import KrlError
+from camrob.languages.krl.reader.expressions import Aggregate, Value
+from camrob.languages.krl.reader.rows import KrlRows
+from camrob.languages.krl.reader.tokens import shown
+
+__all__ = ["Target", "merged", "target_of"]
+
+_POSE = ("X", "Y", "Z", "A", "B", "C")
+_AXES = ("A1", "A2", "A3", "A4", "A5", "A6")
+_EXTERNAL = ("E1", "E2", "E3", "E4", "E5", "E6")
+_POSE_TYPES = {"E6POS": (*_POSE, *_EXTERNAL, "S", "T"), "POS": (*_POSE, "S", "T"), "FRAME": _POSE}
+_AXIS_TYPES = {"E6AXIS": (*_AXES, *_EXTERNAL), "AXIS": (*_AXES, *_EXTERNAL)}
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Components that a target names: `pose` or `axes` (the other is None), and `external`; S and T, -1 if absent."""
+
+    pose: dict[str, float] | None
+    axes: dict[str, float] | None
+    external: dict[str, float]
+    status: int
+    turn: int
+
+
+def target_of(aggregate: Aggregate, word: str, rows: KrlRows) -> Target:
+    """The target of motion `word`. Raises KrlError, without a place, where the aggregate is no target for it."""
+    fields = aggregate.fields
+    axes = aggregate.type in _AXIS_TYPES or any(name in _AXES for name in fields)
+    if not aggregate.type and not any(name in (*_AXES, *_POSE) for name in fields):
+        axes = word == "PTP" and rows.axes is not None
+    types = _AXIS_TYPES if axes else _POSE_TYPES
+    if aggregate.type and aggregate.type not in types:
+        raise KrlError(f"{shown(aggregate.type)} is no type of a target", cure="write E6POS or E6AXIS")
+    allowed = types[aggregate.type or ("E6AXIS" if axes else "E6POS")]
+    for name in fields:
+        if name not in allowed:
+            raise KrlError(f"a target has no component {shown(name)}", cure="the components are " + ", ".join(allowed))
+    if axes and word != "PTP":
+        raise KrlError(f"{word} to axis values", cure="only PTP runs to axis values")
+    main = {name: _number(name, fields[name]) for name in (_AXES if axes else _POSE) if name in fields}
+    external = {name: _number(name, fields[name]) for name in _EXTERNAL if name in fields}
+    status, turn = (_bits(name, fields[name]) if name in fields else -1 for name in ("S", "T"))
+    return Target(None if axes else main, main if axes else None, external, status, turn)
+
+
+def merged(rows: KrlRows, target: Target, word: str) -> None:
+    """Makes the target the current one in `rows`; a component that it doesn't name keeps its value.
+
+    Raises KrlError where that value is not known: before the first target, or where the last one was of the other kind.
+    """
+    names, given, before = (_POSE, target.pose, rows.pose) if target.axes is None else (_AXES, target.axes, rows.axes)
+    given = given or {}
+    values = []
+    for index, name in enumerate(names):
+        if name not in given and before is None:
+            raise KrlError(f"{word} gives no {name} and none is known", cure=f"give {names[0]} to {names[-1]}")
+        values.append(given[name] if name in given else (before or ())[index])
+    rows.pose, rows.axes = (tuple(values), None) if target.axes is None else (None, tuple(values))
+    if target.external:
+        old = rows.external
+        rows.external = tuple(target.external.get(name, old[k]) for k, name in enumerate(_EXTERNAL))
+
+
+def _number(name: str, value: Value) -> float:
+    """The component as a number. Raises KrlError where it is none."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise KrlError(f"{name} has no number that is in the program", cure="write a number")
+    return float(value)
+
+
+def _bits(name: str, value: Value) -> int:
+    """S or T. Raises KrlError where it is no such number."""
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if isinstance(value, bool) or not isinstance(value, int) or not -1 <= value < 2**15:
+        raise KrlError(f"{name} is no whole number", cure=f"write {name} as a number or as bits, 'B010'")
+    return value

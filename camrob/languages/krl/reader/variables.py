@@ -1,0 +1,127 @@
+"""Variables of a KRL program: system variables, data lists, locals of a routine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from camrob.errors import KrlError
+from camrob.languages.krl.reader.expressions import Aggregate, Expression, Unknown, Value
+from camrob.languages.krl.reader.module import read_bytes
+from camrob.languages.krl.reader.tokens import Token, shown, statement_of, tokens_of
+
+__all__ = ["Variables", "declare", "is_declaration", "load_data"]
+
+_CONSTANTS: dict[str, Value] = {
+    "$NULLFRAME": Aggregate("FRAME", dict.fromkeys("XYZABC", 0.0)),
+    "$WORLD": Aggregate("FRAME", dict.fromkeys("XYZABC", 0.0)),
+    "PI": 3.14159265358979,
+}
+_PREFIXES = ("GLOBAL", "CONST", "DECL")
+_SKIPPED = frozenset(("EXT", "EXTFCT", "IMPORT", "SIGNAL", "STRUC", "ENUM", "CHANNEL"))
+
+
+class Variables:
+    """Values by name. `scopes`: the locals of the running routine, its data list; `shared`: everything else."""
+
+    def __init__(self) -> None:
+        self.shared: dict[str, Value] = dict(_CONSTANTS)
+        self.scopes: tuple[dict[str, Value], ...] = ()
+
+    def lookup(self, path: str) -> Value:
+        """The value of a variable, a field or an element; Unknown where the program doesn't give it."""
+        root, _, name = path.rpartition(".")
+        whole = self.lookup(root) if root else None
+        if isinstance(whole, Aggregate) and name in whole.fields:
+            return whole.fields[name]
+        return self._holder(path).get(path, Unknown(path))
+
+    def assign(self, path: str, value: Value) -> None:
+        """Sets a variable, a field or an element. An index that is not known makes all elements unknown."""
+        holder = self._holder(path)
+        root, _, name = path.rpartition(".")
+        if "?" in path:
+            stem = path[: path.index("[")]
+            for key in [k for k in holder if k.startswith(stem + "[")]:
+                holder[key] = Unknown(key)
+        elif root and isinstance(whole := self.lookup(root), Aggregate):
+            self.assign(root, Aggregate(whole.type, {**whole.fields, name: value}))
+        else:
+            holder[path] = value
+
+    def _holder(self, path: str) -> dict[str, Value]:
+        """The scope in which the variable was declared."""
+        stem = path.split(".", 1)[0].split("[", 1)[0]
+        if not stem.startswith("$"):
+            for scope in self.scopes:
+                if stem in scope:
+                    return scope
+        return self.shared
+
+
+def is_declaration(tokens: tuple[Token, ...]) -> bool:
+    """Whether the statement declares a variable: it has a prefix, or begins with two names."""
+    if tokens[0].kind != "name" or tokens[0].text in ("INTERRUPT", *_SKIPPED):
+        return False
+    if tokens[0].text in _PREFIXES:
+        rest = [t.text for t in tokens if t.text not in _PREFIXES]
+        return rest[0] != "INTERRUPT" and rest[0] not in _SKIPPED
+    return tokens[1].kind == "name" and (len(tokens) == 3 or tokens[2].text in ("=", "[", ","))
+
+
+def declare(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Value]) -> None:
+    """Reads `DECL TYPE NAME[n] = value, ...` into `scope`. Raises KrlError, without a place, for anything else."""
+    at = 0
+    while tokens[at].kind == "name" and tokens[at].text in _PREFIXES:
+        at += 1
+    expression = Expression(tokens, variables.lookup, at)
+    expression.path()
+    while True:
+        name = expression.path()
+        stem = name.split("[", 1)[0]
+        scope.setdefault(stem, Unknown(stem))
+        if expression.accept("="):
+            scope[stem if name.endswith("[]") else name] = expression.value()
+        if expression.next.kind == "end":
+            return
+        expression.expect(",")
+
+
+def load_data(path: Path, variables: Variables) -> dict[str, Value]:
+    """Variables of a .dat file. Raises KrlError for one that is no data list, or is cut off."""
+    scope: dict[str, Value] = {}
+    opened = closed = False
+    for number, raw in enumerate(read_bytes(path).decode("latin-1").split("\n"), start=1):
+        text = statement_of(raw)
+        if not text or text.startswith("&"):
+            continue
+        try:
+            tokens = tokens_of(text)
+            word = tokens[0].text
+            if word == "DEFDAT":
+                opened = True
+            elif word == "ENDDAT":
+                closed = True
+            elif not opened or closed:
+                raise KrlError(f"{shown(text)!r} stands outside of DEFDAT and ENDDAT", cure="is this a KRL .dat file?")
+            elif is_declaration(tokens):
+                declare(tokens, variables, scope)
+            elif word not in _SKIPPED and tokens[0].text not in _PREFIXES:
+                _set(tokens, variables, scope)
+        except KrlError as error:
+            raise error.at(path, number) from None
+    if not closed:
+        raise KrlError("has no ENDDAT", cure="the file is cut off", path=path)
+    return scope
+
+
+def _set(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Value]) -> None:
+    """`NAME[1] = value` in a data list."""
+    expression = Expression(tokens, variables.lookup)
+    name = expression.path()
+    expression.expect("=")
+    value = expression.value()
+    scope.setdefault(name.split("[", 1)[0].split(".", 1)[0], Unknown(name))
+    if name.startswith("$"):
+        variables.assign(name, value)
+    else:
+        scope[name] = value

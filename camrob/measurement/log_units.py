@@ -1,0 +1,70 @@
+"""Whether a log's values can be in the format's units at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import LogError
+from camrob.measurement.log import AXES, EXTERNAL, FORCE, ORIENTATION, POSITION, TORQUE
+from camrob.units import deg_to_rad
+
+__all__ = ["check_plausible"]
+
+Array = NDArray[np.float64]
+
+# name to the largest magnitude that is believed, in the file's unit
+_LARGEST = {
+    **dict.fromkeys(("t",), 1e9),
+    **dict.fromkeys(POSITION, 1e5),
+    **dict.fromkeys(ORIENTATION, 360.0 + 1e-9),
+    **dict.fromkeys((*AXES, *(f"c{n}" for n in AXES)), 1500.0),
+    **dict.fromkeys((*EXTERNAL, *(f"c{n}" for n in EXTERNAL)), 1e6),
+    **dict.fromkeys(TORQUE, 1e6),
+    **dict.fromkeys(FORCE, 1e6),
+    "temp": 200.0,
+    "line": 1e9,
+}
+_CURE = "the format's units are mm, degrees, s, Nm, N and degrees C"
+_REACH_MM = 6000.0  # the longest lever that an axis turns the tool with
+_GROSS_DEG = 30.0  # of travel of A1 to A3, with which no tool stays within ...
+_METRES = 10.0  # ... mm
+
+
+def check_plausible(columns: Mapping[str, Array], path: Path, first: int) -> None:
+    """Raise LogError, with the line, where a value, or all of them together, can't be in mm and degrees.
+
+    Together: the tool can't travel farther than the axes carry it (angles in radians), nor stay within a few
+    millimetres of the origin while A1 to A3 turn a good deal (positions in metres). `first`: the line of the first row.
+    """
+    for name, largest in _LARGEST.items():
+        if name in columns:
+            beyond = np.abs(columns[name]) > largest
+            if beyond.any():
+                row = int(np.argmax(beyond))
+                raise LogError(f"{name} is {columns[name][row]:g}", cure=_CURE, path=path, line=row + first)
+    if "x" not in columns:
+        return
+    prefix = "" if "A1" in columns else "c"
+    seen = ~np.isnan(columns["x"])
+    travel = {n: _extent(columns[prefix + n][seen]) for n in AXES + EXTERNAL if prefix + n in columns}
+    extent = float(np.linalg.norm([_extent(columns[n][seen]) for n in POSITION]))
+    carried = sum(float(deg_to_rad(travel[n])) * _REACH_MM for n in AXES)
+    # an external axis may be a track (mm) or a table (degrees): the larger of both
+    carried += sum(max(travel[n], float(deg_to_rad(travel[n])) * _REACH_MM) for n in travel if n in EXTERNAL)
+    if extent > 1.5 * carried + 20.0:
+        what = f"the tool travels {extent:.0f} mm while the axes move only {max(travel.values()):.3g} degrees"
+        raise LogError(what, cure="are the angles in radians? give degrees", path=path, line=first)
+    farthest = max(float(np.max(np.abs(columns[n][seen]), initial=0.0)) for n in POSITION)
+    if seen.any() and farthest < _METRES and sum(travel[n] for n in AXES[:3]) > _GROSS_DEG:
+        what = f"the tool stays within {farthest:.3g} mm of the origin while the arm moves"
+        raise LogError(what, cure="are the positions in metres? give mm", path=path, line=first)
+
+
+def _extent(values: Array) -> float:
+    """Largest less least, 0 where there is nothing."""
+    known = values[~np.isnan(values)]
+    return float(known.max() - known.min()) if len(known) else 0.0

@@ -1,0 +1,172 @@
+"""Reading measurement logs, strictly: CSV (compiled, about a second for a million rows) and Parquet."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import LogError
+from camrob.measurement.csv_numbers import BAD_COUNT, BAD_NUMBER, BLANK_LINE, parse_table
+from camrob.measurement.log import AXES, COLUMNS, EXTERNAL, FORCE, ORIENTATION, POSITION, TORQUE, MeasurementLog
+from camrob.measurement.log_info import LogInfo, read_info
+from camrob.measurement.log_units import check_plausible
+
+__all__ = ["read_log"]
+
+Array = NDArray[np.float64]
+
+_NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_TOGETHER = (POSITION, ORIENTATION, AXES, tuple(f"c{n}" for n in AXES), TORQUE, FORCE)
+_SLOW_CELLS = 20_000_000
+
+
+def read_log(path: str | Path) -> MeasurementLog:
+    """The log in a .csv or .parquet file, with the facts of the .toml of its name beside it, where there is one.
+
+    Raises LogError, with file and line (the row's number from 1 in a Parquet file), for a column that is missing,
+    unknown or there twice, a row with other cells than the header, text that is no number, NaN, time that does not
+    advance, an empty log, and values that can't be in the format's units (metres, radians).
+    """
+    path = Path(path)
+    names, table = _read_parquet(path) if path.suffix.lower() == ".parquet" else _read_csv(path)
+    first = 1 if path.suffix.lower() == ".parquet" else 2
+    columns = {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
+    _check_time(columns["t"], path, first)
+    check_plausible(columns, path, first)
+    beside = path.with_suffix(".toml")
+    return MeasurementLog(columns, read_info(beside) if beside.is_file() else LogInfo(), path)
+
+
+def _check_names(names: Sequence[str], path: Path) -> None:
+    """The header is the format's: known names, once each, groups whole."""
+    known = {name.lower(): name for name in COLUMNS}
+    for name in names:
+        if name in COLUMNS:
+            continue
+        shown = repr(name[:40])
+        bare = re.split(r"[ _\[(]", name.strip('"'))[0].lower()
+        if re.fullmatch(r"[cC]?[AE]\d+", name):
+            raise LogError(f"has an axis {shown}", cure="the format knows A1..A6 and E1..E6", path=path, line=1)
+        if bare in known:
+            raise LogError(
+                f"has a column {shown}", cure=f"name it {known[bare]}, in the format's unit", path=path, line=1
+            )
+        raise LogError(f"has a column {shown}", cure=f"the format has {', '.join(COLUMNS)}", path=path, line=1)
+    for name in names:
+        if names.count(name) > 1:
+            raise LogError(f"has the column {name} twice", cure="leave one", path=path, line=1)
+    if "t" not in names:
+        raise LogError("has no column t", cure="give the time in seconds", path=path, line=1)
+    for group in _TOGETHER:
+        missing = [n for n in group if n not in names]
+        if missing and len(missing) < len(group):
+            here = next(n for n in group if n in names)
+            cure = f"{', '.join(group)} belong together"
+            raise LogError(f"has a column {here} but no column {missing[0]}", cure=cure, path=path, line=1)
+    if "A1" not in names and "cA1" not in names:
+        raise LogError("has no axis values", cure="give A1..A6 (encoders) or cA1..cA6 (set-points)", path=path, line=1)
+    for external in EXTERNAL:
+        if "A1" in names and f"c{external}" in names and external not in names:
+            cure = f"give {external} beside A1..A6"
+            raise LogError(f"has a column c{external} but no column {external}", cure=cure, path=path, line=1)
+
+
+def _read_csv(path: Path) -> tuple[list[str], Array]:
+    """Names and values (N, k) of a CSV file."""
+    try:
+        raw = path.read_bytes()
+    except OSError as e:
+        raise LogError(f"can't be read ({e.strerror})", cure="check the path", path=path) from None
+    begin = 3 if raw.startswith(b"\xef\xbb\xbf") else 0
+    end = raw.find(b"\n", begin)
+    end = len(raw) if end < 0 else end
+    try:
+        header = raw[begin:end].decode("utf-8").rstrip("\r")
+    except UnicodeDecodeError:
+        raise LogError("is no UTF-8 text", cure="save it as UTF-8", path=path, line=1) from None
+    if not header.strip():
+        raise LogError("is empty", cure="give a header row and samples", path=path, line=1)
+    for other, word in ((";", "semicolons"), ("\t", "tabs")):
+        if other in header and "," not in header:
+            cure = "separate columns by commas, decimals by a point"
+            raise LogError(f"separates columns by {word}", cure=cure, path=path, line=1)
+    names = [name.strip().strip('"') for name in header.split(",")]
+    _check_names(names, path)
+    text = np.frombuffer(raw, np.uint8)
+    table = np.empty((int(np.count_nonzero(text[end:] == 10)) + 1, len(names)))
+    slow = np.empty((min(table.size, _SLOW_CELLS), 4), np.int64)
+    rows, code, column, left = parse_table(text, min(end + 1, len(raw)), table, slow)
+    for row, at, first, last in slow[:left].tolist():
+        table[row, at] = _slow_number(raw[first:last], names[at], path, row + 2)
+    if code == BAD_COUNT:
+        cure = f"the header names {len(names)} columns"
+        raise LogError("has more or fewer cells than the header", cure=cure, path=path, line=rows + 2)
+    if code == BLANK_LINE:
+        raise LogError("there is an empty line within the table", cure="remove it", path=path, line=rows + 2)
+    if code == BAD_NUMBER:
+        cure = "write plain decimals"
+        raise LogError(f"{names[column]} is not written as a plain number", cure=cure, path=path, line=rows + 2)
+    if rows == 0:
+        raise LogError("holds no samples", cure="give rows behind the header", path=path, line=1)
+    return names, table[:rows]
+
+
+def _slow_number(cell: bytes, name: str, path: Path, line: int) -> float:
+    """A cell that is no plain decimal: an exponent, many digits, or no number at all."""
+    text = cell.strip()
+    if _NUMBER.fullmatch(text) and np.isfinite(float(text)):
+        return float(text)
+    shown = repr(text[:30].decode("utf-8", "replace"))
+    cure = "leave a cell empty that was not measured, else give a finite number with a decimal point"
+    raise LogError(f"{name} is {shown}", cure=cure, path=path, line=line)
+
+
+def _read_parquet(path: Path) -> tuple[list[str], Array]:
+    """Names and values (N, k) of a Parquet file; a null is a cell that was not measured."""
+    try:
+        from pyarrow import parquet
+    except ImportError:
+        raise LogError("reading Parquet needs pyarrow", cure="pip install pyarrow, or save as CSV", path=path) from None
+    try:
+        data: Any = parquet.read_table(path)
+    except OSError as e:
+        raise LogError(f"can't be read ({e.strerror or 'no Parquet'})", cure="check the file", path=path) from None
+    except Exception as e:  # pyarrow's errors share no root but Exception
+        raise LogError(f"is no Parquet file ({type(e).__name__})", cure="check the file", path=path) from None
+    names = [str(n) for n in data.column_names]
+    _check_names(names, path)
+    if data.num_rows == 0:
+        raise LogError("holds no samples", cure="give rows", path=path)
+    table = np.empty((data.num_rows, len(names)))
+    for k, name in enumerate(names):
+        column = data.column(k)
+        try:
+            values = column.to_numpy().astype(np.float64)
+        except (ValueError, TypeError):
+            raise LogError(f"{name} is of type {column.type}", cure="store numbers", path=path) from None
+        bad = np.isinf(values) | (np.isnan(values) & ~np.asarray(column.is_null()))
+        if bad.any():
+            cure = "store null where nothing was measured"
+            raise LogError(f"{name} is {values[bad][0]}", cure=cure, path=path, line=int(np.argmax(bad)) + 1)
+        table[:, k] = values
+    return names, table
+
+
+def _check_time(t: Array, path: Path, first: int) -> None:
+    """Every row has its time, and time advances."""
+    if np.isnan(t).any():
+        raise LogError(
+            "t is empty", cure="give every row its time", path=path, line=int(np.argmax(np.isnan(t))) + first
+        )
+    back = np.flatnonzero(np.diff(t) <= 0.0)
+    if len(back):
+        row = int(back[0]) + 1
+        what = f"t is {t[row]:g} after {t[row - 1]:g}"
+        raise LogError(
+            what, cure="time has to advance from row to row: sort or split the log", path=path, line=row + first
+        )

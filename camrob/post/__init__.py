@@ -1,1 +1,0 @@
-"""Programs: the writer of KRL and an independent reader of it."""

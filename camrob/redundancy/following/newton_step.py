@@ -1,0 +1,250 @@
+"""One Newton step of the tracker in its pieces: the criterion, the factored task, multipliers, the step in the null space."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.kinematics.conditioning_slope import kf_and_slope
+from camrob.kinematics.kernels import ChainArrays
+from camrob.redundancy.following.chain_work import TrackerWork, curvature
+from camrob.redundancy.following.closed_step import split_multipliers, split_self_motion, split_share, split_task
+from camrob.redundancy.following.linear_algebra import (
+    apply_q,
+    apply_q_transposed,
+    qr_six,
+    solve_positive,
+    solve_r,
+    solve_r_transposed,
+)
+from camrob.redundancy.fuzzy.surfaces import WeightSurface, weights_and_slopes
+
+__all__ = [
+    "TrackState",
+    "TrackerSettings",
+    "criterion",
+    "gradient_and_multipliers",
+    "inwards",
+    "self_motion",
+    "self_share",
+    "task_step",
+]
+
+Array = NDArray[np.float64]
+
+_RANK = 1e-7  # ratio of R's diagonal below which the chain is singular
+
+
+class TrackerSettings(NamedTuple):
+    """What the tracker needs beside the chain: q limits (n,), endless (n,), both weight surfaces, threshold on 1/k_F.
+
+    locked (n,): joints that stand where the reference posture has them, exactly, and take no part in following.
+    """
+
+    lower: Array
+    upper: Array
+    endless: NDArray[np.bool_]
+    joint_weights: WeightSurface
+    condition_weights: WeightSurface
+    threshold: float
+    locked: NDArray[np.bool_]
+
+
+class TrackState(NamedTuple):
+    """What a path leaves to the next one: posture q (n,), the posture recorded at the threshold, the joints at a limit.
+
+    flags (2,): [0] 1 while the condition term acts; side (n,): -1, 0, 1 for a joint at its lower limit, free, at its
+    upper.
+    """
+
+    q: Array
+    q_threshold: Array
+    side: NDArray[np.int64]
+    flags: NDArray[np.int64]
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _from(q: float, reference: float, endless: bool) -> float:
+    """q - reference, to the nearest turn where the joint is endless."""
+    d = q - reference
+    if endless:
+        d -= 2.0 * np.pi * np.floor(d * (0.5 / np.pi) + 0.5)
+    return float(d)
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def criterion(
+    settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: TrackerWork
+) -> None:
+    """w.g <- -h (eq. 18, 20); w.weight, w.slope0, w.slope1 <- the diagonal and the two columns of its derivative by W."""
+    n = q.shape[0]
+    weights_and_slopes(settings.joint_weights, q, w.weight, w.slope0, w.slope1)
+    for i in range(n):
+        d = _from(q[i], q_reference[i], settings.endless[i])
+        w.g[i] = w.weight[i] * d
+        w.slope0[i] *= d
+        w.slope1[i] *= d
+    if state.flags[0] == 1:
+        kf = min(kf_and_slope(chain, w.Z, w.P, w.plate, w.kf_slope, w.C, w.H, w.L), 1e6)
+        surface = settings.condition_weights
+        weights_and_slopes(surface, q, w.weight_cond, w.slope_cond0, w.slope_cond1)
+        for i in range(n):
+            d = _from(q[i], state.q_threshold[i], settings.endless[i])
+            w.weight[i] += kf * w.weight_cond[i]
+            w.g[i] += kf * w.weight_cond[i] * d
+            w.kf_part[i] = w.weight_cond[i] * d
+            w.slope_cond0[i] *= kf * d
+            w.slope_cond1[i] *= kf * d
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w: TrackerWork) -> None:
+    """Add the derivative of the weights to w.C, in the columns of the axes that they depend on."""
+    for b in range(m):
+        if w.free[b] == axis[0]:
+            for a in range(m):
+                w.C[a, b] += slope0[w.free[a]]
+        if w.free[b] == axis[1]:
+            for a in range(m):
+                w.C[a, b] += slope1[w.free[a]]
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, exact: bool, w: TrackerWork) -> float:
+    """w.s[:m] <- Newton step of the reduced criterion in the null space, the task's step (w.x) taken into account.
+
+    w.N[6:m] holds the null-space basis as rows, w.C the curvature. Returns the shift that was needed.
+    """
+    r = m - 6
+    for a in range(m):
+        for b in range(m):
+            w.C[a, b] = -w.C[a, b]
+        w.C[a, a] += w.weight[w.free[a]]
+    _add_slopes(settings.joint_weights.axis, m, w.slope0, w.slope1, w)
+    if acting:
+        _add_slopes(settings.condition_weights.axis, m, w.slope_cond0, w.slope_cond1, w)
+        if exact:
+            for a in range(m):
+                for b in range(m):
+                    w.C[a, b] += w.kf_part[w.free[a]] * w.kf_slope[w.free[b]]
+    for a in range(r):
+        w.reduced[a] = 0.0
+    for k in range(m):
+        total = w.g[w.free[k]]
+        for c in range(m):
+            total += w.C[k, c] * w.x[c]
+        for a in range(r):
+            w.reduced[a] -= w.N[6 + a, k] * total
+    for b in range(r):
+        for a in range(r):
+            w.H[a, b] = 0.0
+        for k in range(m):
+            hn = 0.0
+            for c in range(m):
+                hn += w.C[k, c] * w.N[6 + b, c]
+            for a in range(r):
+                w.H[a, b] += w.N[6 + a, k] * hn
+    shift = solve_positive(w.H, r, shift, w.L, w.reduced)
+    for k in range(m):
+        w.s[k] = 0.0
+        for a in range(r):
+            w.s[k] += w.N[6 + a, k] * w.reduced[a]
+    return shift
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def task_step(
+    chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork
+) -> int:  # fmt: skip
+    """w.x <- pseudoinverse step to w.error, by the arm's closed inverse or a factorisation of the free joints' J^T.
+
+    Returns the free joints' number, -1 if the chain is singular.
+    """
+    m = split_task(chain, n, side, locked, w)
+    w.split[0] = m > 0
+    if m > 0:
+        return int(m)
+    scale = 1.0 / chain.length
+    for i in range(n):
+        if side[i] == 0 and not locked[i]:
+            w.free[m] = i
+            for r in range(3):
+                w.A[m, r] = w.J[r, i] * scale
+                w.A[m, 3 + r] = w.J[3 + r, i]
+            m += 1
+    if m < 6:
+        return int(m)
+    if qr_six(w.A, m, w.tau) < _RANK:
+        return -1
+    for r in range(3):
+        w.x[r] = w.error[r] * scale
+        w.x[3 + r] = w.error[3 + r]
+    solve_r_transposed(w.A, w.x)
+    for k in range(6, m):
+        w.x[k] = 0.0
+    apply_q(w.A, m, w.tau, w.x)
+    return int(m)
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def inwards(i: int, side: int, multipliers: Array, scale: float, w: TrackerWork) -> bool:
+    """Whether the optimum draws joint i, at a limit on that side, inwards."""
+    pull = w.g[i]
+    for r in range(3):
+        pull -= (w.J[r, i] * scale) * multipliers[r] + w.J[3 + r, i] * multipliers[3 + r]
+    return bool(pull * side > 0.0)
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def gradient_and_multipliers(
+    settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, m: int,
+    multipliers: Array, w: TrackerWork,
+) -> None:  # fmt: skip
+    """w.g <- -h, multipliers (6,) <- those with which the task's rows meet it best, from the factored free joints."""
+    criterion(settings, q, q_reference, state, chain, w)
+    if w.split[0]:
+        split_multipliers(chain, w.g.shape[0], multipliers, w)
+        return
+    gradient_free = w.N[0]
+    for k in range(m):
+        gradient_free[k] = w.g[w.free[k]]
+    apply_q_transposed(w.A, m, w.tau, gradient_free)
+    for r in range(6):
+        multipliers[r] = gradient_free[r]
+    solve_r(w.A, multipliers)
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def self_motion(
+    chain: ChainArrays, settings: TrackerSettings, m: int, acting: bool, shift: float, multipliers: Array, exact: bool,
+    w: TrackerWork,
+) -> float:  # fmt: skip
+    """w.s[:m] <- the step in the null space. Returns the shift that it needed."""
+    if w.split[0]:
+        axes = settings.joint_weights.axis, settings.condition_weights.axis
+        return float(split_self_motion(chain, *axes, w.g.shape[0], m, acting, shift, multipliers, exact, w))
+    for b in range(6, m):
+        for k in range(m):
+            w.N[b, k] = 1.0 if k == b else 0.0
+        apply_q(w.A, m, w.tau, w.N[b])
+    curvature(chain, m, 1.0 / chain.length, multipliers, w)
+    return float(_self_step(settings, m, acting, shift, exact, w))
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def self_share(m: int, q: Array, q_before: Array, w: TrackerWork) -> None:
+    """w.s[:m] <- the part of the motion from q_before to q that is self-motion, by the last step's null space."""
+    if w.split[0]:
+        split_share(m, q, q_before, w)
+        return
+    for k in range(m):
+        w.s[k] = 0.0
+    for a in range(6, m):
+        along = 0.0
+        for k in range(m):
+            along += w.N[a, k] * (q[w.free[k]] - q_before[w.free[k]])
+        for k in range(m):
+            w.s[k] += along * w.N[a, k]

@@ -1,0 +1,105 @@
+"""The path that the tool travels, whole: regions placed in `base`, with the moves through air that camrob puts between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.frozen import digest, locked
+from camrob.toolpath.region import Move
+
+__all__ = ["REPEATED", "TRANSIT", "ToolPathInBase", "joined_paths"]
+
+Array = NDArray[np.float64]
+
+REPEATED = 2e-6  # m, rad: poses nearer to each other than this may be printed alike, and are one point of a path
+TRANSIT = -1
+"""The region index of points that camrob puts between regions."""
+
+
+@dataclass(frozen=True, slots=True)
+class ToolPathInBase:
+    """Points in the order of travel.
+
+    base_T_tip: (N, 4, 4), z the tool axis (tip to holder), x rotation-minimising along the path. move: (N,) `Move`,
+    how the tool comes to the point. feed: (N,) m/s (NaN in air). line: (N,) CL line, 0 for camrob's own points. region:
+    (N,) index, TRANSIT between regions. source: (N,) index of the point within its region, -1 for camrob's own. safe: (N,)
+    True where the tool is clear of the part, so that a posture may be revised or a file be cut there. stretch: (N,) how often
+    the tool has been changed before the point (left out: never); at a change the tool leaves the path, and the next stretch
+    begins where the change has taken it to.
+    """
+
+    base_T_tip: Array
+    move: NDArray[np.int8]
+    feed: Array
+    line: NDArray[np.int64]
+    region: NDArray[np.int32]
+    source: NDArray[np.int64]
+    safe: NDArray[np.bool_]
+    stretch: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
+
+    def __post_init__(self) -> None:
+        frames = locked(self.base_T_tip, shape=(None, 4, 4), name="base_T_tip")
+        n = len(frames)
+        object.__setattr__(self, "base_T_tip", frames)
+        if not len(self.stretch):
+            object.__setattr__(self, "stretch", np.zeros(n, np.int32))
+        for name, dtype in (
+            ("move", np.int8),
+            ("feed", np.float64),
+            ("line", np.int64),
+            ("region", np.int32),
+            ("source", np.int64),
+            ("safe", np.bool_),
+            ("stretch", np.int32),
+        ):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(n,), dtype=dtype, name=name))
+
+    def __len__(self) -> int:
+        return len(self.base_T_tip)
+
+    @property
+    def of_toolpath(self) -> NDArray[np.bool_]:
+        """(N,) True for the CL file's own points."""
+        return np.asarray(self.source >= 0)
+
+    @property
+    def cutting(self) -> NDArray[np.bool_]:
+        """(N,) True for points that the tool comes to at the programmed feed."""
+        return np.asarray(self.move == int(Move.CUT))
+
+    @property
+    def entering(self) -> NDArray[np.bool_]:
+        """(N,) True for camrob's own points that the tool comes to at a feed: the way back into a cut behind a retract."""
+        return np.asarray((self.source < 0) & ~self.cutting & np.isfinite(self.feed))
+
+    @property
+    def length(self) -> Array:
+        """(N,) length of the tip's path up to each point, m."""
+        step = np.linalg.norm(np.diff(self.base_T_tip[:, :3, 3], axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(step)]) if len(self) else np.zeros(0)
+
+    @property
+    def digest(self) -> str:
+        """What the path is."""
+        return digest(self.base_T_tip, self.move, self.feed, self.line, self.region)
+
+    @property
+    def stretches(self) -> tuple[slice, ...]:
+        """Where the stretches between tool changes lie."""
+        ends = [0, *(np.flatnonzero(np.diff(self.stretch)) + 1).tolist(), len(self)]
+        return tuple(slice(a, b) for a, b in pairwise(ends) if b > a)
+
+    def part(self, where: slice | NDArray[np.bool_]) -> ToolPathInBase:
+        """Some of the points."""
+        return ToolPathInBase(**{f.name: np.asarray(getattr(self, f.name))[where] for f in fields(self)})
+
+
+def joined_paths(paths: Sequence[ToolPathInBase]) -> ToolPathInBase:
+    """One path after the other."""
+    names = [f.name for f in fields(ToolPathInBase)]
+    return ToolPathInBase(**{n: np.concatenate([np.asarray(getattr(p, n)) for p in paths]) for n in names})

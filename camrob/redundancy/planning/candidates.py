@@ -1,0 +1,179 @@
+"""Candidate postures at coarse waypoints: external postures that promise much, all rolls and branches, all turns."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
+from camrob.redundancy.planning.certificate import Certificate, Survey
+from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work, pose_in_foot
+from camrob.redundancy.planning.objective import Objective, posture_price
+
+__all__ = ["Nodes", "candidate_nodes", "region_seeds"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ROLLS = 24  # of a turn
+ROLLS_KEPT = 2  # cheapest rolls a branch, apart from each other
+LATTICE = 3  # every third roll is a candidate however dear: a plan may have to pass through it
+NODES = 1000  # a layer at most
+
+
+class Nodes(NamedTuple):
+    """Candidates of T layers: offset (T + 1,); u (M, F), q (M, 6), branch (M,), price (M,) a metre."""
+
+    offset: Ints
+    u: Array
+    q: Array
+    branch: Ints
+    price: Array
+
+
+def region_seeds(survey: Survey, members: Ints, count: int, *, spread: bool) -> Array:
+    """External postures (K, E) for poses (indices `members`) of one region, K <= count.
+
+    The ones that serve all its scanned poses best, and with `spread` also the best ones of single poses.
+    """
+    rows = survey.best[np.unique(survey.nearest[members])].astype(float)
+    cost = (1.0 / np.maximum(rows, 0.05)) ** 4
+    order = np.argsort(cost.mean(axis=0), kind="stable")
+    if not spread:
+        return np.asarray(survey.grid[order[:count]])
+    chosen = list(order[: count // 2])
+    ranks = np.argsort(cost, axis=1, kind="stable")
+    for rank in range(ranks.shape[1]):
+        for row in ranks:
+            if len(chosen) >= count:
+                return np.asarray(survey.grid[chosen])
+            if row[rank] not in chosen:
+                chosen.append(row[rank])
+    return np.asarray(survey.grid[chosen])
+
+
+def candidate_nodes(
+    space: PlanSpace, objective: Objective, frames: Array, seeds: list[Array], certificate: Certificate | None = None
+) -> Nodes:
+    """Candidates of poses (T, 4, 4): `seeds` holds the external postures (K, E) to try at each; with a certificate (T poses)
+    its own best posture is one, too.
+    """
+    external = len(space.free) - space.roll
+    us, qs, branches, prices = [], [], [], []
+    counts = [0]
+    for t, frame in enumerate(frames):
+        grid = seeds[t]
+        best = None
+        if certificate is not None and certificate.inv_kf[t] > 0.0:
+            best = np.asarray(certificate.u[t])
+            grid = np.concatenate([grid, best[None, :external]])
+        u, q, branch, price = _layer(space, objective, np.ascontiguousarray(frame), np.ascontiguousarray(grid), best is not None,
+                                     best if best is not None else np.zeros(len(space.free)), ROLLS)  # fmt: skip
+        keep = _kept(u[:, :external], price)
+        us.append(u[keep])
+        qs.append(q[keep])
+        branches.append(branch[keep])
+        prices.append(price[keep])
+        counts.append(len(keep))
+    return Nodes(
+        np.cumsum(counts), np.concatenate(us), np.concatenate(qs), np.concatenate(branches), np.concatenate(prices)
+    )
+
+
+def _kept(external: Array, price: Array) -> Ints:
+    """Indices of NODES candidates at most, the cheapest first of each external posture, so that none dies out for being dear
+    at one pose.
+    """
+    if len(price) <= NODES:
+        return np.argsort(price, kind="stable")
+    group = np.concatenate([[0], np.cumsum(np.any(external[1:] != external[:-1], axis=1))])
+    order = np.lexsort((price, group))
+    first = np.flatnonzero(np.diff(group[order], prepend=-1))
+    rank = np.empty(len(price), np.int64)
+    rank[order] = np.arange(len(price)) - np.repeat(first, np.diff(np.append(first, len(price))))
+    return np.lexsort((price, rank))[:NODES]
+
+
+@numba.njit(cache=True)
+def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
+    """Fill variants (27, 6) with q and its whole turns within limits; returns their number, 0 where q itself is outside."""
+    for i in range(6):
+        if q[i] < space.lower[i] or q[i] > space.upper[i]:
+            return 0
+    variants[0] = q
+    count = 1
+    for i in range(6):
+        before = count
+        for sign in (-1.0, 1.0):
+            other = q[i] + sign * 2.0 * np.pi
+            if space.lower[i] <= other <= space.upper[i]:
+                for k in range(before):
+                    if count < variants.shape[0]:
+                        variants[count] = variants[k]
+                        variants[count, i] = other
+                        count += 1
+    return count
+
+
+@numba.njit(cache=True, nogil=True)
+def _layer(
+    space: PlanSpace, objective: Objective, frame: Array, grid: Array, exact: bool, best: Array, rolls: int
+) -> tuple[Array, Array, Ints, Array]:
+    """Candidates of one pose: u (K, F), q (K, 6), branch (K,), price (K,). `exact`: the last of the grid has best's own roll."""
+    M, E = grid.shape
+    F = space.free.shape[0]
+    count = rolls if space.roll == 1 else 1
+    work = plan_work()
+    q_all, price, angle = np.empty((count, 8, 6)), np.empty((count, 8)), np.zeros(count)
+    chosen, rest, well = np.zeros(count, np.bool_), np.empty(count), np.empty((count, 8))
+    room = M * 8 * (ROLLS_KEPT + count // LATTICE + 1) * 4
+    u_out, q_out = np.empty((room, F)), np.empty((room, 6))
+    branch_out, price_out = np.empty(room, np.int64), np.empty(room)
+    variants, u = np.empty((27, 6)), np.zeros(F)
+    K = 0
+    for m in range(M):
+        u[:E] = grid[m]
+        for k in range(count):
+            angle[k] = -np.pi + 2.0 * np.pi * k / rolls if space.roll == 1 else 0.0
+            if exact and m == M - 1 and space.roll == 1:
+                angle[k] += best[F - 1]
+                angle[k] -= 2.0 * np.pi * np.round(angle[k] / (2.0 * np.pi))
+            if space.roll == 1:
+                u[F - 1] = angle[k]
+            price[k] = np.inf
+            pose_in_foot(space, frame, u, work)
+            if solve_arm(space.arm, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
+                continue
+            for b in range(8):
+                if work.why[b] == BRANCH_OK:
+                    q_all[k, b] = work.Q[b]
+                    if _turns(space, q_all[k, b], variants) > 0:
+                        value = conditioning(space, q_all[k, b], work)
+                        a, c = posture_price(space, objective, u, q_all[k, b], value)
+                        price[k, b], well[k, b] = a + c, a
+        for b in range(8):
+            chosen[:] = False
+            for k in range(0, count, LATTICE):
+                chosen[k] = price[k, b] < np.inf
+            rest[:] = price[:, b]
+            for _again in range(ROLLS_KEPT):
+                k = int(np.argmin(rest))
+                if rest[k] < np.inf:
+                    chosen[k] = True
+                    for d in range(-2, 3):  # its neighbours are no other choice
+                        rest[(k + d) % count] = np.inf
+            for k in range(count):
+                if not chosen[k]:
+                    continue
+                total = _turns(space, q_all[k, b], variants)
+                if space.roll == 1:
+                    u[F - 1] = angle[k]
+                for v in range(total):
+                    if K < room:
+                        _a, c = posture_price(space, objective, u, variants[v], 1.0)
+                        u_out[K], q_out[K], branch_out[K], price_out[K] = u, variants[v], b, well[k, b] + c
+                        K += 1
+    return u_out[:K], q_out[:K], branch_out[:K], price_out[:K]

@@ -1,0 +1,134 @@
+"""Which point of the curve between still and flowing external axes a plan takes, and what each of them gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.redundancy.plan_report import TERMS, PlanPoint
+from camrob.redundancy.planning.certificate import Certificate
+from camrob.redundancy.planning.course import Draft, surroundings
+from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work
+from camrob.redundancy.planning.objective import Objective, prices
+from camrob.redundancy.planning.waypoints import Waypoints
+
+__all__ = ["Choice", "CurvePoint", "Knee", "chosen_point", "plan_point", "plan_terms"]
+
+Array = NDArray[np.float64]
+
+
+class Choice(NamedTuple):
+    """The point of the curve that is taken, and the rule that took it."""
+
+    curve_index: int
+    rule: str
+
+
+class CurvePoint(NamedTuple):
+    """A point of the curve: its name, its plan, and what the plan gives."""
+
+    name: str
+    draft: Draft
+    told: PlanPoint
+
+
+@dataclass(frozen=True, slots=True)
+class Knee:
+    """What the knee is measured by.
+
+    price (F,): of external travel, m a rad or m; share: of the bound's mean 1/k_F that it shall keep; budget: external axis
+    to the most that it shall move in cutting moves, rad or m; where an axis has none it may move as it likes.
+    """
+
+    price: Array
+    share: float
+    budget: Mapping[str, float]
+
+    def keeps(self, point: PlanPoint) -> bool:
+        """Whether a point keeps the share of the bound."""
+        return point.share >= self.share
+
+    def within(self, point: PlanPoint) -> bool:
+        """Whether every external axis moves within its budget."""
+        return all(point.travel.get(name, 0.0) <= most for name, most in self.budget.items())
+
+    def between(self, points: Sequence[CurvePoint]) -> int | None:
+        """The point behind which, up to the next, the one that is taken may lie; points go from still to flowing."""
+        both = any(self.keeps(p.told) and self.within(p.told) for p in points)
+        marks = [self.keeps(p.told) if both else not self.within(p.told) for p in points]
+        return next((k for k in range(len(marks) - 1) if not marks[k] and marks[k + 1]), None)
+
+    def take(self, points: Sequence[PlanPoint]) -> Choice:
+        """The point that the rule written down in `planned` takes."""
+
+        def paid(k: int) -> tuple[float, float]:
+            travel = sum(p * t for p, t in zip(self.price, points[k].travel.values(), strict=False))
+            return travel, -points[k].share
+
+        percent = f"{100.0 * self.share:g} %"
+        good = [k for k, p in enumerate(points) if self.keeps(p)]
+        cheap = [k for k, p in enumerate(points) if self.within(p)]
+        if set(good) & set(cheap):
+            best = min(set(good) & set(cheap), key=paid)
+            return Choice(best, f"the least external travel that keeps {percent} of the bound")
+        if cheap:
+            best = max(cheap, key=lambda k: (points[k].share, -paid(k)[0]))
+            return Choice(
+                best, f"the best that the budget of external travel allows; it does not buy {percent} of the bound"
+            )
+        if good:
+            return Choice(
+                min(good, key=paid), f"the least external travel that keeps {percent} of the bound, above its budget"
+            )
+        best = max(range(len(points)), key=lambda k: points[k].share)
+        return Choice(best, f"no point of the curve keeps {percent} of the bound; this one keeps most")
+
+
+def plan_point(
+    cell: Cell, space: PlanSpace, w: Waypoints, certificate: Certificate, name: str, draft: Draft
+) -> PlanPoint:
+    """What a draft gives over what is cut."""
+    at = draft.index
+    cut = np.array(w.cut)[at]
+    doubled = np.append(~draft.joined[1:], False)
+    cut[doubled] = 0.0
+    if not np.any(cut > 0.0):
+        cut = np.ones(len(at))
+    work = plan_work()
+    value = np.array([conditioning(space, q, work) for q in np.ascontiguousarray(draft.q)])
+    bound = np.maximum(certificate.inv_kf[at], value)
+    moved = np.abs(np.diff(draft.u, axis=0, prepend=draft.u[:1]))[draft.joined & w.cutting[at]]
+    names = [cell.names[i] for i in space.free[: len(space.free) - space.roll]]
+    return PlanPoint(
+        name,
+        float(np.average(value, weights=cut)),
+        float(value[cut > 0.0].min()),
+        float(np.average(value, weights=cut) / np.average(bound, weights=cut)),
+        {n: float(moved[:, i].sum()) for i, n in enumerate(names)},
+    )
+
+
+def chosen_point(points: Sequence[PlanPoint], knee: Knee | None, mode: str) -> Choice:
+    """The point that a mode takes: an end of the curve, or the knee."""
+    if knee is not None and len(points) > 1:
+        return knee.take(points)
+    last = len(points) - 1 if mode == "flowing" else 0
+    told = "nothing else leads through without a retract" if mode == "knee" else f"{mode} was asked for"
+    return Choice(last, told)
+
+
+def plan_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) -> dict[str, float]:
+    """The objective's terms for a draft, m, re-postures among them."""
+    course = surroundings(space, w, draft, 1.0)
+    values = prices(
+        space, objective, draft.u, np.ascontiguousarray(draft.q), course.weight, course.ds, course.dt, course.travel,
+        draft.joined, plan_work(),
+    )  # fmt: skip
+    terms = dict(zip(TERMS, (float(v) for v in values), strict=True))
+    terms["repostures"] = objective.reposture * float(np.sum(~draft.joined[1:]))
+    return terms

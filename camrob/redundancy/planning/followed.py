@@ -1,0 +1,169 @@
+"""A plan served to the tracker as its moving reference posture, and what the tracker made of it as a solution's parts."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from camrob.cell.cell import Cell
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning.course import Draft
+from camrob.redundancy.planning.freedoms import PlanSpace
+from camrob.redundancy.planning.refinement import Course, arm_along
+from camrob.redundancy.planning.waypoints import Waypoints
+from camrob.redundancy.published.virtual_joint import PathTracker
+from camrob.redundancy.solution import Revision
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["Served", "serve"]
+
+Array = NDArray[np.float64]
+
+_ROOM = 1e-4  # rad or m that the plan lies inside the margins where the tracker is held to them
+_HELD_STEP = 0.05  # rad or m between the postures that are checked where a pose is held while external axes move
+_HELD_JUMP = 0.35  # rad that an arm's joint may move between them
+_NEAR, _GAIN, _WOUND = 0.15, 0.1, 0.5  # shares of an axis's range: near a limit, room gained, a whole way back
+_LEG = 0.5  # rad or m of a freedom in one of the moves that a held revision is made of
+
+
+class Served(NamedTuple):
+    """Postures q (N, n), 1/k_F (N,) along a path, and its re-postures."""
+
+    q: Array
+    inv_kf: Array
+    revisions: tuple[Revision, ...]
+
+
+def serve(
+    cell: Cell, path: ToolPathInBase, space: PlanSpace, w: Waypoints, draft: Draft, *, still: bool, margin: Array
+) -> Served:
+    """Follow the path with the draft as the moving reference posture.
+
+    `still` locks the external axes to the draft's. margin (n,): what the joints keep from their limits, where the draft does.
+    Raises UnreachableError, LimitError or SingularError where the tracker can't follow.
+    """
+    tracker = PathTracker(cell, path, fuzzy=False)
+    locked = np.zeros(len(cell), np.bool_)
+    if still:
+        locked[space.free[: len(space.free) - space.roll]] = True
+    lower, upper = _bounds(cell, space, draft, margin)
+    tracker.settings = tracker.settings._replace(lower=lower, upper=upper, locked=locked, threshold=0.0)
+    begins = np.flatnonzero(~draft.joined)
+    q, inv_kf = np.empty((len(path), len(cell))), np.empty(len(path))
+    revisions: list[Revision] = []
+    first = 0
+    for begin, end in zip(begins, [*begins[1:], len(draft)], strict=True):
+        part = slice(int(begin), int(end))
+        start, stop = int(w.point[draft.index[part.start]]), int(w.point[draft.index[part.stop - 1]]) + 1
+        rows = _references(cell, path, space, w, draft, part, start, stop)
+        if begin > 0:  # the posture jumps at point `start`, which has been reached
+            revisions.append(_revision(cell, tracker, space, path, start, q[start], rows[0], int(draft.branch[part.start - 1])
+                                       == int(draft.branch[part.start])))  # fmt: skip
+            q[start], inv_kf[start] = rows[0], tracker.inv_kf(rows[0])
+            first = start + 1
+        attempt = tracker.follow(tracker.at(rows[0]), rows[first - start :], first, stop, bounded=False)
+        q[first:stop], inv_kf[first:stop] = attempt.q, attempt.inv_kf
+    return Served(q, inv_kf, tuple(revisions))
+
+
+def _bounds(cell: Cell, space: PlanSpace, draft: Draft, margin: Array) -> tuple[Array, Array]:
+    """The limits (n,) that the tracker is held to: drawn in by the margin at each joint whose plan keeps it all along."""
+    lower, upper = cell.q_lower, cell.q_upper
+    whole = np.empty((len(draft), len(cell)))
+    whole[:, space.free] = draft.u
+    whole[:, cell.arm_slice] = draft.q
+    low, high = lower + margin, upper - margin
+    lower = np.where(whole.min(axis=0) > low + _ROOM, low, lower)
+    upper = np.where(whole.max(axis=0) < high - _ROOM, high, upper)
+    return lower, upper
+
+
+def _references(
+    cell: Cell, path: ToolPathInBase, space: PlanSpace, w: Waypoints, draft: Draft, part: slice, start: int, stop: int
+) -> Array:
+    """Reference postures (stop - start, n) at the path's points: freedoms by monotone cubics, exactly constant where the
+    waypoints about them are; the arm in closed form.
+    """
+    at = w.s[draft.index[part]]
+    place = np.clip(w.place[start:stop], at[0], at[-1])
+    last = np.append(np.diff(at) > 0.0, True)
+    knots, values = at[last], draft.u[part][last]
+    if len(knots) > 1:
+        u = PchipInterpolator(knots, values, axis=0)(place)
+        k = np.clip(np.searchsorted(knots, place, side="right") - 1, 0, len(knots) - 2)
+        u = np.where(values[k] == values[k + 1], values[k], u)
+    else:
+        u = np.repeat(values, len(place), axis=0)
+    n = len(place)
+    u[0] = draft.u[part][0]
+    course = Course(
+        np.ascontiguousarray(path.base_T_tip[start:stop]), np.full(n, draft.branch[part.start]), np.ones(n), np.ones(n),
+        np.ones(n), np.ones(n), np.arange(n) > 0, np.zeros(u.shape),
+    )  # fmt: skip
+    arm, _good = arm_along(space, course, np.ascontiguousarray(u), np.repeat(draft.q[part][:1], n, axis=0))
+    rows = np.empty((n, len(cell)))
+    rows[:, space.free] = u
+    rows[:, cell.arm_slice] = arm
+    return rows
+
+
+def _revision(
+    cell: Cell, tracker: PathTracker, space: PlanSpace, path: ToolPathInBase, point: int, before: Array, after: Array,
+    same_branch: bool,
+) -> Revision:  # fmt: skip
+    """The re-posture at a path point: with the pose held where the arm can follow from one to the other, else by axis values."""
+    ahead = path.region[point:]
+    named = ahead[ahead >= 0]
+    region = int(named[0]) if len(named) else int(path.region[path.region >= 0][-1])
+    value = tracker.inv_kf(before), tracker.inv_kf(after)
+    if same_branch:
+        legs = _held(cell, tracker, path, point, before, after)
+        if legs is not None:
+            return Revision(region, point, legs, True, *value, reason="external axes moved to the next stop")
+    reason = _reason(cell, before, after, same_branch)
+    return Revision(region, point, np.array([before, after]), True, *value, reason=reason, by_axes=True)
+
+
+def _reason(cell: Cell, before: Array, after: Array, same_branch: bool) -> str:
+    """Why the posture jumps: the axis nearest to its limit that is taken back from it, else what changes."""
+    limited = np.flatnonzero(np.isfinite(cell.q_lower) & np.isfinite(cell.q_upper))
+    room = np.minimum(before - cell.q_lower, cell.q_upper - before)[limited]
+    share = room / (cell.q_upper - cell.q_lower)[limited]
+    for k in np.argsort(share):
+        i = limited[k]
+        span = cell.q_upper[i] - cell.q_lower[i]
+        gained = min(after[i] - cell.q_lower[i], cell.q_upper[i] - after[i]) - room[k]
+        turned = abs(after[i] - before[i])
+        if share[k] < _NEAR and (gained > _GAIN * span or turned > _WOUND * span):
+            name, prismatic = cell.names[i], cell.joints[i].prismatic
+            left, back = (m_to_mm(room[k]), m_to_mm(turned)) if prismatic else (rad_to_deg(room[k]), rad_to_deg(turned))
+            unit = "mm" if prismatic else "degrees"
+            return f"{name} has {left:.0f} {unit} left to its limit and is taken back by {back:.0f} {unit}"
+    return (
+        "another turn of the arm serves what follows"
+        if same_branch
+        else "another branch of the arm serves what follows"
+    )
+
+
+def _held(
+    cell: Cell, tracker: PathTracker, path: ToolPathInBase, point: int, before: Array, after: Array
+) -> Array | None:
+    """Postures (K, n) from `before` to `after` with the pose of the point held, checked between; None where it can't be held."""
+    far = float(np.max(np.abs(after - before)))
+    count = max(2, int(np.ceil(far / _HELD_STEP)) + 1)
+    rows = before + np.linspace(0.0, 1.0, count)[:, None] * (after - before)
+    frames = np.repeat(path.base_T_tip[point][None], count, axis=0)
+    part = cell.arm_slice
+    arm, _code, followed = tracker.arm.follow(tracker.arm.foot_T_tool(frames, rows), before[part], step=_HELD_JUMP)
+    if followed < count or np.max(np.abs(arm[-1] - after[part])) > 1e-6:
+        return None
+    rows[:, part] = arm
+    legs = max(1, int(np.ceil(far / _LEG)))
+    pick = np.unique(np.round(np.linspace(0, count - 1, legs + 1)).astype(np.int64))
+    out = rows[pick]
+    out[0], out[-1] = before, after
+    return np.asarray(out)

@@ -1,0 +1,210 @@
+"""The planner's objective, in metres: a posture's price for each metre that is cut in it, and what motion costs beside.
+
+For waypoints k that stand for l_k m of cutting each (in air for AIR_SHARE of their travel), with x = 1/k_F,
+
+    J =   sum l_k conditioning (x_0 / x_k)^power                                     conditioning
+        + sum l_k margin sum_i (2 - d_i/m)+^2 (+ 10 (1 - d_i/m)+^2)                    limit margins
+        + sum travel (revolute |dE|, prismatic |dE|) * scale                            external travel
+        + sum smoothness |dE|^2 / ds                                                   its smoothness
+        + sum speed (|dE| / (speed_share v_max dt) - 1)+^2 ds                          external speed at the programmed feed
+        + sum arm_step |dA|^2 / ds                                                     steps of the arm's joints
+        + re-postures * reposture                                                       re-postures in void motions
+
+x_0 is the cell's own threshold on 1/k_F; (x_0/x)^power is convex in x, so that poor places weigh more than good ones gain.
+d_i is a joint's distance to its limit, m the margin wanted (margin_deg, margin_mm). Beside the limit margins stands what
+keeps the arm clear of obstacles: BLOCKED_PRICE (1 - r / BLOCKED_REACH)^2 where a posture that was found to touch something
+lies r < BLOCKED_REACH away, measured in `posture_features`. The weights are numbers of the cell, `[resolve.planned]`:
+
+    conditioning 1      power 1         margin 1           margin_deg degrees     margin_mm mm
+    travel_revolute m a rad             travel_prismatic m a m                    smoothness m2 a rad2 or m2
+    speed 1             speed_share 1   arm_step m2 a rad2                        reposture m
+    knee_share 1        the share of its bound that the mean 1/k_F has to keep at the knee (see `planned`)
+    knee_travel 1       the share of the published method's external travel that it may cost
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.errors import CellError
+from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = [
+    "AIR_SHARE",
+    "BEYOND",
+    "BLOCKED_PRICE",
+    "BLOCKED_REACH",
+    "Objective",
+    "PlanWeights",
+    "plan_weights",
+    "posture_features",
+    "posture_price",
+    "prices",
+]
+
+Array = NDArray[np.float64]
+
+AIR_SHARE = 0.1
+"""What a metre in air counts of a metre of cutting, for postures and for travel."""
+BLOCKED_REACH, BLOCKED_PRICE = 0.35, 30.0
+"""How far about a touching posture is avoided, and its price a metre."""
+BEYOND = 100.0
+"""Price of a metre where no posture exists."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanWeights:
+    """The cell's numbers, `[resolve.planned]`; see the module for what they weigh and their units."""
+
+    conditioning: float = 1.0
+    power: float = 4.0
+    margin: float = 1.0
+    margin_deg: float = 5.0
+    margin_mm: float = 20.0
+    travel_revolute: float = 0.04
+    travel_prismatic: float = 0.02
+    smoothness: float = 0.0002
+    speed: float = 1.0
+    speed_share: float = 0.8
+    arm_step: float = 0.0001
+    reposture: float = 0.2
+    knee_share: float = 0.96
+    knee_travel: float = 0.25
+
+
+def plan_weights(cell: Cell) -> PlanWeights:
+    """The weights that the cell gives. Raises CellError for a name that the planner does not know."""
+    known = {f.name for f in fields(PlanWeights)}
+    for key in cell.resolve.planned:
+        if key not in known:
+            raise CellError(
+                f"resolve.planned.{key} is no weight of the planner", cure=f"use {', '.join(sorted(known))}",
+                path=cell.folder / "cell.toml",
+            )  # fmt: skip
+    return PlanWeights(**dict(cell.resolve.planned))
+
+
+class Objective(NamedTuple):
+    """The weights for the kernels. margin (6,), u_margin (F,): what the joints shall keep, SI; travel (F,): price of external
+    travel (0 for the roll); u_speed (F,): the share of their speeds that may be used; u_smooth (F,). blocked
+    (K, 7): features of touching postures; wrist_zero: the fifth joint's angle at which the axes of the fourth and sixth are one.
+    """
+
+    power: float
+    threshold: float
+    conditioning: float
+    margin_price: float
+    margin: Array
+    u_margin: Array
+    travel: Array
+    u_smooth: Array
+    u_speed: Array
+    speed: float
+    arm_step: float
+    reposture: float
+    blocked: Array
+    wrist_zero: float
+
+    @classmethod
+    def of(cls, cell: Cell, space: PlanSpace, weights: PlanWeights) -> Objective:
+        """The objective of a cell."""
+        F = len(space.free)
+        external = F - space.roll
+        travel, margin, smooth = np.zeros(F), np.zeros(F), np.full(F, weights.smoothness)
+        for i in range(external):
+            travel[i] = weights.travel_prismatic if space.prismatic[i] else weights.travel_revolute
+            margin[i] = mm_to_m(weights.margin_mm) if space.prismatic[i] else deg_to_rad(weights.margin_deg)
+        speed = weights.speed_share * np.asarray(cell.limits_of("speed"))[space.free]
+        return cls(
+            weights.power, cell.resolve.threshold, weights.conditioning, weights.margin,
+            np.full(6, deg_to_rad(weights.margin_deg)), margin, travel, smooth, speed, weights.speed, weights.arm_step,
+            weights.reposture,
+            np.zeros((0, 7)),
+            _wrist_zero(space),
+        )  # fmt: skip
+
+
+@numba.njit(cache=True)
+def _margin_price(d: float, m: float) -> float:
+    """The barrier of a joint that lies d inside its limit and shall keep m."""
+    if m <= 0.0 or d >= 2.0 * m:
+        return 0.0
+    soft = 2.0 - d / m
+    hard = max(0.0, 1.0 - d / m)
+    return float(soft * soft + 10.0 * hard * hard)
+
+
+def _wrist_zero(space: PlanSpace) -> float:
+    """The fifth joint's angle at which it turns the sixth axis onto the fourth."""
+    h = space.arm.h
+    return float(np.arctan2(h[4] @ np.cross(h[5], h[3]), h[5] @ h[3] - (h[4] @ h[5]) * (h[4] @ h[3])))
+
+
+@numba.njit(cache=True)
+def posture_features(wrist_zero: float, q: Array) -> Array:
+    """What an arm's posture q (6,) looks like (7,), A1 apart: alike for whole turns and for both wrists of one pose."""
+    bend = q[4] - wrist_zero
+    s = np.sin(bend)
+    return np.array([q[1], q[2], np.cos(bend), s * np.cos(q[3]), s * np.sin(q[3]), s * np.cos(q[5]), s * np.sin(q[5])])
+
+
+@numba.njit(cache=True)
+def posture_price(space: PlanSpace, objective: Objective, u: Array, q: Array, value: float) -> tuple[float, float]:
+    """Price of a metre cut in a posture u (F,), q (6,) whose 1/k_F is `value`: its conditioning, its limit margins."""
+    x = max(value, 0.02)
+    margins = 0.0
+    for i in range(6):
+        margins += _margin_price(min(q[i] - space.lower[i], space.upper[i] - q[i]), objective.margin[i])
+    for i in range(u.shape[0]):
+        if not space.u_endless[i]:
+            margins += _margin_price(min(u[i] - space.u_lower[i], space.u_upper[i] - u[i]), objective.u_margin[i])
+    if objective.blocked.shape[0] > 0:
+        feature = posture_features(objective.wrist_zero, q)
+    for b in range(objective.blocked.shape[0]):
+        square = 0.0
+        for i in range(7):
+            square += (feature[i] - objective.blocked[b, i]) ** 2
+        if square < BLOCKED_REACH * BLOCKED_REACH:
+            near = 1.0 - np.sqrt(square) / BLOCKED_REACH
+            margins += BLOCKED_PRICE * near * near
+    return objective.conditioning * (objective.threshold / x) ** objective.power, objective.margin_price * margins
+
+
+@numba.njit(cache=True, nogil=True)
+def prices(
+    space: PlanSpace, objective: Objective, u: Array, q: Array, weight: Array, ds: Array, dt: Array, travel: Array,
+    joined: NDArray[np.bool_], work: PlanWork,
+) -> Array:  # fmt: skip
+    """The objective's terms (6,): conditioning, margins, travel, smoothness, speed, arm steps, of postures u (W, F), q (W, 6).
+
+    weight (W,): m that each waypoint stands for; ds, dt, travel (W,): of the move to it, m, s and the travel price's scale.
+    joined (W,): False where the posture may jump before the waypoint.
+    """
+    out = np.zeros(6)
+    W, F = u.shape
+    for k in range(W):
+        value = conditioning(space, q[k], work)
+        a, b = posture_price(space, objective, u[k], q[k], value)
+        out[0] += weight[k] * a
+        out[1] += weight[k] * b
+        if k == 0 or not joined[k]:
+            continue
+        for i in range(F):
+            d = abs(u[k, i] - u[k - 1, i])
+            out[2] += travel[k] * objective.travel[i] * d
+            out[3] += objective.u_smooth[i] * d * d / ds[k]
+            if np.isfinite(objective.u_speed[i]):
+                over = d / (objective.u_speed[i] * dt[k]) - 1.0
+                if over > 0.0:
+                    out[4] += objective.speed * over * over * ds[k]
+        for i in range(6):
+            d = q[k, i] - q[k - 1, i]
+            out[5] += objective.arm_step * d * d / ds[k]
+    return out

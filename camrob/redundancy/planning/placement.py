@@ -1,0 +1,106 @@
+"""Where to put the part: the placements that let the best postures be best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.errors import UnreachableError
+from camrob.frozen import locked
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning.certificate import certify, external_grid, representatives, scan
+from camrob.redundancy.planning.freedoms import PlanSpace, plan_space
+from camrob.redundancy.planning.waypoints import waypoints
+from camrob.se3 import inverse
+
+__all__ = ["Placements", "place_part"]
+
+Array = NDArray[np.float64]
+
+SPACING = 0.05  # m of the path between the poses that may stand for it
+POSES = 24  # that stand for a path
+_CHUNK = 64  # placements that are looked at together
+
+
+@dataclass(frozen=True, slots=True)
+class Placements:
+    """Placements P of a part and what the best postures at its poses would give.
+
+    base_T_part: (P, 4, 4). mean, worst: (P,) of the certificate's 1/k_F over the path's poses; 0 where a pose is out of
+    reach. best: the placement with the highest sum of both. here: the index of the placement as it is.
+    """
+
+    base_T_part: Array
+    mean: Array
+    worst: Array
+    best: int
+    here: int
+
+    def __post_init__(self) -> None:
+        n = len(self.mean)
+        object.__setattr__(self, "base_T_part", locked(self.base_T_part, shape=(n, 4, 4), name="base_T_part"))
+        object.__setattr__(self, "mean", locked(self.mean, shape=(n,), name="mean"))
+        object.__setattr__(self, "worst", locked(self.worst, shape=(n,), name="worst"))
+
+    @property
+    def value(self) -> Array:
+        """(P,) what placements are ranked by: mean and worst 1/k_F, summed; 0 out of reach."""
+        return np.asarray(self.mean + self.worst)
+
+    @property
+    def ranking(self) -> NDArray[np.int64]:
+        """The placements in reach, the best one first."""
+        order = np.argsort(-self.value, kind="stable")
+        return np.asarray(order[self.value[order] > 0.0])
+
+
+def place_part(
+    cell: Cell,
+    path: ToolPathInBase,
+    base_T_part: Array,
+    shifts: Array,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> Placements:
+    """Placements that differ from base_T_part (4, 4) by `shifts` (S, 3), m, in `base`; the present one comes first.
+
+    path: the toolpath placed by base_T_part. About 20 ms a placement. Turning the part about an endless table's axis
+    changes nothing that the table could not make good, so it is no freedom here. Raises UnreachableError where no
+    placement has all poses in reach, CellError for an arm without closed form.
+    """
+    space = plan_space(cell)
+    w = waypoints(path, SPACING)
+    cut = np.flatnonzero(np.asarray(w.cut) > 0.0)
+    poses = np.asarray(w.base_T_tip)[cut if len(cut) else np.arange(len(w))]
+    chosen, nearest = representatives(poses, POSES)
+    weight = np.bincount(nearest, minlength=len(chosen)).astype(float)
+    part_T_tip = inverse(base_T_part) @ poses[chosen]
+    placed = np.repeat(np.asarray(base_T_part, float)[None], len(shifts) + 1, axis=0)
+    placed[1:, :3, 3] += shifts
+    value = np.empty((len(placed), len(chosen)))
+    for start in range(0, len(placed), _CHUNK):
+        some = placed[start : start + _CHUNK]
+        base_T_tip = np.einsum("aij,bjk->abik", some, part_T_tip)
+        value[start : start + _CHUNK] = _bounds(space, base_T_tip.reshape(-1, 4, 4)).reshape(len(some), -1)
+        if progress is not None:
+            progress((start + len(some)) / len(placed))
+    reached = np.all(value > 0.0, axis=1)
+    if not np.any(reached):
+        raise UnreachableError(
+            "no placement within the given freedom has the whole path in reach; give more freedom or another set-up"
+        )
+    mean = np.where(reached, value @ weight / weight.sum(), 0.0)
+    worst = np.where(reached, value.min(axis=1), 0.0)
+    return Placements(placed, mean, worst, int(np.argmax(mean + worst)), 0)
+
+
+def _bounds(space: PlanSpace, base_T_tip: Array) -> Array:
+    """The best 1/k_F (W,) at poses (W, 4, 4): by the certificate, or over the branches where the cell has no spare freedom."""
+    if len(space.free):
+        return np.asarray(certify(space, base_T_tip).inv_kf)
+    grid = external_grid(space)
+    return np.array([scan(space, frame, grid, 1).max() for frame in base_T_tip], float)

@@ -1,0 +1,272 @@
+"""Continuous refinement of a plan: Newton's method on all waypoints at once, the coupling of neighbours block-tridiagonal."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, posture
+from camrob.redundancy.planning.objective import BEYOND, Objective, posture_price
+
+__all__ = ["Course", "arm_along", "refine_course"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ITERATIONS = 30
+_H = 1e-3  # rad or m of the differences
+_SOFT = 1e-3  # rad or m below which the travel's |d| is rounded off
+_SHIFT = 1e-3  # of the mean weight, added to the blocks at first
+_CLIP = 0.15  # rad or m that a freedom moves in one iteration at most
+
+
+class Course(NamedTuple):
+    """What surrounds the waypoints: frames (W, 4, 4), branch (W,), weight (W,) m that each stands for, ds, dt, travel (W,) of the
+    move to each: m, s, scale of the travel's price; joined (W,) False where the posture jumps before it; stiff (W, F): price of
+    the square of what each freedom moves on the way there, which holds it still.
+    """
+
+    frames: Array
+    branch: Ints
+    weight: Array
+    ds: Array
+    dt: Array
+    travel: Array
+    joined: NDArray[np.bool_]
+    stiff: Array
+
+
+@numba.njit(cache=True, nogil=True)
+def arm_along(space: PlanSpace, course: Course, u: Array, start: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """The arm's postures (W, 6) along freedoms u (W, F), and where (W,) they exist.
+
+    start (W, 6): the posture whose turns are taken where a stretch begins (joined False); turns are carried on from there.
+    """
+    W = u.shape[0]
+    q, good = np.empty((W, 6)), np.zeros(W, np.bool_)
+    work = plan_work()
+    near = start[0].copy()
+    for k in range(W):
+        if not course.joined[k]:
+            near[:] = start[k]
+        good[k] = posture(space, course.frames[k], u[k], course.branch[k], near, q[k], work)
+        if good[k]:
+            near[:] = q[k]
+        else:
+            q[k] = near
+    return q, good
+
+
+@numba.njit(cache=True)
+def _local(
+    space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, q: Array, work: PlanWork
+) -> float:
+    """Price of a metre in the posture of u; q (6,) is filled."""
+    if not posture(space, frame, u, branch, near, q, work):
+        q[:] = near
+        return BEYOND
+    a, b = posture_price(space, objective, u, q, conditioning(space, q, work))
+    return float(a + b)
+
+
+@numba.njit(cache=True)
+def _coupling(objective: Objective, course: Course, k: int, d: Array) -> float:
+    """Price of moving the freedoms by d (F,) on the way to waypoint k, arm apart."""
+    total = 0.0
+    for i in range(d.shape[0]):
+        total += course.travel[k] * objective.travel[i] * (np.sqrt(d[i] * d[i] + _SOFT * _SOFT) - _SOFT)
+        total += (objective.u_smooth[i] / course.ds[k] + course.stiff[k, i]) * d[i] * d[i]
+        if np.isfinite(objective.u_speed[i]):
+            over = abs(d[i]) / (objective.u_speed[i] * course.dt[k]) - 1.0
+            if over > 0.0:
+                total += objective.speed * over * over * course.ds[k]
+    return total
+
+
+@numba.njit(cache=True)
+def _total(
+    space: PlanSpace, objective: Objective, course: Course, u: Array, near: Array, q: Array, work: PlanWork
+) -> float:
+    """The price of a course; q (W, 6) is filled."""
+    total = 0.0
+    for k in range(u.shape[0]):
+        total += course.weight[k] * _local(
+            space, objective, course.frames[k], u[k], course.branch[k], near[k], q[k], work
+        )
+        if k > 0 and course.joined[k]:
+            total += _coupling(objective, course, k, u[k] - u[k - 1])
+            for i in range(6):
+                d = q[k, i] - q[k - 1, i]
+                total += objective.arm_step * d * d / course.ds[k]
+    return total
+
+
+@numba.njit(cache=True)
+def _differences(
+    space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, weight: float, g: Array,
+    H: Array, J: Array, work: PlanWork,
+) -> None:  # fmt: skip
+    """Gradient g (F,), Hessian H (F, F), made positive, of a waypoint's own price, and J (6, F) = dq/du."""
+    F = u.shape[0]
+    q, q_up, q_down, v = np.empty(6), np.empty(6), np.empty(6), u.copy()
+    here = _local(space, objective, frame, u, branch, near, q, work)
+    up, down = np.empty(F), np.empty(F)
+    for i in range(F):
+        v[i] = u[i] + _H
+        up[i] = _local(space, objective, frame, v, branch, near, q_up, work)
+        v[i] = u[i] - _H
+        down[i] = _local(space, objective, frame, v, branch, near, q_down, work)
+        v[i] = u[i]
+        g[i] = weight * (up[i] - down[i]) / (2.0 * _H)
+        H[i, i] = weight * (up[i] + down[i] - 2.0 * here) / (_H * _H)
+        for r in range(6):
+            J[r, i] = (q_up[r] - q_down[r]) / (2.0 * _H)
+    for i in range(F):
+        for j in range(i):
+            v[i], v[j] = u[i] + _H, u[j] + _H
+            both = _local(space, objective, frame, v, branch, near, q_up, work)
+            v[i], v[j] = u[i] - _H, u[j] - _H
+            neither = _local(space, objective, frame, v, branch, near, q_up, work)
+            v[i], v[j] = u[i], u[j]
+            H[i, j] = weight * (both + neither - up[i] - down[i] - up[j] - down[j] + 2.0 * here) / (2.0 * _H * _H)
+            H[j, i] = H[i, j]
+    rough = here >= BEYOND
+    for i in range(F):
+        rough = rough or up[i] >= BEYOND or down[i] >= BEYOND
+    if rough:  # at the edge of reach differences say nothing; neighbours draw it back
+        g[:] = 0.0
+        H[:] = 0.0
+        return
+    values, vectors = np.linalg.eigh(H)
+    for i in range(F):
+        for j in range(F):
+            H[i, j] = 0.0
+            for r in range(F):
+                H[i, j] += vectors[i, r] * abs(values[r]) * vectors[j, r]
+
+
+@numba.njit(cache=True)
+def _assemble(
+    space: PlanSpace,
+    objective: Objective,
+    course: Course,
+    u: Array,
+    q: Array,
+    g: Array,
+    D: Array,
+    B: Array,
+    work: PlanWork,
+) -> None:
+    """Gradient g (W, F), diagonal blocks D (W, F, F) and blocks B (W, F, F) that couple each waypoint with the one before."""
+    W, F = u.shape
+    J, J_before = np.zeros((6, F)), np.zeros((6, F))
+    for k in range(W):
+        J_before[:] = J
+        _differences(
+            space, objective, course.frames[k], u[k], course.branch[k], q[k], course.weight[k], g[k], D[k], J, work
+        )
+        B[k] = 0.0
+        if k == 0 or not course.joined[k]:
+            continue
+        for i in range(F):
+            d = u[k, i] - u[k - 1, i]
+            root = np.sqrt(d * d + _SOFT * _SOFT)
+            slope = course.travel[k] * objective.travel[i] * d / root
+            bend = course.travel[k] * objective.travel[i] / root
+            square = 2.0 * (objective.u_smooth[i] / course.ds[k] + course.stiff[k, i])
+            slope, bend = slope + square * d, bend + square
+            if np.isfinite(objective.u_speed[i]):
+                top = objective.u_speed[i] * course.dt[k]
+                over = abs(d) / top - 1.0
+                if over > 0.0:
+                    slope += 2.0 * objective.speed * over * course.ds[k] * np.sign(d) / top
+                    bend += 2.0 * objective.speed * course.ds[k] / (top * top)
+            g[k, i] += slope
+            g[k - 1, i] -= slope
+            D[k, i, i] += bend
+            D[k - 1, i, i] += bend
+            B[k, i, i] -= bend
+        a = 2.0 * objective.arm_step / course.ds[k]
+        for r in range(6):
+            d = q[k, r] - q[k - 1, r]
+            for i in range(F):
+                g[k, i] += a * d * J[r, i]
+                g[k - 1, i] -= a * d * J_before[r, i]
+                for j in range(F):
+                    D[k, i, j] += a * J[r, i] * J[r, j]
+                    D[k - 1, i, j] += a * J_before[r, i] * J_before[r, j]
+                    B[k, i, j] -= a * J[r, i] * J_before[r, j]
+
+
+@numba.njit(cache=True)
+def _solve_blocks(g: Array, D: Array, B: Array, shift: float, held: NDArray[np.bool_], step: Array) -> None:
+    """step (W, F) <- -(H + shift I)^-1 g of the block-tridiagonal H, freedoms that are `held` (F,) left alone."""
+    W, F = g.shape
+    S, rhs = np.empty((W, F, F)), np.empty((W, F))
+    for k in range(W):
+        S[k] = D[k]
+        rhs[k] = -g[k]
+        for i in range(F):
+            S[k, i, i] += shift
+            if held[i]:
+                S[k, i, :] = 0.0
+                S[k, :, i] = 0.0
+                S[k, i, i] = 1.0
+                rhs[k, i] = 0.0
+                B[k, i, :] = 0.0
+                B[k, :, i] = 0.0
+        if k > 0:
+            M = np.linalg.solve(S[k - 1], np.ascontiguousarray(B[k].T))  # S^-1 B^T
+            for i in range(F):
+                for r in range(F):
+                    rhs[k, i] -= M[r, i] * rhs[k - 1, r]
+                    for j in range(F):
+                        S[k, i, j] -= B[k, i, r] * M[r, j]
+    for k in range(W - 1, -1, -1):
+        if k + 1 < W:
+            for i in range(F):
+                for r in range(F):
+                    rhs[k, i] -= B[k + 1, r, i] * step[k + 1, r]
+        step[k] = np.linalg.solve(S[k], rhs[k])
+
+
+@numba.njit(cache=True, nogil=True)
+def refine_course(
+    space: PlanSpace, objective: Objective, course: Course, u: Array, q: Array, held: NDArray[np.bool_], iterations: int
+) -> float:
+    """Bring u (W, F) and q (W, 6) to the nearest optimum of the objective; returns its price. `held` (F,) freedoms stay."""
+    W, F = u.shape
+    g, D, B, step = np.empty((W, F)), np.empty((W, F, F)), np.empty((W, F, F)), np.empty((W, F))
+    trial, q_trial = np.empty((W, F)), np.empty((W, 6))
+    work = plan_work()
+    price = _total(space, objective, course, u, q.copy(), q, work)
+    mean = np.mean(course.weight)
+    shift = _SHIFT * mean
+    fresh = True
+    for _iteration in range(iterations):
+        if fresh:
+            _assemble(space, objective, course, u, q, g, D, B, work)
+        _solve_blocks(g, D, B, shift, held, step)
+        for k in range(W):
+            for i in range(F):
+                value = u[k, i] + min(_CLIP, max(-_CLIP, step[k, i]))
+                trial[k, i] = min(space.u_upper[i], max(space.u_lower[i], value))
+        new = _total(space, objective, course, trial, q, q_trial, work)
+        if new < price:
+            small = price - new < 1e-4 * abs(price)
+            price = new
+            u[:] = trial
+            q[:] = q_trial
+            shift = max(0.2 * shift, 1e-4 * mean)
+            fresh = True
+            if small:
+                break
+        else:
+            shift *= 6.0
+            fresh = False
+            if shift > 1e6 * mean:
+                break
+    return float(price)

@@ -1,0 +1,217 @@
+"""The report of a compensation: errors along the program before and after, corrections, derivatives, what was left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.frozen import locked
+from camrob.report.page.html import escape, number, page
+from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
+from camrob.report.page.parts import card_row, section, table
+from camrob.timing.derivative_analysis import DerivativeAnalysis
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["PathErrors", "compensation_report"]
+
+Array = NDArray[np.float64]
+Summary = Mapping[str, Any]
+
+_STRETCHES = 150
+_FASTEST = 1e3  # rad/s: what stands still admits any rate
+_FLOOR_MM, _FLOOR_DEG = 1e-6, 1e-7  # below, a logarithmic picture says nothing any more
+
+
+@dataclass(frozen=True, slots=True)
+class PathErrors:
+    """A program motion by motion: line (N,), errors of the calibrated robot before and after (N, 2), m and rad, and the
+    corrections (N, 6) of the arm's `axes`, rad. shown (N,): False for auxiliary points, which no axis stops at.
+    """
+
+    line: NDArray[np.int64]
+    axes: tuple[str, ...]
+    before: Array
+    after: Array
+    correction: Array
+    shown: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        count = len(self.line)
+        object.__setattr__(self, "line", locked(self.line, shape=(count,), dtype=np.int64, name="line"))
+        object.__setattr__(self, "shown", locked(self.shown, shape=(count,), dtype=np.bool_, name="shown"))
+        for name, width in (("before", 2), ("after", 2), ("correction", len(self.axes))):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(count, width), name=name))
+
+
+def compensation_report(
+    summary: Summary, path: PathErrors, analyses: tuple[DerivativeAnalysis, DerivativeAnalysis] | None
+) -> str:
+    """The page as text. summary: what `camrob compensate --json` prints; analyses: the paper's section III, before and
+    after, None for a program too short for it.
+    """
+    along = [*_errors_along(path), _corrections_along(path)]
+    rates = [] if analyses is None else [_rates(analyses)]
+    body = "\n".join([
+        "<main>",
+        f"<header><h1>Compensation of {escape(summary['program'])}</h1><p class=\"made\">for the cell "
+        f"<b>{escape(summary['cell'])}</b>, calibrated from {escape(', '.join(summary['calibration']['logs']))}</p></header>",
+        _cards(summary), _left(summary), _errors(summary), *(chart_section(c) for c in along), _axes(summary),
+        _derivatives(summary), *(chart_section(c) for c in rates),
+        "<footer>Made by camrob. Errors are those of the calibrated chain; what the robot truly does is measured, not "
+        "computed. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
+    ])  # fmt: skip
+    charts = [{**c, "ruler": "motion"} for c in chart_data(along)] + [{**c, "ruler": "s"} for c in chart_data(rates)]
+    for chart in charts:
+        if chart["layout"]["yaxis"]["type"] == "log":
+            chart["layout"]["yaxis"] |= {"dtick": 1, "exponentformat": "power"}
+    return page(f"Compensation of {summary['program']}", body, {"names": {}, "charts": charts})
+
+
+def _cards(summary: Summary) -> str:
+    before, after = summary["error_before"], summary["error_after"]
+    iterations = summary["iterations"]
+    known = summary["calibrated_withheld_mm"]
+    cards = [
+        ("Mean error on the calibrated chain", f"{number(before['mean_mm'], 3)} → {number(after['mean_mm'], 4, 'mm')}",
+         f"{summary['motions']:,} motions"),
+        ("Worst error", f"{number(before['max_mm'], 3)} → {number(after['max_mm'], 4, 'mm')}",
+         f"orientation {after['max_deg']:.5f} degrees at the worst"),
+        ("Largest correction of the tip", number(summary["correction"]["max_mm"], 3, "mm"),
+         f"mean {summary['correction']['mean_mm']:.3f} mm"),
+        ("Newton iterations", number(iterations["mean"], 1), f"at most {iterations['max']} a point"),
+    ]  # fmt: skip
+    if known is not None:
+        note = "mean error on withheld poses: no program can be truer"
+        cards.append(("What the calibration leaves", number(known, 3, "mm"), note))
+    return card_row(cards)
+
+
+def _left(summary: Summary) -> str:
+    rows = [
+        [escape(w["text"]), f"line {w['line']}" if w["line"] else "–", f"<code>{escape(w['code'])}</code>"]
+        for w in summary["warnings"]
+    ]
+    return section("What is not corrected, and what to look at", table(("what", "where", "code"), rows, left=3))
+
+
+def _errors(summary: Summary) -> str:
+    named = [
+        ("the program as it was, on the calibrated robot", summary["error_before"]),
+        ("the compensated program", summary["error_after"]),
+        ("half-way through its LINs", summary["error_between"]),
+    ]
+    rows = [
+        [escape(name), *(number(size[k], 5) for k in ("mean_mm", "max_mm", "mean_deg", "max_deg"))]
+        for name, size in named
+        if size is not None
+    ]
+    caption = (
+        "By replay: the written text is read back, the controller's nominal model makes axis values of it, and the "
+        "calibrated chain makes poses of these. What is left of the second row is rounding to four and five decimals."
+    )
+    head = ("errors", "mean mm", "worst mm", "mean °", "worst °")
+    return section("Errors before and after", table(head, rows), f'<p class="caption">{caption}</p>')
+
+
+def _errors_along(path: PathErrors) -> list[LineChart]:
+    """Errors at the motions' ends."""
+    shown = np.asarray(path.shown)
+    number_of = np.flatnonzero(shown).astype(np.float64) + 1.0
+    charts = []
+    for k, (what, unit, floor) in enumerate((("position", "mm", _FLOOR_MM), ("orientation", "degrees", _FLOOR_DEG))):
+        scale = m_to_mm if k == 0 else rad_to_deg
+        curves = tuple(
+            Curve(name, number_of, np.maximum(scale(np.asarray(errors)[shown, k]), floor), "solid", color)
+            for name, errors, color in (("before", path.before, 1), ("after", path.after, 0))
+        )
+        charts.append(
+            LineChart(
+                f"error-{what}", f"Error of {what} along the program",
+                "At the motions' ends, on the calibrated chain; logarithmic.", "motion", unit, curves, True,
+            )
+        )  # fmt: skip
+    return charts
+
+
+def _corrections_along(path: PathErrors) -> LineChart:
+    shown = np.asarray(path.shown)
+    number_of = np.flatnonzero(shown).astype(np.float64) + 1.0
+    curves = tuple(
+        Curve(axis, number_of, rad_to_deg(np.asarray(path.correction)[shown, k])) for k, axis in enumerate(path.axes)
+    )
+    return LineChart(
+        "corrections", "Corrections of the arm's axes", "Compensated less planned. External axes stay as planned.",
+        "motion", "degrees", curves,
+    )  # fmt: skip
+
+
+def _axes(summary: Summary) -> str:
+    margins, before = summary["limits"]["margin_min"], summary["limits"]["margin_min_before"]
+    rows = []
+    for name, entry in summary["correction"]["axes"].items():
+        unit = "mm" if "max_mm" in entry else "deg"
+        mean, most = entry[f"mean_{unit}"], entry[f"max_{unit}"]
+        planned = most < 1e-12
+        rows.append([
+            escape(name), "as planned" if planned else number(mean, 4), "" if planned else number(most, 4),
+            "mm" if unit == "mm" else "°", "" if planned else f"{entry['line']}",
+            number(before.get(name), 3), number(margins.get(name), 3),
+        ])  # fmt: skip
+    head = ("axis", "mean correction", "largest", "unit", "in line", "to its limit before", "and after")
+    return section("Axis by axis", table(head, rows))
+
+
+def _derivatives(summary: Summary) -> str:
+    if not summary["derivatives"]:
+        return section("Derivatives", "<p>The program holds too few postures to differentiate.</p>")
+    rows = [
+        [escape(name), number(rates["before"], 4), number(rates["after"], 4),
+         number(100.0 * (rates["after"] / rates["before"] - 1.0), 2, "%")]
+        for name, rates in summary["derivatives"].items()
+    ]  # fmt: skip
+    head = ("limits of", "least ds/dt before, rad/s", "after", "change")
+    words = _violations(summary["violations"])
+    return section("Derivatives in machine space (section III of the paper)", words, table(head, rows))
+
+
+def _violations(found: Mapping[str, Any] | None) -> str:
+    if found is None:
+        return "<p>The program states no speed, so that bounds can't be counted at it.</p>"
+    rate = f"At the program's own mean rate, ds/dt = {number(found['rate_rad_s'], 4, 'rad/s')},"
+    if found["new"]:
+        new: Sequence[Mapping[str, Any]] = found["new"]
+        items = "".join(
+            f"<li>{escape(v['axis'])}: {escape(v['quantity'])}, {number(v['times'], 2)} times, line {v['line']}</li>"
+            for v in new
+        )
+        return f"<p>{rate} compensation brings new violations:</p><ul>{items}</ul>"
+    return (
+        f"<p>{rate} compensation brings no new violation: {found['before']} stretches pass a bound before, "
+        f"{found['after']} after, none of an axis that kept its bound, or by a quarter more than before.</p>"
+    )
+
+
+def _rates(analyses: tuple[DerivativeAnalysis, DerivativeAnalysis]) -> LineChart:
+    """The least rates that the axes admit, stretch by stretch, before and after."""
+    curves = []
+    named = (("speed", "rate_speed"), ("acceleration", "rate_acceleration"), ("jerk", "rate_jerk"))
+    for k, (name, attribute) in enumerate(named):
+        for which, analysis, dash in zip(("before", "after"), analyses, ("solid", "dot"), strict=True):
+            s, rate = _least(np.asarray(analysis.s), np.asarray(getattr(analysis, attribute)))
+            curves.append(Curve(f"{name}, {which}", s, rate, dash, 2 * k + (which == "after")))
+    return LineChart(
+        "rates", "Rate ds/dt that the axes admit, before and after",
+        f"The least in each of {_STRETCHES} stretches; linear interpolation, as the paper's eq. 21, 27 and 28.",
+        "s, rad", "rad/s", tuple(curves), True,
+    )  # fmt: skip
+
+
+def _least(s: Array, rate: Array) -> tuple[Array, Array]:
+    """Middle of each stretch, and the least rate in it."""
+    edges = np.unique(np.linspace(0, len(s), _STRETCHES + 1).astype(np.int64))
+    least = np.minimum.reduceat(rate, edges[:-1])
+    return np.asarray(0.5 * (s[edges[:-1]] + s[edges[1:] - 1])), np.asarray(np.minimum(least, _FASTEST))

@@ -1,0 +1,116 @@
+"""Bars of a diagnosis: the gap by rung, axis and regime with intervals, and how far it shrinks on withheld samples."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from camrob.report.diagnosis.charts import AFTER, BEFORE, NOISE, noise_trace
+from camrob.report.diagnosis.sentences import between, plain_name
+from camrob.report.page.html import plot_text
+
+__all__ = ["place_charts", "shrink_charts"]
+
+Chart = dict[str, Any]
+Summary = Mapping[str, Any]
+
+_GREEN = "#2f9e77"
+_MARGIN = {"t": 34, "r": 10, "l": 56, "b": 46}
+_LEGEND = {"orientation": "h", "x": 0, "y": 1.16}
+
+
+def place_charts(summary: Summary) -> list[Chart]:
+    """The gap by rung (mm), by axis and by regime (%), each with its 90 % interval."""
+    where = summary["where"]
+    rungs = {_arrow(k, summary): (v, where["rung_intervals"][k]) for k, v in where["rungs"].items()}
+    axes = {k: (v, where["axis_intervals"][k]) for k, v in where["axes"].items()}
+    told = where["regimes"] | {k: v for k, v in where["further_regimes"].items() if v}
+    regimes = {k: (v, where["regime_intervals"][k]) for k, v in told.items()}
+    return [
+        _bars("by-rung", "By rung", "rms [mm]", rungs, BEFORE, 1.0),
+        _bars("by-axis", "By axis", "share of the gap's energy [%]", axes, AFTER, 100.0),
+        _bars("by-regime", "By regime", "share of the gap's energy [%]", regimes, _GREEN, 100.0),
+    ]
+
+
+def _arrow(rung: str, summary: Summary) -> str:
+    return between(rung, summary).removeprefix("between ").replace(" and ", " to ")
+
+
+def _bars(
+    name: str, title: str, unit: str, values: Mapping[str, tuple[float | None, Sequence[float] | None]], color: str, factor: float
+) -> Chart:  # fmt: skip
+    """Bars with intervals; where there is no value, words say so."""
+    told = {k: (v, i) for k, (v, i) in values.items() if v is not None and i is not None}
+    trace = {
+        "type": "bar", "x": [_broken(k) for k in told], "y": [factor * v for v, _ in told.values()],
+        "marker": {"color": color}, "hovertemplate": "%{x}: %{y:.3g}<extra></extra>",
+        "error_y": {
+            "type": "data", "symmetric": False, "color": NOISE, "thickness": 1.5, "width": 4,
+            "array": [factor * max(i[1] - v, 0.0) for v, i in told.values()],
+            "arrayminus": [factor * max(v - i[0], 0.0) for v, i in told.values()],
+        },
+    }  # fmt: skip
+    missing = [
+        {"text": "not<br>logged", "x": _broken(k), "y": 0, "yref": "y", "yanchor": "bottom", "showarrow": False}
+        for k, (v, _) in values.items()
+        if v is None
+    ]
+    axis: Chart = {"title": {"text": unit}, "rangemode": "tozero"}
+    if factor == 100.0:
+        axis["range"] = [0.0, 104.0]
+    order = {"type": "category", "categoryorder": "array", "categoryarray": [_broken(k) for k in values], "automargin": True,
+             "range": [-0.5, len(values) - 0.5]}  # fmt: skip
+    layout = {
+        "height": 320,
+        "showlegend": False,
+        "margin": _MARGIN,
+        "annotations": missing,
+        "xaxis": order,
+        "yaxis": axis,
+    }
+    return {"id": name, "title": title, "traces": [trace], "layout": layout}
+
+
+def _broken(words: str) -> str:
+    """A bar's name, over several lines where it is long."""
+    return "<br>".join(plot_text(part) for part in textwrap.wrap(words.replace(" to ", " to\u00a0"), 12))
+
+
+def shrink_charts(summary: Summary) -> list[Chart]:
+    """Before and after on withheld samples: rms, 95 % and worst; and the rms with each effect alone, and together."""
+    t, noise = summary["together"], float(summary["gap"]["noise_mm"])
+    sizes = (("rms", "rms"), ("p95", "95 %"), ("max", "worst"))
+    traces = [
+        {"type": "bar", "name": when, "x": [n for _, n in sizes], "y": [t[f"{k}_{when}_mm"] for k, _ in sizes],
+         "marker": {"color": color}, "hovertemplate": "%{y:.3f} mm"}
+        for when, color in (("before", BEFORE), ("after", AFTER))
+    ]  # fmt: skip
+    traces.append(noise_trace(noise, ["rms", "worst"]))
+    layout = {"height": 320, "barmode": "group", "margin": _MARGIN, "legend": _LEGEND, "xaxis": {"type": "category"},
+              "yaxis": {"title": {"text": "error [mm]"}, "rangemode": "tozero"}}  # fmt: skip
+    pair = {"id": "shrunk", "title": "Together", "traces": traces, "layout": layout}
+    return [pair, _steps(summary, noise)]
+
+
+def _steps(summary: Summary, noise: float) -> Chart:
+    """rms on withheld samples: before, with each claimed effect alone, with all of them, with what compensate corrects."""
+    t = summary["together"]
+    claimed = [e for e in summary["effects"] if e["probability"] >= 0.5 and e["rungs"] != ["program_to_setpoint"]]
+    bars = [("before", t["rms_before_mm"], BEFORE)]
+    bars += [
+        (f"{plain_name(e['effect'])} alone", e["alone"]["rms_after_mm"], _GREEN) for e in claimed if len(claimed) > 1
+    ]
+    told = summary.get("compensable", {})
+    if told.get("effects") and told["shrink_interval"][0] > 0.0:
+        bars.append(("what compensate corrects", told["rms_after_mm"], _GREEN))
+    bars.append(("all that is claimed", t["rms_after_mm"], AFTER))
+    trace = {
+        "type": "bar", "showlegend": False, "x": [_broken(n) for n, _, _ in bars], "y": [v for _, v, _ in bars],
+        "marker": {"color": [c for _, _, c in bars]}, "hovertemplate": "%{x}: %{y:.3f} mm<extra></extra>",
+    }  # fmt: skip
+    line = noise_trace(noise, [_broken(n) for n, _, _ in bars])
+    layout = {"height": 320, "margin": _MARGIN, "legend": _LEGEND, "xaxis": {"type": "category", "automargin": True},
+              "yaxis": {"title": {"text": "rms [mm]"}, "rangemode": "tozero"}}  # fmt: skip
+    return {"id": "steps", "title": "Step by step", "traces": [trace, line], "layout": layout}

@@ -1,0 +1,146 @@
+"""The pictures of a diagnosis: the path coloured by error, the error over time, what stays beside the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.diagnosis import PathError
+from camrob.report.diagnosis.numbers import mm
+from camrob.report.page.html import plot_text
+from camrob.report.page.pack import packed_floats
+from camrob.units import m_to_mm
+
+__all__ = ["AFTER", "BEFORE", "NOISE", "error_charts", "noise_trace", "residual_chart", "space_charts"]
+
+Chart = dict[str, Any]
+Array = NDArray[np.float64]
+
+BEFORE, AFTER, NOISE = "#e08a1e", "#2f7fd1", "#7d8794"
+
+_POINTS = 2500
+_MOST_LOGS = 6
+_SCALE = [[0.0, "#2f7fd1"], [0.25, "#6cc3c0"], [0.5, "#f3d04f"], [0.75, "#ec7f2c"], [1.0, "#b3151c"]]
+_LONG = 7200.0  # s: from here on in hours
+_BINS = 60
+
+
+def space_charts(paths: Sequence[PathError], *, claimed: bool) -> list[Chart]:
+    """The path in 3D coloured by the error before, and after where something is claimed, on one scale."""
+    before = [m_to_mm(np.linalg.norm(p.before, axis=1)) for p in paths]
+    highest = max((float(np.quantile(b, 0.99)) for b in before), default=1.0)
+    scene = _box(np.concatenate([m_to_mm(p.position) for p in paths]) if paths else np.zeros((1, 3)))
+    out = []
+    for which, title in (("before", "Before"), ("after", "After, with the effects found taken away"))[
+        : 2 if claimed else 1
+    ]:
+        traces = [_coloured(p, getattr(p, which), highest, first=k == 0) for k, p in enumerate(paths)]
+        layout = {"height": 460, "showlegend": False, "margin": {"t": 30, "r": 0, "l": 0, "b": 0}, "scene": scene}
+        out.append({"id": f"space-{which}", "title": title, "traces": traces, "layout": layout})
+    return out
+
+
+def _coloured(path: PathError, error: Array, highest: float, *, first: bool) -> Chart:
+    pick = _thin(len(path.t))
+    xyz, size = m_to_mm(path.position[pick]), m_to_mm(np.linalg.norm(error[pick], axis=1))
+    bar = {"title": {"text": "error [mm]", "side": "right"}, "thickness": 14, "len": 0.8}
+    return {
+        "type": "scatter3d", "mode": "markers", "name": plot_text(path.log),
+        "x": packed_floats(xyz[:, 0]), "y": packed_floats(xyz[:, 1]), "z": packed_floats(xyz[:, 2]),
+        "customdata": [int(n) for n in path.line[pick]],
+        "marker": {
+            "size": 2.8, "color": packed_floats(size), "colorscale": _SCALE, "cmin": 0.0, "cmax": highest,
+            "showscale": first, "colorbar": bar, "line": {"width": 0},
+        },
+        "hovertemplate": "%{marker.color:.3f} mm"
+        + (", line %{customdata}" if path.line.any() else "") + "<extra>" + plot_text(path.log) + "</extra>",
+    }  # fmt: skip
+
+
+def _box(xyz: Array) -> Chart:
+    """The room around points (N, 3), mm, to scale; a flat path gets some height, or the camera would sit within it."""
+    lower, upper = xyz.min(axis=0), xyz.max(axis=0)
+    longest = max(float((upper - lower).max()), 1.0)
+    half = 0.55 * np.maximum(upper - lower, 0.2 * longest)
+    middle = 0.5 * (lower + upper)
+    axes = {
+        f"{name}axis": {
+            "title": {"text": f"{name} [mm]"}, "range": [float(m - h), float(m + h)], "nticks": 4 if h < half.max() / 2 else 6,
+        }
+        for name, m, h in zip("xyz", middle, half, strict=True)
+    }  # fmt: skip
+    # as large as a cube of edges 1, which the camera just sees whole
+    ratio = dict(zip("xyz", (1.45 * half / np.linalg.norm(half)).tolist(), strict=True))
+    return {"aspectmode": "manual", "aspectratio": ratio, **axes}
+
+
+def _thin(count: int) -> NDArray[np.int64]:
+    return np.unique(np.linspace(0, count - 1, min(count, _POINTS)).astype(np.int64))
+
+
+def noise_trace(noise_mm: float, x: Sequence[Any]) -> Chart:
+    """A dashed line at the noise from one end of a chart to the other, with its name for the legend."""
+    return {
+        "type": "scatter", "mode": "lines", "name": f"noise {mm(noise_mm)}", "x": [x[0], x[-1]],
+        "y": [noise_mm, noise_mm], "line": {"color": NOISE, "dash": "dash", "width": 2}, "hoverinfo": "skip",
+        "showlegend": True,
+    }  # fmt: skip
+
+
+def error_charts(summary: Mapping[str, Any], paths: Sequence[PathError], *, claimed: bool) -> list[Chart]:
+    """Error over time, before and after, log by log; of single poses pose by pose."""
+    out = []
+    for k, p in enumerate(paths[:_MOST_LOGS]):
+        pick = _thin(len(p.t))
+        hours = not p.poses and float(np.ptp(p.t)) > _LONG
+        x = pick.astype(float) + 1.0 if p.poses else p.t[pick] / (3600.0 if hours else 1.0)
+        mode = "markers" if p.poses else "lines"
+        traces = []
+        for name, error, color in (("before", p.before, BEFORE), ("after", p.after, AFTER))[: 2 if claimed else 1]:
+            size = m_to_mm(np.linalg.norm(error[pick], axis=1))
+            look = {"marker": {"size": 4, "color": color}} if p.poses else {"line": {"color": color, "width": 1.2}}
+            traces.append({
+                "type": "scatter", "mode": mode, **look, "name": name, "x": packed_floats(x), "y": packed_floats(size),
+                "hovertemplate": "%{y:.3f} mm",
+            })  # fmt: skip
+        traces.append(noise_trace(float(summary["gap"]["noise_mm"]), [float(x[0]), float(x[-1])]))
+        layout = {
+            "height": 300, "hovermode": "x unified",
+            "margin": {"t": 34, "r": 20, "l": 64, "b": 46}, "legend": {"orientation": "h", "x": 0, "y": 1.14},
+            "xaxis": {"title": {"text": "pose" if p.poses else f"time [{'h' if hours else 's'}]"}, "zeroline": False},
+            "yaxis": {"title": {"text": "error [mm]"}, "rangemode": "tozero"},
+        }  # fmt: skip
+        out.append({"id": f"along-{k}", "title": f"Error along {p.log}", "traces": traces, "layout": layout})
+    return out
+
+
+def residual_chart(summary: Mapping[str, Any], paths: Sequence[PathError]) -> Chart:
+    """How large the errors that stay are, and how large the noise alone would make them."""
+    left = m_to_mm(np.linalg.norm(np.concatenate([p.after for p in paths]), axis=1)) if paths else np.zeros(1)
+    noise = max(float(summary["gap"]["noise_mm"]), 1e-6)
+    highest = max(3.0 * noise, float(np.quantile(left, 0.995)))
+    bins = int(np.clip(len(left) / 8, 12, _BINS))
+    counts, edges = np.histogram(left, bins=bins, range=(0.0, highest))
+    width = highest / bins
+    one = noise / np.sqrt(3.0)  # of one direction
+    x = np.linspace(0.0, highest, 240)
+    alone = np.sqrt(2.0 / np.pi) * x**2 / one**3 * np.exp(-0.5 * (x / one) ** 2)
+    share = 100.0 * width
+    tallest, peak = 100.0 * float(counts.max()) / max(len(left), 1), share * float(alone.max())
+    traces = [
+        {"type": "bar", "name": "what stays", "x": packed_floats(edges[:-1] + 0.5 * width), "width": width,
+         "y": packed_floats(100.0 * counts / max(len(left), 1)), "marker": {"color": AFTER},
+         "hovertemplate": "%{y:.1f} % near %{x:.3f} mm<extra></extra>"},
+        {"type": "scatter", "mode": "lines", "name": "the noise alone", "x": packed_floats(x), "y": packed_floats(share * alone),
+         "line": {"color": NOISE, "width": 2.5}, "hoverinfo": "skip"},
+    ]  # fmt: skip
+    layout = {
+        "height": 300, "bargap": 0, "margin": {"t": 34, "r": 20, "l": 64, "b": 46},
+        "legend": {"orientation": "h", "x": 0, "y": 1.14},
+        "xaxis": {"title": {"text": "error [mm]"}, "range": [0.0, highest]},
+        "yaxis": {"title": {"text": "samples [%]"}, "range": [0.0, 1.15 * max(tallest, min(peak, 2.0 * tallest))]},
+    }  # fmt: skip
+    return {"id": "residual", "title": "What stays, beside the noise", "traces": traces, "layout": layout}

@@ -1,0 +1,208 @@
+"""Still figures (PNG) for documents: 1/k_F along the path, and the cell with the path coloured by it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.cell.shape import ShapeKind
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.solution import Solution
+from camrob.report.page.path_charts import Along
+from camrob.report.page.render import Facets, render, screen_R_world
+from camrob.report.page.thinning import curve_indices, path_indices
+from camrob.report.page.triangles import role_of, shape_mesh, world_T_frames
+from camrob.report.page.viewer import ROLE_COLORS
+from camrob.units import deg_to_rad
+
+__all__ = ["figure_conditioning", "figure_overview"]
+
+Array = NDArray[np.float64]
+
+_COLORS = ("#e08a1e", "#8a63d2", "#8a93a0", "#b5651d")
+_POINTS = 4000
+_DPI = 160
+_SIDES = 120  # of a cylinder
+_FLOOR = 1.4  # m of floor round all that moves
+_PATH_WIDTH_PX = 2.4
+_FADE = (0.6, 1.3)  # m from the middle where floor and track begin to fade and are gone
+_SMALLEST = 0.02  # m, width of a picture
+_WHOLE, _CLOSE = (1120, 1056), (576, 634)  # pixels of the two pictures
+_SCALE = [(0.0, "#67001f"), (0.44, "#d6302b"), (0.625, "#f5a623"), (0.74, "#35a883"), (1.0, "#2166ac")]
+
+
+def _save(figure: Figure, file: Path) -> None:
+    FigureCanvasAgg(figure)
+    figure.savefig(file, format="png", dpi=_DPI, metadata={"Software": None})
+
+
+def figure_conditioning(
+    path: ToolPathInBase,
+    solution: Solution,
+    *,
+    file: Path,
+    threshold: float,
+    names: Mapping[int, str] | None = None,
+    comparison: Mapping[str, Array] | None = None,
+    bound: Array | None = None,
+) -> None:
+    """Writes 1/k_F along the path, beside other solutions' and the bound where given (after the paper's Figure 10).
+
+    names: the regions', written above their stretches. comparison: (N,) each, NaN where there is none. bound: (N,).
+    """
+    along = Along.of(path, names or {})
+    figure = Figure(figsize=(9.6, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    curves = [(name, kf, _COLORS[k % len(_COLORS)], 1.0) for k, (name, kf) in enumerate((comparison or {}).items())]
+    if bound is not None:
+        curves.append(("upper bound at each point", bound, "#2f9e77", 1.0))
+    curves.append(("this program", solution.inv_kf, "#2f7fd1", 1.8))
+    for name, kf, color, width in curves:
+        picked = curve_indices(np.asarray(kf, float), _POINTS)
+        axes.plot(along.s_mm[picked], kf[picked], color=color, linewidth=width, label=name.replace("$", r"\$"))
+    axes.axhline(threshold, color="#d64545", linestyle="--", linewidth=1.0, label=f"threshold {threshold:g}")
+    if along.banded:
+        for region, first, last in along.runs():
+            tint = "#2f7fd1" if region % 2 == 0 else "#e08a1e"
+            axes.axvspan(along.s_mm[first], along.s_mm[last], color=tint, alpha=0.08, linewidth=0)
+            if names and len(names) <= 8:
+                middle = 0.5 * (along.s_mm[first] + along.s_mm[last])
+                text = names.get(region, "").replace("$", r"\$")
+                axes.annotate(text, (middle, 1.01), xycoords=("data", "axes fraction"), ha="center", fontsize=8)
+    axes.set_xlabel("path length of the tool tip [mm]")
+    axes.set_ylabel(r"$1/k_F$ (0: singular)")
+    axes.set_ylim(bottom=0.0)
+    axes.margins(x=0.0)
+    axes.grid(color="#e6e9ee")
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.legend(loc="outside lower center", ncols=len(curves) + 1, frameon=False, fontsize=9, handlelength=1.6)
+    _save(figure, file)
+
+
+def figure_overview(
+    cell: Cell,
+    path: ToolPathInBase,
+    solution: Solution,
+    *,
+    file: Path,
+    point: int,
+    part_mesh: trimesh.Trimesh | None = None,
+    base_T_part: Array | None = None,
+    turn_deg: float = -58.0,
+) -> None:
+    """Writes a picture of the cell at a point of the path: bodies, part, and the path coloured by 1/k_F.
+
+    part_mesh: in its own frame, metres, placed by base_T_part (the identity by default). turn_deg: how far the eye
+    stands to the side of the line from the robot to the tool, seen from above.
+    """
+    poses = {name: poses_[0] for name, poses_ in world_T_frames(cell, solution.q[point][None]).items()}
+    away = poses["tool"][:2, 3] - poses["root"][:2, 3]
+    heading = np.arctan2(away[1], away[0]) + deg_to_rad(turn_deg)
+    towards_eye = np.array([np.cos(heading), np.sin(heading), 0.52])
+    colors = LinearSegmentedColormap.from_list("kf", _SCALE)
+    norm = Normalize(0.0, 1.6 * cell.resolve.threshold)
+    bodies = _body_facets(cell, poses, part_mesh, np.eye(4) if base_T_part is None else base_T_part)
+    moving = np.concatenate([f.corners.reshape(-1, 3) for name, f in bodies if name != "world"])
+    cut = path.base_T_tip[path.cutting if path.cutting.any() else slice(None), :3, 3]
+    tips = cut @ poses["base"][:3, :3].T + poses["base"][:3, 3]
+    rgba = colors(norm(solution.inv_kf))
+    pictures = []
+    for shown, pixels, room in ((moving, _WHOLE, 1.06), (tips, _CLOSE, 1.3)):
+        center, width_m = _framed(shown, towards_eye, pixels, room)
+        ribbon = _path_facets(path, poses["base"], towards_eye, width_m / pixels[0], rgba)
+        every = Facets.joined([*(f for _, f in bodies), ribbon])
+        pictures.append(
+            render(every, towards_eye=towards_eye, center=center, width_m=width_m, pixels=pixels, fade=_FADE)
+        )
+    figure = Figure(figsize=(10.0, 6.6))
+    axes = figure.add_axes((0.3, 0.0, 0.7, 1.0))
+    axes.imshow(pictures[0], interpolation="lanczos")
+    axes.set_axis_off()
+    close = figure.add_axes((0.015, 0.36, 0.36, 0.6))
+    close.imshow(pictures[1], interpolation="lanczos")
+    close.set(xticks=[], yticks=[])
+    close.spines[:].set_color("#8a93a0")
+    bar = figure.colorbar(
+        ScalarMappable(norm, colors), cax=figure.add_axes((0.03, 0.2, 0.33, 0.026)), orientation="horizontal"
+    )
+    bar.ax.axvline(cell.resolve.threshold, color="#1d2530", linewidth=1.5)
+    bar.outline.set_visible(False)
+    bar.set_label(f"$1/k_F$ along the path (0: singular; line: threshold {cell.resolve.threshold:g})", fontsize=9)
+    _save(figure, file)
+
+
+def _framed(p: Array, towards_eye: Array, pixels: tuple[int, int], room: float) -> tuple[Array, float]:
+    """Centre, m in `world`, and width, m, of a picture that holds points p (K, 3) with some room round them."""
+    view_R = screen_R_world(towards_eye)
+    seen = p @ view_R.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    width_m = room * max(high[0] - low[0], (high[1] - low[1]) * pixels[0] / pixels[1], _SMALLEST)
+    return 0.5 * (low + high) @ view_R, float(width_m)
+
+
+def _facets(mesh: trimesh.Trimesh, world_T_mesh: Array, color: str, body: int, *, fades: bool = False) -> Facets:
+    corners = np.asarray(mesh.triangles, float) @ world_T_mesh[:3, :3].T + world_T_mesh[:3, 3]
+    n = len(corners)
+    return Facets(corners, np.tile(to_rgb(color), (n, 1)), np.full(n, body), np.ones(n, dtype=bool), np.full(n, fades))
+
+
+def _body_facets(
+    cell: Cell, poses: Mapping[str, Array], part_mesh: trimesh.Trimesh | None, base_T_part: Array
+) -> list[tuple[str, Facets]]:
+    """Every body's triangles in `world` by its frame; standing boxes are cut off some way round what moves."""
+    out: list[tuple[str, Facets]] = []
+    for k, shape in enumerate(cell.shapes):
+        mesh = shape_mesh(shape, cell.folder, sides=_SIDES)
+        out.append(
+            (
+                shape.frame,
+                _facets(
+                    mesh, poses[shape.frame], ROLE_COLORS[role_of(cell, shape.frame)], k, fades=shape.frame == "world"
+                ),
+            )
+        )
+    if part_mesh is not None and len(part_mesh.faces):
+        world_T_part = poses["base"] @ base_T_part
+        color = ROLE_COLORS["part"]
+        out.append(("base", _facets(part_mesh, world_T_part, color, len(cell.shapes))))  # frames: mesh is part
+    moving = [f.corners.reshape(-1, 3) for name, f in out if name != "world"]
+    if not moving:
+        return out
+    every = np.concatenate(moving)
+    low, high = every.min(axis=0) - _FLOOR, every.max(axis=0) + _FLOOR
+    boxes = [shape.kind is ShapeKind.BOX and shape.frame == "world" for shape in cell.shapes]
+    for k, standing in enumerate(boxes):
+        if standing:
+            name, f = out[k]
+            out[k] = (name, replace(f, corners=np.clip(f.corners, low, high)))
+    return out
+
+
+def _path_facets(path: ToolPathInBase, world_T_base: Array, towards_eye: Array, pixel_m: float, rgba: Array) -> Facets:
+    """The cutting moves as a ribbon that faces the eye, a hair above the surface."""
+    cutting = path.cutting
+    picked = path_indices(np.asarray(path.base_T_tip[:, :3, 3]), np.zeros(len(path), dtype=bool), 60_000)
+    world_p = path.base_T_tip[picked, :3, 3] @ world_T_base[:3, :3].T + world_T_base[:3, 3]
+    back = towards_eye / np.linalg.norm(towards_eye)
+    a, b = world_p[:-1], world_p[1:]
+    across = np.cross(b - a, back)
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    across = across / np.maximum(length, 1e-12) * (0.5 * _PATH_WIDTH_PX * pixel_m)
+    lift = 1.5 * pixel_m * back
+    quads = np.stack([a + across, a - across, b - across, b + across], axis=1) + lift
+    keep = cutting[picked[1:]] & (length[:, 0] > 1e-12)
+    corners = np.concatenate([quads[keep][:, [0, 1, 2]], quads[keep][:, [0, 2, 3]]])
+    color = np.tile(rgba[picked[1:]][keep][:, :3], (2, 1))
+    n = len(corners)
+    return Facets(corners, color, np.full(n, -2), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool))

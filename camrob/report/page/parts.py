@@ -1,0 +1,46 @@
+"""Parts that reports of figures share: tables, cards, places for charts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from camrob.report.page.html import escape
+
+__all__ = ["card_row", "figure", "section", "table"]
+
+
+def section(title: str, *parts: str) -> str:
+    """A section with a title (text) and parts (HTML)."""
+    return f"<section><h2>{escape(title)}</h2>{''.join(parts)}</section>"
+
+
+def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, left: int = 1, whole: bool = False) -> str:
+    """A table of HTML cells; the first `left` columns are words, the others numbers. whole: shown in its full height."""
+    sort = ["text" if k < left else "n" for k in range(len(headings))]
+    head = "".join(f'<th class="{s if s == "n" else ""}">{escape(h)}</th>' for s, h in zip(sort, headings, strict=True))
+    body = "".join(
+        "<tr>" + "".join(f'<td class="{s}">{c}</td>' for s, c in zip(sort, row, strict=True)) + "</tr>" for row in rows
+    )
+    frame = "scroll whole" if whole else "scroll"
+    return f'<div class="{frame}"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def card_row(cards: Sequence[tuple[str, str, str]]) -> str:
+    """Cards: what (text), value (HTML), note (text)."""
+    items = "".join(
+        f'<div class="card"><div class="what">{escape(what)}</div><div class="value">{value}</div>'
+        f'<div class="note">{escape(note)}</div></div>'
+        for what, value, note in cards
+    )
+    return f'<div class="cards">{items}</div>'
+
+
+def figure(chart: Mapping[str, Any]) -> str:
+    """A chart's place in the page: its title and caption are text."""
+    height = int(chart["layout"]["height"])
+    return section(
+        str(chart["title"]),
+        f'<div class="chart" id="{escape(chart["id"])}" style="height:{height}px"></div>'
+        f'<p class="caption">{escape(chart["caption"])}</p>',
+    )

@@ -1,0 +1,177 @@
+"""The feed and the torques of a post in its report: times like for like, limits that are passed, losses, torques."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.dynamics.torques import JointTorques
+from camrob.report.page.html import escape, number
+from camrob.report.page.path_charts import Along, Chart
+from camrob.report.post.sections import duration
+
+__all__ = ["feed_section", "torque_chart", "torque_section"]
+
+Summary = Mapping[str, Any]
+
+_ROWS = 15
+_CAPTION = (
+    "The controller’s model knows speed and acceleration of tool and axes, approximate positioning and look-ahead, but no "
+    "jerk. Jerk is judged on the smooth curve that the rounding of corners leaves; what the corners of the model’s own ramps "
+    "add is not counted. Of the plan’s speeds the programmed feed is a limit too. Program and plan round corners a little "
+    "differently, which is worth about a hundredth of the time. Moves through air take the same time in every row."
+)
+_COLORS = ("#2b7de9", "#e08a1e", "#1a9c6b", "#d1495b", "#8a63d2", "#6b7785", "#b5651d", "#0aa3a3")
+
+
+def feed_section(summary: Summary) -> str:
+    """Times beside each other under the same limits, what the program as it stands breaks, and where feed is lost."""
+    feed = summary.get("feed")
+    if not isinstance(feed, Mapping):
+        return ""
+    return (
+        f"<section><h2>Feed: time, limits and losses</h2>{_compared(feed)}{_breaks(feed)}{_losses(feed)}"
+        f'<p class="caption">{_CAPTION}</p></section>'
+    )
+
+
+def _compared(feed: Summary) -> str:
+    rows = []
+    for row in feed.get("compared") or []:
+        override = row.get("override_percent_least")
+        how = "as it stands" if override is None else f"each cut slowed evenly, down to {number(override, 0, '%')}"
+        rows.append(
+            f'<tr><td class="text">{escape(row.get("limits"))}</td><td class="n">{duration(row.get("program_s"))}</td>'
+            f'<td>{how}</td><td class="n">{duration(row.get("planned_s"))}</td></tr>'
+        )
+    note = (
+        ""
+        if feed.get("mode") == "optimal"
+        else '<p class="caption">Post with --feed optimal to have the feed planned.</p>'
+    )
+    return (
+        '<div class="scroll"><table><thead><tr><th>limits that are kept</th><th class="n">program</th><th></th>'
+        f'<th class="n">planned feed</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>{note}'
+    )
+
+
+def _breaks(feed: Summary) -> str:
+    breaks = feed.get("program_breaks") or {}
+    uses = feed.get("planned_uses") or {}
+    rows = []
+    for worst in breaks.get("worst") or []:
+        times, kind = worst.get("times_the_limit"), worst.get("quantity")
+        low = " low" if isinstance(times, int | float) and times > 1.0 else ""
+        planned = uses.get(kind)
+        rows.append(
+            f'<tr><td>{escape(kind)}</td><td class="n{low}">{number(times, 2)}</td><td>{escape(worst.get("cause"))}</td>'
+            f'<td class="n">line {escape(worst.get("line"))}</td>'
+            f'<td class="n">{"–" if planned is None else number(planned, 4)}</td></tr>'
+        )
+    text = f"As it stands the program passes a limit on {number(breaks.get('percent_of_cutting'), 1, '%')} of its way of cutting."
+    written = feed.get("written")
+    if isinstance(written, Mapping):
+        text += (
+            " The plan itself passes none. It is written as $VEL.CP, point by point "
+            f"({number(written.get('points_added'), 0)} of them added where a move slows on its way), and the ramps between stay "
+            f"the controller’s: as its model runs the written program, it takes {duration(written.get('model_s'))} and passes "
+            f"a limit on {number(written.get('percent_of_cutting'), 2, '%')} of the cutting."
+        )
+    return (
+        '<div class="scroll"><table><thead><tr><th>limit on</th><th class="n">program as it stands: times the limit</th>'
+        '<th>worst</th><th class="n">at</th><th class="n">planned feed: times the limit</th></tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div><p>{text}</p>"
+    )
+
+
+def _losses(feed: Summary) -> str:
+    losses = list(feed.get("losses") or [])
+    by_axis = feed.get("lost_by_axis_s") or {}
+    shares = ", ".join(
+        f"{'stops and corners' if axis == 'none' else escape(axis)} {number(lost, 2, 's')}"
+        for axis, lost in by_axis.items()
+    )
+    kept = (
+        f"<p>The programmed feed is held on {number(feed.get('kept_percent'), 1, '%')} of the way of cutting; "
+        f"{number(feed.get('lost_s'), 1, 's')} are lost in {number(feed.get('losses_count'), 0)} places"
+        f"{': ' + shares if shares else ''}.</p>"
+    )
+    if not losses:
+        return kept
+    rows = "".join(
+        f'<tr><td class="n">{_lines(loss)}</td><td>{escape(loss.get("cause"))}</td>'
+        f'<td class="n">{number(loss.get("feed_mm_min"), 0)}</td><td class="n">{number(loss.get("reached_mm_min"), 0)}</td>'
+        f'<td class="n">{number(loss.get("lost_s"), 3, "s")}</td></tr>'
+        for loss in losses[:_ROWS]
+    )
+    return (
+        f'{kept}<div class="scroll"><table><thead><tr><th class="n">CL lines</th><th>held back by</th><th class="n">feed '
+        '[mm/min]</th><th class="n">reached on average</th><th class="n">time lost</th></tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
+    )
+
+
+def _lines(loss: Summary) -> str:
+    first, last = loss.get("first_line"), loss.get("last_line")
+    return escape(first) if first == last else f"{escape(first)} – {escape(last)}"
+
+
+def torque_section(summary: Summary) -> str:
+    """The largest torques, axis by axis, with the standing of the masses; nothing for a cell without masses."""
+    torques = summary.get("torques")
+    if not isinstance(torques, Mapping):
+        return ""
+    rows = []
+    for axis, row in (torques.get("axes") or {}).items():
+        unit = "N" if "max_n" in row else "Nm"
+        most, gravity = (row.get(f"{what}{unit.lower()}") for what in ("max_", "gravity_max_"))
+        line = row.get("line")
+        place = f"line {escape(line)}" if line else "travel"
+        rows.append(
+            f'<tr><td>{escape(axis)}</td><td class="n">{number(most, 1, unit)}</td><td class="n">{number(gravity, 1, unit)}</td>'
+            f'<td class="n">{place}</td></tr>'
+        )
+    masses = "; ".join(escape(m) for m in torques.get("masses") or [])
+    return (
+        '<section><h2>Largest torques</h2><div class="scroll"><table><thead><tr><th>axis</th><th class="n">torque</th>'
+        f'<th class="n">gravity alone</th><th class="n">at</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+        f'<p class="caption">With assumed masses ({masses}): good for comparing postures, not for a drive’s rating. The '
+        "table’s own drive is left out: what it turns is not known.</p></section>"
+    )
+
+
+def torque_chart(cell: Cell, along: Along, sampled: NDArray[np.int64], torques: JointTorques) -> Chart | None:
+    """Torques at the points `sampled`, gravity's part dotted; None where the cell has no masses."""
+    here = Along(along.s_mm[sampled], along.line[sampled], along.region[sampled], along.names)
+    traces: list[Chart] = []
+    shown = np.flatnonzero(np.abs(torques.total).max(axis=0, initial=0.0) > 0.0)
+    turning = [k for k in shown.tolist() if not cell.joints[k].prismatic]
+    if not turning:
+        return None
+    for color, k in enumerate(turning):
+        name, paint = cell.names[k], _COLORS[color % len(_COLORS)]
+        template = f"{name} %{{y:,.0f}} Nm<extra></extra>"
+        traces.append(here.curve(torques.total[:, k], name, template=template, color=paint, legendgroup=name))
+        dotted: dict[str, Any] = {"line": {"width": 1.1, "dash": "dot"}, "legendgroup": name, "showlegend": False}
+        template = f"{name} %{{y:,.0f}} Nm, gravity alone<extra></extra>"
+        traces.append(here.curve(torques.gravity[:, k], f"{name}, gravity", template=template, color=paint, **dotted))
+    end = float(along.s_mm[-1]) if len(along.s_mm) else 1.0
+    layout = {
+        "height": 380,
+        "hovermode": "closest",
+        "xaxis": {
+            "range": [0.0, end or 1.0],
+            "title": {"text": "path length of the tool tip [mm]"},
+            "tickformat": ",~f",
+        },
+        "yaxis": {"title": {"text": "torque [Nm]"}},
+        "shapes": along.bands([""]),
+        "annotations": along.band_names(),
+        "legend": {"orientation": "h", "y": -0.2, "yanchor": "top", "x": 0},
+        "margin": {"t": 54, "r": 20, "l": 70, "b": 60},
+    }
+    return {"traces": traces, "layout": layout}

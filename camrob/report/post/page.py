@@ -1,0 +1,208 @@
+"""The report of a post: one HTML page that needs nothing but itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.dynamics.torques import JointTorques
+from camrob.findings import Finding
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.solution import Solution
+from camrob.report.page.html import escape, page, plot_text
+from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
+from camrob.report.page.viewer import ROLE_COLORS, scene_data
+from camrob.report.post.feed_sections import feed_section, torque_chart, torque_section
+from camrob.report.post.plan_section import plan_section
+from camrob.report.post.sections import cards, headline, regions_table, verdict, warnings_table
+
+__all__ = ["post_report"]
+
+Array = NDArray[np.float64]
+
+_BANDS = "Tinted stretches are the regions; what lies between them is travel through air."
+_NO_BANDS = "There are too many regions to tint: hover over a curve to see where it is."
+_LINKED = "Zoom in one chart and all follow; click in a chart to bring the robot of the 3D view there."
+
+
+def post_report(
+    summary: Mapping[str, Any],
+    cell: Cell,
+    path: ToolPathInBase,
+    solution: Solution,
+    *,
+    findings: Iterable[Finding],
+    part_mesh: trimesh.Trimesh | None = None,
+    base_T_part: Array | None = None,
+    comparison: Mapping[str, Array] | None = None,
+    bound: Array | None = None,
+    reached: Array | None = None,
+    torques: tuple[NDArray[np.int64], JointTorques] | None = None,
+) -> str:
+    """The page for a posted program, as text.
+
+    summary: what NAME.json holds. part_mesh: the part in its own frame, metres, placed by base_T_part (4, 4), the
+    identity by default. comparison: 1/k_F (N,) of other solutions of the same path by their names (the paper's Figure
+    10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches at each point. reached: (N,)
+    m/s while cutting; torques: points and what the axes need there. The same arguments give the same text. Raises
+    ValueError where an array doesn't have the path's length.
+    """
+    others = {name: np.asarray(kf, float) for name, kf in (comparison or {}).items()}
+    best = None if bound is None else np.asarray(bound, float)
+    for name, kf in [("solution", solution.inv_kf), *others.items(), *([] if best is None else [("bound", best)])]:
+        if kf.shape != (len(path),):
+            raise ValueError(f"1/k_F of {name!r} has shape {kf.shape}, the path has {len(path)} points")
+    found = list(findings)
+    threshold = cell.resolve.threshold
+    names = {int(r["index"]): str(r.get("name") or f"region {r['index']}") for r in summary.get("regions") or []}
+    charts = _charts(cell, path, solution, names, others, best) + _motion_charts(cell, path, names, reached, torques)
+    scene = scene_data(
+        cell, path, solution, names, part_mesh=part_mesh, threshold=threshold,
+        base_T_part=np.eye(4) if base_T_part is None else base_T_part,
+    )  # fmt: skip
+    body = "\n".join(
+        [
+            "<main>",
+            headline(summary, cell),
+            verdict(summary, found),
+            warnings_table(found, names),
+            cards(summary, cell, path, threshold=threshold),
+            _scene_section(cell, with_part=part_mesh is not None),
+            *(_chart_section(chart) for chart in charts),
+            feed_section(summary),
+            torque_section(summary),
+            plan_section(summary.get("plan")),
+            regions_table(summary, path, solution, threshold=threshold),
+            "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing. "
+            "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, "
+            "lengths divided by the characteristic length): 1/k<sub>F</sub> is 0 in a singular posture.</footer>",
+            "</main>",
+        ]
+    )
+    data = {
+        "names": {str(index): plot_text(name) for index, name in names.items()},
+        "charts": [{"id": c["id"], "traces": c["traces"], "layout": c["layout"]} for c in charts],
+        "scene": scene,
+    }
+    return page(f"{summary.get('program')}: report", body, data)
+
+
+def _charts(
+    cell: Cell,
+    path: ToolPathInBase,
+    solution: Solution,
+    names: Mapping[int, str],
+    comparison: Mapping[str, Array],
+    bound: Array | None,
+) -> list[Chart]:
+    """The charts that have something to show, each with its id, title and caption."""
+    along = Along.of(path, names)
+    axis_values = cell.to_axis_values(solution.q)
+    threshold = cell.resolve.threshold
+    bands = _BANDS if along.banded else _NO_BANDS
+    compared = " Dotted: the same path resolved in other ways, for comparison." if comparison else ""
+    limited = "" if bound is None else " Dashed green: the best that any posture reaches at each point."
+    candidates: list[tuple[str, str, Chart | None, str]] = [
+        (
+            "conditioning",
+            "How well the arm stands: 1/k<sub>F</sub>",
+            conditioning_chart(along, solution, threshold=threshold, comparison=comparison, bound=bound),
+            "The higher, the evener the arm moves and pushes in every direction. Look for stretches below the red line "
+            f"({threshold:g}): there the arm is close to a singular posture.{limited}{compared} {bands} {_LINKED}",
+        ),
+        (
+            "axes",
+            "Axes of the arm against their limits",
+            axis_chart(cell, along, axis_values),
+            "Each chart spans the axis's whole range of travel; the red ends are beyond its limits. Look for a curve "
+            f"that comes near the red, and for steps: a step while cutting would be a jump of the robot. {bands}",
+        ),
+        (
+            "external",
+            f"External axes: {', '.join(escape(n) for n in cell.external_names)}",
+            external_chart(cell, along, axis_values),
+            "Look for smooth curves while cutting. A step between regions is a posture revision: table and track move "
+            f"while the cutter keeps its pose in the part. {bands}",
+        ),
+    ]
+    return [
+        {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
+    ]
+
+
+def _motion_charts(
+    cell: Cell,
+    path: ToolPathInBase,
+    names: Mapping[int, str],
+    reached: Array | None,
+    torques: tuple[NDArray[np.int64], JointTorques] | None,
+) -> list[Chart]:
+    """Feed and torques."""
+    along = Along.of(path, names)
+    bands = _BANDS if along.banded else _NO_BANDS
+    candidates: list[tuple[str, str, Chart | None, str]] = [
+        (
+            "feed",
+            "Feed",
+            feed_chart(along, path, reached),
+            "Feed at the tool tip while cutting, as programmed and as it is reached on the way to each point; gaps are moves "
+            f"through air, which run at the cell's speed. Where time is lost, and to what, stands below. {bands}",
+        ),
+        (
+            "torques",
+            "Torques of the arm, with assumed masses",
+            None if torques is None else torque_chart(cell, along, *torques),
+            f"Solid: with the motion while cutting; dotted: gravity alone, as in air. {bands}",
+        ),
+    ]
+    return [
+        {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
+    ]
+
+
+def _chart_section(chart: Chart) -> str:
+    return (
+        f'<section><h2>{chart["title"]}</h2><div class="chart" id="{chart["id"]}" '
+        f'style="height:{int(chart["layout"]["height"])}px"></div><p class="caption">{chart["caption"]}</p></section>'
+    )
+
+
+def _scene_section(cell: Cell, *, with_part: bool) -> str:
+    """The frame of the 3D view: picture, slider, and the posture read out axis by axis."""
+    rows = []
+    for k, name in enumerate(cell.axis_names):
+        endless = cell.joints[cell.index(name)].endless
+        gauge = '<div class="gauge endless" title="endless"></div>' if endless else '<div class="gauge"><i></i></div>'
+        rows.append(f'<div class="axis" id="axis-{k}"><b>{escape(name)}</b>{gauge}<span class="v"></span></div>')
+    roles = ["arm", "spindle", "tool", "carriage", "table", "hall", *(["part"] if with_part else [])]
+    legend = "".join(f'<span><i style="background:{ROLE_COLORS[role]}"></i>{_ROLE_TEXT[role]}</span>' for role in roles)
+    return (
+        '<section><h2>The cell at a point of the path</h2><div class="stage"><div><div id="view"></div>'
+        '<div class="bar"><button id="play" type="button">Play</button>'
+        '<input id="stop" type="range" min="0" max="0" value="0" aria-label="point of the path">'
+        '<button id="see-cell" type="button">Cell</button><button id="see-part" type="button">Part</button></div>'
+        f'<div class="legend">{legend}<span><i style="background:#8a93a0"></i>travel through air</span></div></div>'
+        f'<div class="readout"><div class="where" id="where"></div>{"".join(rows)}'
+        '<p class="caption">Bars span each axis from lower to upper limit; the mark turns red within 3 % of '
+        "one.</p></div></div>"
+        '<p class="caption">The path is coloured by 1/k<sub>F</sub>: blue and green well conditioned, amber at the '
+        "threshold, red below. Move the slider (arrow keys work too) to see the robot there; table, part and path turn "
+        "with it, the hall stands. Look for red stretches, and for the arm coming near the table or the part. The "
+        "bodies are the cell's collision shapes.</p></section>"
+    )
+
+
+_ROLE_TEXT = {
+    "arm": "arm",
+    "spindle": "spindle",
+    "tool": "tool",
+    "carriage": "robot's foot and carriage",
+    "table": "table",
+    "hall": "hall",
+    "part": "part",
+}

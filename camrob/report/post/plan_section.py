@@ -1,0 +1,132 @@
+"""How a plan was chosen, for the report: the trade of conditioning against external travel, and what the plan pays for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from camrob.report.page.html import escape, number
+
+__all__ = ["plan_section", "travel_unit"]
+
+Plan = Mapping[str, Any]
+
+_WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 430.0, 250.0, 52.0, 38.0, 14.0
+_TICKS = 4
+
+
+def travel_unit(key: str) -> tuple[str, str]:
+    """Axis and unit of a key such as E1_mm."""
+    axis, _, unit = key.rpartition("_")
+    return axis, {"deg": "°"}.get(unit, unit)
+
+
+def plan_section(plan: Plan | None) -> str:
+    """The section of a planned program, as HTML; nothing for another method's. `plan`: what NAME.json holds below "plan"."""
+    if not plan:
+        return ""
+    curve: Sequence[Plan] = plan.get("curve") or []
+    chosen = next((k for k, p in enumerate(curve) if p.get("name") == plan.get("chosen")), -1)
+    keys = list(curve[0].get("travel") or {}) if curve else []
+    pictures = "".join(_picture(curve, key, chosen) for key in keys) if len(curve) > 1 else ""
+    told = (
+        f"Taken: <b>{escape(plan.get('chosen'))}</b>, by this rule: {escape(plan.get('rule'))}. The bound is the best that any "
+        f"posture found reaches at each point, {number(plan.get('bound_mean'), 3)} in the mean and "
+        f"{number(plan.get('bound_min'), 3)} at its lowest; the chart of 1/k<sub>F</sub> shows both along the path."
+    )
+    return (
+        "<section><h2>The plan: conditioning against external travel</h2>"
+        f'<div class="trade" style="display:flex;flex-wrap:wrap;gap:12px">{pictures}</div><p class="caption">{told} '
+        "Still axes hold feed and accuracy better than moving ones: look for how little more conditioning the travel to the "
+        f"right of the ringed point buys.</p>{_curve_table(curve, keys, chosen)}{_terms(plan)}{_cuts(plan)}</section>"
+    )
+
+
+def _picture(curve: Sequence[Plan], key: str, chosen: int) -> str:
+    """Share of the bound over the travel of one axis, as SVG."""
+    axis, unit = travel_unit(key)
+    xs = [float((p.get("travel") or {}).get(key, 0.0)) for p in curve]
+    ys = [100.0 * float(p.get("share_of_bound", 0.0)) for p in curve]
+    high_x = max(*xs, 1e-9)
+    low_y, high_y = min(ys), max(ys)
+    pad = max(0.12 * (high_y - low_y), 0.05)
+    low_y, high_y = low_y - pad, high_y + pad
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        return (
+            _LEFT + (_WIDTH - _LEFT - 14.0) * x / high_x,
+            _HEIGHT - _BOTTOM - (_HEIGHT - _BOTTOM - _TOP) * (y - low_y) / (high_y - low_y),
+        )
+
+    out = [
+        f'<svg width="{_WIDTH:.0f}" height="{_HEIGHT:.0f}" role="img" aria-label="trade of {escape(axis)}" fill="currentColor" '
+        'font-size="11" font-family="sans-serif">'
+    ]
+    for k in range(_TICKS + 1):
+        y, x = low_y + (high_y - low_y) * k / _TICKS, high_x * k / _TICKS
+        (left, up), (across, base) = at(0.0, y), at(x, low_y)
+        right = at(high_x, y)[0]
+        out.append(f'<path d="M{left:.1f} {up:.1f}H{right:.1f}" stroke="currentColor" stroke-opacity="0.15"/>')
+        out.append(f'<text x="{left - 6:.1f}" y="{up + 4:.1f}" text-anchor="end">{y:.1f}</text>')
+        out.append(f'<text x="{across:.1f}" y="{base + 15:.1f}" text-anchor="middle">{x:,.0f}</text>')
+    places = [at(x, y) for x, y in zip(xs, ys, strict=True)]
+    line = "L".join(f"{a:.1f} {b:.1f}" for a, b in places)
+    out.append(f'<path d="M{line}" fill="none" stroke="#2f7fd1" stroke-width="1.6"/>')
+    for k, (x, y) in enumerate(zip(xs, ys, strict=True)):
+        a, b = places[k]
+        hint = escape(f"{curve[k].get('name')}: {y:.2f} % of the bound, {axis} {x:,.1f} {unit}")
+        look = 'r="6" stroke="#d64545" stroke-width="3" fill="#fff"' if k == chosen else 'r="4" fill="#2f7fd1"'
+        out.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" {look}><title>{hint}</title></circle>')
+    middle = _LEFT + 0.5 * (_WIDTH - _LEFT)
+    out.append(
+        f'<text x="{middle:.1f}" y="{_HEIGHT - 6:.1f}" text-anchor="middle">{escape(axis)}, {escape(unit)} while cutting</text>'
+    )
+    out.append(
+        f'<text x="12" y="{0.5 * _HEIGHT:.1f}" transform="rotate(-90 12 {0.5 * _HEIGHT:.1f})" text-anchor="middle">'
+    )
+    return "".join([*out, "mean 1/k_F, % of bound</text></svg>"])
+
+
+def _curve_table(curve: Sequence[Plan], keys: Sequence[str], chosen: int) -> str:
+    heads = "".join(f"<th>{escape(axis)} {escape(unit)}</th>" for axis, unit in map(travel_unit, keys))
+    rows = []
+    for k, p in enumerate(curve):
+        mark = "&#9679; " if k == chosen else ""
+        moved = "".join(f"<td>{number((p.get('travel') or {}).get(key), 0)}</td>" for key in keys)
+        share = 100.0 * float(p.get("share_of_bound", 0.0))
+        cells = f"<td>{number(p.get('inv_kf_mean'), 3)}</td><td>{number(p.get('inv_kf_min'), 3)}</td><td>{number(share, 2)}</td>"
+        rows.append(f"<tr><td>{mark}{escape(p.get('name'))}</td>{cells}{moved}</tr>")
+    return (
+        "<table><thead><tr><th>plan (&#9679; taken)</th><th>1/k<sub>F</sub> mean</th><th>lowest</th><th>% of bound</th>"
+        f"{heads}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    )
+
+
+def _terms(plan: Plan) -> str:
+    """Each term of the objective, m, and its share as a bar."""
+    terms, shares = plan.get("terms") or {}, plan.get("shares") or {}
+    rows = []
+    for name, value in terms.items():
+        share = 100.0 * float(shares.get(name, 0.0))
+        bar = f'<div style="background:#2f7fd1;height:9px;width:{2.0 * share:.1f}px"></div>'
+        figures = f"<td>{number(value, 3)}</td><td>{number(share, 1)}</td><td>{bar}</td>"
+        rows.append(f"<tr><td>{escape(name.replace('_', ' '))}</td>{figures}</tr>")
+    return (
+        "<table><thead><tr><th>term of the objective</th><th>price, m of cutting</th><th>%</th><th></th></tr></thead>"
+        f"<tbody>{''.join(rows)}</tbody></table>"
+    )
+
+
+def _cuts(plan: Plan) -> str:
+    """Where the arm is re-postured, and why."""
+    rows = [
+        f"<tr><td>{escape(cut.get('line') or '–')}</td><td>{'retract put in' if cut.get('inserted') else 'in a void motion'}</td>"
+        f"<td>{escape(cut.get('by'))}</td><td>{escape(cut.get('reason'))}</td></tr>"
+        for cut in plan.get("cuts") or []
+    ]
+    if not rows:
+        return ""
+    return (
+        "<table><thead><tr><th>re-posture at CL line</th><th>where</th><th>by</th><th>why</th></tr></thead>"
+        f"<tbody>{''.join(rows)}</tbody></table>"
+    )

@@ -1,0 +1,234 @@
+"""The written parts of a report: verdict, warnings, summary cards, table of regions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from camrob.cell.cell import Cell
+from camrob.findings import Finding, Severity, collapse
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.solution import Solution
+from camrob.report.page.html import escape, number
+from camrob.report.page.path_charts import axis_limits
+from camrob.units import m_to_mm
+
+__all__ = ["cards", "duration", "headline", "regions_table", "verdict", "warnings_table"]
+
+Summary = Mapping[str, Any]
+
+_METHODS = {"vjm": "virtual-joint method (as published)", "planned": "planned postures"}
+_RANK = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
+_MOST_REGIONS = 500
+_MOST_WARNINGS = 200
+_NEAREST = 3
+
+
+def _get(summary: Summary, *keys: str) -> Any:
+    """A value of the nested summary, None where it or its object is not there."""
+    value: Any = summary
+    for key in keys:
+        value = value.get(key) if isinstance(value, Mapping) else None
+    return value
+
+
+def _plural(count: int, one: str, many: str) -> str:
+    return f"{count:,} {one if count == 1 else many}"
+
+
+def duration(seconds: object) -> str:
+    """A time as a machinist reads it: "4 min 12 s"."""
+    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not np.isfinite(seconds):
+        return "–"
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    hours, minutes = whole // 3600, whole % 3600 // 60
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {whole % 60:02d} s"
+
+
+def headline(summary: Summary, cell: Cell) -> str:
+    """The title and what was made from what."""
+    source, method = _get(summary, "source", "file"), str(_get(summary, "method"))
+    dialect, units, digest = (_get(summary, "source", key) for key in ("dialect", "units", "sha256"))
+    return (
+        f"<h1>{escape(_get(summary, 'program'))}</h1>\n"
+        f'<p class="made">KRL program made from <b>{escape(source)}</b> ({escape(dialect)}, {escape(units)}) '
+        f"for the cell <b>{escape(cell.name)}</b>: {escape(cell.title)}. "
+        f"Redundancy resolved by <b>{escape(_METHODS.get(method, method))}</b>. "
+        f"Source SHA-256 <code>{escape(str(digest)[:16])}…</code></p>"
+    )
+
+
+def verdict(summary: Summary, findings: Sequence[Finding]) -> str:
+    """One line: is the program verified, by what, and how far is it off at worst."""
+    verified = _get(summary, "verified")
+    errors = sum(f.severity is Severity.ERROR for f in findings)
+    warned = sum(f.severity is Severity.WARNING for f in findings)
+    faults = [
+        (int(_get(summary, "limits", "violations") or 0), "axis limit violation", "axis limit violations"),
+        (int(_get(summary, "collisions", "count") or 0), "collision", "collisions"),
+        (int(_get(summary, "singular") or 0), "singular point", "singular points"),
+        (errors, "error below", "errors below"),
+    ]
+    wrong = [_plural(count, one, many) for count, one, many in faults if count]
+    if wrong:
+        level, word = "bad", "Do not run"
+        text = ", ".join(wrong) + "."
+    elif not isinstance(verified, Mapping):
+        level, word, text = "bad", "Not verified", "The program was not read back and replayed."
+    else:
+        whole = bool(_get(summary, "witness", "complete"))
+        level = "warn" if warned or not whole else "good"
+        word = ("Verified" if whole else "Verified in part") + (", with warnings" if warned else "")
+        text = "" if whole else "The witness could not judge all of the CL file: see the first warning."
+    if isinstance(verified, Mapping):
+        axis = _get(verified, "axis_error_deg_max")
+        axis_text = f" and {number(axis, 5, '°')}" if axis is not None else ""
+        text += (
+            f" Read back and replayed by {escape(_get(verified, 'by'))}: {number(_get(verified, 'points'), 0)} points, "
+            f"worst deviation from the CL data {number(_get(verified, 'position_error_mm_max'), 5, 'mm')}{axis_text}. "
+            "The solver's own error before rounding: "
+            f"{number(_get(summary, 'tracking', 'position_error_mm_max'), 6, 'mm')}, "
+            f"{number(_get(summary, 'tracking', 'axis_error_deg_max'), 6, '°')}."
+        )
+    return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
+
+
+def warnings_table(findings: Iterable[Finding], names: Mapping[int, str]) -> str:
+    """Findings, the worst first, one row a kind with its count and first place; a line that there are none."""
+    kinds = sorted(collapse(findings), key=lambda f: _RANK[f.severity])
+    if not kinds:
+        return "<section><h2>Warnings</h2><p>None: nothing was left out, guessed or close to a limit.</p></section>"
+    rows = []
+    for f in kinds[:_MOST_WARNINGS]:
+        place = f"line {f.line}" if f.line > 0 else ""
+        if f.region >= 0:
+            place += (", " if place else "") + names.get(f.region, f"region {f.region}")
+        value = number(f.value, 3, f.unit) if f.value is not None else ""
+        limit = f" (limit {number(f.limit, 3, f.unit)})" if f.limit is not None else ""
+        rows.append(
+            f'<tr><td><span class="tag {f.severity.value}">{f.severity.value}</span></td>'
+            f'<td class="text">{escape(f.text)}</td><td class="n">{value}{limit}</td>'
+            f'<td class="n">{f.count:,}</td><td class="place">{escape(place) or "–"}</td>'
+            f'<td class="place"><code>{escape(f.code)}</code></td></tr>'
+        )
+    more = len(kinds) - _MOST_WARNINGS
+    rest = f'<p class="caption">{more:,} more kinds are in the summary file.</p>' if more > 0 else ""
+    return (
+        f"<section><h2>Warnings ({_plural(len(kinds), 'kind', 'kinds')})</h2>"
+        '<div class="scroll"><table><thead><tr><th>Severity</th><th>What</th><th class="n">Value</th>'
+        '<th class="n">Count</th><th>First at</th><th>Code</th></tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div>{rest}</section>"
+    )
+
+
+def _card(what: str, value: str, note: str, level: str = "") -> str:
+    return (
+        f'<div class="card {level}"><div class="what">{what}</div><div class="value">{value}</div>'
+        f'<div class="note">{note}</div></div>'
+    )
+
+
+def _margins(summary: Summary, cell: Cell) -> tuple[str, str, str]:
+    """The axis that comes closest to its limit, the next ones, and a level for the card."""
+    limits = axis_limits(cell)
+    margins = _get(summary, "limits", "margin_min")
+    known = []
+    for name, margin in (margins or {}).items():
+        if isinstance(margin, int | float) and name in limits and np.isfinite(limits[name]).all():
+            lower, upper = limits[name]
+            known.append((margin / (upper - lower), name, margin))
+    if not known:
+        return "–", "no axis with limits", ""
+    units = {name: "mm" if cell.joints[cell.index(name)].prismatic else "°" for name in limits}
+    known.sort()
+    texts = [f"{escape(name)} {number(margin, 1, units[name])}" for _, name, margin in known[:_NEAREST]]
+    level = "bad" if known[0][2] < 0 else "warn" if known[0][0] < 0.02 else ""
+    return texts[0], ("then " + ", ".join(texts[1:])) if len(texts) > 1 else "", level
+
+
+def cards(summary: Summary, cell: Cell, path: ToolPathInBase, *, threshold: float) -> str:
+    """The figures of the job."""
+    conditioning = _get(summary, "conditioning") or {}
+    lowest, mean, bound = (conditioning.get(key) for key in ("inv_kf_min", "inv_kf_mean", "inv_kf_bound_mean"))
+    low = isinstance(lowest, int | float) and lowest < threshold
+    kf_note = f"mean {number(mean, 3)}; threshold {threshold:g}" + (
+        f"; bound's mean {number(bound, 3)}" if bound else ""
+    )
+    nearest, others, near_level = _margins(summary, cell)
+    checked, count = bool(_get(summary, "collisions", "checked")), int(_get(summary, "collisions", "count") or 0)
+    clearance = _get(summary, "collisions", "clearance_min_mm")
+    clear_note = f"closest {number(clearance, 1, 'mm')}" if clearance is not None else "clearance was not measured"
+    hits = (f"{count:,}" if count else "none", clear_note, "bad" if count else "")
+    optimal = _get(summary, "time_s", "optimal")
+    time_note = "at the programmed feeds" if optimal is None else f"{duration(optimal)} planned, jerk kept: see Feed"
+    travel = _get(summary, "external_travel") or {}
+    parts = [
+        (escape(str(key).split("_")[0]), number(value, 0, "mm" if str(key).endswith("_mm") else "°"))
+        for key, value in travel.items()
+    ]
+    regions = _get(summary, "regions") or []
+    revised = sum(bool(r.get("revised")) for r in regions)
+    length = number(float(path.length[-1]), 1, "m") if len(path) else "–"
+    error = _get(summary, "verified", "position_error_mm_max")
+    items = [
+        _card("CL points", number(_get(summary, "points"), 0), f"{length} of path, {len(path):,} points with travel"),
+        _card(
+            "Regions", f"{len(regions):,}", f"posture revised before {revised:,}" if revised else "no posture revision"
+        ),
+        _card("Time", duration(_get(summary, "time_s", "program")), time_note),
+        _card("Lowest 1/k<sub>F</sub>", number(lowest, 3), kf_note, "warn" if low else ""),
+        _card("Closest to a limit", nearest, others, near_level),
+        _card("External travel", " · ".join(f"{n} {v}" for n, v in parts[:2]) or "–", "summed over the program"),
+        _card("Collisions", *(hits if checked else ("not checked", "no bodies were given", "warn"))),
+        _card("Worst deviation", number(error, 5, "mm"), "of the program read back from the CL data"),
+    ]
+    return f'<div class="cards">{"".join(items)}</div>'
+
+
+def _per_region(path: ToolPathInBase, solution: Solution, count: int) -> tuple[Any, Any, Any]:
+    """Lowest and mean 1/k_F and length of cutting, mm, of each of the regions 0..count-1."""
+    inside = (path.region >= 0) & (path.region < count)
+    region, kf = path.region[inside], solution.inv_kf[inside]
+    lowest = np.full(count, np.inf)
+    np.minimum.at(lowest, region, kf)
+    points = np.bincount(region, minlength=count)
+    mean = np.bincount(region, weights=kf, minlength=count) / np.maximum(points, 1)
+    step = np.diff(path.length, prepend=0.0) * path.cutting
+    return lowest, mean, m_to_mm(np.bincount(region, weights=step[inside], minlength=count).astype(float))
+
+
+def regions_table(summary: Summary, path: ToolPathInBase, solution: Solution, *, threshold: float) -> str:
+    """One row a region: where it comes from, how long it is, how well the arm stands in it."""
+    regions = list(_get(summary, "regions") or [])
+    count = max([int(r["index"]) + 1 for r in regions], default=0)
+    lowest, mean, length_mm = _per_region(path, solution, count)
+    rows = []
+    for r in regions[:_MOST_REGIONS]:
+        k = int(r["index"])
+        low = "low" if lowest[k] < threshold else ""
+        change = "–"
+        if r.get("revised"):
+            change = f"{number(r.get('inv_kf_before'), 3)} → {number(r.get('inv_kf_after'), 3)}"
+        rows.append(
+            f'<tr><td class="n">{k}</td><td class="text">{escape(r.get("name"))}</td>'
+            f'<td class="n">{escape(r.get("first_line"))} – {escape(r.get("last_line"))}</td>'
+            f'<td class="n">{number(r.get("points"), 0)}</td><td class="n">{number(float(length_mm[k]), 0)}</td>'
+            f'<td class="n {low}">{number(float(lowest[k]), 3)}</td><td class="n">{number(float(mean[k]), 3)}</td>'
+            f'<td class="n">{change}</td></tr>'
+        )
+    more = len(regions) - _MOST_REGIONS
+    rest = f" The first {_MOST_REGIONS} are shown, {more:,} more are in the summary file." if more > 0 else ""
+    return (
+        '<section><h2>Regions</h2><div class="scroll"><table><thead><tr><th class="n">No.</th><th>Name</th>'
+        '<th class="n">CL lines</th><th class="n">Points</th><th class="n">Cutting [mm]</th>'
+        '<th class="n">1/k<sub>F</sub> lowest</th><th class="n">1/k<sub>F</sub> mean</th>'
+        '<th class="n">Revision: before → after</th>'
+        f"</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+        '<p class="caption">A region is one operation, or a run of cutting between retracts. Red: the arm falls below '
+        f"the threshold {threshold:g} there. Revision: 1/k<sub>F</sub> at the region's first point without and with "
+        f"the table and track moved before it.{rest}</p></section>"
+    )

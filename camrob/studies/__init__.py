@@ -1,0 +1,1 @@
+"""The papers' own cases and figures. Nothing of the product needs them."""

@@ -1,0 +1,190 @@
+"""Frames in CL text: MSYS, CSYS, CATIA's matrix in comments, and tables that have turned the part."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import ToolpathError
+from camrob.findings import Severity
+from camrob.toolpath.apt.lexer import Statement
+from camrob.toolpath.apt.state import Machine, unit_axis
+
+__all__ = ["Table", "camera", "csys", "matrix_rows", "msys", "set_frame", "trntyp"]
+
+_SLACK = 1e-3  # of a printed rotation: five decimals are common
+_CURE = "output the frame again from the CAM system"
+
+
+def _rotation(R: NDArray[np.float64], line: int) -> NDArray[np.float64]:
+    """The rotation nearest to a printed one. Raises ToolpathError when that is no rotation (mirrored, skew, scaled)."""
+    if not np.all(np.isfinite(R)) or np.max(np.abs(R.T @ R - np.eye(3))) > _SLACK:
+        raise ToolpathError("a frame's axes are not unit vectors at right angles", cure=_CURE, line=line)
+    if np.linalg.det(R) < 0.0:
+        raise ToolpathError("a frame is mirrored (left-handed)", cure=_CURE, line=line)
+    if np.array_equal(R.T @ R, np.eye(3)):
+        return R
+    u, _, vt = np.linalg.svd(R)
+    nearest: NDArray[np.float64] = u @ vt
+    return nearest
+
+
+def set_frame(m: Machine, part_R_cl: NDArray[np.float64], part_p_cl: NDArray[np.float64], line: int) -> None:
+    """From here on the file's points are in this frame; a tilted tool axis must be stated again."""
+    if np.allclose(part_R_cl, m.part_R_cl, atol=1e-12) and np.allclose(part_p_cl, m.part_p_cl, atol=1e-12):
+        return
+    turned = not np.allclose(part_R_cl, m.part_R_cl, atol=1e-9)
+    m.part_R_cl, m.part_p_cl = part_R_cl, part_p_cl
+    m.plain_frame = bool(np.array_equal(part_R_cl, np.eye(3)) and not part_p_cl.any())
+    if turned and m.axis_raw[2] < 1.0 - 1e-12:
+        m.axis_lost = True
+    m.announce("")
+
+
+def msys(m: Machine, s: Statement) -> None:
+    """NX: origin, X axis and Y axis of the machining frame in the part's; the points are in that frame."""
+    v = np.array(s.numbers)
+    if len(v) != 9:
+        raise ToolpathError(f"MSYS has {len(v)} numbers, not 9", cure=_CURE, line=s.line)
+    x, y = v[3:6], v[6:9]
+    set_frame(m, _rotation(np.column_stack([x, y, np.cross(x, y)]), s.line), v[:3] * m.scale, s.line)
+
+
+def _matrix(numbers: list[float], word: str, line: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Rotation and translation (file's unit) of a frame printed as three rows of four."""
+    if len(numbers) != 12:
+        raise ToolpathError(f"{word} has {len(numbers)} numbers, not 12", cure=_CURE, line=line)
+    rows = np.array(numbers).reshape(3, 4)
+    return _rotation(rows[:, :3], line), rows[:, 3]
+
+
+def trntyp(m: Machine, s: Statement) -> None:
+    """CAMWorks: which frame the points are in. Only the world's is known, with no shift."""
+    if "WORLD" not in s.words or any(s.numbers):
+        raise ToolpathError(
+            f"TRNTYP/{s.text.strip()} is not known: only points in WORLD are", cure="output in world frame", line=s.line
+        )
+    m.world_points = True
+
+
+def csys(m: Machine, s: Statement) -> None:
+    """CAMWorks: the operation's frame. The points are in the world frame already; only the tool axis is taken from it.
+
+    Its third column equals the axis that GOTO prints in every 3+2 file seen.
+    """
+    R, _ = _matrix(s.numbers, "CSYS", s.line)
+    if not m.dialect.csys_sets_axis and not np.allclose(s.numbers, np.eye(3, 4).ravel(), atol=1e-9):
+        raise ToolpathError(
+            "CSYS turns or shifts the frame, and this dialect does not say in which frame the points are",
+            cure="force the dialect (camworks-apt has world points), or output without CSYS",
+            line=s.line,
+        )
+    if m.dialect.csys_sets_axis and not m.world_points:
+        raise ToolpathError(
+            "CSYS stands without TRNTYP/WORLD, so it is unknown in which frame the points are",
+            cure="output TRNTYP/WORLD",
+            line=s.line,
+        )
+    m.announce("")
+    m.set_axis(R[:, 2], s.line)
+
+
+def camera(m: Machine, s: Statement) -> None:
+    """Creo by way of GPOST: the points have been shifted by it already, so it is only reported."""
+    _matrix(s.numbers, "CAMERA", s.line)
+    if not np.allclose(s.numbers, np.eye(3, 4).ravel(), atol=1e-9):
+        m.find("camera-frame", "CAMERA is not applied: the points hold it already", s.line, Severity.INFO)
+
+
+def matrix_rows(m: Machine, rows: list[list[float]], line: int) -> None:
+    """CATIA: the part operation's frame, three rows of four in comments; the points are in that frame."""
+    R, shift = _matrix([v for row in rows for v in row], "CATIA0", line)
+    before = m.part_R_cl, m.part_p_cl
+    set_frame(m, R, shift * m.scale, line)
+    if not m.plain_frame and not (before[0] is m.part_R_cl and before[1] is m.part_p_cl):
+        m.find(
+            "catia-frame", "the points are moved from the part operation's frame into the part's", line, Severity.INFO
+        )
+
+
+class Table:
+    """An indexing table (ROTABL) as CAMWorks' .clt has it: angles in radians, points in the frame of the turned part.
+
+    With the table indexed, TLAXIS is the tool axis in the part's frame, and the tool stands along z in the points' own.
+    So the points are turned back by the angle, in the sense that brings z to TLAXIS, about the file's origin.
+    """
+
+    __slots__ = ("angles", "machine", "part_axis", "used")
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self.angles = {"A": 0.0, "B": 0.0, "C": 0.0}
+        self.part_axis = np.array([0.0, 0.0, 1.0])
+        self.used: NDArray[np.float64] | None = None
+        machine.settle = self.settle
+
+    def reset(self) -> None:
+        """A feature begins: its ROTABL count from zero (the file does not always turn the table back before)."""
+        self.angles = dict.fromkeys(self.angles, 0.0)
+        self.machine.settle = self.settle
+
+    def turn(self, s: Statement) -> None:
+        """One ROTABL: the angle is added to what the table has turned."""
+        name = next((w[0] for w in s.words if w in ("AAXIS", "BAXIS", "CAXIS")), "")
+        if not name or not s.numbers:
+            raise ToolpathError(f"ROTABL/{s.text.strip()} names no axis or angle", cure="output it again", line=s.line)
+        self.angles[name] += s.numbers[0]
+        self.machine.settle = self.settle
+
+    def axis(self, s: Statement) -> None:
+        """One TLAXIS: the tool axis in the part's frame."""
+        if len(s.numbers) != 3:
+            raise ToolpathError("TLAXIS needs three numbers", cure="output it again", line=s.line)
+        self.part_axis = unit_axis(np.array(s.numbers), s.line)
+        self.machine.settle = self.settle
+
+    def settle(self, line: int) -> None:
+        """Before a motion: the frame that the table's angles and TLAXIS make; ToolpathError where they disagree."""
+        m = self.machine
+        turned = {name: angle for name, angle in self.angles.items() if abs(math.remainder(angle, math.tau)) > 1e-4}
+        if not turned:
+            R = np.eye(3)
+            m.axis_raw, m.axis_lost = self.part_axis, False
+        else:
+            R = self._turned(turned, line)
+            m.axis_raw, m.axis_lost = np.array([0.0, 0.0, 1.0]), False
+            m.find(
+                "indexed-table",
+                "the table was to turn the part: the points are turned about the file's origin, and the tool tilts",
+                line,
+            )
+        if self.used is None:
+            self.used = R
+        elif not np.allclose(self.used, R, atol=1e-4):
+            raise ToolpathError(
+                "the table turns between operations, and the file does not say where its centre is",
+                cure="output one file for each position of the table",
+                line=line,
+            )
+        if not np.allclose(R, m.part_R_cl, atol=1e-12):
+            set_frame(m, R, np.zeros(3), line)
+            m.axis_lost = False
+        m.settle = None
+
+    def _turned(self, turned: dict[str, float], line: int) -> NDArray[np.float64]:
+        """The rotation about the one turned axis that takes z to TLAXIS."""
+        if len(turned) == 1 and "C" not in turned:
+            ((name, angle),) = turned.items()
+            for sign in (1.0, -1.0):
+                c, s = math.cos(angle), math.sin(sign * angle)
+                R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]] if name == "A" else [[c, 0, s], [0, 1, 0], [-s, 0, c]])
+                if np.allclose(R[:, 2], self.part_axis, atol=1e-3):
+                    exact: NDArray[np.float64] = _rotation(np.where(np.abs(R) < 1e-6, 0.0, R), line)
+                    return exact
+        raise ToolpathError(
+            "the table's turns (ROTABL) and the tool axis (TLAXIS) do not fit each other",
+            cure="output the path in the part's frame, with i, j, k in each GOTO",
+            line=line,
+        )

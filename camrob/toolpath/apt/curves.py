@@ -1,0 +1,157 @@
+"""Curves of CL text as points: CIRCLE before a GOTO, CATIA's TLON,GOFWD, NX's NURBS blocks."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.apt.bspline import clamped_spline, sample_spline
+from camrob.toolpath.apt.lexer import Statement, number_of
+from camrob.toolpath.apt.state import Machine
+from camrob.toolpath.region import Move
+from camrob.toolpath.sampling import arc_angle, arc_radius, sample_arc
+from camrob.units import mm_to_m
+
+__all__ = ["Nurbs", "arc_to", "circle", "indirv", "tlon"]
+
+_MISFIT_MM = 0.05  # start and end may differ in radius by rounding, not by more than this
+_FLAT_MM = 0.001  # an axial rise below this is rounding: the arc stays an arc
+_MOST_TURNS = 1000
+_TLON = re.compile(r"\(\s*CIRCLE\s*/([^()]*)\)\s*,\s*ON\s*,.*\(\s*LINE\s*/([^()]*)\)", re.I | re.S)
+
+
+def circle(m: Machine, s: Statement) -> None:
+    """CIRCLE/centre, axis[, radius, ...][, TIMES, n]: the way to the next GOTO's point is this arc."""
+    v = s.numbers
+    turns = 0
+    if "TIMES" in s.words:
+        turns = round(v.pop())
+    if len(v) < 6 or not 0 <= turns <= _MOST_TURNS or isinstance(s.args[0], str):
+        raise ToolpathError("CIRCLE needs centre, axis and at most 1000 turns", cure="output it again", line=s.line)
+    if m.settle is not None:
+        m.settle(s.line)
+    center = m.to_part(np.array(v[:3]))
+    normal = np.array(v[3:6])
+    length = float(np.linalg.norm(normal))
+    if not abs(length - 1.0) <= 1e-3:
+        raise ToolpathError(f"CIRCLE's axis has the length {length:.4f}", cure="output it again", line=s.line)
+    axis = m.part_R_cl @ normal / length
+    # CAMWorks' .clt prints 0,0,1 for both senses and tells them by a word
+    if m.dialect.left_handed_arcs or "CLOCKWISE" in s.words or "CLW" in s.words:
+        axis = -axis
+    radius = v[6] * m.scale if len(v) > 6 else 0.0
+    m.curve_line = s.line
+    m.curve = lambda end, tool, line: arc_to(m, end, center, axis, turns, tool, line, radius)
+
+
+def arc_to(
+    m: Machine,
+    end: NDArray[np.float64],
+    center: NDArray[np.float64],
+    axis: NDArray[np.float64],
+    turns: int,
+    tool: NDArray[np.float64],
+    line: int,
+    radius: float = 0.0,
+) -> None:
+    """The arc from where the tool is to `end`, right-handed about `axis`, all in the part's frame.
+
+    Raises ToolpathError where there is no start, or where start and end don't lie on one circle.
+    """
+    if m.position is None:
+        raise ToolpathError("an arc has no start: no point stands before it", cure="start with a GOTO", line=line)
+    start, feed = m.position, m.cut_feed(line)
+    r0, r1 = arc_radius(start, center, axis), arc_radius(end, center, axis)
+    slack = max(mm_to_m(_MISFIT_MM), 1e-4 * r0)
+    if abs(r0 - r1) > slack or (radius > 0.0 and abs(r0 - radius) > slack):
+        raise ToolpathError(
+            f"an arc's start, end and radius do not lie on one circle (radii {r0:.6f}, {r1:.6f} m)",
+            cure="a point before it is missing, or the centre is wrong; output the path again",
+            line=line,
+        )
+    rise = float((end - start) @ axis)
+    points = sample_arc(start, end, center, axis, rise, turns, m.chord, m.angle)
+    m.begin_cut()
+    same = float(np.max(np.abs(tool - m.position_axis))) < 1e-9
+    if same and abs(rise) <= mm_to_m(_FLAT_MM) and turns == 0:
+        lifted = center + axis * float((start - center) @ axis)
+        m.builder.arc(points, lifted, axis, r0, arc_angle(start, end, center, axis), tool, feed, line)
+    else:
+        share = (np.arange(len(points)) + 1.0)[:, None] / len(points)
+        tools = m.position_axis + share * (tool - m.position_axis)
+        length = np.linalg.norm(tools, axis=1, keepdims=True)
+        if length.min() < 1e-6:
+            raise ToolpathError(
+                "the tool turns upside down along an arc, and which way is not said",
+                cure="output points between",
+                line=line,
+            )
+        m.builder.points(points, tools / length, feed, Move.CUT, line)
+    m.position, m.position_axis, m.position_line = end, tool, line
+
+
+def indirv(m: Machine, s: Statement) -> None:
+    """CATIA: the direction in which the following TLON,GOFWD leaves its start."""
+    if len(s.numbers) != 3:
+        raise ToolpathError("INDIRV needs three numbers", cure="output it again", line=s.line)
+    m.direction = m.part_R_cl @ np.array(s.numbers)
+
+
+def tlon(m: Machine, s: Statement) -> None:
+    """CATIA: along a circle in the plane across the tool, as INDIRV points, to the end of the line from its centre."""
+    match = _TLON.search(s.text)
+    fields = [] if match is None else [number_of(t.strip()) for t in f"{match[1]},{match[2]}".split(",") if t.strip()]
+    numbers = [f for f in fields if f is not None]
+    if len(fields) != 10 or len(numbers) != 10 or m.direction is None:
+        raise ToolpathError(
+            "TLON,GOFWD is known only as (CIRCLE/x,y,z,r),ON,(LINE/...) after INDIRV",
+            cure="switch circular output off in the CAM system",
+            line=s.line,
+        )
+    if m.position is None:
+        raise ToolpathError("an arc has no start: no point stands before it", cure="start with a GOTO", line=s.line)
+    center, end = m.to_part(np.array(numbers[:3])), m.to_part(np.array(numbers[7:]))
+    normal = m.position_axis
+    ahead = float(np.cross(normal, m.position - center) @ m.direction)
+    arc_to(m, end, center, normal if ahead > 0.0 else -normal, 0, normal, s.line, numbers[3] * m.scale)
+    m.direction = None
+
+
+class Nurbs:
+    """One NX NURBS block: KNOT and CNTRL statements gather in it until another word comes."""
+
+    __slots__ = ("control", "knots", "line")
+
+    def __init__(self, line: int) -> None:
+        self.line = line
+        self.control: list[float] = []
+        self.knots: list[float] = []
+
+    def add(self, s: Statement) -> None:
+        """A KNOT or CNTRL statement."""
+        if s.words or not s.numbers:
+            raise ToolpathError(f"{s.word}/ holds something else than numbers", cure="output it again", line=s.line)
+        if s.word == "KNOT":
+            self.knots += s.numbers
+        elif len(s.numbers) % 3:
+            raise ToolpathError("CNTRL needs three numbers a point (weights are not known)", cure="", line=s.line)
+        else:
+            self.control += s.numbers
+
+    def finish(self, m: Machine) -> None:
+        """The curve as cutting points from where the tool is; its end is the last control point."""
+        if m.position is None or not self.control:
+            raise ToolpathError("a NURBS has no start or no control points", cure="output it again", line=self.line)
+        if m.settle is not None:
+            m.settle(self.line)
+        control = m.to_part(np.array(self.control).reshape(-1, 3))
+        if float(np.linalg.norm(control[0] - m.position)) > mm_to_m(_FLAT_MM):
+            control = np.vstack([m.position, control])
+        points = sample_spline(clamped_spline(control, np.array(self.knots)), m.chord, m.angle)
+        feed = m.cut_feed(self.line)
+        m.begin_cut()
+        m.builder.points(points, m.position_axis, feed, Move.CUT, self.line)
+        m.position, m.position_line = points[-1], self.line

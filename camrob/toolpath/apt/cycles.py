@@ -1,0 +1,256 @@
+"""Drilling cycles: what a CYCLE statement asks for, and the moves that it stands for at each hole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.apt.lexer import Statement
+from camrob.toolpath.region import EventKind, Move
+from camrob.units import mm_to_m
+
+if TYPE_CHECKING:
+    from camrob.toolpath.apt.state import Machine
+
+__all__ = [
+    "CYCLE_KINDS",
+    "FEED_WORDS",
+    "Cycle",
+    "check_words",
+    "cycle_fields",
+    "expand_cycle",
+    "feed_of",
+    "keyed_cycle",
+    "peck_depths",
+]
+
+FEED_WORDS = frozenset({"MMPM", "IPM", "PERMIN", "MMPR", "IPR", "PERREV"})
+
+CYCLE_KINDS = {
+    "DRILL": "drill",
+    "CSINK": "drill",
+    "SPOT": "drill",
+    "FACE": "drill",
+    "DEEP": "peck",
+    "DEEP2": "peck",
+    "BRKCHP": "chip",
+    "DEEP1": "chip",
+    "TAP": "tap",
+    "REAM": "bore",
+    "BORE": "bore",
+}
+
+_MOST_PECKS = 10_000
+_SLIVER = 0.01  # of a peck: what is left of less joins the one before it
+_GAP_MM = 0.5  # how far above the depth reached the rapid approach of the next peck ends, and how far a chip is broken
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """What is done at each hole, in the file's unit of length, measured along the tool axis from the GOTO's point.
+
+    `depth` is positive into the part; `clearance` and `retract` are positive outwards (`retract` None: as `clearance`);
+    `first_peck` and `peck` are 0 where there are none; `feed` is (value, unit word) or None for the modal feed. `began`
+    (3,) m in the part's frame: where the tool stood when the cycle began, whose height it goes back to (RTRCTO,AUTO), or None.
+    """
+
+    kind: str
+    depth: float
+    clearance: float = 0.0
+    retract: float | None = None
+    first_peck: float = 0.0
+    peck: float = 0.0
+    feed: tuple[float, str] | None = None
+    dwell_s: float = 0.0
+    line: int = 0
+    began: NDArray[np.float64] | None = None
+
+
+def cycle_fields(args: Iterable[float | str]) -> tuple[str, dict[str, float], list[float]]:
+    """The cycle's name, the values that follow minor words, and the numbers that follow none of them.
+
+    A word with several numbers after it keeps the first; the others are positional. Words without a number get none.
+    """
+    name, word = "", ""
+    fields: dict[str, float] = {}
+    loose: list[float] = []
+    for arg in args:
+        if isinstance(arg, str):
+            name = name or arg
+            word = arg if arg != name else ""
+        elif word and word not in fields:
+            fields[word] = arg
+            word = ""
+        else:
+            loose.append(arg)
+    return name, fields, loose
+
+
+def check_words(s: Statement) -> None:
+    """Refuse a cycle whose minor words ask for more than its name: tapping peck by peck, boring backwards or by hand."""
+    words = {token for word in s.words for token in word.split()}
+    if words & {"BACK", "MANUAL"} or ("TAP" in words and words & {"DEEP", "BRKCHP", "STEP", "PECKING"}):
+        raise ToolpathError(
+            f"cycle {s.text.strip()[:60]} is not known",
+            cure="output its moves as GOTO from the CAM system",
+            line=s.line,
+        )
+
+
+def feed_of(fields: dict[str, float]) -> tuple[float, str] | None:
+    """The feed among a cycle's fields, None where it names none."""
+    return next(((value, word) for word, value in fields.items() if word in FEED_WORDS), None)
+
+
+def peck_depths(depth: float, first: float, step: float) -> NDArray[np.float64]:
+    """Depths that are reached one after the other: `first`, then every `step`, at last `depth`, which is no sliver away.
+
+    Raises ToolpathError when the pecks are too small to mean anything.
+    """
+    first = first or step
+    if not first > 0.0 or first >= depth:
+        return np.array([depth])
+    if not step > 0.0 or (depth - first) / step > _MOST_PECKS:
+        raise ToolpathError(f"pecks of {step:g} for a hole of {depth:g}", cure="correct the cycle's peck in the CAM")
+    n = int(np.ceil((depth - first) / step - _SLIVER))
+    return np.append(first + step * np.arange(n), depth)
+
+
+def expand_cycle(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.float64], line: int) -> None:
+    """The moves of the machine's open cycle at one hole: `hole` (3,) m and unit `axis` (3,) in the part's frame.
+
+    To the hole's axis in rapid at the height where the tool is (at least the retract height), down to the clearance,
+    at the feed to the depth (peck by peck), and out to the retract height.
+    """
+    cycle = machine.cycle
+    if cycle is None:
+        raise ValueError("no cycle is open")
+    unit = machine.scale
+    depth, clear = cycle.depth * unit, cycle.clearance * unit
+    out = max(clear, clear if cycle.retract is None else cycle.retract * unit)
+    if cycle.began is not None:
+        out = max(clear, float((cycle.began - hole) @ axis))
+    feed = machine.cycle_feed(cycle, line)
+    _approach(machine, hole, axis, out, line)
+    _rapid(machine, hole + axis * clear, axis, line)
+    if cycle.kind == "tap":
+        _tap(machine, hole, axis, cycle, feed, line)
+    elif cycle.kind in ("peck", "chip"):
+        _pecks(machine, hole, axis, cycle, feed, line)
+    else:
+        machine.move(hole - axis * depth, axis, Move.CUT, line, feed)
+        _dwell(machine, cycle, line)
+        if cycle.kind == "bore":
+            machine.move(hole + axis * clear, axis, Move.CUT, line, feed)
+    _rapid(machine, hole + axis * out, axis, line)
+
+
+def _approach(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.float64], out: float, line: int) -> None:
+    """In rapid to the hole's axis: first up to the retract height where the tool stands lower, then across."""
+    here = machine.position
+    if here is None or float(machine.position_axis @ axis) < 0.999:
+        _rapid(machine, hole + axis * out, axis, line)
+        return
+    height = float((here - hole) @ axis)
+    if height < out - 1e-9:
+        _rapid(machine, here + axis * (out - height), axis, line)
+        height = out
+    _rapid(machine, hole + axis * height, axis, line)
+    if height > out + 1e-9:
+        _rapid(machine, hole + axis * out, axis, line)
+
+
+def _rapid(machine: Machine, point: NDArray[np.float64], axis: NDArray[np.float64], line: int) -> None:
+    """In rapid to the point, unless the tool stands there already."""
+    here = machine.position
+    if here is None or np.max(np.abs(here - point)) > 1e-12 or np.max(np.abs(machine.position_axis - axis)) > 1e-12:
+        machine.move(point, axis, Move.RAPID, line)
+
+
+def _dwell(machine: Machine, cycle: Cycle, line: int) -> None:
+    if cycle.dwell_s > 0.0:
+        machine.event(EventKind.DWELL, cycle.dwell_s, "", line)
+
+
+def _pecks(
+    machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.float64], cycle: Cycle, feed: float, line: int
+) -> None:
+    """Peck by peck: out to the clearance after each (deep), or back a little (chip breaking)."""
+    unit, gap = machine.scale, mm_to_m(_GAP_MM)
+    clear = hole + axis * (cycle.clearance * unit)
+    depths = peck_depths(cycle.depth, cycle.first_peck, cycle.peck) * unit
+    for n, depth in enumerate(depths):
+        machine.move(hole - axis * depth, axis, Move.CUT, line, feed)
+        _dwell(machine, cycle, line)
+        if n + 1 == len(depths):
+            return
+        above = hole - axis * (depth - gap)
+        if cycle.kind == "peck":
+            machine.move(clear, axis, Move.RAPID, line)
+        machine.move(above, axis, Move.RAPID, line)
+
+
+def _tap(
+    machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.float64], cycle: Cycle, feed: float, line: int
+) -> None:
+    """In at the feed, the spindle reversed, out at the feed, the spindle forward again; its sense is that of SPINDL."""
+    if not machine.turning:
+        raise ToolpathError("tapping while the spindle stands", cure="put SPINDL before the cycle", line=line)
+    machine.find(
+        "tap-cycle",
+        "tapping is written as feed in, spindle reversed, feed out: the robot's feed is not coupled to its spindle, "
+        "so a floating tap holder is needed",
+        line,
+    )
+    machine.move(hole - axis * (cycle.depth * machine.scale), axis, Move.CUT, line, feed)
+    _dwell(machine, cycle, line)
+    back = "CLW" if machine.spindle == "CCLW" else "CCLW"
+    machine.event(EventKind.SPINDLE_ON, machine.rpm, back, line)
+    machine.move(hole + axis * (cycle.clearance * machine.scale), axis, Move.CUT, line, feed)
+    machine.event(EventKind.SPINDLE_ON, machine.rpm, machine.spindle or "CLW", line)
+
+
+def _named_pecks(fields: dict[str, float]) -> tuple[float, float]:
+    """The first peck and the others, in the file's unit, 0 where it names none; of several steps the shortest."""
+    first = abs(fields.get("1STPECK", fields.get("STPECK", 0.0)))
+    peck = abs(fields.get("SUBPECK", fields.get("STEP", fields.get("INCR", 0.0))))
+    steps = [abs(fields[word]) for word in ("STEP1", "STEP2", "STEP3") if fields.get(word)]
+    return first, peck or min(steps, default=first)
+
+
+def keyed_cycle(name: str, fields: dict[str, float], depth: float, line: int) -> Cycle:
+    """A cycle whose values stand behind words (RAPTO or CLEAR, RTRCTO or RETURN, STEP, DWELL, ...).
+
+    A file that names a peck wants pecks, whatever the drilling cycle is called. Raises ToolpathError for a cycle of another kind
+    than drilling, tapping and boring, one without a depth, or boring peck by peck.
+    """
+    kind = CYCLE_KINDS.get(name)
+    first, peck = _named_pecks(fields)
+    if kind == "drill" and (first or peck):
+        kind = "peck"
+    elif kind == "bore" and (first or peck):
+        what = f"cycle {name} peck by peck is not known"
+        raise ToolpathError(what, cure="output its moves as GOTO from the CAM system", line=line)
+    if kind is None:
+        raise ToolpathError(
+            f"cycle {name or '(no name)'} is not known", cure="output its moves as GOTO from the CAM system", line=line
+        )
+    if not depth >= 0.0:
+        raise ToolpathError(f"cycle {name} has a depth of {depth:g}, out of the part", cure="correct it", line=line)
+    retract = fields.get("RTRCTO", fields.get("RETURN"))
+    return Cycle(
+        kind=kind,
+        depth=depth,
+        clearance=fields.get("RAPTO", fields.get("CLEAR", 0.0)),
+        retract=retract,
+        first_peck=first,
+        peck=peck,
+        feed=feed_of(fields),
+        dwell_s=fields.get("DWELL", 0.0),
+        line=line,
+    )

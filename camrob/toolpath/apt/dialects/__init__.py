@@ -1,0 +1,1 @@
+"""The dialects of CL text, one file each; `registry` lists them."""

@@ -1,0 +1,43 @@
+"""What tells one CAM system's CL text from another's: a few facts and the reading of its cycles."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from camrob.toolpath.apt.cycles import Cycle
+from camrob.toolpath.apt.lexer import Statement
+
+__all__ = ["Dialect", "message", "score"]
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """One dialect over the shared APT grammar.
+
+    `recognise` gives a score for the file's beginning (0: not this one). `cycle` reads a CYCLE statement that opens
+    a cycle. `pprint` turns operator text into ("operation", name), ("message", text) or None to drop it.
+    """
+
+    name: str
+    recognise: Callable[[str], int]
+    cycle: Callable[[Statement], Cycle]
+    pprint: Callable[[str], tuple[str, str] | None]
+    left_handed_arcs: bool = False  # the printed axis of CIRCLE is the reverse of the right-handed one
+    msys: bool = False  # MSYS: the following points are in that frame
+    csys_sets_axis: bool = False  # the third column of CSYS is the tool axis until a GOTO names another
+    table_radians: bool = False  # ROTABL is in radians, and points are in the frame of the turned part
+    cutter_is_tool: bool = False  # there is no LOAD: another CUTTER means another tool
+    insert_names_tool: bool = False  # INSERT before CUTTER holds the tool's name
+    must_end: bool = False  # the system always writes FINI: a file without it was cut off
+
+
+def score(head: str, weights: Mapping[str, int]) -> int:
+    """Sum of the weights of the patterns (regular expressions, line by line) that occur in `head`."""
+    return sum(weight for pattern, weight in weights.items() if re.search(pattern, head, re.M))
+
+
+def message(text: str) -> tuple[str, str] | None:
+    """Operator text as it is."""
+    return ("message", text)

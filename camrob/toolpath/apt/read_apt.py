@@ -1,0 +1,150 @@
+"""CL data of every dialect as a toolpath: one interpreter over one APT grammar."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from camrob.errors import InputError, ToolpathError
+from camrob.findings import Finding, Severity, collapse
+from camrob.toolpath.apt.dialects.registry import choose_dialect
+from camrob.toolpath.apt.feed_units import FeedReader, unit_name
+from camrob.toolpath.apt.goto_kernel import ROWS
+from camrob.toolpath.apt.handlers import Interpreter
+from camrob.toolpath.apt.lexer import Lexer
+from camrob.toolpath.apt.state import Machine
+from camrob.toolpath.defaults import Defaults, feed_finding, unit_finding, with_spindle
+from camrob.toolpath.sampling import ANGLE_TOLERANCE, CHORD_TOLERANCE
+from camrob.toolpath.split import split_at_turns
+from camrob.toolpath.toolpath import Toolpath
+from camrob.toolpath.toolpath_builder import clean_text
+
+__all__ = ["read_cl"]
+
+_HEAD = 65_536
+_LARGEST_M = 3.0  # a part of this size, or a cutter of a tenth of it, makes one ask for the units
+_UNITS = re.compile(rb"^[ \t]*UNITS?[ \t]*/", re.M | re.I)
+_LOADS = re.compile(rb"^[ \t]*(?:LOADTL[ \t]*/|LOAD[ \t]*/[ \t]*TOOL)", re.M | re.I)
+_FEED_UNIT = re.compile(rb"^[ \t]*(?:FEDRAT|CYCLE)[ \t]*/[^\n]*?\b(IPM|IPR|MMPM|MMPR)\b", re.M | re.I)
+
+
+def read_cl(
+    path: Path,
+    data: bytes,
+    *,
+    dialect: str | None = None,
+    units: str | None = None,
+    chord_tolerance: float = CHORD_TOLERANCE,
+    angle_tolerance: float = ANGLE_TOLERANCE,
+    defaults: Defaults | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Toolpath:
+    """The toolpath of one CL file's bytes, in the part's frame and in metres.
+
+    `dialect` forces a dialect by name, `units` ("mm", "inch") overrides the file's; arcs, splines and helices become
+    points within `chord_tolerance` (m) and `angle_tolerance` (rad). `defaults` serve where the file states no feed or
+    starts no spindle. `progress` is told the share done (0..1) about
+    every hundredth. Raises ToolpathError, with path and line, for what can't be read or would make a wrong part.
+    """
+    try:
+        return _read(path, data, dialect, units, chord_tolerance, angle_tolerance, defaults or Defaults(), progress)
+    except InputError as error:
+        raise error.at(path) from error
+
+
+def _read(
+    path: Path,
+    data: bytes,
+    dialect: str | None,
+    units: str | None,
+    chord: float,
+    angle: float,
+    defaults: Defaults,
+    progress: Callable[[float], None] | None,
+) -> Toolpath:
+    if not chord > 0.0 or not angle > 0.0:
+        raise ToolpathError("chord and angle tolerance must be above zero", cure="choose 0.01 mm and 5 degrees")
+    lexer = Lexer(data)
+    chosen = choose_dialect(lexer.data[:_HEAD].decode("latin-1").replace("\r", ""), dialect)
+    feeds = FeedReader(forced=None if units is None else unit_name(units), defaults=defaults)
+    feeds.units = feeds.forced or "mm"
+    machine = Machine(chosen, chord, angle, feeds)
+    machine.tool_by_number = not _LOADS.search(lexer.data)
+    assumed = _guess_units(machine, lexer.data)
+    interpreter = Interpreter(machine)
+    _walk(lexer, interpreter, progress)
+    interpreter.finish(lexer.line - 1, lexer.data.endswith((b"\n", b"\x1a")))
+    if not any(len(r) for r in machine.regions):
+        raise ToolpathError("the file holds no motion", cure="give a CL file with GOTO statements")
+    findings = [unit_finding("units-assumed", assumed, feeds.units, machine.regions, 0)] if assumed else []
+    if defaults.feed is not None and feeds.defaulted:
+        findings.append(feed_finding(defaults.feed, feeds.defaulted))
+    regions = tuple(part for region in machine.regions for part in split_at_turns(region))
+    if defaults.spindle_rpm:
+        regions, said = with_spindle(regions, defaults.spindle_rpm)
+        findings += said
+    toolpath = Toolpath(
+        regions=regions,
+        source=clean_text(path.name),
+        sha256=hashlib.sha256(data).hexdigest(),
+        dialect=chosen.name,
+        units=feeds.units,
+        tools=tuple(machine.tools.values()),
+        findings=tuple(collapse([*findings, *machine.findings, *_doubts(machine)])),
+        chord_tolerance=chord,
+    )
+    if progress is not None:
+        progress(1.0)
+    return toolpath
+
+
+def _walk(lexer: Lexer, interpreter: Interpreter, progress: Callable[[float], None] | None) -> None:
+    """All statements in their order: runs of plain GOTO at once, everything else one by one."""
+    machine = interpreter.m
+    size, told = max(len(lexer.data), 1), 0.0
+    while True:
+        rows, machine.rapid = lexer.gotos(machine.rapid)
+        if rows is not None:
+            still_rapid = machine.rapid
+            interpreter.rows(rows)
+            machine.rapid = still_rapid
+        if rows is None or len(rows.lines) < ROWS:
+            statement = lexer.next()
+            if statement is None:
+                return
+            interpreter.statement(statement)
+        if progress is not None and lexer.pos / size - told >= 0.01:
+            told = min(lexer.pos / size, 1.0)
+            progress(told)
+
+
+def _guess_units(machine: Machine, data: bytes) -> str:
+    """The unit of length of a file that states none: as its feeds say, millimetres otherwise. Why, where that is a guess.
+
+    Feeds in millimetres leave no doubt: it is what NX writes instead of a unit.
+    """
+    feeds = machine.feeds
+    if feeds.forced is not None or _UNITS.search(data):
+        return ""
+    match = _FEED_UNIT.search(data)
+    if match is None:
+        return "the file names no unit of length"
+    feeds.units = "inch" if match[1].upper().startswith(b"I") else "mm"
+    return "the file names no unit of length, and its feeds are in inches" if feeds.units == "inch" else ""
+
+
+def _doubts(machine: Machine) -> list[Finding]:
+    """What the whole path makes one doubt: contradicting units, and a size that no part has."""
+    found = [Finding("units-odd", text, Severity.WARNING, line) for text, line in machine.feeds.disagreements.items()]
+    low = np.min([r.position.min(axis=0) for r in machine.regions], axis=0)
+    high = np.max([r.position.max(axis=0) for r in machine.regions], axis=0)
+    extent = float(np.max(high - low))
+    widest = max((tool.diameter for tool in machine.tools.values()), default=0.0)
+    if extent > _LARGEST_M or widest > 0.1 * _LARGEST_M or (machine.feeds.units == "inch" and widest > 0.1):
+        text = f"the path spans {extent:.2f} m and the widest cutter {widest:.3f} m: is {machine.feeds.units} right?"
+        found.append(Finding("units-odd", text, Severity.WARNING))
+    return found

@@ -1,0 +1,102 @@
+"""Tools, coolant and dwell in CL text."""
+
+from __future__ import annotations
+
+from camrob.errors import ToolpathError
+from camrob.findings import Severity
+from camrob.toolpath.apt.lexer import Statement
+from camrob.toolpath.apt.state import Machine
+from camrob.toolpath.region import EventKind
+from camrob.units import m_to_mm
+
+__all__ = ["coolnt", "cutter", "delay", "load", "tldata", "toolname", "toolno", "turret", "unload"]
+
+
+def toolname(m: Machine, name: str, line: int) -> None:
+    """A tool known by its name alone (NX's TOOL PATH): a change where the name is another one."""
+    if name != m.tool_name:
+        m.change_tool(0, name, line)
+
+
+def load(m: Machine, s: Statement) -> None:
+    """LOAD/TOOL,n or LOADTL/n: a change, unless that tool is in the spindle already."""
+    if s.word == "LOAD" and "TOOL" not in s.words:
+        return
+    if not s.numbers:
+        raise ToolpathError(f"{s.word} names no tool number", cure="give the tool a number in the CAM", line=s.line)
+    _change(m, s.numbers[0], s.line)
+
+
+def turret(m: Machine, s: Statement) -> None:
+    """TURRET/n: the turret brings tool n; without a number it only says which turret."""
+    if s.numbers:
+        _change(m, s.numbers[0], s.line)
+
+
+def toolno(m: Machine, s: Statement) -> None:
+    """TOOLNO/n,...: a description, and the change itself in a file that has no other word for it."""
+    if s.numbers and m.tool_by_number:
+        _change(m, s.numbers[0], s.line)
+
+
+def unload(m: Machine, s: Statement) -> None:
+    """UNLOAD/TOOL: the tool is put away; the next one must be loaded before a cut."""
+    m.find("tool-unloaded", "UNLOAD puts the tool away: that is left to the operator", s.line, Severity.INFO)
+    m.tool_number, m.tool_name, m.unloaded = 0, "", s.line
+
+
+def _change(m: Machine, value: float, line: int) -> None:
+    """A change to the tool of that number, unless it is in the spindle already."""
+    number = int(value)
+    if number != value or number < 0:
+        raise ToolpathError(f"{value:g} is no tool number", cure="a whole number from 0", line=line)
+    m.unloaded = 0
+    name, m.next_tool_name = m.next_tool_name, ""
+    for n, (kind, _, text, first) in enumerate(m.pending):
+        if kind == EventKind.TOOL_CHANGE and m.tool_number == 0:  # NX names it first and numbers it here
+            m.pending[n] = (kind, float(number), text or name, first)
+            m.tool_number, m.tool_name = number, m.tool_name or name
+            return
+    if number == m.tool_number:
+        m.announce("")
+        return
+    m.change_tool(number, name, line, name if m.dialect.insert_names_tool else "")
+
+
+def cutter(m: Machine, s: Statement) -> None:
+    """CUTTER/d[,r,e,f,a,b,h]: the cutter's size; where dialect or file has no LOAD, another size is another tool."""
+    v = [*s.numbers, *([0.0] * 7)][:7]
+    size = (v[0] * m.scale, v[1] * m.scale, v[6] * m.scale)
+    another = m.tool_by_number and not m.tool_number and any(m.cutter) and bool(len(m.builder) or m.regions)
+    if (m.dialect.cutter_is_tool or another) and size != m.cutter:
+        m.change_tool(0, f"D{m_to_mm(size[0]):g} R{m_to_mm(size[1]):g}", s.line)
+    m.cutter, m.cutter_line = size, s.line
+
+
+def tldata(m: Machine, s: Statement) -> None:
+    """NX: TLDATA/MILL,diameter,corner radius,length,..."""
+    if {"TURN", "GROOVE", "THREAD"} & set(s.words):
+        m.find("turning-tool", "the tool is a turning tool; its shape is not read", s.line)
+        return
+    v = [*s.numbers, 0.0, 0.0, 0.0]
+    m.cutter, m.cutter_line = (v[0] * m.scale, v[1] * m.scale, v[2] * m.scale), s.line
+
+
+def coolnt(m: Machine, s: Statement) -> None:
+    """COOLNT/OFF, or on in some way."""
+    if "OFF" in s.words:
+        m.event(EventKind.COOLANT_OFF, 0.0, "", s.line)
+    else:
+        m.event(EventKind.COOLANT_ON, 0.0, s.words[0] if s.words else "ON", s.line)
+
+
+def delay(m: Machine, s: Statement) -> None:
+    """DELAY/seconds, or DELAY/n,REV: n revolutions of the spindle."""
+    if not s.numbers or not s.numbers[0] >= 0.0:
+        raise ToolpathError("DELAY needs a time", cure="give it in seconds", line=s.line)
+    seconds = s.numbers[0]
+    if "REV" in s.words:
+        if not m.rpm > 0.0:
+            raise ToolpathError("DELAY in revolutions without a spindle speed", cure="give it in seconds", line=s.line)
+        seconds = 60.0 * seconds / m.rpm
+    m.event(EventKind.DWELL, seconds, "", s.line)

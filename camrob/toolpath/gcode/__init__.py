@@ -1,0 +1,1 @@
+"""G-code: one reader of blocks, modes, motions and cycles."""

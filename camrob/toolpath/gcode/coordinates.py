@@ -1,0 +1,243 @@
+"""Where the tool is: program coordinates, rotary angles and tilted planes of a G-code program as tip and tool axis."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import ToolpathError
+from camrob.units import deg_to_rad
+
+__all__ = ["Stance", "ToolFrame", "Triple", "euler", "rotary_axes"]
+
+_LINEAR = {"X": 0, "Y": 1, "Z": 2}
+_ROTARY = {"A": 0, "B": 1, "C": 2}
+_UPRIGHT = np.array([0.0, 0.0, 1.0])
+_TURNED = 1e-9  # rad: a rotary axis nearer to a whole turn than this counts as at zero
+_ALIGNED = math.cos(deg_to_rad(0.1))  # a tool within 0.1 degrees of a tilted plane's normal stands on it
+
+Triple = tuple[float, float, float]
+
+
+class Stance:
+    """A place of the tool: tip (m) and axis in the part, rotary angles (rad), and whether angles define the axis."""
+
+    __slots__ = ("angles", "axis", "rotary", "tip")
+
+    def __init__(self, tip: Triple, axis: Triple, angles: Triple, rotary: bool) -> None:
+        self.tip = tip
+        self.axis = axis
+        self.angles = angles
+        self.rotary = rotary
+
+
+def rotary_axes(kinematics: str, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit tool axes (N, 3) in the part's frame for rotary angles A, B, C (N, 3), rad.
+
+    XYZAC: (sin A sin C, sin A cos C, cos A); XYZBC: (-sin B cos C, sin B sin C, cos B): LinuxCNC's table-table
+    machines with the tool centre point on. Anything else is a three-axis machine: (0, 0, 1).
+    """
+    c = angles[:, 2]
+    if kinematics == "xyzac":
+        a = angles[:, 0]
+        return np.stack((np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)), axis=1)
+    if kinematics == "xyzbc":
+        b = angles[:, 1]
+        return np.stack((-np.sin(b) * np.cos(c), np.sin(b) * np.sin(c), np.cos(b)), axis=1)
+    return np.broadcast_to(_UPRIGHT, (len(angles), 3)).copy()
+
+
+def euler(order: str, angles: tuple[float, float, float]) -> NDArray[np.float64]:
+    """Rotation matrix of three turns (rad) about the turned axes named by `order` ("313": Z, then X', then Z'')."""
+    result = np.eye(3)
+    for axis, angle in zip(order, angles, strict=True):
+        i = int(axis) - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        turn = np.eye(3)
+        turn[j, j] = turn[k, k] = math.cos(angle)
+        turn[k, j] = math.sin(angle)
+        turn[j, k] = -turn[k, j]
+        result = result @ turn
+    return result
+
+
+class ToolFrame:
+    """The tool's place as the program has named it so far; a coordinate that it hasn't named is NaN.
+
+    `xyz` (3 floats, m) are program coordinates: tip in the part while the tool centre point is on, the tool stands on
+    a tilted plane, or the rotary axes are at zero; otherwise they are the machine's own, from which the tip can't be
+    told without the machine's geometry. `angles` (A, B, C) in rad.
+    """
+
+    __slots__ = ("angles", "kinematics", "on_plane", "plane", "shift", "tcp_g", "tcp_m", "xyz")
+
+    def __init__(self, kinematics: str) -> None:
+        self.kinematics = kinematics
+        self.xyz = [math.nan] * 3
+        self.angles = [0.0, 0.0, 0.0]
+        self.shift = [0.0, 0.0, 0.0]  # G52
+        self.plane: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None  # part_R_plane, part_p_plane
+        self.on_plane = False
+        self.tcp_g = False  # G43.4, until G49
+        self.tcp_m = False  # M128, M428, TRAORI, until M129, M429, TRAFOOF
+
+    @property
+    def tcp(self) -> bool:
+        """Whether the control keeps the tool centre point on the programmed path."""
+        return self.tcp_g or self.tcp_m
+
+    @property
+    def turned(self) -> bool:
+        """Whether a rotary axis is away from zero, or nobody knows."""
+        a, b, c = self.angles
+        if a == 0.0 and b == 0.0 and c == 0.0:
+            return False
+        return any(not (math.isfinite(v) and abs(math.remainder(v, math.tau)) < _TURNED) for v in (a, b, c))
+
+    @property
+    def placeable(self) -> bool:
+        """Whether program coordinates say where the tip is in the part."""
+        if self.plane is not None:
+            return self.on_plane
+        return self.oriented if self.tcp else not self.turned
+
+    @property
+    def oriented(self) -> bool:
+        """Whether the rotary angles are known (a control that finds them itself, G53.1, doesn't name them)."""
+        return all(map(math.isfinite, self.angles))
+
+    @property
+    def known(self) -> bool:
+        """Whether X, Y and Z have all been named."""
+        x, y, z = self.xyz
+        return x == x and y == y and z == z
+
+    def axis(self) -> tuple[float, float, float]:
+        """The tool's unit axis in the part, tip to holder."""
+        if self.plane is not None and self.on_plane:
+            x, y, z = self.plane[0][:, 2].tolist()
+            return x, y, z
+        a, b, c = self.angles
+        if self.kinematics == "xyzac":
+            return math.sin(a) * math.sin(c), math.sin(a) * math.cos(c), math.cos(a)
+        if self.kinematics == "xyzbc":
+            return -math.sin(b) * math.cos(c), math.sin(b) * math.sin(c), math.cos(b)
+        return 0.0, 0.0, 1.0
+
+    def tip(self) -> tuple[float, float, float]:
+        """The tip in the part's frame, m."""
+        x, y, z = self.xyz
+        if self.plane is not None:
+            rotation, origin = self.plane
+            x, y, z = (rotation @ np.array((x, y, z)) + origin).tolist()
+        return x + self.shift[0], y + self.shift[1], z + self.shift[2]
+
+    def stance(self) -> Stance:
+        """Where the tool stands, as a place of the tool in the part."""
+        if self.plane is not None:
+            return Stance(self.tip(), self.axis(), (0.0, 0.0, 0.0), False)
+        a, b, c = self.angles
+        return Stance(self.tip(), self.axis(), (a, b, c), True)
+
+    def direction(self, vector: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A direction of the program's frame in the part's."""
+        return vector if self.plane is None else self.plane[0] @ vector
+
+    def point(self, xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A point of the program's frame in the part's."""
+        inner = xyz if self.plane is None else self.plane[0] @ xyz + self.plane[1]
+        return np.asarray(inner + np.array(self.shift))
+
+    def move(self, words: dict[str, float], scale: float, degree: float, incremental: bool) -> None:
+        """Take the coordinates of a block: X, Y, Z times `scale` (m), A, B, C times `degree` (rad)."""
+        xyz, angles, turned = self.xyz, self.angles, False
+        for letter, value in words.items():
+            i = _LINEAR.get(letter)
+            if i is not None:
+                xyz[i] = xyz[i] + value * scale if incremental else value * scale
+                continue
+            i = _ROTARY.get(letter)
+            if i is not None:
+                angles[i] = angles[i] + value * degree if incremental else value * degree
+                turned = True
+        if turned and self.plane is not None and self.on_plane != self._stands():
+            self.on_plane = not self.on_plane
+            self.forget()
+
+    def _stands(self) -> bool:
+        """Whether the named rotary angles put the tool on the tilted plane's normal."""
+        if self.plane is None or not self.oriented:
+            return False
+        axis = rotary_axes(self.kinematics, np.array([self.angles]))[0]
+        return float(axis @ self.plane[0][:, 2]) > _ALIGNED
+
+    def forget(self, letters: str = "XYZ") -> None:
+        """The named coordinates are no longer known; rotary axes are at the machine's zero."""
+        for letter in letters:
+            if letter in _LINEAR:
+                self.xyz[_LINEAR[letter]] = math.nan
+            elif letter in _ROTARY:
+                self.angles[_ROTARY[letter]] = 0.0
+
+    def switch_tcp(self, on: bool, *, by_m: bool) -> None:
+        """Tool centre point on or off; with turned axes the other kind of coordinates is not known."""
+        before = self.tcp
+        if by_m:
+            self.tcp_m = on
+        else:
+            self.tcp_g = on
+        if self.tcp != before and self.turned:
+            self.forget()
+
+    def tilt(self, rotation: NDArray[np.float64], origin: NDArray[np.float64]) -> None:
+        """Set a tilted plane (G68.2): program coordinates are its own from here on."""
+        if self.tcp:
+            raise ToolpathError(
+                "a tilted plane (G68.2) while the tool centre point is on", cure="use one of the two, or switch TCP off"
+            )
+        self._leave_plane()
+        self.plane = (rotation, origin)
+        self.on_plane = self._stands()
+        self._reframe()
+
+    def untilt(self) -> None:
+        """Back to the work frame (G69); the tool stays turned until the rotary axes are named."""
+        self._leave_plane()
+
+    def orient(self) -> None:
+        """Turn the tool onto the tilted plane's normal (G53.1): where the tip goes meanwhile isn't known."""
+        if self.plane is None:
+            raise ToolpathError("G53.1 without a tilted plane", cure="set the plane with G68.2 first")
+        self.on_plane = True
+        if not self._stands():
+            tilting = "B" if self.kinematics == "xyzbc" else "A"
+            self.angles[_ROTARY[tilting]] = self.angles[_ROTARY["C"]] = math.nan
+        self.forget()
+
+    def set_shift(self, shift: list[float]) -> None:
+        """Set a local shift (G52); the tool stays where it is."""
+        if self.plane is not None:
+            raise ToolpathError("G52 in a tilted plane is not read", cure="put the shift into G68.2's origin")
+        self.xyz = [v + old - new for v, old, new in zip(self.xyz, self.shift, shift, strict=True)]
+        self.shift = shift
+
+    def _leave_plane(self) -> None:
+        """Drop a tilted plane: coordinates are the machine's again, and unknown if it was turned for the plane."""
+        if self.plane is None:
+            return
+        if self.on_plane and not self.turned:
+            self.xyz = [v - s for v, s in zip(self.tip(), self.shift, strict=True)]
+        else:
+            self.forget()
+        self.plane = None
+        self.on_plane = False
+
+    def _reframe(self) -> None:
+        """Express the known place in the new plane's coordinates."""
+        if self.plane is None or not self.known or not self.on_plane:
+            self.forget()
+            return
+        rotation, origin = self.plane
+        self.xyz = (rotation.T @ (np.array(self.xyz) - origin)).tolist()

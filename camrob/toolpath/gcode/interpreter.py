@@ -1,0 +1,177 @@
+"""What G-code blocks mean: modal state, motion, feed, spindle and coolant, one block after the other."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.defaults import Defaults
+from camrob.toolpath.gcode.arc import circle
+from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
+from camrob.toolpath.gcode.cut_path import PathGrower
+from camrob.toolpath.gcode.cycles import CYCLES
+from camrob.toolpath.gcode.drill import Drill
+from camrob.toolpath.gcode.lexer import Block
+from camrob.toolpath.gcode.modes import apply_setup
+from camrob.toolpath.gcode.moves import Motions
+from camrob.toolpath.gcode.state import Modal
+from camrob.toolpath.gcode.tools import Process
+from camrob.toolpath.sampling import arc_angle, arc_radius
+from camrob.units import deg_to_rad
+
+__all__ = ["Interpreter"]
+
+_MOTION = frozenset((0, 10, 20, 30)) | CYCLES
+_AXES = frozenset("XYZABC")
+_ARC_WORDS = frozenset("XYZABCIJKR")
+_CORNER = frozenset("IJKR")
+_DEGREE = deg_to_rad(1.0)
+_DWELLS = frozenset("PXU")  # a dwell's time; F only where it has none of them
+_LONG_WAY = math.pi * (1.0 + 1e-6)
+
+
+class Interpreter:
+    """Runs blocks into a `PathGrower`; `process` and `motions` do what their words say."""
+
+    def __init__(self, path: PathGrower, frame: ToolFrame, modal: Modal, defaults: Defaults) -> None:
+        self.path = path
+        self.frame = frame
+        self.modal = modal
+        self.process = Process(path, frame, modal, defaults)
+        self.motions = Motions(path, frame, modal, self.process, defaults)
+        self._drill = Drill(self.motions)
+
+    @property
+    def ended(self) -> bool:
+        """Whether M2 or M30 has been read."""
+        return self.process.ended
+
+    def run(self, block: Block) -> None:
+        """Carry one block out. Raises ToolpathError (without its place) for what can't be read honestly."""
+        line, words, modal = block.line, block.words, self.modal
+        if block.comment:
+            self.path.comment(block.comment, line)
+        if block.optional:
+            self.path.note("block-delete", "blocks behind a slash are taken as switched on", line)
+        motion = modal.motion
+        consumed = False
+        if block.g:
+            motion, consumed = self._codes(block, motion)
+        self._values(block)
+        if block.m or "S" in words:
+            self.process.before(block)
+        if 40 in block.g:
+            self.process.dwell(block)
+            consumed = True
+        if words and not consumed and not (_ARC_WORDS if motion in (20, 30) else _AXES).isdisjoint(words):
+            self._motion(block, motion)
+        elif motion in CYCLES and "R" in words and not consumed:
+            self._drill.run(block, motion)
+        if block.m:
+            self.process.after(block)
+
+    def _codes(self, block: Block, motion: int | None) -> tuple[int | None, bool]:
+        """Carry the G codes of a block out, except for motion: the motion code now, whether axis words are used up."""
+        setup = []
+        named: int | None = None
+        for code in block.g:
+            if code in _MOTION or code == 800:
+                if named is not None and named != code and 800 not in (named, code):
+                    raise ToolpathError(
+                        f"G{named / 10:g} and G{code / 10:g} in one block", cure="keep one motion code a block"
+                    )
+                named = code if named in (None, 800) else named
+            elif code != 40:
+                setup.append(code)
+        if named is not None:
+            if named in CYCLES and (motion not in CYCLES):
+                self.modal.cycle_start = self.frame.xyz[2]
+            if named not in CYCLES:
+                self.modal.cycle.clear()
+            motion = self.modal.motion = None if named == 800 else named
+        consumed = apply_setup(setup, block, self.modal, self.frame, self.path) if setup else False
+        if 533 in setup:
+            motion = 0
+        return motion, consumed
+
+    def _values(self, block: Block) -> None:
+        """F, T, S and letters that have no meaning here."""
+        words, modal = block.words, self.modal
+        if "F" in words and (40 not in block.g or not _DWELLS.isdisjoint(words)):
+            modal.feed = words["F"]
+            modal.feed_scale = modal.scale
+        if "T" in words:
+            self.process.tool_word(words["T"], block.line)
+        for letter in ("U", "V", "W"):
+            if letter in words and 40 not in block.g:
+                raise ToolpathError(
+                    f"a {letter} word: secondary axes and lathe increments are not read", cure="export X, Y, Z, A, B, C"
+                )
+        if "O" in words:
+            if len(words) > 1 or block.g or block.m or modal.named or modal.moved:
+                raise ToolpathError(
+                    "O-words (subprograms, or several programs in one file) are not read",
+                    cure="have the CAM system write one program with plain blocks",
+                )
+            modal.named = True
+
+    # -- motion ------------------------------------------------------------------------------------------------
+
+    def _motion(self, block: Block, motion: int | None) -> None:
+        """Move as the modal motion code says."""
+        if motion is None:
+            raise ToolpathError(
+                "coordinates before any of G0, G1, G2, G3 (or after G80)", cure="name the kind of motion in the block"
+            )
+        modal, frame, words = self.modal, self.frame, block.words
+        if motion == 10 and not _CORNER.isdisjoint(words):
+            raise ToolpathError(
+                "a straight cut with R, I, J or K (a rounded or chamfered corner)", cure="write the corner out as moves"
+            )
+        modal.first_move(block.line)
+        self.process.settle()
+        if motion in CYCLES:
+            self._drill.run(block, motion)
+            return
+        before, turned_before = frame.xyz.copy(), frame.angles[2]
+        frame.move(words, modal.scale, _DEGREE, modal.incremental)
+        if motion == 0:
+            self.motions.rapid(block.line)
+            return
+        self.motions.cuttable()
+        if "C" in words and abs(frame.angles[2] - turned_before) > _LONG_WAY and self.path.place is not None:
+            self.path.note(
+                "rotary-long-way",
+                "C turns by more than 180 degrees within one cut; read as the numbers say, without rollover",
+                block.line,
+            )
+        to = frame.stance()
+        if motion == 10:
+            place = self.path.place
+            length = math.nan if place is None else math.dist(place.tip, to.tip)
+            self.path.cut(to, self.motions.feed(block, length, to), block.line)
+        else:
+            self._arc(block, motion, np.array(before), to)
+
+    def _arc(self, block: Block, motion: int, before: NDArray[np.float64], to: Stance) -> None:
+        """A circle or helix of a G2 or G3 block."""
+        modal, frame = self.modal, self.frame
+        if not np.isfinite(before).all() or self.path.place is None:
+            raise ToolpathError("an arc from an unknown place", cure="name X, Y and Z in a move before the arc")
+        center, normal, turns = circle(
+            block.words,
+            before,
+            np.array(frame.xyz),
+            plane=modal.plane,
+            clockwise=motion == 20,
+            absolute_center=modal.absolute_center,
+            scale=modal.scale,
+        )
+        center, normal = frame.point(center), frame.direction(normal)
+        start, end = np.array(self.path.place.tip), np.array(to.tip)
+        sweep = arc_angle(start, end, center, normal, turns) * arc_radius(start, center, normal)
+        length = math.hypot(sweep, float((end - start) @ normal))
+        self.path.arc(to, center, normal, turns, self.motions.feed(block, length, to), block.line)

@@ -1,0 +1,257 @@
+"""G codes that set the stage: planes, units, offsets, feed modes, TCP, tilted planes, machine positions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from camrob.errors import ToolpathError
+from camrob.findings import Severity
+from camrob.toolpath.gcode.coordinates import ToolFrame, euler
+from camrob.toolpath.gcode.cut_path import PathGrower
+from camrob.toolpath.gcode.lexer import Block
+from camrob.toolpath.gcode.state import SCALES, Modal
+from camrob.units import deg_to_rad
+
+__all__ = ["apply_setup"]
+
+_DEGREE = deg_to_rad(1.0)
+Handler = Callable[[int, Block, Modal, ToolFrame, PathGrower], bool]
+
+_REFUSED = {
+    51: ("a spline (G5.1)", "export lines and arcs"),
+    52: ("a NURBS block (G5.2)", "export lines and arcs"),
+    70: ("diameter programming (G7)", "export a milling program"),
+    160: ("polar coordinates (G16)", "export X, Y, Z"),
+    71: ("a cylinder's surface (G7.1)", "export X, Y, Z"),
+    121: ("polar interpolation (G12.1)", "export X, Y, Z"),
+    161: ("polar coordinates (G16.1)", "export X, Y, Z"),
+    330: ("threading (G33)", "mill the thread, or leave it out"),
+    331: ("rigid tapping (G33.1): it needs a spindle coupled to the feed", "mill the thread, or leave it out"),
+    435: ("tool axis vectors (G43.5)", "post with rotary words and G43.4"),
+    510: ("scaling or mirroring (G51)", "let the CAM system do it"),
+    511: ("mirroring (G51.1)", "let the CAM system do it"),
+    542: ("a fixture offset that turns (G54.2)", "post in the part's frame"),
+    544: ("a workpiece error compensation (G54.4)", "post in the part's frame"),
+    650: ("a macro call (G65)", "have the CAM system write plain blocks"),
+    660: ("a macro call (G66)", "have the CAM system write plain blocks"),
+    680: ("a rotated frame (G68)", "let the CAM system turn the path, or use G68.2"),
+    683: ("a tilted plane by points or vectors (G68.3)", "use G68.2 with Euler angles"),
+    684: ("a tilted plane that adds to another (G68.4)", "use one G68.2"),
+    760: ("a G76 cycle", "write the moves out"),
+    870: ("back boring (G87)", "write the moves out"),
+    880: ("a G88 cycle, which waits for the operator's hand", "write the moves out"),
+    842: ("rigid tapping (G84.2): it needs a spindle coupled to the feed", "use G84, or mill the thread"),
+    843: ("rigid tapping (G84.3): it needs a spindle coupled to the feed", "use G74, or mill the thread"),
+    960: ("constant surface speed (G96)", "export a milling program with S in rev/min"),
+    411: ("dynamic cutter compensation (G41.1)", "let the CAM system offset the path"),
+    421: ("dynamic cutter compensation (G42.1)", "let the CAM system offset the path"),
+    1010: ("mirroring (G101)", "let the CAM system do it"),
+    1070: ("a cylinder's surface (G107)", "export X, Y, Z"),
+    1120: ("polar interpolation (G112)", "export X, Y, Z"),
+}
+# Codes that pass alone, but whose coordinates are no place to go to.
+_NO_COORDINATES = {
+    431: "a tool length by its words (G43.1)", 432: "a further tool length by its words (G43.2)",
+    500: "a block of G50 with coordinates", 630: "tapping as a move (G63)",
+}  # fmt: skip
+# Path modes, exact stop, tool length, plain defaults: the cell decides, or nothing is to be done.
+_SILENT = frozenset((80, 90, 150, 281, 301, 400, 430, 431, 432, 500, 610, 611, 630, 640, 641, 670, 690, 970))
+_MOVES = frozenset((0, 10, 20, 30))
+_PLANE_ORDERS = frozenset(("121", "131", "212", "232", "313", "323"))
+
+
+def apply_setup(codes: list[int], block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """Carry the codes (tenths, no motion among them) out, in the order in which controls do.
+
+    True where they used the block's coordinates up. Raises ToolpathError for codes that are refused or unknown.
+    """
+    consumed = False
+    for code in sorted(codes, key=lambda c: _RANK.get(c, 99)):
+        handler = _HANDLERS.get(code)
+        if handler is not None:
+            consumed = handler(code, block, modal, frame, path) or consumed
+        elif code in _REFUSED:
+            what, cure = _REFUSED[code]
+            raise ToolpathError(f"{what} is not read", cure=cure)
+        elif code in _NO_COORDINATES and not (code == 630 and _MOVES & set(block.g)):
+            if not set("XYZABC").isdisjoint(block.words):
+                raise ToolpathError(f"{_NO_COORDINATES[code]} is not read", cure="write plain moves (G0, G1)")
+        elif code not in _SILENT:
+            if not set("XYZABCIJKR").isdisjoint(block.words):
+                raise ToolpathError(
+                    f"G{code / 10:g} is not known here, and its block carries coordinates", cure="post without it"
+                )
+            path.note("unknown-g-code", f"G{code / 10:g} is not known here and is left out", block.line)
+        if code == 690:
+            frame.untilt()
+    return consumed
+
+
+def _units(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    scale = SCALES["inch" if code == 200 else "mm"]
+    modal.stated = True
+    if not modal.forced:
+        modal.scale = scale
+    elif modal.scale != scale:
+        path.note("units-overridden", f"G{code // 10} is overruled by the units asked for", block.line)
+    return False
+
+
+def _modal(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    if code in (170, 180, 190):
+        modal.plane = code
+    elif code in (900, 910):
+        modal.incremental = code == 910
+    elif code in (901, 911):
+        modal.absolute_center = code == 901
+    elif code in (980, 990):
+        modal.return_to_r = code == 990
+    elif code != modal.feed_mode:
+        modal.feed_mode = code
+        modal.feed = None
+    return False
+
+
+def _compensation(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    path.note(
+        "cutter-compensation",
+        "cutter radius compensation (G41, G42) can't be done by a robot: the path is cut as programmed",
+        block.line,
+    )
+    return False
+
+
+def _tcp(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    if code == 434 and frame.plane is not None:
+        raise ToolpathError("TCP (G43.4) in a tilted plane (G68.2)", cure="cancel the plane with G69 first")
+    frame.switch_tcp(code == 434, by_m=False)
+    return False
+
+
+def _offset(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    key = (code, block.words.get("P", 0.0) if code == 541 else 0.0)
+    if modal.offset not in (None, key) and modal.moved:
+        path.note(
+            "several-work-offsets",
+            "several work offsets (G54 ... G59): taken as one origin, which only the machine can confirm",
+            block.line,
+            Severity.ERROR,
+        )
+        frame.forget()
+        path.lose()
+    modal.offset = key
+    return False
+
+
+def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """G28, G30, G53: a place that only the machine knows; the coordinates that the block names are not known behind it.
+
+    G28 and G30 go there by way of the point that the block names.
+    """
+    named = "".join(letter for letter in "XYZABC" if letter in block.words)
+    if code == 530 and not named:
+        return False
+    if code == 530 and {20, 30} & {modal.motion, *block.g}:
+        raise ToolpathError("an arc to a machine position (G53)", cure="use G0 or G1 with G53")
+    if code != 530 and named:  # first to the point that the block names, which is one of the program's
+        frame.move({k: v for k, v in block.words.items() if k in named}, modal.scale, _DEGREE, modal.incremental)
+        if frame.placeable and frame.known:
+            modal.first_move(block.line)
+            path.rapid(frame.stance(), block.line)
+    path.lose()
+    frame.forget(named or "XYZ")
+    if not named:  # whether the rotary axes go along is the machine's affair
+        frame.angles = [math.nan if angle else 0.0 for angle in frame.angles]
+    path.note(
+        "machine-position",
+        "moves to machine positions (G28, G30, G53) are left out: the cell's own retract takes their place",
+        block.line,
+        Severity.INFO,
+    )
+    return True
+
+
+def _shift(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    if any(letter in block.words for letter in "ABC"):
+        raise ToolpathError("G52 with rotary words is not read", cure="post without it")
+    shift = [block.words[a] * modal.scale if a in block.words else v for a, v in zip("XYZ", frame.shift, strict=True)]
+    if shift != frame.shift:
+        if not frame.placeable:
+            raise ToolpathError("G52 with turned axes and the tool centre point off", cure="post with TCP on")
+        frame.set_shift(shift)
+    return True
+
+
+def _origin(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """G10 and G92: offsets of the machine's, harmless before the first move."""
+    if code == 100 and block.words.get("L") in (1.0, 10.0, 11.0):  # the tool table
+        return True
+    if modal.moved:
+        raise ToolpathError(
+            f"G{code / 10:g} moves the origin in the middle of the program", cure="post with one work offset"
+        )
+    path.note(
+        "origin-set", "the origin that G10 or G92 sets is the machine's: the part is placed by the set-up", block.line,
+        Severity.INFO,
+    )  # fmt: skip
+    if code == 920:
+        frame.move({k: v for k, v in block.words.items() if k in "XYZ"}, modal.scale, 0.0, False)
+    return True
+
+
+def _unmirror(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """G50.1: the axes of a mirror that is not on (G51.1 is refused)."""
+    return True
+
+
+def _cancel_origin(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    if modal.moved:
+        raise ToolpathError(f"G{code / 10:g} in the middle of the program", cure="post with one work offset")
+    return False
+
+
+def _tilt(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """G68.2: origin X Y Z and three Euler angles I J K; P0 and a Q that names the order of axes are read, too."""
+    words = block.words
+    order = f"{words.get('Q', 313.0):g}"
+    if words.get("P", 0.0) != 0.0 or order not in _PLANE_ORDERS:
+        raise ToolpathError("a tilted plane (G68.2) other than by Euler angles", cure="post with G68.2 X Y Z I J K")
+    if frame.shift != [0.0, 0.0, 0.0]:
+        raise ToolpathError("a tilted plane (G68.2) on top of G52", cure="put the shift into G68.2's origin")
+    angles = (words.get("I", 0.0), words.get("J", 0.0), words.get("K", 0.0))
+    a, b, c = (deg_to_rad(value) for value in angles)
+    origin = np.array([words.get(letter, 0.0) * modal.scale for letter in "XYZ"])
+    frame.tilt(euler(order, (a, b, c)), origin)
+    return True
+
+
+def _orient(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """G53.1, G53.6: tool onto the tilted plane's normal; G53.3 with a move to X Y Z of the plane."""
+    if any(letter in block.words for letter in "ABC"):
+        raise ToolpathError("G53.1 with rotary words", cure="the control finds the angles itself: leave them out")
+    path.lose()
+    frame.orient()
+    return False
+
+
+_HANDLERS: dict[int, Handler] = {
+    **dict.fromkeys((200, 210), _units),
+    **dict.fromkeys((170, 180, 190, 900, 910, 901, 911, 930, 940, 950, 980, 990), _modal),
+    **dict.fromkeys((410, 420), _compensation),
+    **dict.fromkeys((434, 490), _tcp),
+    **dict.fromkeys((540, 541, 550, 560, 570, 580, 590, 591, 592, 593, *range(5050, 6000, 10)), _offset),
+    **dict.fromkeys((280, 300, 530), _machine),
+    520: _shift,
+    **dict.fromkeys((100, 920), _origin),
+    501: _unmirror,
+    **dict.fromkeys((921, 922, 923), _cancel_origin),
+    682: _tilt,
+    **dict.fromkeys((531, 533, 536), _orient),
+}
+_RANK = {code: rank for rank, code in enumerate((
+    930, 940, 950, 170, 180, 190, 200, 210, 400, 410, 420, 690, 490, 430, 434, 540, 541, 550, 560, 570, 580, 590,
+    591, 592, 593, 900, 910, 901, 911, 980, 990, 280, 300, 100, 520, 920, 921, 922, 923, 682, 531, 533, 536, 530,
+))}  # fmt: skip

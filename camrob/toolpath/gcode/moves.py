@@ -1,0 +1,143 @@
+"""Moves of a G-code program: rapids and cuts from where the frame stands, and the feed of a cut."""
+
+from __future__ import annotations
+
+import math
+
+from camrob.errors import ToolpathError
+from camrob.findings import Severity
+from camrob.toolpath.defaults import Defaults, check_feed
+from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
+from camrob.toolpath.gcode.cut_path import PathGrower
+from camrob.toolpath.gcode.lexer import Block
+from camrob.toolpath.gcode.state import Modal
+from camrob.toolpath.gcode.tools import Process
+from camrob.units import m_to_mm, mm_min_to_m_s
+
+__all__ = ["Motions"]
+
+_FASTEST = 1.0  # m/s: a programmed cutting feed above this is said
+_RESTING = 1e-6  # m: a tip that goes less far while the tool turns only turns on the spot
+
+
+class Motions:
+    """Takes the tool to where the frame stands; `defaulted` is the line of the first cut that the set-up's feed served."""
+
+    def __init__(self, path: PathGrower, frame: ToolFrame, modal: Modal, process: Process, defaults: Defaults) -> None:
+        self.path = path
+        self.frame = frame
+        self.modal = modal
+        self.process = process
+        self.defaults = defaults
+        self.defaulted = 0
+        self._last_feed = 0.0
+
+    def rapid(self, line: int) -> None:
+        """A rapid move to where the frame stands now, or the loss of the place."""
+        frame = self.frame
+        if frame.placeable and frame.known:
+            self.path.rapid(frame.stance(), line)
+            return
+        self.path.lose()
+        if not frame.placeable:
+            self.path.note(
+                "unplaced-rapid",
+                "rapid moves with turned axes and the tool centre point off are left out:"
+                " where the tip goes depends on the machine",
+                line,
+                Severity.INFO,
+            )
+
+    def to_height(self, height: float, block: Block, *, cut: bool) -> None:
+        """Move along a cycle's normal, in the program's frame."""
+        self.frame.xyz[2] = height
+        if not cut:
+            self.rapid(block.line)
+            return
+        self.cuttable()
+        to = self.frame.stance()
+        self.path.cut(to, self.feed(block, math.nan, to), block.line)
+
+    def cuttable(self) -> None:
+        """Before a cut: refuse one whose tip can't be told, or that has no tool."""
+        self.process.settle_cut()
+        frame = self.frame
+        if not frame.placeable:
+            if frame.plane is not None:
+                raise ToolpathError(
+                    "a cut in a tilted plane (G68.2) with the tool not turned onto it", cure="put G53.1 behind G68.2"
+                )
+            if frame.tcp:
+                raise ToolpathError(
+                    "a cut with rotary angles that only the control knows (G53.1, G69)",
+                    cure="name both rotary axes in a rapid move before the cut",
+                )
+            raise ToolpathError(
+                "a cut with turned rotary axes while the tool centre point is off",
+                cure="post with TCP on (G43.4, M128, M428 or TRAORI): without it X Y Z are machine axes, not the tip",
+            )
+        if not frame.known:
+            missing = " and ".join(a for a, v in zip("XYZ", frame.xyz, strict=True) if v != v)
+            raise ToolpathError(
+                f"a cut while {missing} has no known value", cure=f"name {missing} in a rapid move before the cut"
+            )
+
+    def feed(self, block: Block, length: float, to: Stance) -> float:
+        """Speed (m/s) of the tip on a move of `length` (m)."""
+        modal = self.modal
+        if modal.feed_mode == 930:
+            feed = self._inverse_time(block, length, to)
+        else:
+            feed = self._modal_feed(block.line)
+        check_feed(feed, block.line, 0)
+        if feed > _FASTEST:
+            self.path.note(
+                "feed-implausible", "a cutting feed of more than 60 m/min: check G93, G94 and units", block.line
+            )
+        self._last_feed = feed
+        return feed
+
+    def _modal_feed(self, line: int) -> float:
+        """Speed (m/s) of F, or of the set-up where the program has stated no F."""
+        modal = self.modal
+        if modal.feed is None and self.defaults.feed is not None:
+            self.defaulted = self.defaulted or line
+            return self.defaults.feed
+        if modal.feed is None or not modal.feed > 0.0:
+            raise ToolpathError(
+                "a cut without a feed",
+                cure="program F above zero before the first cut, or put feed_mm_min into setup.toml",
+            )
+        feed = mm_min_to_m_s(m_to_mm(modal.feed * modal.feed_scale))
+        if modal.feed_mode != 950:
+            return feed
+        rpm = self.process.rpm()
+        if not rpm > 0.0:
+            raise ToolpathError("feed per revolution (G95) without a spindle speed", cure="program S before it")
+        return feed * rpm
+
+    def _inverse_time(self, block: Block, length: float, to: Stance) -> float:
+        """Speed (m/s) of a block that takes 1/F minutes (G93)."""
+        rate = block.words.get("F", 0.0)
+        if not rate > 0.0:
+            raise ToolpathError("a cut in inverse-time feed (G93) without its own F", cure="every such block needs F")
+        if math.isnan(length):
+            raise ToolpathError(
+                "an inverse-time cut from an unknown place has no speed", cure="name X, Y and Z in a move before it"
+            )
+        place = self.path.place
+        turns = place is not None and place.axis != to.axis
+        if length > _RESTING or (length > 0.0 and not turns):
+            return mm_min_to_m_s(m_to_mm(length) * rate)
+        if turns:
+            self.path.note(
+                "turn-on-the-spot",
+                "inverse-time blocks that only turn the tool get the feed of the cut before them",
+                block.line,
+                Severity.INFO,
+            )
+            if not self._last_feed > 0.0:
+                raise ToolpathError(
+                    "the first cut only turns the tool, so it has no path speed", cure="turn in a rapid"
+                )
+        return self._last_feed

@@ -1,0 +1,194 @@
+"""Three-axis and five-axis G-code (tool centre point on, XYZAC or XYZBC) as a toolpath."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+
+import numpy as np
+
+from camrob.errors import ToolpathError
+from camrob.findings import Finding
+from camrob.toolpath.defaults import Defaults, feed_finding, unit_finding, with_spindle
+from camrob.toolpath.gcode.coordinates import ToolFrame
+from camrob.toolpath.gcode.cut_path import PathGrower
+from camrob.toolpath.gcode.interpreter import Interpreter
+from camrob.toolpath.gcode.lexer import decode, lex
+from camrob.toolpath.gcode.state import SCALES, Modal
+from camrob.toolpath.region import Region
+from camrob.toolpath.toolpath import Tool, Toolpath
+from camrob.toolpath.toolpath_builder import clean_text
+
+__all__ = ["looks_like_gcode", "read_gcode"]
+
+_HEAD = 65_536  # bytes that are looked at to recognise G-code
+_GCODE_LINE = re.compile(
+    rb"^[ \t]*+/?+[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[GM][ \t]*+[0-9]{1,3}(?![0-9A-Z_]*[ \t]*+[=/,])", re.I | re.M
+)
+_AXIS_LINE = re.compile(
+    rb"^[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[XYZABCTF][ \t]*+[-+]?+[0-9.]++[^/=,\r\n]*+$", re.I | re.M
+)
+_OTHER_LINE = re.compile(
+    rb"^[ \t]*+(?:GOTO[ \t]*+/|[A-Z][A-Z -]{2,}/|\$\$|&[A-Z]|DEF[ \t]|LIN[ \t]|PTP[ \t]|solid )", re.I | re.M
+)
+_LARGE = 3.0  # m
+_COMMENT = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
+_TOOL_CHANGE = re.compile(r"M[ \t]*+0*+6(?![0-9.])")
+_MANY_DECIMALS = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9]?\.[0-9]{9}")
+_ROTARY_WORD = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9.]")
+
+
+def looks_like_gcode(data: bytes) -> bool:
+    """Whether the bytes begin like G-code: more lines with G or M codes or axis words than of another language."""
+    head = data[:_HEAD]
+    if b"\0" in head:
+        return False
+    codes = len(_GCODE_LINE.findall(head))
+    return codes > 0 and codes + len(_AXIS_LINE.findall(head)) > len(_OTHER_LINE.findall(head))
+
+
+def read_gcode(
+    path: Path,
+    data: bytes,
+    *,
+    units: str | None,
+    chord_tolerance: float,
+    angle_tolerance: float,
+    kinematics: str | None = None,
+    defaults: Defaults | None = None,
+) -> Toolpath:
+    """Read the bytes of a G-code program (`path` only names it) as regions in the part's frame.
+
+    `units` "mm" or "inch" overrules G20 and G21; None takes them, and millimetres where the file has neither.
+    `kinematics` "xyzac" or "xyzbc" says how rotary words turn the tool (see `rotary_axes`); None recognises it from
+    the words used. Arcs are cut into chords that leave them by at most `chord_tolerance` (m) and turn by at most
+    `angle_tolerance` (rad); tool axes of neighbouring cut points differ by at most the latter. Feeds are speeds of
+    the tip in m/s, also from inverse time (G93) and feed per revolution (G95). `defaults` serve where the program states
+    no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" or "gcode-3axis". Raises ToolpathError with the
+    line for anything that would make a wrong part.
+    """
+    if units not in (None, *SCALES):
+        raise ToolpathError(f"units {units!r}", cure="mm or inch", path=path)
+    if not (chord_tolerance > 0.0 and angle_tolerance > 0.0):
+        raise ToolpathError("chord and angle tolerance must be above zero", path=path)
+    lines = decode(data, path)
+    bare = _COMMENT.sub("", "\n".join(lines)).upper()
+    machine = _kinematics(bare, kinematics, path)
+    grower = PathGrower(machine, chord_tolerance, angle_tolerance)
+    modal = Modal(tool_by_t=not _TOOL_CHANGE.search(bare))
+    if units is not None:
+        modal.scale, modal.forced = SCALES[units], True
+    interpreter = Interpreter(grower, ToolFrame(machine), modal, defaults or Defaults())
+    _run(lines, path, grower, interpreter)
+    if machine != "3axis":
+        _suspect_radians(bare, grower)
+    try:
+        regions = grower.finish()
+    except ToolpathError as error:
+        raise error.at(path, len(lines)) from None
+    regions, findings = _with_defaults(regions, interpreter)
+    _suspect_size(regions, grower)
+    numbers = sorted({region.tool for region in regions if region.tool})
+    return Toolpath(
+        regions=regions,
+        source=clean_text(path.name),
+        sha256=hashlib.sha256(data).hexdigest(),
+        dialect=f"gcode-{machine}",
+        units="inch" if modal.scale == SCALES["inch"] else "mm",
+        tools=tuple(Tool(number) for number in numbers),
+        findings=(*findings, *grower.findings()),
+        chord_tolerance=chord_tolerance,
+    )
+
+
+def _with_defaults(regions: tuple[Region, ...], interpreter: Interpreter) -> tuple[tuple[Region, ...], list[Finding]]:
+    """The regions with a spindle where the program starts none, and what was assumed where it is silent."""
+    modal, process, motions = interpreter.modal, interpreter.process, interpreter.motions
+    findings: list[Finding] = []
+    if modal.unit_line:
+        reason = "neither G20 nor G21 stands before the first move"
+        findings.append(unit_finding("units-not-stated", reason, "mm", regions, modal.unit_line))
+    if motions.defaults.feed is not None and motions.defaulted:
+        findings.append(feed_finding(motions.defaults.feed, motions.defaulted))
+    if process.served:
+        regions, said = with_spindle(regions, process.served, of_file=process.served_by_file)
+        findings += said
+    return regions, findings
+
+
+def _run(lines: list[str], path: Path, grower: PathGrower, interpreter: Interpreter) -> None:
+    """Carry the blocks out up to the program's end; refuse a file that is cut off."""
+    opened = closed = False
+    blocks = 0
+    for block in lex(lines, path):
+        if block.percent:
+            closed = blocks > 0
+            opened = True
+            if closed:
+                break
+            continue
+        blocks += bool(block.words or block.g or block.m)
+        try:
+            interpreter.run(block)
+        except ToolpathError as error:
+            raise error.at(path, block.line) from None
+        if interpreter.ended:
+            return
+    if not blocks:
+        raise ToolpathError("no G-code in the file", cure="export it again", path=path)
+    if closed:
+        return
+    if opened or lines[-1].strip():
+        raise ToolpathError(
+            "the program has no end (M2, M30 or %), the file seems to be cut off",
+            cure="export it again, or end it with M30",
+            path=path,
+            line=len(lines),
+        )
+    grower.note(
+        "no-program-end", "the program has no M2 or M30 at its end: check that the file is complete", len(lines)
+    )
+
+
+def _kinematics(bare: str, wanted: str | None, path: Path) -> str:
+    """Which machine the rotary words belong to: xyzac, xyzbc or 3axis."""
+    if wanted not in (None, "xyzac", "xyzbc"):
+        raise ToolpathError(f"kinematics {wanted!r} is not known", cure="xyzac or xyzbc", path=path)
+    present = {a for a in "ABC" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0-9.]", bare)}
+    moving = {a for a in "AB" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0.]*+[1-9]", bare)}
+    if moving == {"A", "B"}:
+        raise ToolpathError(
+            "A and B both turn: a kinematics that is not known here",
+            cure="post for an XYZAC or XYZBC machine with TCP on, or export CL data",
+            path=path,
+        )
+    if wanted is not None:
+        stranger = "B" if wanted == "xyzac" else "A"
+        if stranger in moving:
+            raise ToolpathError(f"{stranger} words in a program for {wanted}", cure="check the kinematics", path=path)
+        return wanted
+    if "B" in moving or (not moving and "B" in present and "A" not in present):
+        return "xyzbc"
+    return "xyzac" if present else "3axis"
+
+
+def _suspect_size(regions: tuple[Region, ...], grower: PathGrower) -> None:
+    """Say so where the path is larger than a part that one robot cuts."""
+    low = np.min([region.position.min(axis=0) for region in regions], axis=0)
+    high = np.max([region.position.max(axis=0) for region in regions], axis=0)
+    extent = float(np.max(high - low))
+    if extent > _LARGE:
+        grower.note(
+            "size-implausible", f"the path is {extent:.1f} m long or wide: check the units", regions[0].first_line
+        )
+
+
+def _suspect_radians(bare: str, grower: PathGrower) -> None:
+    """Say so where rotary words look like radians: below 2 pi, with nine decimals or more."""
+    words = len(_ROTARY_WORD.findall(bare))
+    fine = len(_MANY_DECIMALS.findall(bare))
+    if words >= 4 and 2 * fine > words and not re.search(r"[ABC][ \t]*+[-+]?+[ \t]*+(?:[7-9]|0*+[1-9][0-9])", bare):
+        grower.note(
+            "rotary-in-radians", "rotary words look like radians (all below 7, many decimals): read as degrees", 0
+        )

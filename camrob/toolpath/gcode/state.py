@@ -1,0 +1,62 @@
+"""The modal state of a G-code program, apart from where the tool is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from camrob.findings import Severity
+from camrob.toolpath.gcode.cut_path import PathGrower
+from camrob.toolpath.gcode.lexer import Block
+from camrob.units import INCH_MM, mm_to_m, ms_to_s
+
+__all__ = ["SCALES", "Modal"]
+
+SCALES = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM)}
+_MILLISECONDS_FROM = 100.0  # a whole P of this size is a time in milliseconds (Fanuc), a smaller one in seconds
+
+
+@dataclass(slots=True)
+class Modal:
+    """Modal state; codes in tenths (G17 is 170). `scale` is m per programmed unit, `forced`: the user set it."""
+
+    scale: float = SCALES["mm"]
+    forced: bool = False
+    stated: bool = False  # a G20 or G21 was read
+    motion: int | None = None
+    plane: int = 170
+    incremental: bool = False
+    absolute_center: bool = False
+    feed_mode: int = 940
+    feed: float | None = None
+    feed_scale: float = SCALES["mm"]
+    speed: float | None = None  # S, rev/min
+    spindle: str = ""  # CLW, CCLW or off
+    stopped: bool = False  # a tool change has stopped the spindle since
+    unloaded: int = 0  # the line in which the tool was put away, 0 while there is one
+    coolant: bool = False
+    next_tool: int | None = None
+    tool_by_t: bool = False  # the program has no M6: T itself changes the tool
+    offset: tuple[int, float] | None = None  # the work offset: code and P
+    moved: bool = False
+    unit_line: int = 0  # of the first coordinate, where nobody had named the units by then
+    named: bool = False  # a program number (O1234) was read
+    return_to_r: bool = False  # G99
+    cycle_start: float = 0.0  # height (m) at which a cycle began
+    cycle: dict[str, float] = field(default_factory=dict)  # its sticky words
+
+    def first_move(self, line: int) -> None:
+        """Remember at the first coordinate that nobody has named the units."""
+        if not self.moved and not (self.stated or self.forced):
+            self.unit_line = line
+        self.moved = True
+
+    def seconds(self, block: Block, path: PathGrower) -> float:
+        """A dwell's P in seconds."""
+        value = block.words["P"]
+        if not (block.whole_p and value >= _MILLISECONDS_FROM):
+            return value
+        path.note(
+            "dwell-in-milliseconds", "a dwell P of 100 or more without a point is read as milliseconds", block.line,
+            Severity.INFO,
+        )  # fmt: skip
+        return ms_to_s(value)

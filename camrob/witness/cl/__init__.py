@@ -1,0 +1,107 @@
+"""The CL side of the witness: what a CL file asks for, from its text alone."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from camrob.errors import ToolpathError
+from camrob.witness.cl.apt import AptReader
+from camrob.witness.cl.gcode import GcodeReader
+from camrob.witness.cl.source import read_text
+from camrob.witness.cl.teller import Teller
+from camrob.witness.happenings import Story
+
+__all__ = ["read_story"]
+
+_HEAD = 200_000  # characters in which a file shows whose it is
+_APT = re.compile(
+    r"^[ \t]*(GOTO|FROM|CIRCLE|FEDRAT|SPINDL|TOOL PATH|PARTNO|CUTTER|LOADTL|UNITS?|PPRINT|MACHIN)[ \t]*(/|[ \t]\w)",
+    re.I | re.M,
+)
+_GCODE = re.compile(r"^[ \t/]*(N\d+)?[ \t]*[GXYZMTSF][ \t]*[-+]?[\d.#\[]", re.I | re.M)
+_MARKS = (
+    ("makino", r"APTCL-SPEC,MAKINO"),
+    ("camworks-clt", r"^\s*OPFEATSTART\s*/"),
+    ("camworks-apt", r"^\s*(CSI_SET_\w+|TRNTYP)\s*/"),
+    ("creo-ncl", r"PRO/CLFILE"),
+    ("catia", r"CATIA APT VERSION|\$\$\*CATIA0|^\$\$ *(Start generation of|OPERATION NAME) *:"),
+    ("nx-clsf", r"^\s*(TOOL PATH|TLDATA|PAINT)\s*/"),
+)
+_NAMES = {
+    "nx": "nx-clsf", "clsf": "nx-clsf", "creo": "creo-ncl", "ncl": "creo-ncl", "catia": "catia", "camworks": "camworks-apt",
+    "solidworks": "camworks-apt", "camworks-clt": "camworks-clt", "clt": "camworks-clt", "makino": "makino", "apt": "apt",
+    "iso-apt": "apt", "gcode": "gcode", "g-code": "gcode",
+}  # fmt: skip
+
+
+def _named(dialect: str) -> str:
+    """Our name of a dialect that the caller names."""
+    name = dialect.lower().replace("_", "-")
+    for start in sorted(_NAMES, key=len, reverse=True):
+        if name.startswith(start):
+            return _NAMES[start]
+    raise ToolpathError(f"unknown dialect {dialect!r}", cure=f"one of {', '.join(sorted(set(_NAMES.values())))}")
+
+
+def _recognised(text: str) -> str:
+    """Whose file it is, by what only that system writes."""
+    head = text[:_HEAD]
+    if not _APT.search(head):
+        if _GCODE.search(head):
+            return "gcode"
+        raise ToolpathError("neither CL data nor G-code", cure="name a CL file, or say its dialect")
+    return next((name for name, mark in _MARKS if re.search(mark, head, re.I | re.M)), "apt")
+
+
+def _assumed_units(text: str, tell: Teller) -> str:
+    """Units of an APT file that states none: by its feeds, else mm."""
+    upper = text.upper()
+    if re.search(r"^[ \t]*UNITS?[ \t]*/", upper[:_HEAD], re.M) or not ("IPM" in upper or "IPR" in upper):
+        return "mm"
+    feeds = re.findall(r"^[ \t]*(?:FEDRAT|CYCLE)[ \t]*/.*\b(IPM|IPR|MMPM|MMPR)\b", upper, re.M)
+    if feeds and all(word.startswith("IP") for word in feeds):
+        tell.note("the file states no units: inches, since all its feeds are in inches")
+        return "inch"
+    return "mm"
+
+
+def read_story(
+    file: Path,
+    *,
+    dialect: str | None = None,
+    units: str | None = None,
+    default_feed: float | None = None,
+    default_rpm: float | None = None,
+    tools: Mapping[int, float] | None = None,
+) -> Story:
+    """What the CL file asks for.
+
+    dialect: "nx-clsf", "creo-ncl", "catia", "camworks-apt", "camworks-clt", "makino", "apt", "gcode", or None to recognise it.
+    units: "mm" or "inch", over what the file says. default_feed (m/s), default_rpm: where the file states none.
+    tools: diameters (m) by the tools' numbers, 0 for any, for surface speeds where the file names no cutter.
+    Raises ToolpathError for a file that can't be read at all; what can't be read of it otherwise is in `Story.gaps`.
+    """
+    if units not in (None, "mm", "inch"):
+        raise ToolpathError(f"units {units!r}", cure="mm or inch")
+    for value in (default_feed, default_rpm):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise ToolpathError(f"a default of {value}", cure="a number above 0")
+    text = read_text(file)
+    tell = Teller(default_feed, default_rpm)
+    try:
+        kind = _named(dialect) if dialect else _recognised(text)
+        reader: AptReader | GcodeReader
+        if kind == "gcode":
+            reader = GcodeReader(tell, units)
+        else:
+            reader = AptReader(tell, kind, units or _assumed_units(text, tell), units is not None, tools)
+        reader.read(text)
+        story = tell.story(kind, reader.units)
+        if story is None:
+            raise ToolpathError("no motion that can be read", cure="name a CL file with GOTO or G1 motions in numbers")
+    except ToolpathError as error:
+        raise error.at(file) from None
+    return story

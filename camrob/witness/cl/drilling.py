@@ -1,0 +1,198 @@
+"""Drilling cycles as their motions: to the clear point, down, and out again as the cycle's kind has it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
+from camrob.witness.cl.source import number
+from camrob.witness.cl.teller import Teller
+from camrob.witness.happenings import Kind, Way
+
+__all__ = ["UPWARD", "Cycle", "Out", "apt_cycle", "drill", "feed_unit"]
+
+Array = NDArray[np.float64]
+
+
+class Out(Enum):
+    """How the tool leaves the bottom."""
+
+    RAPID = "rapid"
+    FEED = "feed"
+    STOPPED = "stopped"  # in rapid, with the spindle off
+    REVERSED = "reversed"  # at the cycle's feed, with the spindle the other way (tapping)
+
+
+UPWARD = "CYCLE whose depth lies above its point"
+
+_KINDS = {
+    **dict.fromkeys(
+        ("DRILL", "DEEP", "DEEP2", "BRKCHP", "BRKCHP2", "FACE", "CSINK", "CBORE", "SPOT", "SPTDRL"), Out.RAPID
+    ),
+    **dict.fromkeys(("REAM", "BORE"), Out.FEED),
+    "DRAG": Out.STOPPED,
+    "TAP": Out.REVERSED,
+}
+_PECKS = ("STEP", "1STPECK", "SUBPECK", "INCR", "STEP1", "STEP2", "STEP3")
+_HEIGHTS = {
+    "RAPTO": "clear",
+    "CLEAR": "clear",
+    "FEDTO": "depth",
+    "DEPTH": "depth",
+    "RTRCTO": "retract",
+    "RETURN": "retract",
+}
+_PER_MINUTE = {"MMPM": 1.0, "IPM": INCH_MM}
+_PER_TURN = {"MMPR": 1.0, "IPR": INCH_MM}
+
+
+def feed_unit(word: str, scale: float) -> tuple[float, str] | None:
+    """What 1 of a feed in this unit is, as `Teller.set_feed` takes it; scale: metres in one of the file's units."""
+    if word in _PER_MINUTE:
+        return mm_min_to_m_s(_PER_MINUTE[word]), "min"
+    if word in _PER_TURN:
+        return mm_to_m(_PER_TURN[word]), "rev"
+    return {
+        "PERMIN": (scale / 60.0, "min"),
+        "UPM": (scale / 60.0, "min"),
+        "PERREV": (scale, "rev"),
+        "UPR": (scale, "rev"),
+    }.get(word)
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """A cycle in force. Heights in metres along the tool's axis from the point of the GOTO; problem: why it can't be read.
+
+    retract None: to the clear point. pecks: the first one's depth and the others', None where it is drilled at once. start:
+    where the tool stood when the cycle began, for RTRCTO,AUTO. feed None: the modal one.
+    """
+
+    out: Out = Out.RAPID
+    depth: float = 0.0
+    clear: float = 0.0
+    retract: float | None = None
+    start: Array | None = None
+    feed: tuple[float, str] | None = None
+    dwell: float = 0.0
+    pecks: tuple[float, float] | None = None
+    problem: str = ""
+
+
+def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller) -> Cycle:
+    """The cycle of CYCLE/`fields`, words or positions. unit_last: a feed stands before its unit (CATIA)."""
+    tokens = [t for f in fields for t in f.split()]
+    said: dict[str, float] = {}
+    plain: list[float] = []
+    kind: Out | None = None
+    feed: tuple[float, str] | None = None
+    auto, pecks = False, dict[str, list[float]]()
+    while tokens:
+        word = tokens.pop(0)
+        value, after = number(word), number(tokens[0]) if tokens else None
+        per = feed_unit(word, scale)
+        if value is not None:
+            plain.append(value)
+        elif word in _KINDS and (kind in (None, Out.RAPID) or word == "DRAG"):
+            kind = _KINDS[word]
+        elif per or word == "TPI":
+            if len(plain) > 1 and not unit_last:
+                return Cycle(problem=f"CYCLE whose feed may stand before or behind {word}")
+            if per and len(plain) > 1:
+                feed = (plain.pop() * per[0], per[1])
+            elif after:
+                feed = (after * per[0], per[1]) if per else (mm_to_m(INCH_MM) / after, "rev")
+                tokens.pop(0)
+        elif word in _HEIGHTS and after is not None:
+            said[_HEIGHTS[word]] = after * scale
+            tokens.pop(0)
+        elif word == "RTRCTO" and tokens[:1] in (["AUTO"], ["NONE"]):
+            auto = tokens.pop(0) == "AUTO"
+        elif word in _PECKS or word == "PECKING":
+            while after is not None and (word == "PECKING" or word not in pecks):
+                pecks.setdefault(word, []).append(abs(after) * scale)
+                tokens.pop(0)
+                after = number(tokens[0]) if tokens else None
+        elif word == "DWELL" and tokens[:1] == ["REV"] and len(tokens) > 1 and (turns := number(tokens[1])) is not None:
+            said["dwell"] = turns * 60.0 / tell.rpm if tell.rpm else float("nan")
+            del tokens[:2]
+        elif word == "DWELL" and after is not None:
+            said["dwell"] = after
+            tokens.pop(0)
+        elif word not in ("G98", "G99", "RIGID", "FLOAT"):
+            return Cycle(problem=f"CYCLE with {word}")
+    for name, height in zip(("depth", "clear", "retract"), plain, strict=False):
+        if name in said:
+            return Cycle(problem="CYCLE with numbers beside its words")
+        said[name] = height * scale
+    if kind is None or "depth" not in said or "clear" not in said or said.get("dwell", 0.0) != said.get("dwell", 0.0):
+        return Cycle(problem="CYCLE whose kind, depth, clear height or dwell is not known")
+    if auto and tell.here is None:
+        return Cycle(problem="CYCLE that retracts to where it began, which is not known")
+    retract = None if "G99" in fields else said.get("retract")
+    start = tell.here if auto else None
+    dwell = said.get("dwell", 0.0)
+    return Cycle(kind, abs(said["depth"]), said["clear"], retract, start, feed, dwell, _pecks(pecks))
+
+
+def _pecks(said: dict[str, list[float]]) -> tuple[float, float] | None:
+    """How far the first peck goes, and the others: what isn't said of one holds for both; zero is none."""
+    first = next((said[word][0] for word in ("1STPECK", "PECKING") if said.get(word)), 0.0)
+    others = [v for word, values in said.items() if word != "1STPECK" for v in (values[1:] or values)]
+    most = max(others, default=0.0)
+    return (first or most, most or first) if first or most else None
+
+
+def _approach(tell: Teller, clear: Array, axis: Array, line: int) -> None:
+    """In rapid over the hole at the greater of the two heights, as controls do it, then to the clear point."""
+    here = tell.here
+    if here is not None and np.allclose(axis, tell.axis, atol=1e-9):
+        height = float((here - clear) @ axis)
+        if height > 1e-9:
+            tell.move(clear + height * axis, axis, Way.RAPID, line)
+        elif height < -1e-9:
+            tell.move(here - height * axis, axis, Way.RAPID, line)
+    tell.move(clear, axis, Way.RAPID, line)
+
+
+def drill(tell: Teller, cycle: Cycle, top: Array, axis: Array, line: int) -> None:
+    """One hole. top, axis: (3,) m and unit, in the part."""
+    if cycle.problem:
+        tell.gap(line, cycle.problem)
+        return
+    if tell.hidden:
+        tell.move(top, axis, Way.RAPID, line)
+        return
+    level = cycle.retract
+    if cycle.start is not None:
+        level = max(float((cycle.start - top) @ axis), cycle.clear)
+    elif level is None:
+        level = cycle.clear
+    clear, away = top + cycle.clear * axis, top + level * axis
+    slow = top + min(level, cycle.clear) * axis  # as far as a tap or reamer is drawn out at its feed
+    feed = tell.speed(line, cycle.feed)
+    _approach(tell, clear, axis, line)
+    if cycle.pecks is not None:
+        tell.pecks[tell.n] = (cycle.clear + cycle.pecks[0], cycle.pecks[1])
+    tell.move(top - cycle.depth * axis, axis, Way.HOLE, line, feed)
+    if cycle.dwell > 0.0:
+        tell.event(Kind.DWELL, line, cycle.dwell)
+    if cycle.out is Out.FEED:
+        tell.move(slow, axis, Way.FEED, line, feed)
+    elif cycle.out is Out.REVERSED:
+        sense = tell.sense
+        if not tell.turning:
+            tell.gap(line, "a tap with the spindle off", lost=False)
+        tell.spindle(line, sense="CCLW" if sense == "CLW" else "CLW")
+        tell.move(slow, axis, Way.FEED, line, feed)
+        tell.spindle(line, sense=sense)
+    stopped = cycle.out is Out.STOPPED and tell.turning
+    if stopped:
+        tell.spindle_off(line)
+    tell.move(away, axis, Way.RAPID, line)
+    if stopped:
+        tell.spindle(line)

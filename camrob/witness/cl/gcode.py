@@ -1,0 +1,392 @@
+"""G-code without macros: ISO 6983 as Fanuc and LinuxCNC (RS274/NGC) have it, with tool centre point on where it turns axes.
+
+Variables, loops, subprograms, turned and scaled frames are gaps, and shifted ones but for G52.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.units import INCH_MM, mm_to_m, ms_to_s
+from camrob.witness.cl.drilling import Cycle, Out, drill
+from camrob.witness.cl.teller import Teller
+from camrob.witness.cl.turning import on_the_way, tool_axis
+from camrob.witness.happenings import Kind, Way
+
+__all__ = ["COMPUTED", "GcodeReader"]
+
+Array = NDArray[np.float64]
+COMPUTED = "loops, branches, subprograms and variables"  # what stands in a gap of such blocks
+Words = dict[str, str]  # the block's words but G and M, as printed
+
+_COMMENT = re.compile(r"\([^)]*\)?|;.*")
+_WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
+_FLOW = re.compile(r"(?:O(\d+|<[^>]*>|\[.*?\])([A-Z]+)|(WHILE).*DO(\d+)|(END)(\d+)|(IF|GOTO)\b|(IF|GOTO)[\[\d#])")
+_Z = np.array([0.0, 0.0, 1.0])
+_SKIPPED = frozenset("9 15 17.1 28.1 30.1 40 41 42 43 43.1 44 49 50 61 61.1 61.2 61.3 64 69 80 92.1 92.2 97".split())
+_FRAMES = frozenset("54 54.1 55 56 57 58 59 59.1 59.2 59.3".split())
+_HIDING = {"68": "69", "68.2": "69", "51": "50", "16": "15", "7": "8", "43.5": "49", "52": "", "92": "92.1"}  # until
+_OUT = {
+    **dict.fromkeys(("73", "81", "82", "83"), Out.RAPID),
+    **dict.fromkeys(("85", "89"), Out.FEED),
+    **dict.fromkeys(("74", "84"), Out.REVERSED),
+    "86": Out.STOPPED,
+}
+_CYCLES = (*_OUT, "76", "87", "88")
+_PLANES = {"17": "XYZ", "18": "ZXY", "19": "YZX"}
+_CENTRES = {"X": "I", "Y": "J", "Z": "K"}
+_MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 8".split())
+_QUIET = frozenset("10 11 29 48 49".split())  # M codes that move and switch nothing of ours
+_ROTARY = "a turned axis without tool centre point, or in a kinematics that is not known"
+
+
+class GcodeReader:
+    """Tells what the blocks of one file ask for."""
+
+    def __init__(self, tell: Teller, units: str | None) -> None:
+        self._tell, self._fixed, self.units = tell, units is not None, units or "mm"
+        self._at: dict[str, float | None] = {**dict.fromkeys("XYZ"), **dict.fromkeys("ABC", 0.0)}  # m, degrees
+        self._shift = dict.fromkeys("XYZ", 0.0)  # m, of G52: `_at` is where the tool is without it
+        self._used: set[str] = set()  # rotary letters
+        self._odd = False  # the tip in the part doesn't follow from where the axes stand
+        self._motion, self._plane, self._feed_mode = "", "17", "94"
+        self._absolute, self._centre_absolute, self._to_initial, self._tcp = True, False, True, False
+        self._frame = "54"
+        self._next_tool, self._spinning = 0.0, False
+        self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
+        self._open: dict[str, int] = {}  # loops and the like, with their lines
+        self._ended = False
+
+    def read(self, text: str) -> None:
+        """Reads the text up to M2, M30 or the second %."""
+        for i, line in enumerate(text.split("\n"), 1):
+            block = "".join(_COMMENT.sub("", line).upper().split())
+            if block.startswith("%"):
+                self._ended = self._tell.n > 0
+            elif block and not self._flow(block, i):
+                self._read(block, i)
+            if self._ended:
+                return
+
+    def _forget(self) -> None:
+        """Where the tool stands is not known."""
+        self._at.update(X=None, Y=None, Z=None)
+        self._tell.lose()
+
+    def _gap(self, line: int, text: str) -> None:
+        self._tell.gap(line, text)
+        self._forget()
+
+    def _flow(self, block: str, line: int) -> bool:
+        """True where the block belongs to loops, branches or subprograms, or computes."""
+        found = _FLOW.match(block)
+        word = next((g for g in found.groups()[1:] if g and g.isalpha()), "") if found else ""
+        label = next((g for g in found.groups() if g and not g.isalpha()), "") if found else ""
+        if word in ("SUB", "WHILE", "DO", "IF", "REPEAT", "GOTO") and not (word == "WHILE" and label in self._open):
+            self._open.setdefault(label, line)
+        elif word.startswith("END") or (word == "WHILE" and label in self._open):
+            self._open.pop(label, None)
+        elif re.fullmatch(r"[O:]\d+|O?<[\w.-]*>", block):
+            if self._tell.n:
+                self._gap(line, "another program in the same file")
+            return True
+        computes = any(c in block for c in "#[=<")
+        if found or self._open or computes:
+            self._gap(line, COMPUTED)
+            return True
+        return False
+
+    def _read(self, block: str, line: int) -> None:
+        if block.startswith("/"):
+            self._tell.note("blocks that may be skipped (/) are taken as executed")
+            block = re.sub(r"^/\d?", "", block)
+        if _WORD.sub("", block):
+            self._gap(line, f"{_WORD.sub('', block)[:20]}: not known")
+            return
+        pairs = [(letter, value) for letter, value in _WORD.findall(block) if letter != "N"]
+        g = [f"{float(v):g}" for letter, v in pairs if letter == "G"]
+        m = [f"{float(v):g}" for letter, v in pairs if letter == "M"]
+        words = {letter: v for letter, v in pairs if letter not in "GM"}
+        strange = [f"G{code}" for code in g if not self._knows(code)]
+        if strange or len(words) + len(g) + len(m) != len(pairs) or {"U", "V", "W"} & set(words):
+            self._gap(line, f"{', '.join(strange) or 'a word said twice, or U, V, W'}: not known")
+            g, words = [], {k: v for k, v in words.items() if k in "FST"}
+        moves = bool(set(words) & set("XYZABCIJK")) and not {"4", "10"} & set(g)
+        self._process(g, m, words, line, moves)
+        self._modes(g, words, line)
+        self._go(g, words, line)
+        self._process_after(m, line, moves)
+
+    def _knows(self, code: str) -> bool:
+        sets = (_MODES, _SKIPPED, _FRAMES, _HIDING, _CYCLES, ("0", "1", "2", "3", "4", "10", "28", "30", "53"))
+        return any(code in known for known in sets)
+
+    # -- the process
+
+    def _process(self, g: list[str], m: list[str], words: Words, line: int, moves: bool) -> None:
+        """What comes before the block's motion."""
+        tell = self._tell
+        if "96" in g:
+            tell.gap(line, "G96: the spindle's speed is not known", lost=False)
+        if "T" in words:
+            self._next_tool = float(words["T"])
+        if "6" in m:
+            tell.tool(line, self._next_tool)
+        senses = [{"3": "CLW", "4": "CCLW"}[code] for code in m if code in ("3", "4")]
+        rpm = float(words["S"]) if "S" in words and "4" not in g else None
+        if senses or (rpm is not None and self._spinning):
+            tell.spindle(line, rpm, senses[-1] if senses else None)
+            self._spinning = True
+        elif rpm is not None:
+            tell.rpm = rpm
+        for code in m:
+            if code in ("7", "8"):
+                tell.coolant(line, "MIST" if code == "7" else "FLOOD")
+            elif code in ("128", "428", "129", "429"):
+                self._tcp = code.endswith("28")
+            elif code in ("97", "98"):
+                self._gap(line, f"M{code}: a subprogram")
+            elif code not in _QUIET and code not in ("0", "1", "2", "3", "4", "5", "6", "9", "30", "60", "99"):
+                tell.gap(line, f"M{code}: not known", lost=False)
+        if not moves:
+            self._switch_off(m, line)
+
+    def _switch_off(self, m: list[str], line: int) -> None:
+        if "5" in m:
+            self._tell.spindle_off(line)
+            self._spinning = False
+        if "9" in m:
+            self._tell.coolant(line, None)
+
+    def _process_after(self, m: list[str], line: int, moves: bool) -> None:
+        if moves:  # ISO 6983: M5 and M9 act behind the block's motion
+            self._switch_off(m, line)
+        if {"0", "1", "60"} & set(m):
+            self._tell.event(Kind.STOP, line)
+        self._ended = bool({"2", "30", "99"} & set(m))
+
+    def _seconds(self, text: str, line: int) -> float:
+        """A dwell. Fanuc counts P in ms and without a point, LinuxCNC in seconds."""
+        value = float(text)
+        if "." in text:
+            return value
+        self._tell.note(f"a dwell of P{text} is taken as {'milliseconds' if value >= 100.0 else 'seconds'}")
+        return ms_to_s(value) if value >= 100.0 else value
+
+    # -- modes
+
+    def _modes(self, g: list[str], words: Words, line: int) -> None:
+        for code in g:
+            if code in _PLANES:
+                self._plane = code
+            elif code in ("20", "21") and not self._fixed:
+                self.units = "inch" if code == "20" else "mm"
+            elif code in ("90", "91"):
+                self._absolute = code == "90"
+            elif code in ("90.1", "91.1"):
+                self._centre_absolute = code == "90.1"
+            elif code in ("93", "94", "95") and code != self._feed_mode:
+                self._feed_mode = code
+                self._tell.set_feed(0.0, "min")
+            elif code in ("98", "99"):
+                self._to_initial = code == "98"
+            elif code in ("43.4", "49"):
+                self._tcp = code == "43.4"
+            elif code in ("41", "42"):
+                self._tell.note(f"G{code}: the radius offset is not applied, the path is as it is printed")
+            self._frames(code, words, line)
+        if "F" in words and "4" not in g and self._feed_mode != "93":
+            value = float(words["F"]) * self._scale
+            self._tell.set_feed(*((value / 60.0, "min") if self._feed_mode == "94" else (value, "rev")))
+
+    @property
+    def _scale(self) -> float:
+        return mm_to_m(INCH_MM if self.units == "inch" else 1.0)
+
+    def _frames(self, code: str, words: Words, line: int) -> None:
+        """What hides the motions behind it, because it moves the frame that they are in, and what ends that."""
+        hidden = self._tell.hidden
+        ended = [k for k in hidden if _HIDING.get(k) == code or (k == "92" and code == "92.2")]
+        if code in _FRAMES:
+            name = code + words.get("P", "") if code == "54.1" else code
+            if name == self._frame:
+                ended += ["frame"] if "frame" in hidden else []
+            elif not self._tell.n:
+                self._frame = name
+                self._forget()
+            elif "frame" not in hidden:
+                hidden["frame"] = (line, f"G{name}: another work frame than G{self._frame}")
+                self._forget()
+        if code == "52" and not hidden and not any(float(words.get(axis, "0")) for axis in "ABC"):
+            self._shift |= {axis: float(words[axis]) * self._scale for axis in "XYZ" if axis in words}
+        elif code in ("92.1", "92.2") and any(self._shift.values()):  # LinuxCNC drops G52 with them, Fanuc doesn't
+            hidden["52"] = (line, f"G{code}: whether G52 holds behind it isn't known")
+            self._forget()
+        elif code in _HIDING or (code == "10" and self._tell.n):
+            hidden.setdefault(code, (line, f"G{code}: points behind it are in another frame"))
+            self._forget()
+        for key in ended:
+            del hidden[key]
+            self._forget()
+
+    # -- motions
+
+    def _go(self, g: list[str], words: Words, line: int) -> None:
+        motions = [code for code in g if code in ("0", "1", "2", "3", *_CYCLES)] or [code for code in g if code == "80"]
+        motion = motions[-1] if motions else None
+        if motion and not (motion in _CYCLES and self._motion in _CYCLES):
+            self._heights = {}
+        self._motion = motion or self._motion
+        axes = {letter for letter in words if letter in self._at}
+        if "4" in g:
+            said = words.get("P") or words.get("X") or words.get("F")
+            if said is None:
+                self._tell.gap(line, "G4 of a time that is not known", lost=False)
+            self._tell.event(Kind.DWELL, line, self._seconds(said, line) if said else math.nan)
+        elif {"10", "92", "52", "68", "68.2", "51", "16"} & set(g):
+            return
+        elif "28" in g or "30" in g:
+            self._home(axes, words, line)
+        elif "53" in g:
+            if axes and self._motion != "0":
+                self._tell.gap(line, "a cut to a machine position")
+            self._at.update(dict.fromkeys(axes))
+            self._tell.lose()
+        elif self._motion in _CYCLES:
+            self._cycle(axes, words, line)
+        elif axes or (self._motion in ("2", "3") and {"I", "J", "K", "R"} & set(words)):
+            self._line_or_arc(axes, words, line)
+
+    def _target(self, axes: set[str], words: Words) -> dict[str, float | None]:
+        """Where the block ends, axis by axis."""
+        at = dict(self._at)
+        for letter in axes:
+            value = float(words[letter]) * (self._scale if letter in "XYZ" else 1.0)
+            before = at[letter]
+            at[letter] = (
+                value + self._shift.get(letter, 0.0) if self._absolute else None if before is None else before + value
+            )
+        self._used |= axes & set("ABC")
+        return at
+
+    def _pose(self) -> tuple[Array, Array] | None:
+        """Tip and axis in the part where the axes stand; None where one of them is not known."""
+        x, y, z, a, b, c = (self._at[letter] for letter in "XYZABC")
+        if x is None or y is None or z is None or a is None or b is None or c is None:
+            return None
+        self._odd = {"A", "B"} <= self._used or (not self._tcp and bool(a or b or c))
+        return np.array([x, y, z]), tool_axis(a, b, c, "B" in self._used)
+
+    def _home(self, axes: set[str], words: Words, line: int) -> None:
+        """G28, G30: in rapid through the point that is named, then to the machine's own position."""
+        self._at = self._target(axes, words)
+        if axes and (pose := self._pose()):
+            self._move(*pose, Way.RAPID, line)
+        self._at.update(dict.fromkeys(axes or {"X", "Y", "Z"} | self._used))
+        self._tell.lose()
+
+    def _move(self, tip: Array, axis: Array, way: Way, line: int, feed: float | None = None) -> None:
+        if self._odd:
+            self._tell.gap(line, _ROTARY)
+        else:
+            self._tell.move(tip, axis, way, line, feed)
+
+    def _line_or_arc(self, axes: set[str], words: Words, line: int) -> None:
+        if self._motion not in ("0", "1", "2", "3"):
+            self._gap(line, "axes without a motion")
+            return
+        before = self._at
+        self._at = self._target(axes, words)
+        pose, way = self._pose(), Way.RAPID if self._motion == "0" else Way.FEED
+        if pose is None:
+            if way == Way.FEED:
+                self._tell.gap(line, "a cut whose place in the part is not known")
+            self._tell.lose()
+            return
+        time = 0.0
+        if self._feed_mode == "93" and way == Way.FEED:
+            rate = float(words.get("F", "0"))
+            time = 60.0 / rate if rate > 0.0 else math.nan
+            if not rate > 0.0:
+                self._tell.gap(line, "G93 without F in the block", lost=False)
+        if self._motion in ("2", "3"):
+            self._arc(before, pose, words, line, time)
+            return
+        feed = None
+        if time:
+            start = np.array([before[letter] for letter in "XYZ"], float)  # None: NaN
+            length = float(np.linalg.norm(pose[0] - start))
+            if math.isnan(length):
+                self._tell.gap(line, "G93 from where the tool isn't known to be", lost=False)
+            feed = length / time if length else math.nan  # a turn on the spot has no speed of the tip
+        ends = [np.array([at[letter] for letter in "XYZABC"], float) for at in (before, self._at)]
+        told = not self._odd and way == Way.FEED  # in rapid each axis goes as fast as it can
+        for place in [*(on_the_way(ends[0], ends[1], "B" in self._used) if told else []), pose]:
+            self._move(*place, way, line, feed)
+
+    def _arc(
+        self, before: dict[str, float | None], pose: tuple[Array, Array], words: Words, line: int, time: float
+    ) -> None:
+        start = np.array([before[letter] for letter in "XYZ"], float)  # None: NaN
+        plane = _PLANES[self._plane]
+        normal = np.array([float(letter == plane[2]) for letter in "XYZ"]) * (1.0 if self._motion == "3" else -1.0)
+        flat = np.array([float(letter != plane[2]) for letter in "XYZ"])
+        tip, axis = pose
+        turns = int(float(words.get("P", "1"))) - 1
+        if "R" in words:
+            radius = float(words["R"]) * self._scale
+            chord = (tip - start) * flat
+            length = float(np.linalg.norm(chord))
+            height = radius * radius - length * length / 4.0
+            if not length > 0.0 or height < -2e-5 * abs(radius):
+                self._tell.gap(line, "an arc with R that doesn't reach its end, or has no length")
+                return
+            side = math.copysign(math.sqrt(max(height, 0.0)), radius)
+            center = start + chord / 2.0 + np.cross(normal, chord / length) * side
+        else:
+            offset = np.array([float(words.get(_CENTRES[letter], "0")) * self._scale for letter in "XYZ"]) * flat
+            zero = np.array([*self._shift.values()]) * flat
+            center = zero + offset + start * (1.0 - flat) if self._centre_absolute else start + offset
+        if self._odd or math.isnan(start.sum()):
+            self._tell.gap(line, _ROTARY if self._odd else "an arc whose start is not known")
+            return
+        self._tell.arc(tip, axis, center, normal, Way.FEED, line, turns, time)
+
+    def _cycle(self, axes: set[str], words: Words, line: int) -> None:
+        """G73 to G89: R, Z, P, Q are kept; every block with axes is a hole (or L, K holes)."""
+        heights, code = self._heights, self._motion
+        initial = self._at["Z"]
+        if "initial" not in heights and initial is not None:
+            heights["initial"] = initial
+        zero = self._shift["Z"]
+        base = zero if self._absolute else heights.get("initial", math.nan)
+        if "R" in words:
+            heights["R"] = float(words["R"]) * self._scale + base
+        if "Z" in words:
+            heights["Z"] = float(words["Z"]) * self._scale + (zero if self._absolute else heights.get("R", math.nan))
+        if "P" in words:
+            heights["P"] = self._seconds(words["P"], line)
+        if "Q" in words:
+            heights["Q"] = abs(float(words["Q"])) * self._scale
+        if not axes:
+            return
+        bottom, low, first = heights.get("Z", math.nan), heights.get("R", math.nan), heights.get("initial", math.nan)
+        level = max(first, low) if self._to_initial else low
+        for _ in range(int(float(words.get("L", words.get("K", "1"))))):
+            self._at = self._target(axes - {"Z"}, words) | {"Z": low}
+            pose = self._pose()
+            upright = pose is not None and bool(np.allclose(pose[1], _Z)) and self._plane == "17"
+            if pose is None or not upright or code not in _OUT or not bottom <= low <= level or self._odd:
+                self._gap(line, f"G{code} whose place, heights or way are not known")
+                return
+            if _OUT[code] is Out.REVERSED and self._tell.sense != ("CLW" if code == "84" else "CCLW"):
+                self._tell.gap(line, f"G{code} with the spindle turning the other way", lost=False)
+            dwell = 0.0 if code in ("81", "85") else heights.get("P", 0.0)
+            pecks = (heights["Q"],) * 2 if code in ("73", "83") and heights.get("Q") else None
+            cycle = Cycle(_OUT[code], low - bottom, 0.0, level - low, dwell=dwell, pecks=pecks)
+            drill(self._tell, cycle, pose[0], pose[1], line)
+            self._at["Z"] = level

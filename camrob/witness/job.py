@@ -1,0 +1,178 @@
+"""The job as setup.toml alone describes it: where the part lies, the tools, feeds, bodies. Lengths in m, speeds in m/s."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import SetupError
+from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
+from camrob.witness.fields import Fields, read_toml
+from camrob.witness.frames import frame
+
+__all__ = ["Body", "Job", "Tool", "no_job", "read_job"]
+
+Array = NDArray[np.float64]
+
+_METRES = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
+_TON, _FAR = 1000.0, 1e4  # kg, mm
+_MEASURES = ("feed_mm_min", "rapid_feed_mm_min")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tool:
+    """A tool of the set-up; `flange_T_tool` is None where the cell's own holds, diameter and length where not given."""
+
+    name: str = ""
+    flange_T_tool: Array | None = None
+    diameter: float | None = None
+    length: float | None = None
+    load: tuple[float, float, float, float] | None = None  # kg, and the centre X, Y, Z on the flange, m
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """The part or the stock as the set-up gives it: a mesh's file, or a box."""
+
+    file: Path | None
+    scale: float  # of the mesh, to metres
+    box: Array | None  # (2, 3) least and greatest corner, m, in the CL data's frame
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Job:
+    """A set-up. `tools` by number, 0 the one tool that serves all numbers; bodies by "part" and "stock"."""
+
+    base_T_part: Array = field(default_factory=lambda: np.eye(4))
+    tools: Mapping[int, Tool] = field(default_factory=dict)
+    bodies: Mapping[str, Body] = field(default_factory=dict)
+    feed: float | None = None
+    rapid_feed: float | None = None
+    spindle_rpm: float | None = None
+    chord_tolerance: float | None = None
+    decimate: float | None = None
+    clearance: float | None = None
+    units: str | None = None
+    dialect: str | None = None
+    given: bool = True  # False: there is no set-up, and all of this is assumed
+
+    def tool(self, number: int) -> Tool | None:
+        """The tool of this number, else the one that serves all; None where the set-up names none such."""
+        return self.tools.get(number, self.tools.get(0))
+
+    def corners(self, name: str) -> Array | None:
+        """Corner points (K, 3) m of a body in `base`: all of them lie in it, and its hull is theirs. None where not given.
+
+        Raises SetupError where its mesh can't be read.
+        """
+        body = self.bodies.get(name)
+        if body is None:
+            return None
+        if body.box is not None:
+            grid = np.array(np.meshgrid(*body.box.T, indexing="ij"))
+            part_p_corners = grid.reshape(3, -1).T
+        else:
+            part_p_corners = _vertices(body)
+        return np.asarray(part_p_corners @ self.base_T_part[:3, :3].T + self.base_T_part[:3, 3])
+
+
+def no_job() -> Job:
+    """Where no set-up is given: the part's frame is `base`, the tool the cell's own."""
+    return Job(given=False)
+
+
+def _vertices(body: Body) -> Array:
+    """The vertices (K, 3) m of a body's mesh."""
+    import trimesh  # heavy, and needed by few
+
+    try:
+        mesh = trimesh.load(str(body.file), force="mesh")
+        points = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+    except (OSError, ValueError, IndexError, KeyError, TypeError, AttributeError) as failure:
+        raise SetupError(f"the mesh can't be read ({failure})", cure="give an STL file", path=body.file) from failure
+    if not len(points) or not np.isfinite(points).all():
+        raise SetupError("the mesh has no points, or some that are no numbers", cure="give an STL file", path=body.file)
+    return points * body.scale
+
+
+def _tool(fields: Fields) -> Tool:
+    """One [tool]."""
+    diameter, length = fields.maybe("diameter_mm"), fields.maybe("length_mm")
+    for key, value in (("diameter_mm", diameter), ("length_mm", length)):
+        if value is not None and value <= 0.0:
+            raise fields.wrong(key, f"is {value:g}, and has to be above 0")
+    load = None
+    if "mass_kg" in fields or "center_of_mass_mm" in fields:
+        mass, center = fields.number("mass_kg"), fields.numbers("center_of_mass_mm", 3)
+        if not 0.0 < mass <= _TON:
+            raise fields.wrong("mass_kg", f"is {mass:g}, and has to be above 0 and no more than {_TON:g}")
+        if np.linalg.norm(center) > _FAR:
+            raise fields.wrong("center_of_mass_mm", "lies farther off the flange than any tool is long", "write mm")
+        x, y, z = mm_to_m(center).tolist()
+        load = (mass, x, y, z)
+    return Tool(
+        name=fields.text("name", ""),
+        flange_T_tool=frame(fields.numbers("flange_to_tool", 6)) if "flange_to_tool" in fields else None,
+        diameter=None if diameter is None else mm_to_m(diameter),
+        length=None if length is None else mm_to_m(length),
+        load=load,
+    )
+
+
+def _tools(top: Fields) -> dict[int, Tool]:
+    """[tool] or [[tool]]: by number, 0 for one without a number."""
+    tools: dict[int, Tool] = {}
+    for fields in top.subs("tool"):
+        number = fields.number("number", 0.0)
+        if number != int(number) or number < 0 or ("number" in fields and number == 0):
+            raise fields.wrong("number", f"is {number:g}, which is no tool's number", "write 1, 2, ...")
+        if int(number) in tools:
+            raise fields.wrong("number", "is given twice" if number else "is missing: more tools than one need numbers")
+        tools[int(number)] = _tool(fields)
+    if 0 in tools and len(tools) > 1:
+        raise top.wrong("tool", "has tools with a number and one without")
+    return tools
+
+
+def _body(fields: Fields) -> Body:
+    """[part] or [stock]."""
+    if ("mesh" in fields) == ("box_mm" in fields):
+        raise fields.wrong("mesh", "and box_mm: one of the two is needed, not both")
+    if "box_mm" in fields:
+        box = mm_to_m(fields.numbers("box_mm", 6)).reshape(2, 3)
+        if np.any(box[0] >= box[1]):
+            raise fields.wrong("box_mm", "does not rise from [X0, Y0, Z0] to [X1, Y1, Z1]")
+        return Body(None, 1.0, box)
+    unit = fields.text("unit", "mm")
+    if unit not in _METRES:
+        raise fields.wrong("unit", f"is {unit!r}", "write mm, inch or m")
+    return Body(fields.path.parent / fields.text("mesh"), _METRES[unit], None)
+
+
+def read_job(path: Path) -> Job:
+    """The set-up of a setup.toml. Raises SetupError, naming file and key."""
+    top = read_toml(path, SetupError)
+    speeds = {key: top.maybe(key) for key in (*_MEASURES, "spindle_rpm")}
+    lengths = {key: top.maybe(key) for key in ("chord_tolerance_mm", "decimate_mm", "clearance_mm")}
+    for key, value in (speeds | lengths).items():
+        if value is not None and (value < 0.0 or (key in speeds and value == 0.0)):
+            raise top.wrong(key, f"is {value:g}, and has to be above 0")
+    feed, rapid = (None if (value := speeds[key]) is None else mm_min_to_m_s(value) for key in _MEASURES)
+    chord, decimate, clearance = (None if value is None else mm_to_m(value) for value in lengths.values())
+    return Job(
+        base_T_part=frame(top.numbers("part_in_base", 6, [0, 0, 0, 0, 0, 0])),
+        tools=_tools(top),
+        bodies={name: _body(top.sub(name)) for name in ("part", "stock") if name in top},
+        feed=feed,
+        rapid_feed=rapid,
+        spindle_rpm=speeds["spindle_rpm"],
+        chord_tolerance=chord,
+        decimate=decimate,
+        clearance=clearance,
+        units=top.text("units") if "units" in top else None,
+        dialect=top.text("dialect") if "dialect" in top else None,
+    )

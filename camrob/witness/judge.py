@@ -1,0 +1,218 @@
+"""The second opinion as a whole: what a program does, what its CL file asks for, and whether the two are the same.
+
+`judge` reads everything from its text: cell.toml, setup.toml, the CL file, the program. It answers with what stands against the
+program, what was judged and what was not; it never raises for a program that is wrong, only for inputs that can't be read.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from camrob.units import mm_to_m
+from camrob.witness.cl import read_story
+from camrob.witness.happenings import Gap, Kind, Objection, Run, Story
+from camrob.witness.job import Job, no_job, read_job
+from camrob.witness.machine import Machine, read_machine
+from camrob.witness.programs import run_program
+from camrob.witness.rules import PATH_CODES, Comparison, Terms, compare
+
+__all__ = ["AREAS", "Verdict", "judge"]
+
+AREAS = ("path", "frames", "process", "limits")
+_FRAMES = ("base-", "external-", "async-", "frame-", "tool-frame", "tool-unknown")
+_CHORD = mm_to_m(0.01)  # of arcs, where the set-up names none
+
+
+@dataclass(slots=True)
+class Verdict:
+    """What came of it.
+
+    judged: area to True (judged, and nothing stands against it), False (something does), None (not judged, or not all of it).
+    unjudged: what was not judged, one line each. points, events: of the CL file, met by the program. complete: all of file and
+    program was read and compared. process: events_in_file, events_in_program, spindle [[line, rpm, sense]], tool_changes
+    [[line, number]], of the program. notes: choices that the CL file left open. seconds: by stage. files: of the program, by the
+    index that an objection has.
+    """
+
+    objections: tuple[Objection, ...]
+    unjudged: tuple[str, ...]
+    judged: dict[str, bool | None]
+    judged_points: int
+    judged_events: int
+    complete: bool
+    process: dict[str, object] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    seconds: dict[str, float] = field(default_factory=dict)
+    files: tuple[str, ...] = ()
+
+    @property
+    def errors(self) -> tuple[Objection, ...]:
+        """What stands against the program."""
+        return tuple(o for o in self.objections if o.severity == "error")
+
+    @property
+    def warnings(self) -> tuple[Objection, ...]:
+        """What a person should know."""
+        return tuple(o for o in self.objections if o.severity != "error")
+
+
+class _Clock:
+    """Seconds by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.seconds[stage], self._last = round(now - self._last, 3), now
+
+
+def judge(
+    program: Path,
+    cell: Path,
+    *,
+    clfile: Path | None = None,
+    setup: Path | None = None,
+    dialect: str | None = None,
+    units: str | None = None,
+    slower_allowed: str = "",
+) -> Verdict:
+    """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file as a set-up places it.
+
+    Without a CL file: what the program alone shows, which is frames, limits and what isn't understood. dialect, units: over
+    what set-up and file say. slower_allowed: why cuts may be slower than the file says.
+    Raises CellError, SetupError, ToolpathError, KrlError for what can't be read.
+    """
+    clock = _Clock()
+    machine = read_machine(cell)
+    job = no_job() if setup is None else read_job(setup)
+    clock.lap("machine")
+    run = run_program(program, machine)
+    weighed = clfile is not None and any(tool.load for tool in job.tools.values())
+    unsettled = [gap for gap in run.unsettled if not (weighed and gap.of_load)]
+    settled = replace(run, objections=(*run.objections, *run.conduct), gaps=(*run.gaps, *unsettled))
+    clock.lap("program")
+    if clfile is None:
+        return _alone(settled, clock)
+    story = read_story(
+        clfile,
+        dialect=dialect or job.dialect,
+        units=units or job.units,
+        default_feed=job.feed,
+        default_rpm=job.spindle_rpm,
+        tools={number: tool.diameter for number, tool in job.tools.items() if tool.diameter},
+    )
+    clock.lap("file")
+    if not len(run):
+        found = Comparison([Objection("motion-lost", "the program has no motion")], 0, 0, list(story.gaps))
+    else:
+        found = compare(story, run, _terms(machine, job, slower_allowed))
+    clock.lap("rules")
+    run = settled
+    objections = (*run.objections, *found.objections)
+    complete = story.complete and not run.gaps and not found.unjudged
+    return Verdict(
+        objections,
+        _texts(found.unjudged, run, story),
+        _areas(objections, path=not found.unjudged and story.complete, run=run, process=True),
+        found.met,
+        found.met_events,
+        complete,
+        _process(run, story),
+        story.notes,
+        clock.seconds,
+        tuple(run.files),
+    )
+
+
+def _alone(run: Run, clock: _Clock) -> Verdict:
+    """What a program shows by itself."""
+    judged = _areas(run.objections, path=False, run=run, process=False)
+    texts, told = _texts([], run, None), _process(run, None)
+    return Verdict(
+        run.objections, texts, judged, 0, 0, not run.gaps, told, seconds=clock.seconds, files=tuple(run.files)
+    )
+
+
+def _terms(machine: Machine, job: Job, slower_allowed: str) -> Terms:
+    """What the rules have to know of cell and set-up."""
+    own = machine.flange_T_tool
+    tools = {number: own if tool.flange_T_tool is None else tool.flange_T_tool for number, tool in job.tools.items()}
+    corners = [points for name in ("part", "stock") if (points := job.corners(name)) is not None]
+    change = machine.controller.tool_change_pose
+    return Terms(
+        base_T_part=job.base_T_part,
+        tools=tools or {0: own},
+        loads={number: tool.load for number, tool in job.tools.items() if tool.load is not None},
+        home=machine.home,
+        endless=np.array([joint.endless for joint in machine.in_order]),
+        change=machine.home if change is None else np.array(change),
+        corners=np.vstack([np.zeros((0, 3)), *corners]),
+        rapid=job.rapid_feed,
+        chord=_CHORD if job.chord_tolerance is None else job.chord_tolerance,
+        decimated=job.decimate or 0.0,
+        spindle_rpm=machine.controller.spindle_rpm,
+        hooks=frozenset(machine.controller.hooks),
+        slower_allowed=slower_allowed,
+        axis_speed=machine.speed,
+    )
+
+
+def _areas(objections: Iterable[Objection], *, path: bool, run: Run, process: bool) -> dict[str, bool | None]:
+    """True, False, None for each area; path, process: whether all of it was compared."""
+    whole = not run.gaps
+    judged: dict[str, bool | None] = {
+        "path": (path and whole) or None,
+        "frames": whole or None,
+        "process": (process and path and whole) or None,
+        "limits": whole or None,
+    }
+    for objection in objections:
+        if objection.severity == "error":
+            judged[_area(objection.code)] = False
+    return judged
+
+
+def _area(code: str) -> str:
+    if code in PATH_CODES:
+        return "path"
+    if code.startswith(_FRAMES):
+        return "frames"
+    return "process" if code in _PROCESS else "limits"
+
+
+_PROCESS = frozenset({
+    "no-speed", "speed-limit", "no-feed", "feed-higher", "feed-lower", "entry-faster", "rapid-higher", "event-extra",
+    "event-lost", "load-differs",
+    "spindle-differs", "coolant-differs", "tool-differs", "change-running", "change-in-part", "spindle-off-in-part",
+    "spindle-range", "rounded-cut", "not-repeatable", "axis-speed", "setting-higher", "setting-lower", "override", "ends-running",
+    "ends-in-part", "ends-elsewhere", "output-unknown",
+})  # fmt: skip
+
+
+def _texts(gaps: Iterable[Gap], run: Run, story: Story | None) -> tuple[str, ...]:
+    """What was not judged, one line each: the program's lines by their file, the CL file's as they are."""
+    of_file = set(story.gaps) if story is not None else set()
+    texts = []
+    for gap in (*gaps, *run.gaps):
+        lines = (
+            f"line {gap.first_line}" if gap.first_line >= gap.last_line else f"lines {gap.first_line}-{gap.last_line}"
+        )
+        texts.append(f"{lines}: {gap.text}" if gap in of_file else f"{run.files[gap.file]}, {lines}: {gap.text}")
+    return tuple(dict.fromkeys(texts))
+
+
+def _process(run: Run, story: Story | None) -> dict[str, object]:
+    """The program's events, for the summary."""
+    return {
+        "events_in_file": None if story is None else len(story.events),
+        "events_in_program": len(run.events),
+        "spindle": [[e.line, e.value, e.text] for e in run.events if e.kind == Kind.SPINDLE_ON],
+        "tool_changes": [[e.line, e.value] for e in run.events if e.kind == Kind.TOOL],
+    }

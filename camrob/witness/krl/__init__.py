@@ -1,0 +1,1 @@
+"""KRL, read as the controller would run it: text, values, statements, hooks, the run itself."""

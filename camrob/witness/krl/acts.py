@@ -1,0 +1,272 @@
+"""What each statement of the table does to the state: declarations, outputs, BAS. System variables are in
+`settings`, motions in `motion`, flow in `run`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from camrob.witness.krl.conduct import ACC_PTP, PTP
+from camrob.witness.krl.motion import motion, relative
+from camrob.witness.krl.settings import SETTINGS, note_conduct, put_output
+from camrob.witness.krl.state import Base, State
+from camrob.witness.krl.statements import BAS, variable
+from camrob.witness.krl.text import Line
+from camrob.witness.krl.values import UnknownError, split_top
+
+__all__ = ["ACTS", "Act"]
+
+Act = Callable[[State, re.Match[str], Line], None]
+
+_STANDARD = (
+    "PDAT_ACT",
+    "LDAT_ACT",
+    "FDAT_ACT",
+    "BASE_DATA",
+    "TOOL_DATA",
+    "LOAD_DATA",
+)  # of every controller's $config.dat
+_INDEX = re.compile(r"\[([^\[\]]*)\]")
+
+
+def _nothing(state: State, match: re.Match[str], line: Line) -> None:
+    """Neither frames nor outputs nor motions."""
+    state.step(line, "other")
+
+
+def _declare(state: State, match: re.Match[str], line: Line) -> None:
+    """Names become known, with their values where they have some."""
+    common = "GLOBAL" in line.code.split("=")[0].split(" ")
+    place = state.variables.common if common else state.variables.own
+    for item in split_top(match["items"]):
+        name, _, text = item.partition("=")
+        name = name.strip()
+        bare = name.split("[")[0]
+        state.variables.known.add(bare)
+        place.kinds[bare] = match["type"]
+        if not text:
+            if name in place and place is state.variables.own:  # a parameter
+                place.put(name, place[name])
+            else:
+                place.pop(name, None)
+            continue
+        try:
+            value = state.variables.value(text)
+        except UnknownError:
+            continue
+        place.put(name, {"": match["type"], **value} if isinstance(value, dict) and "" not in value else value)
+
+
+def _signal(state: State, match: re.Match[str], line: Line) -> None:
+    """A name for an output."""
+    state.signals[match["name"]] = match["what"].replace(" ", "")
+
+
+def _interrupt(state: State, match: re.Match[str], line: Line) -> None:
+    """Remembered until it is switched on."""
+    state.interrupts[match["number"].strip()] = (match["when"], match["what"])
+
+
+def _interrupt_on(state: State, match: re.Match[str], line: Line) -> None:
+    """From here on a routine may run at any time. KUKA's own for stop messages, switched on before anything moves, reports."""
+    number = match["number"].strip()
+    when, what = state.interrupts.get(number, ("", "what an earlier program has declared"))
+    template = re.fullmatch(r"\$STOPMESS ?== ?TRUE", when) and re.fullmatch(r"IR_STOPM ?\( ?\)", what)
+    if number != "3" or not template or state.here.pose is not None:
+        state.gap(line, f"{what} may run at any time from here on, and what it does isn't judged")
+
+
+def _borrow(state: State, match: re.Match[str], line: Line) -> None:
+    """EXT with a module in front of the routine."""
+    state.gap(line, f"it takes {match['name']} from {match['place']}, and what that does isn't judged")
+
+
+def _trigger(state: State, match: re.Match[str], line: Line) -> None:
+    """The statement behind DO, where the next motion begins or ends."""
+    what = Line(line.number, match["what"], line.comment, line.raw)
+    assigned = re.fullmatch(r"(?P<name>\$(?:OUT|ANOUT) ?\[.+?\]|[A-Z_]\w*) ?= ?(?P<value>.+)", what.code)
+    if assigned is None or (not assigned["name"].startswith("$") and assigned["name"] not in state.signals):
+        state.gap(line, "a trigger that does more than set an output isn't judged")
+        return
+    before = len(state.steps)
+    put_output(state, what, assigned["name"], assigned["value"])
+    if match["where"] == "1":
+        state.after_next += state.steps[before:]
+        del state.steps[before:]
+
+
+def _wait(state: State, match: re.Match[str], line: Line) -> None:
+    """WAIT SEC."""
+    try:
+        seconds = state.variables.number(match["value"])
+    except UnknownError as reason:
+        state.gap(line, f"how long it waits isn't known ({reason})")
+        seconds = float("nan")
+    state.step(line, "wait", value=seconds)
+
+
+def _wait_for(state: State, match: re.Match[str], line: Line) -> None:
+    """WAIT FOR: how long depends on what isn't in the program, unless it is a hook's."""
+    state.unknown(line, "it stands still until something outside the program happens")
+
+
+def _halt(state: State, match: re.Match[str], line: Line) -> None:
+    """HALT."""
+    state.step(line, "halt")
+
+
+def _output(state: State, match: re.Match[str], line: Line) -> None:
+    """An output switched in a form of its own."""
+    state.step(line, "output")
+
+
+def _assign(state: State, match: re.Match[str], line: Line) -> None:
+    """A system variable, an output by its name, or a variable."""
+    try:
+        name = _INDEX.sub(lambda found: f"[{_index(state, found[1])}]", match["name"].replace(" ", ""))
+    except UnknownError as reason:
+        state.gap(line, f"what is set isn't known ({reason})")
+        return
+    if name.startswith("$"):
+        found = variable(name)
+        if found is None:
+            state.unknown(line, "what this system variable does isn't on the list of what is understood")
+            return
+        row, fit = found
+        if row.stops:
+            state.waits(line)
+        SETTINGS[row.act](state, fit, line, match["value"])
+    elif name in state.signals:
+        state.waits(line)
+        put_output(state, line, name, match["value"])
+    elif state.variables.knows(name) or name.split("[")[0].split(".")[0] in _STANDARD:
+        try:
+            state.variables.put(name, state.variables.value(match["value"]))
+        except UnknownError:
+            _forget(state, name)
+        state.step(line, "other")
+    else:
+        state.unknown(line, "the name isn't declared here, and may be that of an output")
+
+
+def _index(state: State, text: str) -> str:
+    return ",".join(str(state.variables.value(part)) for part in split_top(text)) if text.strip() else ""
+
+
+def _forget(state: State, name: str) -> None:
+    """A variable whose value is no longer known."""
+    head = name.split(".")[0]
+    for place in (state.variables.own, state.variables.module, state.variables.common):
+        if head in place:
+            state.variables.keep(place, head)
+            del place[head]
+    state.variables.known.add(head.split("[")[0])
+
+
+def _bas(state: State, match: re.Match[str], line: Line) -> None:
+    """BAS(#..): frames and speeds by the controller's own library."""
+    act, _ = BAS.get(match["what"], ("", ""))
+    value = match["value"] or ""
+    if not act:
+        state.unknown(line, f"BAS(#{match['what']}) isn't on the list of what is understood")
+        return
+    if match["what"] == "INITMOV":
+        state.waits(line)
+        state.begin()
+    try:
+        _bas_conduct(state, act, match["what"], value)
+        if act in ("bas_speed", "bas_params"):
+            state.speed = state.variables.number(value)
+            if state.speed <= 0.0:
+                state.speed = float("nan")
+        if act == "bas_tool":
+            _numbered(state, line, "TOOL", state.variables.number(value))
+        if act == "bas_base":
+            _numbered(state, line, "BASE", state.variables.number(value))
+    except UnknownError as reason:
+        state.gap(line, f"its value isn't known ({reason})")
+    if act in ("bas_frames", "bas_params"):
+        for name in ("TOOL", "BASE"):
+            try:
+                _numbered(state, line, name, state.variables.number(f"FDAT_ACT.{name}_NO"))
+            except UnknownError as reason:
+                state.gap(line, f"${name} isn't known from here on ({reason})")
+                if name == "TOOL":
+                    state.set_tool(None)
+                else:
+                    state.set_base(Base(None, False))
+    state.step(line, "other")
+
+
+def _bas_conduct(state: State, act: str, what: str, value: str) -> None:
+    """What a BAS command does to speeds, ramps and roundings; raises UnknownError for a percentage that isn't known."""
+    put = state.conduct.set
+    if act == "bas_acc":
+        note_conduct(state, "$ACC.CP", value)
+    elif act == "bas_load":
+        state.change_load(state.line, "", {})
+    elif act == "bas_acc_ptp":
+        put(ACC_PTP, state.variables.number(value))
+    elif act == "bas_ptp" or what == "PTP_PARAMS":
+        put(PTP, state.variables.number(value))
+    if what in ("PTP_DAT", "PTP_PARAMS"):
+        data = _data(state, "PDAT_ACT")
+        put(ACC_PTP, data("ACC"))
+        if what == "PTP_DAT":
+            put(PTP, data("VEL"))
+    elif what in ("CP_DAT", "CP_PARAMS"):
+        data = _data(state, "LDAT_ACT")
+        put("$APO.CDIS", data("APO_DIST"))
+        if data("ACC") != 100.0:  # else as it has been
+            put("$ACC.CP", float("nan"))
+        if what == "CP_DAT":
+            speed = data("VEL")
+            state.speed = speed if speed > 0.0 else float("nan")
+
+
+def _data(state: State, name: str) -> Callable[[str], float]:
+    """The numbers of a set of motion data such as LDAT_ACT; NaN where they are not known."""
+
+    def number(part: str) -> float:
+        try:
+            return state.variables.number(f"{name}.{part}")
+        except UnknownError:
+            return float("nan")
+
+    return number
+
+
+def _numbered(state: State, line: Line, name: str, number: float) -> None:
+    """`$TOOL` or `$BASE` from the controller's list; number 0 is the plate, or the world. A tool brings its own load data."""
+    if name == "TOOL":
+        state.set_load(line.number, None)
+    text = "$NULLFRAME" if number == 0 else f"{name}_DATA[{int(number)}]"
+    found = variable(f"${name}")
+    if found is not None:
+        SETTINGS[found[0].act](state, found[1], line, text)
+
+
+def _carry_on(state: State, match: re.Match[str], line: Line) -> None:
+    """CONTINUE: the statement after it doesn't wait for the robot."""
+    state.early = line
+
+
+ACTS: dict[str, Act] = {
+    "nothing": _nothing,
+    "declare": _declare,
+    "signal": _signal,
+    "interrupt": _interrupt,
+    "interrupt_on": _interrupt_on,
+    "borrow": _borrow,
+    "trigger": _trigger,
+    "motion": motion,
+    "relative": relative,
+    "wait": _wait,
+    "wait_for": _wait_for,
+    "halt": _halt,
+    "output": _output,
+    "bas": _bas,
+    "continue": _carry_on,
+    "assign": _assign,
+}

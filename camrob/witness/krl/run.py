@@ -1,0 +1,391 @@
+"""Runs a KRL program as the controller would: statement by statement, from the first to the last, into a `Run`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from camrob.witness.happenings import Gap, Objection, Run
+from camrob.witness.krl.acts import ACTS
+from camrob.witness.krl.hooks import Hooks, canonical
+from camrob.witness.krl.motion import add_rows
+from camrob.witness.krl.program import Block, Module, Node, Routine, Rows, beside, data_lines, read_module
+from camrob.witness.krl.replay import replay
+from camrob.witness.krl.state import EndlessError, LostError, Motions, State
+from camrob.witness.krl.statements import statement, variable
+from camrob.witness.krl.text import Line
+from camrob.witness.krl.values import Scope, UnknownError, Value, split_top
+from camrob.witness.machine import Machine
+
+__all__ = ["run_program"]
+
+_MOST_TURNS = 50_000  # of all loops together; lists of points that a loop runs through hold some ten thousand
+_MOST_JUMPS = 500  # by GOTO
+_ENOUGH = 2_000  # motions of a run without an end that are looked at
+_LIBRARY = ("BAS", "IR_STOPM")  # KUKA's, whose effects are known
+_REAL = ("pose", "middle", "sweep", "axes", "speed")  # of the motions' columns, those that may be NaN
+_UNKNOWN = "#UNKNOWN"  # stands for a value that the text doesn't say: no number, no truth
+_CALLS_DEEP = 25  # routines that call routines; KUKA's own limit is lower
+_FOR = re.compile(r"FOR (?P<name>[A-Z_]\w*) ?= ?(?P<first>.+?) TO (?P<last>.+?)(?: STEP (?P<step>.+))?")
+_IF = re.compile(r"IF ?(?P<when>.+?) ?THEN")
+_NO_MOTION = re.compile(r"S?(?:PTP|LIN) ?\$(?:POS_ACT|AXIS_ACT|AXIS_ACT_MEAS)(?: C_\w+)*")
+
+
+class _LeftError(Exception):
+    """RETURN."""
+
+
+class _LoopLeftError(Exception):
+    """EXIT."""
+
+
+class _JumpError(Exception):
+    """GOTO, with the mark's name."""
+
+
+@dataclass(slots=True)
+class _Runner:
+    """Walks through the nodes of routines; what they do is in `acts` and `motion`."""
+
+    state: State
+    folder: Path
+    modules: dict[str, Module | None] = field(default_factory=dict)
+    data: dict[str, Scope] = field(default_factory=dict)  # by the module's file
+    later: dict[str, dict[str, Value]] = field(default_factory=dict)  # what a run before this one left in them
+    module: Module | None = None
+    depth: int = 0
+    turns: int = 0  # of loops
+
+    def load(self, path: Path) -> Module:
+        """Reads a module and its data list."""
+        module = read_module(path)
+        self.modules[path.stem.upper()] = module
+        self.state.files.append(str(path))
+        self.state.written += module.source.count
+        place = self.data[str(path)] = Scope()
+        common = self.state.variables.common
+        known = set(common)
+        if module.data_path is not None:
+            self.take(module.data_path, module.data, place)
+        place.update(self.later.get(str(path), {}))
+        common.update(
+            {name: value for name, value in self.later.get("", {}).items() if name in common and name not in known}
+        )
+        for name in _LIBRARY:
+            if name in module.routines or beside(self.folder, f"{name}.src"):
+                text = f"the program brings a {name} of its own, in place of the controller's"
+                self.state.object("library-replaced", text, 1)
+        if module.source.odd:
+            text = "a control character, at which one system ends a line and another doesn't: what is run isn't certain"
+            self.state.unsure(module.source.odd, text)
+        return module
+
+    def configure(self) -> None:
+        """Takes over what a `$config.dat` beside the program declares."""
+        path = beside(self.folder, "$config.dat")
+        if path is not None:
+            self.take(path, data_lines(path), self.state.variables.common)
+        self.state.variables.common.update(self.later.get("", {}))
+
+    def take(self, path: Path, lines: list[Line], place: Scope) -> None:
+        """Runs a data list, its values into `place`."""
+        state = self.state
+        kept = (state.file, state.variables.own, state.variables.module)
+        state.file, state.variables.own, state.variables.module = len(state.files), place, place
+        state.files.append(str(path))
+        for line in lines:
+            self.one(line)
+        state.file, state.variables.own, state.variables.module = kept
+
+    def one(self, line: Line) -> None:
+        """One statement that is no block."""
+        state = self.state
+        state.tick(line)
+        found = statement(line.code)
+        if found is None:
+            state.unknown(line, "the statement isn't on the list of what is understood")
+            state.early = None
+            return
+        row, match = found
+        if row.stops:
+            state.waits(line)
+        if row.act == "leave":
+            raise _LeftError
+        if row.act == "leave_loop":
+            raise _LoopLeftError
+        if row.act == "jump":
+            raise _JumpError(match["name"])
+        if row.act == "call":
+            self.call(match, line)
+        else:
+            ACTS[row.act](state, match, line)
+        if row.act != "continue":
+            state.early = None
+
+    def find(self, name: str) -> tuple[Module, Routine] | None:
+        """A routine of this file, or the main routine of a file beside it."""
+        if self.module is not None and name in self.module.routines:
+            return self.module, self.module.routines[name]
+        if name not in self.modules:
+            path = beside(self.folder, f"{name}.src")
+            self.modules[name] = None if path is None else self.load(path)
+        module = self.modules[name]
+        return None if module is None or name not in module.routines else (module, module.routines[name])
+
+    def call(self, match: re.Match[str], line: Line) -> None:
+        """Runs a routine that is at hand; else it is a hook's, or a gap."""
+        state = self.state
+        found = self.find(match["name"])
+        hooked = state.hooks.concerns(canonical(line.code))
+        if found is None or hooked:
+            at_hand = "it is one of several lines of a hook, of which others are missing"
+            state.unknown(line, at_hand if found else "it calls what is not at hand, so what it does isn't judged")
+        if found is None:
+            return
+        texts = split_top(match["inputs"]) if match["inputs"].strip() else []
+        state.quiet += hooked
+        self.enter(*found, texts, line)
+        state.quiet -= hooked
+
+    def enter(self, module: Module, routine: Routine, texts: list[str], line: Line | None) -> None:
+        """Runs one routine with what it is handed, and puts back what it hands back."""
+        state = self.state
+        if self.depth >= _CALLS_DEEP:
+            raise LostError("routines call each other too deep")
+        own = Scope()
+        for (name, _), text in zip(routine.inputs, texts, strict=False):
+            state.variables.known.add(name)
+            try:
+                own[name] = state.variables.value(text)
+            except UnknownError:
+                own.pop(name, None)
+        kept = (self.module, state.file, state.variables.own, state.variables.module)
+        self.module, self.depth = module, self.depth + 1
+        state.file = state.files.index(str(module.source.path))
+        state.variables.own, state.variables.module = own, self.data[str(module.source.path)]
+        try:
+            self.nodes(routine.nodes)
+        except (_LeftError, _LoopLeftError):
+            state.early = None
+        except _JumpError as jump:
+            raise LostError(f"GOTO {jump} leads to no mark that it may reach") from None
+        finally:
+            self.module, state.file, state.variables.own, state.variables.module = kept
+            self.depth -= 1
+        for (name, back), text in zip(routine.inputs, texts, strict=False):
+            if back and re.fullmatch(r"[A-Z_]\w*", text) and name in own:
+                state.variables.put(text, own[name])
+
+    def nodes(self, nodes: list[Node]) -> None:
+        """A sequence of statements, rows and blocks; a GOTO within leads to a mark that stands in it."""
+        at = 0
+        while at < len(nodes):
+            node = nodes[at]
+            at += 1
+            try:
+                if isinstance(node, Block):
+                    self.block(node)
+                elif isinstance(node, Line):
+                    self.one(node)
+                elif self.module is not None:
+                    add_rows(self.state, self.module.source, node.first, node.last)
+            except _JumpError as jump:
+                mark = f"{jump}:"
+                found = [k for k, to in enumerate(nodes) if isinstance(to, Line) and to.code.replace(" ", "") == mark]
+                if len(found) != 1:
+                    raise
+                at = found[0]
+                self.count_turn(_MOST_TURNS // _MOST_JUMPS)
+
+    def block(self, block: Block) -> None:
+        """IF, SWITCH, loops, splines. A condition that can't be known is a gap, unless neither way does anything."""
+        self.state.tick(block.head)
+        try:
+            if block.kind == "IF":
+                self.branch(block)
+            elif block.kind == "SWITCH":
+                self.switch(block)
+            elif block.kind == "SPLINE":
+                if block.head.code != "SPLINE" or any(_curved(node) for node in block.parts[0][1]):
+                    self.state.gap(block.head, "how a spline joins its motions isn't judged", block.tail.number)
+                self.nodes(block.parts[0][1])
+            else:
+                self.loop(block)
+        except UnknownError as reason:
+            if not all(self.idle(nodes) for _, nodes in block.parts):
+                self.state.gap(
+                    block.head, f"which way it goes isn't known ({reason}), so none is judged", block.tail.number
+                )
+        except _LoopLeftError:
+            if block.kind in ("IF", "SWITCH", "SPLINE"):
+                raise
+
+    def branch(self, block: Block) -> None:
+        match = _IF.fullmatch(block.head.code)
+        if match is None:
+            raise UnknownError("the condition can't be read")
+        taken = self.state.variables.truth(match["when"])
+        chosen = block.parts[0] if taken else block.parts[-1]
+        if taken or len(block.parts) > 1:
+            self.nodes(chosen[1])
+
+    def switch(self, block: Block) -> None:
+        value = self.state.variables.value(block.head.code.removeprefix("SWITCH").strip())
+        for head, nodes in block.parts[1:]:
+            word, _, cases = head.code.partition(" ")
+            if word == "DEFAULT" or value in [
+                self.state.variables.value(text) for text in split_top(cases.rstrip(": "))
+            ]:
+                self.nodes(nodes)
+                return
+
+    def loop(self, block: Block) -> None:
+        """FOR, WHILE, REPEAT and LOOP."""
+        variables, body = self.state.variables, block.parts[0][1]
+        if block.kind == "FOR":
+            match = _FOR.fullmatch(block.head.code)
+            if match is None:
+                raise UnknownError("it can't be read")
+            value, last = variables.number(match["first"]), variables.number(match["last"])
+            step = variables.number(match["step"] or "1")
+            if step == 0.0:
+                raise UnknownError("its step is 0")
+            while value <= last if step > 0 else value >= last:
+                self.turn(block)
+                variables.put(match["name"], int(value) if value == int(value) else value)
+                self.nodes(body)
+                value += step
+            return
+        if block.kind == "LOOP" and not _leaves(body):
+            raise LostError(f"line {block.head.number}: a LOOP without EXIT never ends")
+        when = block.head.code.removeprefix("WHILE").strip() if block.kind == "WHILE" else "TRUE"
+        while variables.truth(when):
+            self.turn(block)
+            self.nodes(body)
+            if block.kind == "REPEAT" and variables.truth(block.tail.code.removeprefix("UNTIL").strip()):
+                return
+
+    def turn(self, block: Block) -> None:
+        """A turn of a loop."""
+        self.state.tick(block.head)
+        self.count_turn()
+
+    def count_turn(self, weight: int = 1) -> None:
+        """Counts a way back, or a GOTO; raises LostError for more of them than any honest program has."""
+        self.turns += weight
+        if self.turns > _MOST_TURNS:
+            raise EndlessError(f"more than {_MOST_TURNS} turns of loops: the program may never end")
+
+    def idle(self, nodes: list[Node]) -> bool:
+        """True where nodes change nothing that is judged."""
+        for node in nodes:
+            if isinstance(node, Rows):
+                return False
+            if isinstance(node, Block):
+                if not all(self.idle(part) for _, part in node.parts):
+                    return False
+            elif not _idle(node.code):
+                return False
+        return True
+
+
+def _leaves(nodes: list[Node]) -> bool:
+    """Whether a loop's body holds an EXIT or a RETURN at all."""
+    for node in nodes:
+        if isinstance(node, Block):
+            if any(_leaves(part) for _, part in node.parts):
+                return True
+        elif isinstance(node, Line) and node.code.partition(" ")[0] in ("EXIT", "RETURN", "GOTO"):
+            return True
+    return False
+
+
+def _curved(node: Node) -> bool:
+    """Whether a spline's motion bends what comes before or after it: lines and circles keep to themselves."""
+    return not isinstance(node, Line) or re.match(r"SPL\b", node.code) is not None
+
+
+def _idle(code: str) -> bool:
+    """True for a statement that changes nothing that is judged, wherever it stands."""
+    found = statement(code)
+    if found is None:
+        return False
+    row, match = found
+    if row.act == "assign":
+        set_to = variable(match["name"].replace(" ", ""))
+        return set_to is not None and set_to[0].act == "nothing"
+    return row.act in ("nothing", "declare", "wait_for") or bool(_NO_MOTION.fullmatch(code))
+
+
+def _once(main: Path, machine: Machine, later: dict[str, dict[str, Value]]) -> tuple[_Runner, Motions]:
+    """One run of a program, on what an earlier one left in its data lists."""
+    state = State(machine, Hooks(machine.controller.hooks))
+    runner, most = _Runner(state, main.parent, later=later), None
+    try:
+        module = runner.load(main)
+        runner.configure()
+        for line in module.outside:
+            state.gap(line, "it stands outside any DEF")
+        first = next(iter(module.routines))
+        if first != main.stem.upper():
+            state.object("module-name", f"the file is {main.name} and its program {first}: no controller loads that", 1)
+        runner.enter(module, module.routines.get(main.stem.upper(), module.routines[first]), [], None)
+    except LostError as reason:
+        if isinstance(reason, EndlessError):
+            most = state.forget(_ENOUGH)
+        state.gaps.append(Gap(state.count, state.line, state.line, f"{reason}; what follows isn't judged", state.file))
+    state.close_steps()
+    motions = state.columns.motions(most)
+    stops = np.array([*state.stops, state.count - 1], dtype=np.int64)
+    motions.exact[stops[(stops >= 0) & (stops < len(motions))]] = True
+    return runner, motions
+
+
+def _left(runner: _Runner, before: dict[str, dict[str, Value]]) -> dict[str, dict[str, Value]]:
+    """What a run leaves in the data lists other than it was, by file; `before` what the run before it left."""
+    left = {key: dict(values) for key, values in before.items()}
+    for key, place in (("", runner.state.variables.common), *runner.data.items()):
+        for (owner, head), old in runner.state.variables.kept.items():
+            if owner == id(place) and place.get(head, _UNKNOWN) != old:
+                left.setdefault(key, {})[head] = place.get(head, _UNKNOWN)
+    return left
+
+
+def _judge_again(main: Path, machine: Machine, first: _Runner, motions: Motions) -> None:
+    """Data lists outlive a run: where the program changes them, the next run has to do the same as this one."""
+    left = _left(first, {})
+    if not left:
+        return
+    names = ", ".join(sorted(name for values in left.values() for name in values))[:80]
+    second, again = _once(main, machine, left)
+    state = first.state
+    same = len(again) == len(motions) and all(
+        np.array_equal(getattr(motions, part), getattr(again, part), equal_nan=part in _REAL)
+        for part in Motions.__slots__
+    )
+    frames = (state.bases, state.tools, state.events) == (second.state.bases, second.state.tools, second.state.events)
+    frames &= repr(state.loads) == repr(second.state.loads)  # NaN among them
+    if not same or not frames or len(second.state.gaps) > len(state.gaps):
+        text = f"it changes {names} in its data list, which the controller keeps: its next run is not the same"
+        state.ruled.append(Objection("not-repeatable", text))
+    elif _left(second, left) != left:
+        state.unsure(0, f"it changes {names} in its data list with every run: later runs than the second aren't judged")
+
+
+def run_program(main: Path, machine: Machine) -> Run:
+    """Runs a main program with what it calls: routines of its file, files beside it, data lists.
+
+    Raises KrlError where a file can't be read or its blocks don't close. What can't be followed is a gap of the run.
+    """
+    runner, motions = _once(main, machine, {})
+    state = runner.state
+    for row, line, file in state.vague:
+        if row < len(motions) and not motions.exact[row]:
+            text = "how far C_PTP, C_VEL, C_ORI or a spline's kin round it isn't stated by the cell, and so not judged"
+            state.unsettled.append(Gap(row, line, line, text, file))
+            break
+    _judge_again(main, machine, runner, motions)
+    return replay(state, motions)

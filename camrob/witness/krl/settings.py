@@ -1,0 +1,275 @@
+"""What assignments to system variables do to the state: frames, speeds, how the tool turns, outputs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+
+from camrob.witness.frames import angle_of, frame
+from camrob.witness.happenings import Objection
+from camrob.witness.krl.conduct import unlike
+from camrob.witness.krl.state import Base, State
+from camrob.witness.krl.text import Line
+from camrob.witness.krl.values import UnknownError, split_top
+
+__all__ = ["SETTINGS", "note_conduct", "put_output"]
+
+_EK = re.compile(r"EK ?\((?P<inputs>.+)\)")
+_ROOT = re.compile(r"MACHINE_DEF ?\[(?P<number>.+)\]\.(?:ROOT|MECH_TYPE)")
+_SAME_FRAME = (1e-6, 1e-6)  # m, rad: what rounding to six digits leaves
+
+
+def put_output(state: State, line: Line, name: str, value: str) -> None:
+    """An output by number or name; a variable on the right is put in where it is a plain one."""
+    if re.fullmatch(r"[A-Z_]\w*", value) and value not in ("TRUE", "FALSE"):
+        try:
+            known = state.variables.value(value)
+            value = ("TRUE" if known else "FALSE") if isinstance(known, bool) else str(known)
+        except UnknownError as reason:
+            state.gap(line, f"the value isn't known ({reason})")
+    try:
+        number = state.variables.number(value)
+    except UnknownError:
+        number = float("nan")
+    state.step(line, "output", f"{state.signals.get(name, name)}={value}", number)
+
+
+def _switch(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    put_output(state, line, match.string, value)
+
+
+def _setting(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    state.step(line, "other")
+
+
+def _conduct(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    """A setting of how it moves, or an aggregate of some."""
+    note_conduct(state, match.string, value)
+    state.step(line, "other")
+
+
+def note_conduct(state: State, name: str, text: str) -> None:
+    """Puts a setting, or each component of an aggregate of settings, in force; NaN where the text doesn't say the value."""
+    try:
+        value = state.variables.value(text)
+    except UnknownError:
+        value = float("nan")
+    for part, item in value.items() if isinstance(value, dict) else (("", value),):
+        if part or not isinstance(value, dict):
+            plain = isinstance(item, int | float) and not isinstance(item, bool)
+            state.conduct.set(f"{name}.{part}" if part else name, float(item) if plain else float("nan"))  # type: ignore[arg-type]
+
+
+def _changed(state: State, old: tuple[float, ...] | None, part: str, value: str) -> tuple[float, ...] | None:
+    """A frame with one component set, X..C."""
+    number = state.variables.number(value)
+    if old is None:
+        raise UnknownError("the frame that it is part of isn't known")
+    return tuple(number if name == part else kept for name, kept in zip("XYZABC", old, strict=True))
+
+
+def _base(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    """`$BASE`, whole or one component."""
+    old = state.bases[state.base]
+    try:
+        if match["part"]:
+            fault = (
+                None
+                if old.fault is None
+                else Objection(old.fault.code, old.fault.text, line=line.number, file=state.file)
+            )
+            state.set_base(Base(_changed(state, old.values, match["part"], value), old.follows, fault))
+            return
+        coupled = _EK.fullmatch(value)
+        if coupled is not None:
+            state.set_base(_coupled(state, coupled, line))
+        else:
+            state.set_base(Base(state.frame_of(state.variables.value(value)), False, _standing(state, line)))
+    except UnknownError as reason:
+        state.gap(line, f"$BASE isn't known from here on ({reason})")
+        state.set_base(Base(None, False))
+
+
+def _standing(state: State, line: Line) -> Objection | None:
+    """What is wrong with a base that stands still, where the cell has it turn."""
+    if not state.machine.follows or not any(joint.role == "workpiece" for joint in state.machine.joints):
+        return None
+    text = f"{line.raw[:60]}: $BASE is set without EK(), so it does not turn with the table as the cell says it does"
+    return Objection("base-stands-still", text, line=line.number, file=state.file)
+
+
+def _coupled(state: State, match: re.Match[str], line: Line) -> Base:
+    """`$BASE = EK(root, mechanism, frame)`: the base turns with that mechanism."""
+    inputs = split_top(match["inputs"])
+    if len(inputs) != 3:
+        raise UnknownError("EK() takes three values")
+    numbers = [state.variables.number(found["number"]) for text in inputs[:2] if (found := _ROOT.fullmatch(text))]
+    if len(numbers) != 2:
+        raise UnknownError(f"{inputs[0]} and {inputs[1]} are no MACHINE_DEF[n].ROOT and .MECH_TYPE")
+    values = state.frame_of(state.variables.value(inputs[2]))
+    wanted = state.machine.controller.mechanism
+    if wanted is None:
+        raise UnknownError("the cell doesn't say which mechanism carries the part")
+    if numbers == [wanted, wanted]:
+        return Base(values, True)
+    text = f"{line.raw[:60]}: the base hangs on another mechanism than the cell's, which is MACHINE_DEF[{wanted}]"
+    return Base(values, True, Objection("base-other-mechanism", text, line=line.number, file=state.file))
+
+
+def _tool(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    """`$TOOL`, whole or one component."""
+    try:
+        if match["part"]:
+            state.set_tool(_changed(state, state.tools[state.tool], match["part"], value))
+        else:
+            state.set_tool(state.frame_of(state.variables.value(value)))
+    except UnknownError as reason:
+        state.gap(line, f"$TOOL isn't known from here on ({reason})")
+        state.set_tool(None)
+
+
+def _load(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    """`$LOAD`, whole or a component of it."""
+    try:
+        given = state.variables.value(value)
+    except UnknownError:
+        given = {}
+    state.change_load(line.number, match["part"] or "", given)
+    state.step(line, "other")
+
+
+def _speed(state: State, match: re.Match[str] | None, line: Line, value: str) -> None:
+    """`$VEL.CP`."""
+    try:
+        state.speed = state.variables.number(value)
+        if state.speed <= 0.0:
+            state.object("speed", f"$VEL.CP is set to {state.speed:g} m/s, and has to be above 0", line)
+    except UnknownError as reason:
+        state.gap(line, f"the speed isn't known from here on ({reason})")
+        state.speed = float("nan")
+    state.step(line, "other")
+
+
+def _speeds(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    """`$VEL = {CP .., ORI1 .., ORI2 ..}`."""
+    try:
+        given = state.variables.value(value)
+        if not isinstance(given, dict) or "CP" not in given:
+            raise UnknownError("CP isn't among them")
+        _speed(state, None, line, str(given["CP"]))
+    except UnknownError as reason:
+        state.gap(line, f"the speed isn't known from here on ({reason})")
+        state.speed = float("nan")
+    note_conduct(state, "$VEL", value)
+    state.conduct.values.pop("$VEL.CP", None)  # the feed's rule has it
+
+
+def _advance(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    try:
+        state.rounds = state.variables.number(value) > 0.0
+    except UnknownError:
+        state.rounds = True  # the safer reading: corners may be rounded
+    state.step(line, "other")
+
+
+def _ori_type(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    state.constant = value == "#CONSTANT"
+    state.unlike_line = "" if value in ("#VAR", "#CONSTANT") else f"$ORI_TYPE = {value}"
+    state.step(line, "other")
+
+
+def _circ_type(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    state.unlike_arc = "" if value == "#BASE" else f"$CIRC_TYPE = {value}"
+    state.step(line, "other")
+
+
+def _ipo_mode(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    if value != "#BASE":
+        state.object("external-tool", f"$IPO_MODE = {value}: the cell's tool is on the arm, not in the cell", line)
+    state.step(line, "other")
+
+
+def _moved_frame(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    """`$ROBROOT`, `$WORLD`: right only where nothing changes."""
+    name = match["which"]
+    zero = np.zeros((1, len(state.machine.axis_names)))
+    expected = state.machine.base_T_root(zero)[0] if name == "ROBROOT" else np.eye(4)
+    try:
+        given = frame(np.array(state.frame_of(state.variables.value(value))))
+        gone = float(np.linalg.norm(given[:3, 3] - expected[:3, 3]))
+        turned = float(angle_of((expected[:3, :3].T @ given[:3, :3])[None])[0])
+        same = match.string == f"${name}" and gone < _SAME_FRAME[0] and turned < _SAME_FRAME[1]
+    except UnknownError:
+        same = False
+    if not same:
+        text = f"{line.raw[:60]}: ${name} is set to another place than the cell has it; every pose would be elsewhere"
+        state.object("robroot" if name == "ROBROOT" else "world", text, line)
+
+
+def _act_ex_ax(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    wanted = state.machine.controller.act_ex_ax
+    try:
+        given = state.variables.number(value)
+    except UnknownError as reason:
+        state.gap(line, f"how many external axes take part isn't known ({reason})")
+        return
+    state.conduct.set("$ACT_EX_AX", given)
+    if wanted is not None and given != wanted:
+        state.object("external-axes", f"$ACT_EX_AX = {given:g}, where the cell has {wanted}", line)
+    state.step(line, "other")
+
+
+def _async_axis(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    try:
+        given = state.variables.number(value)
+    except UnknownError:
+        given = -1.0
+    if given != 0.0:
+        state.object("async-axis", f"{line.raw[:60]}: external axes no longer follow the motions", line)
+
+
+def _bounded(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    """A setting that the cell names."""
+    name, own = match.string, state.machine.controller.settings.get(match.string)
+    note_conduct(state, name, value)
+    state.step(line, "other")
+    try:
+        given = state.variables.number(value)
+    except UnknownError as reason:
+        state.gap(line, f"its value isn't known ({reason})")
+        return
+    found = None if own is None else unlike(name, given, own)
+    if found is None:
+        return
+    code, text, grave = found
+    state.object(code, text, line, "error" if grave else "warning")
+    if grave:
+        state.conduct.said.add(text)
+
+
+def _override(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    if not re.fullmatch(r"100(?:\.0*)?", value):
+        state.object("override", f"{line.raw[:60]}: all speeds are other than $VEL.CP says", line)
+
+
+SETTINGS: dict[str, Callable[[State, re.Match[str], Line, str], None]] = {
+    "nothing": _setting,
+    "conduct": _conduct,
+    "base": _base,
+    "tool": _tool,
+    "load": _load,
+    "speed": _speed,
+    "speeds": _speeds,
+    "advance": _advance,
+    "ori_type": _ori_type,
+    "circ_type": _circ_type,
+    "ipo_mode": _ipo_mode,
+    "moved_frame": _moved_frame,
+    "act_ex_ax": _act_ex_ax,
+    "async_axis": _async_axis,
+    "switch": _switch,
+    "bounded": _bounded,
+    "override": _override,
+}

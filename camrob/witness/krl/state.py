@@ -1,0 +1,369 @@
+"""What the controller knows at a statement of a program, and what the witness has noted so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.witness.frames import frame, inverse, to_values
+from camrob.witness.happenings import Event, Gap, Load, Objection
+from camrob.witness.krl.conduct import Conduct
+from camrob.witness.krl.hooks import Hooks, Step, canonical
+from camrob.witness.krl.text import Line
+from camrob.witness.krl.values import UnknownError, Value, Variables
+from camrob.witness.machine import Machine
+
+__all__ = ["AXES", "CIRC", "LIN", "POSE", "Base", "Columns", "EndlessError", "Here", "LostError", "Motions", "State"]
+
+Array = NDArray[np.float64]
+
+AXES, POSE, LIN, CIRC = range(4)  # PTP by axes, PTP by pose, and the two that follow a path
+# what a run may take besides what is written, which it may take _AGAIN times: an endless loop takes more
+_MOST, _MOST_MOTIONS, _AGAIN = 120_000, 60_000, 10
+_MOST_STEPS = 2_000  # between two motions: a hook holds some ten
+_FEW = 50  # objections of a run without an end
+_ZERO = (0.0,) * 6
+_LOAD = ("M", *(f"CM.{part}" for part in "XYZABC"), "J.X", "J.Y", "J.Z")
+
+
+class LostError(Exception):
+    """The run can't be followed any further."""
+
+
+class EndlessError(LostError):
+    """The run takes more than any honest program."""
+
+
+@dataclass(frozen=True, slots=True)
+class Base:
+    """A `$BASE`: X..C in mm and degrees, None where the text doesn't say; on the turning table, or fixed in the world."""
+
+    values: tuple[float, ...] | None
+    follows: bool
+    fault: Objection | None = None  # what is wrong with it, once a pose is read in it
+
+    def same(self, other: Base) -> bool:
+        """True where nothing is different: of the same fault the first is reported."""
+        same = self.values == other.values and self.follows == other.follows and self.values is not None
+        return same and (self.fault and self.fault.code) == (other.fault and other.fault.code)
+
+
+@dataclass(slots=True)
+class Motions:
+    """All motions, column by column, as the text has them; one row a motion.
+
+    how: (M,). pose: (M, 6) X..C in mm and degrees in `bases[base]`, NaN of AXES. middle: (M, 3) mm, a CIRC's auxiliary point.
+    sweep: (M,) degrees, a CIRC's CA. axes: (M, n), of AXES NaN where a value is kept, else the external axes alone. status,
+    turn: (M,) -1 where left out. constant: (M,) the tool doesn't turn. exact: (M,) no corner is rounded.
+    """
+
+    how: NDArray[np.int8]
+    pose: Array
+    middle: Array
+    sweep: Array
+    axes: Array
+    status: NDArray[np.int64]
+    turn: NDArray[np.int64]
+    base: NDArray[np.int32]
+    tool: NDArray[np.int32]
+    constant: NDArray[np.bool_]
+    speed: Array
+    exact: NDArray[np.bool_]
+    line: NDArray[np.int64]
+    file: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        return len(self.how)
+
+
+Single = tuple[int, list[float], list[float], float, list[float], int, int, int, int, bool, float, bool, int, int]
+_TYPES = (
+    np.int8,
+    float,
+    float,
+    float,
+    float,
+    np.int64,
+    np.int64,
+    np.int32,
+    np.int32,
+    bool,
+    float,
+    bool,
+    np.int64,
+    np.int32,
+)
+
+
+class Columns:
+    """Collects motions one by one and row by row."""
+
+    def __init__(self, axes: int) -> None:
+        self.widths = {1: 6, 2: 3, 4: axes}
+        self.singles: list[Single] = []
+        self.chunks: list[list[NDArray[np.generic]]] = []
+        self.count = 0
+
+    def add(self, single: Single) -> None:
+        """One motion."""
+        self.singles.append(single)
+        self.count += 1
+
+    def add_rows(self, columns: list[NDArray[np.generic]]) -> None:
+        """Motions that are columns already, in the order of `Motions`."""
+        self.close()
+        self.chunks.append(columns)
+        self.count += len(columns[0])
+
+    def close(self) -> None:
+        """Turns the single motions so far into columns."""
+        if self.singles:
+            columns = zip(*self.singles, strict=True)
+            self.chunks.append([np.array(column, dtype=kind) for column, kind in zip(columns, _TYPES, strict=True)])
+            self.singles = []
+
+    def motions(self, most: int | None = None) -> Motions:
+        """All of them, or the first ones."""
+        self.close()
+        if not self.chunks:
+            shapes = [(0, self.widths[k]) if k in self.widths else (0,) for k in range(len(_TYPES))]
+            return Motions(*(np.empty(shape, dtype=kind) for shape, kind in zip(shapes, _TYPES, strict=True)))
+        return Motions(*(np.concatenate(column)[:most] for column in zip(*self.chunks, strict=True)))
+
+
+@dataclass(slots=True)
+class Here:
+    """Where the robot has been sent last: a pose in a base with a tool, or axes; nothing where that isn't known."""
+
+    pose: list[float] | None = None
+    axes: list[float] | None = None
+    base: int = 0
+    tool: int = 0
+
+
+@dataclass(slots=True)
+class State:
+    """The run so far. Frames, speed and the like are those in force; `external` the external axes, by KRL's number."""
+
+    machine: Machine
+    hooks: Hooks
+    columns: Columns = field(init=False)
+    conduct: Conduct = field(init=False)
+    variables: Variables = field(default_factory=Variables)
+    files: list[str] = field(default_factory=list)
+    file: int = 0
+    bases: list[Base] = field(default_factory=lambda: [Base(None, False)])
+    tools: list[tuple[float, ...] | None] = field(default_factory=lambda: [None])
+    base: int = 0
+    tool: int = 0
+    speed: float = float("nan")
+    constant: bool = False
+    unlike_line: str = ""  # why the tool doesn't turn along a LIN or CIRC as on a line; "" where it does
+    unlike_arc: str = ""
+    rounds: bool = True  # False: $ADVANCE = 0
+    external: list[float] = field(init=False)
+    here: Here = field(default_factory=Here)
+    steps: list[Step] = field(default_factory=list)
+    after_next: list[Step] = field(default_factory=list)
+    stops: list[int] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    gaps: list[Gap] = field(default_factory=list)
+    objections: list[Objection] = field(default_factory=list)
+    ruled: list[Objection] = field(default_factory=list)  # of how it moves besides: see `conduct`
+    unsettled: list[Gap] = field(default_factory=list)
+    loads: list[Load] = field(default_factory=list)
+    vague: list[tuple[int, int, int]] = field(default_factory=list)  # motion, line, file of roundings of unknown size
+    signals: dict[str, str] = field(default_factory=dict)
+    interrupts: dict[str, tuple[str, str]] = field(default_factory=dict)
+    reset: list[str] = field(default_factory=list)  # frames that BAS(#INITMOV) has put back since they were set
+    early: Line | None = None  # a CONTINUE: the next statement doesn't wait for the robot
+    quiet: int = 0  # within a routine that a hook stands for
+    taken: int = 0  # statements so far
+    written: int = 0  # lines of the files read
+    line: int = 0  # of the statement at work
+
+    def __post_init__(self) -> None:
+        self.columns = Columns(len(self.machine.axis_names))
+        self.conduct = Conduct(self.machine.controller)
+        self.external = [float(value) for value in self.machine.home[6:]]
+        for name in ("$NULLFRAME", "$WORLD"):
+            self.variables.common[name] = dict(zip("XYZABC", _ZERO, strict=True))
+
+    @property
+    def count(self) -> int:
+        """Motions so far."""
+        return self.columns.count
+
+    def tick(self, line: Line) -> None:
+        """Counts a statement; raises LostError where a run has no end."""
+        self.taken += 1
+        self.line = line.number
+        if self.taken > _MOST + _AGAIN * self.written:
+            raise EndlessError(f"more than {self.taken - 1} statements: the program may never end")
+
+    def gap(self, line: Line, why: str, last: int | None = None) -> None:
+        """Notes what isn't judged; like statements in a row are one gap."""
+        text = f"{line.raw[:80]}: {why}"
+        number = line.number if last is None else last
+        if self.gaps:
+            old = self.gaps[-1]
+            like = (
+                old.file == self.file and old.text.endswith(why) and old.last_line <= line.number <= old.last_line + 3
+            )
+            if like:
+                self.gaps[-1] = replace(old, last_line=max(number, old.last_line))
+                return
+        self.gaps.append(Gap(self.count, line.number, number, text, self.file))
+
+    def unsure(self, line: int, text: str) -> None:
+        """Notes, once, what isn't judged of how the program moves."""
+        gap = Gap(self.count, line, line, text, self.file)
+        if all((old.text, old.file) != (text, self.file) for old in self.unsettled):
+            self.unsettled.append(gap)
+
+    def moves(self, line: int, ptp: bool, rounded: bool) -> None:
+        """Holds what is in force at a motion to the cell."""
+        for code, text in self.conduct.at_motion(ptp, rounded):
+            if code:
+                self.ruled.append(Objection(code, text, line=line, file=self.file))
+            else:
+                self.unsure(line, text)
+
+    def unknown(self, line: Line, why: str) -> None:
+        """A statement that isn't understood: a hook of the cell may account for it, else it is a gap."""
+        code = canonical(line.code)
+        if self.quiet or not self.hooks.concerns(code):
+            self.gap(line, why)
+        else:
+            self.steps.append(Step(line, self.file, "gap", code, why=why))
+
+    def object(self, code: str, text: str, line: Line | int, severity: str = "error") -> None:
+        """Notes what stands against the program; the same at the same line only once."""
+        number = line if isinstance(line, int) else line.number
+        objection = Objection(code, text, line=number, file=self.file, severity=severity)
+        if objection not in self.objections[-20:]:
+            self.objections.append(objection)
+
+    def step(self, line: Line, act: str, code: str = "", value: float = 0.0) -> None:
+        """A statement that may belong to a hook, or be an event itself."""
+        code = canonical(code or line.code)
+        if len(self.steps) >= _MOST_STEPS:
+            raise EndlessError(f"more than {_MOST_STEPS} statements between two motions")
+        if not self.quiet and (act != "other" or self.hooks.concerns(code)):
+            self.steps.append(Step(line, self.file, act, code, value))
+
+    def waits(self, line: Line) -> None:
+        """The advance run stops: the motion before ends exactly where it was sent."""
+        if self.early is not None:
+            self.gap(line, "CONTINUE before it lets it happen before the robot has arrived, and when isn't judged")
+        elif self.count:
+            self.stops.append(self.count - 1)
+
+    def room(self, more: int) -> None:
+        """Raises LostError where a run has more motions than any honest program."""
+        if self.count + more > _MOST_MOTIONS + _AGAIN * self.written:
+            raise EndlessError(f"more than {self.count} motions: the program may never end")
+
+    def forget(self, most: int) -> int:
+        """Keeps the first motions of a run without an end, and what happened until then; how many they are."""
+        most = min(most, self.count)
+        self.steps = []
+        self.events = [event for event in self.events if event.before <= most]
+        self.gaps = [gap for gap in self.gaps if gap.before <= most]
+        self.objections = self.objections[:_FEW]
+        self.columns.count = most
+        return most
+
+    def close_steps(self) -> None:
+        """A motion follows, or the end: what has been said since the last one becomes events."""
+        if self.steps:
+            events, gaps = self.hooks.events(self.steps, self.count)
+            self.events += events
+            self.gaps += gaps
+            self.steps = []
+
+    def arrived(self) -> None:
+        """A motion has been added: what was to be switched at its end is."""
+        self.steps, self.after_next = self.after_next, []
+
+    def begin(self) -> None:
+        """BAS(#INITMOV): what the controller keeps is at its defaults, which for speeds and frames the text doesn't say."""
+        self.conduct.begin()
+        self.set_load(self.line, None)
+        self.speed, self.constant, self.unlike_line, self.unlike_arc = float("nan"), False, "", ""
+        self.reset = [name for name, known in (("$BASE", self.base), ("$TOOL", self.tool)) if known]
+
+    def set_base(self, base: Base) -> None:
+        """The `$BASE` in force from here on."""
+        self.reset = [name for name in self.reset if name != "$BASE"]
+        found = next((k for k, old in enumerate(self.bases) if old.same(base)), None)
+        if found is None:
+            self.bases.append(base)
+        self.base = len(self.bases) - 1 if found is None else found
+
+    def set_tool(self, values: tuple[float, ...] | None) -> None:
+        """The `$TOOL` in force from here on, None where the text doesn't say."""
+        self.reset = [name for name in self.reset if name != "$TOOL"]
+        if values not in self.tools:
+            self.tools.append(values)
+        self.tool = self.tools.index(values)
+
+    def set_load(self, line: int, values: tuple[float, ...] | None) -> None:
+        """The load in force from here on; None for the controller's own."""
+        if values is not None or self.loads:
+            self.loads.append(Load(self.count, values, line, self.file))
+
+    def change_load(self, line: int, part: str, value: Value) -> None:
+        """`$LOAD`, or one component such as M or CM.X, set to a value; a component without a known number is NaN."""
+        before = self.loads[-1].values if self.loads else None
+        known = dict(zip(_LOAD, before or (float("nan"),) * len(_LOAD), strict=True))
+        for name in known:
+            if not part or name == part or name.startswith(part + "."):
+                item: Value | None = value
+                for key in name.removeprefix(part).strip(".").split(".") if name != part else ():
+                    item = item.get(key) if isinstance(item, dict) else None
+                plain = isinstance(item, int | float) and not isinstance(item, bool)
+                known[name] = float(item) if plain else float("nan")  # type: ignore[arg-type]
+        self.set_load(line, tuple(known.values()))
+
+    def frame_of(self, value: Value) -> tuple[float, ...]:
+        """X..C of an aggregate that gives all six; raises UnknownError."""
+        if not isinstance(value, dict):
+            raise UnknownError("it is no frame")
+        missing = [name for name in "XYZABC" if not isinstance(value.get(name), int | float)]
+        if missing:
+            raise UnknownError(f"it leaves {', '.join(missing)} open")
+        return tuple(float(value[name]) for name in "XYZABC")  # type: ignore[arg-type]
+
+    def base_T_krl(self, index: int) -> Array:
+        """The cell's `base` to a `$BASE` with the external axes where they are; raises UnknownError."""
+        base = self.bases[index]
+        if base.values is None:
+            raise UnknownError("$BASE isn't known")
+        fixed = frame(np.array(base.values))
+        axes = np.array([[0.0] * 6 + self.external])
+        return fixed if base.follows else np.asarray(self.machine.base_T_world(axes)[0] @ fixed)
+
+    def flange_T_tip(self, index: int) -> Array:
+        """`$TOOL`; raises UnknownError."""
+        values = self.tools[index]
+        if values is None:
+            raise UnknownError("$TOOL isn't known")
+        return frame(np.array(values))
+
+    def pose_here(self) -> list[float]:
+        """Where the robot was sent last, as X..C in the `$BASE` and with the `$TOOL` in force; raises UnknownError."""
+        here = self.here
+        if here.pose is not None and here.base == self.base and here.tool == self.tool:
+            return list(here.pose)
+        if here.pose is not None:
+            base_T_tip = self.base_T_krl(here.base) @ frame(np.array(here.pose))
+            base_T_flange = base_T_tip @ inverse(self.flange_T_tip(here.tool))
+        elif here.axes is not None and not np.isnan(here.axes).any():
+            base_T_flange = self.machine.base_T_flange(np.array([here.axes]))[0]
+        else:
+            raise UnknownError("where the robot stands isn't known")
+        krl_T_tip = inverse(self.base_T_krl(self.base)) @ base_T_flange @ self.flange_T_tip(self.tool)
+        return [float(value) for value in to_values(krl_T_tip)]

@@ -1,0 +1,312 @@
+"""KRL expressions and the variables that they name.
+
+A value is a number, a truth, a string, an enumeration's word ("#BASE") or an aggregate (a dict from component to value, its type
+under ""). What a program can't know by itself (inputs, the robot's position, undeclared names) raises `UnknownError`.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import operator
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from camrob.units import deg_to_rad, rad_to_deg
+
+__all__ = ["Scope", "UnknownError", "Value", "Variables", "split_top"]
+
+Value = bool | int | float | str | dict[str, "Value"]
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?)(?![A-Z_$])"
+    r"|'(?P<bits>B[01]+|H[0-9A-F]+)'"
+    r'|"(?P<text>[^"]*)"'
+    r"|(?P<name>[#$A-Z_][A-Z0-9_$]*)"
+    r"|(?P<sign><=|>=|==|<>|[-+*/(){}\[\],.:<>]))"
+)
+_BINARY: tuple[dict[str, Callable[..., Value]], ...] = (
+    {"OR": operator.or_, "EXOR": operator.xor, "B_OR": operator.or_},
+    {"AND": operator.and_, "B_AND": operator.and_},
+    {"==": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge},
+    {"+": operator.add, "-": operator.sub},
+    {"*": operator.mul, "/": operator.truediv},
+)
+_FUNCTIONS: dict[str, Callable[[float], float]] = {
+    "ABS": abs,
+    "SQRT": math.sqrt,
+    "SIN": lambda x: math.sin(deg_to_rad(x)),
+    "COS": lambda x: math.cos(deg_to_rad(x)),
+    "TAN": lambda x: math.tan(deg_to_rad(x)),
+    "ACOS": lambda x: rad_to_deg(math.acos(x)),
+}
+_PAIR = r"[A-Z][A-Z0-9_]* -?\d+(?:\.\d+)?"
+_PLAIN = re.compile(rf"\{{ ?(?:(?P<type>[A-Z][A-Z0-9_]*) ?: ?)?(?P<pairs>{_PAIR}(?: ?, ?{_PAIR})*) ?\}}")
+_DEEP = 40  # brackets in brackets: no honest program nests deeper
+
+
+class UnknownError(Exception):
+    """What can't be known from the text, and why."""
+
+
+def split_top(text: str, mark: str = ",") -> list[str]:
+    """Splits at `mark`, but not within brackets or quotes."""
+    parts, depth, quoted, start = [], 0, False, 0
+    for i, letter in enumerate(text):
+        if letter == '"':
+            quoted = not quoted
+        elif not quoted and letter in "({[":
+            depth += 1
+        elif not quoted and letter in ")}]":
+            depth -= 1
+        elif letter == mark and depth == 0 and not quoted:
+            parts.append(text[start:i])
+            start = i + 1
+    return [part.strip() for part in (*parts, text[start:])]
+
+
+class Scope(dict[str, Value]):
+    """Names with their values, and the types that they were declared with."""
+
+    def __init__(self) -> None:
+        self.kinds: dict[str, str] = {}
+
+    def put(self, name: str, value: Value) -> None:
+        """Sets X or X[3]: an INT takes a REAL rounded, half away from zero, and a REAL an INT as it is."""
+        kind = self.kinds.get(name.split("[")[0], "")
+        if kind == "INT" and isinstance(value, float):
+            value = int(math.copysign(math.floor(abs(value) + 0.5), value))
+        elif kind == "REAL" and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        self[name] = value
+
+
+@dataclass(slots=True)
+class Variables:
+    """What the names stand for: the routine's own, its module's (.dat), those of all."""
+
+    own: Scope = field(default_factory=Scope)
+    module: Scope = field(default_factory=Scope)
+    common: Scope = field(default_factory=Scope)
+    known: set[str] = field(default_factory=set)  # declared without a value
+    kept: dict[tuple[int, str], Value | None] = field(
+        default_factory=dict
+    )  # of data lists: what was there before a change
+
+    def find(self, name: str) -> Value:
+        """The value of a name such as X, X[3] or X.Y; raises UnknownError."""
+        head, *parts = name.split(".")
+        for place in (self.own, self.module, self.common):
+            if head in place:
+                value = place[head]
+                for part in parts:
+                    if not isinstance(value, dict) or part not in value:
+                        raise UnknownError(f"{name} has no value here")
+                    value = value[part]
+                return value
+        raise UnknownError(
+            f"{name} has no value here" if head.split("[")[0] in self.known else f"{name} is not known here"
+        )
+
+    def knows(self, name: str) -> bool:
+        """True where the name is declared, with a value or without."""
+        head = name.split(".")[0]
+        bare = head.split("[")[0]
+        return bare in self.known or any(
+            head in place or bare in place for place in (self.own, self.module, self.common)
+        )
+
+    def put(self, name: str, value: Value) -> None:
+        """Sets X, X[3] or a component X.Y, where it stands."""
+        head, *parts = name.split(".")
+        places = (self.own, self.module, self.common)
+        bare = head.split("[")[0]
+        place = next((place for place in places if head in place or bare in place.kinds), self.module)
+        self.keep(place, head)
+        if not parts:
+            place.put(head, value)
+            return
+        node = place.setdefault(head, {})
+        for part in parts[:-1]:
+            if not isinstance(node, dict):
+                raise UnknownError(f"{name} is no aggregate")
+            node = node.setdefault(part, {})
+        if not isinstance(node, dict):
+            raise UnknownError(f"{name} is no aggregate")
+        node[parts[-1]] = value
+
+    def keep(self, place: Scope, head: str) -> None:
+        """Notes what a data list had, which outlives the run, before it is changed for the first time."""
+        if place is not self.own:
+            self.kept.setdefault((id(place), head), copy.deepcopy(place.get(head)))
+
+    def value(self, text: str) -> Value:
+        """The value of an expression; raises UnknownError."""
+        plain = _PLAIN.fullmatch(text)
+        if plain is not None:  # nearly every point is such a one: numbers alone
+            pairs = [pair.split() for pair in plain["pairs"].split(",")]
+            points: dict[str, Value] = {name: float(text) if "." in text else int(text) for name, text in pairs}
+            if len(points) == len(pairs):
+                return {"": plain["type"], **points} if plain["type"] else points
+        reader = _Reader(text, self)
+        value = reader.binary(0)
+        if reader.kind:
+            raise UnknownError(f"{text} can't be read")
+        return value
+
+    def number(self, text: str) -> float:
+        """The finite number that an expression stands for; raises UnknownError."""
+        value = self.value(text)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise UnknownError(f"{text} is no number")
+        return float(value)
+
+    def truth(self, text: str) -> bool:
+        """The truth that an expression stands for; raises UnknownError."""
+        value = self.value(text)
+        if not isinstance(value, bool):
+            raise UnknownError(f"{text} is neither TRUE nor FALSE")
+        return value
+
+
+class _Reader:
+    """Recursive descent over one expression."""
+
+    def __init__(self, text: str, variables: Variables) -> None:
+        self.text, self.variables, self.depth = text, variables, 0
+        self.tokens = self._tokens()
+        self.kind, self.token = next(self.tokens)
+
+    def _tokens(self) -> Iterator[tuple[str, str]]:
+        at = 0
+        while at < len(self.text):
+            match = _TOKEN.match(self.text, at)
+            if match is None:
+                if self.text[at:].strip():
+                    raise UnknownError(f"{self.text} can't be read")
+                break
+            at = match.end()
+            yield match.lastgroup or "", match[match.lastgroup or 0]
+        while True:
+            yield "", ""
+
+    def step(self) -> str:
+        token = self.token
+        self.kind, self.token = next(self.tokens)
+        return token
+
+    def expect(self, token: str) -> None:
+        if self.kind == "text" or self.step() != token:
+            raise UnknownError(f"{self.text} can't be read")
+
+    def binary(self, level: int) -> Value:
+        """Operators of this level and tighter ones."""
+        if level == len(_BINARY):
+            return self.single()
+        left = self.binary(level + 1)
+        while self.kind in ("sign", "name") and self.token in _BINARY[level]:
+            act = _BINARY[level][self.step()]
+            left = self.reckon(act, left, self.binary(level + 1))
+        return left
+
+    def reckon(self, act: Callable[..., Value], left: Value, right: Value) -> Value:
+        whole = isinstance(left, int) and isinstance(right, int) and not isinstance(left, bool)
+        try:
+            if act is operator.truediv and whole:
+                return int(left / right)  # type: ignore[operator]
+            return act(left, right)
+        except (TypeError, ZeroDivisionError, OverflowError) as failure:
+            raise UnknownError(f"{self.text} can't be worked out ({failure})") from failure
+
+    def single(self) -> Value:
+        """A sign, NOT, a bracket, an aggregate, a number, a word, a name or a function."""
+        self.depth += 1
+        if self.depth > _DEEP:
+            raise UnknownError("the brackets nest too deep")
+        try:
+            return self._single()
+        finally:
+            self.depth -= 1
+
+    def _single(self) -> Value:
+        kind, token = self.kind, self.step()
+        if kind == "number":
+            return int(token) if token.isdigit() else float(token)
+        if kind == "bits":
+            return int(token[1:], 2 if token[0] == "B" else 16)
+        if kind == "text":
+            return f'"{token}"'
+        if kind == "sign" and token in "+-":
+            value = self.single()
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise UnknownError(f"{self.text} can't be worked out")
+            return -value if token == "-" else value
+        if kind == "sign" and token == "(":
+            value = self.binary(0)
+            self.expect(")")
+            return value
+        if kind == "sign" and token == "{":
+            return self.aggregate()
+        if kind == "name":
+            return self.word(token)
+        raise UnknownError(f"{self.text or 'an empty expression'} can't be read")
+
+    def word(self, token: str) -> Value:
+        if token in ("TRUE", "FALSE"):
+            return token == "TRUE"
+        if token.startswith("#"):
+            return token
+        if token == "NOT":
+            value = self.single()
+            if not isinstance(value, bool):
+                raise UnknownError(f"{self.text} can't be worked out")
+            return not value
+        if self.kind == "sign" and self.token == "(":
+            if token not in _FUNCTIONS:
+                raise UnknownError(f"{token}() is not at hand")
+            argument = self.single()
+            try:
+                return _FUNCTIONS[token](argument)  # type: ignore[arg-type]
+            except (ValueError, TypeError) as failure:
+                raise UnknownError(f"{self.text} can't be worked out ({failure})") from failure
+        name = token
+        while self.kind == "sign" and self.token in "[.":
+            if self.step() == ".":
+                name += "." + self.step()
+            else:
+                name += f"[{self.index()}]"
+        return self.variables.find(name)
+
+    def index(self) -> str:
+        """What stands between square brackets, as text."""
+        if self.kind == "sign" and self.token == "]":
+            self.step()
+            return ""
+        values = [self.binary(0)]
+        while self.token == ",":
+            self.step()
+            values.append(self.binary(0))
+        self.expect("]")
+        return ",".join(str(value) for value in values)
+
+    def aggregate(self) -> dict[str, Value]:
+        """{TYPE: X 1,Y 2}; the opening bracket is behind us."""
+        out: dict[str, Value] = {}
+        while True:
+            if self.kind != "name" or self.token in out:
+                raise UnknownError(f"{self.text} can't be read")
+            name = self.step()
+            if self.token == ":" and not out:
+                self.step()
+                out[""] = name
+                continue
+            while self.token == "[" and self.kind == "sign":
+                self.step()
+                name += f"[{self.index()}]"
+            out[name] = self.binary(0)
+            if self.token != ",":
+                break
+            self.step()
+        self.expect("}")
+        return out

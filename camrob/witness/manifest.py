@@ -1,0 +1,119 @@
+"""What a program was made from, file by file: SHA-256 of CL file, set-up and its meshes, cell and program.
+
+    {"camrob": "0.1.0", "cl_file": {"part.cls": "..."}, "setup": {"setup.toml": "...", "part.stl": "..."},
+     "cell": {"cell.toml": "...", "poses.csv": "..."}, "program": {"part.src": "...", "part.dat": "..."}}
+
+Names are relative to the folder that holds the file (of the set-up's: to the set-up's). A file that can't be read has the
+digest "": it is in the list, and it matches nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from collections.abc import Iterable, Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from camrob.witness.happenings import Objection
+
+__all__ = ["check_manifest", "digests", "make_manifest"]
+
+_HINT = "post again, or leave the manifest out (--no-manifest)"
+_PROSE = (".md", ".txt")  # of a cell's folder: words for people change no program
+_GROUPS = {"cl_file": "CL file", "setup": "set-up", "cell": "cell", "program": "program"}
+
+
+def make_manifest(
+    program: Iterable[Path], cell: Path, *, clfile: Path | None = None, setup: Path | None = None
+) -> dict[str, Any]:
+    """The manifest of a program's files, its cell (folder or cell.toml), CL file and set-up, as they are now."""
+    folder = cell if cell.is_dir() else cell.parent
+    inside = sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix.lower() not in _PROSE)
+    return {
+        "camrob": _version(),
+        "cl_file": digests([] if clfile is None else [clfile]),
+        "setup": digests(_setup_files(setup), None if setup is None else setup.parent),
+        "cell": digests(inside, folder),
+        "program": digests(sorted(program)),
+    }
+
+
+def check_manifest(
+    manifest: Mapping[str, Any],
+    program: Iterable[Path],
+    cell: Path,
+    *,
+    clfile: Path | None = None,
+    setup: Path | None = None,
+) -> list[Objection]:
+    """What differs between a manifest and the files as they are now: changed, missing and further ones, one objection each.
+
+    CL file and set-up are compared where they are given. Another version of camrob is a warning.
+    """
+    now = make_manifest(program, cell, clfile=clfile, setup=setup)
+    found = []
+    for group, title in _GROUPS.items():
+        then = manifest.get(group)
+        if not isinstance(then, dict):
+            found.append(Objection("manifest-broken", f"the manifest has no list of the {title}'s files"))
+            continue
+        if (group == "cl_file" and clfile is None) or (group == "setup" and setup is None):
+            continue
+        for name in sorted({*then, *now[group]}):
+            if name not in now[group]:
+                found.append(
+                    Objection("manifest-missing", f"{name} of the {title} is in the manifest and isn't there; {_HINT}")
+                )
+            elif name not in then:
+                found.append(
+                    Objection("manifest-further", f"{name} of the {title} is there and not in the manifest; {_HINT}")
+                )
+            elif not then[name] or then[name] != now[group][name]:
+                found.append(
+                    Objection(
+                        "manifest-differs", f"{name} of the {title} is not the file that the manifest names; {_HINT}"
+                    )
+                )
+    if manifest.get("camrob") != now["camrob"]:
+        text = f"the manifest is of camrob {manifest.get('camrob')}, this is {now['camrob']}"
+        found.append(Objection("manifest-version", text, severity="warning"))
+    return found
+
+
+def _version() -> str:
+    try:
+        return version("camrob")
+    except PackageNotFoundError:
+        return ""
+
+
+def _setup_files(setup: Path | None) -> list[Path]:
+    """The set-up and the meshes that it names."""
+    if setup is None:
+        return []
+    try:
+        table = tomllib.loads(setup.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return [setup]
+    bodies = [table.get(name) for name in ("part", "stock")]
+    meshes = [body.get("mesh") for body in bodies if isinstance(body, dict)]
+    return [setup, *(setup.parent / mesh for mesh in meshes if isinstance(mesh, str))]
+
+
+def digests(paths: Iterable[Path], folder: Path | None = None) -> dict[str, str]:
+    """Name to digest; names relative to `folder` where they lie in it."""
+    out = {}
+    for path in paths:
+        inside = folder is not None and path.is_relative_to(folder)
+        out[path.relative_to(folder).as_posix() if folder is not None and inside else path.name] = _digest(path)
+    return out
+
+
+def _digest(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""

@@ -1,0 +1,142 @@
+"""One motion of the program beside one of the file: how far it runs along it, and how a hole is drilled."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.units import deg_to_rad
+from camrob.witness.rules_geometry import AXIS, POSITION, Motion, Track, along_ray, distance
+
+__all__ = ["MOVED", "Tolerance", "step_along", "strokes", "too_deep"]
+
+_SOFT, _FREE = 0.1, 0.3
+_SOFT_MOST = deg_to_rad(0.5)
+MOVED = 1e-6  # m: less than this of a motion is rounding
+_JOINED = 0.01  # of a peck: what is left of less at the bottom may go with the one before it
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """`chord`: m, for arcs that the program runs in chords. `decimated`: m, where the set-up lets points be left out."""
+
+    chord: float = 0.0
+    decimated: float = 0.0
+
+    @property
+    def place(self) -> float:
+        """Of the tip, m."""
+        return POSITION + self.decimated
+
+    @property
+    def axis(self) -> float:
+        """Of the tool's axis, rad. A point left out takes its axis along: as far as tip and a point 50 mm up go likewise."""
+        return AXIS + self.decimated / 0.05
+
+
+def step_along(
+    leg: Motion,
+    v: float,
+    way: Motion,
+    u: float,
+    tol: Tolerance,
+    beyond: Motion | None,
+    soft: bool = False,
+    free: bool = False,
+) -> tuple[float, float] | None:
+    """How far the program's motion (from its fraction v) and the file's (from u) run together: fractions (u, v) of both.
+
+    u is 1 at the file's own end, v 1 at the program's; None where they part at once. beyond: the file's next motion, for
+    points that lie nearer together than the tolerance: the program's end is then the nearest of them. soft: the file's
+    motion ends within a statement (rotary axes that turn evenly): a motion of the program that goes by there keeps to its own
+    great arc, and may be off by a tenth of its turn, half a degree at most. free: the way is a rapid, on which axes turn as
+    they can: three tenths.
+    """
+    within = _within(leg, v, way, u, tol, _FREE * distance(way.axis_start, way.axis_end) if free else 0.0)
+    if within is not None and (1.0 - within[0]) * way.length > 2.0 * MOVED:
+        return within  # short of the end, be it by less than the tolerance
+    return _to_end(leg, v, way, u, tol, beyond, soft) or within
+
+
+def _to_end(
+    leg: Motion, v: float, way: Motion, u: float, tol: Tolerance, beyond: Motion | None, soft: bool
+) -> tuple[float, float] | None:
+    """To the end of the file's motion, where that lies on the rest of the program's."""
+    turn = distance(way.axis(u), way.axis_end)
+    short = way.length * (1.0 - u) <= 2.0 * tol.place and turn <= 2.0 * tol.axis
+    to_end = distance(leg.end, way.end)
+    ends = to_end <= tol.place and distance(leg.axis_end, way.axis_end) <= tol.axis
+    if leg.angle and ends and way.angle and _on_arc(leg, v, way, u, tol) is not None:
+        return 1.0, 1.0
+    if leg.angle:  # only what is left of a motion too short to tell
+        near = short and distance(way.end, leg.point(v)) <= tol.place
+        return (1.0, v) if near and distance(leg.axis(v), way.axis_end) <= tol.axis else None
+    w, off = leg.nearest(way.end, way.axis_end, v)
+    if off > tol.place or way.sagitta(u, 1.0) > tol.place + tol.chord or (w == v and not short):
+        return None
+    if ends and not (beyond and not beyond.angle and distance(beyond.end, leg.end) < to_end):
+        return 1.0, 1.0
+    turn = min(_SOFT * distance(leg.axis_start, leg.axis_end), _SOFT_MOST) if soft else 0.0
+    return (1.0, w) if distance(leg.axis(w), way.axis_end) <= tol.axis + turn else None
+
+
+def _within(leg: Motion, v: float, way: Motion, u: float, tol: Tolerance, turn: float) -> tuple[float, float] | None:
+    """To the end of the program's motion, where that lies on the rest of the file's."""
+    if leg.angle:
+        reached = _on_arc(leg, v, way, u, tol) if way.angle else None
+        return None if reached is None or reached <= u else (reached, 1.0)
+    reached, off = way.nearest(leg.end, leg.axis_end, u)
+    if off > tol.place or way.sagitta(u, reached) > tol.place + tol.chord or reached <= u:
+        return None
+    return (reached, 1.0) if distance(leg.axis_end, way.axis(reached)) <= tol.axis + turn else None
+
+
+def _on_arc(leg: Motion, v: float, way: Motion, u: float, tol: Tolerance) -> float | None:
+    """The fraction of the file's arc that a program's arc reaches, never off it and never backwards; None where it does."""
+    count = max(4, math.ceil(leg.angle / 0.4))
+    for k in range(1, count + 1):
+        f = v + (1.0 - v) * k / count
+        w, off = way.nearest(leg.point(f), leg.axis(f), u)
+        turned = (w - u) * way.angle > math.pi
+        if off > tol.place or turned or distance(leg.axis(f), way.axis(w)) > tol.axis:
+            return None
+        u = w
+    return u
+
+
+def strokes(prog: Track, ptp: NDArray[np.bool_], j: int, hole: Motion, tol: Tolerance) -> list[float] | None:
+    """The motions of the program from j on that drill a hole: how deep the peck is, m, at the end of one that goes deeper than
+    those before it, 0 for the others. A peck goes on until the tool is drawn back.
+
+    They run on the tool's axis, never deeper than the bottom; the last one reaches it. None where they don't.
+    """
+    depth, deepest, peck, cuts, last = hole.length, 0.0, 0.0, list[float](), 0
+    while j + len(cuts) < len(prog) and prog.known[j + len(cuts)] and not ptp[j + len(cuts)]:
+        leg = prog.motion(j + len(cuts))
+        ends = [along_ray(p, hole.start, hole.axis_end) for p in (leg.end, leg.start)]
+        kept = max(distance(axis, hole.axis_end) for axis in (leg.axis_start, leg.axis_end)) <= tol.axis
+        low = -ends[0][0]
+        if leg.angle or not kept or max(off for _, off in ends) > tol.place or low > depth + POSITION:
+            break
+        peck = peck + low - deepest if low > deepest else peck * (low >= deepest - POSITION)
+        cuts.append(peck if low > deepest + MOVED else 0.0)
+        deepest = max(deepest, low)
+        if cuts[-1] > 0.0 and deepest >= depth - POSITION:
+            last = len(cuts)  # but a last peck may go a little deeper yet
+    return cuts[:last] or None
+
+
+def too_deep(cuts: list[float], most: tuple[float, float]) -> tuple[int, float] | None:
+    """The first of a hole's `strokes` whose peck goes deeper than the file's first, or others, `most`, and which of the two that
+    is; None where none does.
+    """
+    started = again = False
+    for k, peck in enumerate(cuts):
+        again |= started and not peck
+        started |= peck > 0.0
+        if peck > most[again] + _JOINED * most[1] + POSITION:
+            return k, most[again]
+    return None

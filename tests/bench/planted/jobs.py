@@ -1,0 +1,263 @@
+"""The jobs whose programs are edited: small ones, each of another make of CL file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+__all__ = ["JOBS", "Job"]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A CL file and its set-up. options: of `post`."""
+
+    clfile: str
+    text: str
+    setup: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+ONE_TOOL = """\
+part_in_base = [0, 0, 198, 0, 0, 0]
+clearance_mm = 40
+rapid_feed_mm_min = 12000
+
+[tool]
+name = "end mill 10"
+diameter_mm = 10
+length_mm = 75
+
+[stock]
+box_mm = [-50, -45, -60, 50, 45, 0]
+"""
+
+TWO_TOOLS = """\
+part_in_base = [0, 0, 198, 0, 0, 0]
+clearance_mm = 40
+rapid_feed_mm_min = 12000
+
+[[tool]]
+number = 1
+name = "end mill 10"
+flange_to_tool = [0, -41.763657, 415.577926, 0, 0, -159.579784]
+diameter_mm = 10
+length_mm = 75
+
+[[tool]]
+number = 2
+name = "drill 5"
+flange_to_tool = [0, -48.742, 434.320, 0, 0, -159.579784]
+diameter_mm = 5
+length_mm = 95
+
+[stock]
+box_mm = [-50, -45, -60, 50, 45, 0]
+"""
+
+MILL = """\
+TOOL PATH/RIM,TOOL,EM10
+TLDATA/MILL,10.0000,0.0000,75.0000,0.0000,0.0000
+MSYS/0.0000,0.0000,0.0000,1.0000000,0.0000000,0.0000000,0.0000000,1.0000000,0.0000000
+PAINT/PATH
+LOAD/TOOL,1
+SPINDL/RPM,9000.0000,CLW
+COOLNT/ON
+RAPID
+GOTO/-40.0000,-30.0000,60.0000,0.0000000,0.0000000,1.0000000
+RAPID
+GOTO/-40.0000,-30.0000,5.0000
+FEDRAT/MMPM,200.0000
+GOTO/-40.0000,-30.0000,-2.0000
+FEDRAT/MMPM,600.0000
+GOTO/30.0000,-30.0000,-2.0000
+CIRCLE/30.0000,-20.0000,-2.0000,0.0000000,0.0000000,-1.0000000,10.0000,0.0100,0.5000,10.0000,0.0000
+GOTO/40.0000,-20.0000,-2.0000
+GOTO/40.0000,30.0000,-2.0000
+DELAY/2.0
+GOTO/-40.0000,30.0000,-2.0000
+RAPID
+GOTO/-40.0000,30.0000,60.0000
+RAPID
+GOTO/0.0000,0.0000,60.0000
+RAPID
+GOTO/0.0000,0.0000,5.0000
+SPINDL/RPM,12000.0000,CLW
+FEDRAT/MMPM,150.0000
+GOTO/0.0000,0.0000,-1.0000
+FEDRAT/MMPM,900.0000
+GOTO/20.0000,0.0000,-1.0000
+GOTO/20.0000,15.0000,-1.0000
+GOTO/0.0000,15.0000,-1.0000
+GOTO/0.0000,0.0000,-1.0000
+COOLNT/OFF
+RAPID
+GOTO/0.0000,0.0000,60.0000
+SPINDL/OFF
+PAINT/TOOL,NOMORE
+END-OF-PATH
+"""
+
+TWO = """\
+PARTNO TWO TOOLS
+UNITS/MM
+LOADTL/1
+SPINDL/6000,RPM,CLW
+COOLNT/ON
+RAPID
+GOTO/-30,-20,50
+RAPID
+GOTO/-30,-20,5
+FEDRAT/250,MMPM
+GOTO/-30,-20,-3
+GOTO/30,-20,-3
+GOTO/30,20,-3
+GOTO/-30,20,-3
+RAPID
+GOTO/-30,20,50
+COOLNT/OFF
+SPINDL/OFF
+LOADTL/2
+SPINDL/3000,RPM,CLW
+RAPID
+GOTO/0,0,50
+RAPID
+GOTO/0,0,5
+FEDRAT/120,MMPM
+GOTO/0,0,-6
+DELAY/1.5
+RAPID
+GOTO/0,0,50
+STOP
+RAPID
+GOTO/15,0,50
+RAPID
+GOTO/15,0,5
+FEDRAT/100,MMPM
+GOTO/15,0,-6
+RAPID
+GOTO/15,0,50
+SPINDL/OFF
+FINI
+"""
+
+DRILL = """\
+PARTNO HOLES
+UNITS/MM
+LOADTL/1
+SPINDL/2500,RPM,CLW
+RAPID
+GOTO/-20,-20,50
+COOLNT/FLOOD
+CYCLE/DRILL,FEDTO,12.0,MMPM,180.0,RAPTO,3.0,RTRCTO,20.0,DWELL,0.5
+GOTO/-20,-20,0
+GOTO/20,-20,0
+GOTO/20,20,0
+CYCLE/OFF
+CYCLE/DEEP,DEPTH,18.0,STEP,6.0,MMPM,150.0,CLEAR,3.0
+GOTO/0,0,0
+CYCLE/OFF
+RAPID
+GOTO/0,0,50
+COOLNT/OFF
+SPINDL/OFF
+FINI
+"""
+
+FIVE = """\
+$$*         Pro/CLfile  Version Wildfire 5.0
+$$-> MFGNO / FIVE
+PARTNO / FIVE
+UNITS / MM
+LOADTL / 1
+MULTAX / ON
+SPINDL / RPM, 15000.000000,  CLW
+COOLNT / ON
+RAPID
+GOTO / -30.0000000000, 0.0000000000, 60.0000000000,  $
+0.0000000000, 0.0000000000, 1.0000000000
+RAPID
+GOTO / -30.0000000000, 0.0000000000, 5.0000000000,  $
+-0.1736481777, 0.0000000000, 0.9848077530
+FEDRAT / 400.000000,  MMPM
+GOTO / -30.0000000000, 0.0000000000, -2.0000000000,  $
+-0.1736481777, 0.0000000000, 0.9848077530
+GOTO / -15.0000000000, 5.0000000000, -2.5000000000,  $
+-0.0871557427, 0.0871557427, 0.9923879
+GOTO / 0.0000000000, 8.0000000000, -3.0000000000,  $
+0.0000000000, 0.1736481777, 0.9848077530
+GOTO / 15.0000000000, 5.0000000000, -2.5000000000,  $
+0.0871557427, 0.0871557427, 0.9923879
+GOTO / 30.0000000000, 0.0000000000, -2.0000000000,  $
+0.1736481777, 0.0000000000, 0.9848077530
+RAPID
+GOTO / 30.0000000000, 0.0000000000, 60.0000000000,  $
+0.1736481777, 0.0000000000, 0.9848077530
+COOLNT / OFF
+SPINDL / OFF
+FINI
+"""
+
+PLATE = """\
+%
+(PLATE)
+G21 G90 G17 G94
+T1 M6
+S8000 M3
+M8
+G0 X-25 Y0 Z50
+G0 Z5
+G1 Z-2 F200
+G1 X-10 F500
+G2 X10 Y0 I10 J0
+G3 X10 Y0 I-5 J0 Z-3
+G1 X25
+G4 P1.0
+G1 Y20 F300
+G0 Z50
+M9
+M5
+T2 M6
+S4000 M3
+G0 X0 Y30
+G0 Z3
+G1 Z-4 F100
+G0 Z50
+M5
+M30
+%
+"""
+
+
+def _face() -> str:
+    """Eight passes to and fro, enough for several sub-programs."""
+    lines = [
+        "TOOL PATH/FACE,TOOL,EM10",
+        "TLDATA/MILL,10.0,0.0,75.0,0.0,0.0",
+        "MSYS/0.0,0.0,0.0,1.0,0.0,0.0,0.0,1.0,0.0",
+        "LOAD/TOOL,1",
+    ]
+    lines += [
+        "SPINDL/RPM,10000.0,CLW",
+        "COOLNT/ON",
+        "RAPID",
+        "GOTO/-40.0,-30.0,50.0,0.0,0.0,1.0",
+        "RAPID",
+        "GOTO/-40.0,-30.0,5.0",
+    ]
+    lines += ["FEDRAT/MMPM,300.0", "GOTO/-40.0,-30.0,-1.0", "FEDRAT/MMPM,800.0"]
+    for i in range(8):
+        start, end = (-40.0, 40.0) if i % 2 == 0 else (40.0, -40.0)
+        lines += [f"GOTO/{start},{-30.0 + 8 * i},-1.0"] * (i > 0) + [f"GOTO/{end},{-30.0 + 8 * i},-1.0"]
+    return "\n".join([*lines, "RAPID", "GOTO/-40.0,26.0,50.0", "COOLNT/OFF", "SPINDL/OFF", "END-OF-PATH", ""])
+
+
+JOBS = {
+    "mill": Job("mill.cls", MILL, ONE_TOOL),
+    "two": Job("two.apt", TWO, TWO_TOOLS),
+    "drill": Job("drill.apt", DRILL, ONE_TOOL),
+    "five": Job("five.ncl", FIVE, ONE_TOOL),
+    "plate": Job("plate.nc", PLATE, TWO_TOOLS),
+    "face": Job("face.cls", _face(), ONE_TOOL, {"max_lines": 8}),
+}

@@ -1,0 +1,455 @@
+"""The command line's contract: status, one-line errors, JSON alone on standard output, nothing heavy at the start."""
+
+from __future__ import annotations
+
+import importlib.machinery
+import importlib.util
+import inspect
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import types
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from camrob import errors
+from camrob.cli import app as cli
+from camrob.cli.console import Terminated, error_line, exit_status
+
+ROOT = Path(__file__).resolve().parents[2]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+
+SUMMARY = {
+    "program": "carving",
+    "cell": "kr15_track_table",
+    "method": "vjm",
+    "source": {"file": "carving.cls", "sha256": "00", "dialect": "nx-clsf", "units": "mm"},
+    "points": 12345,
+    "regions": [
+        {
+            "index": 0,
+            "name": "ROUGH [red]\x1b[2J",
+            "first_line": 12,
+            "last_line": 340,
+            "points": 300,
+            "revised": True,
+            "inv_kf_before": 0.41,
+            "inv_kf_after": 0.66,
+        },
+        {
+            "index": 1,
+            "name": "FINISH",
+            "first_line": 341,
+            "last_line": 999,
+            "points": 12045,
+            "revised": False,
+            "inv_kf_before": 0.61,
+            "inv_kf_after": 0.61,
+        },
+    ],
+    "tracking": {"position_error_mm_max": 1e-6, "axis_error_deg_max": 1e-7},
+    "conditioning": {"inv_kf_min": 0.45, "inv_kf_mean": 0.61, "inv_kf_bound_mean": None},
+    "limits": {"margin_min": {"A1": 92.1, "A2": 3.0, "A5": 12.3, "A6": 55.0, "E1": 400.0, "E2": None}, "violations": 0},
+    "singular": 0,
+    "collisions": {"checked": True, "count": 0, "clearance_min_mm": 12.0},
+    "external_travel": {"E1_mm": 812.0, "E2_deg": 95.0},
+    "time_s": {"program": 310.2, "optimal": 221.7},
+    "witness": {"complete": True, "judged_points": 12345, "judged_events": 3, "not_judged": []},
+    "verified": {"by": "a second library", "position_error_mm_max": 1e-4, "points": 12345},
+    "warnings": [{"line": 33, "code": "cutcom", "text": "CUTCOM is not honoured"}],
+    "seconds": {"read": 0.1},
+}
+
+
+@dataclass
+class Result:
+    summary: dict[str, object] = field(default_factory=lambda: dict(SUMMARY))
+    ok: bool = True
+    findings: tuple[object, ...] = ()
+
+
+Plant = Callable[[str, object], list[dict[str, object]]]
+
+
+@pytest.fixture
+def plant(monkeypatch: pytest.MonkeyPatch) -> Plant:
+    """Put a job in the place of a verb's own: it returns what is given, or raises it, and notes what it was given."""
+
+    def planting(verb: str, outcome: object) -> list[dict[str, object]]:
+        calls: list[dict[str, object]] = []
+
+        def job(first: Path, **options: object) -> object:
+            calls.append({"first": first, **options})
+            if isinstance(outcome, BaseException):
+                raise outcome
+            return outcome
+
+        name = f"camrob.jobs.{verb}"
+        module = types.ModuleType(name)
+        module.__spec__ = importlib.machinery.ModuleSpec(name, None)
+        setattr(module, verb, job)
+        monkeypatch.setitem(sys.modules, name, module)
+        return calls
+
+    return planting
+
+
+POST = ["post", "a.cls", "--cell", "c", "--out", "o"]
+
+
+def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    calls = plant("post", Result())
+    assert cli.run(POST) == 0
+    assert calls[0].pop("progress")
+    assert calls[0] == {
+        "first": Path("a.cls"),
+        "cell": Path("c"),
+        "out": Path("o"),
+        "setup": None,
+        "name": None,
+        "method": "vjm",
+        "feed": "program",
+        "max_lines": None,
+        "dialect": None,
+        "units": None,
+        "device": "cpu",
+        "report": True,
+    }
+    more = "--setup s.toml --name n --method planned --feed optimal --max-lines 5000 --dialect nx-clsf --units inch --device cuda"
+    assert cli.run([*POST, *more.split(), "--no-report", "--quiet"]) == 0
+    assert calls[1].pop("progress")
+    assert calls[1] == {
+        "first": Path("a.cls"),
+        "cell": Path("c"),
+        "out": Path("o"),
+        "setup": Path("s.toml"),
+        "name": "n",
+        "method": "planned",
+        "feed": "optimal",
+        "max_lines": 5000,
+        "dialect": "nx-clsf",
+        "units": "inch",
+        "device": "cuda",
+        "report": False,
+    }
+
+
+def test_the_summary_for_a_person(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    plant("post", Result())
+    assert cli.run(POST) == 0
+    shown = capsys.readouterr()
+    assert shown.err == "" and "\x1b" not in shown.out
+    lines = [line.rstrip() for line in shown.out.splitlines()]
+    assert lines[0] == "1 warning to read first" and "line 33" in lines[1]
+    text = " ".join(shown.out.split())
+    for expected in (
+        "12 345 in 2 regions",
+        "5 min 10 s as programmed; 3 min 42 s at the fastest safe feed",
+        "1/k_F lowest 0.450, mean 0.610",
+        "A2 3.0 deg, A5 12.3 deg, A6 55.0 deg, E1 400.0 mm",
+        "none; least clearance 12.0 mm",
+        "E1 812.0 mm, E2 95.0 deg",
+        "12345 points read back and replayed; at most 0.0001 mm off",
+        "ROUGH [red]",
+        "0.410 to 0.660 by revision",
+    ):
+        assert expected in text, expected
+
+
+def test_a_poor_summary_says_so(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    summary = {
+        **SUMMARY,
+        "warnings": [],
+        "singular": 2,
+        "verified": None,
+        "time_s": {"program": 4000.0, "optimal": None},
+    }
+    summary |= {"collisions": {"checked": False, "count": 0, "clearance_min_mm": None}}
+    summary |= {"limits": {"margin_min": {}, "violations": 3}}
+    plant("post", Result(summary))
+    assert cli.run(POST) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    for expected in (
+        "No warnings.",
+        "2 singular points",
+        "Verified no",
+        "1 h 6 min as programmed",
+        "not checked",
+        "3 points past a limit",
+    ):
+        assert expected in text, expected
+    plant("post", Result({}))
+    assert cli.run(POST) == 0
+
+
+def test_json_is_alone_on_standard_output(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    plant("post", Result())
+    assert cli.run([*POST, "--json"]) == 0
+    shown = capsys.readouterr()
+    assert json.loads(shown.out) == SUMMARY
+    assert shown.err == ""
+
+
+def test_json_never_holds_what_json_has_not(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    plant("post", Result({"points": float("nan")}))
+    assert cli.run([*POST, "--json"]) == 3
+    shown = capsys.readouterr()
+    assert shown.out == "" and shown.err.count("\n") == 1 and "report it" in shown.err
+
+
+def test_quiet_is_quiet(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    plant("post", Result())
+    assert cli.run([*POST, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("verb", "arguments", "told"),
+    [
+        ("verify", ["p.src"], ("against it", "limits not judged")),
+        ("regress", ["toolpaths"], ("all 0 samples come out as before",)),
+    ],
+)
+@pytest.mark.parametrize("ok", [True, False])
+def test_a_failed_check_is_status_1(
+    plant: Plant, capsys: pytest.CaptureFixture[str], verb: str, arguments: list[str], told: tuple[str, ...], ok: bool
+) -> None:
+    summary = {"ok": ok, "warnings": [], "moved": [{"axis": "A1", "by": 0.5}], "lines": [1, 2]}
+    calls = plant(verb, Result(summary, ok))
+    assert cli.run([verb, *arguments, "--cell", "c"]) == (0 if ok else 1)
+    shown = capsys.readouterr()
+    assert shown.err == "" and all(text in shown.out for text in told)
+    assert calls[0]["first"] == Path(arguments[0]) and calls[0]["cell"] == Path("c")
+    assert cli.run([verb, *arguments, "--cell", "c", "--json"]) == (0 if ok else 1)
+    assert json.loads(capsys.readouterr().out) == summary
+
+
+@pytest.mark.parametrize(
+    ("ok", "allow", "status"), [(None, [], 1), (None, ["--allow-unjudged"], 0), (False, ["--allow-unjudged"], 1)]
+)
+def test_what_could_not_be_judged_is_status_1_unless_it_may_be(
+    plant: Plant, capsys: pytest.CaptureFixture[str], ok: bool | None, allow: list[str], status: int
+) -> None:
+    plant("verify", Result({"program": "p", "ok": ok, "not_judged": ["p.src, line 7: FOO()"]}, ok))
+    assert cli.run(["verify", "p.src", "--cell", "c", *allow]) == status
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "line 7: FOO()" in shown and ("not all of it could be judged" in shown) == (ok is None)
+
+
+STATUSES = [
+    (errors.InputError("is wrong", cure="mend it", path="a.cls", line=7), 2, "a.cls:7: is wrong; mend it"),
+    (errors.CellError("key is missing", path="cell.toml"), 2, "cell.toml: key is missing"),
+    (errors.ToolpathError("no units", cure="say --units"), 2, "camrob: no units; say --units"),
+    (errors.StaleInputError("the calibration is another cell's"), 2, "camrob: the calibration is another cell's"),
+    (
+        errors.LimitError("A5 would pass its limit", line=33, axis="A5"),
+        3,
+        "camrob: A5 would pass its limit; line 33; axis A5",
+    ),
+    (errors.UnreachableError("out of reach"), 3, "camrob: out of reach"),
+    (errors.VerificationError("the program strays"), 3, "camrob: the program strays"),
+    (errors.CamrobError("anything else"), 3, "camrob: anything else"),
+    (FileNotFoundError(2, "No such file or directory", "x.cls"), 2, "camrob: x.cls: No such file or directory; check"),
+    (MemoryError(), 3, "camrob: there is not enough memory"),
+    (RuntimeError("two\nlines\x1b[2J"), 3, "camrob: internal error (RuntimeError: two lines [2J); please report it"),
+    (KeyboardInterrupt(), 130, "camrob: interrupted"),
+    (Terminated(), 143, "camrob: interrupted"),
+]
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "line"), STATUSES, ids=lambda x: type(x).__name__ if isinstance(x, BaseException) else ""
+)
+def test_every_error_is_one_line_and_its_status(
+    plant: Plant,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    status: int,
+    line: str,
+) -> None:
+    monkeypatch.delenv("CAMROB_DEBUG", raising=False)
+    assert exit_status(error) == status
+    plant("post", error)
+    assert cli.run([*POST, "--json"]) == status
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.startswith(line) and shown.err.count("\n") == 1 and "Traceback" not in shown.err
+
+
+def test_the_whole_error_tree_has_a_status() -> None:
+    for name in errors.__all__:
+        cls = getattr(errors, name)
+        wanted = 2 if issubclass(cls, errors.InputError | errors.StaleInputError) else 3
+        assert exit_status(cls("x")) == wanted, name
+
+
+def test_debugging_shows_the_traceback(
+    plant: Plant, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CAMROB_DEBUG", "1")
+    plant("post", RuntimeError("x"))
+    assert cli.run(POST) == 3
+    shown = capsys.readouterr().err
+    assert "Traceback" in shown and shown.splitlines()[-1].startswith("camrob: internal error")
+
+
+def test_an_error_line_is_one_line_whatever_it_says() -> None:
+    assert error_line(OSError("odd")).startswith("internal error (OSError: odd)")
+    assert "\n" not in error_line(errors.JobError("a\r\nb"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "Missing command"),
+        (["carve"], "No such command 'carve'"),
+        (["post"], "Missing argument 'CLFILE'"),
+        (["post", "a.cls", "--out", "o"], "Missing option '--cell'"),
+        ([*POST, "--method", "magic"], "'magic' is not one of 'vjm', 'planned'"),
+        ([*POST, "--max-lines", "0"], "--max-lines"),
+        ([*POST, "--max-lines", "x"], "--max-lines"),
+        ([*POST, "--colour"], "No such option"),
+        ([*POST, "more"], "more"),
+        (["--colour"], "No such option"),
+    ],
+)
+def test_a_wrong_command_line_is_status_2_and_one_line(
+    plant: Plant, capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
+) -> None:
+    calls = plant("post", Result())
+    assert cli.run(arguments) == 2
+    shown = capsys.readouterr()
+    assert calls == [] and shown.out == ""
+    assert told in shown.err and shown.err.count("\n") == 1 and "--help" in shown.err
+
+
+def test_verbs_are_there_when_their_jobs_are(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    for verb in cli.VERBS:
+        plant(verb.__name__, Result())
+    assert cli.run(["--help"]) == 0
+    shown = capsys.readouterr().out
+    for verb in cli.VERBS:
+        assert verb.__name__ in shown
+    for box in "│╭─":
+        assert box not in shown
+
+
+@pytest.mark.parametrize("verb", ["post", "verify", "regress"])
+def test_jobs_take_what_the_verbs_give(plant: Plant, verb: str) -> None:
+    if importlib.util.find_spec(f"camrob.jobs.{verb}") is None:
+        pytest.skip(f"camrob has no job {verb} yet")
+    real = getattr(importlib.import_module(f"camrob.jobs.{verb}"), verb)
+    calls = plant(verb, Result())
+    arguments = {"post": POST, "verify": ["verify", "p", "--cell", "c"], "regress": ["regress", "t", "--cell", "c"]}[
+        verb
+    ]
+    cli.run([*arguments, "--quiet"])
+    inspect.signature(real).bind(calls[0].pop("first"), **calls[0])
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    import importlib.metadata
+
+    try:
+        importlib.metadata.version("camrob")
+    except importlib.metadata.PackageNotFoundError:
+        pytest.skip("camrob is not installed here, so that it has no version")
+    assert cli.run(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("camrob 0.")
+
+
+def test_progress_shows_only_on_a_terminal(plant: Plant, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pty
+
+    def job(first: Path, *, progress: Callable[[str, float], None], **options: object) -> Result:
+        progress("resolving [bold]", 0.5)
+        return Result()
+
+    plant("post", Result())
+    monkeypatch.setattr(sys.modules["camrob.jobs.post"], "post", job)
+    ours, theirs = pty.openpty()
+    with open(theirs, "w", closefd=True) as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        monkeypatch.setenv("TERM", "xterm")
+        assert cli.run([*POST, "--json"]) == 0
+        terminal.flush()
+        shown = b""
+        while select.select([ours], [], [], 0.5)[0]:
+            shown += os.read(ours, 65536)
+    os.close(ours)
+    assert b"resolving [bold]" in shown
+
+
+def test_help_loads_nothing_heavy() -> None:
+    program = (
+        "import sys\n"
+        "from camrob.cli import app as cli\n"
+        "assert cli.run(['--help']) == 0\n"
+        "assert not {'numpy', 'scipy', 'numba', 'torch', 'rich', 'trimesh'} & set(sys.modules), 'heavy'\n"
+    )
+    subprocess.run([sys.executable, "-c", program], env=ENVIRONMENT, check=True, capture_output=True)
+
+
+JOB_IN_A_PROCESS = """
+import importlib.machinery, sys, time, types
+from camrob.cli import app as cli
+from camrob.jobs.files.files import staged_output
+
+class Result:
+    summary = {"text": "x" * 200000}
+
+def post(clfile, *, out, **options):
+    with staged_output(out) as folder:
+        (folder / "a.src").write_text("half")
+        if clfile.name == "slow.cls":
+            print("ready", file=sys.stderr, flush=True)
+            time.sleep(30)
+    return Result()
+
+module = types.ModuleType("camrob.jobs.post")
+module.__spec__ = importlib.machinery.ModuleSpec("camrob.jobs.post", None)
+module.post = post
+sys.modules["camrob.jobs.post"] = module
+sys.argv[0] = "camrob"
+cli.main()
+"""
+
+
+@pytest.mark.parametrize(("how", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_command_leaves_nothing(tmp_path: Path, how: signal.Signals, status: int) -> None:
+    out = tmp_path / "out"
+    command = [sys.executable, "-c", JOB_IN_A_PROCESS, "post", "slow.cls", "--cell", "c", "--out", str(out)]
+    with subprocess.Popen(
+        command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None and process.stderr.readline() == "ready\n"
+        process.send_signal(how)
+        told, error = process.communicate()  # left alone, the job would end well after half a minute
+    assert process.returncode == status
+    assert told == "" and error == "camrob: interrupted; no unfinished file was left\n"
+    assert not out.exists()
+
+
+def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", JOB_IN_A_PROCESS, "post", "a.cls", "--cell", "c", "--out", str(tmp_path), "--json"]
+    with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.close()
+        error = process.stderr.read()
+        assert process.wait(10) == 0
+    assert error == b""
+
+
+def test_text_that_the_terminal_cannot_show_is_no_error(tmp_path: Path) -> None:
+    program = JOB_IN_A_PROCESS.replace('"x" * 200000', '"\\u2014\\ud800"')
+    command = [sys.executable, "-c", program, "post", "a.cls", "--cell", "c", "--out", str(tmp_path)]
+    environment = {**ENVIRONMENT, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and done.stderr == ""

@@ -1,0 +1,63 @@
+"""Plain NumPy twins of the tracker's compiled pieces, and short paths to track."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from camrob.cell.cell import Cell
+from camrob.cell.read_cell import read_cell
+from camrob.kinematics.frames import base_T_tool
+from camrob.kinematics.kernels import chain_arrays
+from camrob.redundancy.following.follower import TrackerSettings, TrackState, track
+from camrob.redundancy.fuzzy.surfaces import WeightSurface, compile_surface
+from camrob.se3 import rotation_exp
+
+__all__ = ["CELL", "CHAIN", "FOLDER", "bilinear", "five_axis_path", "follow", "settings_of", "state_at"]
+
+FOLDER = Path(__file__).resolve().parents[1] / "cells" / "kr15_track_table"
+CELL = read_cell(FOLDER)
+CHAIN = chain_arrays(CELL)
+
+
+def settings_of(cell: Cell, **changed: object) -> TrackerSettings:
+    surfaces = [compile_surface(cell, e) for e in (cell.resolve.joint_engine, cell.resolve.condition_engine)]
+    locked = np.zeros(len(cell), np.bool_)
+    whole = TrackerSettings(cell.q_lower, cell.q_upper, cell.endless, *surfaces, cell.resolve.threshold, locked)
+    return whole._replace(**changed)
+
+
+def state_at(q: np.ndarray, recorded: np.ndarray | None = None) -> TrackState:
+    flags = np.array([0 if recorded is None else 1, 0], np.int64)
+    return TrackState(q.copy(), (q if recorded is None else recorded).copy(), np.zeros(len(q), np.int64), flags)
+
+
+def follow(settings, targets, state, reference=None, limit=np.inf, chain=CHAIN):
+    """The tracker along targets: code, points followed, postures, 1/k_F."""
+    N, n = len(targets), len(state.q)
+    reference = CELL.q_reference if reference is None else reference
+    out, inv_kf = np.full((N, n), np.nan), np.full(N, np.nan)
+    limits = np.broadcast_to(np.asarray(limit, float), (N, n)).copy()
+    code, reached = track(chain, settings, np.ascontiguousarray(targets), reference[None], state, limits, out, inv_kf)
+    return code, reached, out, inv_kf
+
+
+def five_axis_path(start: np.ndarray, count: int, step: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Poses (count, 4, 4): from the tool's pose in a posture, `step` (3,) m and `turn` (3,) rad on from point to point."""
+    first = base_T_tool(CELL, start)
+    path = np.tile(first, (count, 1, 1))
+    for k in range(count):
+        path[k, :3, 3] += (k + 1) * step
+        path[k, :3, :3] = rotation_exp((k + 1) * turn) @ first[:3, :3]
+    return path
+
+
+def bilinear(surface: WeightSurface, q: np.ndarray) -> np.ndarray:
+    """Weights (n,) by interpolation on the surface's grid, the border held beyond it."""
+    top = np.array(surface.table.shape[:2]) - 1.0
+    place = np.clip((q[surface.axis] - surface.origin) / surface.step, 0.0, top)
+    low = np.minimum(np.floor(place), top - 1.0).astype(int)
+    u, v = place - low
+    corners = surface.table[low[0] : low[0] + 2, low[1] : low[1] + 2]
+    return np.einsum("i,j,ijn->n", [1.0 - u, u], [1.0 - v, v], corners)

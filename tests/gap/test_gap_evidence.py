@@ -1,0 +1,116 @@
+"""How sets of effects are weighed: sizes that count, effects that cancel, constants that nobody knows, poses that scatter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_cases import generator, kr15, poses, simulated
+from test_gap_effects import plant_link
+
+from camrob.errors import LogError
+from camrob.gap.diagnose import diagnose
+from camrob.gap.effects.effect import EffectParameter, Unit
+from camrob.gap.evidence.design import Design
+from camrob.gap.evidence.evidence import COUNTS_FROM, Evidence
+from camrob.gap.evidence.search import posterior
+
+NOISE = 1e-4
+ROWS = 400
+MOVED = np.array([3e-4, -2e-4, 2e-4, 3e-4, 2e-4, 5e-4])  # m, rad
+
+
+def two_alike(mix: float, wanted: tuple[float, float]) -> Evidence:
+    """Two effects of one parameter each, patterns alike but for `mix`, in a gap that is `wanted` of them."""
+    rng = np.random.default_rng(0)
+    first, second = np.linalg.qr(rng.normal(size=(ROWS, 2)))[0].T * np.sqrt(ROWS)
+    X = np.stack([first, first + mix * second], axis=1) * 1e-3
+    y = X @ np.array(wanted)
+    W = X * np.sqrt(3.0) / NOISE
+    units = tuple(Unit(n, "", (EffectParameter(n, "1", 1.0, -np.inf, np.inf),)) for n in ("one", "other"))
+    z = y * np.sqrt(3.0) / NOISE + rng.normal(size=ROWS)
+    size = np.sqrt(np.mean(X**2, axis=0))
+    design = Design(
+        units, np.array([0, 1]), (W.T @ W)[None], (W.T @ z)[None], np.array([z @ z]), np.array([ROWS]), size,
+        np.ones(2), X.T @ X / ROWS,
+    )  # fmt: skip
+    return Evidence(design, NOISE)
+
+
+def test_effects_far_larger_than_the_gap_that_cancel_cost_and_others_do_not() -> None:
+    cancelling, ordinary = two_alike(0.01, (5.0, -4.9)), two_alike(0.9, (0.6, 0.5))
+    both = frozenset({0, 1})
+    assert cancelling.fit(both).score < cancelling._solve(both, np.full(2, 5.0), {}).score - 3.0
+    fitted = ordinary.fit(both)
+    assert fitted.score == pytest.approx(ordinary._solve(both, fitted.widths, {}).score, abs=1e-9)
+
+
+def test_an_effect_counts_by_how_probable_it_is_that_it_moves_the_tool_enough() -> None:
+    sizes = np.linspace(0.0, 1.0, 21)
+    told = []
+    for size in sizes:
+        evidence = two_alike(0.9, (5.0, size * NOISE / 1.35e-3))
+        told.append(evidence.seen(evidence.fit(frozenset({0, 1})))["other"])
+    assert np.all(np.diff(told) > -0.05)
+    assert told[0] < 0.02
+    assert told[-1] > 0.98
+    # half-way where the effect is just large enough, but for the noise drawn
+    assert sizes[np.argmax(np.array(told) > 0.5)] == pytest.approx(COUNTS_FROM, abs=0.2)
+
+
+def test_a_set_is_divided_over_the_names_that_count() -> None:
+    one, both = frozenset({0}), frozenset({0, 1})
+    found = posterior({one: 0.0, both: 0.0}, {one: {"a": 1.0}, both: {"a": 1.0, "b": 0.3}})
+    assert found[frozenset({"a"})] == pytest.approx(0.85)
+    assert found[frozenset({"a", "b"})] == pytest.approx(0.15)
+    assert posterior({both: 0.0}, {both: {"a": 1.0, "b": 0.3}}, frozenset({"b"})) == {frozenset({"a"}): 1.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "apply", "place"),
+    [
+        ("frame_base", lambda w: setattr(w, "base", generator.rigid(MOVED)), "the robot's foot"),
+        ("frame_tool", lambda w: setattr(w, "tool", generator.rigid(MOVED)), "the tool"),
+        ("joint_offset", plant_link(2, lambda w: 1e-3), "A3"),
+    ],
+)
+def test_a_constant_that_the_library_lacks_is_unknown_and_no_broad_effect_is_blamed(
+    name: str, apply, place: str
+) -> None:
+    log = simulated(apply, sigma_mm=0.02)
+    found = diagnose([log], kr15(), without=[name])
+    assert found.claimed == ()
+    assert found.summary["status"] == "unexplained"
+    assert f"{place} is off by a constant" in found.summary["unknown"]["where"]
+    assert diagnose([log], kr15()).claimed == (name,)
+
+
+def test_single_poses_that_scatter_beyond_their_noise_are_not_called_explained() -> None:
+    t, axis = poses()
+    early = simulated(
+        lambda w: w.link.__iadd__(2e-4 * np.diff(w.command, axis=0, prepend=w.command[:1])), sigma_mm=0.02,
+        run=(t, axis), poses=True,
+    )  # fmt: skip
+    found = diagnose([early], kr15(), without=["early_reading"])
+    assert found.summary["unknown"]["probability"] > 0.5
+    assert found.summary["status"] in ("unexplained", "partly explained")
+    assert all(e["probability"] < 0.8 for e in found.summary["effects"])
+    quiet = simulated(sigma_mm=0.02, run=(t, axis), poses=True)
+    assert diagnose([quiet], kr15()).summary["status"] == "no gap"
+
+
+def untold(log):
+    """A log of which nobody told the instrument's noise."""
+    return replace(log, info=replace(log.info, sigma_position=float("nan"), sigma_angle=float("nan")))
+
+
+def test_the_noise_of_single_poses_that_nobody_told_is_found_from_what_nothing_explains() -> None:
+    quiet = untold(simulated(sigma_mm=0.03, run=poses(), poses=True))
+    found = diagnose([quiet], kr15())
+    assert found.claimed == ()
+    assert found.summary["gap"]["noise_mm"] == pytest.approx(0.03 * np.sqrt(3.0), rel=0.15)
+    offset = untold(simulated(plant_link(2, lambda w: 1e-3), sigma_mm=0.03, run=poses(), poses=True))
+    assert diagnose([offset], kr15()).claimed == ("joint_offset",)
+    with pytest.raises(LogError, match="too few"):
+        diagnose([untold(simulated(sigma_mm=0.03, run=poses(14), poses=True))], kr15())

@@ -1,0 +1,95 @@
+"""What a person reads of a diagnosis: the sentence, the terminal's summary, the page."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+from gap_cases import kr15, simulated
+from rich.console import Console
+from test_gap_effects import plant_play
+from test_gap_program import measured, raster
+
+from camrob.gap.diagnose import diagnose
+from camrob.gap.diagnosis import Diagnosis
+from camrob.measurement.log import MeasurementLog
+from camrob.report.diagnosis.page import diagnosis_report
+from camrob.report.diagnosis.sentences import sentence
+from camrob.report.diagnosis.terminal_text import render_diagnosis
+
+SIGMA = 0.02
+
+
+@cache
+def play() -> Diagnosis:
+    return diagnose([simulated(plant_play, sigma_mm=SIGMA)], kr15())
+
+
+def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
+    said = sentence(play().summary)
+    assert re.match(
+        r"All of the gap \(0\.\d+ mm rms\) sits between encoder and TCP and reverses with A2's direction: backlash of A2, ",
+        said,
+    )
+    assert re.search(r"backlash of A2, 0\.0(3|29\d|30\d) degrees \(9\d % sure\)", said)
+    assert re.search(
+        r"Adding it takes 0\.\d+ mm to 0\.03\d mm on stretches that took no part; the instrument's noise is 0\.03\d mm\.$",
+        said,
+    )
+
+
+def test_the_sentence_of_a_rounding_and_of_no_gap() -> None:
+    rounded = sentence(diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary)
+    assert "sits between program and set-point" in rounded
+    assert re.search(r"Between program and set-point: corner rounding, (4\.00|3\.99|4\.01) mm \(9\d % sure\)", rounded)
+    none = sentence(diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary)
+    assert none.startswith("There is no gap beyond the instrument's noise")
+
+
+def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
+    console = Console(width=80, record=True)
+    with console.capture() as captured:
+        console.print(render_diagnosis(play().summary))
+    text = captured.get()
+    assert max(len(line) for line in text.splitlines()) <= 80
+    for words in ("backlash", "by rung", "run next", "can correct nothing", "reverses with A2's direction"):
+        assert words in " ".join(text.split())
+
+
+def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
+    page = diagnosis_report({"cell": "kr15", **play().summary}, play().paths)
+    assert '<div class="verdict good"><strong>Explained</strong>' in page
+    heads = ("The path, coloured by the error", "Where the gap lies", "What the logs lack, and what that costs", "Causes",
+             "How far it shrinks, on data that took no part", "Error along", "What stays, beside the noise", "Next experiment",
+             "Worst stretches", "Where, in numbers")  # fmt: skip
+    at = [page.index(f"<h2>{head}") for head in heads]
+    assert at == sorted(at)
+    for name in (
+        "space-before",
+        "space-after",
+        "by-rung",
+        "by-axis",
+        "by-regime",
+        "shrunk",
+        "steps",
+        "along-0",
+        "residual",
+    ):
+        assert f'id="{name}"' in page
+    assert page.index("sits between encoder and TCP") < page.index("space-before")
+    assert "Together" in page
+    assert not re.search(r'<(script|link|img)[^>]*(src|href)="http', page)
+
+
+@pytest.mark.parametrize("name", ["<script>alert(1)</script>.csv", "a\x1b[31mred.csv"])
+def test_a_log_s_name_never_becomes_part_of_the_page_or_the_terminal(name: str) -> None:
+    log = simulated(plant_play, sigma_mm=SIGMA)
+    found = diagnose([MeasurementLog(log.columns, log.info, Path(name))], kr15())
+    page = diagnosis_report({"cell": "kr15", **found.summary}, found.paths)
+    assert "<script>alert" not in page
+    console = Console(width=80)
+    with console.capture() as captured:
+        console.print(render_diagnosis(found.summary))
+    assert "\x1b[31mred" not in captured.get()

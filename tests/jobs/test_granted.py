@@ -1,0 +1,114 @@
+"""What nobody said is said first: no set-up, a part placed in metres, a cell without bodies."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from camrob.cell.read_cell import read_cell
+from camrob.cell.read_setup import read_setup
+from camrob.errors import JobError
+from camrob.jobs.files.granted import taken_for_granted
+from camrob.jobs.post import PostResult, post
+from camrob.jobs.verify import verify
+from camrob.toolpath.read import read_toolpath
+
+ROOT = Path(__file__).resolve().parents[2]
+KR15 = ROOT / "cells" / "kr15_track_table"
+SAMPLE = ROOT / "toolpaths" / "engraving" / "engraving.cls"
+
+
+def posted(folder: Path, setup: str | None, cell: Path = KR15) -> PostResult:
+    shutil.copy(SAMPLE, folder)
+    if setup is not None:
+        (folder / "setup.toml").write_text(setup, encoding="utf-8")
+    return post(folder / SAMPLE.name, cell=cell, out=folder / "out", report=False)
+
+
+def codes(result: PostResult) -> list[str]:
+    return [w["code"] for w in result.summary["warnings"]]
+
+
+def test_no_set_up_is_the_first_warning(tmp_path: Path) -> None:
+    result = posted(tmp_path, None)
+    assert codes(result)[0] == "no-setup" and "assumed-limits" in codes(result)
+    text = result.summary["warnings"][0]["text"]
+    for said in ("the part's frame is taken for base itself", "$TOOL X 0.000 Y -41.764 Z 415.578 A 0.000 B 0.000 C -159.580",
+                 "neither part nor stock", "write setup.toml beside the CL file"):  # fmt: skip
+        assert said in text
+    program = tmp_path / "out" / "engraving.src"
+    first = verify(program, cell=KR15, against=tmp_path / SAMPLE.name).summary["warnings"][0]
+    assert first["code"] == "no-setup"
+
+
+def test_a_set_up_however_short_is_one(tmp_path: Path) -> None:
+    assert "no-setup" not in codes(posted(tmp_path, "part_in_base = [0, 0, 200, 0, 0, 0]\n"))
+
+
+def test_a_part_placed_in_metres_is_said_first(tmp_path: Path) -> None:
+    result = posted(tmp_path, "part_in_base = [0, 0, 0.2, 0, 0, 0]\n")
+    assert codes(result)[0] == "part-in-metres"
+    text = result.summary["warnings"][0]["text"]
+    assert "part_in_base = [0, 0, 0.2, ...] looks like metres" in text and "X, Y, Z are in mm" in text
+
+
+def test_a_refusal_names_metres_as_its_likely_cause(tmp_path: Path) -> None:
+    """The part sinks into the table: what touches is said, and why that may be."""
+    deep = SAMPLE.read_text(encoding="utf-8").replace("-0.8000", "-180.0000")
+    shutil.copy(SAMPLE.parent / "stock.stl", tmp_path)
+    (tmp_path / "deep.cls").write_text(deep, encoding="utf-8")
+    for place, said in (("0.2", True), ("2", False)):
+        (tmp_path / "setup.toml").write_text(f"part_in_base = [0, 0, {place}, 0, 0, 0]\n", encoding="utf-8")
+        with pytest.raises(JobError) as caught:
+            post(tmp_path / "deep.cls", cell=KR15, out=tmp_path / "out", report=False)
+        assert ("looks like metres" in str(caught.value)) is said
+        assert "line " in str(caught.value)
+        assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("place", "suspect"),
+    [
+        ("0.2, 0, 0.15, 0, 0, 0", True),
+        ("-0.803, 1.25, -0.305, 90, 0, 0", True),
+        ("0, 0, 2.5, 0, 0, 0", True),
+        ("0, 0, 0, 45, 0, 0", False),  # base itself
+        ("0, 0, 2, 0, 0, 0", False),  # two sheets of a millimetre
+        ("0, 0, 3.5, 0, 0, 0", False),
+        ("0.5, 0, 200, 0, 0, 0", False),
+        ("200, 100, 150, 0, 0, 0", False),
+    ],
+)
+def test_what_looks_like_metres(tmp_path: Path, place: str, suspect: bool) -> None:
+    """Not all whole, all below 3, and the path ten times as wide: the engraving is 224 mm wide."""
+    (tmp_path / "setup.toml").write_text(f"part_in_base = [{place}]\n", encoding="utf-8")
+    cell = read_cell(KR15)
+    found = taken_for_granted(cell, read_setup(tmp_path / "setup.toml", cell), read_toolpath(SAMPLE))
+    assert [f.code for f in found] == ["part-in-metres"] * suspect
+
+
+@pytest.mark.parametrize(("width", "suspect"), [(6.0, False), (60.0, True)])
+def test_a_tiny_part_may_lie_at_a_tiny_offset(tmp_path: Path, width: float, suspect: bool) -> None:
+    lines = ["UNITS/MM", "SPINDL/RPM,9000,CLW", "FEDRAT/MMPM,300", "GOTO/0,0,5", f"GOTO/{width},0,5", "FINI", ""]
+    (tmp_path / "small.apt").write_text("\n".join(lines), encoding="utf-8")
+    (tmp_path / "setup.toml").write_text("part_in_base = [0.6, 0, 2.5, 0, 0, 0]\n", encoding="utf-8")
+    cell = read_cell(KR15)
+    setup = read_setup(tmp_path / "setup.toml", cell)
+    found = taken_for_granted(cell, setup, read_toolpath(tmp_path / "small.apt"))
+    assert [f.code for f in found] == ["part-in-metres"] * suspect
+
+
+def test_a_cell_without_bodies_is_said_first(tmp_path: Path) -> None:
+    cell = Path(shutil.copytree(KR15, tmp_path / "cell"))
+    text = (cell / "cell.toml").read_text(encoding="utf-8")
+    bare = "".join(b for b in re.split(r"(?m)^(?=\[)", text) if not b.startswith("[[shape]]"))
+    (cell / "cell.toml").write_text(bare, encoding="utf-8")
+    result = posted(tmp_path, "part_in_base = [0, 0, 200, 0, 0, 0]\n", cell)
+    assert codes(result)[0] == "no-bodies"
+    assert "the cell describes no bodies: collisions are not checked" in result.summary["warnings"][0]["text"]
+    assert result.summary["collisions"]["checked"] is False
+    (tmp_path / "setup.toml").unlink()
+    assert codes(posted(tmp_path, None, cell))[:2] == ["no-setup", "no-bodies"]

@@ -1,0 +1,36 @@
+"""What stands between a program that was written and its release."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from camrob.errors import CollisionError, VerificationError
+from camrob.jobs.post import post
+from camrob.jobs.release import release
+
+CELL = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
+INTO_THE_PART = "G21 G90 G17\nT1 M6\nS6000 M3\nG0 X-60 Y0 Z30\nG0 X60\nG1 X62 F300\nG0 Z60\nM30\n"
+SETUP = (
+    "part_in_base = [0, 0, 200, 0, 0, 0]\n[tool]\ndiameter_mm = 6\nlength_mm = 40\n"
+    "[part]\nbox_mm = [-8, -50, 0, 8, 50, 45]\n"
+)
+
+
+@pytest.mark.parametrize(("blind", "error", "said"), [
+    (None, CollisionError, "touches part"),
+    (lambda borders: [borders[1], borders[0]], VerificationError, "not looked for along all of it"),
+    (lambda borders: [*borders[:-1], borders[-1] - 2], VerificationError, "not looked for along all of it"),
+])  # fmt: skip
+def test_collisions_are_looked_for_along_all_of_the_program(tmp_path: Path, monkeypatch, blind, error, said) -> None:
+    """A rapid through a ridge of the part; where the check is given a part of the program only, it says so."""
+    file = tmp_path / "ridge.nc"
+    file.write_text(INTO_THE_PART)
+    (tmp_path / "setup.toml").write_text(SETUP)
+    if blind is not None:
+        found = release._borders
+        monkeypatch.setattr(release, "_borders", lambda back, inputs: blind(found(back, inputs)))
+    with pytest.raises(error, match=said):
+        post(file, cell=CELL, out=tmp_path / "out", report=False)
+    assert not list((tmp_path / "out").glob("*.src"))

@@ -1,0 +1,210 @@
+"""Several tools in one program: each operation is solved, written, read back and checked with the tool that does it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from process_story import KR15, TOOL_FRAMES, TWO_TOOLS, cell_with, posted, story, text_of
+
+import camrob.jobs.post as job
+import camrob.languages.krl.writer.write_krl as krl_writer
+from camrob.cell.read_cell import frame_of, read_cell
+from camrob.errors import CamrobError, JobError, ProgramError, SetupError, VerificationError
+from camrob.jobs.place import place
+from camrob.jobs.post import PostResult
+from camrob.jobs.verify import verify
+from camrob.kinematics.second_library import pinocchio_poses
+
+PART = """%
+G21 G90 G17
+T1 M6
+S3000 M3
+G0 X0 Y0 Z45
+G1 Z2 F300
+X20
+G2 X20 Y20 I0 J10
+G0 Z50
+T2 M6
+S4000 M3
+G0 X26 Y0
+Z5
+G1 Z2 F300
+X40
+G0 Z50
+T1 M6
+S3500 M3
+G0 X-26 Y0
+G1 Z1 F200
+X-40
+G0 Z50
+M5
+M30
+%
+"""
+POSE = (r"^spindle_rpm = ", "tool_change_pose = [20, -80, 100, 10, 60, 5, 300, 30]\nspindle_rpm = ")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> PostResult:
+    folder = tmp_path_factory.mktemp("several")
+    return posted(folder, "part.nc", PART, setup=TWO_TOOLS, cell=cell_with(folder, POSE))
+
+
+def test_the_program(made: PostResult) -> None:
+    """Both `$TOOL`s, each before the motions that are made with it, and each change at the cell's pose for changes."""
+    lines = text_of(made).splitlines()
+    tools = [line for line in lines if line.startswith("$TOOL")]
+    assert [t.partition("Z ")[2].partition(",")[0] for t in tools] == ["415.57793", "355.00000", "415.57793"]
+    for k, line in enumerate(lines):
+        if line.startswith("HALT ;change to tool") and k > lines.index(tools[0]) + 5:
+            assert lines[k - 1].startswith(
+                "PTP {E6AXIS: A1 20.0000,A2 -80.0000,A3 100.0000,A4 10.0000,A5 60.0000,A6 5.0000,E1 300"
+            )
+            assert lines[k + 1].startswith("$TOOL")
+    told = [s for s in story(text_of(made)) if s[0].isalpha()]
+    assert told == [
+        "home", "tool 1", "speed 3000", "on", "off", "home", "tool 2", "mount", "speed 4000", "on",
+        "off", "home", "tool 1", "mount", "speed 3500", "on", "off", "home", "off", "dry",
+    ]  # fmt: skip
+    assert [c["tool"] for c in made.summary["process"]["tool_changes"]] == ["ball 6", "mill 10"]
+    assert "one-tool-for-several" not in {w["code"] for w in made.summary["warnings"]}
+    assert made.summary["tracking"]["position_error_mm_max"] < 1e-6
+
+
+def test_another_library_finds_each_tools_tip_at_the_points(made: PostResult) -> None:
+    """Pinocchio, from the postures and the set-up's frames alone."""
+    cell = read_cell(KR15)
+    path, q = made.path, np.array(made.solution.q)
+    for k, frame in enumerate((TOOL_FRAMES[0], TOOL_FRAMES[1], TOOL_FRAMES[0])):
+        own = path.of_toolpath & (path.stretch == k)
+        assert own.sum() >= 4
+        poses = pinocchio_poses(cell.with_tool(frame_of(np.array(frame))), q[own])
+        np.testing.assert_allclose(poses[:, :3, 3], path.base_T_tip[own, :3, 3], atol=1e-9)
+        np.testing.assert_allclose(poses[:, :3, 2], path.base_T_tip[own, :3, 2], atol=1e-9)
+
+
+def test_verify_takes_each_tool_where_it_is_mounted(made: PostResult, tmp_path: Path) -> None:
+    source = made.out.parent / "in" / "part.nc"
+    cell = made.out.parent / "cell"
+    checked = verify(made.out / "part.src", cell=cell, against=source)
+    assert checked.ok and checked.summary["against"]["met"] == checked.summary["against"]["points"]
+    assert checked.summary["second_library_error_mm_max"] < 1e-6
+    text = (made.out / "part.src").read_bytes()
+    for name, changed in planted(text.decode()).items():
+        (tmp_path / "part.src").write_bytes(changed.encode())
+        (tmp_path / "part.dat").write_bytes((made.out / "part.dat").read_bytes())
+        try:
+            assert not verify(tmp_path / "part.src", cell=cell, against=source).ok, name
+        except ProgramError as error:  # a LIN begins where the other tool's tip stands, which nothing says
+            assert name == "late" and "more than one $TOOL" in error.what
+
+
+def planted(text: str) -> dict[str, str]:
+    """The same program with something wrong about its tools."""
+    lines = text.split("\r\n")
+    at = [k for k, line in enumerate(lines) if line.startswith("$TOOL")]
+    left_out = [line for k, line in enumerate(lines) if k != at[1]]
+    swapped = lines.copy()
+    swapped[at[0]], swapped[at[1]] = lines[at[1]], lines[at[0]]
+    longer = [line.replace("Z 355.0", "Z 356.0") for line in lines]
+    late = lines.copy()
+    late.insert(at[1] + 7, late.pop(at[1]))
+    return {
+        k: "\r\n".join(v) for k, v in {"left out": left_out, "swapped": swapped, "longer": longer, "late": late}.items()
+    }
+
+
+@pytest.mark.parametrize("name", ["left out", "swapped", "longer", "late"])
+def test_a_text_with_another_tool_is_not_released(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    written = krl_writer.iter_krl
+
+    def faulty(*arguments, **options):
+        for file, data in written(*arguments, **options):
+            yield file, planted(data.decode())[name].encode() if file.endswith(".src") else data
+
+    monkeypatch.setattr(krl_writer, "iter_krl", faulty)
+    with pytest.raises(VerificationError, match="not released"):
+        posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS)
+    assert not (tmp_path / "out").exists()
+
+
+def test_each_tool_is_checked_for_what_it_touches(tmp_path: Path) -> None:
+    """A post beside the part that the first tool's spindle clears and that of the shorter one does not."""
+    block = "box_mm = [44, -30, 0, 90, 30, 60]\n"
+    second = PART.replace("X40", "X40 F300")
+    free = posted(tmp_path, "part.nc", second, setup=TWO_TOOLS)
+    assert free.summary["collisions"]["checked"] and free.summary["collisions"]["count"] == 0
+    with pytest.raises(CamrobError) as caught:
+        posted(tmp_path, "part.nc", second, setup=TWO_TOOLS + "[part]\n" + block)
+    assert isinstance(caught.value, JobError) and "touches" in str(caught.value) and 12 <= caught.value.line <= 17
+    long = TWO_TOOLS.replace("length_mm = 40", "length_mm = 100").replace(str(TOOL_FRAMES[1]), str(TOOL_FRAMES[0]))
+    assert posted(tmp_path, "part.nc", second, setup=long + "[part]\n" + block).summary["collisions"]["count"] == 0
+
+
+def test_planned_stretch_by_stretch(tmp_path: Path) -> None:
+    made = posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS, method="planned")
+    assert made.summary["plan"] is not None and made.solution.method == "planned"
+    assert made.summary["conditioning"]["inv_kf_mean"] <= made.summary["conditioning"]["inv_kf_bound_mean"] + 1e-9
+    assert text_of(made).count("$TOOL = ") == 3
+    assert verify(made.out / "part.src", cell=KR15, against=tmp_path / "in" / "part.nc").ok
+
+
+def test_two_tools_at_the_same_points(tmp_path: Path) -> None:
+    """A hole spotted and drilled: the second tool's points are met by the second tool, not by the first one's motions."""
+    hole = "G0 X10 Y10 Z25\nG1 Z{} F200\nG0 Z25\n"
+    content = f"%\nG21 G90 G17\nT1 M6\nS3000 M3\n{hole.format(4)}T2 M6\nS4000 M3\n{hole.format(2)}M30\n%\n"
+    for name, setup in {"one": "part_in_base = [0, 0, 198, 0, 0, 0]\n", "two": TWO_TOOLS}.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        made = posted(folder, "part.nc", content, setup=setup)
+        told = [s for s in story(text_of(made)) if not s.startswith(("speed", "mount"))]
+        assert told == [
+            "home", "tool 1", "on", "10 75", "10 25", "10 4", "10 25", "10 75", "off", "home", "tool 2", "on",
+            "10 75", "10 25", "10 2", "10 25", "10 75", "off", "home", "off", "dry",
+        ]  # fmt: skip
+        assert verify(made.out / "part.src", cell=KR15, against=folder / "in" / "part.nc").ok
+
+
+def test_an_optimal_feed_with_several_tools(tmp_path: Path) -> None:
+    made = posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS, feed="optimal")
+    assert made.summary["time_s"]["optimal"] > 0.0
+    assert verify(made.out / "part.src", cell=KR15, against=tmp_path / "in" / "part.nc").ok
+
+
+def test_an_arm_without_a_spherical_wrist(tmp_path: Path) -> None:
+    old = r'(name = "A4"\nrole = "arm"\ntype = "revolute"\ndh = \{ alpha_deg = 90, a_mm = )0,'
+    cell = cell_with(tmp_path, (old, r"\g<1>40,"), keep_poses=False)
+    made = posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS, cell=cell)
+    text = text_of(made)
+    assert "PTP {E6POS" not in text and text.count("$TOOL = ") == 3
+    assert verify(made.out / "part.src", cell=cell, against=tmp_path / "in" / "part.nc").ok
+
+
+def test_a_long_program_in_parts(tmp_path: Path) -> None:
+    made = posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS, max_lines=9)
+    parts = sorted(made.out.glob("*.src"))
+    assert len(parts) > 3 and sum(p.read_text().count("$TOOL = ") for p in parts) == 3
+
+
+def test_the_report_of_a_job_with_several_tools(tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(PART)
+    (tmp_path / "setup.toml").write_text(TWO_TOOLS)
+    made = job.post(tmp_path / "part.nc", cell=KR15, out=tmp_path / "out")
+    assert (made.out / "part.html").stat().st_size > 10_000
+    told = json.loads((made.out / "part.json").read_text())
+    assert told["process"]["events_in_program"] == told["process"]["events_in_file"] + 2  # the spindle off, twice
+
+
+def test_a_tool_that_the_set_up_lacks(tmp_path: Path) -> None:
+    with pytest.raises(SetupError, match="tool 2 is not set up"):
+        posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS.replace("number = 2", "number = 3"))
+
+
+def test_place_wants_one_frame(tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(PART)
+    (tmp_path / "setup.toml").write_text(TWO_TOOLS)
+    with pytest.raises(SetupError, match="tool 1 and tool 2 have different frames"):
+        place(tmp_path / "part.nc", cell=KR15, out=tmp_path / "out")

@@ -1,0 +1,208 @@
+"""Measurement logs: what is read, what is refused, and how fast."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camrob.errors import LogError
+from camrob.measurement.csv_numbers import format_table, parse_table
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import LogInfo, MeasuredFrame, Target, read_info
+from camrob.measurement.read_log import read_log
+from camrob.measurement.write_log import write_log
+
+SHARED = Path(__file__).resolve().parents[3] / "shared"
+HEADER = "t,x,y,z,a,b,c,A1,A2,A3,A4,A5,A6,E1,E2"
+ROWS = [
+    "0.000,97.0,-41.764,619.422,180.0,0.0,20.42,0.0,-90.0,90.0,0.0,90.0,0.0,0.0,0.0",
+    "0.012,197.5,-41.764,619.422,,,,10.0,-95.5,91.0,0.0,90.0,0.0,0.0,0.0",
+    "0.024,297.5,-141.764,619.422,180.0,0.0,2.042e1,20.0,-95.5,91.0,0.0,90.0,0.0,0.0,0.0",
+]
+
+
+def written(folder: Path, rows=ROWS, header=HEADER, ending="\n", name="log.csv") -> Path:
+    path = folder / name
+    path.write_bytes((ending.join([header, *rows]) + ending).encode())
+    return path
+
+
+def made(n: int, seed: int = 0, torque: bool = False) -> MeasurementLog:
+    rng = np.random.default_rng(seed)
+    names = HEADER.split(",")[1:] + ([f"T{i}" for i in range(1, 7)] if torque else [])
+    columns = {name: rng.uniform(-170.0, 170.0, n) for name in names}
+    return MeasurementLog({"t": np.arange(n) * 0.012, **columns, "line": np.arange(n) // 7})
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r\n"])
+def test_a_small_log(tmp_path: Path, ending: str) -> None:
+    log = read_log(written(tmp_path, ending=ending))
+    assert len(log) == 3
+    assert np.allclose(log.t, [0.0, 0.012, 0.024])
+    assert np.allclose(log.position[0], [0.097, -0.041764, 0.619422], atol=1e-15)
+    assert np.isnan(log.rotation[1]).all()
+    assert np.allclose(log.rotation[0] @ [0, 0, 1], [0, np.sin(np.deg2rad(20.42)), np.cos(np.deg2rad(20.42))])
+    assert log.axis_names == ("A1", "A2", "A3", "A4", "A5", "A6", "E1", "E2")
+    assert np.array_equal(log.axes(("A1", "A2"))[1], [10.0, -95.5])
+    assert log.complete(("a", "x")).tolist() == [True, False, True]
+    assert not log.has("temp") and log.has_orientation
+    with pytest.raises(LogError, match=r"log\.csv:1: has no column cA1"):
+        log.setpoints(("A1",))
+    assert log.info == LogInfo()
+    assert len(log.select(np.array([0, 2]))) == 2
+    with pytest.raises(ValueError, match="read-only"):
+        log.columns["x"][0] = 1.0
+
+
+def test_numbers_are_those_of_python(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    texts = [f"{v:.{k % 12}f}" for k, v in enumerate(rng.normal(0, 50, 4000))]
+    texts += ["1e-3", "-2.5E+1", "+4.", ".5", "-0", "0.1234567890123456789", "12.345678901234567", " 7.5 "]
+    rows = [f"{i},{v}" + f",0,0,{i % 90},-90,90,0,0,0" for i, v in enumerate(texts)]
+    log = read_log(written(tmp_path, rows, "t,x,y,z,A1,A2,A3,A4,A5,A6"))
+    assert log.columns["x"].tolist() == [float(v) for v in texts]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda r: [], r"log\.csv:1: holds no samples"),
+        (lambda r: [r[0], r[2], r[1]], r"log\.csv:4: t is 0\.012 after 0\.024; time has to advance"),
+        (lambda r: [r[0], r[0]], r"log\.csv:3: t is 0 after 0"),
+        (lambda r: [r[0], r[1].replace("197.5", "nan")], r"log\.csv:3: x is 'nan'; leave a cell empty"),
+        (lambda r: [r[0], r[1].replace("197.5", "inf")], r"log\.csv:3: x is 'inf'"),
+        (lambda r: [r[0], r[1].replace("197.5", "1_0")], r"log\.csv:3: x is '1_0'"),
+        (lambda r: [r[0], r[1].replace("197.5", "1e999")], r"log\.csv:3: x is '1e999'"),
+        (lambda r: [r[0], r[1].replace("197.5", "\x1b[31m")], r"log\.csv:3: x is '\\x1b"),
+        (lambda r: [r[0], r[1] + ",1"], r"log\.csv:3: has more or fewer cells"),
+        (lambda r: [r[0], "0.012,1"], r"log\.csv:3: has more or fewer cells"),
+        (lambda r: [r[0], "", r[1]], r"log\.csv:3: there is an empty line"),
+        (lambda r: [r[0], r[1].replace("0.012", "")], r"log\.csv:3: t is empty"),
+        (lambda r: [r[0], r[1].replace("197.5", "1e7")], r"log\.csv:3: x is 1e\+07; the format's units are mm"),
+    ],
+)
+def test_rows_that_are_refused(tmp_path: Path, change, told: str) -> None:
+    with pytest.raises(LogError, match=told) as caught:
+        read_log(written(tmp_path, change(ROWS)))
+    assert "\n" not in str(caught.value) and caught.value.cure
+
+
+@pytest.mark.parametrize(
+    ("header", "told"),
+    [
+        (HEADER.replace("t,", "time,"), "has a column 'time'"),
+        (HEADER.replace("z,", "zz,"), "has a column 'zz'"),
+        (HEADER.replace(",x,", ",x_mm,"), "name it x, in the format's unit"),
+        (HEADER.replace(",A1,", ",a1,"), "name it A1"),
+        (HEADER.replace("A6", "A7"), "has an axis 'A7'"),
+        (HEADER.replace("E2", "E1"), "has the column E1 twice"),
+        (HEADER.replace("c,", "temp,"), "has a column a but no column c"),
+        (HEADER.replace(",", ";"), "separates columns by semicolons"),
+        ("", "is empty"),
+        ("t,x,y,z", "has no axis values"),
+        ("x,y,z", "has no column t"),
+    ],
+)
+def test_headers_that_are_refused(tmp_path: Path, header: str, told: str) -> None:
+    with pytest.raises(LogError, match=told) as caught:
+        read_log(written(tmp_path, [], header))
+    assert caught.value.line == 1
+
+
+def test_other_units_are_seen(tmp_path: Path) -> None:
+    n = 50
+    q = np.linspace(0.0, 60.0, n)
+    plain = {
+        "t": np.arange(n),
+        "x": 1000 * np.cos(np.deg2rad(q)),
+        "y": 1000 * np.sin(np.deg2rad(q)),
+        "z": np.full(n, 500.0),
+    }
+    axes = {"A1": q, "A2": np.full(n, -90.0), "A3": np.full(n, 90.0), **{f"A{i}": np.zeros(n) for i in (4, 5, 6)}}
+    write_log(MeasurementLog({**plain, **axes}), tmp_path / "good.csv")
+    assert len(read_log(tmp_path / "good.csv")) == n
+    write_log(MeasurementLog({**plain, **{k: np.deg2rad(v) for k, v in axes.items()}}), tmp_path / "radians.csv")
+    with pytest.raises(LogError, match="in radians"):
+        read_log(tmp_path / "radians.csv")
+    write_log(MeasurementLog({**plain, **{k: plain[k] / 1000 for k in "xyz"}, **axes}), tmp_path / "metres.csv")
+    with pytest.raises(LogError, match="in metres"):
+        read_log(tmp_path / "metres.csv")
+
+
+def test_round_trip_and_facts(tmp_path: Path) -> None:
+    info = LogInfo(MeasuredFrame.BASE, Target.UNKNOWN, 2e-5, 1e-5, 12.0, 0.1, "a.src", 'a "tracker"\\', "note", True)
+    log = made(500, torque=True)
+    gaps = np.array(log.columns["x"])
+    gaps[3] = np.nan
+    log = MeasurementLog({**log.columns, "x": gaps}, info)
+    write_log(log, tmp_path / "l.csv")
+    back = read_log(tmp_path / "l.csv")
+    assert back.info == info or np.isclose(back.info.sigma_angle, info.sigma_angle, rtol=1e-12)
+    assert set(back.columns) == set(log.columns)
+    for name, values in log.columns.items():
+        assert np.allclose(
+            values, back.columns[name], rtol=0, atol=5.1e-5 if name[0] == "T" else 5.1e-7, equal_nan=True
+        )
+    assert np.array_equal(back.line, log.line)
+
+
+def test_parquet(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    log = made(200)
+    write_log(log, tmp_path / "l.parquet")
+    back = read_log(tmp_path / "l.parquet")
+    assert back.digest == log.digest
+    parquet.write_table(pyarrow.table({"t": ["a"]}), tmp_path / "bad.parquet")
+    with pytest.raises(LogError, match="no axis values"):
+        read_log(tmp_path / "bad.parquet")
+    (tmp_path / "no.parquet").write_text("t,x")
+    with pytest.raises(LogError, match="no Parquet"):
+        read_log(tmp_path / "no.parquet")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('measured_frame = "table"', "measured_frame: is 'table'; use one of world, base, unknown"),
+        ("sigma_mm = -1", "sigma_mm: is -1"),
+        ('sigma_mm = "a"', "sigma_mm: is a"),
+        ("sigma_m = 1", "is sigma_mm meant"),
+        ("poses = 1", "poses: is neither true nor false"),
+        ("a = [1,,]", r"l\.toml:1: is no valid TOML"),
+    ],
+)
+def test_facts_that_are_refused(tmp_path: Path, text: str, told: str) -> None:
+    (tmp_path / "l.toml").write_text(text)
+    with pytest.raises(LogError, match=told):
+        read_info(tmp_path / "l.toml")
+
+
+def test_kernels_match_python() -> None:
+    table = np.array([[1.5, -0.00004, np.nan], [123456.789, 0.99995, -7.0]])
+    out = np.empty(200, np.uint8)
+    text = out[: format_table(table, np.array([3, 4, 0]), out)].tobytes()
+    assert text == b"1.500,0.0000,\n123456.789,1.0000,-7\n" or text == b"1.500,-0.0000,\n123456.789,1.0000,-7\n"
+    back = np.empty((2, 3))
+    rows, code, _, left = parse_table(np.frombuffer(text, np.uint8), 0, back, np.empty((9, 4), np.int64))
+    assert (rows, code, left) == (2, 0, 0)
+    assert np.allclose(back, [[1.5, 0, np.nan], [123456.789, 1.0, -7.0]], equal_nan=True)
+
+
+def test_a_long_log_is_read_whole(tmp_path: Path) -> None:
+    log = made(300_000)
+    write_log(log, tmp_path / "l.csv")
+    back = read_log(tmp_path / "l.csv")
+    assert len(back) == 300_000
+    np.testing.assert_allclose(back.columns["x"], log.columns["x"], rtol=0, atol=5.1e-7)
+
+
+@pytest.mark.parametrize("series", ["real/ur10_tmac/A.csv", "gap_samples/cases/a_nothing/dome0.csv"])
+def test_real_logs(series: str) -> None:
+    if not (SHARED / series).is_file():
+        pytest.skip(f"../shared is not here: {series}")
+    log = read_log(SHARED / series)
+    assert len(log) > 5000 and log.has_position and log.has_orientation

@@ -1,0 +1,177 @@
+"""Figures and sentences of a diagnosis, from summaries made up for it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from camrob.report.diagnosis.numbers import fitted, measure, mm, parameter_words, share, sure, values_of
+from camrob.report.diagnosis.sentences import compensable_text, sentence, unexplained
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(0.0, "0.000 mm"), (1e-5, "under 0.001 mm"), (0.0345, "0.035 mm"), (3.607, "3.61 mm"), (31.24, "31.2 mm"),
+     (412.3, "412 mm"), (-0.12, "−0.120 mm"), (None, "–"), (float("nan"), "–")],
+)  # fmt: skip
+def test_distances_have_a_micrometre_or_three_digits(value: float | None, words: str) -> None:
+    assert mm(value) == words
+
+
+def test_neither_none_nor_all_of_a_chance_is_ever_claimed() -> None:
+    assert [sure(p) for p in (0.0, 0.004, 0.034, 0.975, 0.999, 1.0)] == [
+        "under 1 %", "under 1 %", "3 %", "98 %", "over 99 %", "over 99 %",
+    ]  # fmt: skip
+    assert [share(x) for x in (0.0, 0.001, 0.62, 1.0, -0.06)] == ["0 %", "under 1 %", "62 %", "100 %", "−6 %"]
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "unit", "words"),
+    [(0.0291287, 0.000105, "degrees", "0.02913 ± 0.00011 degrees"), (4.309e-4, 4.5e-6, "s²", "(4.31 ± 0.04) × 10⁻⁴ s²"),
+     (0.0102, 0.4146, "mm", "0.0 ± 0.4 mm"), (-134.2, 7.6, "kg", "−134 ± 8 kg"), (0.0, 0.0, "", "0")],
+)  # fmt: skip
+def test_a_fitted_value_has_the_digits_that_are_known(value: float, std: float, unit: str, words: str) -> None:
+    assert fitted(value, std, unit) == words
+
+
+def test_parameters_in_words() -> None:
+    assert parameter_words("A3_deg") == ("A3", "degrees")
+    assert parameter_words("about_x_rad_nm") == ("about x", "rad/Nm")
+    assert parameter_words("A5_by_A4") == ("A5 by A4", "degrees a degree")
+    assert parameter_words("arm_s2") == ("arm", "s²")
+    assert parameter_words("moment_x_kg_m") == ("moment x", "kg m")
+    assert measure(0.0048, "degrees") == "0.00480 degrees"
+
+
+def test_of_many_values_those_that_are_known_best_come_first() -> None:
+    entry = {"parameters": {"a_mm": {"value": 0.1, "std": 1.0}, "b_mm": {"value": 0.1, "std": 0.001},
+                            "c_mm": {"value": 9.0, "std": 1.0}}}  # fmt: skip
+    told, more = values_of(entry, 2)
+    assert [t.split()[0] for t in told] == ["b", "c"]
+    assert more == 1
+    ripple = {"A1_cos16.6_deg": {"value": 0.003, "std": 0.0001}, "A1_sin16.6_deg": {"value": -0.004, "std": 0.0001},
+              "A2_cos16.6_deg": {"value": 0.00001, "std": 0.0001}}  # fmt: skip
+    assert values_of({"parameters": ripple}, 6) == (["A1, 16.6 times a turn, 0.00500 ± 0.00010 degrees"], 1)
+
+
+def effect(name: str, axes: list[str], parameters: dict[str, float], **other: Any) -> dict[str, Any]:
+    return {
+        "effect": name, "axes": axes, "probability": 0.97,
+        "parameters": {k: {"value": v, "std": v / 50} for k, v in parameters.items()},
+        "rms_before_mm": 0.3, "rms_after_mm": 0.07, "alone": {"rms_after_mm": 0.07}, "moves_mm": 0.29, "implausible": "",
+        "indistinguishable_from": [], "rungs": ["encoder_to_tcp"],
+    } | other  # fmt: skip
+
+
+def summary(effects: list[dict[str, Any]], **other: Any) -> dict[str, Any]:
+    """A made-up diagnosis: 0.3 mm, most of it behind the encoders, that reverses with the direction of motion."""
+    return {
+        "status": "explained", "effects": effects,
+        "gap": {"rms_mm": 0.31, "noise_mm": 0.03},
+        "where": {
+            "rungs": {"program_to_setpoint": None, "setpoint_to_encoder": 0.24, "encoder_to_tcp": 0.307},
+            "regimes": {"position": 0.2, "direction": 0.9}, "missing": [],
+        },
+        "together": {"rms_before_mm": 0.3, "rms_after_mm": 0.07, "withheld": "lap2.csv"},
+        "unknown": {"probability": 0.01, "where": "", "shapes": [], "implausible": {}},
+    } | other  # fmt: skip
+
+
+BACKLASH = effect("backlash", ["A2"], {"A2_deg": 0.031})
+
+
+def test_the_sentence_reads_as_one_would_say_it() -> None:
+    assert sentence(summary([BACKLASH])) == (
+        "62 % of the gap (0.310 mm rms) sits between encoder and TCP and reverses with A2's direction: backlash of A2, 0.0310 "
+        "degrees (97 % sure). Adding it takes 0.300 mm to 0.070 mm on a run that took no part (lap2.csv); the instrument's "
+        "noise is 0.030 mm."
+    )
+
+
+def test_where_one_rung_is_logged_no_share_is_made_up() -> None:
+    where = {"rungs": {"program_to_setpoint": None, "setpoint_to_encoder": None, "encoder_to_tcp": 0.31},
+             "regimes": {"position": 0.9}, "missing": ["no encoders: drives and arm can't be told apart"]}  # fmt: skip
+    said = sentence(summary([BACKLASH], where=where))
+    assert said.startswith(
+        "The gap (0.310 mm rms) lies between set-point and TCP, the only rung that is logged; it follows"
+    )
+
+
+def test_effects_of_several_axes_waves_and_couplings_say_their_values() -> None:
+    offsets = effect("joint_offset", ["A3", "A5"], {"A3_deg": 0.0548, "A5_deg": -0.0327})
+    assert "joint offset of A3, 0.0548 degrees and of A5, −0.0327 degrees (97 % sure)" in sentence(summary([offsets]))
+    ripple = effect(
+        "gear_ripple", ["A1"], {"A1_cos28.04_deg": 0.003, "A1_sin28.04_deg": 0.004, "A1_cos56.08_deg": 0.001}
+    )
+    assert "gear ripple of A1, 0.00500 degrees 28.04 times a turn" in sentence(summary([ripple]))
+    coupled = effect("wrist_coupling", ["A5"], {"A5_by_A4": 0.0012})
+    assert "wrist coupling of A5 to A4, 0.00120 degrees a degree" in sentence(summary([coupled]))
+    lag = effect("servo_lag", ["A1"], {"tau_s": 0.0409, "A1_beyond_s": 0.001})
+    assert "servo lag of A1, 0.0409 s (97 % sure)" in sentence(summary([lag]))
+    drift = effect("thermal_drift", [], {"A1_x_mm": 0.07, "A1_y_mm": 0.03})
+    assert "thermal drift, 0.290 mm rms at the TCP" in sentence(summary([drift]))
+
+
+SHAPE = {"rung": "encoder_to_tcp", "moves": "A1", "follows": "A1", "swing": 0.0684, "unit": "degrees"}
+
+
+def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
+    unknown = {
+        "probability": 0.99,
+        "where": "between encoder and TCP, A1 …",
+        "shapes": [SHAPE],
+        "implausible": {"lean": "9 where 5 is"},
+    }
+    alone = summary([effect("geometry", [], {"A1_x_mm": 1.0, "A1_y_mm": 0.1}, probability=0.15, alone={"rms_after_mm": 0.2})],
+                    status="unexplained", unknown=unknown)  # fmt: skip
+    said = sentence(alone)
+    assert (
+        "nothing in the library explains it: the best single effect, geometry, would take 0.300 mm to 0.200 mm" in said
+    )
+    assert said.endswith("Something unknown is at work: A1 strays with its own position.")
+    assert unexplained(alone) == [
+        "Between encoder and TCP: A1 strays by 0.0684 degrees over the logs, smoothly with its own position",
+        "lean would fit, with a value that no such machine has: 9 where 5 is",
+    ]
+    beside = summary(
+        [BACKLASH], unknown=unknown, together={"rms_before_mm": 0.3, "rms_after_mm": 0.2, "withheld": "a.csv, b.csv"}
+    )
+    assert "on runs that took no part (a.csv, b.csv)" in sentence(beside)
+    assert sentence(beside).endswith(
+        "Something unknown is at work beside: A1 strays with its own position. 44 % of the gap's energy stays unexplained."
+    )
+
+
+def test_what_compensate_can_do_is_never_promised_too_much() -> None:
+    told = {
+        "effects": ["track"],
+        "left": ["track of E1"],
+        "rms_before_mm": 0.2,
+        "rms_after_mm": 0.19,
+        "shrink_interval": [0.01, 0.1],
+    }
+    assert compensable_text({"compensable": told}).startswith(
+        "compensate can correct a part of track: 0.200 mm to 0.190 mm"
+    )
+    worse = told | {"effects": ["frame_base"], "left": ["lean"], "rms_after_mm": 0.24, "shrink_interval": [-0.3, 0.1]}
+    assert "so nothing is handed over" in compensable_text({"compensable": worse})
+    assert compensable_text({"compensable": told | {"effects": []}}).endswith("it has no term for track of E1.")
+
+
+def test_of_several_causes_alike_none_is_claimed_and_all_are_named() -> None:
+    rivals = [
+        effect(n, [], {"x_mm": 0.1, "y_mm": 0.1}, probability=p) for n, p in (("track", 0.49), ("frame_base", 0.4))
+    ]
+    said = sentence(summary([*rivals, effect("lean", [], {"x_mm": 0.1}, probability=0.04)]))
+    assert said.endswith(
+        "several causes would explain it alike, so none is claimed: track (49 % sure) and frame base (40 % sure)."
+    )
+
+
+def test_a_constant_that_nobody_knows_is_said_as_one() -> None:
+    shape = {"rung": "encoder_to_tcp", "moves": "the tool", "follows": "constant", "swing": 0.17, "unit": "mm"}
+    unknown = {"probability": 0.99, "where": "between encoder and TCP, …", "shapes": [shape], "implausible": {}}
+    alone = summary([], status="unexplained", unknown=unknown)
+    assert sentence(alone).endswith("Something unknown is at work: the tool is off by a constant.")
+    assert unexplained(alone) == ["Between encoder and TCP: the tool is off by 0.170 mm, whatever the posture"]

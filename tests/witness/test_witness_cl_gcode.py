@@ -1,0 +1,342 @@
+"""The witness's reader of G-code, held to numbers worked out by hand."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cl_stories import happened, mm, ways
+
+from camrob.errors import ToolpathError
+from camrob.witness.cl import read_story
+from camrob.witness.happenings import Story, Way
+
+
+@pytest.fixture
+def tell(tmp_path: Path):
+    def read(text: str, **options) -> Story:
+        path = tmp_path / "a.nc"
+        path.write_text(text)
+        return read_story(path, **options)
+
+    return read
+
+
+START = "G21 G90 G17\nG0 X0 Y0 Z50\n"
+
+
+def test_modal_words_packed_spaced_and_in_lower_case(tell):
+    story = tell("%\nO1000 (PART; ONE)\nN10g21g90g0x1.y-.5Z+50\n(X9)N20 G01 Z  2 F600 ; Y9\nX 3\ng0Z50\nM30\nX9\n%")
+    assert mm(story) == [[1, -0.5, 50], [1, -0.5, 2], [3, -0.5, 2], [3, -0.5, 50]]
+    assert ways(story) == "RFFR" and story.complete and story.path.line.tolist() == [3, 4, 5, 6]
+    assert story.feed[1:3].tolist() == [0.01, 0.01] and np.isnan(story.feed[[0, 3]]).all()
+
+
+def test_only_motions_to_a_place_that_is_known_are_told(tell):
+    story = tell("G0 Z50\nX1 Y2\nG1 Z0 F60\n")
+    assert mm(story) == [[1, 2, 50], [1, 2, 0]] and story.joined.tolist() == [False, True]
+    assert not tell("G0 Z50\nG1 X1 F60\nY2\nG0 X3\n").complete  # a cut at a Y that is not known
+
+
+def test_inches_increments_and_feed_modes(tell):
+    story = tell("G20 G90\nG0 X1 Y1 Z1\nG91 G1 X1 F10\nY-.5\nG90 X0\nS600 M3\nG95 F.01\nG1 X1\n")
+    assert np.allclose(story.path.tip / 0.0254, [[1, 1, 1], [2, 1, 1], [2, 0.5, 1], [0, 0.5, 1], [1, 0.5, 1]])
+    assert story.feed[[1, 4]] == pytest.approx([0.254 / 60, 0.000254 * 10]) and story.units == "inch"
+    assert tell("G20\nG0 X1 Y1 Z1\n", units="mm").path.tip[0, 0] == 0.001
+
+
+def test_inverse_time(tell):
+    """F 2 is half a minute: 30 mm in 30 s are 1 mm/s; half a circle of 10 mm radius in 6 s."""
+    story = tell(START + "G93\nG1 X30 F2\nG3 X50 I10 F10\nG94 G1 X0 F60\nG93 G1 X1\nG1 X2 Y0 Z50 F1\n")
+    assert story.feed[1] == pytest.approx(0.001) and story.feed[2] == pytest.approx(math.pi * 0.010 / 6)
+    assert story.feed[3] == 0.001 and math.isnan(story.feed[4]) and len(story.gaps) == 1
+
+
+def test_feed_does_not_outlive_its_mode(tell):
+    story = tell(START + "G93 G1 X30 F2\nG94 X0\n")
+    assert math.isnan(story.feed[2]) and not story.complete
+
+
+@pytest.mark.parametrize(
+    ("block", "center", "normal", "angle"),
+    [
+        ("G3 X0 Y10 I-10 J0", [0, 0, 0], [0, 0, 1], 90), ("G2 X0 Y10 I-10", [0, 0, 0], [0, 0, -1], 270),
+        ("G3 X0 Y10 R10", [0, 0, 0], [0, 0, 1], 90), ("G3 X0 Y10 R-10", [10, 10, 0], [0, 0, 1], 270),
+        ("G2 X0 Y10 R10", [10, 10, 0], [0, 0, -1], 90), ("G2 X0 Y10 R-10", [0, 0, 0], [0, 0, -1], 270),
+        ("G3 I-10", [0, 0, 0], [0, 0, 1], 360), ("G2 X10 Y0 Z5 I-10 P3", [0, 0, 0], [0, 0, -1], 1080),
+        ("G3 X-10 Y0 Z4 I-10", [0, 0, 0], [0, 0, 1], 180), ("G90.1 G3 X0 Y10 I0 J0", [0, 0, 0], [0, 0, 1], 90),
+        ("G18 G3 X0 Z-10 I-10 K0", [0, 0, 0], [0, 1, 0], 90), ("G18 G2 X0 Z10 I-10 K0", [0, 0, 0], [0, -1, 0], 90),
+        ("G91 G3 X-10 Y10 I-10", [0, 0, 0], [0, 0, 1], 90),
+    ],
+)  # fmt: skip
+def test_arcs(tell, block, center, normal, angle):
+    """From (10, 0, 0). In G18 counter-clockwise is from Z to X, so from X to -Z."""
+    story = tell(f"G0 X10 Y0 Z0\nG1 F60\n{block}\n")
+    assert story.complete and (story.path.center[1] * 1000).round(6).tolist() == center
+    assert story.path.normal[1].tolist() == normal and math.degrees(story.path.angle[1]) == pytest.approx(angle)
+
+
+def test_an_arc_in_the_plane_of_y_and_z(tell):
+    story = tell("G0 X0 Y10 Z0\nG1 F60\nG19 G3 Y0 Z10 J-10 K0\n")
+    assert story.path.normal[1].tolist() == [1, 0, 0] and math.degrees(story.path.angle[1]) == pytest.approx(90)
+
+
+@pytest.mark.parametrize("block", ["G3 X0 Y10 I-9", "G3 X0 Y10 R5", "G3 R5", "G2 X10 Y0 R5"])
+def test_arcs_that_are_none(tell, block):
+    story = tell(f"G0 X10 Y0 Z0\nG1 F60\n{block}\nG1 X1 Y1\n")
+    assert len(story.gaps) == 1 and not story.joined[-1] and np.isnan(story.path.angle).all()
+
+
+# -- machine positions, frames
+
+
+def test_g28_leaves_the_part(tell):
+    story = tell(START + "G1 Z2 F300\nX20\nG91 G28 Z0\nG90 G0 X26 Y5\nZ5\nG1 Z2\nM30\n")
+    assert mm(story) == [[0, 0, 50], [0, 0, 2], [20, 0, 2], [26, 5, 5], [26, 5, 2]]
+    assert story.joined.tolist() == [False, True, True, False, True] and story.complete
+
+
+def test_g28_goes_through_the_point_that_it_names(tell):
+    story = tell(START + "G1 Z2 F300\nG28 Z60\nG0 X5 Z60\nG91 G28 X1 Y1 Z1\nG90 G0 X1\nY1\nZ1\n")
+    assert mm(story) == [[0, 0, 50], [0, 0, 2], [0, 0, 60], [5, 0, 60], [6, 1, 61], [1, 1, 1]]
+    assert ways(story) == "RFRRRR" and story.joined.tolist() == [False, True, True, False, True, False]
+
+
+@pytest.mark.parametrize("block", ["G53 G0 Z0", "G0 G53 Z-1.5", "G30 Z50", "G28", "G28 G91 Z0"])
+def test_other_machine_positions(tell, block):
+    story = tell(START + f"{block}\nG90 G0 X7 Y8 Z9\nX1\n")
+    assert mm(story) == [[0, 0, 50], [7, 8, 9], [1, 8, 9]] and story.joined.tolist() == [False, False, True]
+
+
+def test_a_cut_after_a_machine_position_is_a_gap(tell):
+    story = tell(START + "G53 G0 Z0\nG1 X5 F60\nZ5\n")
+    assert mm(story) == [[0, 0, 50], [5, 0, 5]] and [(g.before, g.first_line) for g in story.gaps] == [(1, 4)]
+
+
+def test_one_work_frame(tell):
+    story = tell("G0 Z9\nG55 G0 X0 Y0\nZ0\nG55 X1\n")
+    assert story.complete and mm(story) == [[0, 0, 0], [1, 0, 0]]  # Z9 was of G54
+    for first in ("G54 ", ""):  # G54 is in force where none is named
+        story = tell(f"{first}G0 X0 Y0 Z0\nG55 X1\nY2 Z2\nG54 X3\nX3 Y3 Z3\n")
+        assert mm(story) == [[0, 0, 0], [3, 3, 3]] and story.joined.tolist() == [False, False]
+        assert [(g.before, g.first_line, g.last_line) for g in story.gaps] == [(1, 2, 3)]
+
+
+@pytest.mark.parametrize(
+    ("on", "off"),
+    [("G68 X0 Y0 R30", "G69"), ("G51 P2", "G50"), ("G92 X0", "G92.1"), ("G68.2 X1 Q121", "G69")],
+)
+def test_frames_that_are_moved_hide_what_lies_in_them(tell, on, off):
+    story = tell(START + f"{on}\nG1 X1 Y1 Z1 F60\nX2\n{off}\nG0 X3 Y3 Z3\n")
+    assert mm(story) == [[0, 0, 50], [3, 3, 3]] and story.joined.tolist() == [False, False]
+    assert [(g.before, g.first_line, g.last_line) for g in story.gaps] == [(1, 3, 5)]
+
+
+def test_a_shift_by_g52(tell):
+    story = tell(START + "G52 X100 Y7\nG1 X1 F60\nG52 X0\nX2\nY2\nG91 X1\nG90 G52 Y0\nX5 Y0\n")
+    assert story.complete and story.joined.tolist()[1:] == [True] * 5
+    assert mm(story) == [[0, 0, 50], [101, 0, 50], [2, 0, 50], [2, 9, 50], [3, 9, 50], [5, 0, 50]]
+    inch = tell("G20 G0 X0 Y0 Z2\nG52 Z1\nG1 Z0.5 F5\n")
+    assert mm(inch)[1] == pytest.approx([0, 0, 38.1])
+
+
+def test_cycles_and_arcs_behind_g52(tell):
+    story = tell(START + "F60\nG52 X5 Z10\nG99 G81 X0 Y0 Z-5 R2\nG80\n")
+    assert mm(story)[1:] == [[5, 0, 50], [5, 0, 12], [5, 0, 5], [5, 0, 12]] and story.complete
+    story = tell(START + "G52 X5 Y1\nG90.1 G1 X0 Y0 F60\nG2 X10 Y0 I5 J0\n")
+    assert story.path.center[2] * 1000.0 == pytest.approx([10, 1, 50]) and mm(story)[2] == [15, 1, 50]
+
+
+@pytest.mark.parametrize("blocks", ["G52 A5", "G68 X0 Y0 R30\nG52 X5\nG69", "G52 X5\nG92.1", "G92 X0\nG52 X5\nG92.1"])
+def test_a_shift_that_is_not_known_hides_what_lies_behind_it(tell, blocks):
+    story = tell(START + f"{blocks}\nG52 X0 Y0 Z0\nG0 X3 Y3 Z3\n")
+    assert mm(story) == [[0, 0, 50]] and not story.complete
+
+
+@pytest.mark.parametrize(
+    "block",
+    ["#1=5", "G1 X#1", "X[1+2]", "M98 P1000", "G65 P9000 A1", "G33 Z1 K1", "G1 X1 X2", "U5", "O<a> CALL", "G38.2 Z1"],
+)
+def test_what_computes_or_is_not_known_is_a_gap(tell, block):
+    story = tell(START + f"{block}\nG0 X1 Y1 Z1\n")
+    assert mm(story) == [[0, 0, 50], [1, 1, 1]] and [(g.before, g.first_line) for g in story.gaps] == [(1, 3)]
+    assert story.joined.tolist() == [False, False]
+
+
+@pytest.mark.parametrize(
+    ("first", "last"),
+    [
+        ("O1 WHILE [#1 LT 5]", "O1 ENDWHILE"),
+        ("o<x> sub", "o<x> endsub"),
+        ("WHILE[#1LT5]DO2", "END2"),
+        ("O3 DO", "O3 WHILE[#1 LT 2]"),
+    ],
+)
+def test_loops_and_subprograms_are_gaps(tell, first, last):
+    story = tell(START + f"{first}\nG0 X5\nM3 S5\n{last}\nG0 X1 Y1 Z1\n")
+    assert mm(story) == [[0, 0, 50], [1, 1, 1]] and story.events == ()
+    assert [(g.first_line, g.last_line) for g in story.gaps] == [(3, 6)]
+
+
+def test_behind_a_jump_nothing_is_read(tell):
+    assert len(tell(START + "IF [#1 EQ 2] GOTO 10\nG0 X5\nN10 X6\n")) == 1
+
+
+@pytest.mark.parametrize("text", ["%\nM3 S500\nM30\n%\n", "O100 SUB\nG1 X1 Y1 Z1\nO100 ENDSUB\nM2\n", "G1 X1 F5\n"])
+def test_no_motion_is_no_story(tell, text):
+    with pytest.raises(ToolpathError, match="no motion"):
+        tell(text)
+
+
+# -- the process
+
+
+def test_tools_spindle_coolant_in_order(tell):
+    story = tell(
+        "T006M06F800S1800\nM3\nG0 X0 Y0 Z9\nM8\nT7\nG1 Z0\n"
+        "M6 T6\nG0 Z9 M5\nM9\nT7\nM6\nS900 M4\nS950\nG0 X5 M7\nG4 P1.5\nM0\nX6 M30\n"
+    )
+    assert happened(story) == [
+        (0, "TOOL", 6, ""), (0, "SPINDLE_ON", 1800, "CLW"), (1, "COOLANT_ON", 0, "FLOOD"), (3, "SPINDLE_OFF", 0, ""),
+        (3, "COOLANT_OFF", 0, ""), (3, "TOOL", 7, ""), (3, "SPINDLE_ON", 900, "CCLW"), (3, "SPINDLE_ON", 950, "CCLW"),
+        (3, "COOLANT_ON", 0, "MIST"), (4, "DWELL", 1.5, ""), (4, "STOP", 0, ""),
+    ]  # fmt: skip
+    assert story.operation.tolist() == [0, 0, 0, 1, 1] and story.feed[1] == 0.8 / 60
+
+
+def test_a_preselected_tool_is_not_loaded(tell):
+    story = tell("T1 M6\nT2\n" + START + "G1 X1 F9\nM6\nX2\n")
+    assert happened(story) == [(0, "TOOL", 1, ""), (2, "TOOL", 2, "")]
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("G4 P2.5", 2.5), ("G4 P500", 0.5), ("G4 P2", 2.0), ("G04 X1.5", 1.5), ("G4 F3", 3.0)]
+)
+def test_dwells(tell, text, seconds):
+    assert happened(tell(START + text + "\nG0 X1\n")) == [(1, "DWELL", seconds, "")]
+
+
+def test_defaults(tell):
+    story = tell("T1 M6\n" + START + "G1 X1\nX2 F60\n", default_feed=0.02, default_rpm=4000.0)
+    assert story.feed[1:].tolist() == [0.02, 0.001] and story.complete
+    assert happened(story) == [(0, "TOOL", 1, ""), (0, "SPINDLE_ON", 4000, "CLW")]
+    assert math.isnan(tell(START + "M3\nG1 X1 F9\n").events[0].value)
+
+
+def test_compensation_and_skipped_blocks_are_noted(tell):
+    story = tell(START + "G41 D1 G1 X1 F60\n/G40 X0\n")
+    assert len(story.notes) == 3 and story.complete and mm(story)[1:] == [[1, 0, 50], [0, 0, 50]]
+
+
+# -- drilling
+
+
+@pytest.mark.parametrize(
+    ("block", "ways_", "heights"),
+    [
+        ("G99 G81 X10 Y0 Z-5 R2", "RRRHRRHR", [50, 50, 2, -5, 2, 2, -5, 2]),
+        ("G98 G83 X10 Y0 Z-5 R2 Q1", "RRRHRRRHR", [50, 50, 2, -5, 50, 50, 2, -5, 50]),
+        ("G73 X10 Z-5 R2 Q1 G99", "RRRHRRHR", [50, 50, 2, -5, 2, 2, -5, 2]),
+        ("G85 X10 Z-5 R2", "RRRHFRRRHFR", [50, 50, 2, -5, 2, 50, 50, 2, -5, 2, 50]),
+        ("G91 G99 G81 X10 Z-7 R-48", "RRRHRRHR", [50, 50, 2, -5, 2, 2, -5, 2]),
+    ],
+)
+def test_drilling_cycles_as_their_motions(tell, block, ways_, heights):
+    """Over the hole at the height that the tool has, in rapid to R, down to Z, out."""
+    second = "X10" if "G91" in block else "X20"
+    story = tell(START + f"F60 S300 M3\n{block}\n{second}\nG80\nM30\n")
+    assert ways(story) == ways_ and [p[2] for p in mm(story)] == pytest.approx(heights) and story.complete
+    assert sorted({p[0] for p in mm(story)}) == [0, 10, 20]
+
+
+def test_pecks_from_r(tell):
+    story = tell(START + "F60 S300 M3\nG98 G83 X10 Y0 Z-5 R2 Q1\nX20\nG81 X30 Z-5 R2\nG73 X40 Z-5 R2 Q2.5\nG80\nM30\n")
+    deep = [int(k) for k in np.flatnonzero(story.way == Way.HOLE)]
+    assert len(deep) == 4 and [story.pecks.get(k) for k in deep] == [
+        pytest.approx((0.001, 0.001)), pytest.approx((0.001, 0.001)), None, pytest.approx((0.0025, 0.0025)),
+    ]  # fmt: skip
+
+
+def test_repeats_and_kept_words(tell):
+    story = tell(START + "F60\nG91 G99 G81 X10 Z-7 R-48 L3\nG90 G80\nG0 Z50\n")
+    assert [p[0] for p in mm(story) if p[2] == -5] == [10, 20, 30] and mm(story)[-1] == [30, 0, 50]
+
+
+def test_a_level_below_r_is_risen_to_first(tell):
+    story = tell("G0 X0 Y0 Z1\nF60\nG98 G81 X10 Z-5 R2\n")
+    assert mm(story) == [[0, 0, 1], [0, 0, 2], [10, 0, 2], [10, 0, -5], [10, 0, 2]]
+
+
+@pytest.mark.parametrize(("m", "g", "sense", "other"), [("M3", "G84", "CLW", "CCLW"), ("M4", "G74", "CCLW", "CLW")])
+def test_taps(tell, m, g, sense, other):
+    story = tell(START + f"S300 {m}\nF300\n{g} X0 Z-10 R2\n")
+    assert ways(story) == "RRHFR" and [p[2] for p in mm(story)] == [50, 2, -10, 2, 50] and story.complete
+    assert happened(story) == [
+        (1, "SPINDLE_ON", 300, sense),
+        (3, "SPINDLE_ON", 300, other),
+        (4, "SPINDLE_ON", 300, sense),
+    ]
+    assert not tell(START + f"S300 {'M4' if m == 'M3' else 'M3'}\nF300\n{g} X0 Z-10 R2\n").complete
+
+
+def test_dwell_and_stop_in_cycles(tell):
+    assert happened(tell(START + "F60\nG82 X0 Z-5 R2 P.5\n")) == [(3, "DWELL", 0.5, "")]
+    story = tell(START + "S300 M3 F60\nG86 X0 Z-5 R2\n")
+    assert happened(story)[1:] == [(3, "SPINDLE_OFF", 0, ""), (4, "SPINDLE_ON", 300, "CLW")] and ways(story) == "RRHR"
+
+
+@pytest.mark.parametrize(
+    "block", ["G87 X1 Z-5 R2", "G81 X1 Z-5", "G81 X1 R2", "G81 X1 Z5 R2", "G18 G81 X1 Z-5 R2", "G76 X1 Z-5 R2 Q1"]
+)
+def test_cycles_that_are_not_known_are_gaps(tell, block):
+    story = tell(START + f"F60\n{block}\nG80\nG0 X9 Y9 Z9\n")
+    assert len(story) == 2 and len(story.gaps) == 1 and not story.joined[1]
+
+
+def test_axes_behind_g80_are_no_motion_and_g0_beside_it_is(tell):
+    story = tell(START + "F60\nG99 G81 X0 Z-5 R2\nG80 G0 Z50\nG80\nX5\n")
+    assert mm(story)[-1] == [0, 0, 50] and len(story.gaps) == 1
+
+
+# -- five axes
+
+
+@pytest.mark.parametrize(
+    ("words", "axis"),
+    [
+        ("A90 C0", [0, 1, 0]), ("A90 C90", [1, 0, 0]), ("A-90 C0", [0, -1, 0]), ("A0 C45", [0, 0, 1]),
+        ("B90 C0", [-1, 0, 0]), ("B90 C90", [0, 1, 0]), ("B-90 C0", [1, 0, 0]),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("on", ["M128", "M428", "G43.4 H1"])
+def test_the_axis_of_two_kinematics(tell, words, axis, on):
+    story = tell(f"{on}\nG0 X1 Y2 Z3 {words}\nX2\n")
+    assert (
+        story.path.axis[0] == pytest.approx(axis, abs=1e-12) and mm(story) == [[1, 2, 3], [2, 2, 3]] and story.complete
+    )
+
+
+def test_axes_that_turn_evenly_take_the_tool_off_the_great_arc(tell):
+    """C turns a tool that leans by 60 degrees along a circle about z: told a degree at a time; A alone keeps to the great arc."""
+    story = tell("M128\nG0 X0 Y0 Z0 A0 C0\nG1 X1 A60 F100\nG1 X10 C90\n")
+    assert story.complete and len(story) == 2 + 90
+    assert story.path.axis[1:, 2] == pytest.approx(np.full(91, 0.5))
+    middle = math.sin(math.radians(60)) * math.sin(math.radians(45))
+    assert story.path.axis[46].tolist() == pytest.approx([middle, middle, 0.5])
+    assert mm(story)[46] == [5.5, 0.0, 0.0] and set(story.path.line[2:].tolist()) == {4}
+
+
+@pytest.mark.parametrize("off", ["", "M128\nM129\n", "M428\nM429\n", "G43.4 H1\nG49\n"])
+def test_turned_axes_without_tool_centre_point_are_gaps(tell, off):
+    story = tell(f"{off}G0 X1 Y2 Z3 A0 C0\nG0 X5 A10\nX6\nX7 A0\n")
+    assert mm(story) == [[1, 2, 3], [7, 2, 3]] and story.joined.tolist() == [False, False]
+    assert [(g.before, g.first_line, g.last_line) for g in story.gaps] == [
+        (1, 2 + off.count("\n"), 3 + off.count("\n"))
+    ]
+
+
+def test_three_rotary_axes_are_a_gap(tell):
+    story = tell("M128\nG0 X1 Y2 Z3 A1 C0\nX2 B5\n")
+    assert len(story) == 1 and not story.complete
