@@ -41,6 +41,7 @@ _NEAR = np.array([1.0] * 4 + [0.0] + [1.0] * 4)  # samples from which an axis's 
 _FOLDS = 8
 _DRAWS = 200
 _RIDGE = 1e-3
+_CONSTANT = 1e-9  # of its largest value: a feature that varies by less is a constant with rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,13 +252,22 @@ def regimes_of(panels: Sequence[Panel], noise: float, names: Sequence[str] = REG
     y = y - y[good].mean(axis=0)
     for name in names:
         X = np.concatenate([_features(p.scene, name) for p in panels])
-        X = X[:, X.std(axis=0) > 1e-12] if X.size else X
+        X = _standardised(X)
         if X.shape[1] == 0 or good.sum() < 40:
             found[name] = {"share": 0.0, "interval": [0.0, 0.0], "p_value": 1.0}
             continue
-        X = (X - X.mean(axis=0)) / X.std(axis=0)
         found[name] = _withheld_share(X[good], y[good], block[good], noise)
     return found
+
+
+def _standardised(X: Array) -> Array:
+    """Columns of (N, d) with mean 0 and deviation 1, those left out that vary by no more than rounding does."""
+    largest = np.abs(X).max(axis=0, initial=0.0)
+    scaled = X / np.where(largest > 0.0, largest, 1.0)
+    scaled = scaled - scaled.mean(axis=0)
+    spread = scaled.std(axis=0)
+    kept = spread > _CONSTANT
+    return np.asarray(scaled[:, kept] / spread[kept])
 
 
 def _withheld_share(X: Array, y: Array, block: NDArray[np.int64], noise: float) -> dict[str, object]:
