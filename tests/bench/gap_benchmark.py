@@ -37,7 +37,8 @@ def make(folder: str, task: dict) -> dict:
     from gap_maker import write_case
 
     sizes = tuple(task["sizes"]) if task.get("sizes") else None
-    return write_case(Path(folder), task["seed"], task.get("kind"), task.get("only"), sizes, tuple(task.get("on", ())))
+    on, field = tuple(task.get("on", ())), task.get("field", 0.0)
+    return write_case(Path(folder), task["seed"], task.get("kind"), task.get("only"), sizes, on, field)
 
 
 def answer(folder: str, seed: int, without: tuple[str, ...]) -> dict:
@@ -98,6 +99,8 @@ def tasks_of(arguments: argparse.Namespace) -> list[dict]:
         groups.append(tasks)
     for task in (t for g in groups for t in g if motions):
         task["on"] = motions
+    for task in (t for g in groups for t in g if getattr(arguments, "field", 0.0) > 0.0):
+        task["field"] = arguments.field
     placed = [((k + 0.5) / len(g), i, t) for i, g in enumerate(groups) for k, t in enumerate(g)]
     return [t for _, _, t in sorted(placed, key=lambda x: x[:2])]
 
@@ -147,6 +150,9 @@ def main() -> None:
     parser.add_argument("--nothing", type=int, default=0, help="further cases of nothing, for the false alarms alone")
     parser.add_argument("--each", type=int, default=10, help="cases of every effect alone, at twice the noise")
     parser.add_argument("--left-out", type=int, default=5, help="cases of every effect, taken out of the library")
+    parser.add_argument(
+        "--field", type=float, default=0.0, help="times the noise that a smooth field over posture adds to every case"
+    )
     parser.add_argument("--first", type=int, default=100_000, help="the first seed")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--score", action="store_true", help="only score what is there")

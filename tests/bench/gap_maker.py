@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from gap_draws import ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
+from gap_field import draw_field
 from gap_generator import AXES, DEG, World, growths, jacobian, moment, path, pose, show, torques, turns
 from gap_motions import fitted_rig, read_motion
 
@@ -272,13 +273,18 @@ def columns_of(rng, rig, world, at):
     return columns
 
 
-def write_case(folder: Path, seed: int, kind=None, only=None, sizes=None, motions=()) -> dict:
+def write_case(folder: Path, seed: int, kind=None, only=None, sizes=None, motions=(), field=0.0) -> dict:
     """Write SEED.csv and SEED_withheld.csv, with what is told beside them, into a folder; gives the label.
 
     motions: logs (paths) on whose motions the case is, the one to fit and the withheld one; what is written then has their
-    columns, rows and instrument.
+    columns, rows and instrument. field: times the noise that a smooth field over posture moves the tool by, beside all effects.
     """
     rng, rig, runs, _, label = drawn(seed, kind, only, sizes, motions=motions)
+    if field > 0.0:
+        apply = draw_field(seed, runs[0][0], field * rig.noise)
+        for world, _ in runs:
+            apply(world)
+        label["field"] = field
     given = [read_motion(m) for m in motions]
     facts = {"sigma_mm": rig.sigma * 1e3, "sigma_deg": rig.sigma_turned / DEG} if rig.told else {}
     facts |= {"measured_frame": "base"} if rig.in_base else {}
