@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,15 +35,17 @@ from camrob.gap.locate.localise import (
 )
 from camrob.gap.locate.passing_times import timing_of
 from camrob.gap.locate.path_standards import path_standards
+from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.clocks import Alignment, align
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene, make_scene
+from camrob.gap.verdict.plausible import unusual
 from camrob.gap.verdict.verdict import Verdict, judge_effects
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame
 from camrob.program.program_text import ProgramText
-from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["diagnose"]
 
@@ -50,9 +53,6 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 _BLOCKS = 10  # a log
-_STILL = 1e-4  # rad and m that some axis moves at the least
-_SLOWEST = 5.0  # s between the rows of a path
-_FARTHEST_MM, _FARTHEST_DEG = 30.0, 3.0  # no gap of a working cell is larger: then something else is wrong
 
 
 def diagnose(
@@ -82,7 +82,7 @@ def diagnose(
     scenes = [make_scene(log, _tooled(p, cell)) for log, p in zip(logs, told, strict=True)]
     others = _padded(withheld_programs, len(withheld))
     kept_out = [make_scene(log, _tooled(p, cell)) for log, p in zip(withheld, others, strict=True)]
-    _check(scenes)
+    effects = _started(effects, check_believable(scenes))
     for effect in extra:
         faults = effect_faults(effect, [*scenes, *kept_out])
         if faults:
@@ -99,7 +99,7 @@ def diagnose(
     tell("locating", 0.85)
     corners = judge_corners(tracks, model.noise, known=any(e.name == "corner_rounding" for e in effects))
     summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
-    summary["where"] = {**summary["where"], "timing": timings}
+    summary |= {"where": {**summary["where"], "timing": timings}, "effects": _with_unusual(summary["effects"], model)}
     handed = hand_over(model, trial, verdict.claimed, verdict.members)
     summary["compensable"] = dict(handed.summary)
     summary["together"] = {
@@ -147,6 +147,18 @@ def _climbed(
     return tracks, ladders, timings
 
 
+def _started(effects: Sequence[Effect], lost: Mapping[str, float]) -> tuple[Effect, ...]:
+    """The library, with the zeros of axes that are off by degrees where they were found."""
+    zeros = {f"{axis}_deg": value for axis, value in lost.items()}
+    return tuple(replace(e, start=zeros) if zeros and e.name == "joint_offset" else e for e in effects)
+
+
+def _with_unusual(entries: Sequence[Mapping[str, Any]], model: Model) -> list[dict[str, Any]]:
+    """Effects' entries with what is unusual about their values, "" where nothing is."""
+    reasons = unusual(model)
+    return [{**e, "unusual": reasons.get(e["effect"], "")} for e in entries]
+
+
 def _tables(cell: Cell) -> list[str]:
     from camrob.cell.joint import Role
 
@@ -160,30 +172,6 @@ def _tooled(program: ProgramText | None, cell: Cell) -> Cell:
 
 def _padded(programs: Sequence[ProgramText | None], count: int) -> list[ProgramText | None]:
     return [*programs, *[None] * count][:count]
-
-
-def _check(scenes: Sequence[Scene]) -> None:
-    """Refuse logs in which nothing happens, and those whose gap is no gap of this cell: centimetres or degrees away."""
-    for scene in scenes:
-        if float(np.ptp(scene.link, axis=0).max()) < _STILL:
-            raise LogError("in it no axis moves", cure="log a run, or poses that differ", path=scene.log.path)
-        step = float(np.median(np.diff(scene.t)))
-        if step > _SLOWEST and not scene.poses:
-            what = f"its rows are {step:.3g} s apart"
-            cure = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
-            raise LogError(what, cure=cure, path=scene.log.path)
-        size = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
-        if size > mm_to_m(_FARTHEST_MM):
-            what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
-            cure = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
-            raise LogError(what, cure=cure, path=scene.log.path)
-        turned = scene.seen[:, 3:].all(axis=1)
-        angle = float(np.median(np.linalg.norm(scene.tcp_gap[turned, 3:], axis=1))) if turned.any() else 0.0
-        if angle > deg_to_rad(_FARTHEST_DEG):
-            what = f"the measured tool is turned by {rad_to_deg(angle):.1f} degrees from where the axis values put it (median)"
-            raise LogError(
-                what, cure="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", path=scene.log.path
-            )
 
 
 def _rms(vectors: Sequence[Array]) -> float:

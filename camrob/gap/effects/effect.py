@@ -22,13 +22,16 @@ _EDGE = {"mm": m_to_mm, "deg": rad_to_deg}
 
 @dataclass(frozen=True, slots=True)
 class EffectParameter:
-    """One parameter, SI. unit: that of the trade it is reported in. usual: its ordinary size; lower, upper: what is plausible."""
+    """One parameter, SI. unit: that of the trade it is reported in. usual: its ordinary size; lower, upper: what a machine can
+    have at all; common: the magnitude beyond which a value is unusual, which is said and counts for nothing else.
+    """
 
     name: str
     unit: str
     usual: float
     lower: float
     upper: float
+    common: float = float("inf")
 
     def at_edge(self, value: float) -> float:
         """The value in the unit of the trade."""

@@ -8,19 +8,23 @@ import numpy as np
 
 from camrob.gap.effects.common import arm_axes
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.effects.robot_size import ordinary_compliance
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 
-_USUAL, _MOST, _LEAST_TORQUE = 4e-6, 5e-5, 0.5
+_LEAST_TORQUE = 0.5  # Nm
+_COMMON, _MOST, _NEGATIVE = 12.0, 100.0, 0.025  # times what is ordinary for such a robot
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     cell = scenes[0].cell
     if not cell.masses:
         return ()
+    usual = ordinary_compliance(cell)
+    lower, upper, common = -_NEGATIVE * usual, _MOST * usual, _COMMON * usual
     return tuple(
-        Unit("joint_compliance", a, (EffectParameter(f"{a}_rad_nm", "rad/Nm", _USUAL, -1e-7, _MOST),))
+        Unit("joint_compliance", a, (EffectParameter(f"{a}_rad_nm", "rad/Nm", usual, lower, upper, common),))
         for a in arm_axes(cell)
         if max(float(np.abs(s.torque[:, s.index(a)]).max()) for s in scenes) > _LEAST_TORQUE
     )

@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.effects.robot_size import ordinary_compliance
 from camrob.gap.observation.scene import Scene
 from camrob.units import mm_to_m
 
 __all__ = ["EFFECT"]
 
-_USUAL, _MOST = 2e-7, 5e-6  # rad/Nm
+# of an axis's ordinary compliance: what is ordinary of a foot, the most, and the wrong way
+_USUAL, _MOST, _NEGATIVE = 0.05, 5.0, 0.0025
+_COMMON = 25.0  # times what is ordinary
 _HEIGHT, _DEEPEST = mm_to_m(700.0), mm_to_m(3000.0)  # of the foot above what it leans about
 _BY_REACH, _MOST_BY_REACH = 1e-4, 2e-3  # rad/m
 _SHARES = ("tool", "arm")  # whose moment the masses of the model may give too small or too large
@@ -22,17 +25,19 @@ _SHARES = ("tool", "arm")  # whose moment the masses of the model may give too s
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if not scenes[0].cell.masses:
         return ()
-    parameters = tuple(EffectParameter(f"about_{p}_rad_nm", "rad/Nm", _USUAL, -1e-8, _MOST) for p in "xy")
+    axis = ordinary_compliance(scenes[0].cell)
+    usual, most, lower, common = _USUAL * axis, _MOST * axis, -_NEGATIVE * axis, _COMMON * _USUAL * axis
+    parameters = tuple(EffectParameter(f"about_{p}_rad_nm", "rad/Nm", usual, lower, most, common) for p in "xy")
     units = [Unit("lean", "", parameters, key="moment")]
     for share in _SHARES:
-        own = tuple(EffectParameter(f"about_{p}_{share}_rad_nm", "rad/Nm", _USUAL, -_MOST, _MOST) for p in "xy")
+        own = tuple(EffectParameter(f"about_{p}_{share}_rad_nm", "rad/Nm", usual, -most, most) for p in "xy")
         units.append(Unit("lean", "", own, key=share))
     reach = tuple(
         EffectParameter(f"about_{p}_rad_m", "rad/m", _BY_REACH, -_MOST_BY_REACH, _MOST_BY_REACH) for p in "xy"
     )
     units.append(Unit("lean", "", reach, key="reach"))
-    most = _DEEPEST * _MOST
-    foot = tuple(EffectParameter(f"foot_{p}_m_nm", "m/Nm", _HEIGHT * _USUAL, -most, most) for p in "xy")
+    deep = _DEEPEST * most
+    foot = tuple(EffectParameter(f"foot_{p}_m_nm", "m/Nm", _HEIGHT * usual, -deep, deep) for p in "xy")
     return (*units, Unit("lean", "", foot, key="foot"))
 
 

@@ -11,20 +11,30 @@ from camrob.cell.load import PointMass
 from camrob.dynamics.gravity import gravity_arrays, gravity_torques
 from camrob.gap.effects.common import arm_axes
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.effects.robot_size import ordinary_compliance, rated_payload, reach_of
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 
-_COMPLIANCE = 3e-6  # rad/Nm an axis is taken to have where nobody measured it
+_STIFFER = 0.75  # of the ordinary compliance: what an axis is taken to have where nobody measured it
+# of the rated payload: what is ordinary, of an axis's own, unusual, and more than an arm holds
+_USUAL, _OWN, _COMMON, _MOST = 0.33, 0.17, 1.0, 2.0
+_LEVER, _FARTHEST = 0.05, 0.7  # of the reach: by how much a load's place is off, and at the most
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if not scenes[0].cell.masses:
         return ()
-    spread = tuple(EffectParameter(f"{a}_share_kg", "kg", 2.5, -30.0, 30.0) for a in arm_axes(scenes[0].cell)[1:])
-    place = tuple(EffectParameter(f"moment_{p}_kg_m", "kg m", 1.0, -15.0, 15.0) for p in "xyz")
+    cell = scenes[0].cell
+    rated = rated_payload(cell)
+    most, common = _MOST * rated, _COMMON * rated
+    spread = tuple(EffectParameter(f"{a}_share_kg", "kg", _OWN * rated, -most, most) for a in arm_axes(cell)[1:])
+    lever, farthest = _LEVER * reach_of(cell) * rated, _FARTHEST * reach_of(cell) * rated
+    place = tuple(EffectParameter(f"moment_{p}_kg_m", "kg m", lever, -farthest, farthest) for p in "xyz")
     return (
-        Unit("payload", "", (EffectParameter("mass_kg", "kg", 5.0, -30.0, 30.0), *spread), key="mass"),
+        Unit(
+            "payload", "", (EffectParameter("mass_kg", "kg", _USUAL * rated, -most, most, common), *spread), key="mass"
+        ),
         Unit("payload", "", place, key="place"),
     )
 
@@ -35,12 +45,13 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     q = cell.to_q(values)
     heaviest = max((m for m in cell.masses if m.after == cell.masses[-1].after), key=lambda m: m.mass)
     center = np.asarray(heaviest.center)
+    compliance = _STIFFER * ordinary_compliance(cell)
 
     def sag(at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         """How each axis gives way to a kilogram at a place of the tool."""
         torque = gravity_torques(gravity_arrays(cell, [PointMass("one", heaviest.after, 1.0, at)]), q)
         axes = [(a, cell.index(a)) for a in arm_axes(cell)]
-        return [scene.shift(a, _COMPLIANCE * cell.joints[i].sign * torque[:, i]) for a, i in axes]
+        return [scene.shift(a, compliance * cell.joints[i].sign * torque[:, i]) for a, i in axes]
 
     parts = sag(center)
     if unit.key == "place":

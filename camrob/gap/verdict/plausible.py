@@ -11,14 +11,14 @@ from camrob.gap.evidence.model import Model, effect_rms
 from camrob.gap.evidence.unknown import CONSTANT, basis, quantities
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["implausible", "unknown_shapes", "unknown_text"]
+__all__ = ["implausible", "unknown_shapes", "unknown_text", "unusual"]
 
 _SIGMAS = 4.0
 _PLACES = {"foot": "the robot's foot", "tool": "the tool"}
 
 
 def implausible(model: Model) -> dict[str, str]:
-    """Effect to the reason, for effects of the best set with values beyond what such machines have."""
+    """Effect to the reason, for effects of the best set with values beyond what any such machine can have."""
     found: dict[str, str] = {}
     deviation = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
     for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True)):
@@ -33,6 +33,20 @@ def implausible(model: Model) -> dict[str, str]:
             low, high = parameter.at_edge(parameter.lower), parameter.at_edge(parameter.upper)
             found[unit.effect] = (
                 f"{parameter.name} is {parameter.at_edge(value):.3g} where {low:.3g} to {high:.3g} is plausible"
+            )
+    return found
+
+
+def unusual(model: Model) -> dict[str, str]:
+    """Effect to the reason, for effects of the best set with values that such a robot may have and seldom has."""
+    found: dict[str, str] = {}
+    deviation = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
+    for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True)):
+        size = abs(float(model.best.mean[k]))
+        if int(owner) in model.best.members and size - _SIGMAS * float(deviation[k]) > parameter.common:
+            value, common = parameter.at_edge(float(model.best.mean[k])), parameter.at_edge(parameter.common)
+            found[model.units[int(owner)].effect] = (
+                f"{parameter.name} is {value:.3g}, where {common:.3g} is already much"
             )
     return found
 

@@ -1,0 +1,88 @@
+"""Whether a gap can be one of this cell: whose log it is not, and whose axis was mastered wrong by degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.joint import Role
+from camrob.errors import LogError
+from camrob.gap.observation.scene import Scene
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+
+__all__ = ["check_believable", "lost_zero"]
+
+Array = NDArray[np.float64]
+
+_STILL = 1e-4  # rad and m that some axis moves at the least
+_SLOWEST = 5.0  # s between the rows of a path
+_FARTHEST_MM, _FARTHEST_DEG = 30.0, 3.0  # no gap of a working cell is larger, unless an axis lost its zero
+_LOST = deg_to_rad(10.0)  # the most that a zero is off: more is no mastering mark of that axis
+_LEFT = 0.2  # of the gap that a lost zero may leave, to be its cause
+_STEPS = 6
+_SOME = 400
+
+
+def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
+    """Axes whose zeros are off by so much that they alone make the gap incredible, rad; {} for ordinary logs.
+
+    Raises LogError for logs in which nothing happens, and those whose gap is no gap of this cell.
+    """
+    lost: dict[str, float] = {}
+    for scene in scenes:
+        if float(np.ptp(scene.link, axis=0).max()) < _STILL:
+            raise LogError("in it no axis moves", cure="log a run, or poses that differ", path=scene.log.path)
+        step = float(np.median(np.diff(scene.t)))
+        if step > _SLOWEST and not scene.poses:
+            what = f"its rows are {step:.3g} s apart"
+            cure = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
+            raise LogError(what, cure=cure, path=scene.log.path)
+        size = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
+        turned = scene.seen[:, 3:].all(axis=1)
+        angle = float(np.median(np.linalg.norm(scene.tcp_gap[turned, 3:], axis=1))) if turned.any() else 0.0
+        if size <= mm_to_m(_FARTHEST_MM) and angle <= deg_to_rad(_FARTHEST_DEG):
+            continue
+        found = lost_zero(scene)
+        if found is not None:
+            lost[found[0]] = found[1]
+            continue
+        if size > mm_to_m(_FARTHEST_MM):
+            what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
+            cure = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
+            raise LogError(what, cure=cure, path=scene.log.path)
+        what = (
+            f"the measured tool is turned by {rad_to_deg(angle):.1f} degrees from where the axis values put it (median)"
+        )
+        raise LogError(what, cure="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", path=scene.log.path)
+    return lost
+
+
+def lost_zero(scene: Scene) -> tuple[str, float] | None:
+    """The one axis of the arm, and by how many rad its zero is off, that explains nearly all of a log's gap; None without one.
+
+    Gauss-Newton on the exact poses at some samples, axis by axis.
+    """
+    rows = np.unique(np.linspace(0, len(scene) - 1, min(len(scene), _SOME)).astype(int))
+    gap = np.where(scene.seen, scene.tcp_gap, 0.0)[rows]
+    whole = float(np.sum(gap[:, :3] ** 2))
+    best: tuple[float, str, float] | None = None
+    for k, axis in enumerate(scene.axes):
+        joint = scene.cell.joints[scene.cell.index(axis)]
+        if joint.role is not Role.ARM or joint.prismatic or f"{axis}.zero" not in scene.places:
+            continue
+        J = scene.places[f"{axis}.zero"][rows, :3]
+        value, left = 0.0, whole
+        for _ in range(_STEPS):
+            there = np.array(scene.link)
+            there[:, k] += value
+            rest = gap[:, :3] - scene.beyond(there)[rows, :3]
+            left = float(np.sum(rest**2))
+            step = float(np.sum(J * rest)) / max(float(np.sum(J**2)), 1e-30)
+            value = float(np.clip(value + step, -_LOST, _LOST))
+        if abs(value) < _LOST and (best is None or left < best[0]):
+            best = left, axis, value
+    if best is None or best[0] > _LEFT**2 * whole:
+        return None
+    return best[1], best[2]
