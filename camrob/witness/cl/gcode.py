@@ -1,6 +1,6 @@
 """G-code without macros: ISO 6983 as Fanuc and LinuxCNC (RS274/NGC) have it, with tool centre point on where it turns axes.
 
-Variables, loops, subprograms, turned and scaled frames are gaps, and shifted ones but for G52.
+Variables, loops, subprograms and scaled frames are gaps, shifted ones but for G52, and turned ones but for G68.2 by angles.
 """
 
 from __future__ import annotations
@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.units import INCH_MM, mm_to_m, ms_to_s
+from camrob.witness.cl.circles import centre_by_offsets, centre_by_radius, normal_of
 from camrob.witness.cl.drilling import Cycle, Out, drill
+from camrob.witness.cl.standing import TURNED, Standing, Words
 from camrob.witness.cl.teller import Teller
-from camrob.witness.cl.turning import on_the_way, tool_axis
+from camrob.witness.cl.turning import on_the_way
 from camrob.witness.happenings import Kind, Way
 
 __all__ = ["COMPUTED", "GcodeReader"]
 
 Array = NDArray[np.float64]
 COMPUTED = "loops, branches, subprograms and variables"  # what stands in a gap of such blocks
-Words = dict[str, str]  # the block's words but G and M, as printed
 
 _COMMENT = re.compile(r"\([^)]*\)?|;.*")
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
@@ -37,11 +38,11 @@ _OUT = {
     "86": Out.STOPPED,
 }
 _CYCLES = (*_OUT, "76", "87", "88")
-_PLANES = {"17": "XYZ", "18": "ZXY", "19": "YZX"}
-_CENTRES = {"X": "I", "Y": "J", "Z": "K"}
+_PLANES = ("17", "18", "19")
 _MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 8".split())
+_ALIGNING = frozenset({"53.1", "53.3", "53.6"})
+_KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
 _QUIET = frozenset("10 11 29 48 49".split())  # M codes that move and switch nothing of ours
-_ROTARY = "a turned axis without tool centre point, or in a kinematics that is not known"
 
 
 class GcodeReader:
@@ -49,12 +50,9 @@ class GcodeReader:
 
     def __init__(self, tell: Teller, units: str | None) -> None:
         self._tell, self._fixed, self.units = tell, units is not None, units or "mm"
-        self._at: dict[str, float | None] = {**dict.fromkeys("XYZ"), **dict.fromkeys("ABC", 0.0)}  # m, degrees
-        self._shift = dict.fromkeys("XYZ", 0.0)  # m, of G52: `_at` is where the tool is without it
-        self._used: set[str] = set()  # rotary letters
-        self._odd = False  # the tip in the part doesn't follow from where the axes stand
+        self._stand = Standing()
         self._motion, self._plane, self._feed_mode = "", "17", "94"
-        self._absolute, self._centre_absolute, self._to_initial, self._tcp = True, False, True, False
+        self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame = "54"
         self._next_tool, self._spinning = 0.0, False
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
@@ -74,7 +72,7 @@ class GcodeReader:
 
     def _forget(self) -> None:
         """Where the tool stands is not known."""
-        self._at.update(X=None, Y=None, Z=None)
+        self._stand.forget()
         self._tell.lose()
 
     def _gap(self, line: int, text: str) -> None:
@@ -111,7 +109,7 @@ class GcodeReader:
         g = [f"{float(v):g}" for letter, v in pairs if letter == "G"]
         m = [f"{float(v):g}" for letter, v in pairs if letter == "M"]
         words = {letter: v for letter, v in pairs if letter not in "GM"}
-        strange = [f"G{code}" for code in g if not self._knows(code)]
+        strange = [f"G{code}" for code in g if code not in _KNOWN]
         if strange or len(words) + len(g) + len(m) != len(pairs) or {"U", "V", "W"} & set(words):
             self._gap(line, f"{', '.join(strange) or 'a word said twice, or U, V, W'}: not known")
             g, words = [], {k: v for k, v in words.items() if k in "FST"}
@@ -120,10 +118,6 @@ class GcodeReader:
         self._modes(g, words, line)
         self._go(g, words, line)
         self._process_after(m, line, moves)
-
-    def _knows(self, code: str) -> bool:
-        sets = (_MODES, _SKIPPED, _FRAMES, _HIDING, _CYCLES, ("0", "1", "2", "3", "4", "10", "28", "30", "53"))
-        return any(code in known for known in sets)
 
     # -- the process
 
@@ -147,7 +141,7 @@ class GcodeReader:
             if code in ("7", "8"):
                 tell.coolant(line, "MIST" if code == "7" else "FLOOD")
             elif code in ("128", "428", "129", "429"):
-                self._tcp = code.endswith("28")
+                self._stand.switch(code.endswith("28"))
             elif code in ("97", "98"):
                 self._gap(line, f"M{code}: a subprogram")
             elif code not in _QUIET and code not in ("0", "1", "2", "3", "4", "5", "6", "9", "30", "60", "99"):
@@ -195,9 +189,10 @@ class GcodeReader:
             elif code in ("98", "99"):
                 self._to_initial = code == "98"
             elif code in ("43.4", "49"):
-                self._tcp = code == "43.4"
+                self._stand.switch(code == "43.4")
             elif code in ("41", "42"):
                 self._tell.note(f"G{code}: the radius offset is not applied, the path is as it is printed")
+        for code in g:
             self._frames(code, words, line)
         if "F" in words and "4" not in g and self._feed_mode != "93":
             value = float(words["F"]) * self._scale
@@ -221,9 +216,19 @@ class GcodeReader:
             elif "frame" not in hidden:
                 hidden["frame"] = (line, f"G{name}: another work frame than G{self._frame}")
                 self._forget()
+        stand = self._stand
+        if code == "69" and stand.tilted:
+            stand.untilt()
+            self._heights = {}
         if code == "52" and not hidden and not any(float(words.get(axis, "0")) for axis in "ABC"):
-            self._shift |= {axis: float(words[axis]) * self._scale for axis in "XYZ" if axis in words}
-        elif code in ("92.1", "92.2") and any(self._shift.values()):  # LinuxCNC drops G52 with them, Fanuc doesn't
+            shift = stand.shift | {axis: float(words[axis]) * self._scale for axis in "XYZ" if axis in words}
+            if stand.tilted and shift != stand.shift:
+                hidden["52"] = (line, "G52 in a tilted plane: whether it is that frame's isn't known")
+                self._forget()
+            stand.shift = shift
+        elif code == "68.2" and stand.tilt(words, self._scale):
+            self._heights = {}
+        elif code in ("92.1", "92.2") and any(stand.shift.values()):  # LinuxCNC drops G52 with them, Fanuc doesn't
             hidden["52"] = (line, f"G{code}: whether G52 holds behind it isn't known")
             self._forget()
         elif code in _HIDING or (code == "10" and self._tell.n):
@@ -241,7 +246,7 @@ class GcodeReader:
         if motion and not (motion in _CYCLES and self._motion in _CYCLES):
             self._heights = {}
         self._motion = motion or self._motion
-        axes = {letter for letter in words if letter in self._at}
+        axes = set(words) & set("XYZABC")
         if "4" in g:
             said = words.get("P") or words.get("X") or words.get("F")
             if said is None:
@@ -249,13 +254,16 @@ class GcodeReader:
             self._tell.event(Kind.DWELL, line, self._seconds(said, line) if said else math.nan)
         elif {"10", "92", "52", "68", "68.2", "51", "16"} & set(g):
             return
+        elif _ALIGNING & set(g):
+            self._align(axes, words, line, moves="53.3" in g)
         elif "28" in g or "30" in g:
             self._home(axes, words, line)
         elif "53" in g:
             if axes and self._motion != "0":
                 self._tell.gap(line, "a cut to a machine position")
-            self._at.update(dict.fromkeys(axes))
-            self._tell.lose()
+            if axes:
+                self._stand.leave(axes)
+                self._tell.lose()
         elif self._motion in _CYCLES:
             self._cycle(axes, words, line)
         elif axes or (self._motion in ("2", "3") and {"I", "J", "K", "R"} & set(words)):
@@ -263,48 +271,47 @@ class GcodeReader:
 
     def _target(self, axes: set[str], words: Words) -> dict[str, float | None]:
         """Where the block ends, axis by axis."""
-        at = dict(self._at)
-        for letter in axes:
-            value = float(words[letter]) * (self._scale if letter in "XYZ" else 1.0)
-            before = at[letter]
-            at[letter] = (
-                value + self._shift.get(letter, 0.0) if self._absolute else None if before is None else before + value
-            )
-        self._used |= axes & set("ABC")
-        return at
+        return self._stand.target(axes, words, self._scale, self._absolute)
 
-    def _pose(self) -> tuple[Array, Array] | None:
-        """Tip and axis in the part where the axes stand; None where one of them is not known."""
-        x, y, z, a, b, c = (self._at[letter] for letter in "XYZABC")
-        if x is None or y is None or z is None or a is None or b is None or c is None:
-            return None
-        self._odd = {"A", "B"} <= self._used or (not self._tcp and bool(a or b or c))
-        return np.array([x, y, z]), tool_axis(a, b, c, "B" in self._used)
+    def _align(self, axes: set[str], words: Words, line: int, moves: bool) -> None:
+        """The tool onto the tilted plane; moves: and in rapid to X, Y, Z of it."""
+        self._heights = {}
+        if axes - set("XYZ" if moves else "") or not self._stand.align():
+            self._gap(line, "the tool turned onto a tilted plane that is not known, or with axes of its own")
+            return
+        self._tell.lose()
+        self._stand.go(self._target(axes, words))
+        if pose := self._stand.pose():
+            self._move(*pose, Way.RAPID, line)
 
     def _home(self, axes: set[str], words: Words, line: int) -> None:
         """G28, G30: in rapid through the point that is named, then to the machine's own position."""
-        self._at = self._target(axes, words)
-        if axes and (pose := self._pose()):
+        self._stand.go(self._target(axes, words))
+        if axes and (pose := self._stand.pose()):
             self._move(*pose, Way.RAPID, line)
-        self._at.update(dict.fromkeys(axes or {"X", "Y", "Z"} | self._used))
+        self._stand.leave(axes)
         self._tell.lose()
 
     def _move(self, tip: Array, axis: Array, way: Way, line: int, feed: float | None = None) -> None:
-        if self._odd:
-            self._tell.gap(line, _ROTARY)
+        """To a tip in the program's frame. In rapid with turned axes, X, Y, Z are a machine position."""
+        odd = self._stand.odd
+        if odd == TURNED and way == Way.RAPID:
+            self._tell.lose()
+        elif odd:
+            self._tell.gap(line, odd)
         else:
-            self._tell.move(tip, axis, way, line, feed)
+            self._tell.move(self._stand.point(tip), axis, way, line, feed)
 
     def _line_or_arc(self, axes: set[str], words: Words, line: int) -> None:
         if self._motion not in ("0", "1", "2", "3"):
             self._gap(line, "axes without a motion")
             return
-        before = self._at
-        self._at = self._target(axes, words)
-        pose, way = self._pose(), Way.RAPID if self._motion == "0" else Way.FEED
+        stand, before = self._stand, self._stand.at
+        stand.go(self._target(axes, words))
+        pose, way = stand.pose(), Way.RAPID if self._motion == "0" else Way.FEED
         if pose is None:
             if way == Way.FEED:
-                self._tell.gap(line, "a cut whose place in the part is not known")
+                self._tell.gap(line, stand.nowhere)
             self._tell.lose()
             return
         time = 0.0
@@ -323,46 +330,41 @@ class GcodeReader:
             if math.isnan(length):
                 self._tell.gap(line, "G93 from where the tool isn't known to be", lost=False)
             feed = length / time if length else math.nan  # a turn on the spot has no speed of the tip
-        ends = [np.array([at[letter] for letter in "XYZABC"], float) for at in (before, self._at)]
-        told = not self._odd and way == Way.FEED  # in rapid each axis goes as fast as it can
-        for place in [*(on_the_way(ends[0], ends[1], "B" in self._used) if told else []), pose]:
+        ends = [np.array([at[letter] for letter in "XYZABC"], float) for at in (before, stand.at)]
+        told = not stand.odd and way == Way.FEED  # in rapid each axis goes as fast as it can
+        for place in [*(on_the_way(ends[0], ends[1], "B" in stand.used) if told else []), pose]:
             self._move(*place, way, line, feed)
 
     def _arc(
         self, before: dict[str, float | None], pose: tuple[Array, Array], words: Words, line: int, time: float
     ) -> None:
         start = np.array([before[letter] for letter in "XYZ"], float)  # None: NaN
-        plane = _PLANES[self._plane]
-        normal = np.array([float(letter == plane[2]) for letter in "XYZ"]) * (1.0 if self._motion == "3" else -1.0)
-        flat = np.array([float(letter != plane[2]) for letter in "XYZ"])
-        tip, axis = pose
+        stand, (tip, axis), scale = self._stand, pose, self._scale
+        normal = normal_of(self._plane, self._motion == "2")
         turns = int(float(words.get("P", "1"))) - 1
         if "R" in words:
-            radius = float(words["R"]) * self._scale
-            chord = (tip - start) * flat
-            length = float(np.linalg.norm(chord))
-            height = radius * radius - length * length / 4.0
-            if not length > 0.0 or height < -2e-5 * abs(radius):
+            found = centre_by_radius(start, tip, normal, float(words["R"]) * scale)
+            if found is None:
                 self._tell.gap(line, "an arc with R that doesn't reach its end, or has no length")
                 return
-            side = math.copysign(math.sqrt(max(height, 0.0)), radius)
-            center = start + chord / 2.0 + np.cross(normal, chord / length) * side
+            center = found
         else:
-            offset = np.array([float(words.get(_CENTRES[letter], "0")) * self._scale for letter in "XYZ"]) * flat
-            zero = np.array([*self._shift.values()]) * flat
-            center = zero + offset + start * (1.0 - flat) if self._centre_absolute else start + offset
-        if self._odd or math.isnan(start.sum()):
-            self._tell.gap(line, _ROTARY if self._odd else "an arc whose start is not known")
+            offset = np.array([float(words.get(letter, "0")) * scale for letter in "IJK"])
+            zero = np.array([*stand.shift.values()]) if self._centre_absolute else None
+            center = centre_by_offsets(start, offset, normal, zero)
+        if stand.odd or math.isnan(start.sum()):
+            self._tell.gap(line, stand.odd or "an arc whose start is not known")
             return
+        tip, center, normal = stand.point(tip), stand.point(center), stand.direction(normal)
         self._tell.arc(tip, axis, center, normal, Way.FEED, line, turns, time)
 
     def _cycle(self, axes: set[str], words: Words, line: int) -> None:
         """G73 to G89: R, Z, P, Q are kept; every block with axes is a hole (or L, K holes)."""
-        heights, code = self._heights, self._motion
-        initial = self._at["Z"]
+        heights, code, stand = self._heights, self._motion, self._stand
+        initial = stand.at["Z"]
         if "initial" not in heights and initial is not None:
             heights["initial"] = initial
-        zero = self._shift["Z"]
+        zero = stand.shift["Z"]
         base = zero if self._absolute else heights.get("initial", math.nan)
         if "R" in words:
             heights["R"] = float(words["R"]) * self._scale + base
@@ -377,10 +379,10 @@ class GcodeReader:
         bottom, low, first = heights.get("Z", math.nan), heights.get("R", math.nan), heights.get("initial", math.nan)
         level = max(first, low) if self._to_initial else low
         for _ in range(int(float(words.get("L", words.get("K", "1"))))):
-            self._at = self._target(axes - {"Z"}, words) | {"Z": low}
-            pose = self._pose()
-            upright = pose is not None and bool(np.allclose(pose[1], _Z)) and self._plane == "17"
-            if pose is None or not upright or code not in _OUT or not bottom <= low <= level or self._odd:
+            stand.go(self._target(axes - {"Z"}, words) | {"Z": low})
+            pose = stand.pose()
+            upright = pose is not None and bool(np.allclose(pose[1], stand.direction(_Z))) and self._plane == "17"
+            if pose is None or not upright or code not in _OUT or not bottom <= low <= level or stand.odd:
                 self._gap(line, f"G{code} whose place, heights or way are not known")
                 return
             if _OUT[code] is Out.REVERSED and self._tell.sense != ("CLW" if code == "84" else "CCLW"):
@@ -388,5 +390,5 @@ class GcodeReader:
             dwell = 0.0 if code in ("81", "85") else heights.get("P", 0.0)
             pecks = (heights["Q"],) * 2 if code in ("73", "83") and heights.get("Q") else None
             cycle = Cycle(_OUT[code], low - bottom, 0.0, level - low, dwell=dwell, pecks=pecks)
-            drill(self._tell, cycle, pose[0], pose[1], line)
-            self._at["Z"] = level
+            drill(self._tell, cycle, stand.point(pose[0]), pose[1], line)
+            stand.at["Z"] = level

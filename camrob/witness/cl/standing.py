@@ -1,0 +1,181 @@
+"""Where the axes of a G-code program stand, and what that is in the part: G52's shift, G68.2's plane, turned axes.
+
+G68.2 X Y Z I J K sets a frame in the work frame: its origin, and three turns in degrees, each about an axis of the frame as it
+has been turned so far: about Z, X', Z'', or, where Q names them, as its digits say (1: X, 2: Y, 3: Z). The points behind it are
+in that frame, till G69. G53.1 turns the tool along its z axis, and so do rotary words that say the same; where the tip goes
+meanwhile depends on the machine. (Fanuc B-63942, 5.44, for G68.2 and G53.1; LinuxCNC's tilted work plane for Q, G53.3, G53.6.)
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.units import deg_to_rad
+from camrob.witness.cl.turning import tool_axis
+from camrob.witness.frames import rotations_about
+
+__all__ = ["TURNED", "UNNAMED", "Standing", "Words"]
+
+Array = NDArray[np.float64]
+Words = dict[str, str]  # of a block, but G and M, as printed
+
+TURNED = "a cut with turned axes without tool centre point"
+UNNAMED = "a cut without X, Y or Z named since the start or a machine position"
+_UNKNOWN = "a cut whose place in the part is not known"
+_BOTH = "turned axes A and B: a kinematics that is not known"
+_TWICE = "a tilted plane and the tool centre point at once"
+_ORDERS = frozenset("121 131 212 232 313 323".split())
+_OF_PLANE = frozenset("XYZIJKPQFST")
+_ALONG = deg_to_rad(0.01)  # a tool nearer to the plane's z axis than this stands along it
+_ZERO = 1e-9  # degrees: nearer to whole turns than this is at zero
+
+
+class Standing:
+    """at: X, Y, Z in m, in the frame of the program's points, and A, B, C in degrees; None where not known.
+
+    shift: m, of G52: `at` is where the tool is without it. used: the rotary letters that the program has named. tcp: the tool
+    centre point is on. unnamed: what is not known has not been named, since the start or a machine position.
+    """
+
+    def __init__(self) -> None:
+        self.at: dict[str, float | None] = {**dict.fromkeys("XYZ"), **dict.fromkeys("ABC", 0.0)}
+        self.shift = dict.fromkeys("XYZ", 0.0)
+        self.used: set[str] = set()
+        self.tcp, self.unnamed = False, True
+        self._plane: tuple[Array, Array] | None = None  # part_R_plane, part_p_plane (m)
+        self._along = False  # the tool stands along the plane's z axis
+
+    @property
+    def tilted(self) -> bool:
+        """Whether points are in a tilted plane."""
+        return self._plane is not None
+
+    @property
+    def odd(self) -> str:
+        """Why the tip in the part doesn't follow from where the axes stand; "" where it does."""
+        if {"A", "B"} <= self.used:
+            return _BOTH
+        if self.tilted:
+            return _TWICE if self.tcp else ""
+        turned = any(abs(math.remainder(self.at[letter] or 0.0, 360.0)) > _ZERO for letter in "ABC")
+        return TURNED if turned and not self.tcp else ""
+
+    @property
+    def nowhere(self) -> str:
+        """Of a cut that has no `pose`, why."""
+        return UNNAMED if self.unnamed and any(self.at[letter] is None for letter in "XYZ") else _UNKNOWN
+
+    def forget(self) -> None:
+        """Where the tool stands is not known."""
+        self.at.update(X=None, Y=None, Z=None)
+        self.unnamed = False
+
+    def switch(self, tcp: bool) -> None:
+        """The tool centre point on or off: with turned axes, X, Y and Z mean another thing behind it."""
+        before, self.tcp = self.odd, tcp
+        if self.odd != before:
+            self.forget()
+
+    def leave(self, axes: set[str]) -> None:
+        """These axes, or all where none is named, go to a position of the machine's own; X, Y and Z of a tilted plane are none of
+        the machine's.
+        """
+        every = set("XYZABC") if self.tilted else set("XYZ") | self.used
+        self.at.update(dict.fromkeys(axes or every))
+        if self.tilted:
+            self.forget()
+            self._along = self._along and bool(axes) and not axes & set("ABC")
+
+    def target(self, axes: set[str], words: Words, scale: float, absolute: bool) -> dict[str, float | None]:
+        """Where a block with these axes ends; scale: metres in one of its units."""
+        at = dict(self.at)
+        for letter in axes:
+            value = float(words[letter]) * (scale if letter in "XYZ" else 1.0)
+            before = at[letter]
+            start = self.shift.get(letter, 0.0) if absolute else before
+            at[letter] = None if start is None else start + value
+        self.used |= axes & set("ABC")
+        for letter, other in ("AB", "BA"):  # a machine has one of the two
+            if letter in axes and other not in self.used:
+                at[other] = 0.0
+        return at
+
+    def go(self, to: dict[str, float | None]) -> None:
+        """The axes stand there now. Axes that turn in a tilted plane take the tip to where only the machine knows."""
+        turned = any(to[letter] != self.at[letter] for letter in "ABC")
+        self.at = dict(to)
+        if turned and self.tilted:
+            self.forget()
+            self._along = self._stands()
+
+    def pose(self) -> tuple[Array, Array] | None:
+        """The tip in the program's frame (m), the axis in the part; None where one of them is not known."""
+        x, y, z, a, b, c = (self.at[letter] for letter in "XYZABC")
+        if x is None or y is None or z is None:
+            return None
+        if self._plane is not None:
+            return (np.array([x, y, z]), self._plane[0][:, 2]) if self._along else None
+        if a is None or b is None or c is None:
+            return None
+        return np.array([x, y, z]), tool_axis(a, b, c, "B" in self.used)
+
+    def point(self, xyz: Array) -> Array:
+        """A point (m) of the program's frame in the part."""
+        return xyz if self._plane is None else self._plane[1] + self._plane[0] @ xyz
+
+    def direction(self, vector: Array) -> Array:
+        """A direction of the program's frame in the part."""
+        return vector if self._plane is None else self._plane[0] @ vector
+
+    # -- tilted planes
+
+    def tilt(self, words: Words, scale: float) -> bool:
+        """G68.2; False where it is not understood, and nothing has changed."""
+        order = f"{float(words.get('Q', '313')):g}"
+        if self.tcp or any(self.shift.values()) or set(words) - _OF_PLANE:
+            return False
+        if float(words.get("P", "0")) or order not in _ORDERS:
+            return False
+        angles = np.array([deg_to_rad(float(words.get(letter, "0"))) for letter in "IJK"])
+        about = np.eye(3)[[int(digit) - 1 for digit in order]]
+        first, second, third = rotations_about(angles[:, None] * about)
+        origin = np.array([float(words.get(letter, "0")) * scale for letter in "XYZ"])
+        self._change((first @ second @ third, origin))
+        return True
+
+    def untilt(self) -> None:
+        """G69: points are in the work frame again; the tool stays as it is turned."""
+        if self.tilted:
+            self._change(None)
+
+    def align(self) -> bool:
+        """G53.1: the tool is turned along the plane's z axis, by angles that nobody names; False where there is no plane."""
+        if not self.tilted:
+            return False
+        if not self._stands():
+            self.at.update(A=None, B=None, C=None)
+        self._along = True
+        self.forget()
+        return True
+
+    def _stands(self) -> bool:
+        """Whether the rotary axes, as they are known, hold the tool along the plane's z axis."""
+        a, b, c = (self.at[letter] for letter in "ABC")
+        if self._plane is None or a is None or b is None or c is None:
+            return False
+        return float(np.linalg.norm(tool_axis(a, b, c, "B" in self.used) - self._plane[0][:, 2])) < _ALONG
+
+    def _change(self, plane: tuple[Array, Array] | None) -> None:
+        """Another plane, or none: the tool doesn't move, and where it stands is known where both frames say it."""
+        pose = None if self.odd else self.pose()
+        tip = None if pose is None else self.point(pose[0])
+        self._plane = plane
+        self._along = self._stands()
+        if tip is None or not (self._along if self.tilted else self.pose() is not None and not self.odd):
+            self.forget()
+        else:
+            x, y, z = (tip if plane is None else plane[0].T @ (tip - plane[1])).tolist()
+            self.at.update(X=x, Y=y, Z=z)
