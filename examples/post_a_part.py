@@ -24,11 +24,11 @@ def post_the_engraving(out: Path) -> PostResult:
 def main(out: Path) -> None:
     """Post, then print the figures that decide whether one would run it."""
     result = post_the_engraving(out)
-    conditioning, witness = result.summary["conditioning"], result.summary["witness"]
+    conditioning, witness = result.summary.conditioning, result.summary.witness
     print(f"motions: {len(result.program)}")
-    print(f"tip off the CL file by at most: {result.summary['verified']['position_error_mm_max']:.4f} mm")
-    print(f"1/k_F: mean {conditioning['inv_kf_mean']:.3f}, lowest {conditioning['inv_kf_min']:.3f}")
-    print(f"every motion judged by the witness: {'yes' if witness['complete'] else 'no'}")
+    print(f"tip off the CL file by at most: {result.summary.verified.position_error_mm_max:.4f} mm")
+    print(f"1/k_F: mean {conditioning.inv_kf_mean:.3f}, lowest {conditioning.inv_kf_min:.3f}")
+    print(f"every motion judged by the witness: {'yes' if witness.complete else 'no'}")
     for finding in result.findings:
         print(f"{finding.severity.name.lower()}: {finding.text}")
     print("files:", ", ".join(str(result.out / name) for name in result.files))

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camrob.errors import InputError
 from camrob.jobs.exit_status import CHECK_FAILED, DONE, INPUT_WRONG, disk_full, failure_line, failure_status
+from camrob.summaries.base import Summary
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -43,11 +44,11 @@ ASKED_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if 
 
 
 class JobResult(Protocol):
-    """What a job returns: its `summary`, ready for JSON."""
+    """What a job returns: its `summary`."""
 
     @property
-    def summary(self) -> Mapping[str, Any]:
-        """The JSON object of the contract."""
+    def summary(self) -> Summary | Mapping[str, Any]:
+        """What the command says of it."""
         ...
 
 
@@ -83,7 +84,7 @@ def perform(
     *,
     as_json: bool,
     quiet: bool,
-    render: Callable[[Mapping[str, Any]], RenderableType],
+    render: Callable[[Any], RenderableType],
     holds: Callable[[R], bool] = lambda result: True,
     status: Callable[[R], int] | None = None,
 ) -> int:
@@ -96,7 +97,9 @@ def perform(
     try:
         with terminable(), _progress(quiet) as hook:
             result = job(hook)
-        text = json.dumps(result.summary, indent=2, allow_nan=False) if as_json else None
+        summary = result.summary
+        said = summary.to_json() if isinstance(summary, Summary) else summary
+        text = json.dumps(said, indent=2, allow_nan=False) if as_json else None
     except (Exception, KeyboardInterrupt) as error:
         if os.environ.get("CAMROB_DEBUG"):
             traceback.print_exc()
@@ -106,7 +109,7 @@ def perform(
         if text is not None:
             _write(text)
         elif not quiet:
-            _show(render(result.summary))
+            _show(render(summary))
     except OSError as error:
         why = "disk full" if disk_full(error) else error.strerror or "input or output failed"
         told = f"the job is done, but its summary can't be printed ({why}); send standard output elsewhere"
@@ -180,6 +183,6 @@ def job_of(verb: str) -> Callable[..., Any]:
     return getattr(importlib.import_module(f"camrob.jobs.{verb}"), verb)  # type: ignore[no-any-return]
 
 
-def renderer(module: str, name: str) -> Callable[[Mapping[str, Any]], Any]:
+def renderer(module: str, name: str) -> Callable[[Any], Any]:
     """What a verb shows a person; what draws it is imported when it is needed."""
     return lambda summary: getattr(importlib.import_module(f"camrob.report.{module}"), name)(summary)

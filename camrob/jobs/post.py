@@ -38,6 +38,7 @@ from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.solution import Solution
 from camrob.redundancy.stretches import Stretch, joined_solutions
+from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
 from camrob.witness.judge import Verdict, judge
 
@@ -67,7 +68,7 @@ FEEDS = ("program", "optimal")
 class PostResult:
     """What a post made: `files` in `out`, the JSON summary, all findings, and the data behind them."""
 
-    summary: Mapping[str, Any]
+    summary: PostSummary
     findings: tuple[Finding, ...]
     out: Path
     files: tuple[str, ...]
@@ -122,7 +123,7 @@ def post(
     Example:
         >>> part, cell = Path("toolpaths/engraving/engraving.cls"), Path("cells/kr15_track_table")
         >>> result = camrob.post(part, cell=cell, out=Path("out"), report=False)
-        >>> result.files, result.summary["points"]
+        >>> result.files, result.summary.points
         (('engraving.src', 'engraving.dat', 'engraving.json', 'engraving.path.npz'), 899)
     """
     return _posted(clfile, cell, out, setup, name, method, feed, max_lines, dialect, units, device, report, progress)
@@ -159,15 +160,16 @@ def _posted(
         _save_path(folder / f"{title}.path.npz", made)
         summary = post_summary(
             made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
-            residual=made.residual, feed=made.feed.summary(made.inputs.cell, made.inputs.path), process=process,
+            residual=made.residual, feed=made.feed, process=process,
             files=files, verdict=made.verdict,
             manifest=manifest_of(folder, made.files, order.cell, clfile, inputs.setup.path),
         )  # fmt: skip
         if report:
             with watch.stage("report"):
                 _report(folder / f"{title}.html", summary, made)
-        summary["seconds"] = dict(watch.seconds)
-        (folder / f"{title}.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        summary = replace(summary, seconds=watch.seconds)
+        text = json.dumps(summary.to_json(), indent=1, allow_nan=False)
+        (folder / f"{title}.json").write_text(text + "\n", encoding="utf-8")
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
 
 
@@ -358,7 +360,7 @@ def _save_path(file: Path, made: _Made) -> None:
     np.savez(file, **columns)
 
 
-def _report(file: Path, summary: Mapping[str, Any], made: _Made) -> None:
+def _report(file: Path, summary: PostSummary, made: _Made) -> None:
     import trimesh
 
     from camrob.report.post.page import post_report

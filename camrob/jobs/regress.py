@@ -122,10 +122,10 @@ def _make(sample: _Sample, cell: Path) -> None:
         except CamrobError as error:
             sample.differences.append(f"{sample.clfile.name} can't be posted any more: {error}")
         else:
-            sample.summary = json.loads(json.dumps(comparable(result.summary)))
+            sample.summary = json.loads(json.dumps(comparable(result.summary.to_json())))
             programs = [f for f in result.files if f.endswith(language_suffixes())]
             sample.made = {f: (Path(folder) / f).read_bytes().decode("ascii") for f in programs}
-            sample.made[f"{result.summary['program']}.json"] = json.dumps(sample.summary, indent=1) + "\n"
+            sample.made[f"{result.summary.program}.json"] = json.dumps(sample.summary, indent=1) + "\n"
     sample.seconds = round(time.perf_counter() - start, 3)
 
 

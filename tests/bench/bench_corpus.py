@@ -54,17 +54,17 @@ def outcome(clfile: Path, method: str, folder: Path) -> dict[str, Any]:
         return {"refused": f"{type(error).__name__}: {error}"[:220], "seconds": time.perf_counter() - start}
     summary = made.summary
     return {
-        "points": summary["points"],
-        "method": summary["method"],
-        "mean": summary["conditioning"]["inv_kf_mean"],
-        "least": summary["conditioning"]["inv_kf_min"],
-        "bound": summary["conditioning"]["inv_kf_bound_mean"],
-        "travel": summary["external_travel"],
-        "margin": {k: v for k, v in summary["limits"]["margin_min"].items() if v is not None},
-        "plan": None if summary["plan"] is None else {k: v for k, v in summary["plan"].items() if k != "curve"},
-        "notes": [w["text"] for w in summary["warnings"] if w["code"].startswith(("plan", "retract"))],
+        "points": summary.points,
+        "method": summary.method,
+        "mean": summary.conditioning.inv_kf_mean,
+        "least": summary.conditioning.inv_kf_min,
+        "bound": summary.conditioning.inv_kf_bound_mean,
+        "travel": dict(summary.external_travel),
+        "margin": {k: v for k, v in summary.limits.margin_min.items() if v is not None},
+        "plan": None if summary.plan is None else {k: v for k, v in summary.plan.to_json().items() if k != "curve"},
+        "notes": [w.text for w in summary.warnings if w.code.startswith(("plan", "retract"))],
         "verified": checked.ok,
-        "resolve": summary["seconds"]["resolve"],
+        "resolve": (summary.seconds or {})["resolve"],
         "seconds": time.perf_counter() - start,
     }
 

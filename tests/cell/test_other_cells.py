@@ -55,7 +55,7 @@ def test_an_arm_alone_whose_foot_stands_where_the_track_put_it(make_cell, tmp_pa
     result = post(SAMPLE, cell=cell, out=tmp_path / "out", report=False)
     text = (tmp_path / "out" / "engraving.src").read_text()
     assert ",E1 " not in text and ",E2 " not in text
-    assert result.summary["external_travel"] == {}
+    assert result.summary.external_travel == {}
     assert verify(tmp_path / "out" / "engraving.src", cell=cell, against=SAMPLE).ok
 
 
@@ -77,7 +77,7 @@ def test_a_track_alone(make_cell, tmp_path):
     q = whole.q_home
     assert np.allclose(base_T_tool(machine, q[1:]), base_T_tool(whole, q), atol=1e-12)
     result = post(SAMPLE, cell=cell, out=tmp_path / "out", report=False)
-    assert set(result.summary["external_travel"]) == {"E1_mm"}
+    assert set(result.summary.external_travel) == {"E1_mm"}
 
 
 def test_an_arm_without_a_spherical_wrist(make_cell, tmp_path):
@@ -90,7 +90,7 @@ def test_an_arm_without_a_spherical_wrist(make_cell, tmp_path):
 
     cell = make_cell(change)
     result = post(SAMPLE, cell=cell, out=tmp_path / "out", report=False)
-    assert result.summary["verified"]["position_error_mm_max"] < 0.002
+    assert result.summary.verified.position_error_mm_max < 0.002
     text = (tmp_path / "out" / "engraving.src").read_text()
     assert "PTP {E6POS" not in text and "PTP {E6AXIS" in text  # KUKA defines no Status for such an arm
     assert verify(tmp_path / "out" / "engraving.src", cell=cell, against=SAMPLE).ok

@@ -54,10 +54,10 @@ def test_rapids_through_what_is_not_cut(tmp_path: Path, case: str) -> None:
 
 def test_it_is_said_first_and_the_program_is_the_files(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.apt", HEAD + CASES["across at depth"][0] + END, setup=SETUP)
-    assert made.summary["warnings"][0]["code"] == "rapid-in-stock" and made.summary["warnings"][0]["line"] == 9
+    assert made.summary.warnings[0].code == "rapid-in-stock" and made.summary.warnings[0].line == 9
     (tmp_path / "without").mkdir()
     bare = posted(tmp_path / "without", "part.apt", HEAD + CASES["across at depth"][0] + END)
-    assert "rapid-in-stock" not in [w["code"] for w in bare.summary["warnings"]]
+    assert "rapid-in-stock" not in [w.code for w in bare.summary.warnings]
 
 
 @pytest.mark.parametrize("name", ["engraving", "carving", "relief"])

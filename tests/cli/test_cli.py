@@ -13,63 +13,31 @@ import subprocess
 import sys
 import types
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from summary_samples import post_summary, region
 
 from camrob import errors
 from camrob.cli import app as cli
 from camrob.cli.console import Terminated, error_line, exit_status
+from camrob.summaries.base import Summary
 
 ROOT = Path(__file__).resolve().parents[2]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests")])}
 
-SUMMARY = {
-    "program": "carving",
-    "cell": "kr15_track_table",
-    "method": "vjm",
-    "source": {"file": "carving.cls", "sha256": "00", "dialect": "nx-clsf", "units": "mm"},
-    "points": 12345,
-    "regions": [
-        {
-            "index": 0,
-            "name": "ROUGH [red]\x1b[2J",
-            "first_line": 12,
-            "last_line": 340,
-            "points": 300,
-            "revised": True,
-            "inv_kf_before": 0.41,
-            "inv_kf_after": 0.66,
-        },
-        {
-            "index": 1,
-            "name": "FINISH",
-            "first_line": 341,
-            "last_line": 999,
-            "points": 12045,
-            "revised": False,
-            "inv_kf_before": 0.61,
-            "inv_kf_after": 0.61,
-        },
-    ],
-    "tracking": {"position_error_mm_max": 1e-6, "axis_error_deg_max": 1e-7},
-    "conditioning": {"inv_kf_min": 0.45, "inv_kf_mean": 0.61, "inv_kf_bound_mean": None},
-    "limits": {"margin_min": {"A1": 92.1, "A2": 3.0, "A5": 12.3, "A6": 55.0, "E1": 400.0, "E2": None}, "violations": 0},
-    "singular": 0,
-    "collisions": {"checked": True, "count": 0, "clearance_min_mm": 12.0},
-    "external_travel": {"E1_mm": 812.0, "E2_deg": 95.0},
-    "time_s": {"program": 310.2, "optimal": 221.7},
-    "witness": {"complete": True, "judged_points": 12345, "judged_events": 3, "not_judged": []},
-    "verified": {"by": "a second library", "position_error_mm_max": 1e-4, "points": 12345},
-    "warnings": [{"line": 33, "code": "cutcom", "text": "CUTCOM is not honoured"}],
-    "seconds": {"read": 0.1},
-}
+SUMMARY = post_summary(
+    regions=[
+        region(0, "ROUGH [red]\x1b[2J", revised=True, inv_kf_before=0.41, inv_kf_after=0.66),
+        region(1, "FINISH", points=12045),
+    ]
+)
 
 
 @dataclass
 class Result:
-    summary: dict[str, object] = field(default_factory=lambda: dict(SUMMARY))
+    summary: Summary | dict[str, object] = SUMMARY
     ok: bool = True
     findings: tuple[object, ...] = ()
 
@@ -163,41 +131,38 @@ def test_the_summary_for_a_person(plant: Plant, capsys: pytest.CaptureFixture[st
 
 
 def test_a_poor_summary_says_so(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
-    summary = {
-        **SUMMARY,
-        "warnings": [],
-        "singular": 2,
-        "verified": None,
-        "time_s": {"program": 4000.0, "optimal": None},
-    }
-    summary |= {"collisions": {"checked": False, "count": 0, "clearance_min_mm": None}}
-    summary |= {"limits": {"margin_min": {}, "violations": 3}}
+    summary = post_summary(
+        warnings=[],
+        singular=2,
+        time_s={"program": 4000.0, "optimal": None},
+        collisions={"checked": False, "count": 0, "clearance_min_mm": None},
+        limits={"margin_min": {}, "violations": 3},
+        witness={"complete": False, "not_judged": ["macros"]},
+    )
     plant("post", Result(summary))
     assert cli.run(POST) == 0
     text = " ".join(capsys.readouterr().out.split())
     for expected in (
         "No warnings.",
         "2 singular points",
-        "Verified no",
+        "Verified in part",
         "1 h 6 min as programmed",
         "not checked",
-        "3 points past a limit",
+        "least margin to a limit: -; 3 points past a limit",
     ):
         assert expected in text, expected
-    plant("post", Result({}))
-    assert cli.run(POST) == 0
 
 
 def test_json_is_alone_on_standard_output(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
     plant("post", Result())
     assert cli.run([*POST, "--json"]) == 0
     shown = capsys.readouterr()
-    assert json.loads(shown.out) == SUMMARY
+    assert json.loads(shown.out) == SUMMARY.to_json()
     assert shown.err == ""
 
 
 def test_json_never_holds_what_json_has_not(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
-    plant("post", Result({"points": float("nan")}))
+    plant("post", Result(post_summary(points=float("nan"))))
     assert cli.run([*POST, "--json"]) == 3
     shown = capsys.readouterr()
     assert shown.out == "" and shown.err.count("\n") == 1 and "report it" in shown.err
@@ -399,11 +364,12 @@ def test_help_loads_nothing_heavy() -> None:
 
 JOB_IN_A_PROCESS = """
 import importlib.machinery, sys, time, types
+from summary_samples import post_summary
 from camrob.cli import app as cli
 from camrob.jobs.files.files import staged_output
 
 class Result:
-    summary = {"text": "x" * 200000}
+    summary = post_summary(program="x" * 200000)
 
 def post(clfile, *, out, **options):
     with staged_output(out) as folder:
@@ -452,4 +418,4 @@ def test_text_that_the_terminal_cannot_show_is_no_error(tmp_path: Path) -> None:
     command = [sys.executable, "-c", program, "post", "a.cls", "--cell", "c", "--out", str(tmp_path)]
     environment = {**ENVIRONMENT, "PYTHONIOENCODING": "ascii"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0 and done.stderr == ""
+    assert done.returncode == 0 and done.stderr == "" and "\\u2014" in done.stdout

@@ -102,7 +102,7 @@ def test_a_cut_from_where_from_says_that_the_tool_stands(tmp_path: Path, case: s
     made = posted(tmp_path, "part.apt", HEAD + before + way + OUT)
     motions = [s for s in told(made) if s[0] in "-0123456789"]
     assert any(motions[k : k + 3] == points for k in range(len(motions)))
-    assert made.summary["witness"]["complete"]
+    assert made.summary.witness.complete
 
 
 # ---- the spindle's words
@@ -128,7 +128,7 @@ def test_a_spindle_that_is_locked_stands(tmp_path: Path, case: str) -> None:
 
 def test_a_speed_of_zero_lets_the_spindle_stand_and_the_cut_warns(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.nc", GCODE + "S0 M3\nG0 X0 Y0 Z50\nZ5\nG1 Z-2 F500\nX20\nG0 Z50\nM5\nM30\n")
-    codes = [w["code"] for w in made.summary["warnings"]]
+    codes = [w.code for w in made.summary.warnings]
     assert "spindle-zero" in codes and "cut-without-spindle" in codes and "on" not in told(made)
 
 
@@ -136,7 +136,7 @@ def test_a_surface_speed_goes_by_the_setups_tool(tmp_path: Path) -> None:
     setup = "part_in_base = [0, 0, 198, 0, 0, 0]\n[tool]\ndiameter_mm = 10\n"
     content = HEAD.replace("3000,RPM", "100,SMM") + DOWN + OUT
     made = posted(tmp_path, "part.apt", content, setup=setup)
-    assert "speed 3183.099" in told(made) and made.summary["witness"]["complete"]
+    assert "speed 3183.099" in told(made) and made.summary.witness.complete
     two = setup.replace("[tool]", "[[tool]]\nnumber = 1") + "[[tool]]\nnumber = 2\ndiameter_mm = 20\n"
     (tmp_path / "two").mkdir()
     made = posted(tmp_path / "two", "part.apt", content, setup=two)
@@ -163,7 +163,7 @@ def test_r_counts_from_where_the_cycles_began(tmp_path: Path, case: str) -> None
     start = GCODE + "S3000 M3\nG0 X0 Y0 Z50\nZ10\n"
     made = posted(tmp_path, "part.nc", start + CYCLE[case] + "G80\nG90 G0 Z50\nM5\nM30\n")
     holes = [s for s in told(made) if s.endswith(" -5")]
-    assert holes == ["10 -5", "20 -5", "30 -5", "40 -5"] and made.summary["witness"]["complete"]
+    assert holes == ["10 -5", "20 -5", "30 -5", "40 -5"] and made.summary.witness.complete
 
 
 def test_a_tap_takes_no_pecks_from_the_cycle_before_it(tmp_path: Path) -> None:
@@ -190,7 +190,7 @@ def test_a_tool_changed_at_depth_before_a_rapid_is_changed_in_the_clear(tmp_path
     way = told(made)
     at = way.index("tool 2")
     assert way[at - 4 : at] == ["20 -2", "20 100", "off", "home"]
-    assert made.summary["process"]["tool_changes"] != []
+    assert made.summary.process.tool_changes
 
 
 def test_a_reserved_name_is_said_to_be_one() -> None:
@@ -218,7 +218,7 @@ INTERRUPTED = {
 def test_a_cut_that_is_interrupted_is_said(tmp_path: Path, case: str) -> None:
     word, code = INTERRUPTED[case]
     made = posted(tmp_path, "part.apt", HEAD + DOWN + word + "GOTO/30,0,-2\n" + OUT)
-    said = {w["code"]: w["line"] for w in made.summary["warnings"]}
+    said = {w.code: w.line for w in made.summary.warnings}
     told_of = {"spindle-in-part", "stop-in-part", "coolant-kind"} & set(said)
     assert told_of == ({code} if code else set())
     assert not code or said[code] == 9
@@ -228,4 +228,4 @@ def test_what_happens_in_the_air_is_no_interruption(tmp_path: Path) -> None:
     up = "RAPID\nGOTO/20,0,50\n"
     between = up + "STOP\nSPINDL/4000,RPM,CLW\nRAPID\nGOTO/25,0,50\nGOTO/25,0,-2\n"
     made = posted(tmp_path, "part.apt", HEAD + DOWN + between + OUT)
-    assert not {"spindle-in-part", "stop-in-part"} & {w["code"] for w in made.summary["warnings"]}
+    assert not {"spindle-in-part", "stop-in-part"} & {w.code for w in made.summary.warnings}

@@ -35,12 +35,12 @@ def test_one_point_out_of_reach_among_many(tmp_path: Path, capfd: pytest.Capture
     assert told.count("\n") == 1 and f"line {wanted}" in told and "out of reach" in told and "mm" in told
     assert [f.name for f in tmp_path.iterdir()] == ["in"]
     made = post(written(tmp_path / "in", wavy_spiral(20_000)), cell=CELL, out=tmp_path / "out", report=False)
-    assert made.summary["points"] == 20_002
+    assert made.summary.points == 20_002
 
 
 def test_many_regions_of_one_point(tmp_path: Path) -> None:
     made = post(written(tmp_path / "in", many_regions(400)), cell=CELL, out=tmp_path / "out", report=False)
-    assert len(made.summary["regions"]) == 400 and made.summary["verified"]["points"] == 400
+    assert len(made.summary.regions) == 400 and made.summary.verified.points == 400
 
 
 @pytest.mark.parametrize(("lines", "told"), [(blanks(200), "empty"), (long_line(100), "part.cls:4:")])

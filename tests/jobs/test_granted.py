@@ -29,13 +29,13 @@ def posted(folder: Path, setup: str | None, cell: Path = KR15) -> PostResult:
 
 
 def codes(result: PostResult) -> list[str]:
-    return [w["code"] for w in result.summary["warnings"]]
+    return [w.code for w in result.summary.warnings]
 
 
 def test_no_set_up_is_the_first_warning(tmp_path: Path) -> None:
     result = posted(tmp_path, None)
     assert codes(result)[0] == "no-setup" and "assumed-limits" in codes(result)
-    text = result.summary["warnings"][0]["text"]
+    text = result.summary.warnings[0].text
     for said in ("the part's frame is taken for base itself", "$TOOL X 0.000 Y -41.764 Z 415.578 A 0.000 B 0.000 C -159.580",
                  "neither part nor stock", "write setup.toml beside the CL file"):  # fmt: skip
         assert said in text
@@ -51,7 +51,7 @@ def test_a_set_up_however_short_is_one(tmp_path: Path) -> None:
 def test_a_part_placed_in_metres_is_said_first(tmp_path: Path) -> None:
     result = posted(tmp_path, "part_in_base = [0, 0, 0.2, 0, 0, 0]\n")
     assert codes(result)[0] == "part-in-metres"
-    text = result.summary["warnings"][0]["text"]
+    text = result.summary.warnings[0].text
     assert "part_in_base = [0, 0, 0.2, ...] looks like metres" in text and "X, Y, Z are in mm" in text
 
 
@@ -108,7 +108,7 @@ def test_a_cell_without_bodies_is_said_first(tmp_path: Path) -> None:
     (cell / "cell.toml").write_text(bare, encoding="utf-8")
     result = posted(tmp_path, "part_in_base = [0, 0, 200, 0, 0, 0]\n", cell)
     assert codes(result)[0] == "no-bodies"
-    assert "the cell describes no bodies: collisions are not checked" in result.summary["warnings"][0]["text"]
-    assert result.summary["collisions"]["checked"] is False
+    assert "the cell describes no bodies: collisions are not checked" in result.summary.warnings[0].text
+    assert result.summary.collisions.checked is False
     (tmp_path / "setup.toml").unlink()
     assert codes(posted(tmp_path, None, cell))[:2] == ["no-setup", "no-bodies"]

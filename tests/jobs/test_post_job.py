@@ -413,7 +413,7 @@ def test_the_good_file_beside_the_hostile_ones_is_posted(tmp_path: Path) -> None
     cl.write_text(GOOD)
     setup = tmp_path / "setup.toml"
     setup.write_text("part_in_base = [0, 0, 200, 0, 0, 0]\n")
-    assert post(cl, cell=CELL, out=tmp_path / "out", report=False).summary["points"] == 4
+    assert post(cl, cell=CELL, out=tmp_path / "out", report=False).summary.points == 4
 
 
 def test_inches_are_inches(tmp_path: Path) -> None:

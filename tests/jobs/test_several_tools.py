@@ -69,9 +69,9 @@ def test_the_program(made: PostResult) -> None:
         "home", "tool 1", "speed 3000", "on", "off", "home", "tool 2", "mount", "speed 4000", "on",
         "off", "home", "tool 1", "mount", "speed 3500", "on", "off", "home", "off", "dry",
     ]  # fmt: skip
-    assert [c["tool"] for c in made.summary["process"]["tool_changes"]] == ["ball 6", "mill 10"]
-    assert "one-tool-for-several" not in {w["code"] for w in made.summary["warnings"]}
-    assert made.summary["tracking"]["position_error_mm_max"] < 1e-6
+    assert [c.tool for c in made.summary.process.tool_changes] == ["ball 6", "mill 10"]
+    assert "one-tool-for-several" not in {w.code for w in made.summary.warnings}
+    assert made.summary.tracking.position_error_mm_max < 1e-6
 
 
 def test_another_library_finds_each_tools_tip_at_the_points(made: PostResult) -> None:
@@ -136,18 +136,18 @@ def test_each_tool_is_checked_for_what_it_touches(tmp_path: Path) -> None:
     block = "box_mm = [44, -30, 0, 90, 30, 60]\n"
     second = PART.replace("X40", "X40 F300")
     free = posted(tmp_path, "part.nc", second, setup=TWO_TOOLS)
-    assert free.summary["collisions"]["checked"] and free.summary["collisions"]["count"] == 0
+    assert free.summary.collisions.checked and free.summary.collisions.count == 0
     with pytest.raises(CamrobError) as caught:
         posted(tmp_path, "part.nc", second, setup=TWO_TOOLS + "[part]\n" + block)
     assert isinstance(caught.value, JobError) and "touches" in str(caught.value) and 12 <= caught.value.line <= 17
     long = TWO_TOOLS.replace("length_mm = 40", "length_mm = 100").replace(str(TOOL_FRAMES[1]), str(TOOL_FRAMES[0]))
-    assert posted(tmp_path, "part.nc", second, setup=long + "[part]\n" + block).summary["collisions"]["count"] == 0
+    assert posted(tmp_path, "part.nc", second, setup=long + "[part]\n" + block).summary.collisions.count == 0
 
 
 def test_planned_stretch_by_stretch(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS, method="planned")
-    assert made.summary["plan"] is not None and made.solution.method == "planned"
-    assert made.summary["conditioning"]["inv_kf_mean"] <= made.summary["conditioning"]["inv_kf_bound_mean"] + 1e-9
+    assert made.summary.plan is not None and made.solution.method == "planned"
+    assert made.summary.conditioning.inv_kf_mean <= made.summary.conditioning.inv_kf_bound_mean + 1e-9
     assert text_of(made).count("$TOOL = ") == 3
     assert verify(made.out / "part.src", cell=KR15, against=tmp_path / "in" / "part.nc").ok
 
@@ -170,7 +170,7 @@ def test_two_tools_at_the_same_points(tmp_path: Path) -> None:
 
 def test_an_optimal_feed_with_several_tools(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS, feed="optimal")
-    assert made.summary["time_s"]["optimal"] > 0.0
+    assert made.summary.time_s.optimal > 0.0
     assert verify(made.out / "part.src", cell=KR15, against=tmp_path / "in" / "part.nc").ok
 
 

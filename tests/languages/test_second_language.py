@@ -110,9 +110,9 @@ def test_the_gate_releases_it_and_its_faults_are_found(made: PostResult, tmp_pat
     main = made.out / "part.lines"
     text = main.read_text()
     assert {f for f in made.files} == {f"part.{x}" for x in ("lines", "json", "path.npz", "html")}
-    assert made.summary["witness"]["complete"] and made.summary["witness"]["judged_events"] == 8
-    assert "the Lines reader" in made.summary["verified"]["by"]
-    assert made.summary["manifest"]["program"].keys() == {"part.lines"}
+    assert made.summary.witness.complete and made.summary.witness.judged_events == 8
+    assert "the Lines reader" in made.summary.verified.by
+    assert made.summary.manifest.program.keys() == {"part.lines"}
     assert text.count("\ntool ") == 2 and text.count("do change") == 2 and text.count("arc ") >= 1
     again = verify(main, cell=tmp_path / "cell", against=tmp_path / "part.nc", collisions=False)
     assert again.ok, again.summary["errors"]

@@ -54,7 +54,7 @@ def refused(part: Path, tmp_path: Path, **options: object) -> str:
 
 def test_the_part_itself_is_released(part: Path, tmp_path: Path) -> None:
     made = post(part, cell=CELL, out=tmp_path / "out", report=False)
-    assert made.summary["verified"]["points"] == 16
+    assert made.summary.verified.points == 16
     text = (tmp_path / "out" / "part.src").read_text()
     assert all(word in text for word in ("$ANOUT", "$OUT[2] = TRUE", "WAIT SEC 1.5", "C_DIS"))
     post(part, cell=CELL, out=tmp_path / "parts", report=False, max_lines=9)

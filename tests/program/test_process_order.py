@@ -13,6 +13,7 @@ from camrob.errors import CamrobError, JobError, VerificationError
 from camrob.jobs.post import PostResult
 from camrob.jobs.verify import verify
 from camrob.program.process import plan_process
+from camrob.summaries.remarks import Remark
 from camrob.toolpath.read import read_toolpath
 
 NX = """TOOL PATH/A,TOOL,T1
@@ -83,10 +84,10 @@ def test_two_tools_in_g_code(tmp_path: Path) -> None:
         "off", "home", "tool 2", "speed 4000", "on", "26 100", "26 50", "26 5", "26 2", "40 2", "40 50", "40 100",
         "off", *END,
     ]  # fmt: skip
-    told = made.summary["process"]
-    assert told["events_in_file"] == told["events_in_program"] == 6
-    assert told["spindle"] == [[4, 3000.0, "CLW"], [11, 4000.0, "CLW"]]
-    assert [(c["line"], c["number"]) for c in told["tool_changes"]] == [(10, 2)]
+    told = made.summary.process
+    assert told.events_in_file == told.events_in_program == 6
+    assert told.spindle == ((4, 3000.0, "CLW"), (11, 4000.0, "CLW"))
+    assert [(c.line, c.number) for c in told.tool_changes] == [(10, 2)]
     assert verify(made.out / "part.src", cell=KR15, against=tmp_path / "in" / "part.nc").ok
 
 
@@ -104,7 +105,7 @@ def test_two_tools_in_camworks(tmp_path: Path) -> None:
         *START, "0 75", "0 25", "0 2", "20 2", "20 25", "20 75",
         "off", "home", "tool 2", "speed 4000", "on", "30 75", "30 25", "30 2", "40 2", "40 25", "40 75", *END,
     ]  # fmt: skip
-    assert [w["code"] for w in made.summary["warnings"]].count("one-tool-for-several") == 1
+    assert [w.code for w in made.summary.warnings].count("one-tool-for-several") == 1
 
 
 def test_coolant_that_the_file_leaves_on_is_on_behind_the_change(tmp_path: Path) -> None:
@@ -219,15 +220,15 @@ def test_the_ends_of_the_spindles_range_are_in_it(tmp_path: Path, speed: int) ->
 def test_a_cell_that_does_not_say_its_spindles_range_warns(tmp_path: Path) -> None:
     cell = cell_with(tmp_path, (r"^spindle_rpm = .*\n", ""))
     made = posted(tmp_path, "part.apt", CAMWORKS.replace("4000", "90000"), cell=cell)
-    told = next(w for w in made.summary["warnings"] if w["code"] == "spindle-range-unknown")
-    assert "3000 to 90000" in told["text"] and told["line"] == 5
+    told = next(w for w in made.summary.warnings if w.code == "spindle-range-unknown")
+    assert "3000 to 90000" in told.text and told.line == 5
 
 
-def urgent(made: PostResult, code: str) -> dict:
+def urgent(made: PostResult, code: str) -> Remark:
     """A warning before which there is none on anything but the spindle (the witness has its own)."""
-    warnings = made.summary["warnings"]
-    at = next(k for k, w in enumerate(warnings) if w["code"] == code)
-    assert all("spindle" in w["code"] for w in warnings[:at])
+    warnings = made.summary.warnings
+    at = next(k for k, w in enumerate(warnings) if w.code == code)
+    assert all("spindle" in w.code for w in warnings[:at])
     return warnings[at]
 
 
@@ -235,10 +236,10 @@ def test_a_cut_with_no_spindle_ever_on_warns_first_of_all(tmp_path: Path) -> Non
     content = "".join(line for line in CAMWORKS.splitlines(keepends=True) if not line.startswith("SPINDL"))
     made = posted(tmp_path, "part.apt", content)
     first = urgent(made, "spindle-never-on")
-    assert first["line"] == 8 and "spindle_rpm in setup.toml" in first["text"]
+    assert first.line == 8 and "spindle_rpm in setup.toml" in first.text
     assert "on" not in plain(made)
     served = posted(tmp_path, "part.apt", content, setup=PLACE + "spindle_rpm = 5000\n")
-    assert plain(served).count("speed 5000") == 2 and "spindle-never-on" not in str(served.summary["warnings"])
+    assert plain(served).count("speed 5000") == 2 and "spindle-never-on" not in str(served.summary.warnings)
 
 
 def test_a_cut_behind_a_change_that_nothing_starts_the_spindle_for_is_refused(tmp_path: Path) -> None:
@@ -248,7 +249,7 @@ def test_a_cut_behind_a_change_that_nothing_starts_the_spindle_for_is_refused(tm
 
 def test_a_cut_that_the_file_itself_makes_with_the_spindle_off_is_said(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.apt", CAMWORKS.replace("SPINDL/4000,RPM,CLW", "SPINDL/OFF"))
-    assert urgent(made, "spindle-off")["line"] == 19
+    assert urgent(made, "spindle-off").line == 19
 
 
 def test_a_cell_without_a_hook_for_changes_can_t_change(tmp_path: Path) -> None:
@@ -262,7 +263,7 @@ def test_a_tool_without_a_number_needs_a_hook_that_prints_none(tmp_path: Path) -
     made = posted(tmp_path, "part.cls", content)  # the hook's number stands in a comment
     told = text_of(made)
     assert told.index("; tool T1") < told.index("; tool T2") < told.index("HALT ;change to tool 0")
-    assert made.summary["process"]["tool_changes"][0]["name"] == "T2"
+    assert made.summary.process.tool_changes[0].name == "T2"
     cell = cell_with(tmp_path, (r"^tool_change = .*", 'tool_change = ["CHANGE_TOOL ({number})"]'))
     shown = tmp_path / "again"
     shown.mkdir()

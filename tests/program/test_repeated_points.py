@@ -94,7 +94,7 @@ def test_two_operations_that_share_a_retract_point(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.apt", content)
     told = story(text_of(made))
     assert told[told.index("wet") :][1:6] == ["20 -2", "20 25", "speed 5000", "on", "20 -3"]
-    assert [r["points"] for r in made.summary["regions"]] == [5, 4]
+    assert [r.points for r in made.summary.regions] == [5, 4]
 
 
 def test_a_region_of_repeated_points_alone(tmp_path: Path) -> None:
@@ -103,7 +103,7 @@ def test_a_region_of_repeated_points_alone(tmp_path: Path) -> None:
         "STOP\nRAPID/\nGOTO/0,10.,25.\n", "RAPID/\nGOTO/0,10.,25.\nLOAD/TOOL,17\nSPINDL/6000,RPM,CLW\nGOTO/0,10.,25.\n"
     )
     made = posted(tmp_path, "part.apt", content)
-    assert [r["points"] for r in made.summary["regions"]] == [5, 4, 1]
+    assert [r.points for r in made.summary.regions] == [5, 4, 1]
     assert story(text_of(made))[-7:] == ["0 25", "speed 6000", "on", "0 75", "home", "off", "dry"]
 
 

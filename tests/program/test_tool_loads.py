@@ -29,7 +29,7 @@ def loads(text: str) -> list[str]:
 
 
 def codes(made) -> list[str]:
-    return [w["code"] for w in made.summary["warnings"]]
+    return [w.code for w in made.summary.warnings]
 
 
 def test_each_tools_load_is_set_where_it_is_mounted(tmp_path: Path) -> None:

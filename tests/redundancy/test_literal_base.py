@@ -39,7 +39,7 @@ def test_the_table_stands_while_cutting_and_the_base_is_literal(literal_cell, tm
     cut = np.asarray(result.path.cutting)
     table = np.asarray(result.solution.q)[:, 0]
     assert np.all(np.diff(table)[cut[1:]] == 0.0)
-    assert result.summary["external_travel"]["E2_deg"] == 0.0
+    assert result.summary.external_travel["E2_deg"] == 0.0
 
 
 def test_a_table_that_turns_while_cutting_is_refused(literal_cell, tmp_path):

@@ -61,16 +61,16 @@ def helix(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, PostRes
 
 def test_a_path_that_needs_a_retract_is_cut_and_released(helix: tuple[Path, Path, PostResult]) -> None:
     clfile, cell, made = helix
-    plan = made.summary["plan"]
-    assert made.summary["method"] == "planned" and plan["retracts"] >= 1
-    inserted = [cut for cut in plan["cuts"] if cut["inserted"]]
-    assert len(inserted) == plan["retracts"] and all(cut["reason"] and 5 < cut["line"] < 107 for cut in inserted)
-    told = [w for w in made.summary["warnings"] if w["code"] == "retract-inserted"]
-    assert sum(w["count"] for w in told) == plan["retracts"]
-    assert all(cut["reason"] in " ".join(w["text"] for w in told) for cut in inserted)
+    plan = made.summary.plan
+    assert made.summary.method == "planned" and plan.retracts >= 1
+    inserted = [cut for cut in plan.cuts if cut.inserted]
+    assert len(inserted) == plan.retracts and all(cut.reason and 5 < cut.line < 107 for cut in inserted)
+    told = [w for w in made.summary.warnings if w.code == "retract-inserted"]
+    assert sum(w.count for w in told) == plan.retracts
+    assert all(cut.reason in " ".join(w.text for w in told) for cut in inserted)
     checked = verify(made.out / "helix.src", cell=cell, against=clfile)
     assert checked.ok and checked.summary["against"]["met"] == COUNT + 2
-    assert made.summary["limits"]["margin_min"]["E2"] > 5.0 and made.summary["collisions"]["count"] == 0
+    assert made.summary.limits.margin_min["E2"] > 5.0 and made.summary.collisions.count == 0
 
 
 def test_a_retract_goes_out_along_the_tool_and_back_in_at_the_feed(helix: tuple[Path, Path, PostResult]) -> None:

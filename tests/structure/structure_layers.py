@@ -35,7 +35,7 @@ ROWS = (
     ("bodies",),
     ("kinematics", "dynamics"),
     ("cell", "toolpath", "measurement"),
-    ("se3",),
+    ("se3", "summaries"),
     ("frozen", "findings"),
     ("errors",),
     ("units", "text"),

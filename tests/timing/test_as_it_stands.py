@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from feed_paths import CELL, path_of, track_path, wave
+from summary_samples import POST, post_summary
 
 from camrob.cli.app import run
 from camrob.dynamics.motion_torques import motion_torques
@@ -134,11 +135,13 @@ def test_a_post_says_where_feed_is_lost_and_its_program_passes_verify(mode, tmp_
 
 
 def test_hostile_words_in_a_summary_stay_words():
-    loss = {"first_line": 1, "last_line": 1, "cause": "<script>x</script>", "feed_mm_min": 1.0, "reached_mm_min": 0.5}
-    feed = {"mode": "program", "losses": [loss | {"lost_s": 1.0}], "lost_by_axis_s": {"<b>": 1.0}, "compared": []}
-    page = feed_section({"feed": feed}) + torque_section(
-        {"torques": {"axes": {"<i>": {"max_nm": 1.0}}, "masses": ["<u>"]}}
+    loss = POST["feed"]["losses"][0] | {"cause": "<script>x</script>"}
+    made = post_summary(
+        feed={"losses": [loss], "lost_by_axis_s": {"<b>": 1.0}},
+        torques={"axes": {"<i>": POST["torques"]["axes"]["A2"]}, "masses": ["<u>"]},
     )
+    page = feed_section(made.feed) + torque_section(made.torques)
+    assert "&lt;script&gt;" in page and "&lt;i&gt;" in page
     assert not any(tag in page for tag in ("<script>", "<b>", "<i>", "<u>"))
-    assert any("<script>" in text for _label, text in feed_rows({"feed": feed}))  # plain text in the terminal
-    assert feed_section({}) == torque_section({}) == "" and list(feed_rows({})) == []
+    assert any("<script>" in text for _label, text in feed_rows(made.feed, made.torques))  # plain text in the terminal
+    assert torque_section(None) == "" and "Torques" not in dict(feed_rows(made.feed, None))

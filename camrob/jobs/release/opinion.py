@@ -13,6 +13,7 @@ from camrob.findings import Finding, Severity
 from camrob.jobs.release.refusal import advice
 from camrob.languages import language_suffixes
 from camrob.program.language import Language
+from camrob.summaries.post_summary import Manifest, WitnessFigures
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.gcode import COMPUTED
 from camrob.witness.cl.teller import NO_CIRCLE
@@ -28,7 +29,7 @@ __all__ = [
     "of_program",
     "reason_for_slower",
     "verified_by",
-    "witness_entry",
+    "witness_figures",
 ]
 
 # gaps of files that camrob refuses: nothing that is made of one can be right
@@ -80,14 +81,14 @@ def of_program(verdict: Verdict) -> list[Finding]:
     return findings + [Finding("not-judged", text) for text in _not_judged(verdict)]
 
 
-def witness_entry(verdict: Verdict) -> dict[str, Any]:
-    """The entry `witness` of NAME.json."""
-    return {
-        "complete": verdict.complete,
-        "judged_points": verdict.judged_points,
-        "judged_events": verdict.judged_events,
-        "not_judged": _not_judged(verdict),
-    }
+def witness_figures(verdict: Verdict) -> WitnessFigures:
+    """What the witness judged, and what it could not."""
+    return WitnessFigures(
+        complete=verdict.complete,
+        judged_points=verdict.judged_points,
+        judged_events=verdict.judged_events,
+        not_judged=tuple(_not_judged(verdict)),
+    )
 
 
 def verified_by(verdict: Verdict, language: Language) -> str:
@@ -95,10 +96,10 @@ def verified_by(verdict: Verdict, language: Language) -> str:
     return f"{_BY}{'' if verdict.complete else ', in part'}, the {language.title} reader and replay, and Pinocchio"
 
 
-def manifest_of(folder: Path, files: Iterable[str], cell: Path, clfile: Path, setup: Path | None) -> dict[str, Any]:
-    """The entry `manifest` of NAME.json, of program files in a folder."""
+def manifest_of(folder: Path, files: Iterable[str], cell: Path, clfile: Path, setup: Path | None) -> Manifest:
+    """The manifest of NAME.json, of program files in a folder."""
     program = [folder / name for name in files if name.endswith(language_suffixes())]
-    return make_manifest(program, cell, clfile=clfile, setup=setup)
+    return Manifest(**make_manifest(program, cell, clfile=clfile, setup=setup))
 
 
 def manifest_findings(program: Path, cell: Path, clfile: Path | None, setup: Path | None) -> list[Finding]:

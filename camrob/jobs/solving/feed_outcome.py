@@ -15,6 +15,17 @@ from camrob.dynamics.torques import JointTorques
 from camrob.jobs.files.inputs import JobInputs
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
+from camrob.summaries.feed_figures import (
+    AxisTorque,
+    Breaks,
+    FeedFigures,
+    LimitUse,
+    LostFeed,
+    TimeUnderLimits,
+    Torques,
+    WrittenFeedFigures,
+)
+from camrob.summaries.post_summary import ProgramTime
 from camrob.timing.as_it_stands import AsItStands, program_as_it_stands
 from camrob.timing.dips import WrittenFeed, written_feed
 from camrob.timing.losses import FeedLoss
@@ -79,14 +90,14 @@ class FeedOutcome:
         moves = path.cutting & (seconds > 0.0) & (way > 0.0)
         return np.where(moves, way / np.where(moves, seconds, 1.0), np.nan)
 
-    def summary(self, cell: Cell, path: ToolPathInBase) -> dict[str, Any]:
-        """Entries of NAME.json: time_s, feed, torques."""
-        return {"time_s": self._times(), "feed": self._feed(path), "torques": self._torques(cell, path)}
+    def times(self) -> ProgramTime:
+        """What the program takes, and the plan."""
+        return ProgramTime(
+            program=float(self.timing.total), optimal=None if self.plan is None else float(self.plan.total)
+        )
 
-    def _times(self) -> dict[str, float | None]:
-        return {"program": float(self.timing.total), "optimal": None if self.plan is None else float(self.plan.total)}
-
-    def _feed(self, path: ToolPathInBase) -> dict[str, Any]:
+    def figures(self, path: ToolPathInBase) -> FeedFigures:
+        """How far the programmed feed is held, what is lost, and the limits that are taken and passed."""
         losses, stands, plan = self.losses, self.stands, self.plan
         by_axis: dict[str, float] = {}
         for loss in losses:
@@ -94,53 +105,59 @@ class FeedOutcome:
         way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
         kept = self.reached(path) >= _KEPT * path.feed
         air = float(self.timing.total) - float(np.sum(np.diff(self.timing.at, prepend=0.0)[path.cutting]))
-        return {
-            "mode": "program" if plan is None else "optimal",
-            "kept_percent": _short(100.0 * float(np.sum(way[kept])) / max(float(np.sum(way)), 1e-12)),
-            "lost_s": _short(sum(loss.lost for loss in losses)),
-            "lost_by_axis_s": {axis: _short(s) for axis, s in sorted(by_axis.items(), key=lambda item: -item[1])},
-            "losses_count": len(losses),
-            "losses": [_loss(loss) for loss in sorted(losses, key=_dearest)[:_LISTED]],
-            "compared": [
-                {
-                    "limits": "speed and acceleration",
-                    "program_s": _short(self.timing.total),
-                    "planned_s": None if plan is None else _short(air + plan.unjerked),
-                },
-                {
-                    "limits": "speed, acceleration and jerk",
-                    "program_s": _short(stands.total),
-                    "planned_s": None if plan is None else _short(plan.total),
-                    "override_percent_least": _short(100.0 * stands.override),
-                },
-            ],
-            "program_breaks": _breaks(stands),
-            "planned_uses": None if plan is None else {k: _short(v) for k, v in plan.use.items()},
-            **self._written(),
-        }  # fmt: skip
+        return FeedFigures(
+            mode="program" if plan is None else "optimal",
+            kept_percent=_short(100.0 * float(np.sum(way[kept])) / max(float(np.sum(way)), 1e-12)),
+            lost_s=_short(sum(loss.lost for loss in losses)),
+            lost_by_axis_s={axis: _short(s) for axis, s in sorted(by_axis.items(), key=lambda item: -item[1])},
+            losses_count=len(losses),
+            losses=tuple(_loss(loss) for loss in sorted(losses, key=_dearest)[:_LISTED]),
+            compared=(
+                TimeUnderLimits(
+                    limits="speed and acceleration",
+                    program_s=_short(self.timing.total),
+                    planned_s=None if plan is None else _short(air + plan.unjerked),
+                ),
+                TimeUnderLimits(
+                    limits="speed, acceleration and jerk",
+                    program_s=_short(stands.total),
+                    planned_s=None if plan is None else _short(plan.total),
+                    override_percent_least=_short(100.0 * stands.override),
+                ),
+            ),
+            program_breaks=Breaks(percent_of_cutting=_short(100.0 * stands.past), worst=_worst(stands)),
+            planned_uses=None if plan is None else {k: _short(v) for k, v in plan.use.items()},
+            written=self._written(),
+        )
 
-    def _written(self) -> dict[str, Any]:
+    def _written(self) -> WrittenFeedFigures | None:
         """The written program as the controller's model runs it, where its feed was planned."""
         if self.written is None:
-            return {}
+            return None
         timing, stands = self.written
-        added = 0 if self.ordered is None else int(np.count_nonzero(self.ordered.added))
-        return {"written": {"model_s": _short(timing.total), "points_added": added, **_breaks(stands)}}
+        return WrittenFeedFigures(
+            model_s=_short(timing.total),
+            points_added=0 if self.ordered is None else int(np.count_nonzero(self.ordered.added)),
+            percent_of_cutting=_short(100.0 * stands.past),
+            worst=_worst(stands),
+        )
 
-    def _torques(self, cell: Cell, path: ToolPathInBase) -> dict[str, Any] | None:
+    def torque_figures(self, cell: Cell, path: ToolPathInBase) -> Torques | None:
+        """What the drives have to give; None for a cell without masses."""
         if not cell.masses:
             return None
         total, gravity = np.abs(self.torques.total), np.abs(self.torques.gravity)
         rows = {}
         for k in np.flatnonzero(total.max(axis=0, initial=0.0) > 0.0).tolist():
-            unit = "n" if cell.joints[k].prismatic else "nm"
             worst = int(np.argmax(total[:, k]))
-            rows[cell.names[k]] = {
-                f"max_{unit}": _short(total[worst, k]),
-                f"gravity_max_{unit}": _short(gravity[:, k].max()),
-                "line": int(path.line[self.sampled[worst]]),
-            }
-        return {"masses": [f"{m.name}: {m.mass:g} kg" for m in cell.masses], "standing": "assumed masses", "axes": rows}
+            most, still, line = total[worst, k], gravity[:, k].max(), int(path.line[self.sampled[worst]])
+            rows[cell.names[k]] = (
+                AxisTorque(max_n=_short(most), gravity_max_n=_short(still), line=line)
+                if cell.joints[k].prismatic
+                else AxisTorque(max_nm=_short(most), gravity_max_nm=_short(still), line=line)
+            )
+        masses = tuple(f"{m.name}: {m.mass:g} kg" for m in cell.masses)
+        return Torques(masses=masses, standing="assumed masses", axes=rows)
 
     def arrays(self, cell: Cell, own: NDArray[np.bool_]) -> Mapping[str, NDArray[Any]]:
         """Entries of NAME.path.npz: torques and gravity's part (T, n), Nm (N of linear axes), and the rows they belong to.
@@ -200,13 +217,12 @@ def _short(value: float) -> float:
     return float(f"{value:.5g}") if abs(value) > 1e-9 else 0.0
 
 
-def _breaks(stands: AsItStands) -> dict[str, Any]:
-    """The limits that a program takes most of, and the share of its cutting that passes one."""
-    worst = [
-        {"quantity": w.kind, "times_the_limit": _short(w.times), "cause": w.cause, "axis": w.axis, "line": w.line}
+def _worst(stands: AsItStands) -> tuple[LimitUse, ...]:
+    """The limits that a program takes most of."""
+    return tuple(
+        LimitUse(quantity=w.kind, times_the_limit=_short(w.times), cause=w.cause, axis=w.axis, line=w.line)
         for w in stands.worst
-    ]
-    return {"percent_of_cutting": _short(100.0 * stands.past), "worst": worst}
+    )
 
 
 def _dearest(loss: FeedLoss) -> tuple[float, int]:
@@ -214,13 +230,13 @@ def _dearest(loss: FeedLoss) -> tuple[float, int]:
     return -_short(loss.lost), loss.start
 
 
-def _loss(loss: FeedLoss) -> dict[str, Any]:
-    return {
-        "first_line": loss.first_line,
-        "last_line": loss.last_line,
-        "axis": loss.axis,
-        "cause": loss.cause,
-        "feed_mm_min": _short(float(m_s_to_mm_min(loss.feed))),
-        "reached_mm_min": _short(float(m_s_to_mm_min(loss.reached))),
-        "lost_s": _short(loss.lost),
-    }
+def _loss(loss: FeedLoss) -> LostFeed:
+    return LostFeed(
+        first_line=loss.first_line,
+        last_line=loss.last_line,
+        axis=loss.axis,
+        cause=loss.cause,
+        feed_mm_min=_short(float(m_s_to_mm_min(loss.feed))),
+        reached_mm_min=_short(float(m_s_to_mm_min(loss.reached))),
+        lost_s=_short(loss.lost),
+    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,10 +12,9 @@ from camrob.dynamics.torques import JointTorques
 from camrob.report.page.html import escape, number
 from camrob.report.page.path_charts import Along, Chart
 from camrob.report.post.sections import duration
+from camrob.summaries.feed_figures import FeedFigures, LostFeed, Torques
 
 __all__ = ["feed_section", "torque_chart", "torque_section"]
-
-Summary = Mapping[str, Any]
 
 _ROWS = 15
 _CAPTION = (
@@ -28,58 +26,51 @@ _CAPTION = (
 _COLORS = ("#2b7de9", "#e08a1e", "#1a9c6b", "#d1495b", "#8a63d2", "#6b7785", "#b5651d", "#0aa3a3")
 
 
-def feed_section(summary: Summary) -> str:
+def feed_section(feed: FeedFigures) -> str:
     """Times beside each other under the same limits, what the program as it stands breaks, and where feed is lost."""
-    feed = summary.get("feed")
-    if not isinstance(feed, Mapping):
-        return ""
     return (
         f"<section><h2>Feed: time, limits and losses</h2>{_compared(feed)}{_breaks(feed)}{_losses(feed)}"
         f'<p class="caption">{_CAPTION}</p></section>'
     )
 
 
-def _compared(feed: Summary) -> str:
+def _compared(feed: FeedFigures) -> str:
     rows = []
-    for row in feed.get("compared") or []:
-        override = row.get("override_percent_least")
+    for row in feed.compared:
+        override = row.override_percent_least
         how = "as it stands" if override is None else f"each cut slowed evenly, down to {number(override, 0, '%')}"
         rows.append(
-            f'<tr><td class="text">{escape(row.get("limits"))}</td><td class="n">{duration(row.get("program_s"))}</td>'
-            f'<td>{how}</td><td class="n">{duration(row.get("planned_s"))}</td></tr>'
+            f'<tr><td class="text">{escape(row.limits)}</td><td class="n">{duration(row.program_s)}</td>'
+            f'<td>{how}</td><td class="n">{duration(row.planned_s)}</td></tr>'
         )
-    note = (
-        ""
-        if feed.get("mode") == "optimal"
-        else '<p class="caption">Post with --feed optimal to have the feed planned.</p>'
-    )
+    note = "" if feed.mode == "optimal" else '<p class="caption">Post with --feed optimal to have the feed planned.</p>'
     return (
         '<div class="scroll"><table><thead><tr><th>limits that are kept</th><th class="n">program</th><th></th>'
         f'<th class="n">planned feed</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>{note}'
     )
 
 
-def _breaks(feed: Summary) -> str:
-    breaks = feed.get("program_breaks") or {}
-    uses = feed.get("planned_uses") or {}
+def _breaks(feed: FeedFigures) -> str:
+    breaks, uses = feed.program_breaks, feed.planned_uses or {}
     rows = []
-    for worst in breaks.get("worst") or []:
-        times, kind = worst.get("times_the_limit"), worst.get("quantity")
-        low = " low" if isinstance(times, int | float) and times > 1.0 else ""
-        planned = uses.get(kind)
+    for worst in breaks.worst:
+        low = " low" if worst.times_the_limit > 1.0 else ""
+        planned = uses.get(worst.quantity)
         rows.append(
-            f'<tr><td>{escape(kind)}</td><td class="n{low}">{number(times, 2)}</td><td>{escape(worst.get("cause"))}</td>'
-            f'<td class="n">line {escape(worst.get("line"))}</td>'
+            f'<tr><td>{escape(worst.quantity)}</td><td class="n{low}">{number(worst.times_the_limit, 2)}</td>'
+            f'<td>{escape(worst.cause)}</td><td class="n">line {escape(worst.line)}</td>'
             f'<td class="n">{"–" if planned is None else number(planned, 4)}</td></tr>'
         )
-    text = f"As it stands the program passes a limit on {number(breaks.get('percent_of_cutting'), 1, '%')} of its way of cutting."
-    written = feed.get("written")
-    if isinstance(written, Mapping):
+    text = (
+        f"As it stands the program passes a limit on {number(breaks.percent_of_cutting, 1, '%')} of its way of cutting."
+    )
+    written = feed.written
+    if written is not None:
         text += (
             " The plan itself passes none. It is written as $VEL.CP, point by point "
-            f"({number(written.get('points_added'), 0)} of them added where a move slows on its way), and the ramps between stay "
-            f"the controller’s: as its model runs the written program, it takes {duration(written.get('model_s'))} and passes "
-            f"a limit on {number(written.get('percent_of_cutting'), 2, '%')} of the cutting."
+            f"({number(written.points_added, 0)} of them added where a move slows on its way), and the ramps between stay "
+            f"the controller’s: as its model runs the written program, it takes {duration(written.model_s)} and passes "
+            f"a limit on {number(written.percent_of_cutting, 2, '%')} of the cutting."
         )
     return (
         '<div class="scroll"><table><thead><tr><th>limit on</th><th class="n">program as it stands: times the limit</th>'
@@ -88,24 +79,23 @@ def _breaks(feed: Summary) -> str:
     )
 
 
-def _losses(feed: Summary) -> str:
-    losses = list(feed.get("losses") or [])
-    by_axis = feed.get("lost_by_axis_s") or {}
+def _losses(feed: FeedFigures) -> str:
+    losses = feed.losses
     shares = ", ".join(
         f"{'stops and corners' if axis == 'none' else escape(axis)} {number(lost, 2, 's')}"
-        for axis, lost in by_axis.items()
+        for axis, lost in feed.lost_by_axis_s.items()
     )
     kept = (
-        f"<p>The programmed feed is held on {number(feed.get('kept_percent'), 1, '%')} of the way of cutting; "
-        f"{number(feed.get('lost_s'), 1, 's')} are lost in {number(feed.get('losses_count'), 0)} places"
+        f"<p>The programmed feed is held on {number(feed.kept_percent, 1, '%')} of the way of cutting; "
+        f"{number(feed.lost_s, 1, 's')} are lost in {number(feed.losses_count, 0)} places"
         f"{': ' + shares if shares else ''}.</p>"
     )
     if not losses:
         return kept
     rows = "".join(
-        f'<tr><td class="n">{_lines(loss)}</td><td>{escape(loss.get("cause"))}</td>'
-        f'<td class="n">{number(loss.get("feed_mm_min"), 0)}</td><td class="n">{number(loss.get("reached_mm_min"), 0)}</td>'
-        f'<td class="n">{number(loss.get("lost_s"), 3, "s")}</td></tr>'
+        f'<tr><td class="n">{_lines(loss)}</td><td>{escape(loss.cause)}</td>'
+        f'<td class="n">{number(loss.feed_mm_min, 0)}</td><td class="n">{number(loss.reached_mm_min, 0)}</td>'
+        f'<td class="n">{number(loss.lost_s, 3, "s")}</td></tr>'
         for loss in losses[:_ROWS]
     )
     return (
@@ -115,27 +105,26 @@ def _losses(feed: Summary) -> str:
     )
 
 
-def _lines(loss: Summary) -> str:
-    first, last = loss.get("first_line"), loss.get("last_line")
+def _lines(loss: LostFeed) -> str:
+    first, last = loss.first_line, loss.last_line
     return escape(first) if first == last else f"{escape(first)} – {escape(last)}"
 
 
-def torque_section(summary: Summary) -> str:
+def torque_section(torques: Torques | None) -> str:
     """The largest torques, axis by axis, with the standing of the masses; nothing for a cell without masses."""
-    torques = summary.get("torques")
-    if not isinstance(torques, Mapping):
+    if torques is None:
         return ""
     rows = []
-    for axis, row in (torques.get("axes") or {}).items():
-        unit = "N" if "max_n" in row else "Nm"
-        most, gravity = (row.get(f"{what}{unit.lower()}") for what in ("max_", "gravity_max_"))
-        line = row.get("line")
-        place = f"line {escape(line)}" if line else "travel"
+    for axis, row in torques.axes.items():
+        unit, most, gravity = (
+            ("Nm", row.max_nm, row.gravity_max_nm) if row.max_n is None else ("N", row.max_n, row.gravity_max_n)
+        )
+        place = f"line {escape(row.line)}" if row.line else "travel"
         rows.append(
             f'<tr><td>{escape(axis)}</td><td class="n">{number(most, 1, unit)}</td><td class="n">{number(gravity, 1, unit)}</td>'
             f'<td class="n">{place}</td></tr>'
         )
-    masses = "; ".join(escape(m) for m in torques.get("masses") or [])
+    masses = "; ".join(escape(m) for m in torques.masses)
     return (
         '<section><h2>Largest torques</h2><div class="scroll"><table><thead><tr><th>axis</th><th class="n">torque</th>'
         f'<th class="n">gravity alone</th><th class="n">at</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>'

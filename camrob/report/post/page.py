@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 import numpy as np
 import trimesh
@@ -20,6 +19,7 @@ from camrob.report.page.viewer import ROLE_COLORS, scene_data
 from camrob.report.post.feed_sections import feed_section, torque_chart, torque_section
 from camrob.report.post.plan_section import plan_section
 from camrob.report.post.sections import cards, headline, regions_table, verdict, warnings_table
+from camrob.summaries.post_summary import PostSummary
 
 __all__ = ["post_report"]
 
@@ -31,7 +31,7 @@ _LINKED = "Zoom in one chart and all follow; click in a chart to bring the robot
 
 
 def post_report(
-    summary: Mapping[str, Any],
+    summary: PostSummary,
     cell: Cell,
     path: ToolPathInBase,
     solution: Solution,
@@ -46,7 +46,7 @@ def post_report(
 ) -> str:
     """The page for a posted program, as text.
 
-    summary: what NAME.json holds. part_mesh: the part in its own frame, metres, placed by base_T_part (4, 4), the
+    part_mesh: the part in its own frame, metres, placed by base_T_part (4, 4), the
     identity by default. comparison: 1/k_F (N,) of other solutions of the same path by their names (the paper's Figure
     10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches at each point. reached: (N,)
     m/s while cutting; torques: points and what the axes need there. The same arguments give the same text. Raises
@@ -59,7 +59,7 @@ def post_report(
             raise ValueError(f"1/k_F of {name!r} has shape {kf.shape}, the path has {len(path)} points")
     found = list(findings)
     threshold = cell.resolve.threshold
-    names = {int(r["index"]): str(r.get("name") or f"region {r['index']}") for r in summary.get("regions") or []}
+    names = {r.index: r.name or f"region {r.index}" for r in summary.regions}
     charts = _charts(cell, path, solution, names, others, best) + _motion_charts(cell, path, names, reached, torques)
     scene = scene_data(
         cell, path, solution, names, part_mesh=part_mesh, threshold=threshold,
@@ -74,9 +74,9 @@ def post_report(
             cards(summary, cell, path, threshold=threshold),
             _scene_section(cell, with_part=part_mesh is not None),
             *(_chart_section(chart) for chart in charts),
-            feed_section(summary),
-            torque_section(summary),
-            plan_section(summary.get("plan")),
+            feed_section(summary.feed),
+            torque_section(summary.torques),
+            plan_section(summary.plan),
             regions_table(summary, path, solution, threshold=threshold),
             "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing. "
             "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, "
@@ -89,7 +89,7 @@ def post_report(
         "charts": [{"id": c["id"], "traces": c["traces"], "layout": c["layout"]} for c in charts],
         "scene": scene,
     }
-    return page(f"{summary.get('program')}: report", body, data)
+    return page(f"{summary.program}: report", body, data)
 
 
 def _charts(

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from camrob.report.page.html import escape, number
+from camrob.summaries.post_summary import PlanFigures, PlanOnCurve
 
 __all__ = ["plan_section", "travel_unit"]
-
-Plan = Mapping[str, Any]
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 430.0, 250.0, 52.0, 38.0, 14.0
 _TICKS = 4
@@ -21,18 +19,18 @@ def travel_unit(key: str) -> tuple[str, str]:
     return axis, {"deg": "°"}.get(unit, unit)
 
 
-def plan_section(plan: Plan | None) -> str:
-    """The section of a planned program, as HTML; nothing for another method's. `plan`: what NAME.json holds below "plan"."""
-    if not plan:
+def plan_section(plan: PlanFigures | None) -> str:
+    """The section of a planned program, as HTML; nothing for another method's."""
+    if plan is None:
         return ""
-    curve: Sequence[Plan] = plan.get("curve") or []
-    chosen = next((k for k, p in enumerate(curve) if p.get("name") == plan.get("chosen")), -1)
-    keys = list(curve[0].get("travel") or {}) if curve else []
+    curve = plan.curve
+    chosen = next((k for k, p in enumerate(curve) if p.name == plan.chosen), -1)
+    keys = list(curve[0].travel) if curve else []
     pictures = "".join(_picture(curve, key, chosen) for key in keys) if len(curve) > 1 else ""
     told = (
-        f"Taken: <b>{escape(plan.get('chosen'))}</b>, by this rule: {escape(plan.get('rule'))}. The bound is the best that any "
-        f"posture found reaches at each point, {number(plan.get('bound_mean'), 3)} in the mean and "
-        f"{number(plan.get('bound_min'), 3)} at its lowest; the chart of 1/k<sub>F</sub> shows both along the path."
+        f"Taken: <b>{escape(plan.chosen)}</b>, by this rule: {escape(plan.rule)}. The bound is the best that any "
+        f"posture found reaches at each point, {number(plan.bound_mean, 3)} in the mean and "
+        f"{number(plan.bound_min, 3)} at its lowest; the chart of 1/k<sub>F</sub> shows both along the path."
     )
     return (
         "<section><h2>The plan: conditioning against external travel</h2>"
@@ -42,11 +40,11 @@ def plan_section(plan: Plan | None) -> str:
     )
 
 
-def _picture(curve: Sequence[Plan], key: str, chosen: int) -> str:
+def _picture(curve: Sequence[PlanOnCurve], key: str, chosen: int) -> str:
     """Share of the bound over the travel of one axis, as SVG."""
     axis, unit = travel_unit(key)
-    xs = [float((p.get("travel") or {}).get(key, 0.0)) for p in curve]
-    ys = [100.0 * float(p.get("share_of_bound", 0.0)) for p in curve]
+    xs = [p.travel.get(key, 0.0) for p in curve]
+    ys = [100.0 * p.share_of_bound for p in curve]
     high_x = max(*xs, 1e-9)
     low_y, high_y = min(ys), max(ys)
     pad = max(0.12 * (high_y - low_y), 0.05)
@@ -74,7 +72,7 @@ def _picture(curve: Sequence[Plan], key: str, chosen: int) -> str:
     out.append(f'<path d="M{line}" fill="none" stroke="#2f7fd1" stroke-width="1.6"/>')
     for k, (x, y) in enumerate(zip(xs, ys, strict=True)):
         a, b = places[k]
-        hint = escape(f"{curve[k].get('name')}: {y:.2f} % of the bound, {axis} {x:,.1f} {unit}")
+        hint = escape(f"{curve[k].name}: {y:.2f} % of the bound, {axis} {x:,.1f} {unit}")
         look = 'r="6" stroke="#d64545" stroke-width="3" fill="#fff"' if k == chosen else 'r="4" fill="#2f7fd1"'
         out.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" {look}><title>{hint}</title></circle>')
     middle = _LEFT + 0.5 * (_WIDTH - _LEFT)
@@ -87,27 +85,26 @@ def _picture(curve: Sequence[Plan], key: str, chosen: int) -> str:
     return "".join([*out, "mean 1/k_F, % of bound</text></svg>"])
 
 
-def _curve_table(curve: Sequence[Plan], keys: Sequence[str], chosen: int) -> str:
+def _curve_table(curve: Sequence[PlanOnCurve], keys: Sequence[str], chosen: int) -> str:
     heads = "".join(f"<th>{escape(axis)} {escape(unit)}</th>" for axis, unit in map(travel_unit, keys))
     rows = []
     for k, p in enumerate(curve):
         mark = "&#9679; " if k == chosen else ""
-        moved = "".join(f"<td>{number((p.get('travel') or {}).get(key), 0)}</td>" for key in keys)
-        share = 100.0 * float(p.get("share_of_bound", 0.0))
-        cells = f"<td>{number(p.get('inv_kf_mean'), 3)}</td><td>{number(p.get('inv_kf_min'), 3)}</td><td>{number(share, 2)}</td>"
-        rows.append(f"<tr><td>{mark}{escape(p.get('name'))}</td>{cells}{moved}</tr>")
+        moved = "".join(f"<td>{number(p.travel.get(key), 0)}</td>" for key in keys)
+        share = 100.0 * p.share_of_bound
+        cells = f"<td>{number(p.inv_kf_mean, 3)}</td><td>{number(p.inv_kf_min, 3)}</td><td>{number(share, 2)}</td>"
+        rows.append(f"<tr><td>{mark}{escape(p.name)}</td>{cells}{moved}</tr>")
     return (
         "<table><thead><tr><th>plan (&#9679; taken)</th><th>1/k<sub>F</sub> mean</th><th>lowest</th><th>% of bound</th>"
         f"{heads}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
     )
 
 
-def _terms(plan: Plan) -> str:
+def _terms(plan: PlanFigures) -> str:
     """Each term of the objective, m, and its share as a bar."""
-    terms, shares = plan.get("terms") or {}, plan.get("shares") or {}
     rows = []
-    for name, value in terms.items():
-        share = 100.0 * float(shares.get(name, 0.0))
+    for name, value in plan.terms.items():
+        share = 100.0 * plan.shares[name]
         bar = f'<div style="background:#2f7fd1;height:9px;width:{2.0 * share:.1f}px"></div>'
         figures = f"<td>{number(value, 3)}</td><td>{number(share, 1)}</td><td>{bar}</td>"
         rows.append(f"<tr><td>{escape(name.replace('_', ' '))}</td>{figures}</tr>")
@@ -117,12 +114,12 @@ def _terms(plan: Plan) -> str:
     )
 
 
-def _cuts(plan: Plan) -> str:
+def _cuts(plan: PlanFigures) -> str:
     """Where the arm is re-postured, and why."""
     rows = [
-        f"<tr><td>{escape(cut.get('line') or '–')}</td><td>{'retract put in' if cut.get('inserted') else 'in a void motion'}</td>"
-        f"<td>{escape(cut.get('by'))}</td><td>{escape(cut.get('reason'))}</td></tr>"
-        for cut in plan.get("cuts") or []
+        f"<tr><td>{escape(cut.line or '–')}</td><td>{'retract put in' if cut.inserted else 'in a void motion'}</td>"
+        f"<td>{escape(cut.by)}</td><td>{escape(cut.reason)}</td></tr>"
+        for cut in plan.cuts
     ]
     if not rows:
         return ""

@@ -2,51 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator
 
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from camrob.report.post.plan_section import travel_unit
+from camrob.summaries.post_summary import PlanFigures
 
 __all__ = ["plan_lines"]
 
 _MOST_CUTS = 8
 
 
-def plan_lines(plan: Mapping[str, Any] | None) -> Iterator[RenderableType]:
+def plan_lines(plan: PlanFigures | None) -> Iterator[RenderableType]:
     """The curve from still to flowing with what was taken, the objective's terms, and re-postures; nothing without a plan."""
-    if not plan:
+    if plan is None:
         return
-    curve: Sequence[Mapping[str, Any]] = plan.get("curve") or []
     yield Text("")
-    yield Text(f"Plan: {plan.get('chosen')}, {plan.get('rule')}", style="bold")
-    keys = list(curve[0].get("travel") or {}) if curve else []
+    yield Text(f"Plan: {plan.chosen}, {plan.rule}", style="bold")
+    keys = list(plan.curve[0].travel) if plan.curve else []
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     table.add_column("")
     table.add_column("plan")
     for heading in ("1/k_F mean", "lowest", "% of bound", *(f"{a} {u}" for a, u in map(travel_unit, keys))):
         table.add_column(heading, justify="right")
-    for point in curve:
-        taken = point.get("name") == plan.get("chosen")
-        moved = [f"{float((point.get('travel') or {}).get(key, 0.0)):,.0f}".replace(",", " ") for key in keys]
-        figures = [
-            f"{point['inv_kf_mean']:.3f}",
-            f"{point['inv_kf_min']:.3f}",
-            f"{100.0 * point['share_of_bound']:.2f}",
-        ]
-        table.add_row(
-            "->" if taken else "", Text(str(point.get("name"))), *figures, *moved, style="bold" if taken else ""
-        )
-    table.add_row("", "bound", f"{plan['bound_mean']:.3f}", f"{plan['bound_min']:.3f}", "100.00", style="green")
+    for point in plan.curve:
+        taken = point.name == plan.chosen
+        moved = [f"{point.travel.get(key, 0.0):,.0f}".replace(",", " ") for key in keys]
+        figures = [f"{point.inv_kf_mean:.3f}", f"{point.inv_kf_min:.3f}", f"{100.0 * point.share_of_bound:.2f}"]
+        table.add_row("->" if taken else "", Text(point.name), *figures, *moved, style="bold" if taken else "")
+    table.add_row("", "bound", f"{plan.bound_mean:.3f}", f"{plan.bound_min:.3f}", "100.00", style="green")
     yield table
-    shares = (f"{name.replace('_', ' ')} {100.0 * value:.1f} %" for name, value in (plan.get("shares") or {}).items())
+    shares = (f"{name.replace('_', ' ')} {100.0 * value:.1f} %" for name, value in plan.shares.items())
     yield Text(f"price by terms: {', '.join(shares)}")
-    cuts = plan.get("cuts") or []
-    for cut in cuts[:_MOST_CUTS]:
-        where = "retract put in" if cut.get("inserted") else "in a void motion"
-        yield Text(f"re-posture at line {cut.get('line') or '-'} ({where}, by {cut.get('by')}): {cut.get('reason')}")
-    if len(cuts) > _MOST_CUTS:
-        yield Text(f"... and {len(cuts) - _MOST_CUTS} more re-postures, in the report and NAME.json")
+    for cut in plan.cuts[:_MOST_CUTS]:
+        where = "retract put in" if cut.inserted else "in a void motion"
+        yield Text(f"re-posture at line {cut.line or '-'} ({where}, by {cut.by}): {cut.reason}")
+    if len(plan.cuts) > _MOST_CUTS:
+        yield Text(f"... and {len(plan.cuts) - _MOST_CUTS} more re-postures, in the report and NAME.json")

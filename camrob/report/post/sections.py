@@ -13,25 +13,16 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, number
 from camrob.report.page.path_charts import axis_limits
+from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
 
 __all__ = ["cards", "duration", "headline", "regions_table", "verdict", "warnings_table"]
-
-Summary = Mapping[str, Any]
 
 _METHODS = {"vjm": "virtual-joint method (as published)", "planned": "planned postures"}
 _RANK = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
 _MOST_REGIONS = 500
 _MOST_WARNINGS = 200
 _NEAREST = 3
-
-
-def _get(summary: Summary, *keys: str) -> Any:
-    """A value of the nested summary, None where it or its object is not there."""
-    value: Any = summary
-    for key in keys:
-        value = value.get(key) if isinstance(value, Mapping) else None
-    return value
 
 
 def _plural(count: int, one: str, many: str) -> str:
@@ -49,51 +40,44 @@ def duration(seconds: object) -> str:
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {whole % 60:02d} s"
 
 
-def headline(summary: Summary, cell: Cell) -> str:
+def headline(summary: PostSummary, cell: Cell) -> str:
     """The title and what was made from what."""
-    source, method = _get(summary, "source", "file"), str(_get(summary, "method"))
-    dialect, units, digest = (_get(summary, "source", key) for key in ("dialect", "units", "sha256"))
+    source, method = summary.source, summary.method
     return (
-        f"<h1>{escape(_get(summary, 'program'))}</h1>\n"
-        f'<p class="made">KRL program made from <b>{escape(source)}</b> ({escape(dialect)}, {escape(units)}) '
+        f"<h1>{escape(summary.program)}</h1>\n"
+        f'<p class="made">KRL program made from <b>{escape(source.file)}</b> ({escape(source.dialect)}, {escape(source.units)}) '
         f"for the cell <b>{escape(cell.name)}</b>: {escape(cell.title)}. "
         f"Redundancy resolved by <b>{escape(_METHODS.get(method, method))}</b>. "
-        f"Source SHA-256 <code>{escape(str(digest)[:16])}…</code></p>"
+        f"Source SHA-256 <code>{escape(source.sha256[:16])}…</code></p>"
     )
 
 
-def verdict(summary: Summary, findings: Sequence[Finding]) -> str:
+def verdict(summary: PostSummary, findings: Sequence[Finding]) -> str:
     """One line: is the program verified, by what, and how far is it off at worst."""
-    verified = _get(summary, "verified")
+    verified, tracking = summary.verified, summary.tracking
     errors = sum(f.severity is Severity.ERROR for f in findings)
     warned = sum(f.severity is Severity.WARNING for f in findings)
     faults = [
-        (int(_get(summary, "limits", "violations") or 0), "axis limit violation", "axis limit violations"),
-        (int(_get(summary, "collisions", "count") or 0), "collision", "collisions"),
-        (int(_get(summary, "singular") or 0), "singular point", "singular points"),
+        (summary.limits.violations, "axis limit violation", "axis limit violations"),
+        (summary.collisions.count, "collision", "collisions"),
+        (summary.singular, "singular point", "singular points"),
         (errors, "error below", "errors below"),
     ]
     wrong = [_plural(count, one, many) for count, one, many in faults if count]
     if wrong:
         level, word = "bad", "Do not run"
         text = ", ".join(wrong) + "."
-    elif not isinstance(verified, Mapping):
-        level, word, text = "bad", "Not verified", "The program was not read back and replayed."
     else:
-        whole = bool(_get(summary, "witness", "complete"))
+        whole = summary.witness.complete
         level = "warn" if warned or not whole else "good"
         word = ("Verified" if whole else "Verified in part") + (", with warnings" if warned else "")
         text = "" if whole else "The witness could not judge all of the CL file: see the first warning."
-    if isinstance(verified, Mapping):
-        axis = _get(verified, "axis_error_deg_max")
-        axis_text = f" and {number(axis, 5, '°')}" if axis is not None else ""
-        text += (
-            f" Read back and replayed by {escape(_get(verified, 'by'))}: {number(_get(verified, 'points'), 0)} points, "
-            f"worst deviation from the CL data {number(_get(verified, 'position_error_mm_max'), 5, 'mm')}{axis_text}. "
-            "The solver's own error before rounding: "
-            f"{number(_get(summary, 'tracking', 'position_error_mm_max'), 6, 'mm')}, "
-            f"{number(_get(summary, 'tracking', 'axis_error_deg_max'), 6, '°')}."
-        )
+    text += (
+        f" Read back and replayed by {escape(verified.by)}: {number(verified.points, 0)} points, "
+        f"worst deviation from the CL data {number(verified.position_error_mm_max, 5, 'mm')} and "
+        f"{number(verified.axis_error_deg_max, 5, '°')}. The solver's own error before rounding: "
+        f"{number(tracking.position_error_mm_max, 6, 'mm')}, {number(tracking.axis_error_deg_max, 6, '°')}."
+    )
     return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
 
 
@@ -132,13 +116,12 @@ def _card(what: str, value: str, note: str, level: str = "") -> str:
     )
 
 
-def _margins(summary: Summary, cell: Cell) -> tuple[str, str, str]:
+def _margins(summary: PostSummary, cell: Cell) -> tuple[str, str, str]:
     """The axis that comes closest to its limit, the next ones, and a level for the card."""
     limits = axis_limits(cell)
-    margins = _get(summary, "limits", "margin_min")
     known = []
-    for name, margin in (margins or {}).items():
-        if isinstance(margin, int | float) and name in limits and np.isfinite(limits[name]).all():
+    for name, margin in summary.limits.margin_min.items():
+        if margin is not None and name in limits and np.isfinite(limits[name]).all():
             lower, upper = limits[name]
             known.append((margin / (upper - lower), name, margin))
     if not known:
@@ -150,41 +133,42 @@ def _margins(summary: Summary, cell: Cell) -> tuple[str, str, str]:
     return texts[0], ("then " + ", ".join(texts[1:])) if len(texts) > 1 else "", level
 
 
-def cards(summary: Summary, cell: Cell, path: ToolPathInBase, *, threshold: float) -> str:
+def cards(summary: PostSummary, cell: Cell, path: ToolPathInBase, *, threshold: float) -> str:
     """The figures of the job."""
-    conditioning = _get(summary, "conditioning") or {}
-    lowest, mean, bound = (conditioning.get(key) for key in ("inv_kf_min", "inv_kf_mean", "inv_kf_bound_mean"))
-    low = isinstance(lowest, int | float) and lowest < threshold
-    kf_note = f"mean {number(mean, 3)}; threshold {threshold:g}" + (
+    conditioning, collisions = summary.conditioning, summary.collisions
+    low, bound = conditioning.inv_kf_min < threshold, conditioning.inv_kf_bound_mean
+    kf_note = f"mean {number(conditioning.inv_kf_mean, 3)}; threshold {threshold:g}" + (
         f"; bound's mean {number(bound, 3)}" if bound else ""
     )
     nearest, others, near_level = _margins(summary, cell)
-    checked, count = bool(_get(summary, "collisions", "checked")), int(_get(summary, "collisions", "count") or 0)
-    clearance = _get(summary, "collisions", "clearance_min_mm")
+    count, clearance = collisions.count, collisions.clearance_min_mm
     clear_note = f"closest {number(clearance, 1, 'mm')}" if clearance is not None else "clearance was not measured"
     hits = (f"{count:,}" if count else "none", clear_note, "bad" if count else "")
-    optimal = _get(summary, "time_s", "optimal")
+    optimal = summary.time_s.optimal
     time_note = "at the programmed feeds" if optimal is None else f"{duration(optimal)} planned, jerk kept: see Feed"
-    travel = _get(summary, "external_travel") or {}
     parts = [
-        (escape(str(key).split("_")[0]), number(value, 0, "mm" if str(key).endswith("_mm") else "°"))
-        for key, value in travel.items()
+        (escape(key.split("_")[0]), number(value, 0, "mm" if key.endswith("_mm") else "°"))
+        for key, value in summary.external_travel.items()
     ]
-    regions = _get(summary, "regions") or []
-    revised = sum(bool(r.get("revised")) for r in regions)
+    revised = sum(r.revised for r in summary.regions)
     length = number(float(path.length[-1]), 1, "m") if len(path) else "–"
-    error = _get(summary, "verified", "position_error_mm_max")
     items = [
-        _card("CL points", number(_get(summary, "points"), 0), f"{length} of path, {len(path):,} points with travel"),
+        _card("CL points", number(summary.points, 0), f"{length} of path, {len(path):,} points with travel"),
         _card(
-            "Regions", f"{len(regions):,}", f"posture revised before {revised:,}" if revised else "no posture revision"
+            "Regions",
+            f"{len(summary.regions):,}",
+            f"posture revised before {revised:,}" if revised else "no posture revision",
         ),
-        _card("Time", duration(_get(summary, "time_s", "program")), time_note),
-        _card("Lowest 1/k<sub>F</sub>", number(lowest, 3), kf_note, "warn" if low else ""),
+        _card("Time", duration(summary.time_s.program), time_note),
+        _card("Lowest 1/k<sub>F</sub>", number(conditioning.inv_kf_min, 3), kf_note, "warn" if low else ""),
         _card("Closest to a limit", nearest, others, near_level),
         _card("External travel", " · ".join(f"{n} {v}" for n, v in parts[:2]) or "–", "summed over the program"),
-        _card("Collisions", *(hits if checked else ("not checked", "no bodies were given", "warn"))),
-        _card("Worst deviation", number(error, 5, "mm"), "of the program read back from the CL data"),
+        _card("Collisions", *(hits if collisions.checked else ("not checked", "no bodies were given", "warn"))),
+        _card(
+            "Worst deviation",
+            number(summary.verified.position_error_mm_max, 5, "mm"),
+            "of the program read back from the CL data",
+        ),
     ]
     return f'<div class="cards">{"".join(items)}</div>'
 
@@ -201,22 +185,20 @@ def _per_region(path: ToolPathInBase, solution: Solution, count: int) -> tuple[A
     return lowest, mean, m_to_mm(np.bincount(region, weights=step[inside], minlength=count).astype(float))
 
 
-def regions_table(summary: Summary, path: ToolPathInBase, solution: Solution, *, threshold: float) -> str:
+def regions_table(summary: PostSummary, path: ToolPathInBase, solution: Solution, *, threshold: float) -> str:
     """One row a region: where it comes from, how long it is, how well the arm stands in it."""
-    regions = list(_get(summary, "regions") or [])
-    count = max([int(r["index"]) + 1 for r in regions], default=0)
+    regions = summary.regions
+    count = max([r.index + 1 for r in regions], default=0)
     lowest, mean, length_mm = _per_region(path, solution, count)
     rows = []
     for r in regions[:_MOST_REGIONS]:
-        k = int(r["index"])
+        k = r.index
         low = "low" if lowest[k] < threshold else ""
-        change = "–"
-        if r.get("revised"):
-            change = f"{number(r.get('inv_kf_before'), 3)} → {number(r.get('inv_kf_after'), 3)}"
+        change = f"{number(r.inv_kf_before, 3)} → {number(r.inv_kf_after, 3)}" if r.revised else "–"
         rows.append(
-            f'<tr><td class="n">{k}</td><td class="text">{escape(r.get("name"))}</td>'
-            f'<td class="n">{escape(r.get("first_line"))} – {escape(r.get("last_line"))}</td>'
-            f'<td class="n">{number(r.get("points"), 0)}</td><td class="n">{number(float(length_mm[k]), 0)}</td>'
+            f'<tr><td class="n">{k}</td><td class="text">{escape(r.name)}</td>'
+            f'<td class="n">{escape(r.first_line)} – {escape(r.last_line)}</td>'
+            f'<td class="n">{number(r.points, 0)}</td><td class="n">{number(float(length_mm[k]), 0)}</td>'
             f'<td class="n {low}">{number(float(lowest[k]), 3)}</td><td class="n">{number(float(mean[k]), 3)}</td>'
             f'<td class="n">{change}</td></tr>'
         )

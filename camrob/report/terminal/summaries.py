@@ -12,25 +12,14 @@ from rich.text import Text
 from camrob.report.post.feed_sentences import feed_rows
 from camrob.report.post.plan_text import plan_lines
 from camrob.report.words import shown_duration, shown_number, shown_text
+from camrob.summaries.post_summary import CollisionFigures, PostSummary, RegionFigures
+from camrob.summaries.remarks import Remark
 
 __all__ = ["render_post", "render_summary"]
-
-Summary = Mapping[str, Any]
 
 _MOST_WARNINGS = 20
 _MOST_REGIONS = 12
 _NEAREST = 3  # axes shown with their margin
-
-
-def _linear(summary: Summary) -> set[str]:
-    """The axes that move in mm, as the names of the external travels tell."""
-    return {key.removesuffix("_mm") for key in _part(summary, "external_travel") if key.endswith("_mm")}
-
-
-def _part(summary: Summary, key: str) -> Summary:
-    """The object below a key, empty where there is none."""
-    value = summary.get(key)
-    return value if isinstance(value, Mapping) else {}
 
 
 def _grid() -> Table:
@@ -41,9 +30,8 @@ def _grid() -> Table:
     return grid
 
 
-def _warnings(summary: Summary) -> Iterator[RenderableType]:
+def _warnings(warnings: Sequence[Remark]) -> Iterator[RenderableType]:
     """The warnings, with their lines of the CL file."""
-    warnings = summary.get("warnings") or []
     if not warnings:
         yield Text("No warnings.", style="green")
         return
@@ -52,131 +40,110 @@ def _warnings(summary: Summary) -> Iterator[RenderableType]:
     grid.add_column(justify="right", no_wrap=True, style="yellow")
     grid.add_column()
     for warning in warnings[:_MOST_WARNINGS]:
-        line = warning.get("line")
-        grid.add_row(f"line {line}" if line else "", shown_text(warning.get("text", "")))
+        grid.add_row(f"line {warning.line}" if warning.line else "", shown_text(warning.text))
     yield grid
     if len(warnings) > _MOST_WARNINGS:
         yield Text(f"... and {len(warnings) - _MOST_WARNINGS} more, in the report and NAME.json", style="yellow")
 
 
-def _limits(summary: Summary) -> Text:
+def _limits(summary: PostSummary) -> Text:
     """The axes that come nearest to their limits."""
-    limits = _part(summary, "limits")
-    margins = {k: v for k, v in _part(limits, "margin_min").items() if isinstance(v, int | float)}
-    # degrees and millimetres don't compare: the linear axes are named apart
-    linear = _linear(summary)
+    margins = {k: v for k, v in summary.limits.margin_min.items() if v is not None}
+    # degrees and millimetres don't compare: the linear axes, as the external travels name them, are told apart
+    linear = {key.removesuffix("_mm") for key in summary.external_travel if key.endswith("_mm")}
     turning = sorted((v, k) for k, v in margins.items() if k not in linear)[:_NEAREST]
     near = [f"{k} {shown_number(v)} deg" for v, k in turning]
     near += [f"{k} {shown_number(v)} mm" for k, v in margins.items() if k in linear]
-    violations = limits.get("violations")
     text = Text(f"least margin to a limit: {', '.join(near) or '-'}")
-    if violations:
-        text.append(f"; {violations} points past a limit", style="bold red")
+    if summary.limits.violations:
+        text.append(f"; {summary.limits.violations} points past a limit", style="bold red")
     return text
 
 
-def _collisions(summary: Summary) -> Text:
+def _collisions(found: CollisionFigures) -> Text:
     """Collisions and the least clearance."""
-    part = _part(summary, "collisions")
-    if not part.get("checked"):
+    if not found.checked:
         return Text("not checked", style="yellow")
-    clearance = part.get("clearance_min_mm")
+    clearance = found.clearance_min_mm
     beside = "" if clearance is None else f"; least clearance {shown_number(clearance)} mm"
-    if part.get("count"):
-        return Text(f"{part['count']} found{beside}", style="bold red")
-    return Text(f"none{beside}")
+    return Text(f"{found.count} found{beside}", style="bold red") if found.count else Text(f"none{beside}")
 
 
-def _conditioning(summary: Summary) -> Text:
+def _conditioning(summary: PostSummary) -> Text:
     """1/k_F in words, and singular points."""
-    part = _part(summary, "conditioning")
+    part = summary.conditioning
     text = Text(
-        f"1/k_F lowest {shown_number(part.get('inv_kf_min'), 3)}, mean {shown_number(part.get('inv_kf_mean'), 3)}"
+        f"1/k_F lowest {shown_number(part.inv_kf_min, 3)}, mean {shown_number(part.inv_kf_mean, 3)}"
         " (0 is singular, 1 ideal)"
     )
-    if summary.get("singular"):
-        text.append(f"; {summary['singular']} singular points", style="bold red")
+    if summary.singular:
+        text.append(f"; {summary.singular} singular points", style="bold red")
     return text
 
 
-def _verified(summary: Summary) -> Text:
-    """What the read-back and replay of the program found."""
-    part = _part(summary, "verified")
-    if not part:
-        return Text("no", style="bold red")
-    error = shown_number(part.get("position_error_mm_max"), 4)
-    return shown_text(
-        f"{part.get('points', '-')} points read back and replayed; at most {error} mm off ({part.get('by', '-')})"
-    )
-
-
-def _regions(regions: Sequence[Summary]) -> RenderableType:
+def _regions(regions: Sequence[RegionFigures]) -> RenderableType:
     """One row a region."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for heading in ("region", "CL lines", "points", "1/k_F at its start"):
         table.add_column(heading, justify="left" if heading == "region" else "right")
     for region in regions[:_MOST_REGIONS]:
-        before, after = shown_number(region.get("inv_kf_before"), 3), shown_number(region.get("inv_kf_after"), 3)
+        before, after = shown_number(region.inv_kf_before, 3), shown_number(region.inv_kf_after, 3)
         table.add_row(
-            shown_text(region.get("name") or region.get("index", "")),
-            f"{region.get('first_line', '-')} to {region.get('last_line', '-')}",
-            shown_number(region.get("points"), 0),
-            f"{before} to {after} by revision" if region.get("revised") else before,
+            shown_text(region.name or region.index),
+            f"{region.first_line} to {region.last_line}",
+            shown_number(region.points, 0),
+            f"{before} to {after} by revision" if region.revised else before,
         )
     if len(regions) > _MOST_REGIONS:
         table.add_row(f"... and {len(regions) - _MOST_REGIONS} more", "", "", "")
     return table
 
 
-def render_post(summary: Summary) -> RenderableType:
-    """The summary of `camrob post` (the JSON object of the contract) for a terminal; what is absent shows as '-'."""
-    source, regions = _part(summary, "source"), summary.get("regions") or []
-    time, travel = _part(summary, "time_s"), _part(summary, "external_travel")
-    tracking = _part(summary, "tracking")
+def render_post(summary: PostSummary) -> RenderableType:
+    """The summary of `camrob post` for a terminal."""
+    source, regions, time, verified = summary.source, summary.regions, summary.time_s, summary.verified
     grid = _grid()
+    grid.add_row("Program", shown_text(f"{summary.program} for {summary.cell}, method {summary.method}"))
+    grid.add_row("From", shown_text(f"{source.file} ({source.dialect}, {source.units})"))
     grid.add_row(
-        "Program",
-        shown_text(
-            f"{summary.get('program', '-')} for {summary.get('cell', '-')}, method {summary.get('method', '-')}"
-        ),
+        "Points", f"{shown_number(summary.points, 0)} in {len(regions)} region{'s' if len(regions) != 1 else ''}"
     )
-    grid.add_row(
-        "From", shown_text(f"{source.get('file', '-')} ({source.get('dialect', '-')}, {source.get('units', '-')})")
-    )
-    grid.add_row(
-        "Points", f"{shown_number(summary.get('points'), 0)} in {len(regions)} region{'s' if len(regions) != 1 else ''}"
-    )
-    optimal = time.get("optimal")
-    beside = "" if optimal is None else f"; {shown_duration(optimal)} at the fastest safe feed"
-    grid.add_row("Time", f"{shown_duration(time.get('program'))} as programmed{beside}")
-    for label, text in feed_rows(summary):
+    beside = "" if time.optimal is None else f"; {shown_duration(time.optimal)} at the fastest safe feed"
+    grid.add_row("Time", f"{shown_duration(time.program)} as programmed{beside}")
+    for label, text in feed_rows(summary.feed, summary.torques):
         grid.add_row(label, shown_text(text))
     grid.add_row("Conditioning", _conditioning(summary))
     grid.add_row("Axes", _limits(summary))
-    grid.add_row("Collisions", _collisions(summary))
-    moved = (
-        ", ".join(f"{k.partition('_')[0]} {shown_number(v)} {k.partition('_')[2]}" for k, v in travel.items()) or "-"
-    )
+    grid.add_row("Collisions", _collisions(summary.collisions))
+    travel = ((shown_number(value), *key.partition("_")) for key, value in summary.external_travel.items())
+    moved = ", ".join(f"{axis} {value} {unit}" for value, axis, _, unit in travel) or "-"
     grid.add_row("External axes", f"travel {moved}")
-    grid.add_row("Tracking", f"at most {shown_number(tracking.get('position_error_mm_max'), 4)} mm before rounding")
-    whole = bool(_part(summary, "witness").get("complete")) or not _part(summary, "verified")
-    grid.add_row("Verified" if whole else "Verified in part", _verified(summary))
-    files = [str(f) for f in summary.get("files") or []]
+    off = shown_number(summary.tracking.position_error_mm_max, 4)
+    grid.add_row("Tracking", f"at most {off} mm before rounding")
+    error = shown_number(verified.position_error_mm_max, 4)
+    grid.add_row(
+        "Verified" if summary.witness.complete else "Verified in part",
+        shown_text(f"{verified.points} points read back and replayed; at most {error} mm off ({verified.by})"),
+    )
+    files = summary.files
     if files:
         shown = files if len(files) <= 8 else [*files[:4], f"... {len(files) - 7} more ...", *files[-3:]]
         grid.add_row("Written", shown_text(", ".join(shown)))
-    parts: list[RenderableType] = [*_warnings(summary), Text(""), grid]
+    parts: list[RenderableType] = [*_warnings(summary.warnings), Text(""), grid]
     if len(regions) > 1:
         parts += [Text(""), _regions(regions)]
-    return Group(*parts, *plan_lines(_part(summary, "plan")))
+    return Group(*parts, *plan_lines(summary.plan))
 
 
-def render_summary(summary: Summary) -> RenderableType:
+def render_summary(summary: Mapping[str, Any]) -> RenderableType:
     """Any summary as a list of its entries, warnings first; nested objects under dotted names."""
     grid = _grid()
     for key, value in _flat({k: v for k, v in summary.items() if k != "warnings"}):
         grid.add_row(shown_text(key), shown_text(value))
-    parts: list[RenderableType] = [*_warnings(summary), Text("")] if "warnings" in summary else []
+    warnings = summary.get("warnings")
+    parts: list[RenderableType] = []
+    if warnings is not None:
+        parts = [*_warnings([Remark.from_json(w) for w in warnings]), Text("")]
     return Group(*parts, grid)
 
 

@@ -65,7 +65,7 @@ class Bench:
             with _noted(written, expected):
                 made = post(self.files[name], cell=self.cell[job.cell], out=out, report=False, **job.options)
             files = {f.name: f.read_bytes() for f in sorted(out.iterdir()) if f.suffix in (".src", ".dat")}
-            said = ",".join(w["code"] for w in made.summary["warnings"])
+            said = ",".join(w.code for w in made.summary.warnings)
             return Outcome("released", files, written, seconds=time.perf_counter() - started, said=said)
         except _SameBytes:
             return Outcome("same", seconds=time.perf_counter() - started)

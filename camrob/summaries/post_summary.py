@@ -1,0 +1,218 @@
+"""What `camrob post` says: NAME.json, as the contract fixes it. Units are those of the trade, in the names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from camrob.summaries.base import Summary, left_out
+from camrob.summaries.feed_figures import FeedFigures, Torques
+from camrob.summaries.remarks import AxisLimits, Remark
+
+__all__ = [
+    "CollisionFigures",
+    "Conditioning",
+    "Manifest",
+    "PlanFigures",
+    "PlanOnCurve",
+    "PlannedCut",
+    "PostSummary",
+    "ProcessFigures",
+    "ProgramTime",
+    "RegionFigures",
+    "Source",
+    "ToolChanged",
+    "Tracking",
+    "Verified",
+    "WitnessFigures",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source(Summary):
+    """The CL file."""
+
+    file: str
+    sha256: str
+    dialect: str
+    units: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RegionFigures(Summary):
+    """A region: its CL lines, and how well the arm stands in it; before and after a revision, at its first point."""
+
+    index: int
+    name: str
+    first_line: int
+    last_line: int
+    points: int
+    revised: bool
+    inv_kf_before: float
+    inv_kf_after: float
+    inv_kf_min: float
+    inv_kf_mean: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tracking(Summary):
+    """What the solver leaves of the poses, before rounding."""
+
+    position_error_mm_max: float
+    axis_error_deg_max: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conditioning(Summary):
+    """1/k_F of the arm along the path, and the mean of the best that any posture reaches; None where no plan looked for it."""
+
+    inv_kf_min: float
+    inv_kf_mean: float
+    inv_kf_bound_mean: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CollisionFigures(Summary):
+    """Collisions along the program; the clearance is None where none was measured."""
+
+    checked: bool
+    count: int
+    clearance_min_mm: float | None
+    clearance_pair: tuple[str, ...]
+    sampled: str
+    skipped: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgramTime(Summary):
+    """s, at the programmed feed, and planned; None without a plan."""
+
+    program: float
+    optimal: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ToolChanged(Summary):
+    """A change of tools: where the file has it, the number and name it gives, and the set-up's tool."""
+
+    line: int
+    number: int
+    name: str
+    tool: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProcessFigures(Summary):
+    """What happens beside moving; spindle: line, rev/min and sense of each start."""
+
+    events_in_file: int
+    events_in_program: int
+    spindle: tuple[tuple[int, float, str], ...]
+    tool_changes: tuple[ToolChanged, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verified(Summary):
+    """How far the program that was read back and replayed is off the CL file."""
+
+    by: str
+    position_error_mm_max: float
+    axis_error_deg_max: float
+    second_library_error_mm_max: float
+    second_library_poses: int
+    points: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WitnessFigures(Summary):
+    """What the witness judged, and in lines what it could not."""
+
+    complete: bool
+    judged_points: int
+    judged_events: int
+    not_judged: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedCut(Summary):
+    """Where the arm is re-postured, and why; inserted: a retract was put in."""
+
+    line: int
+    region: int
+    inserted: bool
+    by: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanOnCurve(Summary):
+    """A plan between still and flowing; travel by axis while cutting, in SI and in the units that its keys name."""
+
+    name: str
+    inv_kf_mean: float
+    inv_kf_min: float
+    share_of_bound: float
+    travel_si: Mapping[str, float]
+    travel: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanFigures(Summary):
+    """How a planned solution was chosen: the curve of conditioning against external travel, and the objective's terms, m."""
+
+    mode: str
+    chosen: str
+    rule: str
+    bound_mean: float
+    bound_min: float
+    terms: Mapping[str, float]
+    shares: Mapping[str, float]
+    repostures: int
+    retracts: int
+    cuts: tuple[PlannedCut, ...]
+    curve: tuple[PlanOnCurve, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manifest(Summary):
+    """SHA-256 of every file that the program was made from and of its own, by name; camrob: the version."""
+
+    camrob: str
+    cl_file: Mapping[str, str]
+    setup: Mapping[str, str]
+    cell: Mapping[str, str]
+    program: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PostSummary(Summary):
+    """A program that was made: from what, how well it stands and keeps its limits, what was verified, what to read first.
+
+    singular: motions that pass a singular posture. external_travel: by axis and unit. torques: None for a cell without masses;
+    plan: None for the published method. seconds: by stage of the job.
+    """
+
+    program: str
+    cell: str
+    method: str
+    source: Source
+    points: int
+    regions: tuple[RegionFigures, ...]
+    tracking: Tracking
+    conditioning: Conditioning
+    limits: AxisLimits
+    singular: int
+    collisions: CollisionFigures
+    external_travel: Mapping[str, float]
+    time_s: ProgramTime
+    feed: FeedFigures
+    torques: Torques | None
+    process: ProcessFigures
+    verified: Verified
+    witness: WitnessFigures
+    plan: PlanFigures | None
+    warnings: tuple[Remark, ...]
+    notes: tuple[Remark, ...]
+    files: tuple[str, ...]
+    manifest: Manifest
+    seconds: Mapping[str, float] | None = left_out()

@@ -1,0 +1,90 @@
+"""Summaries are JSON objects: keys in the order of the fields, what is left out, what stands among others, and back again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import FrozenInstanceError, dataclass
+from pathlib import Path
+
+import pytest
+
+from camrob.errors import InputError
+from camrob.jobs.files.compare_summary import comparable
+from camrob.summaries.base import Summary, keyed, left_out, spread
+from camrob.summaries.post_summary import PostSummary
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Size(Summary):
+    x_mm: float
+    y_mm: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told(Summary):
+    name: str
+    size: Size | None = spread()
+    source: str = keyed("from")
+    by_axis: Mapping[str, Size | None]
+    rows: tuple[tuple[int, Size], ...]
+    note: str = left_out("")
+    parts: tuple[Size, ...] = ()
+
+
+SIZE = Size(x_mm=1.0, y_mm=None)
+WHOLE = Told(
+    name="n", size=SIZE, source="s", by_axis={"A1": SIZE, "A2": None}, rows=((3, SIZE),), note="!", parts=(SIZE,)
+)
+BARE = Told(name="n", source="s", by_axis={}, rows=())
+
+
+def test_keys_stand_in_the_order_of_the_fields() -> None:
+    x = '{"x_mm": 1.0, "y_mm": null}'
+    assert json.dumps(WHOLE.to_json()) == (
+        f'{{"name": "n", "x_mm": 1.0, "y_mm": null, "from": "s", "by_axis": {{"A1": {x}, "A2": null}}, '
+        f'"rows": [[3, {x}]], "note": "!", "parts": [{x}]}}'
+    )
+    assert json.dumps(BARE.to_json()) == '{"name": "n", "from": "s", "by_axis": {}, "rows": [], "parts": []}'
+
+
+@pytest.mark.parametrize("told", [WHOLE, BARE])
+def test_what_was_written_is_read_as_it_was(told: Told) -> None:
+    assert Told.from_json(json.loads(json.dumps(told.to_json()))) == told
+
+
+def test_a_summary_cannot_be_changed() -> None:
+    by_axis = {"A1": SIZE}
+    told = Told(name="n", source="s", by_axis=by_axis, rows=[(3, SIZE)])  # type: ignore[arg-type]
+    by_axis["A1"] = None  # type: ignore[assignment]
+    assert told.by_axis == {"A1": SIZE} and told.rows == ((3, SIZE),)
+    with pytest.raises(TypeError):
+        told.by_axis["A1"] = SIZE  # type: ignore[index]
+    with pytest.raises(FrozenInstanceError):
+        told.name = "m"  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"nmae": 1}, "Told has no key 'nmae'"),
+        ({"by_axis": {"A1": {"x_mm": 1.0}}}, "Size lacks the key 'y_mm'"),
+        ({"by_axis": {"A1": 7}}, "7 is no Size"),
+        ({"from": None, "parts": [{"x_mm": 1.0, "y_mm": None, "z_mm": 0.0}]}, "Size has no key 'z_mm'"),
+    ],
+)
+def test_what_is_no_such_object_is_refused(change: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Told.from_json(WHOLE.to_json() | change)
+
+
+@pytest.mark.parametrize("part", ["engraving", "carving", "relief"])
+def test_a_golden_summary_comes_out_byte_for_byte(part: str) -> None:
+    """The golden files were written from plain dictionaries; what they leave out stands at the end, and is left out again."""
+    text = (ROOT / "toolpaths" / part / "golden" / f"{part}.json").read_text(encoding="utf-8")
+    told = json.loads(text)
+    told["collisions"]["sampled"] = told["verified"]["by"] = "as it was"
+    told["manifest"] = {"camrob": "0", "cl_file": {}, "setup": {}, "cell": {}, "program": {}}
+    assert json.dumps(comparable(PostSummary.from_json(told).to_json()), indent=1) + "\n" == text

@@ -1,0 +1,83 @@
+"""Summaries for tests of what is made of them: whole ones, of which a test changes what it is about."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from camrob.summaries.post_summary import PostSummary
+
+__all__ = ["POST", "post_summary", "region"]
+
+
+def region(index: int, name: str, **other: Any) -> dict[str, Any]:
+    """A region of a post's summary."""
+    plain = {
+        "index": index, "name": name, "first_line": 10, "last_line": 20, "points": 300, "revised": False,
+        "inv_kf_before": 0.61, "inv_kf_after": 0.61, "inv_kf_min": 0.45, "inv_kf_mean": 0.61,
+    }  # fmt: skip
+    return plain | other
+
+
+POST: dict[str, Any] = {
+    "program": "carving",
+    "cell": "kr15_track_table",
+    "method": "vjm",
+    "source": {"file": "carving.cls", "sha256": "ab" * 32, "dialect": "nx-clsf", "units": "mm"},
+    "points": 12345,
+    "regions": [
+        region(0, "ROUGH", first_line=12, last_line=340, revised=True, inv_kf_before=0.41, inv_kf_after=0.66),
+        region(1, "FINISH", first_line=341, last_line=999, points=12045),
+    ],
+    "tracking": {"position_error_mm_max": 1e-6, "axis_error_deg_max": 1e-7},
+    "conditioning": {"inv_kf_min": 0.45, "inv_kf_mean": 0.61, "inv_kf_bound_mean": None},
+    "limits": {"margin_min": {"A1": 92.1, "A2": 3.0, "A5": 12.3, "A6": 55.0, "E1": 400.0, "E2": None}, "violations": 0},
+    "singular": 0,
+    "collisions": {
+        "checked": True, "count": 0, "clearance_min_mm": 12.0, "clearance_pair": ["spindle", "table"], "sampled": "all",
+        "skipped": [],
+    },
+    "external_travel": {"E1_mm": 812.0, "E2_deg": 95.0},
+    "time_s": {"program": 310.2, "optimal": 221.7},
+    "feed": {
+        "mode": "program", "kept_percent": 90.0, "lost_s": 1.0, "lost_by_axis_s": {"A1": 1.0}, "losses_count": 1,
+        "losses": [
+            {"first_line": 14, "last_line": 15, "axis": "A1", "cause": "A1 speed", "feed_mm_min": 900.0,
+             "reached_mm_min": 800.0, "lost_s": 1.0},
+        ],
+        "compared": [{"limits": "speed and acceleration", "program_s": 310.2, "planned_s": None}],
+        "program_breaks": {
+            "percent_of_cutting": 2.0,
+            "worst": [{"quantity": "jerk", "times_the_limit": 3.0, "cause": "A1 jerk", "axis": "A1", "line": 14}],
+        },
+        "planned_uses": None,
+    },
+    "torques": {
+        "masses": ["A2 arm: 42 kg"], "standing": "assumed masses",
+        "axes": {
+            "E1": {"max_n": 50.0, "gravity_max_n": 0.0, "line": 14},
+            "A2": {"max_nm": 404.0, "gravity_max_nm": 382.0, "line": 15},
+        },
+    },
+    "process": {"events_in_file": 3, "events_in_program": 3, "spindle": [[5, 3000.0, "CLW"]], "tool_changes": []},
+    "verified": {
+        "by": "a second library", "position_error_mm_max": 1e-4, "axis_error_deg_max": 1e-5,
+        "second_library_error_mm_max": 1e-9, "second_library_poses": 20, "points": 12345,
+    },
+    "witness": {"complete": True, "judged_points": 12345, "judged_events": 3, "not_judged": []},
+    "plan": None,
+    "warnings": [{"line": 33, "code": "cutcom", "text": "CUTCOM is not honoured", "count": 1}],
+    "notes": [],
+    "files": ["carving.src", "carving.dat", "carving.json"],
+    "manifest": {"camrob": "0.1.0", "cl_file": {}, "setup": {}, "cell": {}, "program": {}},
+    "seconds": {"read": 0.1},
+}  # fmt: skip
+"""A summary of `camrob post` as NAME.json holds it."""
+
+
+def post_summary(**changes: Any) -> PostSummary:
+    """POST with some of its entries changed; of an entry that is an object, those of its keys that are given."""
+    told = copy.deepcopy(POST)
+    for key, value in changes.items():
+        told[key] = told[key] | value if isinstance(value, dict) and isinstance(told[key], dict) else value
+    return PostSummary.from_json(told)
