@@ -131,6 +131,24 @@ def test_cycles_that_are_refused(cycle: str) -> None:
     assert error.value.line > 0
 
 
+@pytest.mark.parametrize(
+    ("dialect", "cycle", "match"),
+    [
+        ("nx-clsf", "CYCLE/DRILL,DEPTH,20.,MMPM,250.,CLEAR,3.", "names no depth"),  # Creo's words mean nothing certain in NX
+        ("nx-clsf", "CYCLE/DRILL,RAPTO,3.,WIBBLE,7.,FEDTO,-20.,MMPM,250.", "WIBBLE,7"),
+        ("nx-clsf", "CYCLE/DRILL,20.,3.,MMPM,250.,4.", "what 3 means"),
+        ("creo-ncl", "CYCLE/DRILL,FEDTO,-20.,MMPM,250.,RAPTO,3.", "names no depth"),
+        ("camworks-apt", "CYCLE/DRILL,FEDTO,20.,MMPM,250.,RAPTO,3.,LEVEL,9.", "LEVEL,9"),
+        ("apt", "CYCLE/DRILL,G98,12.0,PECKING,5.0,2.0,MMPM,187.0,3.0,46.9", "what"),  # CAMWorks' .clt, without its head
+        ("catia-apt", "CYCLE/DRILL,25.,5.,3.,MMPM,300.", "is not known in this dialect"),
+    ],
+)  # fmt: skip
+def test_a_number_whose_meaning_is_not_known_is_refused(dialect: str, cycle: str, match: str) -> None:
+    with pytest.raises(ToolpathError, match=match) as error:
+        read(dialect, f"RAPID\nGOTO/0,0,9\n{cycle}\nGOTO/0,0,0\nCYCLE/OFF\n")
+    assert error.value.line > 0 and "GOTO" in str(error.value)
+
+
 def test_a_hole_without_depth_is_said() -> None:
     t = read("nx-clsf", "RAPID\nGOTO/0,0,9\nCYCLE/DRILL,RAPTO,3.,FEDTO,0.,MMPM,9.\nGOTO/0,0,0\nCYCLE/OFF\n")
     assert any(f.code == "cycle-depth" for f in t.findings)

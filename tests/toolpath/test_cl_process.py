@@ -335,6 +335,12 @@ def test_feeds_that_nothing_moves_with(fedrat: str, match: str) -> None:
     assert read("UNITS/MM\nSPINDL/9\nFEDRAT/180000,MMPM\n" + DOWN).regions[0].feed[1] == pytest.approx(3.0)
 
 
+def test_a_feed_without_a_unit_after_the_lengths_have_changed_theirs() -> None:
+    refused("UNITS/MM\nSPINDL/9\nFEDRAT/MMPM,500\nUNITS/INCHES\nFEDRAT/10\n" + DOWN, 5, "names no unit")
+    head = "UNITS/MM\nSPINDL/9\nFEDRAT/MMPM,500\n"
+    assert read(head + "FEDRAT/60\n" + DOWN).regions[0].feed[1] == pytest.approx(1e-3)
+
+
 # ---- words that may not be skipped
 
 

@@ -234,7 +234,7 @@ def test_a_table_turn_elsewhere_is_refused() -> None:
         ("makino-cldata", "", -1),
         ("creo-ncl", "", 1),
         ("camworks-apt", "", 1),
-        ("apt", "", 1),
+        ("apt", "", -1),  # eleven numbers, as NX and Makino write them
     ],
 )
 def test_arcs_turn_as_the_system_means_them(dialect: str, head: str, sense: int) -> None:
@@ -246,6 +246,12 @@ def test_arcs_turn_as_the_system_means_them(dialect: str, head: str, sense: int)
     p = mm(t)[arc.first : arc.last + 1]
     np.testing.assert_allclose(np.linalg.norm(p, axis=1), 10.0, rtol=1e-12)
     assert p[len(p) // 2] @ [1, 1, 0] > 0
+
+
+def test_an_arc_of_no_known_system_turns_as_its_form_says_and_that_is_said() -> None:
+    t = read(HEAD + "GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0\n", "apt")
+    assert t.regions[0].arcs[0].angle == pytest.approx(math.pi / 2)
+    assert [f.code for f in t.findings].count("arc-sense") == 1
 
 
 def test_full_circle_helix_and_other_planes() -> None:

@@ -20,6 +20,7 @@ __all__ = ["Nurbs", "arc_to", "circle", "indirv", "tlon"]
 _MISFIT_MM = 0.05  # start and end may differ in radius by rounding, not by more than this
 _FLAT_MM = 0.001  # an axial rise below this is rounding: the arc stays an arc
 _MOST_TURNS = 1000
+_LEFT_HANDED = 11  # numbers of CIRCLE where its axis points against the sense of turning
 _TLON = re.compile(r"\(\s*CIRCLE\s*/([^()]*)\)\s*,\s*ON\s*,.*\(\s*LINE\s*/([^()]*)\)", re.I | re.S)
 
 
@@ -39,8 +40,15 @@ def circle(m: Machine, s: Statement) -> None:
     if not abs(length - 1.0) <= 1e-3:
         raise ToolpathError(f"CIRCLE's axis has the length {length:.4f}", cure="output it again", line=s.line)
     axis = m.part_R_cl @ normal / length
+    left_handed = m.dialect.left_handed_arcs
+    if m.dialect.name == "apt":  # eleven numbers are NX's and Makino's way of writing it
+        left_handed = len(v) >= _LEFT_HANDED
+        hand = "left" if left_handed else "right"
+        m.find(
+            "arc-sense", f"the file does not say whose CIRCLE this is; taken as {hand}-handed about its axis", s.line
+        )
     # CAMWorks' .clt prints 0,0,1 for both senses and tells them by a word
-    if m.dialect.left_handed_arcs or "CLOCKWISE" in s.words or "CLW" in s.words:
+    if left_handed or "CLOCKWISE" in s.words or "CLW" in s.words:
         axis = -axis
     radius = v[6] * m.scale if len(v) > 6 else 0.0
     m.curve_line = s.line

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -45,6 +45,8 @@ CYCLE_KINDS = {
     "BORE": "bore",
 }
 
+_VALUED = frozenset({"RAPTO", "CLEAR", "FEDTO", "DEPTH", "RTRCTO", "RETURN", "DWELL", "STEP", "INCR", "STEP1", "STEP2", "STEP3",
+    "1STPECK", "STPECK", "SUBPECK"}) | FEED_WORDS  # fmt: skip
 _MOST_PECKS = 10_000
 _SLIVER = 0.01  # of a peck: what is left of less joins the one before it
 _GAP_MM = 0.5  # how far above the depth reached the rapid approach of the next peck ends, and how far a chip is broken
@@ -215,6 +217,14 @@ def _tap(
     machine.event(EventKind.SPINDLE_ON, machine.rpm, machine.spindle or "CLW", line)
 
 
+def _all_known(name: str, fields: dict[str, float], loose: Sequence[float], line: int) -> None:
+    """Refuse a number that may mean motion, and whose meaning is not known: of another dialect, or of a cycle of its own."""
+    strange = [f"{word},{value:g}" for word, value in fields.items() if word not in _VALUED] + [f"{v:g}" for v in loose]
+    if strange:
+        cure = "output the cycle's moves as GOTO from the CAM system, or force the dialect that it is of"
+        raise ToolpathError(f"cycle {name}: what {strange[0]} means is not known in this dialect", cure=cure, line=line)
+
+
 def _named_pecks(fields: dict[str, float]) -> tuple[float, float]:
     """The first peck and the others, in the file's unit, 0 where it names none; of several steps the shortest."""
     first = abs(fields.get("1STPECK", fields.get("STPECK", 0.0)))
@@ -223,13 +233,21 @@ def _named_pecks(fields: dict[str, float]) -> tuple[float, float]:
     return first, peck or min(steps, default=first)
 
 
-def keyed_cycle(name: str, fields: dict[str, float], depth: float, line: int) -> Cycle:
+def keyed_cycle(
+    name: str, fields: dict[str, float], depth: float | None, line: int, loose: Sequence[float] = ()
+) -> Cycle:
     """A cycle whose values stand behind words (RAPTO or CLEAR, RTRCTO or RETURN, STEP, DWELL, ...).
 
-    A file that names a peck wants pecks, whatever the drilling cycle is called. Raises ToolpathError for a cycle of another kind
-    than drilling, tapping and boring, one without a depth, or boring peck by peck.
+    A file that names a peck wants pecks, whatever the drilling cycle is called. `loose`: numbers to which the dialect gives no
+    meaning. Raises ToolpathError for a cycle of another kind than drilling, tapping and boring, one without a depth (None), one
+    with a number whose meaning is not known, or boring peck by peck.
     """
     kind = CYCLE_KINDS.get(name)
+    if kind is not None:
+        _all_known(name, fields, loose, line)
+        if depth is None:
+            cure = "output it again with its depth, or its moves as GOTO"
+            raise ToolpathError(f"cycle {name} names no depth that this dialect knows", cure=cure, line=line)
     first, peck = _named_pecks(fields)
     if kind == "drill" and (first or peck):
         kind = "peck"
@@ -240,7 +258,7 @@ def keyed_cycle(name: str, fields: dict[str, float], depth: float, line: int) ->
         raise ToolpathError(
             f"cycle {name or '(no name)'} is not known", cure="output its moves as GOTO from the CAM system", line=line
         )
-    if not depth >= 0.0:
+    if depth is None or not depth >= 0.0:
         raise ToolpathError(f"cycle {name} has a depth of {depth:g}, out of the part", cure="correct it", line=line)
     retract = fields.get("RTRCTO", fields.get("RETURN"))
     return Cycle(

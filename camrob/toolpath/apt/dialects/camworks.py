@@ -23,8 +23,8 @@ def _recognise_clt(head: str) -> int:
 
 def _cycle(statement: Statement) -> Cycle:
     """FEDTO is positive into the part, from the GOTO's point; RAPTO and RTRCTO lie above it."""
-    name, fields, _ = cycle_fields(statement.args)
-    return keyed_cycle(name, fields, fields.get("FEDTO", 0.0), statement.line)
+    name, fields, loose = cycle_fields(statement.args)
+    return keyed_cycle(name, fields, fields.get("FEDTO"), statement.line, loose)
 
 
 def _cycle_clt(statement: Statement) -> Cycle:

@@ -30,10 +30,10 @@ def _cycle(statement: Statement) -> Cycle:
             args.append(arg)
     name, fields, loose = cycle_fields(args)
     name = "DEEP" if name == "DEEPHL" else name
-    if len(loose) > 1:
-        fields.setdefault("CLEAR", loose[1])
-    depth = fields.get("DEPTH", loose[0] if loose else 0.0)
-    return keyed_cycle(name, fields, depth, statement.line)
+    depth = fields["DEPTH"] if "DEPTH" in fields else loose.pop(0) if loose else None
+    if loose and "CLEAR" not in fields:
+        fields["CLEAR"] = loose.pop(0)
+    return keyed_cycle(name, fields, depth, statement.line, loose)
 
 
 def _pprint(text: str) -> tuple[str, str] | None:

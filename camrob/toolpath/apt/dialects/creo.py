@@ -22,8 +22,8 @@ def _recognise(head: str) -> int:
 
 def _cycle(statement: Statement) -> Cycle:
     """DEPTH is positive into the part, from the GOTO's point; CLEAR and RETURN lie above it."""
-    name, fields, _ = cycle_fields(statement.args)
-    return keyed_cycle(name, fields, fields.get("DEPTH", 0.0), statement.line)
+    name, fields, loose = cycle_fields(statement.args)
+    return keyed_cycle(name, fields, fields.get("DEPTH"), statement.line, loose)
 
 
 CREO = Dialect("creo-ncl", _recognise, _cycle, message, must_end=True)

@@ -18,8 +18,8 @@ def _cycle(statement: Statement) -> Cycle:
     name, fields, loose = cycle_fields(statement.args)
     if name == "DRILL":
         name = next((word for word in ("DEEP", "BRKCHP") if word in statement.words), name)
-    depth = -fields.get("FEDTO", -loose[0] if loose else 0.0)
-    return keyed_cycle(name, fields, depth + 0.0, statement.line)
+    depth = -fields["FEDTO"] + 0.0 if "FEDTO" in fields else loose.pop(0) if loose else None
+    return keyed_cycle(name, fields, depth, statement.line, loose)
 
 
 NX = Dialect("nx-clsf", _recognise, _cycle, message, left_handed_arcs=True, msys=True)

@@ -16,10 +16,12 @@ def _recognise(head: str) -> int:
 def apt_cycle(statement: Statement) -> Cycle:
     """Values behind words where there are any; otherwise depth, then clearance. The depth's sign means nothing here."""
     name, fields, loose = cycle_fields(statement.args)
-    depth = fields.get("FEDTO", fields.get("DEPTH", loose[0] if loose else 0.0))
-    if len(loose) > 1:
-        fields.setdefault("CLEAR", loose[1])
-    return keyed_cycle(name, fields, abs(depth), statement.line)
+    depth = fields.get("FEDTO", fields.get("DEPTH"))
+    if depth is None and loose:
+        depth = loose.pop(0)
+    if loose and not fields.keys() & {"RAPTO", "CLEAR"}:
+        fields["CLEAR"] = loose.pop(0)
+    return keyed_cycle(name, fields, None if depth is None else abs(depth), statement.line, loose)
 
 
 APT = Dialect("apt", _recognise, apt_cycle, message)
