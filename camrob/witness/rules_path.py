@@ -238,7 +238,8 @@ class _Walk:
         i, u, leg = self.i, self.u, self.prog.motion(self.j)
         targets, beyond = self._aims()
         if i < len(self.file) and (i or u):
-            cut = i if u or not self.rapid[i] else i - 1
+            # where the file itself has come in rapid, the way back may be as fast
+            cut = i - 1 if not u and i and (self.rapid[i] or self.rapid[i - 1]) else i
             feeds = -1 if self.rapid[cut] else cut
             targets.append(Target(leg.point(self.v), leg.axis(self.v), i, u, feeds))
         flight = self.air.flight(self.j, self.v, targets, beyond == len(self.file))

@@ -435,6 +435,22 @@ FEEDS = {
 }
 
 
+@pytest.mark.parametrize(("last", "passes"), [(rapid(7, 0, 9), True), (feed(7, 0, 9), False)])
+def test_the_way_back_is_as_fast_as_the_file_itself_came_there(last, passes: bool) -> None:
+    """Low over the part a file that came in rapid is gone on with in rapid; one that cut is gone on with at its feed."""
+    story = file(ON, rapid(0, 0, 25), feed(0, 0, 2), feed(7, 0, 2), last, feed(20, 0, 2), rapid(20, 0, 25), OFF)
+    speed = RAPID if passes else 600
+    cut = (
+        lin(0, 0, 2),
+        lin(7, 0, 2),
+        lin(7, 0, 9, at=speed),
+        lin(7, 0, 60, at=RAPID),
+        lin(7, 0, 9, at=RAPID),
+        lin(20, 0, 2),
+    )
+    assert codes(story, program(*START, *cut, *END)) == ([] if passes else ["entry-faster"])
+
+
 @pytest.mark.parametrize("case", FEEDS)
 def test_feeds(case: str) -> None:
     way, wanted = FEEDS[case]
