@@ -16,19 +16,34 @@ from camrob.measurement.log_info import LogInfo
 from camrob.se3 import abc_to_rotation
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["AXES", "COLUMNS", "EXTERNAL", "FORCE", "ORIENTATION", "POSITION", "TORQUE", "MeasurementLog"]
+__all__ = [
+    "AXES",
+    "COLUMNS",
+    "CURRENT",
+    "EXTERNAL",
+    "EXTERNAL_TORQUE",
+    "FORCE",
+    "MOTOR",
+    "ORIENTATION",
+    "POSITION",
+    "TORQUE",
+    "MeasurementLog",
+]
 
 Array = NDArray[np.float64]
 
 POSITION = ("x", "y", "z")
 ORIENTATION = ("a", "b", "c")
-AXES = tuple(f"A{i}" for i in range(1, 7))
+AXES = tuple(f"A{i}" for i in range(1, 8))
 EXTERNAL = tuple(f"E{i}" for i in range(1, 7))
-TORQUE = tuple(f"T{i}" for i in range(1, 7))
+TORQUE = tuple(f"T{i}" for i in range(1, 8))
+EXTERNAL_TORQUE = tuple(f"T{n}" for n in EXTERNAL)
+MOTOR = (*(f"M{i}" for i in range(1, 8)), *(f"M{n}" for n in EXTERNAL))
+CURRENT = (*(f"I{i}" for i in range(1, 8)), *(f"I{n}" for n in EXTERNAL))
 FORCE = ("fx", "fy", "fz")
 COLUMNS = (
     *("t", *POSITION, *ORIENTATION, *AXES, *EXTERNAL, *(f"c{n}" for n in AXES + EXTERNAL)),
-    *(*TORQUE, "temp", *FORCE, "line"),
+    *(*TORQUE, *EXTERNAL_TORQUE, *MOTOR, *CURRENT, "temp", *FORCE, "line"),
 )
 """Every column of the log format, in the order in which they are written."""
 
@@ -100,8 +115,16 @@ class MeasurementLog:
 
     @property
     def torque(self) -> Array:
-        """Axis torques (N, 6), Nm."""
-        return self.matrix(TORQUE)
+        """Axis torques (N, k) of the arm's axes that are logged, T1 .., Nm."""
+        return self.matrix([n for n in TORQUE if n in self.columns] or TORQUE)
+
+    def beside(self, kind: str, axes: Sequence[str]) -> Array | None:
+        """What is logged of some axes beside their places (N, k), in the file's units; None where any lacks it.
+
+        kind: T (Nm, N), M (motor-side encoders, degrees and mm of the axis) or I (A, motor currents).
+        """
+        names = [f"{kind}{a.removeprefix('A')}" for a in axes]
+        return self.matrix(names) if self.has(*names) else None
 
     @property
     def force(self) -> Array:

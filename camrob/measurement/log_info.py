@@ -38,8 +38,11 @@ class Target(StrEnum):
 class LogInfo:
     """The facts of LOG.toml, SI; NaN or "" where the file says nothing.
 
-    sigma_position (m) and sigma_angle (rad): the instrument's 1-sigma noise an axis. payload: kg. feed: m/s. program:
-    name of the program file beside the log. poses: rows are single poses at rest, not a path.
+    sigma_position (m) and sigma_angle (rad): the instrument's 1-sigma noise an axis; sigma_axis (rad) and sigma_axis_length
+    (m): that of encoders against set-points. tolerance: m at the tool that nobody cares about. payload: kg. feed: m/s.
+    program: name of the program file beside the log. poses: rows are single poses at rest, not a path. same_poses_as: the
+    log of another target on the same postures; same_frame_as, same_target_as: the log whose instrument stood where this
+    one's stood, and whose reflector sat where this one's sat.
     """
 
     measured_frame: MeasuredFrame = MeasuredFrame.WORLD
@@ -52,15 +55,24 @@ class LogInfo:
     instrument: str = ""
     note: str = ""
     poses: bool = False
+    sigma_axis: float = math.nan
+    sigma_axis_length: float = math.nan
+    tolerance: float = math.nan
+    same_poses_as: str = ""
+    same_frame_as: str = ""
+    same_target_as: str = ""
 
 
 _NUMBERS: dict[str, tuple[str, Callable[[float], float], Callable[[float], float]]] = {
     "sigma_mm": ("sigma_position", mm_to_m, m_to_mm),
     "sigma_deg": ("sigma_angle", deg_to_rad, rad_to_deg),
+    "sigma_axis_deg": ("sigma_axis", deg_to_rad, rad_to_deg),
+    "sigma_axis_mm": ("sigma_axis_length", mm_to_m, m_to_mm),
+    "tolerance_mm": ("tolerance", mm_to_m, m_to_mm),
     "payload_kg": ("payload", float, float),
     "feed_mm_min": ("feed", mm_min_to_m_s, m_s_to_mm_min),
 }
-_TEXTS = ("program", "instrument", "note")
+_TEXTS = ("program", "instrument", "note", "same_poses_as", "same_frame_as", "same_target_as")
 _CHOICES: dict[str, type[StrEnum]] = {"measured_frame": MeasuredFrame, "target": Target}
 _KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, "poses")
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import LogError
-from camrob.measurement.log import AXES, EXTERNAL, FORCE, ORIENTATION, POSITION, TORQUE
+from camrob.measurement.log import AXES, CURRENT, EXTERNAL, EXTERNAL_TORQUE, FORCE, MOTOR, ORIENTATION, POSITION, TORQUE
 from camrob.units import deg_to_rad
 
 __all__ = ["check_plausible"]
@@ -23,7 +23,9 @@ _LARGEST = {
     **dict.fromkeys(ORIENTATION, 360.0 + 1e-9),
     **dict.fromkeys((*AXES, *(f"c{n}" for n in AXES)), 1500.0),
     **dict.fromkeys((*EXTERNAL, *(f"c{n}" for n in EXTERNAL)), 1e6),
-    **dict.fromkeys(TORQUE, 1e6),
+    **dict.fromkeys((*TORQUE, *EXTERNAL_TORQUE), 1e6),
+    **dict.fromkeys(MOTOR, 1e6),
+    **dict.fromkeys(CURRENT, 1e4),
     **dict.fromkeys(FORCE, 1e6),
     "temp": 200.0,
     "line": 1e9,
@@ -48,18 +50,18 @@ def check_plausible(columns: Mapping[str, Array], path: Path, first: int) -> Non
                 raise LogError(f"{name} is {columns[name][row]:g}", cure=_CURE, path=path, line=row + first)
     if "x" not in columns:
         return
-    prefix = "" if "A1" in columns else "c"
+    prefix = "" if "A1" in columns or "E1" in columns else "c"
     seen = ~np.isnan(columns["x"])
     travel = {n: _extent(columns[prefix + n][seen]) for n in AXES + EXTERNAL if prefix + n in columns}
     extent = float(np.linalg.norm([_extent(columns[n][seen]) for n in POSITION]))
-    carried = sum(float(deg_to_rad(travel[n])) * _REACH_MM for n in AXES)
+    carried = sum(float(deg_to_rad(travel[n])) * _REACH_MM for n in AXES if n in travel)
     # an external axis may be a track (mm) or a table (degrees): the larger of both
     carried += sum(max(travel[n], float(deg_to_rad(travel[n])) * _REACH_MM) for n in travel if n in EXTERNAL)
     if extent > 1.5 * carried + 20.0:
         what = f"the tool travels {extent:.0f} mm while the axes move only {max(travel.values()):.3g} degrees"
         raise LogError(what, cure="are the angles in radians? give degrees", path=path, line=first)
     farthest = max(float(np.max(np.abs(columns[n][seen]), initial=0.0)) for n in POSITION)
-    if seen.any() and farthest < _METRES and sum(travel[n] for n in AXES[:3]) > _GROSS_DEG:
+    if seen.any() and farthest < _METRES and sum(travel.get(n, 0.0) for n in AXES[:3]) > _GROSS_DEG:
         what = f"the tool stays within {farthest:.3g} mm of the origin while the arm moves"
         raise LogError(what, cure="are the positions in metres? give mm", path=path, line=first)
 

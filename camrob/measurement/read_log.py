@@ -12,7 +12,18 @@ from numpy.typing import NDArray
 
 from camrob.errors import LogError
 from camrob.measurement.csv_numbers import BAD_COUNT, BAD_NUMBER, BLANK_LINE, parse_table
-from camrob.measurement.log import AXES, COLUMNS, EXTERNAL, FORCE, ORIENTATION, POSITION, TORQUE, MeasurementLog
+from camrob.measurement.log import (
+    AXES,
+    COLUMNS,
+    CURRENT,
+    EXTERNAL,
+    FORCE,
+    MOTOR,
+    ORIENTATION,
+    POSITION,
+    TORQUE,
+    MeasurementLog,
+)
 from camrob.measurement.log_info import LogInfo, read_info
 from camrob.measurement.log_units import check_plausible
 
@@ -21,7 +32,9 @@ __all__ = ["read_log"]
 Array = NDArray[np.float64]
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_TOGETHER = (POSITION, ORIENTATION, AXES, tuple(f"c{n}" for n in AXES), TORQUE, FORCE)
+_TOGETHER = (POSITION, ORIENTATION, FORCE)
+# from the first on, as many as there are
+_ROWS = (AXES, tuple(f"c{n}" for n in AXES), TORQUE, MOTOR[: len(AXES)], CURRENT[: len(AXES)])
 _SLOW_CELLS = 20_000_000
 
 
@@ -51,7 +64,7 @@ def _check_names(names: Sequence[str], path: Path) -> None:
         shown = repr(name[:40])
         bare = re.split(r"[ _\[(]", name.strip('"'))[0].lower()
         if re.fullmatch(r"[cC]?[AE]\d+", name):
-            raise LogError(f"has an axis {shown}", cure="the format knows A1..A6 and E1..E6", path=path, line=1)
+            raise LogError(f"has an axis {shown}", cure="the format knows A1..A7 and E1..E6", path=path, line=1)
         if bare in known:
             raise LogError(
                 f"has a column {shown}", cure=f"name it {known[bare]}, in the format's unit", path=path, line=1
@@ -68,12 +81,26 @@ def _check_names(names: Sequence[str], path: Path) -> None:
             here = next(n for n in group if n in names)
             cure = f"{', '.join(group)} belong together"
             raise LogError(f"has a column {here} but no column {missing[0]}", cure=cure, path=path, line=1)
-    if "A1" not in names and "cA1" not in names:
-        raise LogError("has no axis values", cure="give A1..A6 (encoders) or cA1..cA6 (set-points)", path=path, line=1)
-    for external in EXTERNAL:
-        if "A1" in names and f"c{external}" in names and external not in names:
-            cure = f"give {external} beside A1..A6"
-            raise LogError(f"has a column c{external} but no column {external}", cure=cure, path=path, line=1)
+    _check_axes(names, path)
+
+
+def _check_axes(names: Sequence[str], path: Path) -> None:
+    """Axes from the first on, none left out; encoders and set-points of the same ones."""
+    for row in _ROWS:
+        count = max((k + 1 for k, n in enumerate(row) if n in names), default=0)
+        missing = [n for n in row[:count] if n not in names]
+        if missing:
+            cure = f"give {row[0]} .. {row[count - 1]}, none left out"
+            raise LogError(f"has a column {row[count - 1]} but no column {missing[0]}", cure=cure, path=path, line=1)
+    places = (*AXES, *EXTERNAL)
+    if not any(n in names or f"c{n}" in names for n in places):
+        raise LogError("has no axis values", cure="give A1.. (encoders) or cA1.. (set-points)", path=path, line=1)
+    if not any(n in names for n in places):
+        return
+    for name in places:
+        if f"c{name}" in names and name not in names:
+            cure = f"give {name} beside c{name}"
+            raise LogError(f"has a column c{name} but no column {name}", cure=cure, path=path, line=1)
 
 
 def _read_csv(path: Path) -> tuple[list[str], Array]:

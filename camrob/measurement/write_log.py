@@ -8,7 +8,7 @@ import numpy as np
 
 from camrob.errors import LogError
 from camrob.measurement.csv_numbers import format_table
-from camrob.measurement.log import AXES, EXTERNAL, ORIENTATION, POSITION, MeasurementLog
+from camrob.measurement.log import AXES, EXTERNAL, MOTOR, ORIENTATION, POSITION, MeasurementLog
 from camrob.measurement.log_info import info_text
 
 __all__ = ["write_log"]
@@ -17,7 +17,7 @@ _CHUNK = 50_000
 _BYTES_A_CELL = 26
 _DECIMALS = {
     **dict.fromkeys(("t", *POSITION), 6),
-    **dict.fromkeys((*ORIENTATION, *AXES, *EXTERNAL, *(f"c{n}" for n in AXES + EXTERNAL)), 8),
+    **dict.fromkeys((*ORIENTATION, *AXES, *EXTERNAL, *MOTOR, *(f"c{n}" for n in AXES + EXTERNAL)), 8),
     "line": 0,
 }
 

@@ -96,7 +96,10 @@ def test_rows_that_are_refused(tmp_path: Path, change, told: str) -> None:
         (HEADER.replace("z,", "zz,"), "has a column 'zz'"),
         (HEADER.replace(",x,", ",x_mm,"), "name it x, in the format's unit"),
         (HEADER.replace(",A1,", ",a1,"), "name it A1"),
-        (HEADER.replace("A6", "A7"), "has an axis 'A7'"),
+        (HEADER.replace("A6", "A8"), "has an axis 'A8'"),
+        (HEADER.replace("A6", "A7"), "has a column A7 but no column A6"),
+        (HEADER + ",I2", "has a column I2 but no column I1"),
+        (HEADER + ",cA1,cE3", "has a column cE3 but no column E3"),
         (HEADER.replace("E2", "E1"), "has the column E1 twice"),
         (HEADER.replace("c,", "temp,"), "has a column a but no column c"),
         (HEADER.replace(",", ";"), "separates columns by semicolons"),
@@ -129,6 +132,43 @@ def test_other_units_are_seen(tmp_path: Path) -> None:
     write_log(MeasurementLog({**plain, **{k: plain[k] / 1000 for k in "xyz"}, **axes}), tmp_path / "metres.csv")
     with pytest.raises(LogError, match="in metres"):
         read_log(tmp_path / "metres.csv")
+
+
+def test_any_number_of_axes_and_what_their_drives_tell(tmp_path: Path) -> None:
+    """One axis, a seventh, a column alone; motor-side encoders and currents beside them, through a file and back."""
+    n = 40
+    for names in (("A1",), tuple(f"A{i}" for i in range(1, 8)), ("E1",)):
+        columns = {"t": 0.01 * np.arange(n)}
+        for k, name in enumerate(names):
+            short = name.removeprefix("A")
+            columns |= {name: np.linspace(0.0, 9.0 + k, n), f"c{name}": np.linspace(0.0, 9.5 + k, n)}
+            columns |= {
+                f"M{short}": np.linspace(0.1, 9.0, n),
+                f"I{short}": np.full(n, 1.5 + k),
+                f"T{short}": np.full(n, 20.0 + k),
+            }
+        write_log(MeasurementLog(columns), tmp_path / "drives.csv")
+        log = read_log(tmp_path / "drives.csv")
+        assert log.axis_names == names
+        assert not log.has_position
+        for kind, value in (("I", 1.5), ("T", 20.0)):
+            told = log.beside(kind, names)
+            assert told is not None
+            assert told[0].tolist() == [value + k for k in range(len(names))]
+        assert log.beside("M", (*names, "E6")) is None
+
+
+def test_facts_of_sets_and_drives_go_through_a_file(tmp_path: Path) -> None:
+    info = LogInfo(
+        sigma_axis=np.deg2rad(1e-3), sigma_axis_length=2e-6, tolerance=1e-4, same_poses_as="a.csv", same_frame_as="b.csv",
+        same_target_as="c.csv", poses=True,
+    )  # fmt: skip
+    write_log(MeasurementLog({"t": np.arange(3.0), "A1": np.arange(3.0)}, info), tmp_path / "one.csv")
+    found = read_log(tmp_path / "one.csv").info
+    assert found.sigma_axis == pytest.approx(info.sigma_axis)
+    assert found.sigma_axis_length == pytest.approx(2e-6)
+    assert found.tolerance == pytest.approx(1e-4)
+    assert (found.same_poses_as, found.same_frame_as, found.same_target_as) == ("a.csv", "b.csv", "c.csv")
 
 
 def test_round_trip_and_facts(tmp_path: Path) -> None:
