@@ -122,10 +122,12 @@ def _with_leads(cell: Cell, path: ToolPathInBase, made: _Rows, points: RegionPoi
     kind = made.kind.copy()
     parts: list[_Rows] = []
     last = cell.to_axis_values(cell.q_home)
+    parts.append(_lead(cell, home_values(cell, last), 0))
     for k in range(int(path.stretch[-1]) + 1):
         here = np.flatnonzero(made.stretch == k)
         kind[here[0]] = first
-        parts.append(_lead(cell, home_values(cell, last) if k == 0 else change_values(cell, last), k))
+        if k or (process.mounts_first and cell.controller.tool_change_pose is not None):
+            parts.append(_lead(cell, change_values(cell, last), k))
         last = made.axis_values[here[-1]]
         parts.append(_Rows(made.point[here], made.q[here], made.axis_values[here], kind[here], made.stretch[here]))
     behind = any(c.region == len(points.regions) for c in process.changes)

@@ -87,6 +87,11 @@ class Process:
     findings: tuple[Finding, ...] = ()
 
     @property
+    def mounts_first(self) -> bool:
+        """Whether the program itself has the first tool mounted."""
+        return any(s.place is Place.CHANGE and s.region == 0 for s in self.steps)
+
+    @property
     def in_program(self) -> int:
         """How many steps the program holds, messages to the operator left out."""
         return sum(step.kind is not EventKind.MESSAGE for step in self.steps)
@@ -102,7 +107,7 @@ class _Events:
 
 
 def tool_changes(regions: Sequence[Region]) -> tuple[ToolChange, ...]:
-    """The changes behind the first region's tool; what mounts that one happens at HOME and is none."""
+    """The changes behind the first region's tool; what mounts that one comes before all motion and is none."""
     worked = [r for r in regions if len(r)]
     sorted_out = _sorted_out(regions)
     found = []

@@ -80,8 +80,8 @@ class ProgramRows:
         k = step.region
         if step.place in (Place.INSIDE, Place.END):
             return self.after(self.points.left(step)) if self.points.left(step) >= 0 else self.start(k)
-        if k == 0:
-            return 1
+        if k == 0:  # behind HOME; what mounts the first tool, where that is done
+            return int(self.rows[0]) if step.place is Place.CHANGE else 1
         path = self.points.path
         if k == len(self.points.regions):
             last = self.after(len(path) - 1)

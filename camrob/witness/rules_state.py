@@ -70,12 +70,8 @@ class Scene:
     change: NDArray[np.bool_] | None = None
 
     def changes_tools(self, row: int) -> bool:
-        """Whether tools may be changed before a motion of the run: in the clear, and where the cell says, where it does (at HOME
-        too, before the file's first motion).
-        """
-        if self.change is None or row == 0:
-            return self.clear_before(row)
-        return bool(self.change[row - 1]) or bool(self.home[row - 1] and self.match.at[row] <= 0.0)
+        """Whether tools may be changed before a motion of the run: in the clear, and where the cell says, where it does."""
+        return self.clear_before(row) if self.change is None or row == 0 else bool(self.change[row - 1])
 
     def clear_before(self, row: int) -> bool:
         """Whether the tool is clear, or at HOME, before a motion of the run; before the first it is the operator's affair."""

@@ -66,7 +66,7 @@ def test_the_program(made: PostResult) -> None:
             assert lines[k + 1].startswith("$TOOL")
     told = [s for s in story(text_of(made)) if s[0].isalpha()]
     assert told == [
-        "home", "tool 1", "speed 3000", "on", "off", "home", "tool 2", "mount", "speed 4000", "on",
+        "home", "home", "tool 1", "speed 3000", "on", "off", "home", "tool 2", "mount", "speed 4000", "on",
         "off", "home", "tool 1", "mount", "speed 3500", "on", "off", "home", "off", "dry",
     ]  # fmt: skip
     assert [c.tool for c in made.summary.process.tool_changes] == ["ball 6", "mill 10"]
@@ -90,8 +90,8 @@ def test_verify_takes_each_tool_where_it_is_mounted(made: PostResult, tmp_path: 
     source = made.out.parent / "in" / "part.nc"
     cell = made.out.parent / "cell"
     checked = verify(made.out / "part.src", cell=cell, against=source)
-    assert checked.ok and checked.summary["against"]["met"] == checked.summary["against"]["points"]
-    assert checked.summary["second_library_error_mm_max"] < 1e-6
+    assert checked.ok and checked.summary.against.met == checked.summary.against.points
+    assert checked.summary.replay.second_library_error_mm_max < 1e-6
     text = (made.out / "part.src").read_bytes()
     for name, changed in planted(text.decode()).items():
         (tmp_path / "part.src").write_bytes(changed.encode())

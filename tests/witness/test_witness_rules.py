@@ -553,11 +553,12 @@ def test_a_tool_change_in_the_clear_with_the_spindle_off() -> None:
 
 def test_a_cell_with_a_place_for_it_changes_tools_there() -> None:
     rack, (up, over) = {**ptp(400, 0, 900), "a1": 30.0}, (lin(0, 0, 60, at=RAPID), ptp(20, 0, 60))
-    pose = np.array([30.0, 0.0])
-    assert changed(up, OFF, rack, TOOL_2, ON, over, change=pose) == []
-    assert changed(up, OFF, TOOL_2, ON, over, change=pose) == ["change-in-part"]
-    assert changed(up, OFF, ptp(), TOOL_2, ON, over, change=pose) == ["change-in-part"]
-    assert changed(up, OFF, rack, TOOL_2, ON, over, change=pose + 1.0) == ["change-in-part"]
+    pose, first = np.array([30.0, 0.0]), (FIRST[0], rack, *FIRST[1:])
+    assert changed(up, OFF, rack, TOOL_2, ON, over, first=first, change=pose) == []
+    assert changed(up, OFF, TOOL_2, ON, over, first=first, change=pose) == ["change-in-part"]
+    assert changed(up, OFF, ptp(), TOOL_2, ON, over, first=first, change=pose) == ["change-in-part"]
+    assert changed(up, OFF, rack, TOOL_2, ON, over, change=pose) == ["change-in-part"]  # the first one at HOME
+    assert changed(up, OFF, rack, TOOL_2, ON, over, first=first, change=pose + 1.0) == ["change-in-part"]
 
 
 def test_a_tool_change_at_depth() -> None:
