@@ -6,8 +6,9 @@ import copy
 from typing import Any
 
 from camrob.summaries.post_summary import PostSummary
+from camrob.summaries.verify_summary import VerifySummary
 
-__all__ = ["POST", "post_summary", "region"]
+__all__ = ["POST", "VERIFY", "post_summary", "region", "verify_summary"]
 
 
 def region(index: int, name: str, **other: Any) -> dict[str, Any]:
@@ -75,9 +76,35 @@ POST: dict[str, Any] = {
 """A summary of `camrob post` as NAME.json holds it."""
 
 
+VERIFY: dict[str, Any] = {
+    "program": "p",
+    "cell": "kr15_track_table",
+    "ok": True,
+    "judged": {"path": True, "frames": True, "process": True, "limits": None, "collisions": True},
+    "not_judged": [],
+    "errors": [],
+    "warnings": [],
+    "process": {"events_in_file": None, "events_in_program": 0, "spindle": [], "tool_changes": []},
+    "files": ["p.src"],
+    "motions": None,
+    "against": None,
+    "seconds": 0.1,
+}
+"""A summary of `camrob verify`, of a program that could not be replayed."""
+
+
 def post_summary(**changes: Any) -> PostSummary:
     """POST with some of its entries changed; of an entry that is an object, those of its keys that are given."""
-    told = copy.deepcopy(POST)
+    return PostSummary.from_json(_changed(POST, changes))
+
+
+def verify_summary(**changes: Any) -> VerifySummary:
+    """VERIFY with some of its entries changed."""
+    return VerifySummary.from_json(_changed(VERIFY, changes))
+
+
+def _changed(sample: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    told = copy.deepcopy(sample)
     for key, value in changes.items():
         told[key] = told[key] | value if isinstance(value, dict) and isinstance(told[key], dict) else value
-    return PostSummary.from_json(told)
+    return told

@@ -69,17 +69,6 @@ def batch(
         >>> camrob.batch(Path("out/jobs.toml"), workers=1).ok
         True
     """
-    return _batch_done(jobs, out, workers, scheduler, progress)
-
-
-def _batch_done(
-    jobs: Path,
-    out: Path | None,
-    workers: int | None,
-    scheduler: str | None,
-    progress: Callable[[str, float], None] | None,
-) -> BatchResult:
-    """The jobs' outcomes."""
     start = time.perf_counter()
     if workers is not None and (workers < 1 or scheduler is not None):
         raise InputError(f"--workers {workers} makes no sense here", cure="give 1 or more, and no --scheduler")

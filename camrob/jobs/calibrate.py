@@ -84,23 +84,6 @@ def calibrate(
         >>> out.is_file() and result.calibration.cell_name
         'kr15_track_table'
     """
-    return _calibrated(measured, cell, out, more, withheld, parameters, harmonics, share, poses, path, progress)
-
-
-def _calibrated(
-    measured: Path,
-    cell: Path,
-    out: Path,
-    more: Sequence[Path],
-    withheld: Sequence[Path],
-    parameters: Sequence[str],
-    harmonics: int,
-    share: float,
-    poses: int,
-    path: Path | None,
-    progress: Callable[[str, float], None] | None,
-) -> CalibrateResult:
-    """The calibration, written."""
     start = time.perf_counter()
 
     def tell(stage: str, done: float) -> None:

@@ -73,21 +73,6 @@ def diagnose(
         >>> result.summary["status"], [found["effect"] for found in result.summary["effects"]]
         ('explained', ['corner_rounding'])
     """
-    return _diagnosed(cell, log, withheld, program, without, out, experiment, calibration, progress)
-
-
-def _diagnosed(
-    cell: Path,
-    log: Sequence[Path],
-    withheld: Sequence[Path],
-    program: Path | None,
-    without: Sequence[str],
-    out: Path,
-    experiment: Path | None,
-    calibration: Path | None,
-    progress: Callable[[str, float], None] | None,
-) -> DiagnoseResult:
-    """The diagnosis of logs, written."""
     if experiment is not None:
         check_experiment_name(experiment)
     if calibration is not None:

@@ -87,8 +87,8 @@ def _refused(files: Mapping[str, bytes], name: str, cell: Path, language: Langua
         source = next(Path(folder) / f for f in files if f.lower() == main)
         verified = verify(source, cell=cell)
         if not verified.ok:
-            first = verified.summary["errors"][0]
-            return f"line {first['line']}: {first['text']}"
+            first = verified.summary.errors[0]
+            return f"line {first.line}: {first.text}"
         text = language.read(source)
     replayed = replay(text, read_cell(cell))
     q, motion = posture_trace(text, replayed)

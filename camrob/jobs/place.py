@@ -77,20 +77,6 @@ def place(
         >>> result.summary["best"]["standing"], result.files
         ('free', ('engraving.place.json', 'engraving.place.svg'))
     """
-    return _placed(clfile, cell, out, setup, x_mm, y_mm, z_mm, progress)
-
-
-def _placed(
-    clfile: Path,
-    cell: Path,
-    out: Path,
-    setup: Path | None,
-    x_mm: float,
-    y_mm: float,
-    z_mm: float,
-    progress: Callable[[str, float], None] | None,
-) -> PlaceResult:
-    """The proposal, written."""
     freedom = (x_mm, y_mm, z_mm)
     if not all(np.isfinite(v) and 0.0 <= v <= 1e4 for v in freedom):
         raise InputError(f"a freedom of {freedom} mm makes no sense", cure="give numbers of millimetres from 0 up")

@@ -126,25 +126,6 @@ def post(
         >>> result.files, result.summary.points
         (('engraving.src', 'engraving.dat', 'engraving.json', 'engraving.path.npz'), 899)
     """
-    return _posted(clfile, cell, out, setup, name, method, feed, max_lines, dialect, units, device, report, progress)
-
-
-def _posted(
-    clfile: Path,
-    cell: Path,
-    out: Path,
-    setup: Path | None,
-    name: str | None,
-    method: str,
-    feed: str,
-    max_lines: int | None,
-    dialect: str | None,
-    units: str | None,
-    device: str,
-    report: bool,
-    progress: Progress | None,
-) -> PostResult:
-    """The program, posted."""
     clfile, out = Path(clfile), Path(out)
     watch = Watch(progress)
     title = program_name(clfile, name, Path(cell))

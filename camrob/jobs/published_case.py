@@ -75,11 +75,6 @@ def published_case(
         Traceback (most recent call last):
         camrob.errors.InputError: case.toml: ...
     """
-    return _repeated(case, cell, out, progress)
-
-
-def _repeated(case: Path, cell: Path, out: Path, progress: Callable[[str, float], None] | None) -> PublishedResult:
-    """The published calibration, repeated."""
     start = time.perf_counter()
 
     def tell(stage: str, done: float) -> None:

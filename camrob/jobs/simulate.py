@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from camrob.controller.simulate import Approximation, Simulation
 from camrob.controller.simulate import simulate as run
@@ -18,9 +17,11 @@ from camrob.jobs.files.files import check_file_name, staged_output
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
+from camrob.summaries.remarks import Approximated, Remark
+from camrob.summaries.simulate_summary import LimitShares, LostByCause, SimulateSeconds, SimulateSummary
 from camrob.units import m_to_mm, ms_to_s
 
-__all__ = ["SimulateResult", "approximation_entry", "simulate"]
+__all__ = ["SimulateResult", "approximated", "simulate"]
 
 _SUFFIXES = (".csv", ".parquet")
 _TAKEN = ("cell", "setup")  # their .toml is something else than a log's
@@ -30,9 +31,9 @@ _AT_LIMIT = 0.999  # share of a limit that counts as reaching it
 
 @dataclass(frozen=True, slots=True)
 class SimulateResult:
-    """The summary as JSON, the simulation behind it, and all findings."""
+    """The summary, the simulation behind it, and all findings."""
 
-    summary: Mapping[str, Any]
+    summary: SimulateSummary
     simulation: Simulation
     findings: tuple[Finding, ...]
 
@@ -64,16 +65,9 @@ def simulate(
     Example:
         >>> cell = Path("cells/kr15_track_table")
         >>> result = camrob.simulate(Path("out/engraving.src"), cell=cell, out=Path("out/log.csv"), cycle_ms=1000.0)
-        >>> result.summary["rows"] == len(camrob.read_log(Path("out/log.csv")))
+        >>> result.summary.rows == len(camrob.read_log(Path("out/log.csv")))
         True
     """
-    return _simulated(program, cell, out, cycle_ms, progress)
-
-
-def _simulated(
-    program: Path, cell: Path, out: Path, cycle_ms: float, progress: Callable[[str, float], None] | None
-) -> SimulateResult:
-    """The run of a program, written."""
     start = time.perf_counter()
     program, out = Path(program), Path(out)
     _check(out, cycle_ms)
@@ -89,51 +83,45 @@ def _simulated(
         write_log(MeasurementLog(log.columns, info), folder / out.name)
     done = time.perf_counter()
     findings = tuple(collapse([*text.findings, *simulation.findings]))
-    summary = {
-        "program": program.stem,
-        "cell": machine.name,
-        "files": [out.name, out.with_suffix(".toml").name],
-        "motions": len(text),
-        "rows": len(log),
-        "cycle_ms": cycle_ms,
-        "duration_s": round(simulation.duration, 6),
-        "approximation": approximation_entry(simulation.approximation),
-        "limits": _limits(simulation),
-        "feed": {
-            "lost_s": round(simulation.feed_lost.seconds, 6),
-            "by_cause": {k: round(v, 6) for k, v in simulation.feed_lost.by_cause.items()},
-        },
-        "warnings": [
-            {"line": f.line, "code": f.code, "text": f.text, "count": f.count}
+    summary = SimulateSummary(
+        program=program.stem,
+        cell=machine.name,
+        files=(out.name, out.with_suffix(".toml").name),
+        motions=len(text),
+        rows=len(log),
+        cycle_ms=cycle_ms,
+        duration_s=round(simulation.duration, 6),
+        approximation=approximated(simulation.approximation),
+        limits=_limits(simulation),
+        feed=LostByCause(
+            lost_s=round(simulation.feed_lost.seconds, 6),
+            by_cause={k: round(v, 6) for k, v in simulation.feed_lost.by_cause.items()},
+        ),
+        warnings=tuple(
+            Remark(line=f.line, code=f.code, text=f.text, count=f.count)
             for f in findings
             if f.severity is not Severity.INFO
-        ],
-        "seconds": {
-            "read": round(read - start, 3),
-            "simulate": round(ready - read, 3),
-            "write": round(done - ready, 3),
-        },
-    }
+        ),
+        seconds=SimulateSeconds(
+            read=round(read - start, 3), simulate=round(ready - read, 3), write=round(done - ready, 3)
+        ),
+    )
     return SimulateResult(summary, simulation, findings)
 
 
-def approximation_entry(found: Approximation) -> dict[str, Any]:
-    """How a summary tells of roundings; line is null where no corner is left."""
-    return {
-        "corners": found.corners,
-        "deviation_mm_max": m_to_mm(found.deviation),
-        "line": found.line or None,
-    }
+def approximated(found: Approximation) -> Approximated:
+    """How a summary tells of roundings."""
+    return Approximated(corners=found.corners, deviation_mm_max=m_to_mm(found.deviation), line=found.line or None)
 
 
-def _limits(simulation: Simulation) -> dict[str, Any]:
+def _limits(simulation: Simulation) -> LimitShares:
     """The shares of its limits that each axis reaches, and the limits that were reached."""
     shares = {"speed": simulation.peak_speed, "acceleration": simulation.peak_acceleration}
-    return {
-        "speed_share_max": {k: round(v, 4) for k, v in simulation.peak_speed.items()},
-        "acceleration_share_max": {k: round(v, 4) for k, v in simulation.peak_acceleration.items()},
-        "reached": [f"{axis} {what}" for what, of in shares.items() for axis, v in of.items() if v >= _AT_LIMIT],
-    }
+    return LimitShares(
+        speed_share_max={k: round(v, 4) for k, v in simulation.peak_speed.items()},
+        acceleration_share_max={k: round(v, 4) for k, v in simulation.peak_acceleration.items()},
+        reached=tuple(f"{axis} {what}" for what, of in shares.items() for axis, v in of.items() if v >= _AT_LIMIT),
+    )
 
 
 def _check(out: Path, cycle_ms: float) -> None:

@@ -6,10 +6,9 @@ The witness judges, as it does for `post`; the replay and the collision check, w
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -27,9 +26,18 @@ from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import JobInputs, read_inputs
 from camrob.jobs.release.opinion import manifest_findings, of_program, reason_for_slower
 from camrob.jobs.release.release import ReadBack, cover_toolpath, hold_to_tool, path_collisions
-from camrob.jobs.simulate import approximation_entry
+from camrob.jobs.simulate import approximated
 from camrob.languages import language_of_file
 from camrob.program.program_text import ProgramText
+from camrob.summaries.remarks import Approximated, AxisLimits, JudgedRemark
+from camrob.summaries.verify_summary import (
+    Against,
+    Judged,
+    LeastConditioning,
+    ProgramEvents,
+    ReplayFigures,
+    VerifySummary,
+)
 from camrob.units import m_to_mm, rad_to_deg
 from camrob.witness.judge import Verdict
 from camrob.witness.judge import judge as witness_judge
@@ -45,7 +53,7 @@ class VerifyResult:
     """`ok`: True where nothing stands against the program, False where something does, None where not all could be judged."""
 
     ok: bool | None
-    summary: Mapping[str, Any]
+    summary: VerifySummary
     findings: tuple[Finding, ...]
 
 
@@ -92,22 +100,9 @@ def verify(
     Example:
         >>> engraving = Path("toolpaths/engraving/engraving.cls")
         >>> result = camrob.verify(Path("out/engraving.src"), cell=Path("cells/kr15_track_table"), against=engraving)
-        >>> result.ok, result.summary["errors"]
-        (True, [])
+        >>> result.ok, result.summary.errors
+        (True, ())
     """
-    return _verified(program, cell, against, setup, collisions, manifest, progress)
-
-
-def _verified(
-    program: Path,
-    cell: Path,
-    against: Path | None,
-    setup: Path | None,
-    collisions: bool,
-    manifest: bool,
-    progress: Callable[[str, float], None] | None,
-) -> VerifyResult:
-    """The judgement of a program."""
     start = time.perf_counter()
     program, cell = Path(program), Path(cell)
 
@@ -135,21 +130,22 @@ def _verified(
     first, last = ((), ()) if inputs is None else (inputs.urgent, inputs.toolpath.findings)
     found = collapse([*first, *found, *_further(found, second), *last])
     errors = [f for f in found if f.severity is Severity.ERROR]
-    judged = _judged(verdict, second, collisions)
     ok = None if not_judged and not errors else not errors
-    summary = {
-        "program": program.stem,
-        "cell": machine.name,
-        "ok": ok,
-        "judged": judged,
-        "not_judged": not_judged,
-        "errors": [_entry(f) for f in errors],
-        "warnings": [_entry(f) for f in found if f.severity is Severity.WARNING],
-        "process": dict(verdict.process),
-        **_figures(second, program),
-        "against": None if inputs is None or second is None else _against(second.coverage, inputs),
-        "seconds": round(time.perf_counter() - start, 3),
-    }
+    summary = VerifySummary(
+        program=program.stem,
+        cell=machine.name,
+        ok=ok,
+        judged=_judged(verdict, second, collisions),
+        not_judged=tuple(not_judged),
+        errors=tuple(JudgedRemark.of(f) for f in errors),
+        warnings=tuple(JudgedRemark.of(f) for f in found if f.severity is Severity.WARNING),
+        process=ProgramEvents.from_json(verdict.process),
+        files=(program.name,) if second is None else tuple(Path(f).name for f in second.text.files),
+        motions=None if second is None else len(second.text),
+        replay=None if second is None else _figures(second),
+        against=None if inputs is None or second is None else _against(second.coverage, inputs),
+        seconds=round(time.perf_counter() - start, 3),
+    )
     return VerifyResult(ok, summary, tuple(found))
 
 
@@ -205,63 +201,52 @@ def _further(found: Sequence[Finding], second: _Replayed | None) -> list[Finding
     ]
 
 
-def _judged(verdict: Verdict, second: _Replayed | None, asked: bool) -> dict[str, bool | None]:
-    """Area to True, False, None (not judged, or not asked)."""
+def _judged(verdict: Verdict, second: _Replayed | None, asked: bool) -> Judged:
+    """The witness's judgement of the areas, with the collisions and the limits of the replay."""
     judged = dict(verdict.judged)
     report = None if second is None else second.collisions
     judged["collisions"] = None if report is None or not asked or not report.checked else report.count == 0
     if second is not None and any(f.code == "axis-limit" for f in second.judgement.findings):
         judged["limits"] = False
-    return judged
+    return Judged.from_json(judged)
 
 
-def _figures(second: _Replayed | None, program: Path) -> dict[str, Any]:
-    """What the replay measured; nothing where it could not be made."""
-    if second is None:
-        return {"files": [program.name], "motions": None}
+def _figures(second: _Replayed) -> ReplayFigures:
+    """What the replay measured."""
     text, replayed, judgement = second.text, second.replayed, second.judgement
     inv_kf = np.asarray(replayed.inv_kf)
     finite = inv_kf[np.isfinite(inv_kf)]
-    return {
-        "files": [Path(f).name for f in text.files],
-        "motions": len(text),
-        "samples": replayed.samples,
-        "limits": {
-            "margin_min": judgement.margin,
-            "violations": sum(f.count for f in judgement.findings if f.code == "axis-limit"),
-        },
-        "singular": judgement.singular,
-        "conditioning": {"inv_kf_min": float(finite.min()) if len(finite) else None},
-        "jump_deg_max": rad_to_deg(float(np.max(replayed.jump, initial=0.0))),
-        "second_library_error_mm_max": m_to_mm(judgement.second_library_error),
-        "approximation": _approximation(text, replayed),
-    }
+    return ReplayFigures(
+        samples=replayed.samples,
+        limits=AxisLimits(
+            margin_min=judgement.margin,
+            violations=sum(f.count for f in judgement.findings if f.code == "axis-limit"),
+        ),
+        singular=judgement.singular,
+        conditioning=LeastConditioning(inv_kf_min=float(finite.min()) if len(finite) else None),
+        jump_deg_max=rad_to_deg(float(np.max(replayed.jump, initial=0.0))),
+        second_library_error_mm_max=m_to_mm(judgement.second_library_error),
+        approximation=_approximation(text, replayed),
+    )
 
 
-def _against(coverage: Coverage | None, inputs: JobInputs) -> dict[str, Any] | None:
+def _against(coverage: Coverage | None, inputs: JobInputs) -> Against | None:
     if coverage is None:
         return None
     met = coverage.motion >= 0
-    return {
-        "file": inputs.toolpath.source,
-        "points": len(met),
-        "met": int(met.sum()),
-        "position_error_mm_max": m_to_mm(float(coverage.position_error.max(initial=0.0))),
-        "axis_error_deg_max": rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
-        "stray_mm_max": m_to_mm(coverage.stray),
-    }
+    return Against(
+        file=inputs.toolpath.source,
+        points=len(met),
+        met=int(met.sum()),
+        position_error_mm_max=m_to_mm(float(coverage.position_error.max(initial=0.0))),
+        axis_error_deg_max=rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
+        stray_mm_max=m_to_mm(coverage.stray),
+    )
 
 
-def _approximation(program: ProgramText, replayed: Replay) -> dict[str, Any] | None:
+def _approximation(program: ProgramText, replayed: Replay) -> Approximated | None:
     """What approximate positioning takes off corners; None for a program that the ideal controller would not run."""
     try:
-        return approximation_entry(approximation(program, replayed))
+        return approximated(approximation(program, replayed))
     except (ProgramError, JobError):
         return None
-
-
-def _entry(finding: Finding) -> dict[str, Any]:
-    return {
-        "line": finding.line, "code": finding.code, "text": finding.text, "axis": finding.axis,
-        "value": finding.value, "limit": finding.limit, "unit": finding.unit, "count": finding.count,
-    }  # fmt: skip

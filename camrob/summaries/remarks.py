@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from camrob.findings import Finding
 from camrob.summaries.base import Summary, left_out
 
-__all__ = ["AxisLimits", "JudgedRemark", "Remark"]
+__all__ = ["Approximated", "AxisLimits", "JudgedRemark", "Remark"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +42,15 @@ class JudgedRemark(Summary):
             line=finding.line, code=finding.code, text=finding.text, axis=finding.axis, value=finding.value,
             limit=finding.limit, unit=finding.unit, count=finding.count,
         )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Approximated(Summary):
+    """What approximate positioning takes off corners, and the line of the worst; None where no corner is left."""
+
+    corners: int
+    deviation_mm_max: float
+    line: int | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -191,8 +191,8 @@ def post_and_verify(folder: Path) -> Callable[[bytes], str]:
             found = verify(out / "part.src", cell=CELL, against=cl)
         except Exception as error:
             raise FlawError(f"verify: {type(error).__name__}: {str(error)[:300]}") from error
-        if found.ok is False or (found.ok is None and found.summary["errors"]):
-            raise FlawError(f"released, and refused by verify: {json.dumps(found.summary['errors'])[:300]}")
+        if found.ok is False or (found.ok is None and found.summary.errors):
+            raise FlawError(f"released, and refused by verify: {json.dumps(found.summary.to_json()['errors'])[:300]}")
         return ""
 
     return fire

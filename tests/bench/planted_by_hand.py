@@ -74,7 +74,7 @@ def judged(folder: Path, planted: Planted, work: Path) -> tuple[str, str]:
         return "crash", f"{type(error).__name__}: {error}"
     finally:
         signal.alarm(0)
-    said = [e.get("text", str(e)) for e in result.summary["errors"]] or list(result.summary["not_judged"])
+    said = [e.text for e in result.summary.errors] or list(result.summary.not_judged)
     return {True: "true", False: "false", None: "null"}[result.ok], said[0] if said else ""
 
 

@@ -40,8 +40,8 @@ def test_no_set_up_is_the_first_warning(tmp_path: Path) -> None:
                  "neither part nor stock", "write setup.toml beside the CL file"):  # fmt: skip
         assert said in text
     program = tmp_path / "out" / "engraving.src"
-    first = verify(program, cell=KR15, against=tmp_path / SAMPLE.name).summary["warnings"][0]
-    assert first["code"] == "no-setup"
+    first = verify(program, cell=KR15, against=tmp_path / SAMPLE.name).summary.warnings[0]
+    assert first.code == "no-setup"
 
 
 def test_a_set_up_however_short_is_one(tmp_path: Path) -> None:

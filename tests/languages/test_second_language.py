@@ -115,7 +115,7 @@ def test_the_gate_releases_it_and_its_faults_are_found(made: PostResult, tmp_pat
     assert made.summary.manifest.program.keys() == {"part.lines"}
     assert text.count("\ntool ") == 2 and text.count("do change") == 2 and text.count("arc ") >= 1
     again = verify(main, cell=tmp_path / "cell", against=tmp_path / "part.nc", collisions=False)
-    assert again.ok, again.summary["errors"]
+    assert again.ok, again.summary.errors
     faults = {
         "an event less": ("do coolant on\n", "", "coolant"),
         "another speed of the spindle": ("do spindle on 4000", "do spindle on 3000", "spindle-differs"),
@@ -128,7 +128,7 @@ def test_the_gate_releases_it_and_its_faults_are_found(made: PostResult, tmp_pat
         assert old in text, fault
         main.write_text(text.replace(old, new))
         found = verify(main, cell=tmp_path / "cell", against=tmp_path / "part.nc", collisions=False, manifest=False)
-        assert not found.ok and any(code in f.code for f in found.findings), (fault, found.summary["errors"][:3])
+        assert not found.ok and any(code in f.code for f in found.findings), (fault, found.summary.errors[:3])
     lines = text.split("\n")
     at = next(k for k, line in enumerate(lines) if line.startswith("line"))
     lines[at] = re.sub(r"^line (\S+)", lambda m: f"line {float(m[1]) + 0.05:.5f}", lines[at])
@@ -168,7 +168,7 @@ def test_other_verbs_take_it_by_its_suffix(tmp_path) -> None:
     made = post(source / "engraving.cls", cell=cell(tmp_path), out=tmp_path / "out", max_lines=100, report=False)
     assert len([f for f in made.files if f.endswith(".lines")]) > 2
     run = simulate(made.out / "engraving.lines", cell=tmp_path / "cell", out=tmp_path / "log.csv")
-    assert run.summary["motions"] == len(made.program) and run.summary["approximation"]["corners"] > 0
+    assert run.summary.motions == len(made.program) and run.summary.approximation.corners > 0
 
 
 def test_a_language_that_nobody_knows_is_refused_with_the_known_ones(tmp_path) -> None:

@@ -69,7 +69,7 @@ def test_a_path_that_needs_a_retract_is_cut_and_released(helix: tuple[Path, Path
     assert sum(w.count for w in told) == plan.retracts
     assert all(cut.reason in " ".join(w.text for w in told) for cut in inserted)
     checked = verify(made.out / "helix.src", cell=cell, against=clfile)
-    assert checked.ok and checked.summary["against"]["met"] == COUNT + 2
+    assert checked.ok and checked.summary.against.met == COUNT + 2
     assert made.summary.limits.margin_min["E2"] > 5.0 and made.summary.collisions.count == 0
 
 

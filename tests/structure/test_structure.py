@@ -28,6 +28,7 @@ from structure_style import (
     MAY_BE_LONG,
     NO_CONVERSION,
     all_faults,
+    code_lines,
     docstring_faults,
     drawn_tree,
     empty_faults,
@@ -98,7 +99,7 @@ def test_allowances_are_still_needed() -> None:
         name = module.file
         longest[name] = len(module.text.splitlines())
         for f in functions(module):
-            longest[f"{name}:{f.name}"] = (f.end_lineno or 0) - f.lineno + 1
+            longest[f"{name}:{f.name}"] = code_lines(f)
     for name, (lines, reason) in MAY_BE_LONG.items():
         budget = 60 if ":" in name else 400
         assert reason and budget < longest[name] <= lines, name
@@ -286,10 +287,17 @@ def test_crowds_and_namesakes_are_seen() -> None:
         (unit_faults, "from math import radians\nx = radians(y)"),
         (size_faults, "\n" * 401),
         (size_faults, "def f():\n" + "    x = 1\n" * 60),
+        (size_faults, 'def f():\n    """Words.\n\n    More."""\n' + "    x = 1\n" * 60),
     ],
 )
 def test_rules_catch(rule, text: str) -> None:
     assert len(rule(planted(text))) >= 1
+
+
+def test_words_are_no_code() -> None:
+    words = 'def f():\n    """Says.\n' + "    much.\n" * 70 + '    """\n'
+    assert size_faults(planted(words + "    x = 1\n" * 59)) == []
+    assert len(size_faults(planted(words + "    x = 1\n" * 60))) == 1
 
 
 def test_machine_paths_and_hosts_are_seen(tmp_path: Path) -> None:

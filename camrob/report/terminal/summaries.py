@@ -12,6 +12,7 @@ from rich.text import Text
 from camrob.report.post.feed_sentences import feed_rows
 from camrob.report.post.plan_text import plan_lines
 from camrob.report.words import shown_duration, shown_number, shown_text
+from camrob.summaries.base import Summary
 from camrob.summaries.post_summary import CollisionFigures, PostSummary, RegionFigures
 from camrob.summaries.remarks import Remark
 
@@ -135,12 +136,13 @@ def render_post(summary: PostSummary) -> RenderableType:
     return Group(*parts, *plan_lines(summary.plan))
 
 
-def render_summary(summary: Mapping[str, Any]) -> RenderableType:
+def render_summary(summary: Summary | Mapping[str, Any]) -> RenderableType:
     """Any summary as a list of its entries, warnings first; nested objects under dotted names."""
     grid = _grid()
-    for key, value in _flat({k: v for k, v in summary.items() if k != "warnings"}):
+    said = summary.to_json() if isinstance(summary, Summary) else summary
+    for key, value in _flat({k: v for k, v in said.items() if k != "warnings"}):
         grid.add_row(shown_text(key), shown_text(value))
-    warnings = summary.get("warnings")
+    warnings = said.get("warnings")
     parts: list[RenderableType] = []
     if warnings is not None:
         parts = [*_warnings([Remark.from_json(w) for w in warnings]), Text("")]

@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from camrob.report.words import shown_number, shown_text
+from camrob.summaries.remarks import JudgedRemark
+from camrob.summaries.verify_summary import VerifySummary
 
 __all__ = ["render_verify"]
 
-Summary = Mapping[str, Any]
-
 _MOST = 20  # findings of a kind that are shown
-_AREAS = ("path", "frames", "process", "collisions", "limits")
 
 
-def render_verify(summary: Summary) -> RenderableType:
+def render_verify(summary: VerifySummary) -> RenderableType:
     """What stands against the program first, then what could not be judged, warnings and figures."""
     parts: list[RenderableType] = [_verdict(summary)]
-    for title, key, style in (("against it", "errors", "red"), ("to read", "warnings", "yellow")):
-        rows = [row for row in summary.get(key) or [] if row.get("code") != "not-judged"]  # listed below
+    kinds = (("against it", summary.errors, "red"), ("to read", summary.warnings, "yellow"))
+    for title, remarks, style in kinds:
+        rows = [row for row in remarks if row.code != "not-judged"]  # listed below
         if rows:
             parts += [Text(""), Text(title.capitalize(), style=f"bold {style}"), *_rows(rows, style)]
-    open_ends = summary.get("not_judged") or []
+    open_ends = summary.not_judged
     if open_ends:
         parts += [Text(""), Text("Not judged", style="bold yellow")]
         parts += [shown_text(f"  {text}") for text in open_ends[:_MOST]]
@@ -35,10 +34,9 @@ def render_verify(summary: Summary) -> RenderableType:
     return Group(*parts, Text(""), _figures(summary))
 
 
-def _verdict(summary: Summary) -> Text:
+def _verdict(summary: VerifySummary) -> Text:
     """One line: good, bad, or open."""
-    name, ok = summary.get("program", "-"), summary.get("ok")
-    count = len(summary.get("errors") or [])
+    name, ok, count = summary.program, summary.ok, len(summary.errors)
     if ok:
         return Text(f"{name}: nothing stands against it", style="bold green")
     if ok is None:
@@ -46,46 +44,51 @@ def _verdict(summary: Summary) -> Text:
     return Text(f"{name}: {count} thing{'s' if count != 1 else ''} against it", style="bold red")
 
 
-def _rows(rows: Sequence[Summary], style: str) -> Iterator[RenderableType]:
+def _rows(rows: Sequence[JudgedRemark], style: str) -> Iterator[RenderableType]:
     grid = Table.grid(padding=(0, 2))
     grid.add_column(justify="right", no_wrap=True, style=style)
     grid.add_column()
     for row in rows[:_MOST]:
-        line, count = row.get("line"), row.get("count", 1)
-        times = f" ({count} times)" if count > 1 else ""
-        grid.add_row(f"line {line}" if line else "", shown_text(f"{row.get('text', '')}{_by(row)}{times}"))
+        times = f" ({row.count} times)" if row.count > 1 else ""
+        grid.add_row(f"line {row.line}" if row.line else "", shown_text(f"{row.text}{_by(row)}{times}"))
     yield grid
     if len(rows) > _MOST:
         yield Text(f"... and {len(rows) - _MOST} more (--json shows all)", style=style)
 
 
-def _by(row: Summary) -> str:
+def _by(row: JudgedRemark) -> str:
     """How far a value is off, where the finding has one."""
-    value, limit, unit = row.get("value"), row.get("limit"), row.get("unit") or ""
-    if value is None:
+    if row.value is None:
         return ""
-    return f": {shown_number(value, 4)} {unit}" + ("" if limit is None else f", allowed {shown_number(limit, 4)}")
+    allowed = "" if row.limit is None else f", allowed {shown_number(row.limit, 4)}"
+    return f": {shown_number(row.value, 4)} {row.unit}{allowed}"
 
 
-def _figures(summary: Summary) -> RenderableType:
+def _figures(summary: VerifySummary) -> RenderableType:
     grid = Table.grid(padding=(0, 2))
     grid.add_column(style="bold", no_wrap=True)
     grid.add_column()
-    judged = summary.get("judged") or {}
+    judged, against, replay = summary.judged, summary.against, summary.replay
     words = {True: "good", False: "bad", None: "not judged"}
-    grid.add_row("Judged", ", ".join(f"{area} {words[judged.get(area)]}" for area in _AREAS))
-    against = summary.get("against")
-    if against:
+    areas = {
+        "path": judged.path,
+        "frames": judged.frames,
+        "process": judged.process,
+        "collisions": judged.collisions,
+        "limits": judged.limits,
+    }
+    grid.add_row("Judged", ", ".join(f"{area} {words[good]}" for area, good in areas.items()))
+    if against is not None:
         grid.add_row(
             "Against",
             shown_text(
-                f"{against.get('file', '-')}: {against.get('met', '-')} of {against.get('points', '-')} points met, at most "
-                f"{shown_number(against.get('position_error_mm_max'), 4)} mm off"
+                f"{against.file}: {against.met} of {against.points} points met, at most "
+                f"{shown_number(against.position_error_mm_max, 4)} mm off"
             ),
         )
-    if summary.get("motions") is not None:
-        files = ", ".join(summary.get("files") or [])
-        grid.add_row("Program", shown_text(f"{shown_number(summary['motions'], 0)} motions in {files}"))
-        conditioning = (summary.get("conditioning") or {}).get("inv_kf_min")
-        grid.add_row("Conditioning", f"1/k_F lowest {shown_number(conditioning, 3)} (0 is singular, 1 ideal)")
+    if replay is not None:
+        files = ", ".join(summary.files)
+        grid.add_row("Program", shown_text(f"{shown_number(summary.motions, 0)} motions in {files}"))
+        lowest = shown_number(replay.conditioning.inv_kf_min, 3)
+        grid.add_row("Conditioning", f"1/k_F lowest {lowest} (0 is singular, 1 ideal)")
     return grid

@@ -174,7 +174,7 @@ def judged(case: Case, posted: Posted, folder: Path) -> Outcome:
             break
         errors = [f"{f.code}: {f.text}" for f in result.findings if f.severity.value == "error"]
         answer = {True: "pass", False: "refused", None: "not judged"}[result.ok]
-        said = "; ".join(errors or list(result.summary["not_judged"]))
+        said = "; ".join(errors or list(result.summary.not_judged))
         if result.ok is False:
             break
     said = said.replace(str(folder), "").strip()[:400]

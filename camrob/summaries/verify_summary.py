@@ -1,0 +1,86 @@
+"""What `camrob verify` says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from camrob.summaries.base import Summary, spread
+from camrob.summaries.remarks import Approximated, AxisLimits, JudgedRemark
+
+__all__ = ["Against", "Judged", "LeastConditioning", "ProgramEvents", "ReplayFigures", "VerifySummary"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged(Summary):
+    """Area by area: True (judged, nothing stands against it), False (something does), None (not judged, or not all of it)."""
+
+    path: bool | None
+    frames: bool | None
+    process: bool | None
+    limits: bool | None
+    collisions: bool | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgramEvents(Summary):
+    """The program's own process; events_in_file: None without a CL file; spindle: line, rev/min, sense; changes: line, number."""
+
+    events_in_file: int | None
+    events_in_program: int
+    spindle: tuple[tuple[int, float, str], ...]
+    tool_changes: tuple[tuple[int, float], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeastConditioning(Summary):
+    """The lowest 1/k_F; None where no posture is known."""
+
+    inv_kf_min: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayFigures(Summary):
+    """What the replay measured; approximation: None for a program that the ideal controller would not run."""
+
+    samples: int
+    limits: AxisLimits
+    singular: int
+    conditioning: LeastConditioning
+    jump_deg_max: float
+    second_library_error_mm_max: float
+    approximation: Approximated | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Against(Summary):
+    """How far the program is off its CL points, and how far it strays between them."""
+
+    file: str
+    points: int
+    met: int
+    position_error_mm_max: float
+    axis_error_deg_max: float
+    stray_mm_max: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerifySummary(Summary):
+    """The judgement of a program.
+
+    ok: None where nothing stands against it but not all of it was judged. motions, replay: None where it could not be
+    replayed. against: None without a CL file.
+    """
+
+    program: str
+    cell: str
+    ok: bool | None
+    judged: Judged
+    not_judged: tuple[str, ...]
+    errors: tuple[JudgedRemark, ...]
+    warnings: tuple[JudgedRemark, ...]
+    process: ProgramEvents
+    files: tuple[str, ...]
+    motions: int | None
+    replay: ReplayFigures | None = spread()
+    against: Against | None
+    seconds: float
