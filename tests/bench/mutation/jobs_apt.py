@@ -68,7 +68,7 @@ def _helix() -> Job:
     )
     story = started(part_in_base=(0, 0, 220, 0, 0, 0)).rapid(12, 0, 30).cut(500, 12, 0, 3)
     story.arc(500, (0, 0, 3), (0, 0, 1), 90, rise=-2, slack=0.02)
-    story.arc(500, (0, 0, 1), (1, 0, 0), -90).rapid(0, 0, 30).event("off")
+    story.arc(500, (0, 0, 1), (1, 0, 0), -90, slack=0.02).rapid(0, 0, 30).event("off")
     return Job("nx-helix", "helix.cls", text, story, "part_in_base = [0, 0, 220, 0, 0, 0]\nchord_tolerance_mm = 0.02\n")
 
 

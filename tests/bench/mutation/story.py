@@ -15,6 +15,7 @@ from mutation.arm import TOOL, frame
 
 Array = NDArray[np.float64]
 Triple = Sequence[float]
+PRINTED_MM = 0.002  # what rounding to a micrometre moves a point and the arc that runs through it
 
 
 @dataclass(frozen=True)
@@ -82,9 +83,12 @@ class Story:
         return self
 
     def arc(
-        self, feed: float, center: Triple, normal: Triple, degrees: float, rise: float = 0.0, slack: float = 0.0
+        self, feed: float, center: Triple, normal: Triple, degrees: float, rise: float = 0.0, slack: float = PRINTED_MM
     ) -> Story:
-        """Right-handed about `normal` by `degrees` (negative: left-handed), rising evenly along it."""
+        """Right-handed about `normal` by `degrees` (negative: left-handed), rising evenly along it.
+
+        A program may say it in chords that leave it by the hundredth of a millimetre that is allowed; `slack` comes on top.
+        """
         if self._here is None:
             raise ValueError("an arc has no start")
         pose = self._pose
