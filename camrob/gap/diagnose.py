@@ -39,6 +39,7 @@ from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.clocks import Alignment, align
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene, make_scene
+from camrob.gap.pose_sets import frozen_frames, with_whole_postures, withheld_scene
 from camrob.gap.verdict.plausible import unusual
 from camrob.gap.verdict.verdict import Verdict, judge_effects
 from camrob.kinematics.frames import base_T_tool, world_T_base
@@ -81,7 +82,7 @@ def diagnose(
     told = _padded(programs, len(logs))
     scenes = [make_scene(log, _tooled(p, cell)) for log, p in zip(logs, told, strict=True)]
     others = _padded(withheld_programs, len(withheld))
-    kept_out = [make_scene(log, _tooled(p, cell)) for log, p in zip(withheld, others, strict=True)]
+    kept_out = [withheld_scene(log, _tooled(p, cell), scenes) for log, p in zip(withheld, others, strict=True)]
     effects = _started(effects, check_believable(scenes))
     for effect in extra:
         faults = effect_faults(effect, [*scenes, *kept_out])
@@ -92,8 +93,9 @@ def diagnose(
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
     model = compare(scenes, [e for e in effects if not (in_world and e.name == "measurement_frame")])
+    model = with_whole_postures(model)
     tell("withholding", 0.7)
-    trial = trial_of(model, kept_out)
+    trial = frozen_frames(model, trial_of(model, kept_out))
     verdict = judge_effects(model, trial, effects, in_world=in_world)
     model = verdict.model
     tell("locating", 0.85)

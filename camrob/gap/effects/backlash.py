@@ -11,7 +11,7 @@ from camrob.cell.joint import Role
 from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.signals import play
+from camrob.gap.observation.signals import play, play_at_rest
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
@@ -24,8 +24,6 @@ _WHOLE = 2.0  # of half the play: what the other side makes
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     cell = scenes[0].cell
     units = []
-    if any(s.poses for s in scenes):
-        return ()
     for joint in cell.joints:
         a = joint.name
         if joint.role is Role.ROLL or not moved(scenes, a) or not shows(scenes, a):
@@ -41,8 +39,12 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     width = state.get(unit.parameters[0].name, 0.6 * unit.parameters[0].usual)
     values = scene.link[:, scene.index(unit.axis)]
-    lag = play(values, scene.t, scene.pieces, width)
-    return (Column(tcp=scene.shift(unit.axis, -0.5 * lag), doubt=_doubt(values, scene.pieces, width)),)
+    if scene.poses:
+        # the side is that of the last move, wherever in time the poses lie
+        lag, runs = play_at_rest(values, width), (slice(0, len(scene)),)
+    else:
+        lag, runs = play(values, scene.t, scene.pieces, width), scene.pieces
+    return (Column(tcp=scene.shift(unit.axis, -0.5 * lag), doubt=_doubt(values, runs, width)),)
 
 
 def _doubt(values: Array, pieces: Sequence[slice], width: float) -> Array | None:

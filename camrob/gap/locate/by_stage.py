@@ -69,7 +69,7 @@ def lacking(scene: Scene) -> tuple[str, ...]:
     """What else a log and its cell lack beside rungs, and what that costs."""
     told = []
     if scene.poses:
-        told.append("single poses: what depends on speed or direction of motion can't be seen")
+        told.append("single poses: what depends on speed can't be seen, and direction is that of the last move")
     if not scene.seen[:, 3:].any():
         told.append("no orientation: the tool's angles and A6 can't be told apart")
     if scene.temperature is None:

@@ -23,6 +23,7 @@ __all__ = ["Scene", "make_scene"]
 Array = NDArray[np.float64]
 
 PLACES = ("x", "y", "z", "rx", "ry", "rz")
+LEAST = 12  # samples that a log has at the least
 ROOM_TEMPERATURE = 21.0  # degrees C at which a cell is taken to have its nominal lengths, where a log starts warmer
 
 
@@ -144,8 +145,11 @@ def _filled(log: MeasurementLog, name: str) -> Array:
     return np.interp(log.t, log.t[known], values[known]) if known.any() else np.zeros(len(values))
 
 
-def make_scene(log: MeasurementLog, cell: Cell) -> Scene:
+def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, least: int = LEAST) -> Scene:
     """Lay a log out on a cell. Rows without axis values, or without a measured position, are left aside.
+
+    known: frames that another log has told, where their `fitted_left` and `fitted_right` are False; a log whose frames are all
+    known, by another log or by what LOG.toml says of them, may have as few as `least` rows.
 
     Raises LogError for a log without measured positions, without the cell's axes, or with too few samples.
     """
@@ -164,13 +168,19 @@ def make_scene(log: MeasurementLog, cell: Cell) -> Scene:
     for kind in kinds:
         whole &= log.complete([f"{kind}{a}" for a in axes])
     whole &= log.complete(("x", "y", "z"))
-    if whole.sum() < 12:
-        raise LogError(f"holds {int(whole.sum())} whole samples", cure="give at least 12", path=log.path)
+    told = known if known is not None else Frames(np.eye(4), np.eye(4), fitted_left=True, fitted_right=True)
+    free = (
+        log.info.measured_frame is MeasuredFrame.UNKNOWN and told.fitted_left,
+        log.info.target is Target.UNKNOWN and told.fitted_right,
+    )
+    fewest = LEAST if any(free) else least
+    if whole.sum() < fewest:
+        raise LogError(f"holds {int(whole.sum())} whole samples", cure=f"give at least {fewest}", path=log.path)
     kept = log.select(np.flatnonzero(whole))
-    return _lay_out(kept, cell, axes, usable)
+    return _lay_out(kept, cell, axes, usable, told)
 
 
-def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dict[str, bool]) -> Scene:
+def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dict[str, bool], known: Frames) -> Scene:
     in_base = log.info.measured_frame is MeasuredFrame.BASE
     prismatic = np.array([cell.joints[cell.index(a)].prismatic for a in axes])
 
@@ -194,7 +204,7 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
     plain = ErrorModel.of(cell, [], in_base=in_base)
     frames = fit_frames(
         plain.poses(np.zeros(0), q), measured, seen,
-        left=log.info.measured_frame is MeasuredFrame.UNKNOWN, right=log.info.target is Target.UNKNOWN,
+        left=log.info.measured_frame is MeasuredFrame.UNKNOWN, right=log.info.target is Target.UNKNOWN, known=known,
     )  # fmt: skip
     model = ErrorModel.of(cell, names, in_base=in_base, left=frames.left, right=frames.right)
     ones = {"one": np.ones(len(log))}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-__all__ = ["delayed", "derivative", "first_order", "pieces_of", "play", "robust_sigma"]
+__all__ = ["delayed", "derivative", "first_order", "pieces_of", "play", "play_at_rest", "robust_sigma"]
 
 Array = NDArray[np.float64]
 
@@ -132,6 +132,11 @@ def _play(u: Array, width: float) -> Array:
         link = min(max(link, u[i] - half), u[i] + half)
         out[i] = (u[i] - link) / half
     return out
+
+
+def play_at_rest(values: Array, width: float) -> Array:
+    """State (N,) in [-1, 1] of a gear's play at single poses, taken in order, the way between two of them straight."""
+    return np.asarray(_play(np.ascontiguousarray(values), max(width, 1e-12)))
 
 
 def robust_sigma(values: Array, pieces: tuple[slice, ...]) -> Array:

@@ -26,11 +26,22 @@ class Frames:
     fitted_right: bool
 
 
-def fit_frames(nominal: Array, measured: Array, seen: NDArray[np.bool_], *, left: bool, right: bool) -> Frames:
+def fit_frames(
+    nominal: Array, measured: Array, seen: NDArray[np.bool_], *, left: bool, right: bool, known: Frames | None = None
+) -> Frames:
     """The frames that bring nominal poses (N, 4, 4) to the measured ones, robustly; the identity where they are known.
 
-    Gauss-Newton from the rigid fit of the points; orientations weigh as if at half a metre.
+    known: frames of another log, which are taken as they are where it did not leave them open. Gauss-Newton from the rigid fit
+    of the points; orientations weigh as if at half a metre.
     """
+    if known is not None and ((left and not known.fitted_left) or (right and not known.fitted_right)):
+        L = known.left if left and not known.fitted_left else np.eye(4)
+        R = known.right if right and not known.fitted_right else np.eye(4)
+        rest = fit_frames(
+            L @ nominal @ R, measured, seen, left=left and known.fitted_left, right=right and known.fitted_right
+        )
+        # only one side is open: the other stands between it and the chain
+        return Frames(rest.left @ L, R @ rest.right, rest.fitted_left, rest.fitted_right)
     L, R = np.eye(4), np.eye(4)
     if not left and not right:
         return Frames(L, R, False, False)
