@@ -258,6 +258,9 @@ def _end(scene: Scene) -> Iterator[Objection]:
         yield Objection("ends-elsewhere", "the program ends with a PTP to another place than HOME", *lines)
     elif not scene.clear_before(last):
         yield Objection("ends-in-part", "the program ends neither at HOME nor in the clear", *lines)
+    elif not scene.home[-1]:
+        text = "the program ends in the clear, and not at HOME"
+        yield Objection("ends-elsewhere", text, *lines, severity="warning")
 
 
 def _outputs(scene: Scene) -> Iterator[Objection]:

@@ -41,6 +41,18 @@ def test_a_long_statement_is_cut_and_a_file_that_is_gone_leaves_the_text(tmp_pat
         hold_to_witness(_verdict(said), tmp_path / "gone")
 
 
+@pytest.mark.parametrize(
+    ("code", "released"), [("no-status-turn", False), ("ends-elsewhere", False), ("no-hook", True)]
+)
+def test_what_is_a_warning_in_anothers_program_is_none_in_our_own(tmp_path: Path, code: str, released: bool) -> None:
+    said = _verdict(Objection(code, "something odd", severity="warning"))
+    if released:
+        assert [f.code for f in hold_to_witness(said, tmp_path)] == [code]
+    else:
+        with pytest.raises(VerificationError, match="something odd"):
+            hold_to_witness(said, tmp_path)
+
+
 @pytest.mark.parametrize("gap", [COMPUTED, NO_CIRCLE, UPWARD])
 def test_no_program_of_a_file_that_camrob_refuses_is_released(tmp_path: Path, gap: str) -> None:
     """Camrob's own reader refuses macros and such arcs: where one got past it, the gap is no reason to release in part."""

@@ -38,6 +38,8 @@ _NEVER = {
     UPWARD: "NX counts depths below the point as negative numbers; output the operation again",
     NO_CIRCLE: "a point before it is missing, or the centre is wrong; output the path again",
 }
+# what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own
+_OWN = frozenset({"no-status-turn", "ends-elsewhere"})
 _BY = "an independent witness"
 SLOWER_BY_PLAN = "--feed optimal"
 _LONGEST = 90  # characters of a statement that is quoted
@@ -50,8 +52,9 @@ def hold_to_witness(verdict: Verdict, folder: Path) -> list[Finding]:
     folder: where the program's files lie until then. Raises VerificationError, with the CL file's line, for the first thing
     that stands against the program (statements are quoted, since nobody will see the lines' numbers), and for a file with macros.
     """
-    for objection in verdict.errors:
-        others = len(verdict.errors) - 1
+    against = [o for o in verdict.objections if o in verdict.errors or o.code in _OWN]
+    for objection in against:
+        others = len(against) - 1
         more = f" ({others} more such objection{'s' * (others > 1)})" if others else ""
         text = _quoted(objection, verdict, folder)
         raise VerificationError(
