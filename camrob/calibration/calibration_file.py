@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,10 +15,20 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_toml
 from camrob.cell.toml_table import TableReader
 from camrob.errors import LogError, StaleInputError
+from camrob.summaries.calibration_summary import (
+    CalibrationFigures,
+    Correlation,
+    ErrorFigures,
+    FittedParameter,
+    HeldParameter,
+    Observability,
+    UsedLog,
+)
+from camrob.summaries.remarks import Remark
 from camrob.text import one_line
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
-__all__ = ["calibration_summary", "calibration_text", "edge_value", "read_calibration"]
+__all__ = ["calibration_figures", "calibration_text", "edge_value", "read_calibration"]
 
 SCHEMA = 1
 _EDGE = {"m": "mm", "rad": "deg"}
@@ -38,52 +47,58 @@ def _number(value: float) -> str:
     return repr(float(value)) if math.isfinite(value) else "nan"
 
 
-def _size(size: ErrorSize) -> dict[str, float | int | None]:
+def _size(size: ErrorSize) -> ErrorFigures:
     """An error's sizes in mm and degrees, None for what was not measured."""
-    angles = {"mean_deg": size.mean_angle, "max_deg": size.worst_angle}
-    lengths = {"mean_mm": size.mean, "rms_mm": size.rms, "p95_mm": size.p95, "max_mm": size.worst}
-    return {
-        "poses": size.rows,
-        **{key: m_to_mm(v) for key, v in lengths.items()},
-        **{key: None if math.isnan(v) else rad_to_deg(v) for key, v in angles.items()},
-    }
+
+    def degrees(angle: float) -> float | None:
+        return None if math.isnan(angle) else rad_to_deg(angle)
+
+    return ErrorFigures(
+        poses=size.rows,
+        mean_mm=m_to_mm(size.mean),
+        rms_mm=m_to_mm(size.rms),
+        p95_mm=m_to_mm(size.p95),
+        max_mm=m_to_mm(size.worst),
+        mean_deg=degrees(size.mean_angle),
+        max_deg=degrees(size.worst_angle),
+    )
 
 
-def calibration_summary(calibration: Calibration) -> dict[str, Any]:
-    """The calibration as one JSON object."""
+def calibration_figures(calibration: Calibration) -> CalibrationFigures:
+    """The calibration in the units of the trade."""
     c = calibration
-    return {
-        "cell": c.cell_name,
-        "logs": [{"file": name, "digest": digest} for name, digest in c.logs],
-        "poses": c.rows,
-        "left_out": c.left_out,
-        "outliers": c.outliers,
-        "oriented": c.oriented,
-        "errors": {stage: _size(size) for stage, size in c.errors.items()},
-        "scatter_mm": m_to_mm(c.scatter_position),
-        "scatter_deg": None if math.isnan(c.scatter_angle) else rad_to_deg(c.scatter_angle),
-        "parameters": [
-            {
-                "name": p.name,
-                "value": edge_value(p.value, p.unit),
-                "std": edge_value(p.std, p.unit),
-                "unit": _EDGE.get(p.unit, p.unit),
-                "nuisance": p.name in c.nuisance,
-            }
+    o1, o2, o3, o4, o5 = c.observability
+    return CalibrationFigures(
+        cell=c.cell_name,
+        logs=tuple(UsedLog(file=name, digest=digest) for name, digest in c.logs),
+        poses=c.rows,
+        left_out=c.left_out,
+        outliers=c.outliers,
+        oriented=c.oriented,
+        errors={stage: _size(size) for stage, size in c.errors.items()},
+        scatter_mm=m_to_mm(c.scatter_position),
+        scatter_deg=None if math.isnan(c.scatter_angle) else rad_to_deg(c.scatter_angle),
+        parameters=tuple(
+            FittedParameter(
+                name=p.name,
+                value=edge_value(p.value, p.unit),
+                std=edge_value(p.std, p.unit),
+                unit=_EDGE.get(p.unit, p.unit),
+                nuisance=p.name in c.nuisance,
+            )
             for p in c.parameters.items_
-        ],
-        "held": [{"name": h.name, "why": h.why, "with": list(h.others)} for h in c.held],
-        "correlations": [{"pair": [a, b], "value": r} for a, b, r in c.correlations],
-        "condition": c.condition,
-        "observability": dict(zip(("o1", "o2", "o3", "o4", "o5"), c.observability, strict=True)),
-        "warnings": [{"line": 0, "code": "calibration", "text": text} for text in c.warnings],
-    }
+        ),
+        held=tuple(HeldParameter(name=h.name, why=h.why, others=h.others) for h in c.held),
+        correlations=tuple(Correlation(pair=(a, b), value=r) for a, b, r in c.correlations),
+        condition=c.condition,
+        observability=Observability(o1=o1, o2=o2, o3=o3, o4=o4, o5=o5),
+        warnings=tuple(Remark(line=0, code="calibration", text=text) for text in c.warnings),
+    )
 
 
 def calibration_text(calibration: Calibration) -> str:
     """CALIBRATION.toml. Values carry all their digits, so that what is read back is what was fitted."""
     c = calibration
-    summary = calibration_summary(c)
     lines = [
         "# A calibration made by camrob: error parameters of a cell. mm, degrees, rad/Nm; names: README.",
         f"schema = {SCHEMA}",
@@ -100,8 +115,8 @@ def calibration_text(calibration: Calibration) -> str:
     ]
     for name, digest in c.logs:
         lines += ["", "[[log]]", f"file = {json.dumps(name)}", f"digest = {json.dumps(digest)}"]
-    for stage, size in summary["errors"].items():
-        stated = ", ".join(f"{k} = {v:.6g}" for k, v in size.items() if v is not None)
+    for stage, size in c.errors.items():
+        stated = ", ".join(f"{k} = {v:.6g}" for k, v in _size(size).to_json().items() if v is not None)
         lines += ["", "[[error]]", f"stage = {json.dumps(stage)}", f"size = {{ {stated} }}"]
     for p in c.parameters.items_:
         lines += [

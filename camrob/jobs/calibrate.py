@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.calibration.calibrate import study_cell
 from camrob.calibration.calibration import Calibration
-from camrob.calibration.calibration_file import calibration_summary, calibration_text
+from camrob.calibration.calibration_file import calibration_figures, calibration_text
 from camrob.calibration.measurements import Measurements, measurements_of
 from camrob.calibration.pose_by_pose import Evidence
 from camrob.calibration.terms import standard_names
@@ -27,17 +26,18 @@ from camrob.jobs.measuring import plan_measuring
 from camrob.languages import language_of_file
 from camrob.measurement.read_log import read_log
 from camrob.report.calibration.page import calibration_report
+from camrob.summaries.calibration_summary import CalibrationSummary, MeasuringFigures, WithheldLog
 
 __all__ = ["CalibrateResult", "calibrate"]
 
 
 @dataclass(frozen=True, slots=True)
 class CalibrateResult:
-    """The calibration, what it rests on, and its summary as JSON."""
+    """The calibration, what it rests on, and its summary."""
 
     calibration: Calibration
     evidence: Evidence
-    summary: Mapping[str, Any]
+    summary: CalibrationSummary
 
 
 def calibrate(
@@ -103,22 +103,28 @@ def calibrate(
     tell("write", 0.9)
     calibration = study.calibration
     report = out.with_suffix(".html").name
-    summary: dict[str, Any] = {**calibration_summary(calibration), "file": out.name, "report": report}
-    summary["withheld"] = [
-        {"file": p.log, "poses": len(p.rows), "refitted": p.refitted} for p in study.evidence.poses if p.withheld
-    ]
     files: Mapping[str, bytes] = {}
+    following: MeasuringFigures | None = None
     if poses > 0:
         way = _way(path, fitted, machine)
         plan = plan_measuring(machine, fitted[0], standard, way, poses, f"{_program_stem(out)}_poses")
-        files, summary["next"] = plan.files, dict(plan.summary)
+        files, following = plan.files, plan.figures
+    summary = CalibrationSummary(
+        figures=calibration_figures(calibration),
+        file=out.name,
+        report=report,
+        withheld=tuple(
+            WithheldLog(file=p.log, poses=len(p.rows), refitted=p.refitted) for p in study.evidence.poses if p.withheld
+        ),
+        next=following,
+    )
     with staged_output(out.parent) as folder:
         (folder / out.name).write_text(calibration_text(calibration), encoding="utf-8")
         page = calibration_report(summary, study.evidence, machine.axis_names)
         (folder / report).write_text(page, encoding="utf-8")
         for name, content in files.items():
             (folder / name).write_bytes(content)
-    summary["seconds"] = time.perf_counter() - start
+    summary = replace(summary, seconds=time.perf_counter() - start)
     return CalibrateResult(calibration, study.evidence, summary)
 
 

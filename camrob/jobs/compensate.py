@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +24,8 @@ from camrob.findings import Finding, Severity
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.solution_program import check_feed, is_solution, program_of_solution, save_solution
-from camrob.jobs.release.compensate_summary import (
+from camrob.jobs.release.compensation import (
     analyses_before_after,
-    compensation_findings,
     compensation_summary,
     error_between,
     rates_and_violations,
@@ -40,6 +38,7 @@ from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.report.compensation.page import PathErrors, compensation_report
 from camrob.se3 import inverse
+from camrob.summaries.compensate_summary import CompensateSummary, MarginsBeforeAfter
 
 __all__ = ["CompensateResult", "compensate"]
 
@@ -50,9 +49,9 @@ _GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis
 
 @dataclass(frozen=True, slots=True)
 class CompensateResult:
-    """The summary as JSON; error_before, error_after (N, 2): m and rad at the motions' ends."""
+    """The summary; error_before, error_after (N, 2): m and rad at the motions' ends."""
 
-    summary: Mapping[str, Any]
+    summary: CompensateSummary
     error_before: Array
     error_after: Array
 
@@ -92,7 +91,7 @@ def compensate(
         >>> cell, fitted = Path("cells/kr15_track_table"), Path("out/calibration.toml")
         >>> program = Path("out/engraving.src")
         >>> result = camrob.compensate(program, cell=cell, calibration=fitted, out=Path("out/compensated"))
-        >>> result.summary["error_after"]["max_mm"] < 1e-3
+        >>> result.summary.error_after.max_mm < 1e-3
         True
     """
     start = time.perf_counter()
@@ -106,11 +105,10 @@ def compensate(
         source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
         made = _Work(source, found, language_of_file(source), machine, progress)
         with staged_output(out, name=source.stem) as folder:
-            summary, after = _written(made, Path(calibration).name, folder)
-            summary["source"] = program.name
-            files = [*(f.name for f in folder.iterdir()), f"{source.stem}.json"]
-            summary |= {"files": sorted(files), "seconds": time.perf_counter() - start}
-            text = json.dumps(summary, indent=2, allow_nan=False)
+            summary, after = _written(made, program.name, Path(calibration).name, folder)
+            files = sorted([*(f.name for f in folder.iterdir()), f"{source.stem}.json"])
+            summary = replace(summary, files=tuple(files), seconds=time.perf_counter() - start)
+            text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
             (folder / f"{source.stem}.json").write_text(text, encoding="utf-8")
     return CompensateResult(summary, np.asarray(made.result.before), after)
 
@@ -143,8 +141,11 @@ class _Work:
         return lambda done: self.progress(stage, done) if self.progress is not None else None
 
 
-def _written(work: _Work, calibration: str, folder: Path) -> tuple[dict[str, Any], Array]:
-    """Write the compensated program into a staged folder, read it back, and check it: its summary and errors (N, 2)."""
+def _written(work: _Work, source: str, calibration: str, folder: Path) -> tuple[CompensateSummary, Array]:
+    """Write the compensated program into a staged folder, read it back, and check it: its summary and errors (N, 2).
+
+    source, calibration: names of what was given.
+    """
     text, planned, model, values = work.text, work.planned, work.model, work.values
     sources, warnings = _patched(work.source.parent, work.language, text, planned, np.asarray(work.result.q))
     _write(folder, work.source.parent, work.language, text, sources)
@@ -155,13 +156,13 @@ def _written(work: _Work, calibration: str, folder: Path) -> tuple[dict[str, Any
     _no_new_fault(work.judged, judged_after)
     correction = np.asarray(work.result.q) - work.q
     analyses = analyses_before_after(planned.cell, text, np.asarray(planned.q), np.asarray(replayed.q))
-    summary = compensation_summary(text, work.found, work.result, correction, planned, after)
-    summary["calibration"] = {"file": calibration, "logs": [name for name, _ in work.found.logs]}
-    summary["error_between"] = error_between(model, values, text, planned, replayed)
-    summary["derivatives"], summary["violations"] = rates_and_violations(analyses, text, planned)
-    summary["limits"] = {"margin_min": judged_after.margin, "margin_min_before": work.judged.margin}
-    findings = [*warnings, *work.left, *compensation_findings(summary)]
-    summary["warnings"] = [{"line": f.line, "code": f.code, "text": f.text} for f in findings]
+    summary = compensation_summary(
+        text, work.found, work.result, correction, planned, after, source=source, calibration=calibration,
+        limits=MarginsBeforeAfter(margin_min=judged_after.margin, margin_min_before=work.judged.margin),
+        between=error_between(model, values, text, planned, replayed),
+        rates=rates_and_violations(analyses, text, planned),
+        findings=[*warnings, *work.left],
+    )  # fmt: skip
     save_solution(folder / f"{work.source.stem}.path.npz", planned.cell, np.asarray(replayed.q), text)
     page = compensation_report(
         summary,

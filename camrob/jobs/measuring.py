@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from camrob.languages import language_named
 from camrob.program.builder import build_program, printed_frames
 from camrob.program.motion import Motion
 from camrob.program.program import ProgramEvent, ProgramEventKind
+from camrob.summaries.calibration_summary import MeasuringCollisions, MeasuringFigures
 from camrob.units import m_to_mm
 
 __all__ = ["MeasuringPlan", "plan_measuring"]
@@ -32,10 +32,10 @@ _REST = 2.0  # s to settle before the instrument reads
 
 @dataclass(frozen=True, slots=True)
 class MeasuringPlan:
-    """files: name to content of the program. summary: JSON. q (k, n): the poses in the order of visiting."""
+    """files: name to content of the program. q (k, n): the poses in the order of visiting."""
 
     files: Mapping[str, bytes]
-    summary: Mapping[str, Any]
+    figures: MeasuringFigures
     q: Array
 
 
@@ -108,13 +108,13 @@ def _plan(cell: Cell, tour: Array, expected: Array, checked: bool, exchanged: in
     )  # fmt: skip
     return MeasuringPlan(
         files=dict(language.write(program, cell.controller, max_lines=None)),
-        summary={
-            "poses": count - 2,
-            "expected_before_mm": m_to_mm(float(expected[0])),
-            "expected_after_mm": m_to_mm(float(expected[-1])),
-            "collisions": {"checked": checked, "count": 0, "exchanged": exchanged},
-            "axis_values": [[round(float(v), 4) for v in row] for row in values[1:-1]],
-            "tip_mm": [[round(float(v), 3) for v in row] for row in tips],
-        },
+        figures=MeasuringFigures(
+            poses=count - 2,
+            expected_before_mm=m_to_mm(float(expected[0])),
+            expected_after_mm=m_to_mm(float(expected[-1])),
+            collisions=MeasuringCollisions(checked=checked, count=0, exchanged=exchanged),
+            axis_values=tuple(tuple(round(float(v), 4) for v in row) for row in values[1:-1]),
+            tip_mm=tuple(tuple(round(float(v), 3) for v in row) for row in tips),
+        ),
         q=tour[1:-1],
     )

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.calibration.calibrate import Study, study_cell
 from camrob.calibration.calibration import Calibration
-from camrob.calibration.calibration_file import calibration_summary, calibration_text
+from camrob.calibration.calibration_file import calibration_figures, calibration_text
 from camrob.calibration.compensate import compensate_postures
 from camrob.calibration.measurements import Measurements
 from camrob.calibration.terms import standard_names
@@ -29,6 +28,7 @@ from camrob.report.page.line_charts import Curve, LineChart
 from camrob.se3 import rotation_to_abc
 from camrob.studies.published_file import PublishedCase, read_published
 from camrob.studies.published_robot import TapeLine, drawn_errors, measured_poses, tape_line
+from camrob.summaries.calibration_summary import CalibrationSummary, PublishedFigure, WithheldLog
 from camrob.timing.derivative_analysis import DerivativeAnalysis
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -43,12 +43,12 @@ _RATES = ("rate_speed", "rate_acceleration", "rate_jerk")
 
 @dataclass(frozen=True, slots=True)
 class PublishedResult:
-    """Both calibrations, the tape's line, and the summary as JSON."""
+    """Both calibrations, the tape's line, and the summary."""
 
     plain: Calibration
     extended: Calibration
     line: TapeLine
-    summary: Mapping[str, Any]
+    summary: CalibrationSummary
 
 
 def published_case(
@@ -101,23 +101,23 @@ def published_case(
     tell("compensate", 0.8)
     line = tape_line(told, machine, errors, plain, extended)
     rows = _rows(told, plain, extended, line, _seconds_of_many(machine, plain, line))
-    summary: dict[str, Any] = {
-        **calibration_summary(plain),
-        "file": out.name,
-        "report": out.with_suffix(".html").name,
-        "published": [dict(zip(("what", "published", "ours"), row, strict=True)) for row in rows],
-        "withheld": [{"file": logs["withheld"].name, "poses": told.withheld, "refitted": False}],
-    }
+    summary = CalibrationSummary(
+        figures=calibration_figures(plain),
+        file=out.name,
+        report=out.with_suffix(".html").name,
+        published=tuple(PublishedFigure(what=what, published=theirs, ours=ours) for what, theirs, ours in rows),
+        withheld=(WithheldLog(file=logs["withheld"].name, poses=told.withheld, refitted=False),),
+    )
     with staged_output(out.parent) as folder:
         (folder / out.name).write_text(calibration_text(plain), encoding="utf-8")
         (folder / f"{out.stem}_extended.toml").write_text(calibration_text(extended), encoding="utf-8")
         page = calibration_report(
             summary, studies[0].evidence, machine.axis_names, published=rows, charts=_charts(line), source=told.source
         )
-        (folder / summary["report"]).write_text(page, encoding="utf-8")
+        (folder / summary.report).write_text(page, encoding="utf-8")
         for data in logs.values():
             write_log(_as_log(machine, data), folder / data.name)
-    summary["seconds"] = time.perf_counter() - start
+    summary = replace(summary, seconds=time.perf_counter() - start)
     return PublishedResult(plain, extended, line, summary)
 
 

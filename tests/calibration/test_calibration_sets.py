@@ -12,7 +12,7 @@ import pytest
 from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, log_of, measure
 
 from camrob.calibration.calibrate import calibrate_cell, study_cell
-from camrob.calibration.calibration_file import calibration_summary, read_calibration
+from camrob.calibration.calibration_file import calibration_figures, read_calibration
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.fit import fit_parameters
 from camrob.calibration.measurements import Measurements, measurements_of
@@ -27,6 +27,8 @@ from camrob.measurement.read_log import read_log
 from camrob.measurement.write_log import write_log
 from camrob.report.calibration.page import calibration_report
 from camrob.se3 import frame_from_xyzabc
+from camrob.summaries.calibration_summary import CalibrationSummary
+from camrob.summaries.remarks import Remark
 
 KR15 = ROOT / "cells" / "kr15_track_table"
 TRUE = drawn(CELL)
@@ -164,8 +166,9 @@ def test_the_page_holds_what_was_found_and_loads_nothing(made) -> None:
 def test_names_of_files_stay_text() -> None:
     hostile = '</script><img src=x onerror="alert(1)">%{x}'
     study = study_cell(CELL, replace(measure(CELL, TRUE, axis_values(CELL, 60)), name=hostile))
-    summary = {**calibration_summary(study.calibration), "file": hostile}
-    summary["warnings"] = [{"line": 0, "code": "x", "text": hostile}]
+    warned = (Remark(line=0, code="x", text=hostile),)
+    figures = replace(calibration_figures(study.calibration), warnings=warned, cell=hostile)
+    summary = CalibrationSummary(figures=figures, file=hostile, report="r.html", withheld=())
     page = calibration_report(summary, study.evidence, CELL.axis_names, published=[(hostile,) * 3], source=hostile)
     assert "<img" not in re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)
 

@@ -20,7 +20,7 @@ from camrob.controller.replay import replay
 from camrob.errors import InputError, KrlError, SingularError, StaleInputError
 from camrob.jobs.compensate import compensate
 from camrob.jobs.files.solution_program import program_of_solution
-from camrob.jobs.release.compensate_summary import analyses_before_after, rates_and_violations
+from camrob.jobs.release.compensation import analyses_before_after, rates_and_violations
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.languages.krl.patch import literal_targets, patch_source
@@ -135,10 +135,10 @@ def program(folder: Path, *, q0=(9.0, -77.0, 123.0, -26.0, 50.0, 27.0), more: st
 def test_a_program_is_rewritten_and_nothing_else_in_it(tmp_path: Path, calibration: Path) -> None:
     source = program(tmp_path)
     result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
-    assert result.summary["error_before"]["mean_mm"] > 0.5
-    assert result.summary["error_after"]["max_mm"] < 3e-4
-    assert result.summary["error_after"]["max_deg"] < 3e-5
-    assert json.loads((tmp_path / "out" / "sample.json").read_text()) == result.summary
+    assert result.summary.error_before.mean_mm > 0.5
+    assert result.summary.error_after.max_mm < 3e-4
+    assert result.summary.error_after.max_deg < 3e-5
+    assert json.loads((tmp_path / "out" / "sample.json").read_text()) == result.summary.to_json()
     old, new = source.read_bytes().split(b"\n"), (tmp_path / "out" / "sample.src").read_bytes().split(b"\n")
     assert len(old) == len(new)
     changed = [k for k, (a, b) in enumerate(zip(old, new, strict=True)) if a != b]
@@ -158,7 +158,7 @@ def test_odd_bytes_in_comments_move_no_line(tmp_path: Path, calibration: Path) -
     result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
     new = (tmp_path / "out" / "sample.src").read_bytes()
     assert new.replace(b"; a\x85b\x0cc\x1cd\x0be\r\n", b"") == (tmp_path / "plain" / "sample.src").read_bytes()
-    assert result.summary["error_after"] == plain.summary["error_after"]
+    assert result.summary.error_after == plain.summary.error_after
 
 
 def test_what_the_cell_truly_is_meets_the_poses(tmp_path: Path, calibration: Path) -> None:
@@ -202,12 +202,12 @@ def test_limits_are_kept(tmp_path: Path, calibration: Path) -> None:
         (tmp_path / "C.toml").write_text(calibration_text(calibrate_cell(CELL, data, names=["A2.zero"], share=0.0)))
         out = tmp_path / f"out{sign}"
         found[sign] = compensate(source, cell=CELL_FOLDER, calibration=tmp_path / "C.toml", out=out).summary
-        assert found[sign]["limits"]["margin_min"]["A2"] >= 0.0
-    short, free = ([w for w in found[sign]["warnings"] if w["code"] == "limit"] for sign in (1.0, -1.0))
-    assert [(w["text"], w["line"]) for w in short] == [("1 point is corrected in part only: A2 is at its limit", 9)]
-    assert found[1.0]["error_after"]["max_mm"] == pytest.approx(found[1.0]["error_before"]["max_mm"], rel=2e-3)
-    assert any(w["code"] == "residual" for w in found[1.0]["warnings"])
-    assert free == [] and found[-1.0]["error_after"]["max_mm"] < 3e-4
+        assert found[sign].limits.margin_min["A2"] >= 0.0
+    short, free = ([w for w in found[sign].warnings if w.code == "limit"] for sign in (1.0, -1.0))
+    assert [(w.text, w.line) for w in short] == [("1 point is corrected in part only: A2 is at its limit", 9)]
+    assert found[1.0].error_after.max_mm == pytest.approx(found[1.0].error_before.max_mm, rel=2e-3)
+    assert any(w.code == "residual" for w in found[1.0].warnings)
+    assert free == [] and found[-1.0].error_after.max_mm < 3e-4
 
 
 def test_corrections_fade_towards_a_limit(tmp_path: Path) -> None:
@@ -224,7 +224,7 @@ def test_corrections_fade_towards_a_limit(tmp_path: Path) -> None:
     assert np.all(after >= -145.0) and np.allclose(moved[:7], np.rad2deg(2e-3), atol=1e-3)
     assert np.all(np.diff(moved) < 1e-3) and np.max(np.abs(np.diff(after))) < 0.03
     assert np.all(np.diff(result.error_after[8:, 0]) > 0.0)
-    assert "points are corrected in part only: A2" in "".join(w["text"] for w in result.summary["warnings"])
+    assert "points are corrected in part only: A2" in "".join(w.text for w in result.summary.warnings)
 
 
 def test_programs_that_can_t_be_rewritten_are_refused(tmp_path: Path, calibration: Path) -> None:
@@ -299,10 +299,10 @@ def test_compensation_of_a_real_program_brings_no_new_hurry(tmp_path: Path, cali
     if not source.is_file():
         pytest.skip("../shared is not here: gap_samples")
     summary = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out").summary
-    assert summary["error_before"]["mean_mm"] > 0.5 and summary["error_after"]["max_mm"] < 3e-4
-    for rates in summary["derivatives"].values():
-        assert rates["after"] > 0.95 * rates["before"]
-    assert summary["error_between"]["max_mm"] < 0.02
+    assert summary.error_before.mean_mm > 0.5 and summary.error_after.max_mm < 3e-4
+    for rates in summary.derivatives.values():
+        assert rates.after > 0.95 * rates.before
+    assert summary.error_between.max_mm < 0.02
 
 
 # --- eight axes, solved paths, the report ---------------------------------------------------------------------------------
@@ -317,12 +317,12 @@ def test_external_axes_stay_as_planned_and_the_arm_is_corrected(tmp_path: Path, 
     assert [f.text for f in old.tools] == [f.text for f in new.tools]
     assert [f.text for f in old.bases] == [f.text for f in new.bases]
     assert np.array_equal(old.speed, new.speed) and np.array_equal(old.blend, new.blend)
-    axes = summary["correction"]["axes"]
+    axes = summary.correction.axes
     assert list(axes) == ["A1", "A2", "A3", "A4", "A5", "A6", "E1", "E2"]
-    assert axes["E1"]["max_mm"] == 0.0 == axes["E2"]["max_deg"]
-    assert all(axes[f"A{k}"]["max_deg"] > 1e-4 for k in range(1, 7))
-    assert all(margin is None or margin >= 0.0 for margin in summary["limits"]["margin_min"].values())
-    assert any(w["text"].startswith("backlash, drift") for w in summary["warnings"])
+    assert axes["E1"].max_mm == 0.0 == axes["E2"].max_deg
+    assert all(axes[f"A{k}"].max_deg > 1e-4 for k in range(1, 7))
+    assert all(margin is None or margin >= 0.0 for margin in summary.limits.margin_min.values())
+    assert any(w.text.startswith("backlash, drift") for w in summary.warnings)
 
 
 def solved(folder: Path, count: int = 60) -> Path:
@@ -341,7 +341,7 @@ def test_a_solved_path_becomes_a_compensated_program(tmp_path: Path, calibration
     source = solved(tmp_path)
     result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out", feed=1200.0)
     out = tmp_path / "out"
-    assert {f.name for f in out.iterdir()} == {*result.summary["files"]} >= {"bow.src", "bow.path.npz", "bow.html"}
+    assert {f.name for f in out.iterdir()} == {*result.summary.files} >= {"bow.src", "bow.path.npz", "bow.html"}
     text = read_krl(out / "bow.src")
     assert text.kind.tolist() == [Motion.PTP_AXES] + [Motion.LIN] * 59
     assert np.allclose(text.speed[1:], 0.02)
@@ -350,7 +350,7 @@ def test_a_solved_path_becomes_a_compensated_program(tmp_path: Path, calibration
         targets = base_T_tool(CELL, before["q"])
         e = pose_difference(targets, MODEL.poses(VALUES, after["q"]))  # the robot that was drawn
         assert np.linalg.norm(e[:, :3], axis=1).max() < 5e-5
-    assert result.summary["error_after"]["max_mm"] < 3e-4 < 0.3 < result.summary["error_before"]["mean_mm"]
+    assert result.summary.error_after.max_mm < 3e-4 < 0.3 < result.summary.error_before.mean_mm
     assert run(["verify", str(out / "bow.src"), "--cell", str(CELL_FOLDER), "--quiet"]) == 0
     command = [
         "compensate",
@@ -387,12 +387,12 @@ def test_a_new_violation_is_said_and_an_old_one_is_not_new(tmp_path: Path) -> No
     trembling = q.copy()
     trembling[::2, CELL.index("A4")] += 3e-3
     same = rates_and_violations(analyses_before_after(CELL, text, q, q), text, planned)[1]
-    assert same["new"] == [] and same["before"] == same["after"]
+    assert same.new == () and same.before == same.after
     worse = rates_and_violations(analyses_before_after(CELL, text, q, trembling), text, planned)[1]
-    assert "A4" in {v["axis"] for v in worse["new"]} and worse["after"] > worse["before"]
-    assert all(v["times"] > 1.0 and v["line"] > 0 for v in worse["new"])
+    assert "A4" in {v.axis for v in worse.new} and worse.after > worse.before
+    assert all(v.times > 1.0 and v.line > 0 for v in worse.new)
     better = rates_and_violations(analyses_before_after(CELL, text, trembling, q), text, planned)[1]
-    assert better["new"] == []
+    assert better.new == ()
 
 
 def test_the_page_of_a_compensation(tmp_path: Path, calibration: Path) -> None:

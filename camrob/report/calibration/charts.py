@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from camrob.calibration.pose_by_pose import Evidence, PoseErrors, explained_by_axis
 from camrob.report.page.html import plot_text
 from camrob.report.page.pack import packed_floats
+from camrob.summaries.calibration_summary import CalibrationFigures
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["calibration_charts"]
@@ -26,7 +27,7 @@ _STEPS = 400  # of a distribution
 _FEW = 200  # poses, below which bins of a dozen say nothing
 
 
-def calibration_charts(evidence: Evidence, summary: Mapping[str, Any], axes: Sequence[str]) -> list[Chart]:
+def calibration_charts(evidence: Evidence, summary: CalibrationFigures, axes: Sequence[str]) -> list[Chart]:
     """All charts, each with id, title, caption, traces, layout and ruler (charts of one ruler are zoomed together)."""
     judged = [p for p in evidence.poses if p.withheld] or list(evidence.poses)
     part = "withheld" if judged[0].withheld else "fitted"
@@ -119,16 +120,16 @@ def _pose_by_pose(poses: PoseErrors, k: int) -> Chart:
     return _chart(f"poses-{k}", f"{poses.log or 'Log'}: {part} poses, one by one", caption, traces, layout)
 
 
-def _parameters(summary: Mapping[str, Any]) -> Chart:
+def _parameters(summary: CalibrationFigures) -> Chart:
     """The robot's own parameters with their standard errors."""
     traces = []
     for unit, name, axis, color in (("mm", "mm", "", "#2b7de9"), ("deg", "degrees", "2", "#1a9c6b")):
-        own = [p for p in summary["parameters"] if p["unit"] == unit and not p["nuisance"]]
+        own = [p for p in summary.parameters if p.unit == unit and not p.nuisance]
         if own:
             traces.append({
-                "type": "scatter", "mode": "markers", "name": name, "x": [plot_text(p["name"]) for p in own],
-                "y": [p["value"] for p in own], "xaxis": f"x{axis}", "yaxis": f"y{axis}", "marker": {"size": 7, "color": color},
-                "error_y": {"type": "data", "array": [2.0 * p["std"] for p in own], "thickness": 1.2, "width": 3},
+                "type": "scatter", "mode": "markers", "name": name, "x": [plot_text(p.name) for p in own],
+                "y": [p.value for p in own], "xaxis": f"x{axis}", "yaxis": f"y{axis}", "marker": {"size": 7, "color": color},
+                "error_y": {"type": "data", "array": [2.0 * p.std for p in own], "thickness": 1.2, "width": 3},
                 "hovertemplate": f"%{{x}}: %{{y:.4f}} {name}<extra></extra>",
             })  # fmt: skip
     layout = _layout("", "mm", 380)

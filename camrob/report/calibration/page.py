@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,10 @@ from camrob.report.calibration.charts import STAGES, calibration_charts
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import LineChart, chart_data, chart_section
 from camrob.report.page.parts import card_row, figure, section, table
+from camrob.summaries.calibration_summary import CalibrationFigures, CalibrationSummary, ErrorFigures, MeasuringFigures
 from camrob.units import m_to_mm
 
 __all__ = ["calibration_report"]
-
-Summary = Mapping[str, Any]
 
 _BEYOND = 0.1  # of the noise's energy: what the parameters' own uncertainty may add; chance is reckoned beside
 _WHY = {
@@ -27,7 +26,7 @@ _WHY = {
 
 
 def calibration_report(
-    summary: Summary,
+    summary: CalibrationSummary,
     evidence: Evidence,
     axes: Sequence[str],
     *,
@@ -37,53 +36,54 @@ def calibration_report(
 ) -> str:
     """The page as text.
 
-    summary: what `camrob calibrate --json` prints. axes: names of the cell's axes, as evidence's axis values hold them.
+    axes: names of the cell's axes, as evidence's axis values hold them.
     published: rows (what, published, ours), text, for a case that stands in a paper, `source`, with charts of its own.
     """
-    drawn = calibration_charts(evidence, summary, axes)
+    found = summary.figures
+    drawn = calibration_charts(evidence, found, axes)
     place = {c["id"]: figure(c) for c in drawn}
     poses = [html for name, html in place.items() if name.startswith(("spread-", "poses-"))]
-    files = ", ".join(log["file"] for log in summary["logs"])
+    files = ", ".join(log.file for log in found.logs)
     body = "\n".join([
         "<main>",
-        f"<header><h1>Calibration of {escape(summary['cell'])}</h1><p class=\"made\">from {escape(files)}</p></header>",
-        _cards(summary, evidence), _warnings(summary), _published(published, source),
-        *(chart_section(c) for c in charts), _errors(summary, evidence), *poses,
-        place["parameters"], _parameters(summary), place["singular"], _told(summary), place["correlation"],
-        place["remaining"], _remaining(summary, evidence), _next(summary),
+        f"<header><h1>Calibration of {escape(found.cell)}</h1><p class=\"made\">from {escape(files)}</p></header>",
+        _cards(found, evidence), _warnings(found), _published(published, source),
+        *(chart_section(c) for c in charts), _errors(found, evidence), *poses,
+        place["parameters"], _parameters(found), place["singular"], _told(found), place["correlation"],
+        place["remaining"], _remaining(found, evidence), _next(summary.next),
         "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
     ])  # fmt: skip
     data: dict[str, Any] = {"names": {}}
     data["charts"] = [{k: c[k] for k in ("id", "traces", "layout", "ruler")} for c in drawn]
     data["charts"] += [{**c, "ruler": "line"} for c in chart_data(charts)]
-    return page(f"Calibration of {summary['cell']}", body, data)
+    return page(f"Calibration of {found.cell}", body, data)
 
 
-def _judged(summary: Summary) -> tuple[Mapping[str, Any], Mapping[str, Any], str]:
+def _judged(summary: CalibrationFigures) -> tuple[ErrorFigures, ErrorFigures, str]:
     """Errors before and after on the poses that count, and what these are called."""
-    errors = summary["errors"]
+    errors = summary.errors
     part = "withheld" if "calibrated/withheld" in errors else "fitted"
     first = "nominal" if f"nominal/{part}" in errors else "frames"
     return errors[f"{first}/{part}"], errors[f"calibrated/{part}"], part
 
 
-def _cards(summary: Summary, evidence: Evidence) -> str:
+def _cards(summary: CalibrationFigures, evidence: Evidence) -> str:
     before, after, part = _judged(summary)
     cards = [
-        ("Mean error of position", f"{number(before['mean_mm'], 3)} → {number(after['mean_mm'], 3, 'mm')}",
-         f"on {after['poses']:,} {part} poses"),
-        ("Worst error of position", f"{number(before['max_mm'], 3)} → {number(after['max_mm'], 3, 'mm')}",
-         f"95 % lie below {after['p95_mm']:.3f} mm"),
+        ("Mean error of position", f"{number(before.mean_mm, 3)} → {number(after.mean_mm, 3, 'mm')}",
+         f"on {after.poses:,} {part} poses"),
+        ("Worst error of position", f"{number(before.max_mm, 3)} → {number(after.max_mm, 3, 'mm')}",
+         f"95 % lie below {after.p95_mm:.3f} mm"),
     ]  # fmt: skip
-    if after.get("mean_deg") is not None:
-        value = f"{number(before['mean_deg'], 4)} → {number(after['mean_deg'], 4, '°')}"
-        cards.append(("Mean error of orientation", value, f"worst {after['max_deg']:.4f} degrees"))
-    held = len(summary["held"])
-    cards.append(("Parameters", str(len(summary["parameters"])), f"{held} more asked for and left out"))
-    cards.append(("Poses fitted", f"{summary['poses']:,}", f"{summary['outliers']} outliers, which weigh little"))
+    if after.mean_deg is not None:
+        value = f"{number(before.mean_deg, 4)} → {number(after.mean_deg, 4, '°')}"
+        cards.append(("Mean error of orientation", value, f"worst {after.max_deg:.4f} degrees"))
+    held = len(summary.held)
+    cards.append(("Parameters", str(len(summary.parameters)), f"{held} more asked for and left out"))
+    cards.append(("Poses fitted", f"{summary.poses:,}", f"{summary.outliers} outliers, which weigh little"))
     noise = _noise(evidence)
     note = f"the instrument's noise is {noise:.4f} mm" if noise is not None else "the instrument's noise isn't known"
-    cards.append(("Scatter an axis that remains", number(summary["scatter_mm"], 4, "mm"), note))
+    cards.append(("Scatter an axis that remains", number(summary.scatter_mm, 4, "mm"), note))
     return card_row(cards)
 
 
@@ -93,10 +93,10 @@ def _noise(evidence: Evidence) -> float | None:
     return float(m_to_mm(sigma)) if sigma > 0.0 else None
 
 
-def _warnings(summary: Summary) -> str:
-    if not summary["warnings"]:
+def _warnings(summary: CalibrationFigures) -> str:
+    if not summary.warnings:
         return ""
-    rows = "".join(f"<li>{escape(w['text'])}</li>" for w in summary["warnings"])
+    rows = "".join(f"<li>{escape(w.text)}</li>" for w in summary.warnings)
     return section("Before you trust the numbers", f"<ul>{rows}</ul>")
 
 
@@ -112,12 +112,13 @@ def _published(rows: Sequence[Sequence[str]], source: str) -> str:
     )
 
 
-def _errors(summary: Summary, evidence: Evidence) -> str:
+def _errors(summary: CalibrationFigures, evidence: Evidence) -> str:
     rows = []
-    for stage, size in summary["errors"].items():
+    for stage, size in summary.errors.items():
         name, _, part = stage.partition("/")
-        numbers = [number(size.get(key), 4) for key in ("mean_mm", "rms_mm", "p95_mm", "max_mm", "mean_deg", "max_deg")]
-        rows.append([f"{escape(STAGES.get(name, name))}, {escape(part)}", f"{size['poses']:,}", *numbers])
+        values = (size.mean_mm, size.rms_mm, size.p95_mm, size.max_mm, size.mean_deg, size.max_deg)
+        numbers = [number(value, 4) for value in values]
+        rows.append([f"{escape(STAGES.get(name, name))}, {escape(part)}", f"{size.poses:,}", *numbers])
     head = ("errors", "poses", "mean mm", "rms mm", "95 % mm", "worst mm", "mean °", "worst °")
     again = any(p.refitted for p in evidence.poses)
     note = (
@@ -129,14 +130,14 @@ def _errors(summary: Summary, evidence: Evidence) -> str:
     return section("Errors before and after", table(head, rows), f'<p class="caption">{note}</p>')
 
 
-def _parameters(summary: Summary) -> str:
+def _parameters(summary: CalibrationFigures) -> str:
     rows = []
-    for p in summary["parameters"]:
-        decimals = {"mm": 4, "deg": 5}.get(p["unit"])
-        plain = [number(p[k], decimals) if decimals else f"{p[k]:.3e}" for k in ("value", "std")]
-        sure = abs(p["value"]) / p["std"] if p["std"] else float("nan")
-        whose = "instrument" if p["nuisance"] else "robot"
-        rows.append([escape(p["name"]), *plain, escape(p["unit"]), number(sure, 1), whose])
+    for p in summary.parameters:
+        decimals = {"mm": 4, "deg": 5}.get(p.unit)
+        plain = [number(v, decimals) if decimals else f"{v:.3e}" for v in (p.value, p.std)]
+        sure = abs(p.value) / p.std if p.std else float("nan")
+        whose = "instrument" if p.nuisance else "robot"
+        rows.append([escape(p.name), *plain, escape(p.unit), number(sure, 1), whose])
     head = ("parameter", "value", "standard error", "unit", "value / error", "of the")
     caption = (
         "base, tool: the frames' errors. A3.x .. ry: where the axis stands; zero: what the real axis value is beyond the "
@@ -145,19 +146,15 @@ def _parameters(summary: Summary) -> str:
     return section("Parameters", table(head, rows), f'<p class="caption">{caption}</p>')
 
 
-def _told(summary: Summary) -> str:
+def _told(summary: CalibrationFigures) -> str:
     rows = [
-        [escape(h["name"]), escape(_WHY[h["why"]]) + (f" {escape(', '.join(h['with']))}" if h["with"] else "")]
-        for h in summary["held"]
+        [escape(h.name), escape(_WHY[h.why]) + (f" {escape(', '.join(h.others))}" if h.others else "")]
+        for h in summary.held
     ]
-    o = summary["observability"]
-    indices = ", ".join(f"O{k} {number(o[f'o{k}'], 4)}" for k in range(1, 6))
-    pairs = [
-        [escape(" and ".join(c["pair"])), number(c["value"], 3)]
-        for c in summary["correlations"]
-        if abs(c["value"]) >= 0.5
-    ]
-    words = f"<p>Condition {number(summary['condition'], 0)}; {indices}.</p>"
+    o = summary.observability
+    indices = ", ".join(f"O{k} {number(v, 4)}" for k, v in enumerate((o.o1, o.o2, o.o3, o.o4, o.o5), start=1))
+    pairs = [[escape(" and ".join(c.pair)), number(c.value, 3)] for c in summary.correlations if abs(c.value) >= 0.5]
+    words = f"<p>Condition {number(summary.condition, 0)}; {indices}.</p>"
     left = table(("left out", "why"), rows, left=2) if rows else "<p>Every parameter asked for could be fitted.</p>"
     strong = (
         table(("strongest correlations", "r"), pairs) if pairs else "<p>No two are correlated by more than 0.5.</p>"
@@ -165,36 +162,35 @@ def _told(summary: Summary) -> str:
     return section("What the poses can tell apart", words, left, strong)
 
 
-def _remaining(summary: Summary, evidence: Evidence) -> str:
+def _remaining(summary: CalibrationFigures, evidence: Evidence) -> str:
     """In words: what is explained, what is noise, what is neither."""
     before, after, part = _judged(summary)
-    share = 100.0 * (1.0 - (after["rms_mm"] / before["rms_mm"]) ** 2) if before["rms_mm"] > 0.0 else 0.0
+    share = 100.0 * (1.0 - (after.rms_mm / before.rms_mm) ** 2) if before.rms_mm > 0.0 else 0.0
     text = f"Of the energy of the errors on {part} poses, {number(share, 1, '%')} is explained. "
     noise = _noise(evidence)
     if noise is None:
         text += "How much of the rest is the instrument's noise isn't known: LOG.toml gives no sigma_mm."
     else:
         floor = float(np.sqrt(3.0)) * noise
-        rest = float(np.sqrt(max(after["rms_mm"] ** 2 - floor**2, 0.0)))
-        text += f"{number(after['rms_mm'], 4, 'mm')} rms stay, of which the instrument's noise makes {number(floor, 4, 'mm')}; "
+        rest = float(np.sqrt(max(after.rms_mm**2 - floor**2, 0.0)))
+        text += f"{number(after.rms_mm, 4, 'mm')} rms stay, of which the instrument's noise makes {number(floor, 4, 'mm')}; "
         text += (
             f"{number(rest, 4, 'mm')} rms stay unexplained."
-            if (after["rms_mm"] / floor) ** 2 - 1.0 > _BEYOND + 3.0 * float(np.sqrt(2.0 / (3.0 * after["poses"])))
+            if (after.rms_mm / floor) ** 2 - 1.0 > _BEYOND + 3.0 * float(np.sqrt(2.0 / (3.0 * after.poses)))
             else "nothing stays that the noise doesn't explain."
         )
     return section("What stays unexplained", f"<p>{text}</p>")
 
 
-def _next(summary: Summary) -> str:
-    if "next" not in summary:
+def _next(plan: MeasuringFigures | None) -> str:
+    if plan is None:
         return ""
-    plan = summary["next"]
     rows = [
         [str(k), ", ".join(f"{v:g}" for v in q), ", ".join(f"{v:g}" for v in tip)]
-        for k, (q, tip) in enumerate(zip(plan["axis_values"], plan["tip_mm"], strict=True), start=1)
+        for k, (q, tip) in enumerate(zip(plan.axis_values, plan.tip_mm, strict=True), start=1)
     ]
     words = (
-        f"<p>{plan['poses']} poses, chosen for the accuracy on the path that matters: its expected error falls from "
-        f"{number(plan['expected_before_mm'], 4, 'mm')} to {number(plan['expected_after_mm'], 4, 'mm')}.</p>"
+        f"<p>{plan.poses} poses, chosen for the accuracy on the path that matters: its expected error falls from "
+        f"{number(plan.expected_before_mm, 4, 'mm')} to {number(plan.expected_after_mm, 4, 'mm')}.</p>"
     )
     return section("Poses to measure next", words, table(("pose", "axis values", "tip in base, mm"), rows, left=3))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +11,13 @@ from camrob.frozen import locked
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
 from camrob.report.page.parts import card_row, section, table
+from camrob.summaries.compensate_summary import CompensateSummary, Violations
 from camrob.timing.derivative_analysis import DerivativeAnalysis
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["PathErrors", "compensation_report"]
 
 Array = NDArray[np.float64]
-Summary = Mapping[str, Any]
 
 _STRETCHES = 150
 _FASTEST = 1e3  # rad/s: what stands still admits any rate
@@ -48,17 +46,15 @@ class PathErrors:
 
 
 def compensation_report(
-    summary: Summary, path: PathErrors, analyses: tuple[DerivativeAnalysis, DerivativeAnalysis] | None
+    summary: CompensateSummary, path: PathErrors, analyses: tuple[DerivativeAnalysis, DerivativeAnalysis] | None
 ) -> str:
-    """The page as text. summary: what `camrob compensate --json` prints; analyses: the paper's section III, before and
-    after, None for a program too short for it.
-    """
+    """The page as text. analyses: the paper's section III, before and after, None for a program too short for it."""
     along = [*_errors_along(path), _corrections_along(path)]
     rates = [] if analyses is None else [_rates(analyses)]
     body = "\n".join([
         "<main>",
-        f"<header><h1>Compensation of {escape(summary['program'])}</h1><p class=\"made\">for the cell "
-        f"<b>{escape(summary['cell'])}</b>, calibrated from {escape(', '.join(summary['calibration']['logs']))}</p></header>",
+        f"<header><h1>Compensation of {escape(summary.program)}</h1><p class=\"made\">for the cell "
+        f"<b>{escape(summary.cell)}</b>, calibrated from {escape(', '.join(summary.calibration.logs))}</p></header>",
         _cards(summary), _left(summary), _errors(summary), *(chart_section(c) for c in along), _axes(summary),
         _derivatives(summary), *(chart_section(c) for c in rates),
         "<footer>Made by camrob. Errors are those of the calibrated chain; what the robot truly does is measured, not "
@@ -68,21 +64,20 @@ def compensation_report(
     for chart in charts:
         if chart["layout"]["yaxis"]["type"] == "log":
             chart["layout"]["yaxis"] |= {"dtick": 1, "exponentformat": "power"}
-    return page(f"Compensation of {summary['program']}", body, {"names": {}, "charts": charts})
+    return page(f"Compensation of {summary.program}", body, {"names": {}, "charts": charts})
 
 
-def _cards(summary: Summary) -> str:
-    before, after = summary["error_before"], summary["error_after"]
-    iterations = summary["iterations"]
-    known = summary["calibrated_withheld_mm"]
+def _cards(summary: CompensateSummary) -> str:
+    before, after, iterations = summary.error_before, summary.error_after, summary.iterations
+    known = summary.calibrated_withheld_mm
     cards = [
-        ("Mean error on the calibrated chain", f"{number(before['mean_mm'], 3)} → {number(after['mean_mm'], 4, 'mm')}",
-         f"{summary['motions']:,} motions"),
-        ("Worst error", f"{number(before['max_mm'], 3)} → {number(after['max_mm'], 4, 'mm')}",
-         f"orientation {after['max_deg']:.5f} degrees at the worst"),
-        ("Largest correction of the tip", number(summary["correction"]["max_mm"], 3, "mm"),
-         f"mean {summary['correction']['mean_mm']:.3f} mm"),
-        ("Newton iterations", number(iterations["mean"], 1), f"at most {iterations['max']} a point"),
+        ("Mean error on the calibrated chain", f"{number(before.mean_mm, 3)} → {number(after.mean_mm, 4, 'mm')}",
+         f"{summary.motions:,} motions"),
+        ("Worst error", f"{number(before.max_mm, 3)} → {number(after.max_mm, 4, 'mm')}",
+         f"orientation {after.max_deg:.5f} degrees at the worst"),
+        ("Largest correction of the tip", number(summary.correction.max_mm, 3, "mm"),
+         f"mean {summary.correction.mean_mm:.3f} mm"),
+        ("Newton iterations", number(iterations.mean, 1), f"at most {iterations.max} a point"),
     ]  # fmt: skip
     if known is not None:
         note = "mean error on withheld poses: no program can be truer"
@@ -90,22 +85,22 @@ def _cards(summary: Summary) -> str:
     return card_row(cards)
 
 
-def _left(summary: Summary) -> str:
+def _left(summary: CompensateSummary) -> str:
     rows = [
-        [escape(w["text"]), f"line {w['line']}" if w["line"] else "–", f"<code>{escape(w['code'])}</code>"]
-        for w in summary["warnings"]
+        [escape(w.text), f"line {w.line}" if w.line else "–", f"<code>{escape(w.code)}</code>"]
+        for w in summary.warnings
     ]
     return section("What is not corrected, and what to look at", table(("what", "where", "code"), rows, left=3))
 
 
-def _errors(summary: Summary) -> str:
+def _errors(summary: CompensateSummary) -> str:
     named = [
-        ("the program as it was, on the calibrated robot", summary["error_before"]),
-        ("the compensated program", summary["error_after"]),
-        ("half-way through its LINs", summary["error_between"]),
+        ("the program as it was, on the calibrated robot", summary.error_before),
+        ("the compensated program", summary.error_after),
+        ("half-way through its LINs", summary.error_between),
     ]
     rows = [
-        [escape(name), *(number(size[k], 5) for k in ("mean_mm", "max_mm", "mean_deg", "max_deg"))]
+        [escape(name), *(number(v, 5) for v in (size.mean_mm, size.max_mm, size.mean_deg, size.max_deg))]
         for name, size in named
         if size is not None
     ]
@@ -149,49 +144,49 @@ def _corrections_along(path: PathErrors) -> LineChart:
     )  # fmt: skip
 
 
-def _axes(summary: Summary) -> str:
-    margins, before = summary["limits"]["margin_min"], summary["limits"]["margin_min_before"]
+def _axes(summary: CompensateSummary) -> str:
+    margins, before = summary.limits.margin_min, summary.limits.margin_min_before
     rows = []
-    for name, entry in summary["correction"]["axes"].items():
-        unit = "mm" if "max_mm" in entry else "deg"
-        mean, most = entry[f"mean_{unit}"], entry[f"max_{unit}"]
-        planned = most < 1e-12
+    for name, entry in summary.correction.axes.items():
+        unit, mean, most = (
+            ("°", entry.mean_deg, entry.max_deg) if entry.max_mm is None else ("mm", entry.mean_mm, entry.max_mm)
+        )
+        planned = (most or 0.0) < 1e-12
         rows.append([
             escape(name), "as planned" if planned else number(mean, 4), "" if planned else number(most, 4),
-            "mm" if unit == "mm" else "°", "" if planned else f"{entry['line']}",
+            unit, "" if planned else f"{entry.line}",
             number(before.get(name), 3), number(margins.get(name), 3),
         ])  # fmt: skip
     head = ("axis", "mean correction", "largest", "unit", "in line", "to its limit before", "and after")
     return section("Axis by axis", table(head, rows))
 
 
-def _derivatives(summary: Summary) -> str:
-    if not summary["derivatives"]:
+def _derivatives(summary: CompensateSummary) -> str:
+    if not summary.derivatives:
         return section("Derivatives", "<p>The program holds too few postures to differentiate.</p>")
     rows = [
-        [escape(name), number(rates["before"], 4), number(rates["after"], 4),
-         number(100.0 * (rates["after"] / rates["before"] - 1.0), 2, "%")]
-        for name, rates in summary["derivatives"].items()
+        [escape(name), number(rates.before, 4), number(rates.after, 4),
+         number(100.0 * (rates.after / rates.before - 1.0), 2, "%")]
+        for name, rates in summary.derivatives.items()
     ]  # fmt: skip
     head = ("limits of", "least ds/dt before, rad/s", "after", "change")
-    words = _violations(summary["violations"])
+    words = _violations(summary.violations)
     return section("Derivatives in machine space (section III of the paper)", words, table(head, rows))
 
 
-def _violations(found: Mapping[str, Any] | None) -> str:
+def _violations(found: Violations | None) -> str:
     if found is None:
         return "<p>The program states no speed, so that bounds can't be counted at it.</p>"
-    rate = f"At the program's own mean rate, ds/dt = {number(found['rate_rad_s'], 4, 'rad/s')},"
-    if found["new"]:
-        new: Sequence[Mapping[str, Any]] = found["new"]
+    rate = f"At the program's own mean rate, ds/dt = {number(found.rate_rad_s, 4, 'rad/s')},"
+    if found.new:
         items = "".join(
-            f"<li>{escape(v['axis'])}: {escape(v['quantity'])}, {number(v['times'], 2)} times, line {v['line']}</li>"
-            for v in new
+            f"<li>{escape(v.axis)}: {escape(v.quantity)}, {number(v.times, 2)} times, line {v.line}</li>"
+            for v in found.new
         )
         return f"<p>{rate} compensation brings new violations:</p><ul>{items}</ul>"
     return (
-        f"<p>{rate} compensation brings no new violation: {found['before']} stretches pass a bound before, "
-        f"{found['after']} after, none of an axis that kept its bound, or by a quarter more than before.</p>"
+        f"<p>{rate} compensation brings no new violation: {found.before} stretches pass a bound before, "
+        f"{found.after} after, none of an axis that kept its bound, or by a quarter more than before.</p>"
     )
 
 

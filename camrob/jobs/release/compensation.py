@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +18,25 @@ from camrob.kinematics.frames import base_T_tool
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.se3 import pose, slerp
+from camrob.summaries.compensate_summary import (
+    AxisCorrection,
+    CalibrationUsed,
+    CompensateSummary,
+    Corrections,
+    ErrorBetween,
+    Iterations,
+    MarginsBeforeAfter,
+    NewViolation,
+    PoseErrorSize,
+    RateBeforeAfter,
+    Violations,
+)
+from camrob.summaries.remarks import Remark
 from camrob.timing.derivative_analysis import DerivativeAnalysis, analyse_derivatives, machine_length
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = [
     "analyses_before_after",
-    "compensation_findings",
     "compensation_summary",
     "error_between",
     "rates_and_violations",
@@ -41,32 +53,60 @@ _NEW, _WORSE = 1.02, 1.25
 
 
 def compensation_summary(
-    text: ProgramText, found: Calibration, result: Compensated, correction: Array, planned: Replay, after: Array
-) -> dict[str, Any]:
-    """What was done, in the units of the trade. correction (N, n): by how much the joints were moved, SI."""
+    text: ProgramText,
+    found: Calibration,
+    result: Compensated,
+    correction: Array,
+    planned: Replay,
+    after: Array,
+    *,
+    source: str,
+    calibration: str,
+    limits: MarginsBeforeAfter,
+    between: ErrorBetween | None,
+    rates: tuple[Mapping[str, RateBeforeAfter], Violations | None],
+    findings: Sequence[Finding],
+) -> CompensateSummary:
+    """What was done, in the units of the trade, but for the files and seconds.
+
+    correction (N, n): by how much the joints were moved, SI. source, calibration: names of the files. findings: what is said
+    before what these figures say by themselves.
+    """
     cell = planned.cell
     rows = np.asarray(text.kind) != Motion.CIRC_VIA
     moved = np.linalg.norm(
         (base_T_tool(cell, np.asarray(result.q)) - np.asarray(planned.base_T_tool))[rows, :3, 3], axis=1
     )
     withheld = found.errors.get("calibrated/withheld")
-    return {
-        "program": text.name,
-        "cell": cell.name,
-        "motions": len(text),
-        "iterations": {"mean": float(np.mean(result.iterations)), "max": int(np.max(result.iterations))},
-        "error_before": _sizes(np.asarray(result.before)[rows]),
-        "error_after": _sizes(after[rows]),
-        "correction": {
-            "mean_mm": m_to_mm(float(moved.mean())),
-            "max_mm": m_to_mm(float(moved.max())),
-            "axes": _axes(cell, correction[rows], np.asarray(text.line)[rows]),
-        },
-        "calibrated_withheld_mm": None if withheld is None else m_to_mm(withheld.mean),
-    }
+    error_after = PoseErrorSize(**_sizes(after[rows]))
+    said = [*findings, *_findings(error_after, between, *rates)]
+    return CompensateSummary(
+        program=text.name,
+        cell=cell.name,
+        motions=len(text),
+        iterations=Iterations(mean=float(np.mean(result.iterations)), max=int(np.max(result.iterations))),
+        error_before=PoseErrorSize(**_sizes(np.asarray(result.before)[rows])),
+        error_after=error_after,
+        correction=Corrections(
+            mean_mm=m_to_mm(float(moved.mean())),
+            max_mm=m_to_mm(float(moved.max())),
+            axes=_axes(cell, correction[rows], np.asarray(text.line)[rows]),
+        ),
+        calibrated_withheld_mm=None if withheld is None else m_to_mm(withheld.mean),
+        calibration=CalibrationUsed(file=calibration, logs=tuple(name for name, _ in found.logs)),
+        error_between=between,
+        derivatives=rates[0],
+        violations=rates[1],
+        limits=limits,
+        warnings=tuple(Remark(line=f.line, code=f.code, text=f.text) for f in said),
+        source=source,
+        files=(),
+        seconds=0.0,
+    )
 
 
 def _sizes(errors: Array) -> dict[str, float]:
+    """The fields of an error's size."""
     return {
         "mean_mm": m_to_mm(float(np.mean(errors[:, 0]))),
         "max_mm": m_to_mm(float(np.max(errors[:, 0]))),
@@ -75,24 +115,26 @@ def _sizes(errors: Array) -> dict[str, float]:
     }
 
 
-def _axes(cell: Cell, correction: Array, line: NDArray[np.int64]) -> dict[str, dict[str, float | int]]:
+def _axes(cell: Cell, correction: Array, line: NDArray[np.int64]) -> dict[str, AxisCorrection]:
     """By how much each axis was moved; external ones stay as planned."""
-    out: dict[str, dict[str, float | int]] = {}
+    out: dict[str, AxisCorrection] = {}
     for name in cell.axis_names:
         size = np.abs(correction[:, cell.index(name)])
         prismatic = cell.joints[cell.index(name)].prismatic
         scaled = m_to_mm(size) if prismatic else rad_to_deg(size)
-        unit = "mm" if prismatic else "deg"
         at = int(np.argmax(scaled))
-        out[name] = {
-            f"mean_{unit}": float(scaled.mean()), f"max_{unit}": float(scaled[at]), "line": int(line[at]),
-        }  # fmt: skip
+        mean, most, worst = float(scaled.mean()), float(scaled[at]), int(line[at])
+        out[name] = (
+            AxisCorrection(mean_mm=mean, max_mm=most, line=worst)
+            if prismatic
+            else AxisCorrection(mean_deg=mean, max_deg=most, line=worst)
+        )
     return out
 
 
 def error_between(
     model: ErrorModel, values: Array, text: ProgramText, planned: Replay, replayed: Replay
-) -> dict[str, float] | None:
+) -> ErrorBetween | None:
     """Errors half-way through the LINs, where nothing was corrected: long lines bend a little. None without a LIN."""
     rows = np.flatnonzero(np.asarray(text.kind) == Motion.LIN)
     rows = rows[rows > 0]
@@ -106,7 +148,7 @@ def error_between(
     except SingularError:
         return None  # the replay has looked at these motions; here only a figure is lost
     sizes = difference_sizes(pose_difference(middles[0], model.poses(values, q)))
-    return {**_sizes(sizes), "worst_line": int(text.line[rows[int(np.argmax(sizes[:, 0]))]])}
+    return ErrorBetween(**_sizes(sizes), worst_line=int(text.line[rows[int(np.argmax(sizes[:, 0]))]]))
 
 
 def _middle(poses: Array, rows: NDArray[np.int64]) -> Array:
@@ -128,7 +170,7 @@ def analyses_before_after(
 
 def rates_and_violations(
     analyses: tuple[DerivativeAnalysis, DerivativeAnalysis] | None, text: ProgramText, planned: Replay
-) -> tuple[dict[str, Any], dict[str, Any] | None]:
+) -> tuple[Mapping[str, RateBeforeAfter], Violations | None]:
     """The least rates in machine space that the axes' limits allow, before and after; and, at the program's own mean
     rate, which bounds are passed before and after. Empty and None where there is nothing to analyse or no speed.
     """
@@ -136,7 +178,7 @@ def rates_and_violations(
         return {}, None
     before, after = analyses
     least = {
-        name: {"before": float(np.min(b)), "after": float(np.min(a))}
+        name: RateBeforeAfter(before=float(np.min(b)), after=float(np.min(a)))
         for name, b, a in (
             ("speed", before.rate_speed, after.rate_speed),
             ("acceleration", before.rate_acceleration, after.rate_acceleration),
@@ -147,13 +189,13 @@ def rates_and_violations(
     if rate is None:
         return least, None
     worst = [_worst(a, rate) for a in analyses]
-    new = [
-        {"axis": axis, "quantity": quantity, "line": line, "times": use}
+    new = tuple(
+        NewViolation(axis=axis, quantity=quantity, line=line, times=use)
         for (axis, quantity), (use, line) in worst[1].items()
         if use > max(_NEW, _WORSE * worst[0].get((axis, quantity), (0.0, 0))[0])
-    ]
+    )
     counts = [len(a.violations(rate)) for a in analyses]
-    return least, {"rate_rad_s": rate, "before": counts[0], "after": counts[1], "new": new}
+    return least, Violations(rate_rad_s=rate, before=counts[0], after=counts[1], new=new)
 
 
 def _own_rate(text: ProgramText, planned: Replay) -> float | None:
@@ -177,21 +219,25 @@ def _worst(analysis: DerivativeAnalysis, rate: float) -> dict[tuple[str, str], t
     return out
 
 
-def compensation_findings(summary: Mapping[str, Any]) -> list[Finding]:
+def _findings(
+    after: PoseErrorSize,
+    between: ErrorBetween | None,
+    derivatives: Mapping[str, RateBeforeAfter],
+    violations: Violations | None,
+) -> list[Finding]:
     """What a person should know of the result."""
     said = []
-    for name, rates in summary["derivatives"].items():
-        if rates["after"] < _SLOWER * rates["before"]:
-            share = 100.0 * (1.0 - rates["after"] / rates["before"])
+    for name, rates in derivatives.items():
+        if rates.after < _SLOWER * rates.before:
+            share = 100.0 * (1.0 - rates.after / rates.before)
             said.append(Finding("slower", f"the arm's {name} limits allow {share:.0f} % less than before somewhere"))
-    for new in (summary["violations"] or {"new": []})["new"]:
-        what = f"{new['axis']} would pass its {new['quantity']} limit at the program's speed, {new['times']:.2f} times"
-        said.append(Finding("new-violation", what, line=new["line"], axis=new["axis"]))
-    if summary["error_after"]["max_mm"] > m_to_mm(_PRINTED):
-        said.append(Finding("residual", f"{summary['error_after']['max_mm']:.4f} mm remain at the worst point"))
-    between = summary["error_between"]
-    if between is not None and between["max_mm"] > _BETWEEN_MM:
-        what = f"{between['max_mm']:.3f} mm remain half-way through a LIN: divide long lines before compensating"
-        said.append(Finding("between", what, line=between["worst_line"]))
+    for new in () if violations is None else violations.new:
+        what = f"{new.axis} would pass its {new.quantity} limit at the program's speed, {new.times:.2f} times"
+        said.append(Finding("new-violation", what, line=new.line, axis=new.axis))
+    if after.max_mm > m_to_mm(_PRINTED):
+        said.append(Finding("residual", f"{after.max_mm:.4f} mm remain at the worst point"))
+    if between is not None and between.max_mm > _BETWEEN_MM:
+        what = f"{between.max_mm:.3f} mm remain half-way through a LIN: divide long lines before compensating"
+        said.append(Finding("between", what, line=between.worst_line))
     said.append(Finding("not-covered", "backlash, drift and what the calibration left unexplained are not corrected"))
     return said

@@ -1,0 +1,143 @@
+"""What `camrob compensate` says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from camrob.summaries.base import Summary, left_out
+from camrob.summaries.remarks import Remark
+
+__all__ = [
+    "AxisCorrection",
+    "CalibrationUsed",
+    "CompensateSummary",
+    "Corrections",
+    "ErrorBetween",
+    "Iterations",
+    "MarginsBeforeAfter",
+    "NewViolation",
+    "PoseErrorSize",
+    "RateBeforeAfter",
+    "Violations",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Iterations(Summary):
+    """Newton iterations a point."""
+
+    mean: float
+    max: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PoseErrorSize(Summary):
+    """Errors of the calibrated robot at the motions' ends."""
+
+    mean_mm: float
+    max_mm: float
+    mean_deg: float
+    max_deg: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorBetween(Summary):
+    """Errors half-way through the LINs, and the line of the largest."""
+
+    mean_mm: float
+    max_mm: float
+    mean_deg: float
+    max_deg: float
+    worst_line: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisCorrection(Summary):
+    """By how much an axis was moved, in mm or degrees, and the line of the largest."""
+
+    mean_mm: float | None = left_out()
+    max_mm: float | None = left_out()
+    mean_deg: float | None = left_out()
+    max_deg: float | None = left_out()
+    line: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Corrections(Summary):
+    """By how much the tip was moved, and each axis; external ones stay as planned."""
+
+    mean_mm: float
+    max_mm: float
+    axes: Mapping[str, AxisCorrection]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrationUsed(Summary):
+    """The calibration's file, and the logs that it rests on."""
+
+    file: str
+    logs: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RateBeforeAfter(Summary):
+    """The least ds/dt, rad/s, that the axes' limits of a kind allow."""
+
+    before: float
+    after: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NewViolation(Summary):
+    """A bound that the compensated program alone passes, how many times over, and where."""
+
+    axis: str
+    quantity: str
+    line: int
+    times: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Violations(Summary):
+    """Bounds that are passed at the program's own mean rate: how many before and after, and which are new."""
+
+    rate_rad_s: float
+    before: int
+    after: int
+    new: tuple[NewViolation, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarginsBeforeAfter(Summary):
+    """The least margin of each axis to a limit, after and before, degrees or mm; None for an endless one."""
+
+    margin_min: Mapping[str, float | None]
+    margin_min_before: Mapping[str, float | None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompensateSummary(Summary):
+    """A compensated program: errors of the calibrated robot before and after, corrections, what was not corrected.
+
+    calibrated_withheld_mm: the calibration's mean error on withheld poses, None without any. error_between: None without a
+    LIN. derivatives: by kind of limit, none of a program too short; violations: None of a program without speed.
+    """
+
+    program: str
+    cell: str
+    motions: int
+    iterations: Iterations
+    error_before: PoseErrorSize
+    error_after: PoseErrorSize
+    correction: Corrections
+    calibrated_withheld_mm: float | None
+    calibration: CalibrationUsed
+    error_between: ErrorBetween | None
+    derivatives: Mapping[str, RateBeforeAfter]
+    violations: Violations | None
+    limits: MarginsBeforeAfter
+    warnings: tuple[Remark, ...]
+    source: str
+    files: tuple[str, ...]
+    seconds: float
