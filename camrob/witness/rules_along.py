@@ -75,7 +75,10 @@ def _to_end(
         near = short and distance(way.end, leg.point(v)) <= tol.place
         return (1.0, v) if near and distance(leg.axis(v), way.axis_end) <= tol.axis else None
     w, off = leg.nearest(way.end, way.axis_end, v)
-    if off > tol.place or way.sagitta(u, 1.0) > tol.place + tol.chord or (w == v and not short):
+    slack = (
+        tol.chord if way.curved and tol.decimated else 0.0
+    )  # with points left out, a chord goes on past a curve's end
+    if off > tol.place + slack or way.sagitta(u, 1.0) > tol.place + tol.chord or (w == v and not short):
         return None
     if ends and not (beyond and not beyond.angle and distance(beyond.end, leg.end) < to_end):
         return 1.0, 1.0

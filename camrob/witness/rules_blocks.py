@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from camrob.witness.rules_along import MOVED, Tolerance
 from camrob.witness.rules_geometry import AXIS, POSITION, Motion, Track, sampled, squares
 
-__all__ = ["alike", "chords", "thinned"]
+__all__ = ["alike", "chords", "curve_chords", "thinned"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+_LONGER = 1.6  # than its chord, half a circle is no longer
 
 
 def _first_wrong(good: Flags) -> int:
@@ -61,6 +62,44 @@ def chords(arc: Motion, u: float, prog: Track, j: int, n: int, plain: Flags, tol
     good &= squares(prog.axis[rows] - _axes(arc, reached)) <= tol.axis**2
     good &= (1.0 - reached) * arc.length > tol.place + 2.0 * MOVED
     return reached[: _first_wrong(good)]
+
+
+def curve_chords(file: Track, i: int, count: int, u: float, prog: Track, j: int, plain: Flags, tol: Tolerance) -> Array:
+    """How many of the `count` pieces of a curve from motion i on, of which the fraction u of the first is done, are done after
+    each straight motion from row j on, as long as they are the curve's chords: both ends on it, what lies between within the
+    chord tolerance, and never backwards.
+    """
+    corners = np.vstack([file.start[i], file.tip[i : i + count]])
+    way = np.diff(corners, axis=0)
+    lengths = np.sqrt(squares(way))
+    s = np.concatenate([[0.0], np.cumsum(lengths)])
+    at, reached = u * lengths[0], list[float]()
+    for k in range(j, len(prog)):
+        start, tip = prog.start[k], prog.tip[k]
+        leg, turned = (float(np.linalg.norm(v)) for v in (tip - start, prog.axis[k] - file.axis[i]))
+        if not plain[k] or prog.angle[k] or at >= s[-1] or turned > tol.axis:
+            break
+        most = at + _LONGER * leg + 4.0 * (tol.place + tol.chord)
+        low, high = (int(np.searchsorted(s, p, side="right")) for p in (at, most))
+        near = slice(low - 1, min(high, count))  # pieces that it may end on
+        f = np.einsum("ij,ij->i", tip - corners[near], way[near]) / lengths[near] ** 2
+        f = np.clip(f, np.clip((at - s[near]) / lengths[near], 0.0, 1.0), 1.0)
+        off = squares(corners[near] + f[:, None] * way[near] - tip)
+        best = int(np.argmin(off))
+        to, piece = float(s[near][best] + f[best] * lengths[near][best]), near.start + best
+        over = _off_line(corners[low : piece + 1], start, tip)
+        if off[best] > tol.place**2 or over > tol.place + tol.chord or (to <= at and leg > 2.0 * MOVED):
+            break
+        at = s[-1] if s[-1] - to <= 2.0 * MOVED else to
+        reached.append(float(count) if at == s[-1] else piece + float(f[best]))
+    return np.array(reached)
+
+
+def _off_line(points: Array, start: Array, end: Array) -> float:
+    """How far the farthest of points (n, 3) lies from the straight way between two places."""
+    way = end - start
+    f = np.clip((points - start) @ way / max(float(way @ way), 1e-300), 0.0, 1.0)
+    return math.sqrt(float(squares(start + f[:, None] * way - points).max(initial=0.0)))
 
 
 def _axes(motion: Motion, f: Array) -> Array:

@@ -74,6 +74,7 @@ class Motion:
     center: Vec
     normal: Vec
     angle: float
+    curved: bool = False  # a piece of a curve, told in small steps
     across: tuple[Vec, Vec] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # of an arc: unit, where it starts, and a quarter on
     radii: tuple[float, float] = (0.0, 0.0)
     heights: tuple[float, float] = (0.0, 0.0)  # along the normal, from the centre
@@ -146,7 +147,7 @@ class Motion:
 @dataclass(slots=True)
 class Track:
     """Motions column by column: `start` to `tip`, axes, arcs (`angle` 0: straight); `rows` index the story, or the
-    run; known: places and axes at both ends are numbers.
+    run; known: places and axes at both ends are numbers; curved: pieces of a curve.
     """
 
     start: Array
@@ -158,6 +159,7 @@ class Track:
     angle: Array
     rows: NDArray[np.int64]
     known: NDArray[np.bool_]
+    curved: NDArray[np.bool_]
     _chunks: dict[int, list[Motion]] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -172,7 +174,8 @@ class Track:
             part = slice(number * _CHUNK, (number + 1) * _CHUNK)
             names = ("start", "tip", "axis_start", "axis", "center", "normal")
             columns = [map(tuple, getattr(self, name)[part].tolist()) for name in names]
-            self._chunks[number] = [Motion(*row) for row in zip(*columns, self.angle[part].tolist(), strict=True)]
+            lists = self.angle[part].tolist(), self.curved[part].tolist()
+            self._chunks[number] = [Motion(*row) for row in zip(*columns, *lists, strict=True)]
         return self._chunks[number][at]
 
 
@@ -212,6 +215,7 @@ def track(path: Path, frame: Array | None, keep: NDArray[np.bool_]) -> Track:
         angle=rows(np.where(straight, 0.0, path.angle)),
         rows=np.flatnonzero(kept),
         known=known if whole else known[kept],
+        curved=rows(path.angle) == 0.0,
     )
 
 

@@ -25,7 +25,7 @@ from camrob.units import m_to_mm, rad_to_deg
 from camrob.witness.happenings import Objection, Run, Story, Way
 from camrob.witness.rules_air import Air, Target
 from camrob.witness.rules_along import MOVED, Tolerance, step_along, strokes, too_deep
-from camrob.witness.rules_blocks import alike, chords, thinned
+from camrob.witness.rules_blocks import alike, chords, curve_chords, thinned
 from camrob.witness.rules_geometry import AXIS, POSITION, Clear, Motion, Track, distance
 
 __all__ = ["Match", "rounded_holes", "walk"]
@@ -117,6 +117,8 @@ class _Walk:
         way = self.file.motion(self.i)
         if way.angle and not self.prog.motion(self.j).angle:
             return self._chords(way)
+        if way.curved and self._curve():
+            return True
         return self.u == 0.0 and (self._alike(way) or (self.tol.decimated > 0.0 and not way.angle and self._thinned()))
 
     def _alike(self, way: Motion) -> bool:
@@ -140,6 +142,16 @@ class _Walk:
         self._pass(np.full(len(reached), self.i), self.i + reached)
         self.u = float(reached[-1])
         return True
+
+    def _curve(self) -> bool:
+        """Chords of the rest of one curve."""
+        pieces = self.file.curved[self.i + 1 :] & self.soft[self.i : len(self.file) - 1]
+        count = 1 + (len(pieces) if pieces.all() else int(np.argmin(pieces)))
+        reached = curve_chords(self.file, self.i, count, self.u, self.prog, self.j, self.plain, self.tol)
+        first = self.i
+        if self._pass(first + np.minimum(reached.astype(np.int64), count - 1), first + reached):
+            self.u = first + float(reached[-1]) - self.i
+        return len(reached) > 0
 
     def _thinned(self) -> bool:
         """Straight motions that leave points of the file out."""

@@ -93,7 +93,7 @@ def test_real_files_read_whole(name):
 
 @pytest.mark.parametrize(
     ("name", "motions", "gaps"),
-    [("cldata/handmade_words.apt", 3, [16, 17, 19]), ("gcode/linuxcnc_simple_example.ngc", 1, [7, 9])],
+    [("cldata/handmade_words.apt", 3, [16, 17, 19]), ("gcode/linuxcnc_simple_example.ngc", 2, [9])],
 )
 def test_real_files_with_gaps(name, motions, gaps):
     story = read_story(shared(f"corpus/{name}"))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
 from camrob.units import INCH_MM, mm_to_m
+from camrob.witness.cl.curve import Curve
 from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill, feed_unit
 from camrob.witness.cl.placing import Placing
 from camrob.witness.cl.source import Run, Source, Statement, number
@@ -34,7 +35,8 @@ _NOTHING = frozenset(
 _HIDING = "TRACUT TRANS MIRROR ROTATE SCALE REFSYS LOOPST MACRO DNTCUT".split()  # motions, till they are cancelled
 _ENDS = {"LOOPND": "LOOPST", "TERMAC": "MACRO", "CUT": "DNTCUT"}
 _CANCELS = {"OFF", "NOMORE", "NONE"}
-_ONCE = ("NURBS", "KNOT", "CNTRL", "SPLINE", "COPY", "CALL", "CALLSUB", "INDEX", "PATERN", "THREAD")
+_CURVE = ("NURBS", "KNOT", "CNTRL")
+_ONCE = ("SPLINE", "COPY", "CALL", "CALLSUB", "INDEX", "PATERN", "THREAD")
 _DRIVE = re.compile(r"(?:TL(?:LFT|RGT|ON),?)?GO(?:FWD|LFT|RGT|BACK|UP|DOWN|OFF|CLEAR)?|TL(?:LFT|RGT|ON)|PSIS|THICK")
 
 
@@ -51,6 +53,7 @@ class AptReader:
         self._rapid = False
         self._circle: tuple[Array, Array, int] | None = None  # centre and axis in the part, further full turns
         self._cycle: Cycle | None = None
+        self._curve: Curve | None = None
         self._per = ""  # unit of the feed
         self._direction: Array | None = None  # INDIRV
         self._silenced: set[str] = set()  # words that SYN turns into comments
@@ -66,19 +69,21 @@ class AptReader:
         """Reads all of the text. Raises ToolpathError where it is no CL data."""
         source = Source(text)
         while not source.done:
-            if self._cycle is None and not self._rapid and self._circle is None and (run := source.run()):
+            if not (self._cycle or self._rapid or self._circle or self._curve) and (run := source.run()):
                 self._run(run)
                 continue
             statement = source.statement()
             if statement is None:
                 continue
             if statement.major in ("FINI", "END"):
+                self._end_curve()
                 self._rest(source)
                 break
             try:
                 self._read(statement)
             except ToolpathError as error:
                 raise ToolpathError(error.what, cure=error.cure, line=error.line or statement.line) from None
+        self._end_curve()
         if self._unknown:
             words = ", ".join(f"{word} ({count})" for word, count in self._unknown.items())
             self._tell.note(f"words that are not known and carry no coordinates, skipped: {words}")
@@ -91,6 +96,8 @@ class AptReader:
             self._tell.gap(source.at + 1, "motions behind the end of the program", last=behind[-1] + 1)
 
     def _read(self, s: Statement) -> None:
+        if s.major not in ("KNOT", "CNTRL", "$$"):
+            self._end_curve()
         if s.major == "$$":
             self._place.comment(s)
             if re.match(r"\$\$(-> FEATNO\b|\s*OPERATION NAME\b)", s.rest):
@@ -118,7 +125,7 @@ class AptReader:
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
             "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
             "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._mark,
-            "CUTCOM": self._cutcom, "INSERT": self._insert, "TLDATA": self._tldata,
+            "CUTCOM": self._cutcom, "INSERT": self._insert, "TLDATA": self._tldata, **dict.fromkeys(_CURVE, self._nurbs),
             "TLCOMP": self._cutcom, "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
         }  # fmt: skip
         return {
@@ -230,6 +237,21 @@ class AptReader:
             self._tell.gap(s.line, "an arc whose start or INDIRV is not known", last=s.last)
         else:
             self._tell.arc(end, axis, center, axis if side > 0.0 else -axis, way, s.line)
+
+    def _nurbs(self, s: Statement) -> None:
+        if s.major == "NURBS":
+            self._curve = Curve(s.line)
+        elif self._curve:
+            self._curve.add(s)
+        else:
+            self._tell.gap(s.line, f"{s.major} without NURBS", last=s.last)
+
+    def _end_curve(self) -> None:
+        """A curve whose statements have come to an end, as a cut."""
+        curve, self._curve = self._curve, None
+        if curve:
+            curve.tell(self._tell, self._place, free=not (self._rapid or self._circle or self._cycle))
+            self._rapid, self._circle = False, None
 
     def _set_cycle(self, s: Statement) -> None:
         fields = s.fields
@@ -375,5 +397,4 @@ class AptReader:
             self._tell.hidden["SET"] = (s.line, "SET/MODE,INCR: points behind it are not where they are printed")
 
     def _once(self, s: Statement) -> None:
-        name = "NURBS" if s.major in ("KNOT", "CNTRL") else s.major
-        self._tell.gap(s.line, f"{name}: not read", last=s.last)
+        self._tell.gap(s.line, f"{s.major}: not read", last=s.last)

@@ -19,6 +19,7 @@ _ROUND = 2e-5  # m: by how much the radius at an arc's end may differ from that 
 _NO_CIRCLE = 1e-3  # m: by as much it differs where no circle is meant, or another one
 NO_CIRCLE = "an arc whose ends lie on no circle about its centre"
 _NOWHERE = (math.nan,) * 7  # centre, normal and angle of a straight motion
+_CURVED = (*_NOWHERE[1:], 0.0)  # of a piece of a curve
 _COLUMNS = 18  # tip, axis, centre, normal, angle, line, way, feed, joined, operation
 
 
@@ -231,6 +232,19 @@ class Teller:
             feed = math.hypot(angle * radius, rise) / time if time else self.speed(line)
         self._begin_where_it_stands()
         self._row(tip, axis, way, line, feed, (*center, *normal, angle))
+
+    def curve(self, tips: Array, axis: Array, line: int) -> None:
+        """Cuts on a curve, from where the tool stands through tips (N, 3) so near together that the way between is straight."""
+        if self._covered(line):
+            return
+        if not (self._linked or self._from):
+            self.gap(line, "a curve whose start is not known")
+            return
+        self._begin_where_it_stands()
+        feed = self.speed(line)
+        for tip in tips:
+            if not self._at(tip, axis):
+                self._row(tip, axis, Way.FEED, line, feed, _CURVED)
 
     def run(self, tips: Array, axes: Array, first_line: int) -> None:
         """Cuts straight from tip to tip, (N, 3) each, one a line."""
