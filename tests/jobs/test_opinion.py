@@ -11,7 +11,9 @@ from camrob.errors import VerificationError
 from camrob.jobs.release.opinion import hold_to_witness
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.gcode import COMPUTED, GcodeReader
+from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.cl.teller import NO_CIRCLE, Teller
+from camrob.witness.cl.words import NO_AXIS, STRANGE
 from camrob.witness.happenings import Objection, Way
 from camrob.witness.judge import Verdict
 
@@ -53,7 +55,7 @@ def test_what_is_a_warning_in_anothers_program_is_none_in_our_own(tmp_path: Path
             hold_to_witness(said, tmp_path)
 
 
-@pytest.mark.parametrize("gap", [COMPUTED, NO_CIRCLE, UPWARD])
+@pytest.mark.parametrize("gap", [COMPUTED, NO_AXIS, NO_CIRCLE, STRANGE, TURNED, UNNAMED, UPWARD])
 def test_no_program_of_a_file_that_camrob_refuses_is_released(tmp_path: Path, gap: str) -> None:
     """Camrob's own reader refuses macros and such arcs: where one got past it, the gap is no reason to release in part."""
     with pytest.raises(VerificationError, match=gap):

@@ -10,6 +10,7 @@ from cl_stories import NX, happened, mm, ways
 
 from camrob.errors import ToolpathError
 from camrob.witness.cl import read_story
+from camrob.witness.cl.words import NO_AXIS, STRANGE
 from camrob.witness.happenings import Kind, Way
 
 # -- points, axes, units
@@ -267,3 +268,21 @@ def test_default_spindle_from_motion_0_where_the_file_cuts_before_it_starts_one(
 def test_cutcom_is_not_applied_and_said_once(tell):
     story = tell("FEDRAT/9\nGOTO/0,0,0\nCUTCOM/LEFT\nGOTO/1,0,0\nCUTCOM/OFF\nCUTCOM/RIGHT,XYPLAN\nGOTO/2,0,0\n")
     assert len(story.notes) == 2 and story.complete and mm(story)[1:] == [[1, 0, 0], [2, 0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        ("GOTO/1,2,3,0,0,0.5", NO_AXIS),
+        ("MOVETO/25,0,5", STRANGE),
+        ("ORIGIN/0,0,0", "ORIGIN: not known"),
+        ("STEP/1,2", "not known"),
+    ],
+)
+def test_what_camrob_refuses_is_told_from_what_only_this_reader_does_not_know(tell, line, text):
+    gap = tell(f"FEDRAT/MMPM,9\nGOTO/0,0,0\n{line}\nGOTO/1,0,0\n").gaps[0]
+    assert text in gap.text and (text in (NO_AXIS, STRANGE)) == any(t in gap.text for t in (NO_AXIS, STRANGE))
+
+
+def test_settings_of_camworks_and_clearance_planes_move_nothing(tell):
+    assert tell("CSI_SET_TOOL/1,2,3\nCLRSRF/0,0,1,50\nFEDRAT/MMPM,9\nGOTO/0,0,0\nGOTO/1,0,0\n").complete

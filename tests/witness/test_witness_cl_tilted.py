@@ -7,6 +7,7 @@ import pytest
 from cl_stories import mm, ways
 from scipy.spatial.transform import Rotation
 
+from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.happenings import Story, Way
 
 START = "G21 G90 G17 F600\nG0 X0 Y0 Z50\n"
@@ -174,3 +175,30 @@ def test_switching_the_tool_centre_point_with_turned_axes_forgets_the_place(tell
     assert len(story.gaps) == 1 and len(story) == 1
     story = tell(head + "M129\nG0 X50\nM128\nG0 X1 Y2 Z3\nG1 Y3 F60\n", name="a.nc")
     assert story.complete and mm(story) == [[1, 2, 3], [1, 2, 3], [1, 3, 3]]
+
+
+@pytest.mark.parametrize(
+    ("head", "off"), [("M128", "G49"), ("G43.4 H1", "M129"), ("TRAORI", "G49"), ("N5 TRAORI(1)", "M5")]
+)
+def test_what_switches_the_tool_centre_point_on_switches_it_off(tell, head, off):
+    story = tell(f"{head}\nG0 X1 Y2 Z3 A20 C0\n{off}\nG1 X4 F60\n", name="a.nc")
+    assert story.complete and mm(story) == [[1, 2, 3], [4, 2, 3]]
+    for other in ("TRAFOOF", "M129", "M429"):
+        turned = tell(f"TRAORI\nG0 X1 Y2 Z3 A20 C0\n{other}\nG1 X1 Y2 Z3 F60\n", name="a.nc")
+        assert [g.text for g in turned.gaps] == [TURNED]
+
+
+def test_a_message_is_no_motion(tell):
+    assert tell(START + 'N7 MSG ("ROUGH")\nMSG(FINISH)\nG1 X1\n', name="a.nc").complete
+
+
+@pytest.mark.parametrize(
+    ("blocks", "unnamed"),
+    [("G0 X0 Y0\nG1 Z0", False), ("G28 Z60\nG1 X5", True), ("G53 G0 Z0\nG1 X5", True), ("G53 G0 Z0\nG1 Z5", False),
+     ("G38.2 Z1\nG1 X5", False), ("G55\nG1 X5", False), (TILT + "G28 Z60\nG1 X5", False), ("G28 A0\nG1 X5", False)],
+)  # fmt: skip
+def test_a_cut_without_named_coordinates_is_told_from_one_whose_place_is_lost(tell, blocks, unnamed):
+    """What no reader could place, from what only this one can't."""
+    texts = [g.text for g in tell(START + blocks + "\n", name="a.nc").gaps]
+    assert (UNNAMED in texts) == unnamed
+    assert UNNAMED in [g.text for g in tell("G0 X0 Y0\nG1 X5 F60\nG0 X0 Y0 Z0\n", name="a.nc").gaps]

@@ -16,7 +16,9 @@ from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.gcode import COMPUTED
+from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.cl.teller import NO_CIRCLE
+from camrob.witness.cl.words import NO_AXIS, STRANGE
 from camrob.witness.happenings import Objection
 from camrob.witness.judge import Verdict
 from camrob.witness.manifest import check_manifest, digests, make_manifest
@@ -37,6 +39,10 @@ _NEVER = {
     COMPUTED: "camrob does not read files that compute, post it without macros",
     UPWARD: "NX counts depths below the point as negative numbers; output the operation again",
     NO_CIRCLE: "a point before it is missing, or the centre is wrong; output the path again",
+    NO_AXIS: "correct i, j, k in the CAM system",
+    TURNED: "post with the tool centre point on (G43.4, M128, M428 or TRAORI)",
+    STRANGE: "output it as GOTO from the CAM system, or delete the line where it means nothing",
+    UNNAMED: "name X, Y and Z in a rapid move before it",
 }
 # what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own
 _OWN = frozenset({"no-status-turn", "ends-elsewhere"})

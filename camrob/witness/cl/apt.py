@@ -19,6 +19,7 @@ from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill, feed_uni
 from camrob.witness.cl.placing import Placing
 from camrob.witness.cl.source import Run, Source, Statement, number
 from camrob.witness.cl.teller import Teller, unit
+from camrob.witness.cl.words import CANCELS, CURVE, DRIVE, ENDS, HIDING, NO_AXIS, NOTHING, ONCE, STRANGE
 from camrob.witness.happenings import Kind, Way
 
 __all__ = ["AptReader"]
@@ -26,18 +27,6 @@ __all__ = ["AptReader"]
 Array = NDArray[np.float64]
 
 _REVERSED = ("nx-clsf", "makino")  # CIRCLE's axis is printed the other way round
-_NOTHING = frozenset(
-    """PAINT PPRINT PARTNO REMARK INSERT TPRINT LETTER MACHIN SEQNO PPFUN PPWORD MOVE_ATTRIB OPFEATEND BOX SETUP SWITCH REWIND
-    RECIPE FEEDOVER CUTTER TLDATA TOOLNO SELECT INTOL OUTTOL TOLER AUTOPS MULTAX CSI_SET_FLUTE_LENGTH CSI_SET_EXTENSION_LENGTH
-    CLPRNT NOPOST PRINT DISPLY PLOT OPSKIP LEADER CLEARP MCHTOL LINTOL ARCSLP CHECK VERIFY HEAD TMARK TITLES IDENT PARTID
-    """.split()
-)
-_HIDING = "TRACUT TRANS MIRROR ROTATE SCALE REFSYS LOOPST MACRO DNTCUT".split()  # motions, till they are cancelled
-_ENDS = {"LOOPND": "LOOPST", "TERMAC": "MACRO", "CUT": "DNTCUT"}
-_CANCELS = {"OFF", "NOMORE", "NONE"}
-_CURVE = ("NURBS", "KNOT", "CNTRL")
-_ONCE = ("SPLINE", "COPY", "CALL", "CALLSUB", "INDEX", "PATERN", "THREAD")
-_DRIVE = re.compile(r"(?:TL(?:LFT|RGT|ON),?)?GO(?:FWD|LFT|RGT|BACK|UP|DOWN|OFF|CLEAR)?|TL(?:LFT|RGT|ON)|PSIS|THICK")
 
 
 class AptReader:
@@ -106,12 +95,13 @@ class AptReader:
             return
         elif s.major in self._words:
             self._words[s.major](s)
-        elif _DRIVE.fullmatch(s.major):
+        elif DRIVE.fullmatch(s.major):
             raise ToolpathError(
                 f"{s.major}: an APT part program, not CL data", cure="run it through the APT processor first"
             )
-        elif len(s.numbers) >= 2:
-            self._tell.gap(s.line, f"{s.major}: not known, and carries numbers", last=s.last)
+        elif len(s.numbers) >= 2 and not s.major.startswith("CSI_SET_"):  # CAMWorks' own settings
+            strange = len(s.numbers) >= 3 and any(s.numbers)  # as three numbers are a place
+            self._tell.gap(s.line, f"{s.major}: {STRANGE if strange else 'not known'}", last=s.last)
         else:
             self._unknown[s.major] = self._unknown.get(s.major, 0) + 1
 
@@ -125,14 +115,14 @@ class AptReader:
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
             "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
             "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._mark,
-            "CUTCOM": self._cutcom, "INSERT": self._insert, "TLDATA": self._tldata, **dict.fromkeys(_CURVE, self._nurbs),
+            "CUTCOM": self._cutcom, "INSERT": self._insert, "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
             "TLCOMP": self._cutcom, "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
         }  # fmt: skip
         return {
-            **dict.fromkeys(_NOTHING, lambda s: None),
-            **dict.fromkeys(_HIDING, self._hide),
-            **dict.fromkeys(_ENDS, self._end_hidden),
-            **dict.fromkeys(_ONCE, self._once),
+            **dict.fromkeys(NOTHING, lambda s: None),
+            **dict.fromkeys(HIDING, self._hide),
+            **dict.fromkeys(ENDS, self._end_hidden),
+            **dict.fromkeys(ONCE, self._once),
             **own,
         }
 
@@ -147,7 +137,9 @@ class AptReader:
         values = [v for v in read if v is not None]
         axis = unit(np.array(values[3:])) if len(values) == 6 else None
         if len(values) not in (3, 6) or (len(values) == 6 and axis is None):
-            self._tell.gap(s.line, f"{s.major} that has neither 3 numbers nor 6 with a unit vector", last=s.last)
+            self._tell.gap(
+                s.line, NO_AXIS if len(values) == 6 else f"{s.major} with neither 3 numbers nor 6", last=s.last
+            )
             return None
         self._place.axis = self._place.axis if axis is None else axis
         return values[:3]
@@ -382,13 +374,13 @@ class AptReader:
         self._tell.gap(s.line, f"{s.major}: a code of the machine's own", last=s.last, lost=False)
 
     def _hide(self, s: Statement) -> None:
-        if _CANCELS & set(s.words):
+        if CANCELS & set(s.words):
             self._tell.hidden.pop(s.major, None)
         else:
             self._tell.hidden[s.major] = (s.line, f"{s.major}: points behind it are not where they are printed")
 
     def _end_hidden(self, s: Statement) -> None:
-        if self._tell.hidden.pop(_ENDS[s.major], None):
+        if self._tell.hidden.pop(ENDS[s.major], None):
             self._tell.lose()
 
     def _set_mode(self, s: Statement) -> None:

@@ -102,6 +102,9 @@ class GcodeReader:
         if block.startswith("/"):
             self._tell.note("blocks that may be skipped (/) are taken as executed")
             block = re.sub(r"^/\d?", "", block)
+        block = block.replace("TRAORI", "M128").replace("TRAFOOF", "M129")  # Siemens
+        if re.fullmatch(r"(N\d+)?MSG", block):  # a message to the operator
+            return
         if _WORD.sub("", block):
             self._gap(line, f"{_WORD.sub('', block)[:20]}: not known")
             return
@@ -141,7 +144,7 @@ class GcodeReader:
             if code in ("7", "8"):
                 tell.coolant(line, "MIST" if code == "7" else "FLOOD")
             elif code in ("128", "428", "129", "429"):
-                self._stand.switch(code.endswith("28"))
+                self._stand.switch("M", code.endswith("28"))
             elif code in ("97", "98"):
                 self._gap(line, f"M{code}: a subprogram")
             elif code not in _QUIET and code not in ("0", "1", "2", "3", "4", "5", "6", "9", "30", "60", "99"):
@@ -189,7 +192,7 @@ class GcodeReader:
             elif code in ("98", "99"):
                 self._to_initial = code == "98"
             elif code in ("43.4", "49"):
-                self._stand.switch(code == "43.4")
+                self._stand.switch("G", code == "43.4")
             elif code in ("41", "42"):
                 self._tell.note(f"G{code}: the radius offset is not applied, the path is as it is printed")
         for code in g:

@@ -36,15 +36,16 @@ _ZERO = 1e-9  # degrees: nearer to whole turns than this is at zero
 class Standing:
     """at: X, Y, Z in m, in the frame of the program's points, and A, B, C in degrees; None where not known.
 
-    shift: m, of G52: `at` is where the tool is without it. used: the rotary letters that the program has named. tcp: the tool
-    centre point is on. unnamed: what is not known has not been named, since the start or a machine position.
+    shift: m, of G52: `at` is where the tool is without it. used: the rotary letters that the program has named. unnamed: what is
+    not known has not been named, since the start or a machine position.
     """
 
     def __init__(self) -> None:
         self.at: dict[str, float | None] = {**dict.fromkeys("XYZ"), **dict.fromkeys("ABC", 0.0)}
         self.shift = dict.fromkeys("XYZ", 0.0)
         self.used: set[str] = set()
-        self.tcp, self.unnamed = False, True
+        self.unnamed = True
+        self._tcp: set[str] = set()  # what holds the tool centre point: "G" (G43.4), "M" (M128, M428)
         self._plane: tuple[Array, Array] | None = None  # part_R_plane, part_p_plane (m)
         self._along = False  # the tool stands along the plane's z axis
 
@@ -59,9 +60,9 @@ class Standing:
         if {"A", "B"} <= self.used:
             return _BOTH
         if self.tilted:
-            return _TWICE if self.tcp else ""
+            return _TWICE if self._tcp else ""
         turned = any(abs(math.remainder(self.at[letter] or 0.0, 360.0)) > _ZERO for letter in "ABC")
-        return TURNED if turned and not self.tcp else ""
+        return TURNED if turned and not self._tcp else ""
 
     @property
     def nowhere(self) -> str:
@@ -73,9 +74,10 @@ class Standing:
         self.at.update(X=None, Y=None, Z=None)
         self.unnamed = False
 
-    def switch(self, tcp: bool) -> None:
-        """The tool centre point on or off: with turned axes, X, Y and Z mean another thing behind it."""
-        before, self.tcp = self.odd, tcp
+    def switch(self, by: str, on: bool) -> None:
+        """The tool centre point on or off, by "G" or "M": with turned axes, X, Y and Z mean another thing behind it."""
+        before = self.odd
+        self._tcp = self._tcp | {by} if on else self._tcp - {by}
         if self.odd != before:
             self.forget()
 
@@ -107,6 +109,7 @@ class Standing:
         """The axes stand there now. Axes that turn in a tilted plane take the tip to where only the machine knows."""
         turned = any(to[letter] != self.at[letter] for letter in "ABC")
         self.at = dict(to)
+        self.unnamed |= all(to[letter] is not None for letter in "XYZ")
         if turned and self.tilted:
             self.forget()
             self._along = self._stands()
@@ -135,7 +138,7 @@ class Standing:
     def tilt(self, words: Words, scale: float) -> bool:
         """G68.2; False where it is not understood, and nothing has changed."""
         order = f"{float(words.get('Q', '313')):g}"
-        if self.tcp or any(self.shift.values()) or set(words) - _OF_PLANE:
+        if self._tcp or any(self.shift.values()) or set(words) - _OF_PLANE:
             return False
         if float(words.get("P", "0")) or order not in _ORDERS:
             return False
