@@ -23,7 +23,7 @@ __all__ = [
 
 Value = TypeVar("Value", float, NDArray[np.float64])
 
-INCH_MM = 25.4
+INCH_MM = 25.4  # by definition, since 1959
 _RAD_PER_DEG = math.pi / 180.0
 
 

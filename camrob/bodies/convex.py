@@ -23,7 +23,7 @@ BOX = 0
 CYLINDER = 1
 TRIANGLE = 2
 
-_ROUNDS = 60
+_ROUNDS = 60  # of GJK, each of which comes nearer: an end for a pair that rounding turns in circles
 _TOUCH = 1e-9  # m: nearer than this is touching
 
 

@@ -12,7 +12,7 @@ __all__ = ["align"]
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 200
+_ROUNDS = 200  # frame and reflector in turns: an end for a fit that wanders
 
 
 def align(

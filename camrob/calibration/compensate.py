@@ -17,8 +17,8 @@ __all__ = ["Compensated", "compensate_postures", "difference_sizes", "pose_diffe
 
 Array = NDArray[np.float64]
 
-_CHUNK = 20_000
-_ITERATIONS = 15
+_CHUNK = 20_000  # postures at once: Jacobians of all would not fit a small memory
+_ITERATIONS = 15  # of Newton's step, which doubles its digits each time where it converges
 _TOLERANCE = 1e-11  # m and rad
 _LARGEST = 0.2  # rad of one step
 _FARTHEST = 0.2  # rad in all: a correction that moves an axis farther is none, the arm is singular there

@@ -21,6 +21,7 @@ __all__ = ["BASE", "JOINT", "JOINT_SLOTS", "MOTION", "ROOT", "TOOL", "Displaceme
 
 Array = NDArray[np.float64]
 
+# where the columns of each begin, and how many a joint and a motion have
 BASE, TOOL, ROOT, JOINT, JOINT_SLOTS, MOTION = 0, 6, 12, 18, 7, 6
 
 

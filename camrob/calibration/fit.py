@@ -20,8 +20,8 @@ __all__ = ["Fit", "PoseModel", "fit_parameters", "residuals"]
 
 Array = NDArray[np.float64]
 
-_CHUNK = 20_000
-_ITERATIONS = 40
+_CHUNK = 20_000  # measurements at once: Jacobians of all would not fit a small memory
+_ITERATIONS = 40  # an end for a fit that does not settle
 _SETTLED = 1e-8  # squared standard errors
 _SAMPLE = 3000  # rows that a long log is begun with
 _OUTLIER = 5.0  # robust standard deviations

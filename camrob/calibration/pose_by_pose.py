@@ -15,7 +15,7 @@ __all__ = ["Evidence", "PoseErrors", "explained_by_axis"]
 
 Array = NDArray[np.float64]
 
-_BINS = 12
+_BINS = 12  # parts of an axis's range, by equal numbers of poses
 
 
 @dataclass(frozen=True, slots=True)

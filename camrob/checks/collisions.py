@@ -27,9 +27,9 @@ __all__ = ["check_collisions"]
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-STEP = 0.001
-TOUCH = 0.0005
-MAX_SAMPLES = 20_000_000
+STEP = 0.001  # m that any point of a body may move between two looks
+TOUCH = 0.0005  # m: nearer than this is a touch, half the step
+MAX_SAMPLES = 20_000_000  # postures of one check: beyond it time and memory, and it is said
 _CHUNK = 50_000  # postures
 _NEAR_RADII = 3.0  # how far from a cut, in tool radii, an air move still counts as leaving or entering it
 

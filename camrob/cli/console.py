@@ -38,7 +38,7 @@ __all__ = [
 
 ProgressHook = Callable[[str, float], None]
 
-INTERRUPTED = 130
+INTERRUPTED = 130  # as shells have it: 128 and the signal's number
 ENDED_BY_SIGNAL = 128  # and the signal's number
 ASKED_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 

@@ -32,7 +32,7 @@ CAUSES = (
 )
 """What may hold the tool back, before the axes: then come the axes' speeds, then their accelerations."""
 FEED, STOP, TOOL, TURN, TURN_UP, AHEAD, AXES = range(7)
-_TRIES = 80
+_TRIES = 80  # more halvings than a double has digits
 
 
 class Bounds(NamedTuple):

@@ -18,7 +18,7 @@ __all__ = ["motion_torques"]
 
 Array = NDArray[np.float64]
 
-_CHUNK = 20_000
+_CHUNK = 20_000  # samples at once, so that memory stays small
 
 
 def motion_torques(cell: Cell, q: Array, speed: Array, acceleration: Array) -> JointTorques:

@@ -25,8 +25,8 @@ __all__ = ["MeasuringPlan", "plan_measuring"]
 
 Array = NDArray[np.float64]
 
-_CANDIDATES = 600
-_ROUNDS = 12
+_CANDIDATES = 600  # postures to choose from: what a selection that compares all takes seconds for
+_ROUNDS = 12  # of leaving out what touches something on the way
 _REST = 2.0  # s to settle before the instrument reads
 
 

@@ -18,8 +18,8 @@ from camrob.units import deg_to_rad, m_to_mm, mm_to_m, ms_to_s, rad_to_deg, s_to
 
 __all__ = ["LiveOptions", "live_options"]
 
-_CYCLES_MS = (4.0, 12.0)
-_PPM = 1e-6
+_CYCLES_MS = (4.0, 12.0)  # the two that RSI knows
+_PPM = 1e-6  # one in a million
 _SET: dict[str, Callable[[str], Any]] = {
     **dict.fromkeys(("limit_mm", "limit_deg", "step_mm", "step_deg"), float),
     **dict.fromkeys(("far_mm", "far_deg", "jump_mm", "jump_deg", "drift_ppm", "noise_mm"), float),

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
 GOOD, BAD_NUMBER, BAD_COUNT, BLANK_LINE = 0, 1, 2, 3
-_COMMA, _NEWLINE, _RETURN, _SPACE, _TAB = 44, 10, 13, 32, 9
+_COMMA, _NEWLINE, _RETURN, _SPACE, _TAB = 44, 10, 13, 32, 9  # ASCII
 _POWERS = np.array([10.0**k for k in range(23)])
 
 

@@ -35,7 +35,7 @@ _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _TOGETHER = (POSITION, ORIENTATION, FORCE)
 # from the first on, as many as there are
 _ROWS = (AXES, tuple(f"c{n}" for n in AXES), TORQUE, MOTOR[: len(AXES)], CURRENT[: len(AXES)])
-_SLOW_CELLS = 20_000_000
+_SLOW_CELLS = 20_000_000  # entries: 640 MB of places
 
 
 def read_log(path: str | Path) -> MeasurementLog:

@@ -13,8 +13,8 @@ from camrob.measurement.log_info import info_text
 
 __all__ = ["write_log"]
 
-_CHUNK = 50_000
-_BYTES_A_CELL = 26
+_CHUNK = 50_000  # rows at once: some ten MB of text
+_BYTES_A_CELL = 26  # the longest double, its sign and a comma
 _DECIMALS = {
     **dict.fromkeys(("t", *POSITION), 6),
     **dict.fromkeys((*ORIENTATION, *AXES, *EXTERNAL, *MOTOR, *(f"c{n}" for n in AXES + EXTERNAL)), 8),

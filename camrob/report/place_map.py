@@ -13,8 +13,8 @@ __all__ = ["place_map"]
 
 Array = NDArray[np.float64]
 
-_CELL = 26.0
-_LEFT, _TOP, _GAP = 64.0, 54.0, 40.0
+_CELL = 26.0  # pixels: room for a number of two decimals
+_LEFT, _TOP, _GAP = 64.0, 54.0, 40.0  # pixels: margins for labels, and between two panels
 _WIDTH = 560.0  # that the words below need
 
 

@@ -28,7 +28,7 @@ __all__ = ["AsItStands", "PassedLimit", "program_as_it_stands", "ramped_squares"
 Array = NDArray[np.float64]
 
 _KINDS = ("speed", "acceleration", "jerk")
-_OVER = 1.0 + 1e-6
+_OVER = 1.0 + 1e-6  # a use of 1 is the limit itself; what lies beyond by rounding is none
 _STRETCH = 100_000  # pieces of a cut whose curve is held at a time, so that memory doesn't grow with the cut
 _BESIDE = 300  # pieces that such a curve takes along on either side: its own ends are none of the cut's
 

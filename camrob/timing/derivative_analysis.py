@@ -25,7 +25,7 @@ __all__ = ["DerivativeAnalysis", "Interpolation", "LimitViolation", "analyse_der
 
 Array = NDArray[np.float64]
 
-PARTS = 2900
+PARTS = 2900  # as many samples as the paper's figures have
 RESOLUTION = 1e-6  # rad or m: coordinates straight from a solver
 
 

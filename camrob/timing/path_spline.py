@@ -20,7 +20,7 @@ __all__ = ["MotionBounds", "axis_terms", "interpolated", "rounded", "smoothed", 
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 12
+_ROUNDS = 12  # of weighing more where the tolerance is missed
 
 
 class MotionBounds(NamedTuple):

@@ -19,7 +19,7 @@ __all__ = ["FEWEST_SPANS", "FineGrid", "Profile", "fastest_profile", "fine_grid"
 
 Array = NDArray[np.float64]
 
-FEWEST_SPANS = 24
+FEWEST_SPANS = 24  # fewer would not tell start, cruise and end apart
 _GAP = 1e-7  # of the time: about how far from the optimum the plan may end
 _EASINGS = 4
 

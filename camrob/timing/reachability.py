@@ -17,7 +17,7 @@ from camrob.timing.path_spline import MotionBounds, axis_terms
 __all__ = ["fastest_squares"]
 
 Array = NDArray[np.float64]
-_ROUNDS = 60
+_ROUNDS = 60  # an end for a speed that nothing can be reached from
 
 
 @numba.njit(cache=True, nogil=True)

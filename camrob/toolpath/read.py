@@ -16,7 +16,7 @@ from camrob.toolpath.toolpath import Toolpath
 
 __all__ = ["read_toolpath"]
 
-_LARGEST_BYTES = 1 << 30
+_LARGEST_BYTES = 1 << 30  # a gigabyte of text: some twenty million points
 FARTHEST = 100.0  # m from the part's origin: beyond it a coordinate is a slip, and a path to it has millions of steps
 
 

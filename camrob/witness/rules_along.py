@@ -13,7 +13,7 @@ from camrob.witness.rules_geometry import AXIS, POSITION, Motion, Track, along_r
 
 __all__ = ["MOVED", "Tolerance", "step_along", "strokes", "too_deep"]
 
-_SOFT, _FREE = 0.1, 0.3
+_SOFT, _FREE = 0.1, 0.3  # of a turn: within a statement, and in a rapid
 _SOFT_MOST = deg_to_rad(0.5)
 MOVED = 1e-6  # m: less than this of a motion is rounding
 _JOINED = 0.01  # of a peck: what is left of less at the bottom may go with the one before it

@@ -22,6 +22,7 @@ from structure_layers import (
     shared_by_reader_and_writer,
     typing_cycles,
 )
+from structure_names import OWED_ROOMS, number_faults, registered_faults
 from structure_rooms import REGISTRIES, crowded_faults, name_faults
 from structure_style import (
     COMMAND_LINE,
@@ -47,6 +48,8 @@ RULES = [
     typing_cycles,
     crowded_faults,
     name_faults,
+    registered_faults,
+    number_faults,
     heavy_at_import,
     shared_by_reader_and_writer,
     frame_faults,
@@ -109,6 +112,7 @@ def test_allowances_are_still_needed() -> None:
     for pair in OWED_ANNOTATIONS:
         assert typing_cycles(modules(), set(OWED_ANNOTATIONS) - {pair})
     assert all((ROOT / folder).is_dir() for folder in REGISTRIES)
+    assert all(any(m.name.startswith(room) for m in modules()) for room in OWED_ROOMS)
 
 
 def test_readme_and_ci_agree() -> None:
@@ -259,6 +263,31 @@ def test_crowds_and_namesakes_are_seen() -> None:
     assert name_faults([parse("camrob.toolpath.apt.lexer", ""), parse("camrob.toolpath.gcode.lexer", "")]) == []
     assert name_faults([parse("camrob.witness.arm", ""), parse("camrob.kinematics.arm", "")]) == []
     assert len(name_faults([parse("camrob.witness.krl.arm", ""), parse("camrob.witness.arm", "")])) == 1
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        'if name == "sag":\n    f()', 'if name in ("sag", "x"):\n    f()', 'sizes["sag"]', 'sizes.get("sag")',
+        'match name:\n    case "sag":\n        f()', '_ORDER = {"sag": 1}', '_LEFT_OUT = {"sag"}',
+    ],
+)  # fmt: skip
+def test_an_effect_is_known_by_name_at_home_alone(asked: str) -> None:
+    home = parse("camrob.gap.effects.sag", 'EFFECT = Effect(name="sag", unit="mm")\nif name == "sag":\n    f()')
+    assert registered_faults([home, parse("camrob.report.x", 'text = "sag"\nf("sag")')]) == []
+    assert len(registered_faults([home, parse("camrob.report.x", asked)])) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "faults"),
+    [
+        ("A = 3", 1), ("A, B = 3.0, 4.0", 1), ("A = -7e-3 * 2", 1), ("A: float = 60.0", 1), ("A = 3\n\nB = 4  # why", 1),
+        ("A = 1", 0), ("A = 3  # why", 0), ("# why\nA = 3", 0), ('A = 3\n"""Why."""', 0), ("# why\nA = 3\nB = 4", 0),
+        ("A, B, C, D = 0, 1, 2, 3", 0), ("A = 0\nB = 1\nC = 2\nD = 3", 0), ('A = "3"', 0), ("A = f(3)", 0), ("A = True", 0),
+    ],
+)  # fmt: skip
+def test_a_number_needs_a_reason(text: str, faults: int) -> None:
+    assert len(number_faults(planted(text))) == faults
 
 
 @pytest.mark.parametrize(

@@ -27,11 +27,11 @@ __all__ = ["InstrumentPose", "read_instrument"]
 
 Array = NDArray[np.float64]
 
-_LONGEST = 512
+_LONGEST = 512  # bytes of a datagram: four numbers take a tenth of it
 _NUMBER = rb"[+-]?(?:[0-9]{1,20}(?:\.[0-9]{0,20})?|\.[0-9]{1,20})(?:[eE][+-]?[0-9]{1,3})?"
 _LINE = re.compile(rb"(?:" + _NUMBER + rb" ){7}" + _NUMBER + rb"\r?\n?")
-_FARTHEST_MM = 1e6
-_LATEST_S = 1e12
+_FARTHEST_MM = 1e6  # a kilometre: no instrument sees as far
+_LATEST_S = 1e12  # thirty thousand years: any clock's zero fits
 _UNIT = 1e-3  # how far the quaternion's length may be from 1
 _CURE = "send 't_s x_mm y_mm z_mm q0 q1 q2 q3'"
 

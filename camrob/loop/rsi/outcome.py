@@ -13,7 +13,7 @@ __all__ = ["FAULTS", "SessionCounts", "Stop", "tally"]
 FAULTS = frozenset({"stale", "clock", "frozen", "saturated", "response", "silent", "late", "socket", "internal"})
 """Codes of a `Stop` that is a fault; the others are `operator` and `duration`."""
 
-_MOST_KEYS = 32
+_MOST_KEYS = 32  # kinds that are told apart, so that a flood of texts fills no memory
 
 
 class Stop(NamedTuple):

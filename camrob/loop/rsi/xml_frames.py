@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 LONGEST_FRAME = 16384
 """Bytes of the longest frame that is read; RSI's 64 channels and all its built-in values stay well below."""
 
-_MOST_ELEMENTS, _MOST_ATTRIBUTES, _DEEPEST = 256, 64, 8
+_MOST_ELEMENTS, _MOST_ATTRIBUTES, _DEEPEST = 256, 64, 8  # more than any frame of RSI has
 _FARTHEST_MM, _WIDEST_DEG = 1e5, 720.0  # no robot's pose lies beyond
 _NAME = r"[A-Za-z_][A-Za-z0-9_.\-]{0,63}"
 _VALUE = "\"[^<>&\"]*\"|'[^<>&']*'"

@@ -16,7 +16,7 @@ __all__ = ["Course", "arm_along", "refine_course"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-ITERATIONS = 30
+ITERATIONS = 30  # an end for a course that still creeps
 _H = 1e-3  # rad or m of the differences
 _SOFT = 1e-3  # rad or m below which the travel's |d| is rounded off
 _SHIFT = 1e-3  # of the mean weight, added to the blocks at first

@@ -19,7 +19,7 @@ __all__ = ["PathErrors", "compensation_report"]
 
 Array = NDArray[np.float64]
 
-_STRETCHES = 150
+_STRETCHES = 150  # as many as a chart has room for
 _FASTEST = 1e3  # rad/s: what stands still admits any rate
 _FLOOR_MM, _FLOOR_DEG = 1e-6, 1e-7  # below, a logarithmic picture says nothing any more
 

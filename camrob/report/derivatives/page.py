@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Analyses = Mapping[str, Sequence[DerivativeAnalysis]]
 
 _NAMES = ("nominal", "compensated")
-_COLORS = (0, 3)
+_COLORS = (0, 3)  # of the palette: the two that lie farthest apart
 _FAR = 5.0  # times the curves' size: bounds beyond would flatten them
 _ZOOM = 0.015  # rad of s: as wide as the paper's last four diagrams
 _LIMITS = (("speed", "q_s / v (20)"), ("acceleration", "q_ss / a (24)"), ("jerk", "q_sss / j (26)"))

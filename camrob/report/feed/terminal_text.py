@@ -16,7 +16,7 @@ __all__ = ["render_feed"]
 Summary = Mapping[str, Any]
 
 _STYLES = {"holds": "green", "holds not": "red", "unclear": "yellow"}
-_WORST = 3
+_WORST = 3  # a screen's room; the JSON has all
 
 
 def render_feed(summary: Summary) -> RenderableType:

@@ -30,8 +30,8 @@ __all__ = ["figure_conditioning", "figure_overview"]
 Array = NDArray[np.float64]
 
 _COLORS = ("#e08a1e", "#8a63d2", "#8a93a0", "#b5651d")
-_POINTS = 4000
-_DPI = 160
+_POINTS = 4000  # more than a figure has pixels across
+_DPI = 160  # a page's width at twice a screen's resolution
 _SIDES = 120  # of a cylinder
 _FLOOR = 1.4  # m of floor round all that moves
 _PATH_WIDTH_PX = 2.4

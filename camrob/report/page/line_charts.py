@@ -15,7 +15,7 @@ __all__ = ["Curve", "LineChart", "chart_data", "chart_section"]
 
 Array = NDArray[np.float64]
 
-_POINTS = 1500
+_POINTS = 1500  # as many as a screen is wide, as least and greatest of each stretch
 _COLORS = ("#2b7de9", "#e08a1e", "#1a9c6b", "#d1495b", "#8a63d2", "#6b7785", "#b5651d", "#0aa3a3")
 
 

@@ -28,9 +28,9 @@ POINTS = 4000
 _MAIN, _BOUND, _LIMIT = "#2f7fd1", "#2f9e77", "#d64545"
 _OTHERS = ("#e08a1e", "#8a63d2", "#8a93a0", "#b5651d")
 _TINTS = ("rgba(47,127,209,0.09)", "rgba(224,138,30,0.09)")
-_MOST_BANDS = 60
-_MOST_BAND_NAMES = 12
-_MOST_MARKS = 200
+_MOST_BANDS = 60  # narrower ones are no longer seen
+_MOST_BAND_NAMES = 12  # more names lie upon each other
+_MOST_MARKS = 200  # more marks are a wall
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from camrob.summaries.feed_figures import FeedFigures, LostFeed, Torques
 
 __all__ = ["feed_section", "torque_chart", "torque_section"]
 
-_ROWS = 15
+_ROWS = 15  # as many as one reads; the JSON has all
 _CAPTION = (
     "The controller’s model knows speed and acceleration of tool and axes, approximate positioning and look-ahead, but no "
     "jerk. Jerk is judged on the smooth curve that the rounding of corners leaves; what the corners of the model’s own ramps "

@@ -9,7 +9,7 @@ from camrob.summaries.feed_figures import FeedFigures, Torques
 
 __all__ = ["feed_rows"]
 
-_AXES = 3
+_AXES = 3  # as many as a sentence carries
 
 
 def feed_rows(feed: FeedFigures, torques: Torques | None) -> Iterator[tuple[str, str]]:

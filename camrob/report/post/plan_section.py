@@ -9,8 +9,9 @@ from camrob.summaries.post_summary import PlanFigures, PlanOnCurve
 
 __all__ = ["plan_section", "travel_unit"]
 
+# pixels: two charts stand side by side on a page
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 430.0, 250.0, 52.0, 38.0, 14.0
-_TICKS = 4
+_TICKS = 4  # as many as a small chart carries
 
 
 def travel_unit(key: str) -> tuple[str, str]:

@@ -13,7 +13,7 @@ from camrob.summaries.post_summary import PlanFigures
 
 __all__ = ["plan_lines"]
 
-_MOST_CUTS = 8
+_MOST_CUTS = 8  # as many as a screen has room for; the JSON has all
 
 
 def plan_lines(plan: PlanFigures | None) -> Iterator[RenderableType]:

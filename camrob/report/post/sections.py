@@ -20,9 +20,9 @@ __all__ = ["cards", "duration", "headline", "regions_table", "verdict", "warning
 
 _METHODS = {"vjm": "virtual-joint method (as published)", "planned": "planned postures"}
 _RANK = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
-_MOST_REGIONS = 500
-_MOST_WARNINGS = 200
-_NEAREST = 3
+_MOST_REGIONS = 500  # rows of a table that a browser still scrolls easily; the JSON has all
+_MOST_WARNINGS = 200  # as many as somebody reads; the JSON has all
+_NEAREST = 3  # as many as a card has room for
 
 
 def _plural(count: int, one: str, many: str) -> str:

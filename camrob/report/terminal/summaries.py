@@ -18,8 +18,8 @@ from camrob.summaries.remarks import Remark
 
 __all__ = ["render_post", "render_summary"]
 
-_MOST_WARNINGS = 20
-_MOST_REGIONS = 12
+_MOST_WARNINGS = 20  # a screen's height; the report has all
+_MOST_REGIONS = 12  # half a screen's height; the report has all
 _NEAREST = 3  # axes shown with their margin
 
 

@@ -41,7 +41,7 @@ def circle(m: Machine, s: Statement) -> None:
         raise ToolpathError(f"CIRCLE's axis has the length {length:.4f}", cure="output it again", line=s.line)
     axis = m.part_R_cl @ normal / length
     left_handed = m.dialect.left_handed_arcs
-    if m.dialect.name == "apt":  # eleven numbers are NX's and Makino's way of writing it
+    if left_handed is None:  # eleven numbers are NX's and Makino's way of writing it
         left_handed = len(v) >= _LEFT_HANDED
         hand = "left" if left_handed else "right"
         m.find(

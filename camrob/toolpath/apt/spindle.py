@@ -12,7 +12,7 @@ from camrob.units import mm_to_m
 
 __all__ = ["auxfun", "spindl"]
 
-_FOOT_MM = 304.8
+_FOOT_MM = 304.8  # twelve inches
 _SENSES = {"CLW": "CLW", "CW": "CLW", "CCLW": "CCLW", "CCW": "CCLW"}
 _OFF = frozenset(("OFF", "NEUTRL", "LOCK", "ORIENT"))
 _OWN_NUMBER = frozenset(("RANGE", "MAXRPM", "RADIUS", "GEAR", "ORIENT", "LOCK"))  # the number behind them is no speed

@@ -11,7 +11,7 @@ __all__ = ["CYCLES", "TAPS", "Step", "hole"]
 
 TAPS = {740: "CCLW", 840: "CLW"}  # the sense in which the spindle turns on the way in
 CYCLES = frozenset((730, 810, 820, 830, 850, 860, 890, *TAPS))
-_MOST_PECKS = 2000
+_MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
 _SLIVER = 0.01  # of a bite: what is left of less joins the one before it
 _PECK_CLEARANCE = mm_to_m(0.254)  # LinuxCNC's: ten thousandths of an inch
 

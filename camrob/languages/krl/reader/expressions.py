@@ -10,9 +10,9 @@ from camrob.languages.krl.reader.tokens import Token, shown
 
 __all__ = ["Aggregate", "Enumerated", "Expression", "Mechanism", "Unknown", "Value"]
 
-_DEEPEST = 40
+_DEEPEST = 40  # nested brackets: deeper than a person writes, and short of Python's own limit
 _AFTER_VALUE = (",", "}", ")", "]")
-_LARGEST_INTEGER = 2**53
+_LARGEST_INTEGER = 2**53  # beyond it a double no longer tells neighbours apart
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from camrob.program.motion import Motion
 
 __all__ = ["KrlRows", "Modal"]
 
-_MOST_ROWS = 50_000_000
+_MOST_ROWS = 50_000_000  # motions: beyond any program that a controller loads
 _NAN6 = (float("nan"),) * 6
 _COLUMNS: tuple[tuple[str, int, Any], ...] = (
     ("kind", 1, np.int8),

@@ -25,8 +25,8 @@ from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 
 __all__ = ["KrlBody"]
 
-_CHUNK = 32768
-_LARGEST = 1e9
+_CHUNK = 32768  # motions written at once: some MB of text
+_LARGEST = 1e9  # mm or degrees: more is no coordinate, and no longer fits the number's room
 
 
 class KrlBody:

@@ -17,7 +17,7 @@ Bytes = NDArray[np.uint8]
 Integers = NDArray[np.int64]
 
 _SPEED = "$VEL.CP = "
-_NUMBER_WIDTH = 22
+_NUMBER_WIDTH = 22  # characters of the longest number that is printed
 _LIN, _VIA, _END, _CLOSE, _APPROXIMATE, _NEWLINE, _VELOCITY, _LABELS = range(8)
 _FIXED = ("LIN {E6POS: ", "CIRC {E6POS: ", ",{E6POS: ", "}", " C_DIS", "\r\n", _SPEED)
 _KIND_LIN, _KIND_VIA = int(Motion.LIN), int(Motion.CIRC_VIA)

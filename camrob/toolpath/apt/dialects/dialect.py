@@ -24,7 +24,7 @@ class Dialect:
     recognise: Callable[[str], int]
     cycle: Callable[[Statement], Cycle]
     pprint: Callable[[str], tuple[str, str] | None]
-    left_handed_arcs: bool = False  # the printed axis of CIRCLE is the reverse of the right-handed one
+    left_handed_arcs: bool | None = False  # the printed axis of CIRCLE is reversed; None: as its form says
     msys: bool = False  # MSYS: the following points are in that frame
     csys_sets_axis: bool = False  # the third column of CSYS is the tool axis until a GOTO names another
     table_radians: bool = False  # ROTABL is in radians, and points are in the frame of the turned part

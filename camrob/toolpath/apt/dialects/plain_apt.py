@@ -24,4 +24,4 @@ def apt_cycle(statement: Statement) -> Cycle:
     return keyed_cycle(name, fields, None if depth is None else abs(depth), statement.line, loose)
 
 
-APT = Dialect("apt", _recognise, apt_cycle, message)
+APT = Dialect("apt", _recognise, apt_cycle, message, left_handed_arcs=None)
