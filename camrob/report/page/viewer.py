@@ -35,11 +35,11 @@ ROLE_COLORS = {
 }
 """Colours of bodies by what they belong to."""
 
-PART_FACES = 20_000
-SHAPE_FACES = 8_000
-PATH_POINTS = 16_000
-_STOPS = 100
-_LOOK_SIDE_DEG = 62.0
+PART_FACES = 20_000  # what a page stays small with; the part is thinned to it
+SHAPE_FACES = 8_000  # likewise, each body of the cell
+PATH_POINTS = 16_000  # likewise, the path
+_STOPS = 100  # postures that the slider stops at
+_LOOK_SIDE_DEG = 62.0  # from aside, so that the arm hides neither tool nor table
 _MARGIN = 0.08  # m round all that moves
 _SEAM = 0.002  # m between a cut and the edge of the view
 _MOST_STOPS = 240
