@@ -75,3 +75,28 @@ def not_finite(told: Any, where: str = "") -> list[str]:
     if isinstance(told, list | tuple):
         return [f for k, v in enumerate(told) for f in not_finite(v, f"{where}/{k}")]
     return [where] if isinstance(told, float) and not np.isfinite(told) else []
+
+
+@cache
+def single() -> Cell:
+    """The UR10's first axis alone, with a tip half a metre off it."""
+    cell = ur10()
+    tip = np.eye(4)
+    tip[0, 3] = 0.5
+    return replace(
+        cell,
+        joints=cell.joints[:1],
+        masses=cell.masses[:1],
+        flange_T_tool=tip,
+        controller_section=None,
+        resolve_section=None,
+    )
+
+
+@cache
+def seven() -> Cell:
+    """The UR10 with one more axis behind its sixth, across it."""
+    cell = ur10()
+    last = replace(cell.joints[-1], after=dh_after(a=0.0, alpha=np.pi / 2))
+    more = replace(cell.joints[-1], name="A7", before=dh_before(theta=0.0, d=0.15))
+    return replace(cell, joints=(*cell.joints[:-1], last, more), controller_section=None, resolve_section=None)

@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 SCHEMA = 1
 SHAPE_FRAMES = ("world", "base", "root", "flange", "tool")
 JOB_GROUPS = ("part", "stock")  # bodies that a job brings, not the cell
+POSTED_ARM, MOST_ARM = 6, 7  # axes of an arm that programs are made for, and that a log names
 _SIZES = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.CAPSULE: 2, ShapeKind.SPHERE: 1}
 
 
@@ -166,7 +167,7 @@ def _joint(table: TableReader) -> Joint:
 
 
 def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
-    """Roles in order, names once, an arm of six or more."""
+    """Roles in order, names once; an arm of six that turn where programs are made, of one to seven where it is measured."""
     order = [list(Role).index(j.role) for j in joints]
     if order != sorted(order):
         raise table.fail("joint", "roles are out of order", "list workpiece, carriage, arm, roll joints in this order")
@@ -175,10 +176,15 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
         if names.count(name) > 1:
             raise table.fail("joint", f"{name!r} is there twice", "give every joint a name of its own")
     arm = [j for j in joints if j.role is Role.ARM]
-    if [j.name for j in arm] != [f"A{i}" for i in range(1, len(arm) + 1)] or len(arm) != 6:
-        raise table.fail("joint", "the arm's joints are not A1 to A6", "name six joints of role arm A1 .. A6 in order")
-    if any(j.prismatic for j in arm):
-        raise table.fail("joint", "an arm joint is prismatic", "use carriage joints for tracks and gantries")
+    arm_names = [j.name for j in arm]
+    counted = arm_names == [f"A{i}" for i in range(1, len(arm) + 1)] and 1 <= len(arm) <= MOST_ARM
+    if not counted and arm_names != ["E1"]:
+        cure = f"name the joints of role arm A1, A2 .. in order, {MOST_ARM} at the most; a column or a track alone is one, E1"
+        raise table.fail("joint", "the arm's joints are not A1, A2 ..", cure)
+    for section in ("controller", "resolve"):
+        if section in table and (len(arm) != POSTED_ARM or any(j.prismatic for j in arm)):
+            what = f"is given, and the arm's {len(arm)} axes are not six that turn"
+            raise table.fail(section, what, "leave it out: such a cell is measured and diagnosed, not programmed")
     for j in joints:
         external = j.role in (Role.WORKPIECE, Role.CARRIAGE)
         if external and not (len(j.name) == 2 and j.name[0] == "E" and j.name[1] in "123456"):

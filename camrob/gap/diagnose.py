@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
 from camrob.controller.replay import program_cell
 from camrob.errors import CellError, LogError, ProgramError, UnreachableError
 from camrob.gap.conformance import effect_faults
@@ -20,8 +21,10 @@ from camrob.gap.evidence.model import Model, compare, whole_gap
 from camrob.gap.evidence.shrink import trial_of
 from camrob.gap.experiment.experiment import Experiment, plan_experiment
 from camrob.gap.handover import hand_over
+from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.by_stage import RUNGS, Ladder, lacking, ladder
 from camrob.gap.locate.corners import judge_corners, with_corners
+from camrob.gap.locate.load_from_drives import load_from_drives
 from camrob.gap.locate.localise import (
     FURTHER,
     Segment,
@@ -54,6 +57,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 _BLOCKS = 10  # a log
+_ARM = 6  # axes of the arms whose motions are planned
 
 
 def diagnose(
@@ -77,19 +81,13 @@ def diagnose(
     if not logs:
         raise LogError("no log was given", cure="give at least one --log")
     tell = progress if progress is not None else (lambda what, share: None)
-    effects = library(without, extra)
     tell("reading the gap", 0.05)
-    told = _padded(programs, len(logs))
+    told, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
     scenes = [make_scene(log, _tooled(p, cell)) for log, p in zip(logs, told, strict=True)]
-    others = _padded(withheld_programs, len(withheld))
     kept_out = [withheld_scene(log, _tooled(p, cell), scenes) for log, p in zip(withheld, others, strict=True)]
-    effects = _started(effects, check_believable(scenes))
-    for effect in extra:
-        faults = effect_faults(effect, [*scenes, *kept_out])
-        if faults:
-            raise CellError(f"its effect {effect.name} {faults[0]}", cure="mend or remove its file")
+    effects = _taking_part(scenes, kept_out, library(without, extra), extra)
     tracks, ladders, timings = _climbed(scenes, told)
-    alignment = align(scenes)
+    alignment = align([s for s in scenes if s.tracked])
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
     model = compare(scenes, [e for e in effects if not (in_world and e.name == "measurement_frame")])
@@ -101,6 +99,7 @@ def diagnose(
     tell("locating", 0.85)
     corners = judge_corners(tracks, model.noise, known=any(e.name == "corner_rounding" for e in effects))
     summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
+    summary |= {"axes_report": axes_report(scenes), "added_load": load_from_drives(scenes)}
     summary |= {"where": {**summary["where"], "timing": timings}, "effects": _with_unusual(summary["effects"], model)}
     handed = hand_over(model, trial, verdict.claimed, verdict.members)
     summary["compensable"] = dict(handed.summary)
@@ -120,6 +119,8 @@ def diagnose(
 
 
 def _planned(model: Model, verdict: Verdict) -> Experiment | None:
+    if len(model.scenes[0].cell.indices(Role.ARM)) != _ARM or not all(s.tracked for s in model.scenes):
+        return None  # no motion of such an arm can be reckoned, or none would be measured
     unknown = verdict.summary["unknown"]["probability"] >= 0.5
     return plan_experiment(model, verdict.claimed, _unknown_axis(model) if unknown else "", unknown=unknown)
 
@@ -155,6 +156,29 @@ def _started(effects: Sequence[Effect], lost: Mapping[str, float]) -> tuple[Effe
     return tuple(replace(e, start=zeros) if zeros and e.name == "joint_offset" else e for e in effects)
 
 
+def _taking_part(
+    scenes: Sequence[Scene], kept_out: Sequence[Scene], effects: Sequence[Effect], extra: Sequence[Effect]
+) -> tuple[Effect, ...]:
+    """The effects that are compared on some logs. Raises what `diagnose` does, of logs and of a cell's own effects."""
+    taken = _started(_seen_by([*scenes, *kept_out], effects), check_believable(scenes))
+    for effect in extra:
+        faults = effect_faults(effect, [*scenes, *kept_out])
+        if faults:
+            raise CellError(f"its effect {effect.name} {faults[0]}", cure="mend or remove its file")
+    return taken
+
+
+def _seen_by(scenes: Sequence[Scene], effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """Effects that can show in some logs: without a tracker those of the drives alone. Raises LogError for logs of both kinds."""
+    if all(s.tracked for s in scenes):
+        return tuple(effects)
+    for scene in scenes:
+        if scene.tracked:
+            cure = "diagnose logs with measured positions, and those without, apart"
+            raise LogError("has measured positions, another log has none", cure=cure, path=scene.log.path)
+    return tuple(e for e in effects if "setpoint_to_encoder" in e.rungs)
+
+
 def _with_unusual(entries: Sequence[Mapping[str, Any]], model: Model) -> list[dict[str, Any]]:
     """Effects' entries with what is unusual about their values, "" where nothing is."""
     reasons = unusual(model)
@@ -162,8 +186,6 @@ def _with_unusual(entries: Sequence[Mapping[str, Any]], model: Model) -> list[di
 
 
 def _tables(cell: Cell) -> list[str]:
-    from camrob.cell.joint import Role
-
     return [j.name for j in cell.joints if j.role is Role.WORKPIECE]
 
 

@@ -41,9 +41,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     values = scene.link[:, scene.index(unit.axis)]
     if scene.poses:
         # the side is that of the last move, wherever in time the poses lie
-        lag, runs = play_at_rest(values, width), (slice(0, len(scene)),)
+        lag = play_at_rest(values, width)
     else:
-        lag, runs = play(values, scene.t, scene.pieces, width), scene.pieces
+        lag = play(values, scene.t, scene.pieces, width)
+    runs = (slice(0, len(scene)),) if scene.poses else scene.pieces
     return (Column(tcp=scene.shift(unit.axis, -0.5 * lag), doubt=_doubt(values, runs, width)),)
 
 

@@ -22,7 +22,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if any(s.poses or s.setpoint is None for s in scenes):
         return ()
     units = [Unit("servo_lag", "", (EffectParameter("tau_s", "s", 0.04, -0.002, 0.5),))]
-    for a in scenes[0].axes:
+    for a in scenes[0].axes if len(scenes[0].axes) > 1 else ():
         if moved(scenes, a) and (shows(scenes, a) or all(s.servo_gap is not None for s in scenes)):
             units.append(Unit("servo_lag", a, (EffectParameter(f"{a}_beyond_s", "s", 0.02, -0.5, 0.5),), key="own"))
     return tuple(units)

@@ -29,7 +29,7 @@ class Ladder:
 
     program_to_setpoint: Array | None
     setpoint_to_encoder: Array | None
-    encoder_to_tcp: Array
+    encoder_to_tcp: Array | None
     whole: Array
     missing: tuple[str, ...]
 
@@ -55,14 +55,16 @@ def ladder(scene: Scene, track: ProgramTrack | None, *, why: str = "no program")
         missing.append(
             "no encoders: drives and arm can't be told apart, so lag looks like latency and friction like play"
         )
-    third = measured - at_link
+    third = measured - at_link if scene.tracked else np.zeros_like(at_link)
+    if not scene.tracked:
+        missing.append("no measured pose: what the arm does behind its encoders can't be seen")
     first: Array | None = None
     if track is None:
         missing.append(f"{why}: corner rounding and errors of the post can't be seen")
     else:
         first = track.offset(track.path(0.0))
     whole = third + (0.0 if second is None else second) + (0.0 if first is None else first)
-    return Ladder(first, second, third, whole, tuple(missing))
+    return Ladder(first, second, third if scene.tracked else None, whole, tuple(missing))
 
 
 def lacking(scene: Scene) -> tuple[str, ...]:
@@ -70,7 +72,7 @@ def lacking(scene: Scene) -> tuple[str, ...]:
     told = []
     if scene.poses:
         told.append("single poses: what depends on speed can't be seen, and direction is that of the last move")
-    if not scene.seen[:, 3:].any():
+    if scene.tracked and not scene.seen[:, 3:].any():
         told.append("no orientation: the tool's angles and A6 can't be told apart")
     if scene.temperature is None:
         how = "can't be judged" if scene.poses else "is judged by the time since the log began"

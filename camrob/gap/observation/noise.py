@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 SERVO_SHARE = 0.2  # encoders against set-points are held to this share of the instrument's noise
 _FLOOR_LENGTH, _FLOOR_ANGLE = mm_to_m(0.002), deg_to_rad(0.0001)
+_FLOOR_DRIVE = 1e-7  # rad and m: finer than any encoder
 _ROUGH_LENGTH, _ROUGH_ANGLE = mm_to_m(0.05), deg_to_rad(0.005)  # what the search for an untold noise starts from
 _TURNS, _RANK, _LEAST_FREEDOM = 4, 1e-7, 0.3
 _LEVER = 0.5  # m, where a log has no orientation to say
@@ -54,8 +55,15 @@ def noise_of(scene: Scene) -> Noise:
         for a in scene.axes
     ])  # fmt: skip
     servo = SERVO_SHARE * sigma[0] / np.maximum(levers, 0.1)
+    linear = [scene.cell.joints[scene.cell.index(a)].prismatic for a in scene.axes]
+    drives = np.where(linear, scene.log.info.sigma_axis_length, scene.log.info.sigma_axis)
+    least = np.full(len(linear), _FLOOR_DRIVE) if not scene.tracked else servo
+    servo = np.where(np.nan_to_num(drives) > 0.0, drives, least)
     if scene.servo_gap is not None:
         servo = np.maximum(servo, robust_sigma(scene.servo_gap, scene.pieces))
+    if not scene.tracked:
+        # nothing was measured at the tool: what its place is told by is the drives' own noise, carried there
+        sigma[:3] = max(float(np.sqrt(np.sum((levers * servo) ** 2) / 3.0)), _FLOOR_LENGTH)
     return Noise(sigma, servo, bool(told[0] > 0.0))
 
 

@@ -78,6 +78,19 @@ class Scene:
         """True where rows are single poses at rest."""
         return self.log.info.poses
 
+    @property
+    def tracked(self) -> bool:
+        """True where an instrument measured poses; else `measured` is where the encoders put the tool."""
+        return self.log.has_position
+
+    def motor(self, axis: str) -> Array | None:
+        """(N,) the motor-side encoder of an axis, SI of the axis; None where not logged."""
+        told = self.log.beside("M", [axis])
+        if told is None:
+            return None
+        linear = self.cell.joints[self.cell.index(axis)].prismatic
+        return np.asarray(mm_to_m(told[:, 0]) if linear else deg_to_rad(told[:, 0]))
+
     def index(self, axis: str) -> int:
         """The column of an axis."""
         return self.axes.index(axis)
@@ -151,11 +164,11 @@ def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, 
     known: frames that another log has told, where their `fitted_left` and `fitted_right` are False; a log whose frames are all
     known, by another log or by what LOG.toml says of them, may have as few as `least` rows.
 
-    Raises LogError for a log without measured positions, without the cell's axes, or with too few samples.
+    Where no position was measured, the encoders' own takes its place: then the gap is that of the drives alone. Raises
+    LogError for a log without measured positions that lacks set-points or encoders, without the cell's axes, or with too few
+    samples.
     """
     axes = cell.axis_names
-    if not log.has_position:
-        raise LogError("has no measured position", cure="give x, y, z of the instrument", path=log.path)
     given = {kind: [f"{kind}{a}" for a in axes if log.has(f"{kind}{a}")] for kind in ("", "c")}
     usable = {kind: len(names) == len(axes) for kind, names in given.items()}
     if not any(usable.values()):
@@ -163,11 +176,15 @@ def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, 
         missing = [a for a in axes if not log.has(a)]
         what = f"lacks the axis {missing[0] if missing else lacking} of cell {cell.name}"
         raise LogError(what, cure="give every axis of the cell, by encoder or by set-point", path=log.path)
+    if not log.has_position and (not all(usable.values()) or log.info.poses):
+        cure = "give x, y, z of the instrument, or a run's set-points beside its encoders"
+        raise LogError("has no measured position", cure=cure, path=log.path)
     kinds = [kind for kind in ("", "c") if usable[kind]]
     whole = np.ones(len(log), bool)
     for kind in kinds:
         whole &= log.complete([f"{kind}{a}" for a in axes])
-    whole &= log.complete(("x", "y", "z"))
+    if log.has_position:
+        whole &= log.complete(("x", "y", "z"))
     told = known if known is not None else Frames(np.eye(4), np.eye(4), fitted_left=True, fitted_right=True)
     free = (
         log.info.measured_frame is MeasuredFrame.UNKNOWN and told.fitted_left,
@@ -191,8 +208,9 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
     setpoint = si(log.setpoints(axes)) if usable["c"] else None
     edge = log.axes(axes) if usable[""] else log.setpoints(axes)
     q = cell.to_q(edge)
+    plain = ErrorModel.of(cell, [], in_base=in_base)
     measured = np.tile(np.eye(4), (len(log), 1, 1))
-    measured[:, :3, 3] = log.position
+    measured[:, :3, 3] = log.position if log.has_position else plain.poses(np.zeros(0), q)[:, :3, 3]
     seen = np.ones((len(log), 6), bool)
     if log.has_orientation:
         turned = log.complete(("a", "b", "c"))
@@ -201,16 +219,16 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
     else:
         seen[:, 3:] = False
     names = _place_names(cell, in_base)
-    plain = ErrorModel.of(cell, [], in_base=in_base)
     frames = fit_frames(
         plain.poses(np.zeros(0), q), measured, seen,
-        left=log.info.measured_frame is MeasuredFrame.UNKNOWN, right=log.info.target is Target.UNKNOWN, known=known,
+        left=log.has_position and log.info.measured_frame is MeasuredFrame.UNKNOWN,
+        right=log.has_position and log.info.target is Target.UNKNOWN, known=known,
     )  # fmt: skip
     model = ErrorModel.of(cell, names, in_base=in_base, left=frames.left, right=frames.right)
     ones = {"one": np.ones(len(log))}
     nominal, J = model.poses_and_jacobian(np.zeros(len(names)), q, ones)
     gap = np.zeros((len(log), 6))
-    gap[:, :3] = measured[:, :3, 3] - nominal[:, :3, 3]
+    gap[:, :3] = measured[:, :3, 3] - nominal[:, :3, 3] if log.has_position else 0.0
     gap[:, 3:] = np.where(seen[:, 3:], rotation_log(measured[:, :3, :3] @ nominal[:, :3, :3].swapaxes(1, 2)), 0.0)
     places = {name.removesuffix(".by.one"): np.ascontiguousarray(J[:, :, k]) for k, name in enumerate(names)}
     sigma = np.array([log.info.sigma_position] * 3 + [log.info.sigma_angle] * 3)

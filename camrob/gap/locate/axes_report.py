@@ -1,0 +1,165 @@
+"""Axis by axis what lies between set-point and encoder, and between motor and link: how much, and what it follows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import play
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+
+__all__ = ["axes_report"]
+
+Array = NDArray[np.float64]
+
+_MOST_ROWS = 4000
+_REST = 0.02  # of an axis's ordinary speed: slower is at rest
+_ORDERS = 300  # periods that are tried
+_FEWEST_CYCLES, _PER_CYCLE = 2.0, 6.0  # of a period within the travel, and samples a cycle
+_WORTH = 0.1  # share of the energy beyond a constant that a pattern explains at the least
+_RIDGE = 1e-9
+_COEFFICIENTS = {"speed": "s", "acceleration": "s2"}
+
+
+def axes_report(scenes: Sequence[Scene]) -> dict[str, dict[str, Any]]:
+    """For each axis of which both ends are logged: rms and worst error in degrees or mm, its size at the tool in mm, and its
+    pattern: what it follows, the share of its energy, the coefficient. {} where no log has both.
+
+    `within` says whether the whole is no more than the drives' told noise ("noise") or moves the tool by no more than the
+    told tolerance ("tolerance"); "" otherwise. `motor_to_link`: the same between motor-side and link-side encoders.
+    """
+    out: dict[str, dict[str, Any]] = {}
+    for k, axis in enumerate(scenes[0].axes):
+        linear = scenes[0].cell.joints[scenes[0].cell.index(axis)].prismatic
+        report: dict[str, Any] = {}
+        parts = [(s, s.servo_gap[:, k]) for s in scenes if s.servo_gap is not None]
+        if parts:
+            report = _one(parts, k, linear) | {"within": _within(parts, k, linear)}
+        motors = [(s, s.link[:, k] - m) for s in scenes if (m := s.motor(axis)) is not None]
+        if motors:
+            report["motor_to_link"] = _one(motors, k, linear)
+        if report:
+            out[axis] = report
+    return out
+
+
+def _one(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict[str, Any]:
+    """One axis's error (N,) a log, SI."""
+    edge = m_to_mm if linear else rad_to_deg
+    whole = np.concatenate([e for _, e in parts])
+    at_tool = np.concatenate([_carried(s, k, e) for s, e in parts])
+    pattern = _pattern(parts, k, linear)
+    return {
+        "unit": "mm" if linear else "deg",
+        "rms": edge(float(np.sqrt(np.mean(whole**2)))),
+        "worst": edge(float(np.abs(whole).max())),
+        "mean": edge(float(whole.mean())),
+        "rms_mm": m_to_mm(float(np.sqrt(np.mean(at_tool**2)))),
+        "pattern": pattern,
+    }
+
+
+def _carried(scene: Scene, k: int, error: Array) -> Array:
+    """(N,) m at the TCP, through the nominal chain; 0 where the axis does not move what is measured."""
+    name = f"{scene.axes[k]}.zero"
+    return np.linalg.norm(scene.places[name][:, :3], axis=1) * error if name in scene.places else np.zeros(len(error))
+
+
+def _within(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> str:
+    told = [s.log.info.sigma_axis_length if linear else s.log.info.sigma_axis for s, _ in parts]
+    if all(np.sqrt(np.mean(e**2)) <= sigma for (_, e), sigma in zip(parts, told, strict=True)):
+        return "noise"
+    if all(np.abs(_carried(s, k, e)).max() <= s.log.info.tolerance for s, e in parts):
+        return "tolerance"
+    return ""
+
+
+def _features(scene: Scene, k: int, linear: bool) -> dict[str, Array]:
+    """(N, d) each: what an axis's error may follow. Direction comes as sign and as the state of a play."""
+    u = scene.command[:, k]
+    v, a = (scene.velocity(u[:, None], order)[:, 0] for order in (1, 2))
+    moving = np.abs(v[np.abs(v) > 0.0])
+    rest = _REST * float(np.median(moving)) if len(moving) else 1.0
+    width = mm_to_m(0.02) if linear else deg_to_rad(0.02)
+    direction = [np.tanh(v / max(rest, 1e-12)), play(u, scene.t, scene.pieces, width)]
+    return {
+        "speed": v[:, None],
+        "acceleration": a[:, None],
+        "direction": np.stack(direction, axis=1),
+        "load": scene.torque[:, [k]],
+        "time": (scene.t - scene.t[0])[:, None],
+        "position": np.stack([u, u**2], axis=1),
+    }
+
+
+def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict[str, Any]:
+    """What the error follows most, alone; the coefficients are those of all that it may follow together."""
+    given = [_features(s, k, linear) for s, _ in parts]
+    names = list(given[0])
+    y = np.concatenate([e for _, e in parts])
+    step = max(1, len(y) // _MOST_ROWS)
+    X = {n: np.concatenate([g[n] for g in given])[::step] for n in names}
+    y, u = y[::step] - y.mean(), np.concatenate([s.command[:, k] for s, _ in parts])[::step]
+    energy = float(np.sum(y**2))
+    edge = m_to_mm if linear else rad_to_deg
+    nothing = {"follows": "constant", "share": 0.0, "coefficient": None, "unit": "", "period": None}
+    if energy <= 0.0:
+        return nothing
+    shares = {n: 1.0 - _left(X[n], y) / energy for n in names}
+    period, periodic = _periodic(u, y - _fitted(np.concatenate([X[n] for n in names], axis=1), y))
+    best = max(shares, key=lambda n: shares[n])
+    rest = energy * (1.0 - max(shares.values()))
+    if period > 0.0 and periodic > max(shares[best] * energy, 0.5 * rest):
+        size = edge(float(np.sqrt(2.0 * periodic / len(y))))
+        return {
+            "follows": "position", "share": periodic / energy, "coefficient": size, "unit": "mm" if linear else "deg",
+            "period": edge(period),
+        }  # fmt: skip
+    if shares[best] < _WORTH:
+        return nothing
+    solved = _solved(np.concatenate([X[n] for n in names], axis=1), y)
+    at = np.cumsum([0, *(X[n].shape[1] for n in names)])[names.index(best)]
+    if best in _COEFFICIENTS:
+        told, unit = float(solved[at]), _COEFFICIENTS[best]
+    else:
+        moved = _fitted(X[best], y)
+        told, unit = edge(0.5 * float(np.quantile(moved, 0.98) - np.quantile(moved, 0.02))), "mm" if linear else "deg"
+    return {"follows": best, "share": shares[best], "coefficient": told, "unit": unit, "period": None}
+
+
+def _periodic(u: Array, y: Array) -> tuple[float, float]:
+    """The period of what is left (0 where none can be seen) over an axis's travel, and the energy that it explains."""
+    span = float(np.ptp(u))
+    step = float(np.median(np.abs(np.diff(u)))) if len(u) > 1 else 0.0
+    longest, shortest = span / _FEWEST_CYCLES, _PER_CYCLE * step
+    if not 0.0 < shortest < longest:
+        return 0.0, 0.0
+    best = 0.0, 0.0
+    for period in 1.0 / np.linspace(1.0 / longest, min(1.0 / shortest, _ORDERS / span), _ORDERS):
+        angle = 2.0 * np.pi * u / period
+        gained = float(np.sum(y**2)) - _left(np.stack([np.cos(angle), np.sin(angle)], axis=1), y)
+        if gained > best[1]:
+            best = float(period), gained
+    return best
+
+
+def _solved(X: Array, y: Array) -> Array:
+    """Coefficients of columns (N, d), each beyond its mean."""
+    Z = X - X.mean(axis=0)
+    size = np.linalg.norm(Z, axis=0)
+    flat = size <= _RIDGE * np.linalg.norm(X, axis=0)
+    Z = Z / np.where(flat | (size == 0.0), np.inf, size)
+    solved = np.linalg.solve(Z.T @ Z + _RIDGE * np.eye(Z.shape[1]), Z.T @ y)
+    return np.asarray(np.where(flat | (size == 0.0), 0.0, solved / np.where(size == 0.0, 1.0, size)))
+
+
+def _fitted(X: Array, y: Array) -> Array:
+    return np.asarray((X - X.mean(axis=0)) @ _solved(X, y))
+
+
+def _left(X: Array, y: Array) -> float:
+    return float(np.sum((y - _fitted(X, y)) ** 2))
