@@ -249,6 +249,13 @@ def _end(scene: Scene) -> Iterator[Objection]:
     if not scene.home[0]:
         text = "the program does not begin with a way to HOME: the way to its first point is not known"
         yield Objection("starts-elsewhere", text, 0, int(scene.run.path.line[0]), int(scene.run.file[0]))
+    rests = scene.home if scene.change is None else scene.home | scene.change
+    for row in (np.flatnonzero(rests[:-1] & ~scene.run.ptp[1:]) + 1).tolist():
+        line, file = int(scene.run.path.line[row]), int(scene.run.file[row])
+        text = (
+            f"line {line} of the program: a path leaves HOME, or where tools are changed, in the posture it has there"
+        )
+        yield Objection("path-from-home", text, 0, line, file, severity="warning")
     lines = 0, int(scene.run.path.line[-1]), int(scene.run.file[-1])
     if state.spindle is not None:
         yield Objection("ends-running", "the program ends with the spindle on", *lines)

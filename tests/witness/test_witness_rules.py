@@ -642,6 +642,12 @@ def test_starts_and_ends() -> None:
     assert groove(*CUT, spindle_rpm=(1000.0, 3000.0)) == []
 
 
+def test_a_path_that_leaves_home_is_said() -> None:
+    entered = program(START[0], ON, lin(0, 0, 60, at=RAPID), *START[3:], *CUT, *END)
+    found = judged(file(*GROOVE), entered).objections
+    assert [(o.code, o.severity) for o in found] == [("path-from-home", "warning")]
+
+
 def test_a_program_that_does_not_begin_at_home_is_refused() -> None:
     found = judged(file(*GROOVE), program(*START[1:], *CUT, *END)).objections
     assert [(o.code, o.severity) for o in found] == [("starts-elsewhere", "error")]
