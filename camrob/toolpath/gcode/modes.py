@@ -217,7 +217,7 @@ def _tilt(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGro
     """G68.2: origin X Y Z and three Euler angles I J K; P0 and a Q that names the order of axes are read, too."""
     words = block.words
     order = f"{words.get('Q', 313.0):g}"
-    if words.get("P", 0.0) != 0.0 or order not in _PLANE_ORDERS:
+    if words.get("P", 0.0) != 0.0 or order not in _PLANE_ORDERS or not set("ABCR").isdisjoint(words):
         raise ToolpathError("a tilted plane (G68.2) other than by Euler angles", cure="post with G68.2 X Y Z I J K")
     if frame.shift != [0.0, 0.0, 0.0]:
         raise ToolpathError("a tilted plane (G68.2) on top of G52", cure="put the shift into G68.2's origin")

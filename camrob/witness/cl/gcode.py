@@ -42,6 +42,8 @@ _PLANES = ("17", "18", "19")
 _MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 8".split())
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
 _KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
+_MOVED = "points behind it are in another frame"
+_UNTURNED = "a tilted plane other than by three angles, or beside G52 or TCP"
 _QUIET = frozenset("10 11 29 48 49".split())  # M codes that move and switch nothing of ours
 
 
@@ -235,7 +237,7 @@ class GcodeReader:
             hidden["52"] = (line, f"G{code}: whether G52 holds behind it isn't known")
             self._forget()
         elif code in _HIDING or (code == "10" and self._tell.n):
-            hidden.setdefault(code, (line, f"G{code}: points behind it are in another frame"))
+            hidden.setdefault(code, (line, f"G{code}: {_UNTURNED if code == '68.2' else _MOVED}"))
             self._forget()
         for key in ended:
             del hidden[key]
