@@ -29,6 +29,12 @@ class Fields:
     def __contains__(self, key: str) -> bool:
         return key in self.table
 
+    def none_but(self, *keys: str) -> None:
+        """Refuses a key that is not among these: a slip of the pen would be read as if nothing stood there."""
+        for key in self.table:
+            if key not in keys:
+                raise self.wrong(key, "is no key of this table", f"write one of {', '.join(keys)}")
+
     def sub(self, key: str) -> Fields:
         """The table `key`; an empty one where it is absent."""
         value = self.table.get(key, {})

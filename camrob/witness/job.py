@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 _METRES = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
 _TON, _FAR = 1000.0, 1e4  # kg, mm
 _MEASURES = ("feed_mm_min", "rapid_feed_mm_min")
+_LENGTHS = ("chord_tolerance_mm", "decimate_mm", "clearance_mm")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,6 +102,9 @@ def _vertices(body: Body) -> Array:
 
 def _tool(fields: Fields) -> Tool:
     """One [tool]."""
+    fields.none_but(
+        "number", "name", "flange_to_tool", "diameter_mm", "length_mm", "mass_kg", "center_of_mass_mm"
+    )  # fmt: skip
     diameter, length = fields.maybe("diameter_mm"), fields.maybe("length_mm")
     for key, value in (("diameter_mm", diameter), ("length_mm", length)):
         if value is not None and value <= 0.0:
@@ -140,6 +144,7 @@ def _tools(top: Fields) -> dict[int, Tool]:
 
 def _body(fields: Fields) -> Body:
     """[part] or [stock]."""
+    fields.none_but("mesh", "box_mm", "unit")
     if ("mesh" in fields) == ("box_mm" in fields):
         raise fields.wrong("mesh", "and box_mm: one of the two is needed, not both")
     if "box_mm" in fields:
@@ -156,8 +161,11 @@ def _body(fields: Fields) -> Body:
 def read_job(path: Path) -> Job:
     """The set-up of a setup.toml. Raises SetupError, naming file and key."""
     top = read_toml(path, SetupError)
+    top.none_but(
+        "part_in_base", "tool", "part", "stock", "units", "dialect", *_MEASURES, *_LENGTHS, "spindle_rpm"
+    )  # fmt: skip
     speeds = {key: top.maybe(key) for key in (*_MEASURES, "spindle_rpm")}
-    lengths = {key: top.maybe(key) for key in ("chord_tolerance_mm", "decimate_mm", "clearance_mm")}
+    lengths = {key: top.maybe(key) for key in _LENGTHS}
     for key, value in (speeds | lengths).items():
         if value is not None and (value < 0.0 or (key in speeds and value == 0.0)):
             raise top.wrong(key, f"is {value:g}, and has to be above 0")
