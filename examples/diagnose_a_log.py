@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from camrob.jobs.post import post
 from camrob.jobs.simulate import simulate
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 ROOT = Path(__file__).resolve().parents[1]
 CELL = ROOT / "cells" / "kr15_track_table"
@@ -37,21 +37,21 @@ def late(log: MeasurementLog) -> MeasurementLog:
     return MeasurementLog(columns, log.info)
 
 
-def diagnosed(out: Path) -> dict[str, Any]:
+def diagnosed(out: Path) -> DiagnosisSummary:
     """Post, simulate, plant, diagnose: the diagnosis's summary. `out` receives all files."""
     post(ROOT / "toolpaths" / "engraving" / "engraving.cls", cell=CELL, out=out, report=False)
     run = simulate(out / "engraving.src", cell=CELL, out=out / "ideal.csv", cycle_ms=CYCLE)
     write_log(late(run.simulation.log), out / "measured.csv")
-    return dict(diagnose(cell=CELL, log=[out / "measured.csv"], out=out).summary)
+    return diagnose(cell=CELL, log=[out / "measured.csv"], out=out).summary
 
 
 def main(out: Path) -> None:
     """Print what the diagnosis says."""
     found = diagnosed(out)
-    print(f"gap: {found['gap']['rms_mm']:.3f} mm rms; with what is named: {found['together']['rms_after_mm']:.3f} mm")
-    for effect in found["effects"]:
-        values = ", ".join(f"{name} {one['value']:.5g}" for name, one in effect["parameters"].items())
-        print(f"{effect['effect']}: {values} ({effect['probability']:.0%} sure)")
+    print(f"gap: {found.gap.rms_mm:.3f} mm rms; with what is named: {found.together.rms_after_mm:.3f} mm")
+    for effect in found.effects:
+        values = ", ".join(f"{name} {one.value:.5g}" for name, one in effect.parameters.items())
+        print(f"{effect.effect}: {values} ({effect.probability:.0%} sure)")
 
 
 if __name__ == "__main__":

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.summaries.post_summary import PostSummary
 from camrob.summaries.verify_summary import VerifySummary
 
-__all__ = ["POST", "VERIFY", "post_summary", "region", "verify_summary"]
+__all__ = ["POST", "VERIFY", "diagnosis_summary", "effect_found", "post_summary", "region", "shrunk", "verify_summary"]
 
 
 def region(index: int, name: str, **other: Any) -> dict[str, Any]:
@@ -91,6 +94,64 @@ VERIFY: dict[str, Any] = {
     "seconds": 0.1,
 }
 """A summary of `camrob verify`, of a program that could not be replayed."""
+
+
+def shrunk(before: float, after: float, **other: Any) -> dict[str, Any]:
+    """Errors on withheld samples before and after, mm rms."""
+    sizes = {f"{name}_{when}_mm": times * rms for when, rms in (("before", before), ("after", after))
+             for name, times in (("rms", 1.0), ("p95", 2.0), ("max", 3.0))}  # fmt: skip
+    shrink = 1.0 - after / before
+    return sizes | {"shrink": shrink, "shrink_interval": [shrink - 0.05, shrink + 0.05]} | other
+
+
+def effect_found(name: str, axes: list[str], parameters: dict[str, float], **other: Any) -> dict[str, Any]:
+    """An effect of a diagnosis, 97 % sure, that takes 0.3 mm to 0.07 mm."""
+    return {
+        "effect": name, "axes": axes, "probability": 0.97,
+        "parameters": {k: {"value": v, "std": abs(v) / 50} for k, v in parameters.items()},
+        **shrunk(0.3, 0.07), "alone": shrunk(0.3, 0.07), "added_last": shrunk(0.3, 0.07), "moves_mm": 0.29,
+        "indistinguishable_from": [], "implausible": "", "compensable": True, "rungs": ["encoder_to_tcp"], "unusual": "",
+    } | other  # fmt: skip
+
+
+DIAGNOSIS: dict[str, Any] = {
+    "cell": "kr15",
+    "without": [],
+    "gap": {"samples": 900, "rms_mm": 0.31, "p95_mm": 0.6, "max_mm": 0.9, "rms_deg": None, "noise_mm": 0.03, "outliers": 0},
+    "where": {
+        "rungs": {"program_to_setpoint": None, "setpoint_to_encoder": 0.24, "encoder_to_tcp": 0.307},
+        "rung_intervals": {"program_to_setpoint": None, "setpoint_to_encoder": [0.2, 0.3], "encoder_to_tcp": [0.3, 0.32]},
+        "missing": [], "segments": [], "change_points": [], "lines": [], "directions": {"x": 0.2},
+        "direction_intervals": {"x": [0.1, 0.3]}, "axes": {"A2": 0.8}, "axis_intervals": {"A2": [0.7, 0.9]},
+        "regimes": {"position": 0.2, "direction": 0.9},
+        "regime_intervals": {"position": [0.1, 0.3], "direction": [0.8, 1.0]}, "further_regimes": {}, "timing": [],
+    },
+    "latency_s": {"value": None, "interval": None},
+    "status": "explained",
+    "effects": [],
+    "together": shrunk(0.3, 0.07) | {
+        "withheld": "lap2.csv", "left_aside": 0, "predicted_shrink": 0.7, "removable_removed": 0.8, "compensable_mm": 0.0,
+        "regimes_withheld": [],
+    },
+    "alternatives": [{"effects": ["backlash"], "probability": 1.0}],
+    "unknown": {"probability": 0.01, "where": "", "shapes": [], "implausible": {}},
+    "aliases": [],
+    "residual": {"rms_mm": 0.07, "noise_mm": 0.03, "structured_mm": 0.0, "structure": []},
+    "next_experiment": "None needed.",
+    "logs": ["lap1.csv"],
+    "axes_report": {},
+    "added_load": None,
+    "compensable": {
+        "effects": [], "left": [], "rms_before_mm": 0.3, "rms_after_mm": 0.3, "shrink": 0.0, "shrink_interval": [0.0, 0.0],
+    },
+    "standards": [],
+}  # fmt: skip
+"""A diagnosis.json: 0.3 mm, most of it behind the encoders, that reverses with the direction of motion."""
+
+
+def diagnosis_summary(told: Mapping[str, Any] = MappingProxyType(DIAGNOSIS), **changes: Any) -> DiagnosisSummary:
+    """A diagnosis as the engine tells it, by default DIAGNOSIS, with some of its entries changed."""
+    return DiagnosisSummary.from_json(_changed({"cell": "kr15", "without": [], **told}, changes))
 
 
 def post_summary(**changes: Any) -> PostSummary:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from camrob.calibration.calibration_file import calibration_text
 from camrob.cell.cell import Cell
@@ -22,16 +21,17 @@ from camrob.measurement.log import MeasurementLog
 from camrob.measurement.read_log import read_log
 from camrob.program.program_text import ProgramText
 from camrob.report.diagnosis.page import diagnosis_report
+from camrob.summaries.diagnosis_summary import Compensable, DiagnosisSummary
 
 __all__ = ["DiagnoseResult", "diagnose"]
 
 
 @dataclass(frozen=True, slots=True)
 class DiagnoseResult:
-    """The diagnosis and its JSON object."""
+    """The diagnosis and its summary."""
 
     diagnosis: Diagnosis
-    summary: Mapping[str, Any]
+    summary: DiagnosisSummary
 
 
 def diagnose(
@@ -70,7 +70,7 @@ def diagnose(
     Example:
         >>> logs = [Path("out/log.csv")]
         >>> result = camrob.diagnose(cell=Path("cells/kr15_track_table"), log=logs, out=Path("out/diagnosis"))
-        >>> result.summary["status"], [found["effect"] for found in result.summary["effects"]]
+        >>> result.summary.status, [found.effect for found in result.summary.effects]
         ('explained', ['corner_rounding'])
     """
     if experiment is not None:
@@ -91,24 +91,23 @@ def diagnose(
         extra=cell_effects(cell, machine),
         withheld_programs=withheld_programs,
     )  # fmt: skip
-    summary = {"cell": machine.name, "without": list(without), **found.summary}
+    summary = DiagnosisSummary.from_json({"cell": machine.name, "without": list(without), **found.summary})
     refused: JobError | None = None
     if experiment is not None:
         try:
-            summary["experiment"] = {
-                **summary.get("experiment", {}),
-                "written": write_experiment(experiment, found.motions, cell),
-            }
+            written = write_experiment(experiment, found.motions, cell)
+            if summary.experiment is not None:
+                summary = replace(summary, experiment=replace(summary.experiment, written=written))
         except JobError as error:
             refused = error
     if calibration is not None:
         try:
-            _hand_over(found, calibration)
-            summary["compensable"] = {**summary["compensable"], "written": calibration.name}
+            _hand_over(found, summary.compensable, calibration)
+            summary = replace(summary, compensable=replace(summary.compensable, written=calibration.name))
         except JobError as error:
             refused = error
     with staged_output(out) as staging:
-        text = json.dumps(summary, indent=2, allow_nan=False)
+        text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
         (staging / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
         (staging / "diagnosis.html").write_text(diagnosis_report(summary, found.paths), encoding="utf-8")
     if refused is not None:
@@ -132,12 +131,11 @@ def _told_once(logs: Sequence[MeasurementLog], withheld: Sequence[MeasurementLog
         raise LogError(what, cure=cure, path=log.path)
 
 
-def _hand_over(found: Diagnosis, file: Path) -> None:
+def _hand_over(found: Diagnosis, told: Compensable, file: Path) -> None:
     """Write the calibration. Raises JobError where nothing that was found can be corrected by `compensate`."""
     if found.calibration is None:
-        told = found.summary["compensable"]
-        why = "by itself it would not shrink the gap: " if told["effects"] else ""
-        left = ", ".join([*told["effects"], *told["left"]]) or "no effect was found"
+        why = "by itself it would not shrink the gap: " if told.effects else ""
+        left = ", ".join([*told.effects, *told.left]) or "no effect was found"
         raise JobError(f"there is nothing that compensate could correct ({why}{left}), so no {file.name} was written")
     with staged_output(file.parent) as staging:
         (staging / file.name).write_text(calibration_text(found.calibration), encoding="utf-8")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +24,7 @@ from camrob.program.builder import build_program
 from camrob.program.language import Language, Rounding
 from camrob.program.motion import Motion
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
+from camrob.summaries.diagnosis_summary import ExperimentWritten
 from camrob.units import mm_to_m
 
 __all__ = ["check_experiment_name", "write_experiment"]
@@ -52,7 +52,7 @@ def check_experiment_name(file: Path) -> None:
         )
 
 
-def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> dict[str, Any]:
+def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> ExperimentWritten:
     """Write the first motion that can be run as FILE, with what belongs to it, and say which it is, and why others were not.
 
     Each is written, read back, verified as `camrob verify` does, and followed through the cell's bodies. Raises JobError
@@ -73,7 +73,9 @@ def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> 
             with staged_output(file.parent) as staging:
                 for name, content in files.items():
                     (staging / name).write_bytes(content)
-            return {"file": file.name, "files": sorted(files), "motion": motion.key, "passed_over": passed_over}
+            return ExperimentWritten(
+                file=file.name, files=tuple(sorted(files)), motion=motion.key, passed_over=tuple(passed_over)
+            )
         passed_over.append(f"{motion.text}: {why}")
     raise VerificationError(f"the experiment can't be run on this cell, so no program was written: {passed_over[0]}")
 

@@ -1,8 +1,9 @@
 """The base of all summaries: a frozen dataclass that is also a JSON object.
 
 The fields of a summary are the keys of its object, in their order; what a field holds is a plain value, another summary, a tuple
-or a mapping of these. Three things a field may say of itself: that its key is no name in Python (`keyed`), that the key is left
-out where there is nothing to tell (`left_out`), and that another summary's keys stand among this one's own (`spread`).
+or a mapping of these. Four things a field may say of itself: that its key is no name in Python (`keyed`), that the key is left
+out where there is nothing to tell (`left_out`), that another summary's keys stand among this one's own (`spread`), and that it
+holds the keys which no field is there for (`further`).
 
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Limits(Summary):
@@ -20,9 +21,9 @@ from typing import Any, Self, Union, get_args, get_origin, get_type_hints
 
 from camrob.errors import InputError
 
-__all__ = ["Summary", "keyed", "left_out", "spread"]
+__all__ = ["Summary", "further", "keyed", "left_out", "spread"]
 
-_KEY, _LEFT_OUT, _SPREAD = "key", "left out", "spread"
+_KEY, _LEFT_OUT, _SPREAD, _FURTHER = "key", "left out", "spread", "further"
 
 
 def keyed(key: str) -> Any:
@@ -40,6 +41,11 @@ def spread() -> Any:
     return field(default=None, metadata={_SPREAD: True})
 
 
+def further() -> Any:
+    """A field for a mapping of keys that a JSON object may have beyond the others: they are kept, and stand last."""
+    return field(default_factory=dict, metadata={_FURTHER: True})
+
+
 @dataclass(frozen=True, slots=True)
 class Summary:
     """What a result says, in attributes; `to_json` gives its JSON object, `from_json` reads one."""
@@ -53,13 +59,16 @@ class Summary:
     def to_json(self) -> dict[str, Any]:
         """The JSON object: the keys in the order of the fields, tuples as lists."""
         out: dict[str, Any] = {}
+        more: dict[str, Any] = {}
         for f in fields(self):
             value = getattr(self, f.name)
             if _SPREAD in f.metadata:
                 out |= {} if value is None else value.to_json()
+            elif _FURTHER in f.metadata:
+                more = _plain(value)
             elif not (_LEFT_OUT in f.metadata and value == f.default):
                 out[f.metadata.get(_KEY, f.name)] = _plain(value)
-        return out
+        return out | more
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
@@ -70,7 +79,7 @@ class Summary:
         if not isinstance(data, Mapping):
             raise InputError(f"{data!r:.40} is no {cls.__name__}", cure="give the JSON object that camrob wrote")
         unknown = sorted(set(data) - _keys(cls))
-        if unknown:
+        if unknown and not any(_FURTHER in f.metadata for f in fields(cls)):
             raise InputError(f"{cls.__name__} has no key {unknown[0]!r}", cure="read it with the camrob that wrote it")
         return cls(**_arguments(cls, data))
 
@@ -94,7 +103,7 @@ def _plain(value: Any) -> Any:
 def _keys(cls: type[Summary]) -> frozenset[str]:
     """All keys that the JSON object of a class may have."""
     hints = get_type_hints(cls)
-    own = {f.metadata.get(_KEY, f.name) for f in fields(cls) if _SPREAD not in f.metadata}
+    own = {f.metadata.get(_KEY, f.name) for f in fields(cls) if not {_SPREAD, _FURTHER} & set(f.metadata)}
     return frozenset(own.union(*(_keys(_summary_in(hints[f.name])) for f in fields(cls) if _SPREAD in f.metadata)))
 
 
@@ -112,6 +121,8 @@ def _arguments(cls: type[Summary], data: Mapping[str, Any]) -> dict[str, Any]:
             inner = _summary_in(hint)
             its = {k: data[k] for k in data if k in _keys(inner)}
             out[f.name] = inner.from_json(its) if its or inner is hint else None
+        elif _FURTHER in f.metadata:
+            out[f.name] = {k: v for k, v in data.items() if k not in _keys(cls)}
         elif key in data:
             out[f.name] = _typed(hint, data[key])
         elif f.default is MISSING:

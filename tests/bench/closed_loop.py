@@ -115,11 +115,11 @@ def close_loop(program: Path, out: Path, apply: Callable[[generator.World], None
         for name, e in errors.items()
     }
     return {
-        "program": program.name, "samples": len(first), "status": said["status"],
-        "found": [[e["effect"], e["axes"], e["probability"]] for e in said["effects"] if e["probability"] >= 0.5],
-        "handed_over": said["compensable"]["effects"], "left": said["compensable"]["left"],
-        "gap": {"before_mm": said["together"]["rms_before_mm"], "all_effects_mm": said["together"]["rms_after_mm"],
-                "compensable_mm": said["compensable"]["rms_after_mm"], "noise_mm": said["gap"]["noise_mm"]},
+        "program": program.name, "samples": len(first), "status": said.status,
+        "found": [[e.effect, list(e.axes), e.probability] for e in said.claimed],
+        "handed_over": list(said.compensable.effects), "left": list(said.compensable.left),
+        "gap": {"before_mm": said.together.rms_before_mm, "all_effects_mm": said.together.rms_after_mm,
+                "compensable_mm": said.compensable.rms_after_mm, "noise_mm": said.gap.noise_mm},
         "off_path": sizes,
     }  # fmt: skip
 

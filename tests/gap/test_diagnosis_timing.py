@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from gap_cases import kr15
 from rich.console import Console
+from summary_samples import diagnosis_summary
 from test_gap_program import raster
 from test_gap_sizes import summary as two_effects
 from test_gap_timing import held, rows, run
@@ -34,14 +35,14 @@ def regime(what: str, before: float, after: float, *, worse: bool = False) -> di
 
 
 def test_a_pause_is_told_in_the_terminal_and_on_the_page() -> None:
-    (line,) = timing_texts(paused().summary)
+    (line,) = timing_texts(diagnosis_summary(paused().summary))
     assert "a pause of 3.0 s at line" in line
     assert "more than the virtual controller" in line
     console = Console(width=80, record=True)
     with console.capture() as captured:
-        console.print(render_diagnosis(paused().summary))
+        console.print(render_diagnosis(diagnosis_summary(paused().summary)))
     assert "a pause of 3.0 s at line" in " ".join(captured.get().split())
-    page = diagnosis_report({"cell": "kr15", **paused().summary}, paused().paths)
+    page = diagnosis_report(diagnosis_summary(paused().summary), paused().paths)
     assert "<h2>Timing along the program</h2>" in page
     assert "a pause of 3.0 s at line" in page
     assert '<td class="n">pause</td>' in page
@@ -49,39 +50,38 @@ def test_a_pause_is_told_in_the_terminal_and_on_the_page() -> None:
 
 def test_a_run_as_the_virtual_controller_has_it_is_called_so_and_a_slower_one_not() -> None:
     log = run()
-    (same,) = timing_texts(diagnose([log], kr15(), programs=[raster(4.0)]).summary)
+    (same,) = timing_texts(diagnosis_summary(diagnose([log], kr15(), programs=[raster(4.0)]).summary))
     assert "as the virtual controller does" in same
     slow = rows(log, np.arange(len(log)), 2.0 * log.t)
-    (line,) = timing_texts(diagnose([slow], kr15(), programs=[raster(4.0)]).summary)
+    (line,) = timing_texts(diagnosis_summary(diagnose([slow], kr15(), programs=[raster(4.0)]).summary))
     assert "100 % more than the virtual controller" in line or "101 % more" in line or "99 % more" in line
     assert "$VEL.CP is not what was run" in line
     assert "mostly 50 % of it" in line or "mostly 49 % of it" in line
 
 
 def test_a_log_without_a_program_is_said_to_be_not_compared() -> None:
-    told = dict(two_effects())
+    told = diagnosis_summary(two_effects())
     assert timing_texts(told) == []
     assert "not compared, no program" in timing_section(told)
 
 
 def test_regimes_are_told_from_the_least_to_the_most_and_harm_plainly() -> None:
-    told = {"together": {"regimes_withheld": [regime("E1 below 3 mm", 0.4, 0.1), regime("E1 above 9 mm", 0.4, 0.04)]}}
-    text = regimes_text(told)
+    regimes = [regime("E1 below 3 mm", 0.4, 0.1), regime("E1 above 9 mm", 0.4, 0.04)]
+    text = regimes_text(diagnosis_summary(together={"regimes_withheld": regimes}))
     assert "shrinks by 75 % (E1 below 3 mm) to 90 % (E1 above 9 mm)" in text
     assert "worse" not in text
     harmful = regime("speed above <b>9</b> mm/s", 0.3, 0.6, worse=True)
-    told = {"together": {"regimes_withheld": [*told["together"]["regimes_withheld"], harmful]}}
+    told = diagnosis_summary(together={"regimes_withheld": [*regimes, harmful]})
     assert "predicts worse than nothing on speed above <b>9</b> mm/s, 0.300 → 0.600 mm" in regimes_text(told)
     table = regimes_table(told)
     assert table.count("worse than nothing") == 1
     assert "<b>9</b>" not in table
-    assert regimes_text({"together": {"regimes_withheld": []}}) == ""
-    assert regimes_table({"together": {}}) == ""
+    assert regimes_text(diagnosis_summary()) == regimes_table(diagnosis_summary()) == ""
 
 
 def test_what_makes_it_worse_on_withheld_samples_is_said() -> None:
     told = dict(two_effects())
-    assert careful_text(told) == ""
+    assert careful_text(diagnosis_summary(told)) == ""
     entry = dict(told["effects"][0])
     worse = {
         **entry["added_last"],
@@ -92,18 +92,17 @@ def test_what_makes_it_worse_on_withheld_samples_is_said() -> None:
     }
     told["effects"] = [{**entry, "added_last": worse}]
     told["together"] = {**told["together"], "left_aside": 250}
-    said = careful_text(told)
+    said = careful_text(diagnosis_summary(told))
     assert f"adding {entry['effect']} last makes it worse there, 0.080 → 0.110 mm" in said
     assert "250 samples are left aside" in said
     told["together"] = {**told["together"], "shrink": -0.2, "rms_before_mm": 0.1, "rms_after_mm": 0.12}
-    assert "all together leave more than there was" in careful_text(told)
+    assert "all together leave more than there was" in careful_text(diagnosis_summary(told))
     told["effects"] = []
-    assert careful_text(told) == ""
+    assert careful_text(diagnosis_summary(told)) == ""
 
 
 def test_the_page_holds_every_effect_alone_and_added_last_with_tails() -> None:
-    told = two_effects()
-    table = sizes_table(told)
+    table = sizes_table(diagnosis_summary(two_effects()))
     assert table.count("alone") == table.count("added last") == 2
     assert "<b>backlash</b>" in table
     assert "<b>together</b>" in table
@@ -116,8 +115,8 @@ def test_a_log_s_name_stays_text() -> None:
     log = held(150, 3.0)
     named = MeasurementLog(log.columns, log.info, Path("<script>x</script>\x1b[31m.csv"))
     found = diagnose([named], kr15(), programs=[raster(4.0)])
-    assert "<script>x" not in timing_section(found.summary)
+    assert "<script>x" not in timing_section(diagnosis_summary(found.summary))
     console = Console(width=80)
     with console.capture() as captured:
-        console.print(render_diagnosis(found.summary))
+        console.print(render_diagnosis(diagnosis_summary(found.summary)))
     assert "\x1b[31m.csv" not in captured.get()

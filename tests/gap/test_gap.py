@@ -125,9 +125,9 @@ def test_the_labelled_samples_come_out_right(case: str, tmp_path: Path) -> None:
     run = next(p for p in sorted(folder.glob("*.csv")) if not p.name.startswith("circle"))
     result = diagnose_job(cell=KR15, log=[run], withheld=[folder / "circle1.csv"], out=tmp_path)
     assert claimed(result.diagnosis) == set(CASES[case])
-    for entry in result.summary["effects"]:
-        for name, value in CASES[case].get(entry["effect"], {}).items():
-            assert entry["parameters"][name]["value"] == pytest.approx(value, rel=0.03)
+    for entry in result.summary.effects:
+        for name, value in CASES[case].get(entry.effect, {}).items():
+            assert entry.parameters[name].value == pytest.approx(value, rel=0.03)
     assert (tmp_path / "diagnosis.html").read_text().startswith("<!DOCTYPE html>")
     assert json.loads((tmp_path / "diagnosis.json").read_text())["gap"]["samples"] > 2000
 

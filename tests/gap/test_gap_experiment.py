@@ -78,8 +78,8 @@ def test_where_there_is_no_gap_no_experiment_is_written(tmp_path: Path) -> None:
 def test_the_program_passes_verify_and_does_what_it_says(tmp_path: Path) -> None:
     motion = next(m for m in found("zero").motions if m.key == "track")
     told = write_experiment(tmp_path / "next.src", [motion], KR15)
-    assert told["motion"] == "track"
-    assert sorted(p.name for p in tmp_path.iterdir()) == told["files"] == ["next.dat", "next.src"]
+    assert told.motion == "track"
+    assert sorted(p.name for p in tmp_path.iterdir()) == list(told.files) == ["next.dat", "next.src"]
     assert verify(tmp_path / "next.src", cell=KR15).ok
     text = read_krl(tmp_path / "next.src")
     ran = np.asarray(text.external)[2:-1, text.external_names.index("E1")]
@@ -117,7 +117,7 @@ def test_the_command_writes_it_beside_the_diagnosis(tmp_path: Path) -> None:
     result = diagnose_job(cell=KR15, log=[tmp_path / "run.csv"], out=tmp_path / "out", experiment=target)
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["experiment"]["written"]
     assert told["file"] == "next.src"
-    assert result.summary["experiment"]["written"] == told
+    assert result.summary.experiment.written.to_json() == told
     assert target.is_file()
 
 

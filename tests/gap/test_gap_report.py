@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
 import pytest
 from gap_cases import kr15, simulated
 from rich.console import Console
+from summary_samples import diagnosis_summary
 from test_gap_effects import plant_play
 from test_gap_program import measured, raster
 
@@ -18,6 +21,7 @@ from camrob.measurement.log import MeasurementLog
 from camrob.report.diagnosis.page import diagnosis_report
 from camrob.report.diagnosis.sentences import sentence
 from camrob.report.diagnosis.terminal_text import render_diagnosis
+from camrob.summaries.base import Summary
 
 SIGMA = 0.02
 
@@ -28,7 +32,7 @@ def play() -> Diagnosis:
 
 
 def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
-    said = sentence(play().summary)
+    said = sentence(diagnosis_summary(play().summary))
     assert re.match(
         r"All of the gap \(0\.\d+ mm rms\) sits between encoder and TCP and reverses with A2's direction: backlash of A2, ",
         said,
@@ -41,17 +45,17 @@ def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
 
 
 def test_the_sentence_of_a_rounding_and_of_no_gap() -> None:
-    rounded = sentence(diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary)
+    rounded = sentence(diagnosis_summary(diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary))
     assert "sits between program and set-point" in rounded
     assert re.search(r"Between program and set-point: corner rounding, (4\.00|3\.99|4\.01) mm \(9\d % sure\)", rounded)
-    none = sentence(diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary)
+    none = sentence(diagnosis_summary(diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary))
     assert none.startswith("There is no gap beyond the instrument's noise")
 
 
 def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
     console = Console(width=80, record=True)
     with console.capture() as captured:
-        console.print(render_diagnosis(play().summary))
+        console.print(render_diagnosis(diagnosis_summary(play().summary)))
     text = captured.get()
     assert max(len(line) for line in text.splitlines()) <= 80
     for words in ("backlash", "by rung", "run next", "can correct nothing", "reverses with A2's direction"):
@@ -59,7 +63,7 @@ def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
 
 
 def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
-    page = diagnosis_report({"cell": "kr15", **play().summary}, play().paths)
+    page = diagnosis_report(diagnosis_summary(play().summary), play().paths)
     assert '<div class="verdict good"><strong>Explained</strong>' in page
     heads = ("The path, coloured by the error", "Where the gap lies", "What the logs lack, and what that costs", "Causes",
              "How far it shrinks, on data that took no part", "Error along", "What stays, beside the noise", "Next experiment",
@@ -87,9 +91,28 @@ def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
 def test_a_log_s_name_never_becomes_part_of_the_page_or_the_terminal(name: str) -> None:
     log = simulated(plant_play, sigma_mm=SIGMA)
     found = diagnose([MeasurementLog(log.columns, log.info, Path(name))], kr15())
-    page = diagnosis_report({"cell": "kr15", **found.summary}, found.paths)
+    page = diagnosis_report(diagnosis_summary(found.summary), found.paths)
     assert "<script>alert" not in page
     console = Console(width=80)
     with console.capture() as captured:
-        console.print(render_diagnosis(found.summary))
+        console.print(render_diagnosis(diagnosis_summary(found.summary)))
     assert "\x1b[31mred" not in captured.get()
+
+
+def without_field(told: object, path: str = "") -> list[str]:
+    """Keys of a summary, within and below it, that no field is there for."""
+    if isinstance(told, Summary):
+        own = [f"{path}.{key}" for key in getattr(told, "further", ())]
+        return own + [f for n in told.__dataclass_fields__ for f in without_field(getattr(told, n), f"{path}.{n}")]
+    inside = told.values() if isinstance(told, Mapping) else told if isinstance(told, tuple) else ()
+    return [f for one in inside for f in without_field(one, path)]
+
+
+def test_every_key_of_a_diagnosis_has_a_field_and_stands_where_it_stood() -> None:
+    rounded = diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)])
+    nothing = diagnose([simulated(sigma_mm=SIGMA)], kr15())
+    for found in (play(), rounded, nothing):
+        told = {"cell": "kr15", "without": [], **found.summary}
+        read = diagnosis_summary(told)
+        assert without_field(read) == [], "give these keys fields in camrob/summaries/diagnosis_summary.py"
+        assert json.dumps(read.to_json()) == json.dumps(told)

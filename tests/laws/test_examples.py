@@ -34,7 +34,7 @@ def test_post_a_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 def test_diagnose_a_log(tmp_path: Path) -> None:
     script = example("diagnose_a_log")
     found = script.diagnosed(tmp_path)
-    named = {effect["effect"]: effect["parameters"] for effect in found["effects"]}
+    named = {effect.effect: effect.parameters for effect in found.effects}
     assert named.keys() == {"latency", "corner_rounding"}  # what was planted, and what the controller always does
-    assert named["latency"]["delay_s"]["value"] == pytest.approx(script.CYCLE / 1e3, rel=0.01)
-    assert found["together"]["rms_after_mm"] < 1.1 * script.NOISE * 3**0.5 < found["gap"]["rms_mm"]
+    assert named["latency"]["delay_s"].value == pytest.approx(script.CYCLE / 1e3, rel=0.01)
+    assert found.together.rms_after_mm < 1.1 * script.NOISE * 3**0.5 < found.gap.rms_mm

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from summary_samples import diagnosis_summary, effect_found, shrunk
 
 from camrob.report.diagnosis.numbers import fitted, measure, mm, parameter_words, share, sure, values_of
 from camrob.report.diagnosis.sentences import compensable_text, sentence, unexplained
+from camrob.summaries.diagnosis_summary import DiagnosisSummary, FittedValue
 
 
 @pytest.mark.parametrize(
@@ -44,41 +46,24 @@ def test_parameters_in_words() -> None:
     assert measure(0.0048, "degrees") == "0.00480 degrees"
 
 
+def fits(**values: tuple[float, float]) -> dict[str, FittedValue]:
+    return {name: FittedValue(value=value, std=std) for name, (value, std) in values.items()}
+
+
 def test_of_many_values_those_that_are_known_best_come_first() -> None:
-    entry = {"parameters": {"a_mm": {"value": 0.1, "std": 1.0}, "b_mm": {"value": 0.1, "std": 0.001},
-                            "c_mm": {"value": 9.0, "std": 1.0}}}  # fmt: skip
-    told, more = values_of(entry, 2)
+    told, more = values_of(fits(a_mm=(0.1, 1.0), b_mm=(0.1, 0.001), c_mm=(9.0, 1.0)), 2)
     assert [t.split()[0] for t in told] == ["b", "c"]
     assert more == 1
-    ripple = {"A1_cos16.6_deg": {"value": 0.003, "std": 0.0001}, "A1_sin16.6_deg": {"value": -0.004, "std": 0.0001},
-              "A2_cos16.6_deg": {"value": 0.00001, "std": 0.0001}}  # fmt: skip
-    assert values_of({"parameters": ripple}, 6) == (["A1, 16.6 times a turn, 0.00500 ± 0.00010 degrees"], 1)
+    waves = {"A1_cos16.6_deg": (0.003, 0.0001), "A1_sin16.6_deg": (-0.004, 0.0001), "A2_cos16.6_deg": (0.00001, 0.0001)}
+    assert values_of(fits(**waves), 6) == (["A1, 16.6 times a turn, 0.00500 ± 0.00010 degrees"], 1)
 
 
-def effect(name: str, axes: list[str], parameters: dict[str, float], **other: Any) -> dict[str, Any]:
-    return {
-        "effect": name, "axes": axes, "probability": 0.97,
-        "parameters": {k: {"value": v, "std": v / 50} for k, v in parameters.items()},
-        "rms_before_mm": 0.3, "rms_after_mm": 0.07, "alone": {"rms_after_mm": 0.07}, "moves_mm": 0.29, "implausible": "",
-        "indistinguishable_from": [], "rungs": ["encoder_to_tcp"],
-    } | other  # fmt: skip
-
-
-def summary(effects: list[dict[str, Any]], **other: Any) -> dict[str, Any]:
+def summary(effects: list[dict[str, Any]], **other: Any) -> DiagnosisSummary:
     """A made-up diagnosis: 0.3 mm, most of it behind the encoders, that reverses with the direction of motion."""
-    return {
-        "status": "explained", "effects": effects,
-        "gap": {"rms_mm": 0.31, "noise_mm": 0.03},
-        "where": {
-            "rungs": {"program_to_setpoint": None, "setpoint_to_encoder": 0.24, "encoder_to_tcp": 0.307},
-            "regimes": {"position": 0.2, "direction": 0.9}, "missing": [],
-        },
-        "together": {"rms_before_mm": 0.3, "rms_after_mm": 0.07, "withheld": "lap2.csv"},
-        "unknown": {"probability": 0.01, "where": "", "shapes": [], "implausible": {}},
-    } | other  # fmt: skip
+    return diagnosis_summary(effects=effects, **other)
 
 
-BACKLASH = effect("backlash", ["A2"], {"A2_deg": 0.031})
+BACKLASH = effect_found("backlash", ["A2"], {"A2_deg": 0.031})
 
 
 def test_the_sentence_reads_as_one_would_say_it() -> None:
@@ -99,17 +84,17 @@ def test_where_one_rung_is_logged_no_share_is_made_up() -> None:
 
 
 def test_effects_of_several_axes_waves_and_couplings_say_their_values() -> None:
-    offsets = effect("joint_offset", ["A3", "A5"], {"A3_deg": 0.0548, "A5_deg": -0.0327})
+    offsets = effect_found("joint_offset", ["A3", "A5"], {"A3_deg": 0.0548, "A5_deg": -0.0327})
     assert "joint offset of A3, 0.0548 degrees and of A5, −0.0327 degrees (97 % sure)" in sentence(summary([offsets]))
-    ripple = effect(
+    ripple = effect_found(
         "gear_ripple", ["A1"], {"A1_cos28.04_deg": 0.003, "A1_sin28.04_deg": 0.004, "A1_cos56.08_deg": 0.001}
     )
     assert "gear ripple of A1, 0.00500 degrees 28.04 times a turn" in sentence(summary([ripple]))
-    coupled = effect("wrist_coupling", ["A5"], {"A5_by_A4": 0.0012})
+    coupled = effect_found("wrist_coupling", ["A5"], {"A5_by_A4": 0.0012})
     assert "wrist coupling of A5 to A4, 0.00120 degrees a degree" in sentence(summary([coupled]))
-    lag = effect("servo_lag", ["A1"], {"tau_s": 0.0409, "A1_beyond_s": 0.001})
+    lag = effect_found("servo_lag", ["A1"], {"tau_s": 0.0409, "A1_beyond_s": 0.001})
     assert "servo lag of A1, 0.0409 s (97 % sure)" in sentence(summary([lag]))
-    drift = effect("thermal_drift", [], {"A1_x_mm": 0.07, "A1_y_mm": 0.03})
+    drift = effect_found("thermal_drift", [], {"A1_x_mm": 0.07, "A1_y_mm": 0.03})
     assert "thermal drift, 0.290 mm rms at the TCP" in sentence(summary([drift]))
 
 
@@ -123,7 +108,7 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
         "shapes": [SHAPE],
         "implausible": {"lean": "9 where 5 is"},
     }
-    alone = summary([effect("geometry", [], {"A1_x_mm": 1.0, "A1_y_mm": 0.1}, probability=0.15, alone={"rms_after_mm": 0.2})],
+    alone = summary([effect_found("geometry", [], {"A1_x_mm": 1.0, "A1_y_mm": 0.1}, probability=0.15, alone=shrunk(0.3, 0.2))],
                     status="unexplained", unknown=unknown)  # fmt: skip
     said = sentence(alone)
     assert (
@@ -134,9 +119,7 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
         "Between encoder and TCP: A1 strays by 0.0684 degrees over the logs, smoothly with its own position",
         "lean would fit, with a value that no such machine has: 9 where 5 is",
     ]
-    beside = summary(
-        [BACKLASH], unknown=unknown, together={"rms_before_mm": 0.3, "rms_after_mm": 0.2, "withheld": "a.csv, b.csv"}
-    )
+    beside = summary([BACKLASH], unknown=unknown, together=shrunk(0.3, 0.2, withheld="a.csv, b.csv"))
     assert "on runs that took no part (a.csv, b.csv)" in sentence(beside)
     assert sentence(beside).endswith(
         "Something unknown is at work beside: A1 strays with its own position. 44 % of the gap's energy stays unexplained."
@@ -151,19 +134,20 @@ def test_what_compensate_can_do_is_never_promised_too_much() -> None:
         "rms_after_mm": 0.19,
         "shrink_interval": [0.01, 0.1],
     }
-    assert compensable_text({"compensable": told}).startswith(
+    assert compensable_text(summary([], compensable=told)).startswith(
         "compensate can correct a part of track: 0.200 mm to 0.190 mm"
     )
     worse = told | {"effects": ["frame_base"], "left": ["lean"], "rms_after_mm": 0.24, "shrink_interval": [-0.3, 0.1]}
-    assert "so nothing is handed over" in compensable_text({"compensable": worse})
-    assert compensable_text({"compensable": told | {"effects": []}}).endswith("it has no term for track of E1.")
+    assert "so nothing is handed over" in compensable_text(summary([], compensable=worse))
+    assert compensable_text(summary([], compensable=told | {"effects": []})).endswith("it has no term for track of E1.")
 
 
 def test_of_several_causes_alike_none_is_claimed_and_all_are_named() -> None:
     rivals = [
-        effect(n, [], {"x_mm": 0.1, "y_mm": 0.1}, probability=p) for n, p in (("track", 0.49), ("frame_base", 0.4))
+        effect_found(n, [], {"x_mm": 0.1, "y_mm": 0.1}, probability=p)
+        for n, p in (("track", 0.49), ("frame_base", 0.4))
     ]
-    said = sentence(summary([*rivals, effect("lean", [], {"x_mm": 0.1}, probability=0.04)]))
+    said = sentence(summary([*rivals, effect_found("lean", [], {"x_mm": 0.1}, probability=0.04)]))
     assert said.endswith(
         "several causes would explain it alike, so none is claimed: track (49 % sure) and frame base (40 % sure)."
     )

@@ -11,7 +11,7 @@ import pytest
 
 from camrob.errors import InputError
 from camrob.jobs.files.compare_summary import comparable
-from camrob.summaries.base import Summary, keyed, left_out, spread
+from camrob.summaries.base import Summary, further, keyed, left_out, spread
 from camrob.summaries.post_summary import PostSummary
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,6 +32,12 @@ class Told(Summary):
     rows: tuple[tuple[int, Size], ...]
     note: str = left_out("")
     parts: tuple[Size, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Open(Summary):
+    x: int
+    further: Mapping[str, object] = further()
 
 
 SIZE = Size(x_mm=1.0, y_mm=None)
@@ -78,6 +84,12 @@ def test_a_summary_cannot_be_changed() -> None:
 def test_what_is_no_such_object_is_refused(change: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
         Told.from_json(WHOLE.to_json() | change)
+
+
+def test_keys_that_no_field_is_there_for_are_kept_where_that_is_said() -> None:
+    told = Open.from_json({"new": [1, {"a": 2}], "x": 3})
+    assert told.x == 3 and told.further == {"new": (1, {"a": 2})}
+    assert json.dumps(told.to_json()) == '{"x": 3, "new": [1, {"a": 2}]}'
 
 
 @pytest.mark.parametrize("part", ["engraving", "carving", "relief"])

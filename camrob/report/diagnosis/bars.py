@@ -7,26 +7,25 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from camrob.report.diagnosis.charts import AFTER, BEFORE, NOISE, noise_trace
-from camrob.report.diagnosis.sentences import between, plain_name
+from camrob.report.diagnosis.sentences import between, only_first, plain_name
 from camrob.report.page.html import plot_text
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 __all__ = ["place_charts", "shrink_charts"]
 
 Chart = dict[str, Any]
-Summary = Mapping[str, Any]
-
 _GREEN = "#2f9e77"
 _MARGIN = {"t": 34, "r": 10, "l": 56, "b": 46}
 _LEGEND = {"orientation": "h", "x": 0, "y": 1.16}
 
 
-def place_charts(summary: Summary) -> list[Chart]:
+def place_charts(summary: DiagnosisSummary) -> list[Chart]:
     """The gap by rung (mm), by axis and by regime (%), each with its 90 % interval."""
-    where = summary["where"]
-    rungs = {_arrow(k, summary): (v, where["rung_intervals"][k]) for k, v in where["rungs"].items()}
-    axes = {k: (v, where["axis_intervals"][k]) for k, v in where["axes"].items()}
-    told = where["regimes"] | {k: v for k, v in where["further_regimes"].items() if v}
-    regimes = {k: (v, where["regime_intervals"][k]) for k, v in told.items()}
+    where = summary.where
+    rungs = {_arrow(k, summary): (v, where.rung_intervals[k]) for k, v in where.rungs.items()}
+    axes = {k: (v, where.axis_intervals[k]) for k, v in where.axes.items()}
+    told = {**where.regimes, **{k: v for k, v in where.further_regimes.items() if v}}
+    regimes = {k: (v, where.regime_intervals[k]) for k, v in told.items()}
     return [
         _bars("by-rung", "By rung", "rms [mm]", rungs, BEFORE, 1.0),
         _bars("by-axis", "By axis", "share of the gap's energy [%]", axes, AFTER, 100.0),
@@ -34,7 +33,7 @@ def place_charts(summary: Summary) -> list[Chart]:
     ]
 
 
-def _arrow(rung: str, summary: Summary) -> str:
+def _arrow(rung: str, summary: DiagnosisSummary) -> str:
     return between(rung, summary).removeprefix("between ").replace(" and ", " to ")
 
 
@@ -78,14 +77,16 @@ def _broken(words: str) -> str:
     return "<br>".join(plot_text(part) for part in textwrap.wrap(words.replace(" to ", " to\u00a0"), 12))
 
 
-def shrink_charts(summary: Summary) -> list[Chart]:
+def shrink_charts(summary: DiagnosisSummary) -> list[Chart]:
     """Before and after on withheld samples: rms, 95 % and worst; and the rms with each effect alone, and together."""
-    t, noise = summary["together"], float(summary["gap"]["noise_mm"])
-    sizes = (("rms", "rms"), ("p95", "95 %"), ("max", "worst"))
+    t, noise = summary.together, summary.gap.noise_mm
     traces = [
-        {"type": "bar", "name": when, "x": [n for _, n in sizes], "y": [t[f"{k}_{when}_mm"] for k, _ in sizes],
+        {"type": "bar", "name": when, "x": ["rms", "95 %", "worst"], "y": sizes,
          "marker": {"color": color}, "hovertemplate": "%{y:.3f} mm"}
-        for when, color in (("before", BEFORE), ("after", AFTER))
+        for when, sizes, color in (
+            ("before", [t.rms_before_mm, t.p95_before_mm, t.max_before_mm], BEFORE),
+            ("after", [t.rms_after_mm, t.p95_after_mm, t.max_after_mm], AFTER),
+        )
     ]  # fmt: skip
     traces.append(noise_trace(noise, ["rms", "worst"]))
     layout = {"height": 320, "barmode": "group", "margin": _MARGIN, "legend": _LEGEND, "xaxis": {"type": "category"},
@@ -94,18 +95,15 @@ def shrink_charts(summary: Summary) -> list[Chart]:
     return [pair, _steps(summary, noise)]
 
 
-def _steps(summary: Summary, noise: float) -> Chart:
+def _steps(summary: DiagnosisSummary, noise: float) -> Chart:
     """rms on withheld samples: before, with each claimed effect alone, with all of them, with what compensate corrects."""
-    t = summary["together"]
-    claimed = [e for e in summary["effects"] if e["probability"] >= 0.5 and e["rungs"] != ["program_to_setpoint"]]
-    bars = [("before", t["rms_before_mm"], BEFORE)]
-    bars += [
-        (f"{plain_name(e['effect'])} alone", e["alone"]["rms_after_mm"], _GREEN) for e in claimed if len(claimed) > 1
-    ]
-    told = summary.get("compensable", {})
-    if told.get("effects") and told["shrink_interval"][0] > 0.0:
-        bars.append(("what compensate corrects", told["rms_after_mm"], _GREEN))
-    bars.append(("all that is claimed", t["rms_after_mm"], AFTER))
+    t, told = summary.together, summary.compensable
+    claimed = [e for e in summary.claimed if not only_first(e)]
+    bars = [("before", t.rms_before_mm, BEFORE)]
+    bars += [(f"{plain_name(e.effect)} alone", e.alone.rms_after_mm, _GREEN) for e in claimed if len(claimed) > 1]
+    if told.effects and told.shrink_interval[0] > 0.0:
+        bars.append(("what compensate corrects", told.rms_after_mm, _GREEN))
+    bars.append(("all that is claimed", t.rms_after_mm, AFTER))
     trace = {
         "type": "bar", "showlegend": False, "x": [_broken(n) for n, _, _ in bars], "y": [v for _, v, _ in bars],
         "marker": {"color": [c for _, _, c in bars]}, "hovertemplate": "%{x}: %{y:.3f} mm<extra></extra>",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.numbers import mm
 from camrob.report.page.html import plot_text
 from camrob.report.page.pack import packed_floats
+from camrob.summaries.diagnosis_summary import GapFigures
 from camrob.units import m_to_mm
 
 __all__ = ["AFTER", "BEFORE", "NOISE", "error_charts", "noise_trace", "residual_chart", "space_charts"]
@@ -21,8 +22,8 @@ Array = NDArray[np.float64]
 
 BEFORE, AFTER, NOISE = "#e08a1e", "#2f7fd1", "#7d8794"
 
-_POINTS = 2500
-_MOST_LOGS = 6
+_POINTS = 2500  # as many as a screen is wide
+_MOST_LOGS = 6  # as many as one tells apart by colour
 _SCALE = [[0.0, "#2f7fd1"], [0.25, "#6cc3c0"], [0.5, "#f3d04f"], [0.75, "#ec7f2c"], [1.0, "#b3151c"]]
 _LONG = 7200.0  # s: from here on in hours
 _BINS = 60
@@ -90,7 +91,7 @@ def noise_trace(noise_mm: float, x: Sequence[Any]) -> Chart:
     }  # fmt: skip
 
 
-def error_charts(summary: Mapping[str, Any], paths: Sequence[PathError], *, claimed: bool) -> list[Chart]:
+def error_charts(gap: GapFigures, paths: Sequence[PathError], *, claimed: bool) -> list[Chart]:
     """Error over time, before and after, log by log; of single poses pose by pose."""
     out = []
     for k, p in enumerate(paths[:_MOST_LOGS]):
@@ -106,7 +107,7 @@ def error_charts(summary: Mapping[str, Any], paths: Sequence[PathError], *, clai
                 "type": "scatter", "mode": mode, **look, "name": name, "x": packed_floats(x), "y": packed_floats(size),
                 "hovertemplate": "%{y:.3f} mm",
             })  # fmt: skip
-        traces.append(noise_trace(float(summary["gap"]["noise_mm"]), [float(x[0]), float(x[-1])]))
+        traces.append(noise_trace(gap.noise_mm, [float(x[0]), float(x[-1])]))
         layout = {
             "height": 300, "hovermode": "x unified",
             "margin": {"t": 34, "r": 20, "l": 64, "b": 46}, "legend": {"orientation": "h", "x": 0, "y": 1.14},
@@ -117,10 +118,10 @@ def error_charts(summary: Mapping[str, Any], paths: Sequence[PathError], *, clai
     return out
 
 
-def residual_chart(summary: Mapping[str, Any], paths: Sequence[PathError]) -> Chart:
+def residual_chart(gap: GapFigures, paths: Sequence[PathError]) -> Chart:
     """How large the errors that stay are, and how large the noise alone would make them."""
     left = m_to_mm(np.linalg.norm(np.concatenate([p.after for p in paths]), axis=1)) if paths else np.zeros(1)
-    noise = max(float(summary["gap"]["noise_mm"]), 1e-6)
+    noise = max(gap.noise_mm, 1e-6)
     highest = max(3.0 * noise, float(np.quantile(left, 0.995)))
     bins = int(np.clip(len(left) / 8, 12, _BINS))
     counts, edges = np.histogram(left, bins=bins, range=(0.0, highest))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from typing import Any
+
+from camrob.summaries.diagnosis_summary import FittedValue
 
 __all__ = ["fitted", "measure", "mm", "parameter_words", "share", "sure", "to_mm", "values_of", "waves"]
 
@@ -64,10 +65,10 @@ def parameter_words(name: str) -> tuple[str, str]:
     return name.replace("_", " "), "degrees a degree" if "_by_" in name else ""
 
 
-def values_of(entry: Mapping[str, Any], most: int) -> tuple[list[str], int]:
+def values_of(parameters: Mapping[str, FittedValue], most: int) -> tuple[list[str], int]:
     """Fitted values of an effect, those that are known best first, and how many more there are."""
-    values = {name: (v["value"], v["std"], *parameter_words(name)) for name, v in entry["parameters"].items()}
-    for (axis, order), size in waves(entry["parameters"]).items():
+    values = {name: (v.value, v.std, *parameter_words(name)) for name, v in parameters.items()}
+    for (axis, order), size in waves(parameters).items():
         pair = [f"{axis}_{part}{order}_deg" for part in ("cos", "sin")]
         stds = [values.pop(name)[1] for name in pair if name in values]
         values[pair[0]] = (size, max(stds), f"{axis}, {order} times a turn,", "degrees")
@@ -77,14 +78,14 @@ def values_of(entry: Mapping[str, Any], most: int) -> tuple[list[str], int]:
     return told, len(known) - len(told)
 
 
-def waves(parameters: Mapping[str, Mapping[str, float]]) -> dict[tuple[str, str], float]:
+def waves(parameters: Mapping[str, FittedValue]) -> dict[tuple[str, str], float]:
     """Degrees of each gear ripple among fitted values, by axis and waves a turn."""
     found: dict[tuple[str, str], float] = {}
     for name, fit in parameters.items():
         wave = re.fullmatch(r"(\w+)_(?:cos|sin)([\d.]+)_deg", name)
         if wave is not None:
             at = (str(wave[1]), str(wave[2]))
-            found[at] = math.hypot(found.get(at, 0.0), fit["value"])
+            found[at] = math.hypot(found.get(at, 0.0), fit.value)
     return found
 
 

@@ -10,30 +10,37 @@ from camrob.report.diagnosis.bars import place_charts, shrink_charts
 from camrob.report.diagnosis.charts import error_charts, residual_chart, space_charts
 from camrob.report.diagnosis.numbers import measure, mm, share, sure, to_mm, values_of
 from camrob.report.diagnosis.places import place_sections
-from camrob.report.diagnosis.sentences import compensable_text, plain_name, sentence, unexplained, withheld_text
+from camrob.report.diagnosis.sentences import (
+    compensable_text,
+    only_first,
+    plain_name,
+    sentence,
+    unexplained,
+    withheld_text,
+)
 from camrob.report.diagnosis.times import timing_section
-from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table
+from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
 from camrob.report.page.html import escape, page
 from camrob.report.page.parts import card_row, section, table
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import s_to_ms
 
 __all__ = ["diagnosis_report"]
 
-Summary = Mapping[str, Any]
 Chart = Mapping[str, Any]
 
 _LEVEL = {"explained": "good", "no gap": "good", "partly explained": "warn", "unexplained": "bad"}
-_MOST_VALUES, _MOST_SETS = 6, 6
+_MOST_VALUES, _MOST_SETS = 6, 6  # a line's room; the JSON has all
 _ENOUGH = 100.0  # sigmas: more of them say no more
 _SHOWN = 0.05  # share of what stays that a regime has to explain to be named
 
 
-def diagnosis_report(summary: Summary, paths: Sequence[PathError]) -> str:
-    """The page as text. summary: what diagnosis.json holds; paths: every log's errors, for the pictures."""
-    claimed = any(e["probability"] >= 0.5 and e["rungs"] != ["program_to_setpoint"] for e in summary["effects"])
-    space, along = space_charts(paths, claimed=claimed), error_charts(summary, paths, claimed=claimed)
+def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
+    """The page as text. paths: every log's errors, for the pictures."""
+    claimed = any(not only_first(e) for e in summary.claimed)
+    space, along = space_charts(paths, claimed=claimed), error_charts(summary.gap, paths, claimed=claimed)
     places, shrunk = place_charts(summary), shrink_charts(summary) if claimed else []
-    stays, what = residual_chart(summary, paths), "poses" if paths and all(p.poses for p in paths) else "path"
+    stays, what = residual_chart(summary.gap, paths), "poses" if paths and all(p.poses for p in paths) else "path"
     body = "\n".join([
         "<main>", _head(summary), _cards(summary), _unexplained(summary),
         section(f"The {what}, coloured by the error", _pair(space), _space_caption(claimed=claimed)),
@@ -71,40 +78,36 @@ def _bullets(words: Sequence[str]) -> str:
     return f"<ul>{''.join(f'<li>{escape(w)}</li>' for w in words)}</ul>" if words else ""
 
 
-def _head(summary: Summary) -> str:
-    status = str(summary.get("status", ""))
-    logs = ", ".join(summary.get("logs", []))
-    without = ", ".join(summary.get("without", []))
+def _head(summary: DiagnosisSummary) -> str:
+    status, logs, without = summary.status, ", ".join(summary.logs), ", ".join(summary.without)
     taken = f" Taken out of the library: {without}." if without else ""
-    made = f"Diagnosed: {logs}. Withheld: {summary['together']['withheld']}.{taken}"
+    made = f"Diagnosed: {logs}. Withheld: {summary.together.withheld}.{taken}"
     return (
-        f"<header><h1>Diagnosis of {escape(summary.get('cell', 'the cell'))}</h1>"
+        f"<header><h1>Diagnosis of {escape(summary.cell)}</h1>"
         f'<p class="made">{escape(made)}</p></header>'
         f'<div class="verdict {_LEVEL.get(status, "warn")}"><strong>{escape(status.capitalize())}</strong> '
         f"<span>{escape(sentence(summary))}</span></div>"
     )
 
 
-def _cards(summary: Summary) -> str:
-    gap, t = summary["gap"], summary["together"]
-    outliers = gap.get("outliers", 0)
-    left = f", {outliers} more left out as outliers" if outliers else ""
-    claimed = any(e["probability"] >= 0.5 for e in summary["effects"])
+def _cards(summary: DiagnosisSummary) -> str:
+    gap, t = summary.gap, summary.together
+    left = f", {gap.outliers} more left out as outliers" if gap.outliers else ""
     after = (
-        ("after, on withheld samples", escape(mm(t["rms_after_mm"])), f"{mm(t['rms_before_mm'])} before")
-        if claimed
+        ("after, on withheld samples", escape(mm(t.rms_after_mm)), f"{mm(t.rms_before_mm)} before")
+        if summary.claimed
         else ("after", "–", "nothing is claimed, so nothing is taken away")
     )
     return card_row([
-        ("gap, rms", escape(mm(gap["rms_mm"])),
-         f"95 % {mm(gap['p95_mm'])}, worst {mm(gap['max_mm'])}; {gap['samples']} samples{left}"),
+        ("gap, rms", escape(mm(gap.rms_mm)),
+         f"95 % {mm(gap.p95_mm)}, worst {mm(gap.max_mm)}; {gap.samples} samples{left}"),
         after,
-        ("the instrument's noise", escape(mm(gap["noise_mm"])), "3-D rms: below it nothing can be seen"),
-        ("something unknown at work", escape(sure(summary["unknown"]["probability"])), "that the library lacks a cause"),
+        ("the instrument's noise", escape(mm(gap.noise_mm)), "3-D rms: below it nothing can be seen"),
+        ("something unknown at work", escape(sure(summary.unknown.probability)), "that the library lacks a cause"),
     ])  # fmt: skip
 
 
-def _unexplained(summary: Summary) -> str:
+def _unexplained(summary: DiagnosisSummary) -> str:
     told = unexplained(summary)
     if not told:
         return ""
@@ -119,28 +122,28 @@ def _space_caption(*, claimed: bool) -> str:
     return _caption(f"Nominal TCP in the measured frame, to scale. {scale}")
 
 
-def _missing(summary: Summary) -> str:
-    told = [f"{m[0].upper()}{m[1:]}." for m in summary["where"]["missing"]]
+def _missing(summary: DiagnosisSummary) -> str:
+    told = [f"{m[0].upper()}{m[1:]}." for m in summary.where.missing]
     if not told:
         return section("What the logs lack", "<p>Nothing.</p>")
     return section("What the logs lack, and what that costs", _bullets(told))
 
 
-def _causes(summary: Summary) -> str:
+def _causes(summary: DiagnosisSummary) -> str:
     rows = []
-    for e in summary.get("effects", []):
-        told, more = values_of(e, _MOST_VALUES)
+    for e in summary.effects:
+        told, more = values_of(e.parameters, _MOST_VALUES)
         values = "<br>".join(escape(v) for v in told) + (f"<br>and {more} more in diagnosis.json" if more else "")
-        name = f"<b>{escape(e['effect'])}</b>" if e["probability"] >= 0.5 else escape(e["effect"])
-        axes = f"<br>{escape(', '.join(e['axes']))}" if e["axes"] else ""
-        rivals = escape(", ".join(e["indistinguishable_from"]) or "none")
-        refused = f"<br>not plausible: {escape(e['implausible'])}" if e["implausible"] else ""
-        last = e["added_last"]
+        name = f"<b>{escape(e.effect)}</b>" if e.claimed else escape(e.effect)
+        axes = f"<br>{escape(', '.join(e.axes))}" if e.axes else ""
+        rivals = escape(", ".join(e.indistinguishable_from) or "none")
+        refused = f"<br>not plausible: {escape(e.implausible)}" if e.implausible else ""
+        last = e.added_last
         shrinks = (
-            f"alone {to_mm(e['rms_before_mm'], e['alone']['rms_after_mm'])}",
-            f"added last {to_mm(last['rms_before_mm'], last['rms_after_mm'])}",
+            f"alone {to_mm(e.rms_before_mm, e.alone.rms_after_mm)}",
+            f"added last {to_mm(last.rms_before_mm, last.rms_after_mm)}",
         )
-        cells = (f"{name}{axes}<br>{escape(sure(e['probability']))} sure", values, "<br>".join(map(escape, shrinks)))
+        cells = (f"{name}{axes}<br>{escape(sure(e.probability))} sure", values, "<br>".join(map(escape, shrinks)))
         rows.append([*cells, rivals + refused])
     head = ("effect", "values", "rms without and with it", "would show nearly the same")
     shown = table(head, rows, left=4, whole=True) if rows else "<p>No effect of the library is worth a line.</p>"
@@ -151,18 +154,18 @@ def _causes(summary: Summary) -> str:
     return section("Causes", shown, note if rows else "", _sets(summary))
 
 
-def _sets(summary: Summary) -> str:
+def _sets(summary: DiagnosisSummary) -> str:
     """The sets of effects that were compared, and what can't be told apart at all."""
     sets = [
-        f"{sure(a['probability'])}: {', '.join(map(plain_name, a['effects'])) or 'nothing'}"
-        for a in summary.get("alternatives", [])[:_MOST_SETS]
-        if a["probability"] >= 0.01
+        f"{sure(a.probability)}: {', '.join(map(plain_name, a.effects)) or 'nothing'}"
+        for a in summary.alternatives[:_MOST_SETS]
+        if a.probability >= 0.01
     ]
-    groups = [" and ".join(map(plain_name, g)) for g in summary.get("aliases", [])]
+    groups = [" and ".join(map(plain_name, g)) for g in summary.aliases]
     alike = (
         f"<p>What these logs can't tell apart, whatever is at work: {escape('; '.join(groups))}.</p>" if groups else ""
     )
-    beside = any("unknown" in a["effects"] and len(a["effects"]) > 1 for a in summary.get("alternatives", []))
+    beside = any("unknown" in a.effects and len(a.effects) > 1 for a in summary.alternatives)
     mimic = (
         "<p>Names beside the unknown may only mimic what the library lacks: there they are claimed with caution.</p>"
     )
@@ -170,19 +173,15 @@ def _sets(summary: Summary) -> str:
     return f'<div class="part">{title}{_bullets(sets)}{mimic if beside else ""}{alike}</div>'
 
 
-def _shrunk(summary: Summary, charts: Sequence[Chart]) -> str:
-    t = summary["together"]
+def _shrunk(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:
+    t = summary.together
     title = "How far it shrinks, on data that took no part"
     if not charts:
         return section(title, "<p>Nothing is claimed, so nothing is taken away and nothing shrinks.</p>")
-    low, high = t["shrink_interval"]
-    sizes = ", ".join(
-        f"{name} {to_mm(t[f'{key}_before_mm'], t[f'{key}_after_mm'])}"
-        for key, name in (("rms", "rms"), ("p95", "95 %"), ("max", "worst"))
-    )
-    removed = t.get("removable_removed")
+    low, high = t.shrink_interval
+    removed = t.removable_removed
     part = "" if removed is None else f" Of what could be removed above the noise, {share(removed)} is."
-    text = f"Together, {withheld_text(summary)}: {sizes}. It shrinks by {share(t['shrink'])}"
+    text = f"Together, {withheld_text(summary)}: {sizes_text(t)}. It shrinks by {share(t.shrink)}"
     text += f" ({share(low)} to {share(high)}).{part}"
     careful, regimes = (words[:1].upper() + words[1:] for words in (careful_text(summary), regimes_text(summary)))
     held = f"<p>{escape(careful)}.</p>" if careful else ""
@@ -192,23 +191,19 @@ def _shrunk(summary: Summary, charts: Sequence[Chart]) -> str:
     )  # fmt: skip
 
 
-def _residual(summary: Summary, chart: Chart) -> str:
-    left = summary["residual"]
-    latency = summary["latency_s"]["value"]
+def _residual(summary: DiagnosisSummary, chart: Chart) -> str:
+    left, latency, interval = summary.residual, summary.latency_s.value, summary.latency_s.interval
     follows = [
-        f"{one['regime']} ({share(one['share'])})"
-        for one in left["structure"]
-        if one["p_value"] < 0.05 and one["share"] > _SHOWN
+        f"{one.regime} ({share(one.share)})" for one in left.structure if one.p_value < 0.05 and one.share > _SHOWN
     ]
     text = (
-        f"On withheld samples {mm(left['rms_mm'])} rms stay, where the instrument's noise is {mm(left['noise_mm'])}; "
-        f"the chance that something unknown is at work is {sure(summary['unknown']['probability'])}."
+        f"On withheld samples {mm(left.rms_mm)} rms stay, where the instrument's noise is {mm(left.noise_mm)}; "
+        f"the chance that something unknown is at work is {sure(summary.unknown.probability)}."
     )
-    if 0.0 < left["structured_mm"] <= left["rms_mm"]:
-        text += f" {mm(left['structured_mm'])} of what stays hang together from sample to sample."
+    if 0.0 < left.structured_mm <= left.rms_mm:
+        text += f" {mm(left.structured_mm)} of what stays hang together from sample to sample."
     text += f" What stays on the logs still follows: {', '.join(follows)} of its energy." if follows else ""
     clock = "can't be seen in single poses" if latency is None else measure(s_to_ms(latency), "ms", 2)
-    interval = summary["latency_s"].get("interval")
     if latency is not None and interval is not None:
         low, high = (measure(s_to_ms(v), "ms", 2) for v in interval)
         clock += f" (95 %: {low} to {high})"
@@ -220,13 +215,13 @@ def _sigmas(value: float) -> str:
     return f"{value:.0f}" if value <= _ENOUGH else f"over {_ENOUGH:.0f}"
 
 
-def _next(summary: Summary) -> str:
-    told = summary.get("experiment", {})
+def _next(summary: DiagnosisSummary) -> str:
+    told = summary.experiment
     rows = [
-        [escape(c["text"]), escape(mm(c["separation_mm"])), _sigmas(c["separation_sigmas"])]
-        for c in told.get("considered", [])
+        [escape(c.text), escape(mm(c.separation_mm)), _sigmas(c.separation_sigmas)]
+        for c in (() if told is None else told.considered or ())
     ]
     shown = table(("run", "sets the rivals apart by", "sigmas"), rows, whole=True) if rows else ""
-    written = told.get("written")
-    note = f"<p>Written as a checked program: {escape(written['file'])}.</p>" if written else ""
-    return section("Next experiment", f"<p>{escape(summary.get('next_experiment', ''))}</p>", shown, note)
+    written = None if told is None else told.written
+    note = f"<p>Written as a checked program: {escape(written.file)}.</p>" if written else ""
+    return section("Next experiment", f"<p>{escape(summary.next_experiment)}</p>", shown, note)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.numbers import mm, share
 from camrob.report.diagnosis.sentences import between, standards_text
 from camrob.report.page.html import escape
 from camrob.report.page.parts import section, table
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 __all__ = ["place_sections"]
 
-Summary = Mapping[str, Any]
+Values = dict[str, tuple[float | None, tuple[float, float] | None]]
 
-_WORST = 6
+_WORST = 6  # as many as one looks at; the JSON has all
 _DIRECTIONS = {
     "x": "x of the measured frame", "y": "y of the measured frame", "z": "z of the measured frame", "along": "along the path",
     "across": "across the path", "tool_x": "x of the tool", "tool_y": "y of the tool", "tool_axis": "z of the tool",
@@ -23,67 +23,70 @@ _DIRECTIONS = {
 }  # fmt: skip
 
 
-def place_sections(summary: Summary, paths: Sequence[PathError]) -> list[str]:
+def place_sections(summary: DiagnosisSummary, paths: Sequence[PathError]) -> list[str]:
     """The sections, those that have nothing to say left out."""
     return [s for s in (_worst(summary, paths), _numbers(summary), _standards(summary)) if s]
 
 
-def _worst(summary: Summary, paths: Sequence[PathError]) -> str:
+def _worst(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
     lined = {p.log for p in paths if p.line.any()}
-    worst = sorted(summary["where"]["segments"], key=lambda s: -float(s["rms_mm"]))[:_WORST]
+    worst = sorted(summary.where.segments, key=lambda s: -s.rms_mm)[:_WORST]
     rows = [
         [
-            escape(s["log"]),
-            f"{'program lines' if s['log'] in lined else 'rows'} {s['from_line']} to {s['to_line']}",
-            *(escape(mm(s[k])) for k in ("rms_mm", "contour_mm", "tangential_mm")),
+            escape(s.log),
+            f"{'program lines' if s.log in lined else 'rows'} {s.from_line} to {s.to_line}",
+            *(escape(mm(v)) for v in (s.rms_mm, s.contour_mm, s.tangential_mm)),
         ]
         for s in worst
     ]
     single = [
-        [escape(s["log"]), f"program line {s['from_line']}",
-         *(escape(mm(s[k])) for k in ("rms_mm", "contour_mm", "tangential_mm"))]
-        for s in summary["where"].get("lines", ())[:_WORST]
-    ]  # fmt: skip
+        [
+            escape(s.log),
+            f"program line {s.from_line}",
+            *(escape(mm(v)) for v in (s.rms_mm, s.contour_mm, s.tangential_mm)),
+        ]
+        for s in summary.where.lines[:_WORST]
+    ]
     head = ("rms", "across the path", "along it")
     stretches = table(("log", "stretch", *head), rows, left=2, whole=True)
     lines = table(("log", "line by line", *head), single, left=2, whole=True) if single else ""
     return section("Worst stretches", stretches, _changes(summary), lines)
 
 
-def _changes(summary: Summary) -> str:
+def _changes(summary: DiagnosisSummary) -> str:
     """Where the mean gap changes at once."""
-    told = sorted(summary["where"].get("change_points", ()), key=lambda c: -float(c["step_mm"]))
+    told = sorted(summary.where.change_points, key=lambda c: -c.step_mm)
     if not told:
         return ""
-    several = len({c["log"] for c in told}) > 1
+    several = len({c.log for c in told}) > 1
     words = [
-        f"{mm(c['step_mm'])} after {c['t_s']:.1f} s (line {c['line']}{' of ' + c['log'] if several else ''})"
-        for c in told[:_WORST]
+        f"{mm(c.step_mm)} after {c.t_s:.1f} s (line {c.line}{' of ' + c.log if several else ''})" for c in told[:_WORST]
     ]
     more = f", and less {len(told) - _WORST} times more" if len(told) > _WORST else ""
     return f"<p>The mean gap changes at once by {escape('; '.join(words))}{more}.</p>"
 
 
-def _numbers(summary: Summary) -> str:
+def _numbers(summary: DiagnosisSummary) -> str:
     """Rungs, directions, axes and regimes, each with its 90 % interval."""
-    where = summary["where"]
-    regimes = {**where["regimes"], **where["further_regimes"]}
-    groups = (
-        ("Rung", {between(k, summary): (v, where["rung_intervals"][k]) for k, v in where["rungs"].items()}, mm),
-        (
-            "Direction",
-            {_DIRECTIONS[k]: (v, where["direction_intervals"][k]) for k, v in where["directions"].items()},
-            mm,
-        ),
-        ("Axis", {k: (v, where["axis_intervals"][k]) for k, v in where["axes"].items()}, share),
-        ("Regime", {k: (v, where["regime_intervals"][k]) for k, v in regimes.items()}, share),
+    where = summary.where
+    regimes = {**where.regimes, **where.further_regimes}
+    rungs: Values = {between(k, summary): (v, where.rung_intervals[k]) for k, v in where.rungs.items()}
+    directions: Values = {_DIRECTIONS[k]: (v, where.direction_intervals[k]) for k, v in where.directions.items()}
+    groups: tuple[tuple[str, Values, Callable[[float], str]], ...] = (
+        ("Rung", rungs, mm),
+        ("Direction", directions, mm),
+        ("Axis", {k: (v, where.axis_intervals[k]) for k, v in where.axes.items()}, share),
+        ("Regime", {k: (v, where.regime_intervals[k]) for k, v in regimes.items()}, share),
     )
     cells = ""
     for title, values, words in groups:
         rows = [
-            [escape(name), escape("not logged" if v is None else _spread(words(v), words(i[0]), words(i[1])))]
+            [
+                escape(name),
+                escape("not logged" if v is None or i is None else _spread(words(v), words(i[0]), words(i[1]))),
+            ]
             for name, (v, i) in values.items()
-            if v is None or max(abs(v), *map(abs, i)) > 0.0
+            if v is None or i is None or max(abs(v), *map(abs, i)) > 0.0
         ]
         cells += f"<div>{table((title.lower(), 'how much (90 % of it)'), rows, whole=True)}</div>"
     return section("Where, in numbers", f'<div class="pair wide">{cells}</div>')
@@ -93,8 +96,8 @@ def _spread(value: str, low: str, high: str) -> str:
     return value if value == low == high else f"{value} ({low} to {high})"
 
 
-def _standards(summary: Summary) -> str:
-    lines = "".join(f"<li>{escape(standards_text(one))}</li>" for one in summary.get("standards", []))
+def _standards(summary: DiagnosisSummary) -> str:
+    lines = "".join(f"<li>{escape(standards_text(one))}</li>" for one in summary.standards)
     if not lines:
         return ""
     note = '<p class="caption">Before, and without the effects found; camrob.gap.locate.path_standards has the definitions.</p>'

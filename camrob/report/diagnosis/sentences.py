@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from camrob.report.diagnosis.numbers import measure, mm, parameter_words, share, sure, waves
+from camrob.summaries.diagnosis_places import RunStandard, Standard
+from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, UnknownShape
 from camrob.text import printable
 
-__all__ = ["between", "compensable_text", "plain_name", "sentence", "standards_text", "unexplained", "withheld_text"]
-
-Summary = Mapping[str, Any]
+__all__ = [
+    "between",
+    "compensable_text",
+    "only_first",
+    "plain_name",
+    "sentence",
+    "standards_text",
+    "unexplained",
+    "withheld_text",
+]
 
 _FIRST = "program_to_setpoint"
 _RUNG = {
@@ -38,119 +46,120 @@ def plain_name(effect: str) -> str:
     return effect.replace("_", " ")
 
 
-def between(rung: str, summary: Summary) -> str:
+def between(rung: str, summary: DiagnosisSummary) -> str:
     """A rung in words; without encoders the last one begins at the set-point."""
-    blind = any(str(m).startswith("no encoders") for m in summary["where"]["missing"])
+    blind = any(m.startswith("no encoders") for m in summary.where.missing)
     return "between set-point and TCP" if rung == "encoder_to_tcp" and blind else _RUNG[rung]
 
 
-def withheld_text(summary: Summary) -> str:
+def withheld_text(summary: DiagnosisSummary) -> str:
     """On what the shrinkage is told."""
-    name = str(summary["together"]["withheld"])
+    name = summary.together.withheld
     if name == "blocks of the logs":
         return "on stretches that took no part"
     return f"on {'runs' if ', ' in name else 'a run'} that took no part ({printable(name)})"
 
 
-def sentence(summary: Summary) -> str:
+def sentence(summary: DiagnosisSummary) -> str:
     """What a person has to know, in a few sentences."""
-    gap, together = summary["gap"], summary["together"]
-    noise = mm(gap["noise_mm"])
-    claimed = [e for e in summary["effects"] if e["probability"] >= 0.5]
-    inside, first = [e for e in claimed if not _only_first(e)], [e for e in claimed if _only_first(e)]
-    if summary["status"] == "no gap":
-        return f"There is no gap beyond the instrument's noise: {mm(gap['rms_mm'])} rms, and the noise is {noise}."
+    gap, together, claimed = summary.gap, summary.together, summary.claimed
+    noise = mm(gap.noise_mm)
+    inside, first = [e for e in claimed if not only_first(e)], [e for e in claimed if only_first(e)]
+    if summary.status == "no gap":
+        return f"There is no gap beyond the instrument's noise: {mm(gap.rms_mm)} rms, and the noise is {noise}."
     text, joint = _place(summary)
     follows = _follows(summary, inside)
     text += f"{joint} {follows}" if follows and (inside or not first) else ""
     if inside:
         text += f": {_listed([_named(e) for e in inside], '; ')}"
         text += (
-            f". Adding {'it' if len(inside) == 1 else 'them'} takes {mm(together['rms_before_mm'])} to "
-            f"{mm(together['rms_after_mm'])} {withheld_text(summary)}; the instrument's noise is {noise}."
+            f". Adding {'it' if len(inside) == 1 else 'them'} takes {mm(together.rms_before_mm)} to "
+            f"{mm(together.rms_after_mm)} {withheld_text(summary)}; the instrument's noise is {noise}."
         )
     elif first:
         text += "."
-    elif summary["status"] == "explained":
-        rivals = [e for e in summary["effects"] if e["probability"] >= _RIVAL]
-        each = [f"{plain_name(e['effect'])} ({sure(e['probability'])} sure)" for e in rivals]
+    elif summary.status == "explained":
+        rivals = [e for e in summary.effects if e.probability >= _RIVAL]
+        each = [f"{plain_name(e.effect)} ({sure(e.probability)} sure)" for e in rivals]
         text += f", and several causes would explain it alike, so none is claimed: {_listed(each)}."
     else:
         text += f", and nothing in the library explains it{_best_single(summary)}."
     for e in first:
-        sizes = f"{mm(e['rms_before_mm'])} to {mm(e['rms_after_mm'])}"
+        sizes = f"{mm(e.rms_before_mm)} to {mm(e.rms_after_mm)}"
         text += f" Between program and set-point: {_named(e)}; adding it takes {sizes}."
     return printable(text + _unknown_words(summary, claimed=bool(claimed)))
 
 
-def unexplained(summary: Summary) -> list[str]:
+def unexplained(summary: DiagnosisSummary) -> list[str]:
     """Each shape of what is unexplained, in words; none where nothing is."""
-    unknown = summary["unknown"]
-    if unknown["probability"] < 0.5:
+    unknown = summary.unknown
+    if unknown.probability < 0.5:
         return []
-    told = [f"B{_RUNG[s['rung']][1:]}: {_shape(s)}" for s in unknown.get("shapes", ())]
-    told += [w[0].upper() + w[1:] for w in str(unknown["where"]).split("; ") if w.startswith(_RUNG[_FIRST])]
+    told = [f"B{_RUNG[s.rung][1:]}: {_shape(s)}" for s in unknown.shapes]
+    told += [w[0].upper() + w[1:] for w in unknown.where.split("; ") if w.startswith(_RUNG[_FIRST])]
     told += [
         f"{plain_name(name)} would fit, with a value that no such machine has: {why}"
-        for name, why in unknown["implausible"].items()
+        for name, why in unknown.implausible.items()
     ]
     return [printable(t) for t in told]
 
 
-def _shape(shape: Mapping[str, Any]) -> str:
+def _shape(shape: UnknownShape) -> str:
     """A shape of the unexplained."""
-    size = measure(shape["swing"], shape["unit"])
-    if shape["follows"] == _CONSTANT:
-        return f"{shape['moves']} is off by {size}, whatever the posture"
-    return f"{shape['moves']} strays by {size} over the logs, smoothly with {_followed(shape)}"
+    size = measure(shape.swing, shape.unit)
+    if shape.follows == _CONSTANT:
+        return f"{shape.moves} is off by {size}, whatever the posture"
+    return f"{shape.moves} strays by {size} over the logs, smoothly with {_followed(shape)}"
 
 
-def _followed(shape: Mapping[str, Any]) -> str:
-    return "its own position" if shape["follows"] == shape["moves"] else str(shape["follows"])
+def _followed(shape: UnknownShape) -> str:
+    return "its own position" if shape.follows == shape.moves else shape.follows
 
 
-def compensable_text(summary: Summary) -> str:
+def compensable_text(summary: DiagnosisSummary) -> str:
     """What `compensate` can make of it; "" where nothing is claimed."""
-    told = summary.get("compensable", {})
-    if not told or not (told["effects"] or told["left"]):
+    told = summary.compensable
+    if not (told.effects or told.left):
         return ""
-    left = ", ".join(told["left"])
-    if not told["effects"]:
+    left = ", ".join(told.left)
+    if not told.effects:
         return printable(f"compensate can correct nothing of this: it has no term for {left}.")
-    sizes = f"{mm(told['rms_before_mm'])} to {mm(told['rms_after_mm'])}"
-    split = {n.partition(" of ")[0] for n in told["left"]}
-    names = ", ".join(f"a part of {n}" if n in split else n for n in told["effects"])
-    if told["shrink_interval"][0] <= 0.0:
+    sizes = f"{mm(told.rms_before_mm)} to {mm(told.rms_after_mm)}"
+    split = {n.partition(" of ")[0] for n in told.left}
+    names = ", ".join(f"a part of {n}" if n in split else n for n in told.effects)
+    if told.shrink_interval[0] <= 0.0:
         why = f"correcting that alone would not surely shrink the gap ({sizes})"
-        rest = f"the rest of {left}" if split & {*told["effects"]} else left
+        rest = f"the rest of {left}" if split & {*told.effects} else left
         return printable(f"compensate could correct {names} only, not {rest}; {why}, so nothing is handed over.")
-    rest = f"; what stays is {left}{' (the rest of it)' if split & {*told['effects']} else ''}" if left else ""
+    rest = f"; what stays is {left}{' (the rest of it)' if split & {*told.effects} else ''}" if left else ""
     return printable(f"compensate can correct {names}: {sizes}{rest}.")
 
 
-def standards_text(one: Mapping[str, Any]) -> str:
+def standards_text(one: Standard) -> str:
     """One line on a run that is a line or a circle."""
-    parts = []
-    for when in ("before", "after"):
-        told = one[when]
-        if one["shape"] == "line":
-            values = [
-                f"{name} AT {mm(d['AT_mm'])}" + ("" if d["RT_mm"] is None else f", RT {mm(d['RT_mm'])}")
-                for name, d in told.items()
-            ]
-        else:
-            values = [f"{name} G {mm(told[name]['G_mm'])}" for name in ("ccw", "cw") if name in told]
-            values += [
-                f"{n[:-3].replace('_', ' ')} {mm(told[n])}" for n in ("G_b_mm", "H_mm") if told.get(n) is not None
-            ]
-        parts.append(f"{when}: {', '.join(values)}")
-    line = one["shape"] == "line"
-    size = f"line of {one['length_mm']:.0f} mm" if line else f"circle of radius {one['radius_mm']:.1f} mm"
-    return printable(f"{one['standard']}, {one['log']}, {size}; {'; '.join(parts)}")
+    parts = [f"{when}: {_deviations(run)}" for when, run in (("before", one.before), ("after", one.after))]
+    size = f"circle of radius {one.radius_mm:.1f} mm" if one.length_mm is None else f"line of {one.length_mm:.0f} mm"
+    return printable(f"{one.standard}, {one.log}, {size}; {'; '.join(parts)}")
 
 
-def _only_first(entry: Mapping[str, Any]) -> bool:
-    return list(entry["rungs"]) == [_FIRST]
+def _deviations(run: RunStandard) -> str:
+    """The figures of a line in both directions, or of a circle in both senses."""
+    ways, turns = {"forward": run.forward, "back": run.back}, {"ccw": run.ccw, "cw": run.cw}
+    values = [
+        f"{name} AT {mm(way.AT_mm)}" + ("" if way.RT_mm is None else f", RT {mm(way.RT_mm)}")
+        for name, way in ways.items()
+        if way is not None
+    ]
+    values += [f"{name} G {mm(turn.G_mm)}" for name, turn in turns.items() if turn is not None]
+    if run.circle is not None:
+        both = {"G b": run.circle.G_b_mm, "H": run.circle.H_mm}
+        values += [f"{name} {mm(value)}" for name, value in both.items() if value is not None]
+    return ", ".join(values)
+
+
+def only_first(entry: EffectFound) -> bool:
+    """Whether an effect lies between program and set-point alone, apart from the gap."""
+    return entry.rungs == (_FIRST,)
 
 
 def _listed(words: Sequence[str], by: str = ", ") -> str:
@@ -158,10 +167,10 @@ def _listed(words: Sequence[str], by: str = ", ") -> str:
     return by.join(words) if by != ", " or len(words) < 2 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
-def _place(summary: Summary) -> tuple[str, str]:
+def _place(summary: DiagnosisSummary) -> tuple[str, str]:
     """Where most of the gap sits, and what joins that to the next words."""
-    rungs = {k: v for k, v in summary["where"]["rungs"].items() if v is not None}
-    whole = f"gap ({mm(summary['gap']['rms_mm'])} rms)"
+    rungs = {k: v for k, v in summary.where.rungs.items() if v is not None}
+    whole = f"gap ({mm(summary.gap.rms_mm)} rms)"
     most = max(rungs, key=lambda k: rungs[k])
     if most == _FIRST:
         part = rungs[most] ** 2 / max(sum(v * v for v in rungs.values()), 1e-12)
@@ -177,63 +186,62 @@ def _part(value: float) -> str:
     return "All of" if value >= 0.995 else f"{share(value)} of"
 
 
-def _follows(summary: Summary, claimed: Sequence[Mapping[str, Any]]) -> str:
+def _follows(summary: DiagnosisSummary, claimed: Sequence[EffectFound]) -> str:
     """What the gap depends on most; "" where that is not clear."""
-    shares = {k: v for k, v in summary["where"]["regimes"].items() if v is not None}
+    shares = summary.where.regimes
     most = max(shares, key=lambda k: shares[k], default="")
     if most not in _FOLLOWS or shares[most] <= 0.5:
         return ""
-    if most == "direction" and len(claimed) == 1 and len(claimed[0]["axes"]) == 1:
-        return f"reverses with {claimed[0]['axes'][0]}'s direction"
+    if most == "direction" and len(claimed) == 1 and len(claimed[0].axes) == 1:
+        return f"reverses with {claimed[0].axes[0]}'s direction"
     return _FOLLOWS[most]
 
 
-def _named(entry: Mapping[str, Any]) -> str:
+def _named(entry: EffectFound) -> str:
     """An effect with its axes, its values where they are few, else by how much it moves the TCP, and how sure it is."""
-    name, chance = plain_name(entry["effect"]), f"{sure(entry['probability'])} sure"
-    values = {k: v["value"] for k, v in entry["parameters"].items()}
-    axes = [a for a in entry["axes"] if f"{a}_deg" in values or f"{a}_mm" in values or f"{a}_rad_nm" in values]
-    if len(axes) == len(entry["axes"]) and 0 < len(axes) <= _MOST_VALUES:
+    name, chance = plain_name(entry.effect), f"{sure(entry.probability)} sure"
+    values = {k: v.value for k, v in entry.parameters.items()}
+    axes = [a for a in entry.axes if f"{a}_deg" in values or f"{a}_mm" in values or f"{a}_rad_nm" in values]
+    if len(axes) == len(entry.axes) and 0 < len(axes) <= _MOST_VALUES:
         own = [next((k, v) for k, v in values.items() if parameter_words(k)[0] == a) for a in axes]
         each = [f"{a}, {measure(v, parameter_words(k)[1])}" for a, (k, v) in zip(axes, own, strict=True)]
         return f"{name} of {_listed(each) if len(each) == 1 else ' and of '.join(each)} ({chance})"
-    ripples = waves(entry["parameters"])
+    ripples = waves(entry.parameters)
     if ripples:
         axis, order = max(ripples, key=lambda k: ripples[k])
         return f"{name} of {axis}, {measure(ripples[axis, order], 'degrees')} {order} times a turn ({chance})"
-    where = f" of {_listed(entry['axes'][:4])}" if entry["axes"] else ""
+    where = f" of {_listed(entry.axes[:4])}" if entry.axes else ""
     values = {k: v for k, v in values.items() if k in _MAIN} or values
     if len(values) == 1:
         ((key, value),) = values.items()
         words, unit = parameter_words(key)
         place = f" of {words.replace(' by ', ' to ')}" if "_by_" in key else where
         return f"{name}{place}, {measure(value, unit)} ({chance})"
-    return f"{name}{where}, {mm(entry['moves_mm'])} rms at the TCP ({chance})"
+    return f"{name}{where}, {mm(entry.moves_mm)} rms at the TCP ({chance})"
 
 
-def _best_single(summary: Summary) -> str:
+def _best_single(summary: DiagnosisSummary) -> str:
     """What the best single effect would leave, where it is some help."""
-    before = summary["together"]["rms_before_mm"]
-    able = [e for e in summary["effects"] if not e["implausible"] and not _only_first(e)]
-    best = min(able, key=lambda e: e["alone"]["rms_after_mm"], default=None)
-    if best is None or best["alone"]["rms_after_mm"] > 0.9 * before:
+    before = summary.together.rms_before_mm
+    able = [e for e in summary.effects if not e.implausible and not only_first(e)]
+    best = min(able, key=lambda e: e.alone.rms_after_mm, default=None)
+    if best is None or best.alone.rms_after_mm > 0.9 * before:
         return ""
-    left, noise = mm(best["alone"]["rms_after_mm"]), mm(summary["gap"]["noise_mm"])
+    left, noise = mm(best.alone.rms_after_mm), mm(summary.gap.noise_mm)
     return (
-        f": the best single effect, {plain_name(best['effect'])}, would take {mm(before)} to {left}, with a noise of {noise}, "
-        f"and is {sure(best['probability'])} sure"
+        f": the best single effect, {plain_name(best.effect)}, would take {mm(before)} to {left}, with a noise of {noise}, "
+        f"and is {sure(best.probability)} sure"
     )
 
 
-def _unknown_words(summary: Summary, *, claimed: bool) -> str:
+def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
     """On something unknown, where that is likely: at which axes, and how much stays."""
-    if summary["unknown"]["probability"] < 0.5:
+    if summary.unknown.probability < 0.5:
         return ""
-    shapes = summary["unknown"].get("shapes", ())
     told = unexplained(summary)
     at: dict[str, list[str]] = {}
-    for s in shapes:
-        at.setdefault(str(s["moves"]), []).append(_followed(s))
+    for s in summary.unknown.shapes:
+        at.setdefault(s.moves, []).append(_followed(s))
     text = f" Something unknown is at work{' beside' if claimed else ''}"
     if at:
         parts = []
@@ -242,13 +250,13 @@ def _unknown_words(summary: Summary, *, claimed: bool) -> str:
             parts += [f"{place} is off by a constant"] if len(moving) < len(what) else []
             parts += [f"{place} strays with {_listed(moving)}"] if moving else []
         text += ": " + "; ".join(parts)
-    elif summary["unknown"]["where"]:
+    elif summary.unknown.where:
         text += f": {told[0][0].lower()}{told[0][1:]}"
     else:
         text += ": what stays hangs together beyond the noise"
-    t, noise = summary["together"], summary["gap"]["noise_mm"]
-    energy = t["rms_before_mm"] ** 2 - noise**2
-    left = (t["rms_after_mm"] ** 2 - noise**2) / energy if energy > 0.0 else 0.0
+    t, noise = summary.together, summary.gap.noise_mm
+    energy = t.rms_before_mm**2 - noise**2
+    left = (t.rms_after_mm**2 - noise**2) / energy if energy > 0.0 else 0.0
     if claimed and left > _WORTH:
         text += f". {share(left)} of the gap's energy stays unexplained"
     return text + "."

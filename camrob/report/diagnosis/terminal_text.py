@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -19,80 +18,75 @@ from camrob.report.diagnosis.sentences import (
     withheld_text,
 )
 from camrob.report.diagnosis.times import timing_texts
-from camrob.report.diagnosis.withheld import careful_text, regimes_text
+from camrob.report.diagnosis.withheld import careful_text, regimes_text, sizes_text
 from camrob.report.words import shown_text
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 __all__ = ["render_diagnosis"]
-
-Summary = Mapping[str, Any]
 
 _MOST = 3  # axes and regimes that are told
 
 
-def render_diagnosis(summary: Summary) -> RenderableType:
+def render_diagnosis(summary: DiagnosisSummary) -> RenderableType:
     """The summary of `camrob diagnose` for a terminal: the sentence, then what it rests on."""
     parts: list[RenderableType] = [
-        shown_text(str(summary["status"]).capitalize(), "bold"),
+        shown_text(summary.status.capitalize(), "bold"),
         shown_text(sentence(summary)),
         Text(""),
     ]
-    if summary["effects"]:
+    if summary.effects:
         parts += [_causes(summary), shown_text(f"mm rms {withheld_text(summary)}, without → with the effect.", "dim")]
-    for e in summary["effects"]:
-        if e["probability"] >= 0.5 and e["indistinguishable_from"]:
-            rivals = " or ".join(e["indistinguishable_from"])
-            parts.append(shown_text(f"On these logs {rivals} would show nearly the same as {e['effect']}."))
+    for e in summary.claimed:
+        if e.indistinguishable_from:
+            rivals = " or ".join(e.indistinguishable_from)
+            parts.append(shown_text(f"On these logs {rivals} would show nearly the same as {e.effect}."))
     parts += [Text(""), _facts(summary)]
     return Group(*parts)
 
 
-def _causes(summary: Summary) -> Table:
+def _causes(summary: DiagnosisSummary) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for heading in ("effect", "axes", "sure", "alone", "added last"):
         words = heading in ("effect", "axes")
         table.add_column(heading, justify="left" if words else "right", no_wrap=heading != "axes")
-    for e in summary["effects"]:
-        last = e["added_last"]
+    for e in summary.effects:
+        last = e.added_last
         table.add_row(
-            shown_text(e["effect"]), shown_text(", ".join(e["axes"])), sure(e["probability"]),
-            to_mm(e["rms_before_mm"], e["alone"]["rms_after_mm"]), to_mm(last["rms_before_mm"], last["rms_after_mm"]),
+            shown_text(e.effect), shown_text(", ".join(e.axes)), sure(e.probability),
+            to_mm(e.rms_before_mm, e.alone.rms_after_mm), to_mm(last.rms_before_mm, last.rms_after_mm),
         )  # fmt: skip
     return table
 
 
-def _facts(summary: Summary) -> Table:
+def _facts(summary: DiagnosisSummary) -> Table:
     """What the sentence rests on, line by line."""
-    where, together = summary["where"], summary["together"]
+    where = summary.where
     table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
     table.add_column(no_wrap=True, style="bold")
     table.add_column()
     rungs = [
         f"{between(k, summary).removeprefix('between ').replace(' and ', ' to ')} {'not logged' if v is None else mm(v)}"
-        for k, v in where["rungs"].items()
+        for k, v in where.rungs.items()
     ]
     rows = [("by rung", ", ".join(rungs))]
-    if summary["status"] != "no gap":  # shares of noise say nothing
-        rows += [("by axis", _largest(where["axes"])), ("by regime", _largest(where["regimes"]))]
-    if any(e["probability"] >= 0.5 for e in summary["effects"]):
-        sizes = ", ".join(
-            f"{name} {to_mm(together[f'{key}_before_mm'], together[f'{key}_after_mm'])}"
-            for key, name in (("rms", "rms"), ("p95", "95 %"), ("max", "worst"))
-        )
-        rows.append(("together", f"{sizes}; the noise {mm(summary['gap']['noise_mm'])}"))
+    if summary.status != "no gap":  # shares of noise say nothing
+        rows += [("by axis", _largest(where.axes)), ("by regime", _largest(where.regimes))]
+    if summary.claimed:
+        rows.append(("together", f"{sizes_text(summary.together)}; the noise {mm(summary.gap.noise_mm)}"))
     rows += [("mind", text) for text in (careful_text(summary),) if text]
     rows += [("elsewhere", text) for text in (regimes_text(summary),) if text]
     sets = [
-        f"{sure(a['probability'])} {' + '.join(a['effects']) or 'nothing'}"
-        for a in summary["alternatives"][:_MOST]
-        if a["probability"] >= 0.01
+        f"{sure(a.probability)} {' + '.join(a.effects) or 'nothing'}"
+        for a in summary.alternatives[:_MOST]
+        if a.probability >= 0.01
     ]
     rows += [("sets", "; ".join(sets))] if len(sets) > 1 else []
     rows += [("unexplained", text) for text in unexplained(summary)]
-    rows += [("lacking", text) for text in where["missing"]]
+    rows += [("lacking", text) for text in where.missing]
     rows += [("timing", text) for text in timing_texts(summary)]
-    rows += [("standard", standards_text(one)) for one in summary.get("standards", [])]
+    rows += [("standard", standards_text(one)) for one in summary.standards]
     rows += [("compensate", text.removeprefix("compensate ")) for text in (compensable_text(summary),) if text]
-    rows.append(("run next", summary["next_experiment"]))
+    rows.append(("run next", summary.next_experiment))
     last = ""
     for what, text in rows:
         table.add_row("" if what == last else what, shown_text(text))

@@ -1,0 +1,298 @@
+"""What `camrob diagnose` says: diagnosis.json, as the contract fixes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from camrob.summaries.base import Summary, further, left_out, spread
+from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, Standard
+
+__all__ = [
+    "Alternative",
+    "Compensable",
+    "ConsideredMotion",
+    "CornerFigures",
+    "DiagnosisSummary",
+    "EffectFound",
+    "ExperimentFigures",
+    "ExperimentWritten",
+    "FittedValue",
+    "GapFigures",
+    "Latency",
+    "RegimeLeft",
+    "Residual",
+    "Shrunk",
+    "Together",
+    "Unknown",
+    "UnknownShape",
+    "WithheldRegime",
+]
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GapFigures(Summary):
+    """The gap over all logs; rms_deg: None where no orientation was measured; noise_mm: the instrument's, 3-D rms."""
+
+    samples: int
+    rms_mm: float
+    p95_mm: float
+    max_mm: float
+    rms_deg: float | None
+    noise_mm: float
+    outliers: int
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Latency(Summary):
+    """s by which the instrument's rows trail the axis values, with its interval; None where it doesn't show."""
+
+    value: float | None
+    interval: Interval | None
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedValue(Summary):
+    """A fitted value with its standard deviation, in the unit that the parameter's name ends with."""
+
+    value: float
+    std: float
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shrunk(Summary):
+    """Errors on withheld samples before and after, and by how much the rms shrinks, with its interval."""
+
+    rms_before_mm: float
+    p95_before_mm: float
+    max_before_mm: float
+    rms_after_mm: float
+    p95_after_mm: float
+    max_after_mm: float
+    shrink: float
+    shrink_interval: Interval
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CornerFigures(Summary):
+    """Of the rounding of corners alone: the distance that the programs ask for, None where they ask for several."""
+
+    programmed_cdis_mm: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectFound(Summary):
+    """An effect: how likely it is at work, its values, and how far the gap shrinks with it, alone, and added last.
+
+    implausible, unusual: what speaks against its values, "" for nothing. compensable: whether `compensate` can correct it.
+    """
+
+    effect: str
+    axes: tuple[str, ...]
+    probability: float
+    parameters: Mapping[str, FittedValue]
+    rms_before_mm: float
+    p95_before_mm: float
+    max_before_mm: float
+    rms_after_mm: float
+    p95_after_mm: float
+    max_after_mm: float
+    shrink: float
+    shrink_interval: Interval
+    alone: Shrunk
+    added_last: Shrunk
+    moves_mm: float
+    indistinguishable_from: tuple[str, ...]
+    implausible: str
+    compensable: bool
+    rungs: tuple[str, ...]
+    corner: CornerFigures | None = spread()
+    unusual: str
+    further: Mapping[str, Any] = further()
+
+    @property
+    def claimed(self) -> bool:
+        """Whether it is claimed, and not only considered."""
+        return self.probability >= 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WithheldRegime(Summary):
+    """What is left in a regime that took no part in the fit, and whether it is worse than nothing there."""
+
+    regime: str
+    what: str
+    samples: int
+    rms_before_mm: float
+    rms_after_mm: float
+    shrink: float
+    shrink_interval: Interval
+    doubt_mm: float
+    worse: bool
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Together(Summary):
+    """All claimed effects together, on what was withheld; removable_removed: None where nothing is removable."""
+
+    rms_before_mm: float
+    p95_before_mm: float
+    max_before_mm: float
+    rms_after_mm: float
+    p95_after_mm: float
+    max_after_mm: float
+    shrink: float
+    shrink_interval: Interval
+    withheld: str
+    left_aside: int
+    predicted_shrink: float
+    removable_removed: float | None
+    compensable_mm: float
+    regimes_withheld: tuple[WithheldRegime, ...]
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Alternative(Summary):
+    """A set of effects that explains the logs, the unknown among them, and its probability."""
+
+    effects: tuple[str, ...]
+    probability: float
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnknownShape(Summary):
+    """Something unexplained: its rung, what moves, what that follows, and how far it swings, in `unit`."""
+
+    rung: str
+    moves: str
+    follows: str
+    swing: float
+    unit: str
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unknown(Summary):
+    """How likely the library lacks a cause, where that sits, and effects that would fit with values no machine has."""
+
+    probability: float
+    where: str
+    shapes: tuple[UnknownShape, ...]
+    implausible: Mapping[str, str]
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RegimeLeft(Summary):
+    """What the residual still depends on."""
+
+    regime: str
+    p_value: float
+    share: float
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Residual(Summary):
+    """What stays on withheld samples, and how much of it hangs together from sample to sample."""
+
+    rms_mm: float
+    noise_mm: float
+    structured_mm: float
+    structure: tuple[RegimeLeft, ...]
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Compensable(Summary):
+    """What of the claimed effects `compensate` can correct, what it leaves, and the calibration that was written for it."""
+
+    effects: tuple[str, ...]
+    left: tuple[str, ...]
+    rms_before_mm: float
+    rms_after_mm: float
+    shrink: float
+    shrink_interval: Interval
+    written: str | None = left_out()
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConsideredMotion(Summary):
+    """A motion that would set the rivals apart, and how far."""
+
+    motion: str
+    text: str
+    separation_mm: float
+    separation_sigmas: float
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExperimentWritten(Summary):
+    """The experiment as a checked program; passed_over: motions that tell more and can't be run."""
+
+    file: str
+    files: tuple[str, ...]
+    motion: str
+    passed_over: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExperimentFigures(Summary):
+    """The motion to run next, and the sets that it tells apart; separation: None where it isolates what is unexplained."""
+
+    motion: str
+    rivals: tuple[tuple[str, ...], ...]
+    separation_mm: float | None
+    separation_sigmas: float | None = left_out()
+    again_sigmas: float | None = left_out()
+    considered: tuple[ConsideredMotion, ...] | None = left_out()
+    written: ExperimentWritten | None = left_out()
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiagnosisSummary(Summary):
+    """The diagnosis: the gap, where it lies, the effects that cause it, how far it shrinks, and what stays unknown.
+
+    status: "explained", "partly explained", "unexplained" or "no gap". aliases: effects that these logs can't tell apart.
+    axes_report: axes of which both ends are logged. added_load: None where no drive tells it. experiment: None where there is
+    nothing to tell apart.
+    """
+
+    cell: str
+    without: tuple[str, ...]
+    gap: GapFigures
+    where: Places
+    latency_s: Latency
+    status: str
+    effects: tuple[EffectFound, ...]
+    together: Together
+    alternatives: tuple[Alternative, ...]
+    unknown: Unknown
+    aliases: tuple[tuple[str, ...], ...]
+    residual: Residual
+    next_experiment: str
+    logs: tuple[str, ...]
+    axes_report: Mapping[str, AxisReport]
+    added_load: AddedLoad | None
+    compensable: Compensable
+    experiment: ExperimentFigures | None = left_out()
+    standards: tuple[Standard, ...]
+    further: Mapping[str, Any] = further()
+
+    @property
+    def claimed(self) -> tuple[EffectFound, ...]:
+        """The effects that are claimed."""
+        return tuple(e for e in self.effects if e.claimed)
