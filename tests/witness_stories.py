@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from camrob.units import deg_to_rad, mm_min_to_m_s, mm_to_m
-from camrob.witness.happenings import Event, Gap, Kind, Load, Path, Run, Story, Way
+from camrob.witness.happenings import Event, Gap, Kind, Load, Path, Pecks, Run, Story, Way
 from camrob.witness.rules import Comparison, Terms, compare
 
 __all__ = ["FEED", "HOME", "RAPID", "circ", "feed", "file", "hole", "judged", "lin", "load", "program", "ptp", "rapid"]
@@ -30,7 +30,7 @@ def feed(*tip, axis=UP, at=FEED, center=None, turn=0.0, normal=UP, joined=True):
 
 
 def hole(*tip, at=FEED, pecks=None):
-    """pecks: how far the first may go from where the motion starts, and every other one."""
+    """pecks: how far the first may go from where the motion starts, and every other one, mm; out of the hole between them?"""
     return {"tip": tip, "axis": UP, "way": Way.HOLE, "feed": at, "joined": True, "pecks": pecks}
 
 
@@ -87,7 +87,11 @@ def file(*rows) -> Story:
         np.zeros(len(motions), np.int32),
         tuple(events),
         tuple(gaps),
-        pecks={k: tuple(mm_to_m(np.array(m["pecks"]))) for k, m in enumerate(motions) if m.get("pecks")},
+        pecks={
+            k: Pecks(*mm_to_m(np.array(m["pecks"][:2])).tolist(), m["pecks"][2])
+            for k, m in enumerate(motions)
+            if m.get("pecks")
+        },
     )
 
 

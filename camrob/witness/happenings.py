@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Event", "Gap", "Kind", "Load", "Objection", "Path", "Run", "Stand", "Story", "Way"]
+__all__ = ["Event", "Gap", "Kind", "Load", "Objection", "Path", "Pecks", "Run", "Stand", "Story", "Way"]
 
 Array = NDArray[np.float64]
 
@@ -128,6 +129,17 @@ class Path:
         return len(self.tip)
 
 
+class Pecks(NamedTuple):
+    """How far the first peck of a hole may go, m from the start of its motion, and every other one, m from where the tool was.
+
+    out: between two of them the tool is drawn back to where the motion starts, so that it takes the chips out.
+    """
+
+    first: float
+    others: float
+    out: bool
+
+
 @dataclass(slots=True)
 class Story:
     """What a CL file asks for, in the part's frame (the CL data's own, after MSYS and the like).
@@ -135,8 +147,7 @@ class Story:
     way: (N,) `Way`. feed: (N,) m/s, NaN for RAPID and where the file states none. joined: (N,) True where the motion begins at
     the end of the one before it; False for the first (unless FROM says where the tool stands), after a machine position (G28) and
     after a gap, where the start is not known in the part's frame. operation: (N,) index of the operation, counted from 0.
-    gaps: what was not read; `complete` is True where there are none. pecks: of holes that are to be drilled in pecks, by row: how
-    far the first may go, and every other one, m from the start of the motion and from where the tool was.
+    gaps: what was not read; `complete` is True where there are none. pecks: of holes that are to be drilled in pecks, by row.
     """
 
     path: Path
@@ -150,7 +161,7 @@ class Story:
     units: str = "mm"
     notes: tuple[str, ...] = ()  # choices that the file left open, one line each
     stands: tuple[Stand, ...] = ()
-    pecks: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    pecks: Mapping[int, Pecks] = field(default_factory=dict)
 
     @property
     def complete(self) -> bool:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import deg_to_rad
+from camrob.units import deg_to_rad, m_to_mm
+from camrob.witness.happenings import Pecks
 from camrob.witness.rules_geometry import AXIS, POSITION, Motion, Track, along_ray, distance
 
-__all__ = ["MOVED", "Tolerance", "step_along", "strokes", "too_deep"]
+__all__ = ["MOVED", "Stroke", "Tolerance", "step_along", "strokes", "unlike_pecks"]
 
 _SOFT, _FREE = 0.1, 0.3  # of a turn: within a statement, and in a rapid
 _SOFT_MOST = deg_to_rad(0.5)
@@ -110,13 +113,23 @@ def _on_arc(leg: Motion, v: float, way: Motion, u: float, tol: Tolerance) -> flo
     return u
 
 
-def strokes(prog: Track, ptp: NDArray[np.bool_], j: int, hole: Motion, tol: Tolerance) -> list[float] | None:
-    """The motions of the program from j on that drill a hole: how deep the peck is, m, at the end of one that goes deeper than
-    those before it, 0 for the others. A peck goes on until the tool is drawn back.
+class Stroke(NamedTuple):
+    """One motion in a hole.
+
+    peck: how deep the peck is at its end, m, 0 where it goes no deeper than those before it. low: m below where the hole's motion
+    starts that it ends.
+    """
+
+    peck: float
+    low: float
+
+
+def strokes(prog: Track, ptp: NDArray[np.bool_], j: int, hole: Motion, tol: Tolerance) -> list[Stroke] | None:
+    """The motions of the program from j on that drill a hole. A peck goes on until the tool is drawn back.
 
     They run on the tool's axis, never deeper than the bottom; the last one reaches it. None where they don't.
     """
-    depth, deepest, peck, cuts, last = hole.length, 0.0, 0.0, list[float](), 0
+    depth, deepest, peck, cuts, last = hole.length, 0.0, 0.0, list[Stroke](), 0
     while j + len(cuts) < len(prog) and prog.known[j + len(cuts)] and not ptp[j + len(cuts)]:
         leg = prog.motion(j + len(cuts))
         ends = [along_ray(p, hole.start, hole.axis_end) for p in (leg.end, leg.start)]
@@ -125,21 +138,47 @@ def strokes(prog: Track, ptp: NDArray[np.bool_], j: int, hole: Motion, tol: Tole
         if leg.angle or not kept or max(off for _, off in ends) > tol.place or low > depth + POSITION:
             break
         peck = peck + low - deepest if low > deepest else peck * (low >= deepest - POSITION)
-        cuts.append(peck if low > deepest + MOVED else 0.0)
+        cuts.append(Stroke(peck if low > deepest + MOVED else 0.0, low))
         deepest = max(deepest, low)
-        if cuts[-1] > 0.0 and deepest >= depth - POSITION:
+        if cuts[-1].peck > 0.0 and deepest >= depth - POSITION:
             last = len(cuts)  # but a last peck may go a little deeper yet
     return cuts[:last] or None
 
 
-def too_deep(cuts: list[float], most: tuple[float, float]) -> tuple[int, float] | None:
-    """The first of a hole's `strokes` whose peck goes deeper than the file's first, or others, `most`, and which of the two that
-    is; None where none does.
+def unlike_pecks(cuts: list[Stroke], most: Pecks) -> Iterator[tuple[int, str, str]]:
+    """Which of a hole's `strokes` stand against the file's pecks, the first of each kind: code and what it does."""
+    deeper, stays = _too_deep(cuts, most), _left_in(cuts) if most.out else None
+    if deeper is not None:
+        k, limit = deeper
+        deep_mm, most_mm = m_to_mm(cuts[k].peck), m_to_mm(limit)
+        yield k, "peck-deeper", f"drills {deep_mm:.3f} mm at once, where the file's peck is {most_mm:.3f} mm"
+    if stays is not None:
+        yield stays, "peck-left-in", "begins another peck, and the tool was not drawn out of the hole before it"
+
+
+def _too_deep(cuts: list[Stroke], most: Pecks) -> tuple[int, float] | None:
+    """The first of a hole's `strokes` whose peck goes deeper than the file's first, or others, and which of the two that is; None
+    where none does.
     """
     started = again = False
-    for k, peck in enumerate(cuts):
+    for k, (peck, _) in enumerate(cuts):
         again |= started and not peck
         started |= peck > 0.0
-        if peck > most[again] + _JOINED * most[1] + POSITION:
+        if peck > most[again] + _JOINED * most.others + POSITION:
             return k, most[again]
+    return None
+
+
+def _left_in(cuts: list[Stroke]) -> int | None:
+    """The first of a hole's `strokes` that begins another peck without the tool's having been drawn out of the hole; None where
+    there is none.
+    """
+    highest = 0.0  # m below the start that the tool has come back to since the last peck
+    for k, (peck, low) in enumerate(cuts):
+        if not peck:
+            highest = min(highest, low)
+            continue
+        if k and not cuts[k - 1].peck and highest > POSITION:
+            return k
+        highest = low
     return None

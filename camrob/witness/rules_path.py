@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from camrob.units import m_to_mm, rad_to_deg
 from camrob.witness.happenings import Objection, Run, Story, Way
 from camrob.witness.rules_air import Air, Target
-from camrob.witness.rules_along import MOVED, Tolerance, step_along, strokes, too_deep
+from camrob.witness.rules_along import MOVED, Tolerance, step_along, strokes, unlike_pecks
 from camrob.witness.rules_blocks import alike, chords, curve_chords, thinned
 from camrob.witness.rules_geometry import AXIS, POSITION, Clear, Motion, Track, distance
 
@@ -228,17 +228,11 @@ class _Walk:
         cuts = strokes(self.prog, self.ptp, j, self.file.motion(i), self.tol)
         if cuts is None:
             return False
-        self.pairs += [(j + k, i, cut > 0.0) for k, cut in enumerate(cuts)]
+        self.pairs += [(j + k, i, cut.peck > 0.0) for k, cut in enumerate(cuts)]
         most = self.pecks.get(int(self.file.rows[i]))
-        found = None if most is None else too_deep(cuts, most)
-        if found is not None:
-            deep, limit = found
-            self.j += deep
-            deep_mm, most_mm = m_to_mm(cuts[deep]), m_to_mm(limit)
-            line = f"line {self.prog_line[self.j]} of the program"
-            self._say(
-                "peck-deeper", f"{line} drills {deep_mm:.3f} mm at once, where the file's peck is {most_mm:.3f} mm"
-            )
+        for k, code, text in () if most is None else unlike_pecks(cuts, most):
+            self.j = j + k
+            self._say(code, f"line {self.prog_line[self.j]} of the program {text}")
         self.at[j : j + len(cuts)] = i + 0.5
         self.j = j + len(cuts) - 1
         self._next()

@@ -301,10 +301,29 @@ PECKED = {
 }
 
 
+LEFT_IN = {
+    "as the file says": ((*DEEP, *OUT), True),
+    "not quite out": ((DEEP[0], lin(0, 0, 4.9, at=RAPID), *DEEP[2:], *OUT), False),
+    "the chip is only broken": (PECKED["the chip is only broken"][0], False),
+    "the second chip is only broken": ((*DEEP, *OUT[1:]), False),
+    "farther out": ((*DEEP[:1], lin(0, 0, 9, at=RAPID), *DEEP[2:], *OUT), True),
+}
+
+
+@pytest.mark.parametrize("case", LEFT_IN)
+def test_a_deep_hole_is_cleared_between_pecks(case: str) -> None:
+    way, passes = LEFT_IN[case]
+    wanted = (*HOLE[:3], hole(0, 0, -10, pecks=(8.0, 4.0, True)), *HOLE[4:])
+    after = (lin(0, 0, 5, at=RAPID), lin(0, 0, 25, at=RAPID), OFF, lin(0, 0, 60, at=RAPID), ptp())
+    said = codes(file(*wanted), program(*START, lin(0, 0, 5, at=RAPID), *way, *after))
+    assert said == ([] if passes else ["peck-left-in"])
+
+
 @pytest.mark.parametrize("case", PECKED)
 def test_no_peck_goes_deeper_than_the_file_s(case: str) -> None:
     way, passes = PECKED[case]
-    wanted = (*HOLE[:3], hole(0, 0, -10, pecks=(8.0, 4.0)), *HOLE[4:])  # 3 below 0, which is 5 below where it starts
+    pecks = (8.0, 4.0, False)  # 3 below 0, which is 5 below where it starts
+    wanted = (*HOLE[:3], hole(0, 0, -10, pecks=pecks), *HOLE[4:])
     after = (lin(0, 0, 5, at=RAPID), lin(0, 0, 25, at=RAPID), OFF, lin(0, 0, 60, at=RAPID), ptp())
     run = program(*START, lin(0, 0, 5, at=RAPID), *way, *after)
     assert codes(file(*HOLE), run) == [] and codes(file(*wanted), run) == ([] if passes else ["peck-deeper"])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
 from camrob.witness.cl.source import number
 from camrob.witness.cl.teller import Teller
-from camrob.witness.happenings import Kind, Way
+from camrob.witness.happenings import Kind, Pecks, Way
 
 __all__ = ["UPWARD", "Cycle", "Out", "apt_cycle", "drill", "feed_unit"]
 
@@ -38,6 +38,7 @@ _KINDS = {
     "TAP": Out.REVERSED,
 }
 _PECKS = ("STEP", "1STPECK", "SUBPECK", "INCR", "STEP1", "STEP2", "STEP3")
+_BREAKS = frozenset({"BRKCHP", "BRKCHP2"})  # the chip is broken, and left in the hole
 _HEIGHTS = {
     "RAPTO": "clear",
     "CLEAR": "clear",
@@ -68,8 +69,9 @@ def feed_unit(word: str, scale: float) -> tuple[float, str] | None:
 class Cycle:
     """A cycle in force. Heights in metres along the tool's axis from the point of the GOTO; problem: why it can't be read.
 
-    retract None: to the clear point. pecks: the first one's depth and the others', None where it is drilled at once. start:
-    where the tool stood when the cycle began, for RTRCTO,AUTO. feed None: the modal one.
+    retract None: to the clear point. pecks: the first one's depth and the others', None where it is drilled at once.
+    out_between: the tool is drawn out between them, else the chip is only broken. start: where the tool stood when the cycle
+    began, for RTRCTO,AUTO. feed None: the modal one.
     """
 
     out: Out = Out.RAPID
@@ -80,6 +82,7 @@ class Cycle:
     feed: tuple[float, str] | None = None
     dwell: float = 0.0
     pecks: tuple[float, float] | None = None
+    out_between: bool = True
     problem: str = ""
 
 
@@ -136,7 +139,8 @@ def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller) ->
     retract = None if "G99" in fields else said.get("retract")
     start = tell.here if auto else None
     dwell = said.get("dwell", 0.0)
-    return Cycle(kind, abs(said["depth"]), said["clear"], retract, start, feed, dwell, _pecks(pecks))
+    out_between = not _BREAKS & {t for f in fields for t in f.split()}
+    return Cycle(kind, abs(said["depth"]), said["clear"], retract, start, feed, dwell, _pecks(pecks), out_between)
 
 
 def _pecks(said: dict[str, list[float]]) -> tuple[float, float] | None:
@@ -177,7 +181,7 @@ def drill(tell: Teller, cycle: Cycle, top: Array, axis: Array, line: int) -> Non
     feed = tell.speed(line, cycle.feed)
     _approach(tell, clear, axis, line)
     if cycle.pecks is not None:
-        tell.pecks[tell.n] = (cycle.clear + cycle.pecks[0], cycle.pecks[1])
+        tell.pecks[tell.n] = Pecks(cycle.clear + cycle.pecks[0], cycle.pecks[1], cycle.out_between)
     tell.move(top - cycle.depth * axis, axis, Way.HOLE, line, feed)
     if cycle.dwell > 0.0:
         tell.event(Kind.DWELL, line, cycle.dwell)

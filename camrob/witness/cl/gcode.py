@@ -394,6 +394,7 @@ class GcodeReader:
                 self._tell.gap(line, f"G{code} with the spindle turning the other way", lost=False)
             dwell = 0.0 if code in ("81", "85") else heights.get("P", 0.0)
             pecks = (heights["Q"],) * 2 if code in ("73", "83") and heights.get("Q") else None
-            cycle = Cycle(_OUT[code], low - bottom, 0.0, level - low, dwell=dwell, pecks=pecks)
+            out_between = code != "73"
+            cycle = Cycle(_OUT[code], low - bottom, 0.0, level - low, dwell=dwell, pecks=pecks, out_between=out_between)
             drill(self._tell, cycle, stand.point(pose[0]), pose[1], line)
             stand.at["Z"] = level

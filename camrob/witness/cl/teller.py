@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.witness.happenings import Event, Gap, Kind, Path, Stand, Story, Way
+from camrob.witness.happenings import Event, Gap, Kind, Path, Pecks, Stand, Story, Way
 
 __all__ = ["NO_CIRCLE", "Teller", "unit"]
 
@@ -47,7 +47,7 @@ class Teller:
         self.events: list[Event] = []
         self.gaps: list[Gap] = []
         self.notes: dict[str, None] = {}
-        self.pecks: dict[int, tuple[float, float]] = {}  # of holes, by motion
+        self.pecks: dict[int, Pecks] = {}  # of holes, by motion
         self._default_feed = feed
         self._feed: tuple[float, str] | None = None
         self._linked = False  # the last motion (or FROM, before any) ends where the tool stands
