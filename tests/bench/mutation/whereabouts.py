@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 
 TIP_MM, AXIS_DEG = 0.01, 0.01
 TURNING_DEG = 0.5  # of the axis in the middle of a motion that turns the tool: interpolations differ there
+ROUNDED_MM = 0.002  # what three decimals of X, Y and Z may move a point by
 NEAR_MM = 0.03  # of a file's point: a motion that ends there has to meet it
 AHEAD = 400  # spans that one motion may stand for
 
@@ -44,6 +45,8 @@ class Whereabouts:
                     return float(point)
             free = k + 1 < n and self.story.spans[k + 1].feed is None
             return self._after_rapids(move, k + 2) if free else None
+        if (further := self._a_little_further(move)) is not None:
+            return further
         if self._meets(tip, axis, self.u):
             return self.u
         if self.u == k and (deeper := self._without_pecks(move, k)) is not None:
@@ -59,6 +62,18 @@ class Whereabouts:
             if at > self.u and self._meets(tip, axis, at) and self._on_the_way(move, at):
                 return at
         return None
+
+    def _a_little_further(self, move: Move) -> float | None:
+        """Along a curve by less than the tolerance: such a motion is not one that stands."""
+        k, tip = int(np.floor(self.u)), move.base_T_tip[-1, :3, 3]
+        if k + 1 >= len(self.story) or not (way := self.story.spans[k + 1]).arc:
+            return None
+        ends = float(np.linalg.norm(way.place(1.0) - tip)) <= ROUNDED_MM
+        share = 1.0 if ends else self._nearest(k + 1, tip, self.u - k)
+        step = float(np.linalg.norm(way.place(share) - way.place(self.u - k)))
+        if step <= ROUNDED_MM or not self._meets(tip, move.base_T_tip[-1, :3, 2], k + share):
+            return None
+        return k + share if self._on_the_way(move, k + share) else None
 
     def _without_pecks(self, move: Move, k: int) -> float | None:
         """Down a hole at its feed, without the rapids out of it and back that the story has between two pecks."""
@@ -87,20 +102,25 @@ class Whereabouts:
         if float(np.linalg.norm(way.place(1.0) - tip)) <= self._tolerance(span):
             return 1.0
         if way.arc:
-            shares = np.linspace(least, 1.0, 91)
-            gaps = [float(np.linalg.norm(way.place(float(s)) - tip)) for s in shares]
-            best = int(np.argmin(gaps))
-            low, high = shares[max(best - 1, 0)], shares[min(best + 1, 90)]
-            for _ in range(40):
-                a, b = low + (high - low) / 3, high - (high - low) / 3
-                if np.linalg.norm(way.place(a) - tip) < np.linalg.norm(way.place(b) - tip):
-                    high = b
-                else:
-                    low = a
-            return float((low + high) / 2)
+            return self._nearest(span, tip, least)
         start, end = way.place(0.0), way.place(1.0)
         length = float((end - start) @ (end - start))
         return float(np.clip((tip - start) @ (end - start) / length, 0.0, 1.0)) if length > 0.0 else 0.0
+
+    def _nearest(self, span: int, tip: Array, least: float) -> float:
+        """The share of a curve that lies nearest to a tip."""
+        way = self.story.spans[span]
+        shares = np.linspace(least, 1.0, 91)
+        gaps = [float(np.linalg.norm(way.place(float(s)) - tip)) for s in shares]
+        best = int(np.argmin(gaps))
+        low, high = shares[max(best - 1, 0)], shares[min(best + 1, 90)]
+        for _ in range(40):
+            a, b = low + (high - low) / 3, high - (high - low) / 3
+            if np.linalg.norm(way.place(a) - tip) < np.linalg.norm(way.place(b) - tip):
+                high = b
+            else:
+                low = a
+        return float((low + high) / 2)
 
     def _tolerance(self, span: int) -> float:
         return TIP_MM + self.story.spans[max(span, 0)].slack + self.decimate
