@@ -29,6 +29,7 @@ _BOTH = "turned axes A and B: a kinematics that is not known"
 _TWICE = "a tilted plane and the tool centre point at once"
 _ORDERS = frozenset("121 131 212 232 313 323".split())
 _OF_PLANE = frozenset("XYZIJKPQFST")
+_LINEAR = frozenset("XYZ")
 _ALONG = deg_to_rad(0.01)  # a tool nearer to the plane's z axis than this stands along it
 _ZERO = 1e-9  # degrees: nearer to whole turns than this is at zero
 
@@ -57,10 +58,14 @@ class Standing:
     @property
     def odd(self) -> str:
         """Why the tip in the part doesn't follow from where the axes stand; "" where it does."""
+        if self._plane is not None and self._tcp:
+            return _TWICE
+        if not self.used:
+            return ""
         if {"A", "B"} <= self.used:
             return _BOTH
-        if self.tilted:
-            return _TWICE if self._tcp else ""
+        if self._plane is not None:
+            return ""
         turned = any(abs(math.remainder(self.at[letter] or 0.0, 360.0)) > _ZERO for letter in "ABC")
         return TURNED if turned and not self._tcp else ""
 
@@ -99,18 +104,18 @@ class Standing:
             before = at[letter]
             start = self.shift.get(letter, 0.0) if absolute else before
             at[letter] = None if start is None else start + value
-        self.used |= axes & set("ABC")
-        for letter, other in ("AB", "BA"):  # a machine has one of the two
-            if letter in axes and other not in self.used:
-                at[other] = 0.0
+        if not axes <= _LINEAR:
+            self.used |= axes - _LINEAR
+            for letter, other in ("AB", "BA"):  # a machine has one of the two
+                if letter in axes and other not in self.used:
+                    at[other] = 0.0
         return at
 
     def go(self, to: dict[str, float | None]) -> None:
         """The axes stand there now. Axes that turn in a tilted plane take the tip to where only the machine knows."""
-        turned = any(to[letter] != self.at[letter] for letter in "ABC")
-        self.at = dict(to)
-        self.unnamed |= all(to[letter] is not None for letter in "XYZ")
-        if turned and self.tilted:
+        before, self.at = self.at, dict(to)
+        self.unnamed = self.unnamed or all(to[letter] is not None for letter in "XYZ")
+        if self.tilted and any(to[letter] != before[letter] for letter in "ABC"):
             self.forget()
             self._along = self._stands()
 
