@@ -22,6 +22,7 @@ CONTRACT = {
     "frame_base", "frame_tool", "frame_table", "joint_offset", "geometry", "track", "lean", "joint_compliance", "payload",
     "backlash", "servo_lag", "acceleration_error", "friction", "gear_ripple", "wrist_coupling", "thermal_drift",
     "corner_rounding", "latency", "early_reading", "cutting_force", "measurement_frame",
+    "measurement_scale", "measurement_drift", "turntable", "motor_commutation", "hysteresis", "setpoint_delay",
 }  # fmt: skip
 DEG = np.pi / 180.0
 
@@ -36,7 +37,9 @@ def test_the_library_has_the_contracts_names() -> None:
 def scene_for(name: str):
     if name == "early_reading":
         return make_scene(simulated(poses=True), kr15())
-    if name == "frame_table":
+    if name == "motor_commutation":
+        return make_scene(simulated(plant_commutation, rate=1.0 / 0.012), kr15())
+    if name in ("frame_table", "turntable"):
         log = simulated()
         object.__setattr__(log.info, "measured_frame", MeasuredFrame.BASE)
         return make_scene(log, kr15())
@@ -74,6 +77,10 @@ def plant_link(axis: int, value):
 
 def plant_play(world) -> None:
     world.link[:, 1] += generator.play(world.command[:, 1], 0.03 * DEG)
+
+
+def plant_commutation(world) -> None:
+    world.drive[:, 1] += 2e-5 * np.cos(120.0 * world.command[:, 1])
 
 
 def plant_scale(world) -> None:

@@ -6,21 +6,41 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 
+_USUAL, _MOST = 1e-3, 0.1  # of the way from the pose before
+
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if not all(s.poses for s in scenes):
         return ()
-    return (Unit("early_reading", "", (EffectParameter("share", "1", 1e-3, -1e-4, 0.1),)),)
+    # late too: an axis that overshoots, or a reading that trails
+    units = [Unit("early_reading", "", (EffectParameter("share", "1", _USUAL, -_MOST, _MOST),))]
+    for a in scenes[0].axes:
+        if moved(scenes, a) and shows(scenes, a):
+            units.append(
+                Unit("early_reading", a, (EffectParameter(f"{a}_beyond", "1", _USUAL, -_MOST, _MOST),), key="own")
+            )
+    if all(s.servo_gap is not None for s in scenes):
+        for a in scenes[0].axes:
+            if moved(scenes, a):
+                drive = (EffectParameter(f"{a}_drive", "1", _USUAL, -_MOST, _MOST),)
+                units.append(Unit("early_reading", a, drive, key="drive"))
+    return tuple(units)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    before = np.zeros_like(scene.link)
-    before[1:] = scene.link[:-1] - scene.link[1:]
+    reached = scene.command if unit.key == "drive" else scene.link
+    before = np.zeros_like(reached)
+    before[1:] = reached[:-1] - reached[1:]
+    if unit.key == "drive":
+        return (Column(servo={unit.axis: before[:, scene.index(unit.axis)]}),)
+    if unit.axis:
+        return (Column(tcp=scene.shift(unit.axis, before[:, scene.index(unit.axis)])),)
     total = np.zeros((len(scene), 6))
     for k, axis in enumerate(scene.axes):
         if f"{axis}.zero" in scene.places:
@@ -30,8 +50,8 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 
 EFFECT = Effect(
     name="early_reading",
-    physics="The reading is taken while the robot still has a share of its way from the pose before to go.",
-    rungs=("encoder_to_tcp",),
+    physics="The reading is taken while the robot, or one axis, still has a share of its way from the pose before to go.",
+    rungs=("setpoint_to_encoder", "encoder_to_tcp"),
     regimes=("time", "position"),
     experiment="measure some poses twice: at once and after two seconds of rest",
     units=_units,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.joint import Role
 from camrob.gap.effects.common import arm_axes, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import ROOM_TEMPERATURE, Scene
@@ -17,6 +18,7 @@ __all__ = ["EFFECT", "warmth"]
 _TAU = 600.0  # s, where nothing says better
 _KELVIN = 10.0  # the rise that growth is told for
 _LEAST = 0.03
+_EXPANSION, _MOST_EXPANSION = 1.2e-4, 1e-3  # of a length in 10 kelvin: steel; aluminium warmer than the room by far
 
 
 def warmth(scene: Scene, state: State) -> NDArray[np.float64]:
@@ -38,7 +40,9 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     turn, farthest = deg_to_rad(0.004), deg_to_rad(0.1)
     arm = arm_axes(scenes[0].cell)
     links = tuple(EffectParameter(f"{a}_{p}_mm", "mm", usual, -most, most) for a in arm for p in "xyz")
-    units = [Unit("thermal_drift", "", links, key="links")]
+    # of one kind of metal, warm alike, a link grows by its length; and each by what it has of its own
+    expansion = EffectParameter("expansion", "1", _EXPANSION, -0.1 * _EXPANSION, _MOST_EXPANSION)
+    units = [Unit("thermal_drift", "", (expansion,), key="growth"), Unit("thermal_drift", "", links, key="links")]
     for owner in ("root", "tool"):
         shifts = tuple(EffectParameter(f"{owner}_{p}_mm", "mm", usual, -most, most) for p in "xyz")
         turns = tuple(EffectParameter(f"{owner}_r{p}_deg", "deg", turn, -farthest, farthest) for p in "xyz")
@@ -61,8 +65,30 @@ def _terms_of(scene: Scene, unit: Unit) -> list[str]:
     return [f"{owner}.{p}" for p in (("x", "y", "z") if kind == "shifts" else ("rx", "ry", "rz"))]
 
 
+def _lengths(scene: Scene) -> dict[str, float]:
+    """How far each axis of the arm, and the plate, stand from the axis before (the first from the foot), m, by the constant
+    errors along which they would grow: in that axis's own frame, the plate's in the tool's.
+    """
+    cell = scene.cell
+    out: dict[str, float] = {}
+    link_T_next = np.eye(4)
+    for joint in (j for j in cell.joints if j.role is Role.ARM):
+        before = link_T_next @ joint.before
+        grown = before[:3, :3].T @ before[:3, 3]
+        out |= {f"{joint.name}.{p}": float(grown[k]) for k, p in enumerate("xyz")}
+        link_T_next = np.asarray(joint.after)
+    plate = link_T_next @ cell.wrist_T_flange
+    grown = (plate @ cell.flange_T_tool)[:3, :3].T @ plate[:3, 3]
+    return out | {f"tool.{p}": float(grown[k]) for k, p in enumerate("xyz")}
+
+
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     warm = warmth(scene, state)[:, None]
+    if unit.key == "growth":
+        total = np.zeros((len(scene), 6))
+        for term, length in _lengths(scene).items():
+            total += length * scene.place(term)
+        return (Column(tcp=total * warm),)
     return tuple(Column(tcp=scene.place(term) * warm) for term in _terms_of(scene, unit))
 
 

@@ -1,0 +1,94 @@
+"""An axis winds up before it slides: its link follows its encoder along loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.joint import Role
+from camrob.gap.effects.common import moved, shows
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import play
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["EFFECT", "dahl"]
+
+Array = NDArray[np.float64]
+
+_USUAL, _MOST = deg_to_rad(0.01), deg_to_rad(0.3)  # of wind-up, to either side
+_REACH = deg_to_rad(0.5)  # of travel after which it slides, where nothing says better
+_SLIPS = (0.3, 1.0, 3.0)  # times that: where the elements of a Maxwell chain slip, one after the other
+_TRIED = tuple(deg_to_rad(v) for v in (0.1, 0.25, 0.5, 1.0, 2.0, 4.0))
+_LENGTH = mm_to_m(1.0) / deg_to_rad(1.0)  # m of a sliding axis to what is a rad of a turning one
+_CHOICES = 6
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    """Of each axis, Dahl's friction, or a chain of Maxwell's slipping elements."""
+    if any(s.poses for s in scenes):
+        return ()
+    units = []
+    for joint in scenes[0].cell.joints:
+        a = joint.name
+        if joint.role is Role.ROLL or not moved(scenes, a) or not shows(scenes, a):
+            continue
+        scale, unit = (_LENGTH, "mm") if joint.prismatic else (1.0, "deg")
+
+        def parameter(name: str, scale: float = scale, unit: str = unit) -> EffectParameter:
+            return EffectParameter(f"{name}_{unit}", unit, scale * _USUAL, -scale * _MOST, scale * _MOST)
+
+        units.append(Unit("hysteresis", a, (parameter(f"{a}_dahl"),), _CHOICES, "dahl"))
+        slips = tuple(parameter(f"{a}_slip{k + 1}") for k in range(len(_SLIPS)))
+        units.append(Unit("hysteresis", a, slips, _CHOICES, "maxwell"))
+    return tuple(units)
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    u = scene.link[:, scene.index(unit.axis)]
+    linear = scene.cell.joints[scene.cell.index(unit.axis)].prismatic
+    reach = state.get("reach", _REACH) * (_LENGTH if linear else 1.0)
+    if unit.key == "dahl":
+        return (Column(tcp=scene.shift(unit.axis, -dahl(u, scene.pieces, reach))),)
+    return tuple(
+        Column(tcp=scene.shift(unit.axis, -play(u, scene.t, scene.pieces, 2.0 * share * reach))) for share in _SLIPS
+    )
+
+
+def dahl(values: Array, pieces: Sequence[slice], reach: float) -> Array:
+    """State (N,) in [-1, 1] of Dahl's friction: dz = (1 - z sign(du)) du / reach; each run starts at 0."""
+    out = np.zeros(len(values))
+    for run in pieces:
+        out[run] = _dahl(np.ascontiguousarray(values[run]), reach)
+    return out
+
+
+@numba.njit(cache=True)
+def _dahl(u: Array, reach: float) -> Array:
+    out = np.zeros(len(u))
+    z = 0.0
+    for i in range(1, len(u)):
+        # exact over a straight step
+        way = (u[i] - u[i - 1]) / reach
+        if way > 0.0:
+            z = 1.0 - (1.0 - z) * np.exp(-way)
+        elif way < 0.0:
+            z = -1.0 + (1.0 + z) * np.exp(way)
+        out[i] = z
+    return out
+
+
+EFFECT = Effect(
+    name="hysteresis",
+    physics="The link winds up against friction behind its encoder, and slides only after some travel, so it runs in loops.",
+    rungs=("encoder_to_tcp",),
+    regimes=("direction",),
+    experiment="move the axis alone to and fro by 0.1, 1 and 10 degrees: loops grow with the travel, play's steps don't",
+    units=_units,
+    columns=_columns,
+    trials=tuple({"reach": r} for r in _TRIED),
+    accuracy=0.05,
+)

@@ -1,0 +1,58 @@
+"""An axis gets its set-points later than the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from camrob.gap.effects.common import moved, shows
+from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.signals import delayed, derivative
+
+__all__ = ["EFFECT"]
+
+_START, _LEAST = 0.004, 1e-4  # s: a cycle of a bus; less is as good as none
+_CHOICES = 4
+_CYCLES = (0.008, 0.012, 0.016, 0.024)  # s of a slower bus
+
+
+def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
+    """Of each axis: late by a time, or held from cycle to cycle of a slower bus."""
+    if any(s.poses or s.setpoint is None for s in scenes) or len(scenes[0].axes) < 2:
+        return ()
+    return tuple(
+        Unit("setpoint_delay", a, (EffectParameter(f"{a}_{name}", unit, usual, -most, most),), _CHOICES, name)
+        for a in scenes[0].axes
+        if moved(scenes, a) and (shows(scenes, a) or all(s.servo_gap is not None for s in scenes))
+        for name, unit, usual, most in (("delay_s", "s", 0.008, 0.1), ("held", "1", 1.0, 3.0))
+    )
+
+
+def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    own = scene.command[:, [scene.index(unit.axis)]]
+    if unit.key == "held":
+        since = np.mod(scene.t, state.get("cycle_s", _CYCLES[0]))
+        return (Column(servo={unit.axis: -derivative(own, scene.t, scene.pieces)[:, 0] * since}),)
+    delay = state.get(unit.parameters[0].name, _START)
+    behind = delayed(own, scene.t, scene.pieces, delay) - own
+    return (Column(servo={unit.axis: behind[:, 0] / delay}),)
+
+
+def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
+    return {**state, **{n: v for n, v in values.items() if n.endswith("_delay_s") and abs(v) > _LEAST}}
+
+
+EFFECT = Effect(
+    name="setpoint_delay",
+    physics="One axis gets its set-points some cycles later or earlier than the others, or seldomer.",
+    rungs=("setpoint_to_encoder",),
+    regimes=("speed",),
+    experiment="move all axes to and fro together, with hard reversals: the late one turns round after the others",
+    units=_units,
+    columns=_columns,
+    refine=_refine,
+    trials=tuple({"cycle_s": c} for c in _CYCLES),
+    accuracy=0.01,
+)
