@@ -12,7 +12,7 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -47,7 +47,7 @@ class JobResult(Protocol):
     """What a job returns: its `summary`."""
 
     @property
-    def summary(self) -> Summary | Mapping[str, Any]:
+    def summary(self) -> Summary:
         """What the command says of it."""
         ...
 
@@ -97,9 +97,7 @@ def perform(
     try:
         with terminable(), _progress(quiet) as hook:
             result = job(hook)
-        summary = result.summary
-        said = summary.to_json() if isinstance(summary, Summary) else summary
-        text = json.dumps(said, indent=2, allow_nan=False) if as_json else None
+        text = json.dumps(result.summary.to_json(), indent=2, allow_nan=False) if as_json else None
     except (Exception, KeyboardInterrupt) as error:
         if os.environ.get("CAMROB_DEBUG"):
             traceback.print_exc()
@@ -109,7 +107,7 @@ def perform(
         if text is not None:
             _write(text)
         elif not quiet:
-            _show(render(summary))
+            _show(render(result.summary))
     except OSError as error:
         why = "disk full" if disk_full(error) else error.strerror or "input or output failed"
         told = f"the job is done, but its summary can't be printed ({why}); send standard output elsewhere"

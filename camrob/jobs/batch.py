@@ -5,11 +5,10 @@ from __future__ import annotations
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from camrob.errors import InputError
 from camrob.jobs.batching.dask_workers import run_cluster
@@ -20,15 +19,16 @@ from camrob.jobs.batching.work import Outcome
 from camrob.jobs.exit_status import DONE, failure_line, failure_status
 from camrob.jobs.files.files import staged_output
 from camrob.languages import program_suffixes
+from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
 __all__ = ["BatchResult", "batch"]
 
 
 @dataclass(frozen=True, slots=True)
 class BatchResult:
-    """The summary as JSON; `status` is that of the worst job (3 before 2 before 1 before 0), `ok` where it is 0."""
+    """The summary; `status` is that of the worst job (3 before 2 before 1 before 0), `ok` where it is 0."""
 
-    summary: Mapping[str, Any]
+    summary: BatchSummary
     status: int
 
     @property
@@ -75,7 +75,7 @@ def batch(
     listed = read_jobs(Path(jobs), out)
     crew = workers or cores()
     view = _View(listed, progress)
-    rows: dict[int, dict[str, Any]] = {}
+    rows: dict[int, JobFigures] = {}
 
     def note(outcome: Outcome, attempts: int) -> None:
         rows[outcome.index] = _row(listed[outcome.index], outcome, attempts)
@@ -98,16 +98,16 @@ def batch(
             for outcome, made, attempts in ended:
                 note(_published(listed[outcome.index], outcome, made), attempts)
     in_order = [rows[job.index] for job in listed]
-    status = max(row["status"] for row in in_order)
-    summary = {
-        "ok": status == DONE,
-        "status": status,
-        "counts": {str(s): sum(row["status"] == s for row in in_order) for s in range(4)},
-        "workers": min(crew, len(listed)) if scheduler is None else None,
-        "scheduler": scheduler,
-        "jobs": in_order,
-        "seconds": round(time.perf_counter() - start, 3),
-    }
+    status = max(row.status for row in in_order)
+    summary = BatchSummary(
+        ok=status == DONE,
+        status=status,
+        counts={str(s): sum(row.status == s for row in in_order) for s in range(4)},
+        workers=min(crew, len(listed)) if scheduler is None else None,
+        scheduler=scheduler,
+        jobs=tuple(in_order),
+        seconds=round(time.perf_counter() - start, 3),
+    )
     return BatchResult(summary, status)
 
 
@@ -133,20 +133,20 @@ def _published(job: BatchJob, outcome: Outcome, made: Path | None) -> Outcome:
     return outcome
 
 
-def _row(job: BatchJob, outcome: Outcome, attempts: int) -> dict[str, Any]:
+def _row(job: BatchJob, outcome: Outcome, attempts: int) -> JobFigures:
     """How the summary tells of a job."""
-    return {
-        "index": job.index,
-        "verb": job.verb.name,
-        "input": job.label,
-        "out": None if job.out is None else str(job.out),
-        "status": outcome.status,
-        "error": outcome.error,
-        "files": list(outcome.files),
-        "attempts": attempts,
-        "seconds": outcome.seconds,
-        "summary": outcome.summary,
-    }
+    return JobFigures(
+        index=job.index,
+        verb=job.verb.name,
+        input=job.label,
+        out=None if job.out is None else str(job.out),
+        status=outcome.status,
+        error=outcome.error,
+        files=outcome.files,
+        attempts=attempts,
+        seconds=outcome.seconds,
+        summary=outcome.summary,
+    )
 
 
 @dataclass(slots=True)

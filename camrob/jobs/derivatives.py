@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,10 @@ from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file, program_suffixes
 from camrob.studies.published_file import read_published
 from camrob.studies.published_robot import case_line, drawn_errors
+from camrob.summaries.feed_summary import DerivativeFigures, KindFigures, PassedBound
 from camrob.timing.derivative_analysis import DerivativeAnalysis, Interpolation, analyse_derivatives
 
-__all__ = ["LINE", "Coordinates", "analyses_of", "calibrated", "coordinates_of", "derivative_summary", "published_line"]
+__all__ = ["LINE", "Coordinates", "analyses_of", "calibrated", "coordinates_of", "derivative_figures", "published_line"]
 
 Array = NDArray[np.float64]
 
@@ -102,34 +103,26 @@ def analyses_of(cell: Cell, both: list[Coordinates]) -> dict[str, list[Derivativ
     }
 
 
-def derivative_summary(
-    cell: Cell, both: list[Coordinates], analyses: Mapping[str, list[DerivativeAnalysis]], rate: float
-) -> dict[str, Any]:
-    """feed.json of an analysis."""
+def derivative_figures(analyses: Mapping[str, list[DerivativeAnalysis]], rate: float) -> tuple[DerivativeFigures, ...]:
+    """The figures of each analysis at a rate, rad/s."""
     table = []
     for kind, of_kind in analyses.items():
         for which, analysis in zip(("nominal", "compensated"), of_kind, strict=False):
             found = analysis.violations(rate)
             table.append(
-                {
-                    "interpolation": kind,
-                    "coordinates": which,
-                    "rate_admitted": {
-                        "speed": float(analysis.rate_speed.min()),
-                        "acceleration": float(analysis.rate_acceleration.min()),
-                        "jerk": float(analysis.rate_jerk.min()),
-                    },
-                    "violations": len(found),
-                    "worst": [
-                        {"axis": v.axis, "quantity": v.quantity, "s": v.worst_at, "line": v.line, "times": v.worst}
+                DerivativeFigures(
+                    interpolation=kind,
+                    coordinates=which,
+                    rate_admitted=KindFigures(
+                        speed=float(analysis.rate_speed.min()),
+                        acceleration=float(analysis.rate_acceleration.min()),
+                        jerk=float(analysis.rate_jerk.min()),
+                    ),
+                    violations=len(found),
+                    worst=tuple(
+                        PassedBound(axis=v.axis, quantity=v.quantity, s=v.worst_at, line=v.line, times=v.worst)
                         for v in sorted(found, key=lambda v: -v.worst)[:_LISTED]
-                    ],
-                }
+                    ),
+                )
             )
-    return {
-        "cell": cell.name,
-        "sources": [one.source for one in both],
-        "displacement_rad": float(analyses["smooth"][0].s[-1]),
-        "rate_rad_s": rate,
-        "analyses": table,
-    }
+    return tuple(table)

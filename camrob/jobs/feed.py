@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
@@ -19,7 +19,7 @@ from camrob.jobs.derivatives import (
     analyses_of,
     calibrated,
     coordinates_of,
-    derivative_summary,
+    derivative_figures,
     published_line,
 )
 from camrob.jobs.files.files import staged_output
@@ -30,18 +30,29 @@ from camrob.report.feed.page import weld_report, weld_statements
 from camrob.report.page.statements import Statement
 from camrob.studies.seam import read_seam
 from camrob.studies.weld_study import SeamOptimum, WeldStudy, study_weld
+from camrob.summaries.feed_summary import (
+    DerivativeSummary,
+    FeedSummary,
+    KindFigures,
+    OptimumFigures,
+    SchemeFigures,
+    SeamFigures,
+    StatementFigures,
+    UniformFeed,
+    WeldSummary,
+)
 from camrob.units import m_to_mm
 
 __all__ = ["FeedResult", "feed"]
 
-_KINDS = ("speed", "acceleration", "jerk")
+_FILES = ("feed.html", "feed.json")
 
 
 @dataclass(frozen=True, slots=True)
 class FeedResult:
-    """The summary as JSON, and the files in `out`."""
+    """The summary, a WeldSummary of a seam and a DerivativeSummary else, and the files in `out`."""
 
-    summary: Mapping[str, Any]
+    summary: FeedSummary
     out: Path
     files: tuple[str, ...]
 
@@ -83,16 +94,18 @@ def feed(
         raise InputError("--compensated has nothing to stand beside", cure="give the nominal path with --solution")
     if progress is not None:
         progress("feed", 0.1)
+    summary: FeedSummary
     if solution is None and calibration is None and (machine.folder / "seam.toml").is_file():
         study = study_weld(machine, read_seam(machine.folder))
         summary, text = _weld_summary(machine, study), weld_report(machine, study)
     else:
         summary, text = _derivatives(machine, _coordinates(machine, solution, compensated, calibration), axis, rate)
-    summary["files"] = ["feed.html", "feed.json"]
     with staged_output(out) as folder:
         (folder / "feed.html").write_text(text, encoding="utf-8")
-        (folder / "feed.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return FeedResult(summary, out, ("feed.html", "feed.json"))
+        (folder / "feed.json").write_text(
+            json.dumps(summary.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8"
+        )
+    return FeedResult(summary, out, _FILES)
 
 
 def _coordinates(
@@ -118,7 +131,7 @@ def _coordinates(
 
 def _derivatives(
     machine: Cell, found: tuple[list[Coordinates], bool], axis: str | None, rate: float
-) -> tuple[dict[str, Any], str]:
+) -> tuple[DerivativeSummary, str]:
     """Summary and page of a derivative analysis."""
     if not (np.isfinite(rate) and rate > 0.0):
         raise InputError(f"--rate {rate:g} is no rate", cure="give a positive number, rad/s")
@@ -134,9 +147,16 @@ def _derivatives(
         length = float(m_to_mm(float(np.sum(np.linalg.norm(np.diff(tips, axis=0), axis=1)))))
         statements = derivative_statements(analyses, rate=rate, points=len(tips), length_mm=length)
     place = "point" if published else "line"
-    summary = {**derivative_summary(machine, both, analyses, rate), "line_counts": place}
-    if statements:
-        summary["statements"] = [s._asdict() for s in statements]
+    summary = DerivativeSummary(
+        cell=machine.name,
+        sources=tuple(one.source for one in both),
+        displacement_rad=float(analyses["smooth"][0].s[-1]),
+        rate_rad_s=rate,
+        analyses=derivative_figures(analyses, rate),
+        line_counts=place,
+        statements=_stated(statements) if statements else None,
+        files=_FILES,
+    )
     text = derivative_report(
         machine, analyses, axes=shown, rate=rate, source="; ".join(one.source for one in both),
         place=place, statements=statements,
@@ -144,33 +164,44 @@ def _derivatives(
     return summary, text
 
 
-def _weld_summary(cell: Cell, study: WeldStudy) -> dict[str, Any]:
+def _weld_summary(cell: Cell, study: WeldStudy) -> WeldSummary:
     names = cell.names
-    return {
-        "cell": cell.name,
-        "seam": {
-            "length_mm": float(m_to_mm(float(study.fine.s[-1]))),
-            "position_error_mm_max": float(m_to_mm(float(study.points.error.max()))),
-        },
-        "constant_feed_m_s": {k: float(v) for k, v in zip(_KINDS, study.bound.min(axis=0), strict=True)},
-        "schemes": [
-            {
-                "feed_top_m_s": s.top,
-                "published": {
-                    "feed_m_s": [float(s.published.feed.min()), float(s.published.feed.max())],
-                    "time_s": float(s.at[-1]),
-                    "use": dict(zip(_KINDS, s.use.tolist(), strict=True)),
-                },
-                "optimum_moving": _optimum(s.moving),
-                "optimum_resting": _optimum(s.resting),
-            }
+    return WeldSummary(
+        cell=cell.name,
+        seam=SeamFigures(
+            length_mm=float(m_to_mm(float(study.fine.s[-1]))),
+            position_error_mm_max=float(m_to_mm(float(study.points.error.max()))),
+        ),
+        constant_feed_m_s=_kinds(study.bound.min(axis=0)),
+        schemes=tuple(
+            SchemeFigures(
+                feed_top_m_s=s.top,
+                published=UniformFeed(
+                    feed_m_s=(float(s.published.feed.min()), float(s.published.feed.max())),
+                    time_s=float(s.at[-1]),
+                    use=_kinds(s.use),
+                ),
+                optimum_moving=_optimum(s.moving),
+                optimum_resting=_optimum(s.resting),
+            )
             for s in study.schemes
-        ],
-        "torque_max_nm": dict(zip(names, np.abs(study.torques.total).max(axis=0).tolist(), strict=True)),
-        "gravity_max_nm": dict(zip(names, np.abs(study.torques.gravity).max(axis=0).tolist(), strict=True)),
-        "statements": [s._asdict() for s in weld_statements(cell, study)],
-    }  # fmt: skip
+        ),
+        torque_max_nm=dict(zip(names, np.abs(study.torques.total).max(axis=0).tolist(), strict=True)),
+        gravity_max_nm=dict(zip(names, np.abs(study.torques.gravity).max(axis=0).tolist(), strict=True)),
+        statements=_stated(weld_statements(cell, study)),
+        files=_FILES,
+    )
 
 
-def _optimum(found: SeamOptimum) -> dict[str, Any]:
-    return {"time_s": float(found.grid.at[-1]), "use": dict(zip(_KINDS, found.use.tolist(), strict=True))}
+def _optimum(found: SeamOptimum) -> OptimumFigures:
+    return OptimumFigures(time_s=float(found.grid.at[-1]), use=_kinds(found.use))
+
+
+def _kinds(values: NDArray[np.float64]) -> KindFigures:
+    """Of speed, acceleration and jerk (3,)."""
+    speed, acceleration, jerk = values.tolist()
+    return KindFigures(speed=speed, acceleration=acceleration, jerk=jerk)
+
+
+def _stated(statements: Iterable[Statement]) -> tuple[StatementFigures, ...]:
+    return tuple(StatementFigures(published=s.published, found=s.found, verdict=s.verdict) for s in statements)

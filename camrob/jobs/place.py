@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try
 from camrob.redundancy.planning.placement import Placements, place_part
 from camrob.report.place_map import place_map
 from camrob.se3 import xyzabc_from_frame
+from camrob.summaries.place_summary import Placement, PlaceSummary, PlaceTrial
 from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["PlaceResult", "place"]
@@ -34,7 +34,7 @@ HEIGHTS = 5  # and along Z
 class PlaceResult:
     """What a placement found: the summary, and `files` in `out`."""
 
-    summary: Mapping[str, Any]
+    summary: PlaceSummary
     out: Path
     files: tuple[str, ...]
 
@@ -74,7 +74,7 @@ def place(
     Example:
         >>> part, cell = Path("toolpaths/engraving/engraving.cls"), Path("cells/kr15_track_table")
         >>> result = camrob.place(part, cell=cell, out=Path("out/place"), x_mm=0.0, y_mm=0.0)
-        >>> result.summary["best"]["standing"], result.files
+        >>> result.summary.best.standing, result.files
         ('free', ('engraving.place.json', 'engraving.place.svg'))
     """
     freedom = (x_mm, y_mm, z_mm)
@@ -99,8 +99,8 @@ def place(
         refused = [why if why not in (FREE, UNTRIED) else "" for why in trial.standing]
         picture = place_map(name, xyz_mm, found.value, trial.best, found.here, refused)
         (folder / f"{name}.place.svg").write_text(picture, encoding="utf-8")
-        (folder / f"{name}.place.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
-    return PlaceResult(summary, Path(out), tuple(summary["files"]))
+        (folder / f"{name}.place.json").write_text(json.dumps(summary.to_json(), indent=1) + "\n", encoding="utf-8")
+    return PlaceResult(summary, Path(out), summary.files)
 
 
 def _told(progress: Callable[[str, float], None] | None, stage: str) -> Callable[[float], None] | None:
@@ -108,40 +108,38 @@ def _told(progress: Callable[[str, float], None] | None, stage: str) -> Callable
     return None if progress is None else lambda share: progress(stage, share)
 
 
-def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: str, name: str) -> dict[str, Any]:
+def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: str, name: str) -> PlaceSummary:
     """What was found, in the units of the trade."""
 
-    def entry(k: int) -> dict[str, Any]:
+    def entry(k: int) -> Placement:
         values = xyzabc_from_frame(np.asarray(found.base_T_part[k]))
         printed = [*m_to_mm(values[:3]).round(3).tolist(), *rad_to_deg(values[3:]).round(4).tolist()]
-        return {
-            "part_in_base": printed,
-            "inv_kf_bound_mean": float(found.mean[k]) or None,
-            "inv_kf_bound_min": float(found.worst[k]) or None,
-            "standing": trial.standing[k] or "not tried: it ranks below the proposal",
-        }
+        return Placement(
+            part_in_base=tuple(printed),
+            inv_kf_bound_mean=float(found.mean[k]) or None,
+            inv_kf_bound_min=float(found.worst[k]) or None,
+            standing=trial.standing[k] or "not tried: it ranks below the proposal",
+        )
 
     clearance = trial.collisions.clearance_min
     inv_kf = np.asarray(trial.solution.inv_kf)
-    tried = {
-        "method": trial.solution.method,
-        "points": len(trial.solution),
-        "inv_kf_mean": float(inv_kf.mean()),
-        "inv_kf_min": float(inv_kf.min()),
-        "collisions_checked": trial.collisions.checked,
-        "clearance_min_mm": None if clearance is None else round(m_to_mm(clearance), 2),
-    }
-    return {
-        "program": name,
-        "cell": cell,
-        "now": entry(found.here),
-        "best": {**entry(trial.best), "trial": tried},
-        "placements": len(found.mean),
-        "in_reach": int(np.sum(found.mean > 0.0)),
-        "table": plate.name
-        if plate is not None
-        else "the cell has no plate that a part may stand on: no edge was heeded",
-        "tried": trial.tried,
-        "refused": trial.refused,
-        "files": [f"{name}.place.json", f"{name}.place.svg"],
-    }
+    tried = PlaceTrial(
+        method=trial.solution.method,
+        points=len(trial.solution),
+        inv_kf_mean=float(inv_kf.mean()),
+        inv_kf_min=float(inv_kf.min()),
+        collisions_checked=trial.collisions.checked,
+        clearance_min_mm=None if clearance is None else round(m_to_mm(clearance), 2),
+    )
+    return PlaceSummary(
+        program=name,
+        cell=cell,
+        now=entry(found.here),
+        best=replace(entry(trial.best), trial=tried),
+        placements=len(found.mean),
+        in_reach=int(np.sum(found.mean > 0.0)),
+        table="the cell has no plate that a part may stand on: no edge was heeded" if plate is None else plate.name,
+        tried=trial.tried,
+        refused=trial.refused,
+        files=(f"{name}.place.json", f"{name}.place.svg"),
+    )

@@ -6,7 +6,7 @@ import gzip
 import json
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from camrob.jobs.files.compare_summary import comparable, compare_summary
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.post import post
 from camrob.languages import language_suffixes
+from camrob.summaries.regress_summary import RegressSummary, SampleFigures
 
 __all__ = ["RegressResult", "regress"]
 
@@ -29,10 +30,10 @@ _SUFFIXES = (".cls", ".apt", ".aptsource", ".ncl", ".nc", ".ngc", ".clt")
 
 @dataclass(frozen=True, slots=True)
 class RegressResult:
-    """`ok` where every sample came out as its golden files say (or, updated, was written); the summary as JSON."""
+    """`ok` where every sample came out as its golden files say (or, updated, was written)."""
 
     ok: bool
-    summary: Mapping[str, Any]
+    summary: RegressSummary
 
 
 @dataclass(slots=True)
@@ -88,12 +89,12 @@ def regress(
         elif not update and sample.made:
             _compare(sample)
     ok = not any(sample.differences for sample in samples)
-    summary = {
-        "ok": ok,
-        "cell": Path(cell).name,
-        "updated": bool(update and made),
-        "samples": [_entry(sample) for sample in samples],
-    }
+    summary = RegressSummary(
+        ok=ok,
+        cell=Path(cell).name,
+        updated=bool(update and made),
+        samples=tuple(_figures(sample) for sample in samples),
+    )
     return RegressResult(ok, summary)
 
 
@@ -181,12 +182,12 @@ def _compare(sample: _Sample) -> None:
             sample.rounded += found.rounded
 
 
-def _entry(sample: _Sample) -> dict[str, Any]:
-    return {
-        "part": sample.clfile.parent.name,
-        "ok": not sample.differences,
-        "points": sample.summary.get("points"),
-        "differences": sample.differences,
-        "rounded": sample.rounded,
-        "seconds": sample.seconds,
-    }
+def _figures(sample: _Sample) -> SampleFigures:
+    return SampleFigures(
+        part=sample.clfile.parent.name,
+        ok=not sample.differences,
+        points=sample.summary.get("points"),
+        differences=tuple(sample.differences),
+        rounded=sample.rounded,
+        seconds=sample.seconds,
+    )

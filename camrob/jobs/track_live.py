@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.errors import InputError
 from camrob.jobs.exit_status import DONE, NOT_SAFE
@@ -21,6 +22,17 @@ from camrob.loop.rsi.link import Address
 from camrob.loop.rsi.outcome import FAULTS, SessionCounts
 from camrob.loop.rsi.server import RsiServer
 from camrob.loop.rsi.session import TrackerSession
+from camrob.summaries.live_summary import (
+    AnswerTimes,
+    CorrectionFigures,
+    FrameCounts,
+    InstrumentClock,
+    MeasurementCounts,
+    Percentiles,
+    Stopped,
+    TrackLiveSummary,
+)
+from camrob.summaries.remarks import Remark
 from camrob.units import m_to_mm, ms_to_s, rad_to_deg, s_to_ms
 
 __all__ = ["LiveOptions", "TrackLiveResult", "track_live"]
@@ -28,9 +40,9 @@ __all__ = ["LiveOptions", "TrackLiveResult", "track_live"]
 
 @dataclass(frozen=True, slots=True)
 class TrackLiveResult:
-    """The summary as JSON, and what it was made from."""
+    """The summary, and what it was made from."""
 
-    summary: Mapping[str, Any]
+    summary: TrackLiveSummary
     session: TrackerSession
     log: CycleLog
 
@@ -42,7 +54,7 @@ class TrackLiveResult:
     @property
     def fault(self) -> bool:
         """True where a fault ended it, so that the robot was stopped."""
-        return bool(self.summary["stopped"]["fault"])
+        return self.summary.stopped.fault
 
 
 def track_live(
@@ -81,7 +93,7 @@ def track_live(
 
     Example:
         >>> result = camrob.track_live(listen="127.0.0.1:0", instrument="127.0.0.1:0", duration_s=0.1)
-        >>> result.summary["stopped"]["code"], result.summary["frames"]["received"]
+        >>> result.summary.stopped.code, result.summary.frames.received
         ('duration', 0)
     """
     options = live_options(options, cell, said or {})
@@ -101,7 +113,7 @@ def track_live(
         with staged_output(Path(out)) as folder:
             server.log.write(folder / "tracker.csv")
             (folder / "tracker.json").write_text(
-                json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8"
+                json.dumps(summary.to_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8"
             )
     return TrackLiveResult(summary, session, server.log)
 
@@ -114,49 +126,48 @@ def _address(text: str) -> Address:
     return match[1], int(match[2])
 
 
-def _summary(options: LiveOptions, server: RsiServer, session: TrackerSession, seconds: float) -> dict[str, Any]:
+def _summary(options: LiveOptions, server: RsiServer, session: TrackerSession, seconds: float) -> TrackLiveSummary:
     log, counts, stop = server.log, session.counts, session.stopped
     rows = log.rows
     cycle = ms_to_s(options.cycle_ms)
     total = session.state.total
     largest = np.abs(rows[:, 16:22]).max(axis=0, initial=0.0)
     code, text = ("internal", "it ended without a reason") if stop is None else stop
-    return {
-        "mode": options.mode,
-        "gain": options.gain,
-        "cycle_ms": options.cycle_ms,
-        "controller": None if session.controller is None else "{}:{}".format(*session.controller),
-        "instrument": None if session.instrument is None else "{}:{}".format(*session.instrument),
-        "strangers": dict(counts.strangers),
-        "stopped": {"code": code, "text": text, "fault": code in FAULTS},
-        "frames": _frames(counts),
-        "measurements": {
-            "received": counts.measurements,
-            "kept": counts.measurements_kept,
-            "other_sender": counts.measurements_other_sender,
-            "not_allowed": counts.measurements_not_allowed,
-            "refused": dict(counts.measurements_refused),
-        },
-        "correction": {
-            "total_mm": _rounded(m_to_mm(total[:3])),
-            "total_deg": _rounded(rad_to_deg(total[3:])),
-            "largest_mm": _rounded(m_to_mm(largest[:3])),
-            "largest_deg": _rounded(rad_to_deg(largest[3:])),
-            "saturated_cycles": counts.saturated,
-        },
-        "latency_ms": {**percentiles(rows[:, 1]), "from": "kernel" if server.kernel_stamps else "process"},
-        "within_cycle": None if not len(rows) else round(float(np.mean(rows[:, 1] <= cycle)), 6),
-        "interval_ms": percentiles(rows[:, 3]),
-        "measurement_age_ms": percentiles(rows[:, 2]),
-        "instrument_clock": {
-            "kind": options.clock,
-            "drift_forgiven_ms": round(s_to_ms(session.intake.clock.forgiven_s), 3),
-        },
-        "rows": len(log),
-        "rows_dropped": log.dropped,
-        "seconds": round(seconds, 3),
-        "warnings": [{"line": 0, "code": code, "text": text} for code, text in _warnings(options)],
-    }
+    return TrackLiveSummary(
+        mode=options.mode,
+        gain=options.gain,
+        cycle_ms=options.cycle_ms,
+        controller=None if session.controller is None else "{}:{}".format(*session.controller),
+        instrument=None if session.instrument is None else "{}:{}".format(*session.instrument),
+        strangers=counts.strangers,
+        stopped=Stopped(code=code, text=text, fault=code in FAULTS),
+        frames=_frames(counts),
+        measurements=MeasurementCounts(
+            received=counts.measurements,
+            kept=counts.measurements_kept,
+            other_sender=counts.measurements_other_sender,
+            not_allowed=counts.measurements_not_allowed,
+            refused=counts.measurements_refused,
+        ),
+        correction=CorrectionFigures(
+            total_mm=_rounded(m_to_mm(total[:3])),
+            total_deg=_rounded(rad_to_deg(total[3:])),
+            largest_mm=_rounded(m_to_mm(largest[:3])),
+            largest_deg=_rounded(rad_to_deg(largest[3:])),
+            saturated_cycles=counts.saturated,
+        ),
+        latency_ms=AnswerTimes(**percentiles(rows[:, 1]), source="kernel" if server.kernel_stamps else "process"),
+        within_cycle=None if not len(rows) else round(float(np.mean(rows[:, 1] <= cycle)), 6),
+        interval_ms=Percentiles(**percentiles(rows[:, 3])),
+        measurement_age_ms=Percentiles(**percentiles(rows[:, 2])),
+        instrument_clock=InstrumentClock(
+            kind=options.clock, drift_forgiven_ms=round(s_to_ms(session.intake.clock.forgiven_s), 3)
+        ),
+        rows=len(log),
+        rows_dropped=log.dropped,
+        seconds=round(seconds, 3),
+        warnings=tuple(Remark(line=0, code=code, text=text) for code, text in _warnings(options)),
+    )
 
 
 def _warnings(options: LiveOptions) -> Iterator[tuple[str, str]]:
@@ -176,17 +187,24 @@ def _warnings(options: LiveOptions) -> Iterator[tuple[str, str]]:
         )
 
 
-def _frames(counts: SessionCounts) -> dict[str, Any]:
-    names = (
-        "answered", "unanswered_after_stop", "answered_late", "late_arrivals", "missed", "duplicate", "out_of_order",
-        "other_sender", "not_allowed", "held_stale", "held_implausible", "held_faulty",
-    )  # fmt: skip
-    return {
-        "received": counts.frames,
-        **{name: getattr(counts, name) for name in names},
-        "refused": dict(counts.refused),
-    }
+def _frames(counts: SessionCounts) -> FrameCounts:
+    return FrameCounts(
+        received=counts.frames,
+        answered=counts.answered,
+        unanswered_after_stop=counts.unanswered_after_stop,
+        answered_late=counts.answered_late,
+        late_arrivals=counts.late_arrivals,
+        missed=counts.missed,
+        duplicate=counts.duplicate,
+        out_of_order=counts.out_of_order,
+        other_sender=counts.other_sender,
+        not_allowed=counts.not_allowed,
+        held_stale=counts.held_stale,
+        held_implausible=counts.held_implausible,
+        held_faulty=counts.held_faulty,
+        refused=counts.refused,
+    )
 
 
-def _rounded(values: Any) -> list[float]:
-    return [round(float(v), 6) for v in values]
+def _rounded(values: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(round(float(v), 6) for v in values)

@@ -23,6 +23,8 @@ from camrob import errors
 from camrob.cli import app as cli
 from camrob.cli.console import Terminated, error_line, exit_status
 from camrob.summaries.base import Summary
+from camrob.summaries.regress_summary import RegressSummary
+from camrob.summaries.verify_summary import VerifySummary
 
 ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests")])}
@@ -35,9 +37,12 @@ SUMMARY = post_summary(
 )
 
 
+NO_SAMPLES = RegressSummary(ok=True, cell="c", updated=False, samples=())
+
+
 @dataclass
 class Result:
-    summary: Summary | dict[str, object] = SUMMARY
+    summary: Summary = SUMMARY
     ok: bool = True
     findings: tuple[object, ...] = ()
 
@@ -178,7 +183,12 @@ def test_quiet_is_quiet(plant: Plant, capsys: pytest.CaptureFixture[str]) -> Non
     ("verb", "arguments", "summary", "told"),
     [
         ("verify", ["p.src"], verify_summary(), ("p: ", "against it", "limits not judged")),
-        ("regress", ["toolpaths"], {"ok": True, "samples": []}, ("all 0 samples come out as before",)),
+        (
+            "regress",
+            ["toolpaths"],
+            RegressSummary(ok=True, cell="c", updated=False, samples=()),
+            ("all 0 samples come out as before",),
+        ),
     ],
 )
 @pytest.mark.parametrize("ok", [True, False])
@@ -187,12 +197,11 @@ def test_a_failed_check_is_status_1(
     capsys: pytest.CaptureFixture[str],
     verb: str,
     arguments: list[str],
-    summary: Summary | dict[str, object],
+    summary: VerifySummary | RegressSummary,
     told: tuple[str, ...],
     ok: bool,
 ) -> None:
-    summary = replace(summary, ok=ok) if isinstance(summary, Summary) else summary | {"ok": ok}
-    calls = plant(verb, Result(summary, ok))
+    calls = plant(verb, Result(replace(summary, ok=ok), ok))
     assert cli.run([verb, *arguments, "--cell", "c"]) == (0 if ok else 1)
     shown = capsys.readouterr()
     assert shown.err == "" and all(text in shown.out for text in told)

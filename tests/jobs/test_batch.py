@@ -192,16 +192,16 @@ def test_a_job_that_fails_does_not_stop_the_rest(
     jobs = write_jobs(folder, THREE)
     seen: list[tuple[str, float]] = []
     result = batch(jobs, out=folder / "o", workers=2, progress=lambda what, share: seen.append((what, share)))
-    good, far, missing = result.summary["jobs"]
-    assert [j["status"] for j in result.summary["jobs"]] == [0, 3, 2] and result.status == 3 and not result.ok
-    assert result.summary["counts"] == {"0": 1, "1": 0, "2": 1, "3": 1}
-    assert good["error"] is None and good["summary"]["points"] > 100
-    assert "out of" in far["error"] or "reach" in far["error"]
-    assert missing["error"].startswith(str(folder / "missing.cls")) and "camrob-batch" not in missing["error"]
+    good, far, missing = result.summary.jobs
+    assert [j.status for j in result.summary.jobs] == [0, 3, 2] and result.status == 3 and not result.ok
+    assert result.summary.counts == {"0": 1, "1": 0, "2": 1, "3": 1}
+    assert good.error is None and good.summary["points"] > 100
+    assert "out of" in far.error or "reach" in far.error
+    assert missing.error.startswith(str(folder / "missing.cls")) and "camrob-batch" not in missing.error
     same_as_single(folder / "o", posted)
     assert {f.name for f in (folder / "o").iterdir()} == {f.name for f in posted.iterdir()}  # nothing of the others
     assert seen[-1] == ("3 of 3 jobs done, 2 not well", 1.0) and any("engraving.cls: resolve" in s for s, _ in seen)
-    json.dumps(result.summary, allow_nan=False)
+    json.dumps(result.summary.to_json(), allow_nan=False)
 
 
 def kill_when(stage: str, times: int) -> Callable[[str, float], None]:
@@ -223,7 +223,7 @@ def kill_when(stage: str, times: int) -> Callable[[str, float], None]:
 def test_a_dead_workers_job_is_done_again(folder: Path, posted: Path) -> None:
     jobs = write_jobs(folder, '[[job]]\nclfile = "part/engraving.cls"')
     result = batch(jobs, out=folder / "o", workers=1, progress=kill_when("resolve", 1))
-    assert result.ok and result.summary["jobs"][0]["attempts"] == 2
+    assert result.ok and result.summary.jobs[0].attempts == 2
     same_as_single(folder / "o", posted)
 
 
@@ -231,9 +231,9 @@ def test_a_job_that_kills_its_workers_is_told_and_the_rest_is_done(folder: Path,
     (folder / "far.cls").write_text(FAR)
     jobs = write_jobs(folder, '[[job]]\nclfile = "part/engraving.cls"\n[[job]]\nclfile = "far.cls"')
     result = batch(jobs, out=folder / "o", workers=1, progress=kill_when("engraving.cls: re", 2))
-    lost, far = result.summary["jobs"]
-    assert (lost["status"], lost["attempts"], far["attempts"]) == (3, 2, 1)
-    assert "its worker died 2 times (signal 9)" in lost["error"] and "died" not in far["error"]
+    lost, far = result.summary.jobs
+    assert (lost.status, lost.attempts, far.attempts) == (3, 2, 1)
+    assert "its worker died 2 times (signal 9)" in lost.error and "died" not in far.error
     assert not (folder / "o").exists()
 
 
@@ -384,11 +384,11 @@ def test_the_same_on_a_cluster_that_loses_a_worker(
         killer.heard.set()
         killer.join()
     assert killer.killed and workers[killer.killed].wait() == -signal.SIGKILL
-    _, far, missing = result.summary["jobs"]
-    assert [j["status"] for j in result.summary["jobs"]] == [0, 3, 2], result.summary
-    assert max(j["attempts"] for j in result.summary["jobs"]) >= 2
-    assert "reach" in far["error"] and "died" not in far["error"] and "lost" not in far["error"]
-    assert missing["error"].startswith(str(folder / "missing.cls"))
+    _, far, missing = result.summary.jobs
+    assert [j.status for j in result.summary.jobs] == [0, 3, 2], result.summary
+    assert max(j.attempts for j in result.summary.jobs) >= 2
+    assert "reach" in far.error and "died" not in far.error and "lost" not in far.error
+    assert missing.error.startswith(str(folder / "missing.cls"))
     same_as_single(folder / "o", posted)
     assert {f.name for f in (folder / "o").iterdir()} == {f.name for f in posted.iterdir()}
     assert any("engraving.cls: " in what for what in seen)

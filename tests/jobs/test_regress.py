@@ -32,12 +32,12 @@ def golden(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "making" / "engraving.py").write_text("raise SystemExit\n")
     first = regress(folder, cell=CELL)
     assert not first.ok
-    assert first.summary["samples"][0]["differences"] == [
-        "has no golden files; look at its program, then make them with --update"
-    ]
+    assert first.summary.samples[0].differences == (
+        "has no golden files; look at its program, then make them with --update",
+    )
     assert not (part / "golden").exists()
     made = regress(folder, cell=CELL, update=True)
-    assert made.ok and made.summary["updated"]
+    assert made.ok and made.summary.updated
     return folder
 
 
@@ -51,8 +51,8 @@ def test_a_second_run_is_as_before(samples: Path) -> None:
     assert set(files) == {"engraving.src", "engraving.dat", "engraving.json"}
     assert "seconds" not in json.loads(files["engraving.json"])
     result = regress(samples, cell=CELL)
-    assert result.ok and [s["part"] for s in result.summary["samples"]] == ["engraving"]
-    assert result.summary["samples"][0]["differences"] == []
+    assert result.ok and [s.part for s in result.summary.samples] == ["engraving"]
+    assert result.summary.samples[0].differences == ()
     regress(samples, cell=CELL, update=True)
     assert {f.name: f.read_bytes() for f in (samples / "engraving" / "golden").iterdir()} == files
 
@@ -86,8 +86,8 @@ def edited(samples: Path, file: str, pattern: str, replacement: str, count: int 
 def test_a_planted_change_is_told(samples: Path, file: str, pattern: str, replacement: str, told: str) -> None:
     edited(samples, file, pattern, replacement)
     result = regress(samples, cell=CELL)
-    lines = result.summary["samples"][0]["differences"]
-    assert not result.ok and not result.summary["samples"][0]["ok"]
+    lines = result.summary.samples[0].differences
+    assert not result.ok and not result.summary.samples[0].ok
     assert any(told in line and line.startswith(file) for line in lines), lines
 
 
@@ -95,13 +95,13 @@ def test_one_unit_in_the_last_decimal_is_no_difference(samples: Path) -> None:
     edited(samples, "engraving.src", r"Y 4\.027,Z 223\.000,A -138\.4634", "Y 4.028,Z 223.000,A -138.4633")
     edited(samples, "engraving.json", r'("inv_kf_mean": 0\.\d{9})\d+', r"\g<1>0")
     result = regress(samples, cell=CELL)
-    assert result.ok and result.summary["samples"][0]["rounded"] == 2
+    assert result.ok and result.summary.samples[0].rounded == 2
 
 
 def test_files_that_come_and_go(samples: Path) -> None:
     folder = samples / "engraving" / "golden"
     (folder / "engraving.dat").rename(folder / "engraving_001.src")
-    lines = regress(samples, cell=CELL).summary["samples"][0]["differences"]
+    lines = regress(samples, cell=CELL).summary.samples[0].differences
     assert "engraving.dat is new" in lines and "engraving_001.src is not made any more" in lines
     assert regress(samples, cell=CELL, update=True).ok
     assert not (folder / "engraving_001.src").exists()
@@ -123,8 +123,8 @@ def test_a_sample_that_can_not_be_posted(samples: Path) -> None:
     before = {f: f.read_bytes() for f in (samples / "engraving" / "golden").iterdir()}
     for update in (False, True):
         result = regress(samples, cell=CELL, update=update)
-        assert not result.ok and not result.summary["updated"]
-        assert "can't be posted any more" in result.summary["samples"][0]["differences"][0]
+        assert not result.ok and not result.summary.updated
+        assert "can't be posted any more" in result.summary.samples[0].differences[0]
     assert {f: f.read_bytes() for f in (samples / "engraving" / "golden").iterdir()} == before
 
 
@@ -201,4 +201,4 @@ def test_the_shipped_samples_come_out_as_their_golden_files() -> None:
     root = Path(__file__).resolve().parents[2]
     result = regress(root / "toolpaths", cell=root / "cells" / "kr15_track_table")
     assert result.ok, result.summary
-    assert len(result.summary["samples"]) == 3
+    assert len(result.summary.samples) == 3

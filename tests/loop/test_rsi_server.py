@@ -17,6 +17,7 @@ from rsi_world import HOST, Controller, Plant, Served, line, rob
 
 from camrob.errors import InputError
 from camrob.jobs.track_live import LiveOptions, track_live
+from camrob.summaries.live_summary import Stopped
 
 POSE = (1000.0, 200.0, 300.0, 10.0, 20.0, 30.0)
 BOMB = b'<!DOCTYPE Rob [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]><Rob Type="KUKA"><IPOC>&b;</IPOC></Rob>'
@@ -37,16 +38,16 @@ def test_every_frame_is_answered_with_its_ipoc_at_the_sender_s_port(cycle_ms, cy
     result = served.end()
     controller.close()
     assert [a[0] for a in heard.answers] == heard.sent and len(heard.sent) == cycles
-    frames = result.summary["frames"]
-    assert frames["answered"] == frames["received"] == cycles == len(result.log)
-    assert frames["missed"] == frames["duplicate"] == frames["out_of_order"] == 0 and not frames["refused"]
+    frames = result.summary.frames
+    assert frames.answered == frames.received == cycles == len(result.log)
+    assert frames.missed == frames.duplicate == frames.out_of_order == 0 and not frames.refused
     assert list(result.log.ticks) == [int(i) for i in heard.sent]
-    assert result.summary["stopped"] == {"code": "operator", "text": "stopped by the operator", "fault": False}
-    latency = result.summary["latency_ms"]
-    record_property("latency_ms", latency)
+    assert result.summary.stopped == Stopped(code="operator", text="stopped by the operator", fault=False)
+    latency = result.summary.latency_ms
+    record_property("latency_ms", latency.to_json())
     record_property("round_trip_ms", [float(v) for v in np.percentile(heard.latencies_ms, [50, 95, 99, 100])])
-    assert 0.0 < latency["p50"] <= latency["p95"] <= latency["p99"] <= latency["max"]
-    assert 0.0 <= result.summary["within_cycle"] <= 1.0
+    assert 0.0 < latency.p50 <= latency.p95 <= latency.p99 <= latency.max
+    assert 0.0 <= result.summary.within_cycle <= 1.0
     assert controller.plant.error(POSE)[0] < 0.05 < 0.5
 
 
@@ -62,7 +63,7 @@ def test_over_the_wire_a_lost_instrument_holds_then_silences_the_server(tmp_path
     answered = len(heard.answers)
     assert 30 <= answered < 60 and [a[0] for a in heard.answers] == heard.sent[:answered]
     assert (np.array([a[1] for a in heard.answers[-8:]]) == heard.answers[-1][1]).all() and heard.answers[-1][1].any()
-    assert result.fault and result.summary["stopped"]["code"] == "stale"
+    assert result.fault and result.summary.stopped.code == "stale"
     assert json.loads((tmp_path / "run" / "tracker.json").read_text())["stopped"]["code"] == "stale"
     rows = (tmp_path / "run" / "tracker.csv").read_text().splitlines()
     assert len(rows) == answered + 1 and rows[1].split(",")[1] == heard.sent[0]
@@ -90,9 +91,9 @@ def test_over_the_wire_a_second_sender_and_hostile_packets_get_no_answer() -> No
     stranger.close()
     controller.close()
     assert [a[0] for a in first.answers + second.answers] == first.sent + second.sent
-    assert result.summary["frames"]["other_sender"] == 5 and result.summary["measurements"]["other_sender"] == 5
-    assert sum(result.summary["frames"]["refused"].values()) == 11
-    assert result.summary["stopped"]["code"] == "operator"
+    assert result.summary.frames.other_sender == 5 and result.summary.measurements.other_sender == 5
+    assert sum(result.summary.frames.refused.values()) == 11
+    assert result.summary.stopped.code == "operator"
 
 
 def test_over_the_wire_silence_is_a_fault_and_ends_it() -> None:
@@ -101,7 +102,7 @@ def test_over_the_wire_silence_is_a_fault_and_ends_it() -> None:
     controller.run(5, 0.004)
     result = served.end(ask=False)
     controller.close()
-    assert result.fault and result.summary["stopped"]["code"] == "silent" and "ms" in result.summary["stopped"]["text"]
+    assert result.fault and result.summary.stopped.code == "silent" and "ms" in result.summary.stopped.text
 
 
 def test_wrong_options_and_taken_ports_are_said() -> None:
@@ -123,8 +124,8 @@ def test_wrong_options_and_taken_ports_are_said() -> None:
 
 def test_a_time_that_is_over_ends_it_without_a_fault() -> None:
     result = track_live(listen=f"{HOST}:0", instrument=f"{HOST}:0", duration_s=0.1)
-    assert result.summary["stopped"]["code"] == "duration" and not result.fault
-    assert result.summary["latency_ms"]["p50"] is None and result.summary["within_cycle"] is None
+    assert result.summary.stopped.code == "duration" and not result.fault
+    assert result.summary.latency_ms.p50 is None and result.summary.within_cycle is None
 
 
 def test_the_cell_s_loop_and_what_is_said_make_the_options() -> None:
@@ -132,7 +133,7 @@ def test_the_cell_s_loop_and_what_is_said_make_the_options() -> None:
     said = {"gain": 0.02, "tracker_in_base": "1,2,3,4,5,6", "bounds": ["far_mm=7", "late_stop=9"]}
     kept = track_live(listen=f"{HOST}:0", instrument=f"{HOST}:0", cell=cell, duration_s=0.05).summary
     changed = track_live(listen=f"{HOST}:0", instrument=f"{HOST}:0", cell=cell, said=said, duration_s=0.05).summary
-    assert (kept["gain"], kept["cycle_ms"]) == (0.01, 4.0) and changed["gain"] == 0.02
+    assert (kept.gain, kept.cycle_ms) == (0.01, 4.0) and changed.gain == 0.02
     for wrong in (
         {"bounds": ["far_mm"]},
         {"bounds": ["gain=1"]},

@@ -16,6 +16,7 @@ from camrob.jobs.track_live import LiveOptions, track_live
 from camrob.jobs.track_options import live_options
 from camrob.loop.case import read_tracker_case
 from camrob.loop.rsi.link import LinkSettings, read_sender
+from camrob.summaries.live_summary import InstrumentClock
 
 CELL = Path(__file__).resolve().parents[2] / "cells" / "rx160_tracker"
 
@@ -89,9 +90,9 @@ def test_over_the_wire_a_stranger_that_is_first_gets_nothing() -> None:
     stranger.close()
     assert [a[0] for a in heard.answers] == heard.sent
     summary = result.summary
-    assert (summary["frames"]["not_allowed"], summary["measurements"]["not_allowed"]) == (3, 3)
-    assert sorted(summary["strangers"].values()) == [3, 3]
-    assert [w["code"] for w in summary["warnings"]] == ["own-clock"]
+    assert (summary.frames.not_allowed, summary.measurements.not_allowed) == (3, 3)
+    assert sorted(summary.strangers.values()) == [3, 3]
+    assert [w.code for w in summary.warnings] == ["own-clock"]
 
 
 @pytest.mark.parametrize(("offset_s", "code"), [(0.0, "operator"), (-20.0, "stale")])
@@ -106,11 +107,11 @@ def test_over_the_wire_a_shared_clock_is_the_system_s(offset_s, code) -> None:
     controller.run(40, 0.012)
     result = served.end(ask=code == "operator")
     controller.close()
-    assert result.summary["stopped"]["code"] == code
+    assert result.summary.stopped.code == code
     assert result.session.state.total.any() == (code == "operator")
-    assert result.summary["instrument_clock"] == {"kind": "shared", "drift_forgiven_ms": 0.0}
+    assert result.summary.instrument_clock == InstrumentClock(kind="shared", drift_forgiven_ms=0.0)
     if code == "stale":
-        assert "the clocks aren't the same one" in result.summary["stopped"]["text"]
+        assert "the clocks aren't the same one" in result.summary.stopped.text
 
 
 # ---- tracker.toml and the command line ----
@@ -202,12 +203,12 @@ def test_a_latency_and_a_shared_clock_contradict_each_other(cell_of) -> None:
 def test_what_cannot_be_seen_is_said() -> None:
     """No list, no shared clock: two warnings, each with the key that cures it; both given, none."""
     ends = {"listen": f"{HOST}:0", "instrument": f"{HOST}:0", "duration_s": 0.05}
-    told = track_live(**ends).summary["warnings"]
-    assert [w["code"] for w in told] == ["any-sender", "own-clock"]
-    assert "[rsi] allow" in told[0]["text"] and "constant part can't be seen" in told[1]["text"]
-    assert '[instrument] clock = "shared"' in told[1]["text"]
+    told = track_live(**ends).summary.warnings
+    assert [w.code for w in told] == ["any-sender", "own-clock"]
+    assert "[rsi] allow" in told[0].text and "constant part can't be seen" in told[1].text
+    assert '[instrument] clock = "shared"' in told[1].text
     quiet = LiveOptions(clock="shared", allow=("127.0.0.1:5", "127.0.0.1:6"))
-    assert track_live(options=quiet, **ends).summary["warnings"] == []
+    assert track_live(options=quiet, **ends).summary.warnings == ()
     heard = []
     track_live(options=quiet, progress=lambda text, _share: heard.append(text), **ends)
     assert heard[0].endswith("for 127.0.0.1:5, 127.0.0.1:6")

@@ -394,7 +394,7 @@ def small_cell(tmp_path):
 def test_the_study_from_end_to_end(small_cell, tmp_path):
     result = tracker(cell=small_cell(), out=tmp_path / "out", gain=0.02, laps=2)
     summary = json.loads((tmp_path / "out" / "tracker.json").read_text(encoding="utf-8"))
-    assert summary == json.loads(json.dumps(result.summary)) and result.status == 0
+    assert summary == json.loads(json.dumps(result.summary.to_json())) and result.status == 0
     rms = {v["key"]: v["circle"]["tool_mm"]["rms"] for v in summary["variants"]}
     assert rms["none"] > 5 * rms["published"] > 5 * rms["asked"] > 0
     assert rms["published"] > rms["gain"] > rms["aligned"] > 3 * rms["ahead"]

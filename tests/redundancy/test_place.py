@@ -22,6 +22,7 @@ from camrob.redundancy.planning.placement import place_part
 from camrob.redundancy.planning.planned import resolve_planned
 from camrob.report.place_map import place_map
 from camrob.se3 import pose
+from camrob.summaries.place_summary import PlaceSummary
 from camrob.toolpath.region import Move
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,11 +55,11 @@ def test_out_of_reach_is_said():
 def test_place_writes_a_map_and_its_numbers(tmp_path):
     clfile = ROOT / "toolpaths" / "engraving" / "engraving.cls"
     summary = place(clfile, cell=FOLDER, out=tmp_path, x_mm=150.0, y_mm=0.0, z_mm=100.0).summary
-    assert summary == json.loads((tmp_path / "engraving.place.json").read_text())
-    assert summary["best"]["inv_kf_bound_mean"] > summary["now"]["inv_kf_bound_mean"]
-    assert summary["placements"] == 9 * 5
+    assert summary.to_json() == json.loads((tmp_path / "engraving.place.json").read_text())
+    assert summary.best.inv_kf_bound_mean > summary.now.inv_kf_bound_mean
+    assert summary.placements == 9 * 5
     picture = (tmp_path / "engraving.place.svg").read_text()
-    assert picture.count("<rect") == summary["placements"] + 1 and picture.count("<circle") == 1
+    assert picture.count("<rect") == summary.placements + 1 and picture.count("<circle") == 1
     with pytest.raises(InputError):
         place(clfile, cell=FOLDER, out=tmp_path, x_mm=-1.0)
 
@@ -80,7 +81,7 @@ def job(folder: Path, *boxes: list, at: tuple = (0, 0, 200)) -> Path:
     return clfile
 
 
-def proposed(folder: Path, *boxes: list, x: float = 100.0, **where) -> dict:
+def proposed(folder: Path, *boxes: list, x: float = 100.0, **where) -> PlaceSummary:
     clfile = job(folder, *boxes, **where)
     return place(clfile, cell=FOLDER, out=folder / "out", x_mm=x, y_mm=0.0).summary
 
@@ -88,9 +89,9 @@ def proposed(folder: Path, *boxes: list, x: float = 100.0, **where) -> dict:
 def test_a_planted_optimum_is_proposed(tmp_path):
     """Nothing in the way: the end of the freedom, where the bound is known to be highest, and not one other placement tried."""
     found = proposed(tmp_path, PLATE)
-    assert abs(found["best"]["part_in_base"][0]) == 100.0 and found["tried"] == 1 and found["refused"] == {}
-    assert found["best"]["inv_kf_bound_mean"] == pytest.approx(0.66, abs=0.01)  # 0.657 at 100 mm off the axis
-    assert found["best"]["standing"] == "free" and found["best"]["trial"]["clearance_min_mm"] > 0.0
+    assert abs(found.best.part_in_base[0]) == 100.0 and found.tried == 1 and found.refused == {}
+    assert found.best.inv_kf_bound_mean == pytest.approx(0.66, abs=0.01)  # 0.657 at 100 mm off the axis
+    assert found.best.standing == "free" and found.best.trial.clearance_min_mm > 0.0
 
 
 def test_the_tables_plate_is_found_and_its_edge_measured():
@@ -103,15 +104,15 @@ def test_the_tables_plate_is_found_and_its_edge_measured():
 def test_a_part_that_would_hang_over_the_edge_is_not_proposed(tmp_path):
     """Half 220 by 50 mm on a disc of 300: its corners stay on it up to sqrt(300^2 - 50^2) - 220 = 75.8 mm off the axis."""
     found = proposed(tmp_path, [[-220, -50, -30], [220, 50, -1]])
-    assert abs(found["best"]["part_in_base"][0]) == 75.0
-    assert found["refused"][HUNG] == 2
+    assert abs(found.best.part_in_base[0]) == 75.0
+    assert found.refused[HUNG] == 2
 
 
 def test_without_bodies_the_cuts_have_to_lie_on_the_table(tmp_path):
     """Cuts reach to hypot(x + 10, 10) mm: 286.6 is on the disc's 300, 311.6 is not."""
     found = proposed(tmp_path, at=(200, 0, 200))
-    assert found["refused"][HUNG] == 1  # the one 300 mm off
-    assert found["best"]["part_in_base"][0] <= 275.0
+    assert found.refused[HUNG] == 1  # the one 300 mm off
+    assert found.best.part_in_base[0] <= 275.0
 
 
 def test_nothing_on_the_table_is_said_with_the_tally(tmp_path):
@@ -126,8 +127,8 @@ def test_a_wall_at_the_best_place_moves_the_proposal(tmp_path):
     """The wall stands on the stock's +x side: where the part is best the spindle would come from there, elsewhere not."""
     free = proposed(tmp_path, PLATE)
     walled = proposed(tmp_path, PLATE, [[70, -60, -30], [90, 60, 250]])
-    assert walled["best"]["part_in_base"] != free["best"]["part_in_base"]
-    assert walled["tried"] > 1 and any("touches stock" in reason for reason in walled["refused"])
+    assert walled.best.part_in_base != free.best.part_in_base
+    assert walled.tried > 1 and any("touches stock" in reason for reason in walled.refused)
     with pytest.raises(CollisionError, match="9 spindle bracket touches stock"):
         proposed(tmp_path, PLATE, [[-60, -90, -30], [60, -70, 250]])
 

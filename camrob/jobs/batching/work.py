@@ -12,7 +12,6 @@ from typing import Any
 from camrob.jobs.batching.parcel import Parcel, Place, sandbox_path, unpack_parcel
 from camrob.jobs.batching.verbs import job_function
 from camrob.jobs.exit_status import CHECK_FAILED, DONE, NOT_SAFE, failure_line, failure_status
-from camrob.summaries.base import Summary
 
 __all__ = ["Outcome", "lost_job", "work"]
 
@@ -49,8 +48,7 @@ def work(
         arguments = unpack_parcel(parcel, sandbox, contents)
         before = _files(parcel, sandbox)
         result = job_function(parcel.verb)(**arguments, progress=progress)
-        said = result.summary.to_json() if isinstance(result.summary, Summary) else result.summary
-        summary = json.loads(json.dumps(said, allow_nan=False))
+        summary = json.loads(json.dumps(result.summary.to_json(), allow_nan=False))
         made = tuple(sorted(n for n, mark in _files(parcel, sandbox).items() if before.get(n) != mark))
         status = DONE if getattr(result, "ok", True) else CHECK_FAILED
         return Outcome(parcel.index, status, None, summary, made, round(time.perf_counter() - start, 3))

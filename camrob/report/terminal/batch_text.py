@@ -3,58 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from camrob.report.words import shown_text
+from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
 __all__ = ["render_batch"]
 
 _WORDS = {0: ("done", "green"), 1: ("check failed", "yellow"), 2: ("input wrong", "red"), 3: ("not done", "bold red")}
 
 
-def render_batch(summary: Mapping[str, Any]) -> RenderableType:
-    """The jobs as a table, and the reasons of those that were not done below it (the JSON object of `camrob batch`)."""
-    jobs = summary.get("jobs") or []
+def render_batch(summary: BatchSummary) -> RenderableType:
+    """The jobs as a table, and the reasons of those that were not done below it."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for heading in ("job", "verb", "result", "points", "worst 1/k_F", "warnings", "seconds"):
         left = heading in ("job", "verb", "result")
         table.add_column(heading, justify="left" if left else "right", overflow="fold", no_wrap=heading != "job")
     told: list[RenderableType] = []
-    for job in jobs:
-        of_job = job.get("summary") or {}
-        word, style = _WORDS.get(job["status"], ("?", "red"))
+    for job in summary.jobs:
+        of_job = job.summary or {}
+        word, style = _WORDS.get(job.status, ("?", "red"))
         conditioning = of_job.get("conditioning") or {}
-        again = f" ({job['attempts']} attempts)" if job["attempts"] > 1 else ""
+        again = f" ({job.attempts} attempts)" if job.attempts > 1 else ""
         table.add_row(
-            shown_text(job["input"]),
-            shown_text(job["verb"]),
+            shown_text(job.input),
+            shown_text(job.verb),
             Text(word + again, style=style),
             _number(of_job.get("points", of_job.get("motions"))),
             _number(conditioning.get("inv_kf_min"), 3),
-            _number(len(of_job["warnings"]) if isinstance(of_job.get("warnings"), list) else None),
-            _number(job["seconds"], 1),
+            _number(len(of_job["warnings"]) if isinstance(of_job.get("warnings"), tuple) else None),
+            _number(job.seconds, 1),
         )
         for reason in _reasons(job):
-            whose = () if job["input"] in reason else (shown_text(job["input"], "bold"), ": ")
+            whose = () if job.input in reason else (shown_text(job.input, "bold"), ": ")
             told.append(Text.assemble(*whose, shown_text(reason), overflow="fold"))
-    well = summary.get("counts", {}).get("0", 0)
-    where = f"{summary['workers']} workers" if summary.get("workers") else f"the cluster at {summary.get('scheduler')}"
-    end = f"{well} of {len(jobs)} jobs done in {_number(summary.get('seconds'), 1)} s on {where}"
+    well = summary.counts.get("0", 0)
+    where = f"{summary.workers} workers" if summary.workers else f"the cluster at {summary.scheduler}"
+    end = f"{well} of {len(summary.jobs)} jobs done in {_number(summary.seconds, 1)} s on {where}"
     return Group(table, *([Text(""), *told] if told else []), Text(""), shown_text(end))
 
 
-def _reasons(job: Mapping[str, Any]) -> list[str]:
+def _reasons(job: JobFigures) -> list[str]:
     """Why a job is not done, or what a check found."""
-    if job.get("error"):
-        return [str(job["error"])]
-    errors = (job.get("summary") or {}).get("errors") or []
+    if job.error:
+        return [job.error]
+    errors = (job.summary or {}).get("errors") or ()
     first = [str(e.get("text", "")) for e in errors[:1] if isinstance(e, Mapping)]
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    return [text + more for text in first] if job.get("status") else []
+    return [text + more for text in first] if job.status else []
 
 
 def _number(value: object, decimals: int = 0) -> str:

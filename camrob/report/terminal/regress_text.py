@@ -2,36 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from rich.console import Group, RenderableType
 from rich.text import Text
+
+from camrob.summaries.regress_summary import RegressSummary
 
 __all__ = ["render_regress"]
 
 _MOST = 25  # differences of a sample that are shown
 
 
-def render_regress(summary: Mapping[str, Any]) -> RenderableType:
-    """The samples, one after the other (the JSON object of `camrob regress`)."""
+def render_regress(summary: RegressSummary) -> RenderableType:
+    """The samples, one after the other."""
     parts: list[RenderableType] = []
-    for sample in summary.get("samples", []):
-        told = list(sample["differences"])
-        points = f"{sample['points']} points" if sample["points"] is not None else "no program"
-        verdict = "written" if summary.get("updated") else "as before" if sample["ok"] else "DIFFERS"
-        rounding = f", {sample['rounded']} numbers rounded the other way" if sample["rounded"] else ""
-        parts.append(Text(_printable(f"{sample['part']}: {verdict} ({points}{rounding}, {sample['seconds']:.1f} s)")))
+    for sample in summary.samples:
+        told = sample.differences
+        points = f"{sample.points} points" if sample.points is not None else "no program"
+        verdict = "written" if summary.updated else "as before" if sample.ok else "DIFFERS"
+        rounding = f", {sample.rounded} numbers rounded the other way" if sample.rounded else ""
+        parts.append(Text(_printable(f"{sample.part}: {verdict} ({points}{rounding}, {sample.seconds:.1f} s)")))
         parts += [Text(_printable(f"  {line}"), overflow="fold") for line in told[:_MOST]]
         if len(told) > _MOST:
             parts.append(Text(f"  ... and {len(told) - _MOST} more differences (--json shows all)"))
-    count = sum(not sample["ok"] for sample in summary.get("samples", []))
-    if summary.get("updated"):
+    count = sum(not sample.ok for sample in summary.samples)
+    if summary.updated:
         end = "the golden files are what came out now: look at the difference before you commit it"
     elif count:
-        end = f"{count} of {len(summary.get('samples', []))} samples differ; where that is meant, make it golden with --update"
+        end = f"{count} of {len(summary.samples)} samples differ; where that is meant, make it golden with --update"
     else:
-        end = f"all {len(summary.get('samples', []))} samples come out as before"
+        end = f"all {len(summary.samples)} samples come out as before"
     return Group(*parts, Text(end))
 
 

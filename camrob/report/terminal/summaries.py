@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -136,10 +135,10 @@ def render_post(summary: PostSummary) -> RenderableType:
     return Group(*parts, *plan_lines(summary.plan))
 
 
-def render_summary(summary: Summary | Mapping[str, Any]) -> RenderableType:
+def render_summary(summary: Summary) -> RenderableType:
     """Any summary as a list of its entries, warnings first; nested objects under dotted names."""
     grid = _grid()
-    said = summary.to_json() if isinstance(summary, Summary) else summary
+    said = summary.to_json()
     for key, value in _flat({k: v for k, v in said.items() if k != "warnings"}):
         grid.add_row(shown_text(key), shown_text(value))
     warnings = said.get("warnings")
