@@ -16,6 +16,12 @@ INNER = [0.3, 0.55]
 WHOLE = [0.0, 0.0, 0.0, 0.0, *INNER, 1.0, 1.0, 1.0, 1.0]
 
 
+@pytest.fixture
+def tell(tell):
+    """Reads the text of an operation, which ends here."""
+    return lambda text: tell(text + "END-OF-PATH\n")
+
+
 def nurbs(control=CONTROL, knots=INNER, word: str = "NURBS/\n") -> str:
     lines = "".join(f"CNTRL/{x},{y},{z}\n" for x, y, z in np.asarray(control).tolist())
     return word + (f"KNOT/{','.join(map(str, knots))}\n" if len(knots) else "") + lines
