@@ -286,3 +286,16 @@ def test_what_camrob_refuses_is_told_from_what_only_this_reader_does_not_know(te
 
 def test_settings_of_camworks_and_clearance_planes_move_nothing(tell):
     assert tell("CSI_SET_TOOL/1,2,3\nCLRSRF/0,0,1,50\nFEDRAT/MMPM,9\nGOTO/0,0,0\nGOTO/1,0,0\n").complete
+
+
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [("TOOL PATH/A,TOOL,T", "END-OF-PATH"), ("OPFEATSTART/Drill1", "OPFEATEND/Drill1")],
+)
+def test_a_file_that_ends_within_an_operation_was_cut_off(tell, begin, end):
+    text = f"{begin}\nFEDRAT/MMPM,9\nGOTO/0,0,0\nGOTO/1,0,0\n"
+    assert len(tell(f"{text}{end}\n", whole=False).way) == 2
+    with pytest.raises(ToolpathError, match="line 1 begins: it was cut off"):
+        tell(text, whole=False)
+    with pytest.raises(ToolpathError, match="line 6 begins"):
+        tell(f"{text}{end}\n{begin}\nGOTO/2,0,0\n", whole=False)

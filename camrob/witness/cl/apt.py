@@ -45,6 +45,7 @@ class AptReader:
         self._curve: Curve | None = None
         self._per = ""  # unit of the feed
         self._direction: Array | None = None  # INDIRV
+        self._opened = 0  # the line of a TOOL PATH or OPFEATSTART that is not closed yet
         self._silenced: set[str] = set()  # words that SYN turns into comments
         self._unknown: dict[str, int] = {}
         self._words = self._vocabulary()
@@ -73,6 +74,9 @@ class AptReader:
             except ToolpathError as error:
                 raise ToolpathError(error.what, cure=error.cure, line=error.line or statement.line) from None
         self._end_curve()
+        if self._opened:
+            what = f"the file ends inside the operation that line {self._opened} begins: it was cut off"
+            raise ToolpathError(what, cure="get the whole file from the CAM system", line=len(source.lines))
         if self._unknown:
             words = ", ".join(f"{word} ({count})" for word, count in self._unknown.items())
             self._tell.note(f"words that are not known and carry no coordinates, skipped: {words}")
@@ -114,8 +118,8 @@ class AptReader:
             "ROTHED": place.rotabl, "CAMERA": place.camera, "UNITS": self._set_units, "UNIT": self._set_units,
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
             "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
-            "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._mark,
-            "CUTCOM": self._cutcom, "INSERT": self._insert, "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
+            "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._feature,
+            "OPFEATEND": self._end_of_path, "CUTCOM": self._cutcom, "INSERT": self._insert, "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
             "TLCOMP": self._cutcom, "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
         }  # fmt: skip
         return {
@@ -329,8 +333,13 @@ class AptReader:
         if self._dialect == "camworks-clt":
             self._tell.tool(s.line, 0.0, "CUTTER " + " ".join(f"{value:g}" for value in s.numbers))
 
+    def _feature(self, s: Statement) -> None:
+        self._tell.mark()
+        self._opened = s.line
+
     def _tool_path(self, s: Statement) -> None:
         self._tell.mark()
+        self._opened = s.line
         self._cycle = self._circle = None
         name = [f.strip() for f in s.rest.split(",")]
         upper = [f.upper() for f in name]
@@ -339,7 +348,7 @@ class AptReader:
 
     def _end_of_path(self, s: Statement) -> None:
         self._cycle = self._circle = None
-        self._rapid = False
+        self._rapid, self._opened = False, 0
 
     def _delay(self, s: Statement) -> None:
         values = s.numbers
@@ -357,9 +366,6 @@ class AptReader:
         """Text for the machine's operator and control; where it says STOP, the machine stops for him."""
         if s.rest.strip().upper().split()[:1] == ["STOP"]:
             self._tell.event(Kind.STOP, s.line)
-
-    def _mark(self, s: Statement) -> None:
-        self._tell.mark()
 
     def _cutcom(self, s: Statement) -> None:
         if {"LEFT", "RIGHT", "ON"} & set(s.words):
