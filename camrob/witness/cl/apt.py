@@ -119,7 +119,8 @@ class AptReader:
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
             "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
             "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._feature,
-            "OPFEATEND": self._end_of_path, "CUTCOM": self._cutcom, "INSERT": self._insert, "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
+            "OPFEATEND": self._end_of_path, "CUTCOM": self._cutcom, "INSERT": self._insert,
+            "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
             "TLCOMP": self._cutcom, "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
         }  # fmt: skip
         return {
