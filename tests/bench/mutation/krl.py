@@ -47,15 +47,15 @@ class Statement:
 
 
 def read(files: Mapping[str, bytes], name: str) -> list[Statement]:
-    """Every statement of NAME.src, those of the parts that it calls in their place. Raises UnreadableError."""
+    """Every statement of NAME.src, those of the parts that it calls in their place. Raises UnreadableError.
+
+    Parts that nothing calls, such as those of an older program in the same folder, are none of this one.
+    """
     if f"{name}.src" not in files:
         raise UnreadableError(f"there is no {name}.src, but {sorted(files)}")
     out: list[Statement] = []
     called: list[str] = []
     _routine(files, name, out, [None], called)
-    left = {f for f in files if f.endswith(".src")} - {f"{part}.src" for part in (name, *called)}
-    if left:
-        raise UnreadableError(f"{sorted(left)} are never called")
     if len(set(called)) != len(called):
         raise UnreadableError("a part is called twice")
     return out

@@ -99,7 +99,8 @@ class Replay:
             elif np.abs(printed).max() > 1e-9:
                 self.faults.append(("$BASE", f"{at.text} at {at.place}"))
             return
-        off = [number for number, tool in self.tools.items() if np.abs(np.array(tool) - printed).max() < 1.01e-5]
+        near = 1e-4  # a tenth of a micrometre; as many degrees are less than that at any tool's tip
+        off = [number for number, tool in self.tools.items() if np.abs(np.array(tool) - printed).max() < near]
         if not off:
             self.faults.append(("$TOOL", f"{at.text} at {at.place} is no tool of the set-up's"))
         elif self.tool not in off:
