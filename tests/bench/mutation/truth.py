@@ -309,7 +309,7 @@ class _Judge(Whereabouts):
         return False
 
     def _clear_link(self, move: Move, at: float) -> None:
-        """A rapid through what the file has not cleared is a fault; the file's own, from one of its points to the next, is none."""
+        """A rapid through what the file has not cleared is a fault; the file's own, from point to point, is none."""
         k = int(np.floor(self.u))
         if 0 <= k < len(self.story) - 1 and self.story.spans[k + 1].feed is None and not move.ptp:
             ends = zip((0, -1), (k, k + 1), strict=True)
