@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -43,18 +43,19 @@ from camrob.gap.observation.clocks import Alignment, align
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.gap.pose_sets import frozen_frames, with_whole_postures, withheld_scene
+from camrob.gap.verdict.instrument_suspect import instrument_suspect
 from camrob.gap.verdict.plausible import unusual
 from camrob.gap.verdict.verdict import Verdict, judge_effects
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame
 from camrob.program.program_text import ProgramText
+from camrob.progress import Progress, silent
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["diagnose"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 _BLOCKS = 10  # a log
 _ARM = 6  # axes of the arms whose motions are planned
@@ -80,7 +81,7 @@ def diagnose(
     """
     if not logs:
         raise LogError("no log was given", cure="give at least one --log")
-    tell = progress if progress is not None else (lambda what, share: None)
+    tell = progress or silent
     tell("reading the gap", 0.05)
     told, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
     scenes = [make_scene(log, _tooled(p, cell)) for log, p in zip(logs, told, strict=True)]
@@ -101,6 +102,7 @@ def diagnose(
     summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
     summary |= {"axes_report": axes_report(scenes), "added_load": load_from_drives(scenes)}
     summary |= {"where": {**summary["where"], "timing": timings}, "effects": _with_unusual(summary["effects"], model)}
+    summary["instrument"] = instrument_suspect(model, summary["effects"])
     handed = hand_over(model, trial, verdict.claimed, verdict.members)
     summary["compensable"] = dict(handed.summary)
     summary["together"] = {

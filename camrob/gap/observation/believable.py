@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
 from camrob.errors import LogError
+from camrob.gap.observation.mistaken import mistaken
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
@@ -48,6 +49,9 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
         if found is not None:
             lost[found[0]] = found[1]
             continue
+        mixed_up = mistaken(scene)
+        if mixed_up:
+            raise LogError(mixed_up, cure="mend the log, and diagnose it again", path=scene.log.path)
         if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
             cure = "check the cell, the order and units of the axes, measured_frame and target in its .toml"

@@ -24,6 +24,9 @@ _ROUGH_LENGTH, _ROUGH_ANGLE = mm_to_m(0.05), deg_to_rad(0.005)  # what the searc
 _TURNS, _RANK, _LEAST_FREEDOM = 4, 1e-7, 0.3
 _LEVER = 0.5  # m, where a log has no orientation to say
 _OUTLIER = 7.0  # sigmas from the median of the neighbours
+_POSES_A_CONSTANT = 2.0  # coordinates to a constant of the chain, for gross poses to be told
+_WIDE = mm_to_m(5.0)  # that a constant may move the tool by
+_ROBUST_TURNS, _TUKEY, _GROSS = 12, 6.0, 8.0  # times the median of what is left: no weight; a gross pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,10 +99,12 @@ def noise_left(columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array
 
 
 def find_outliers(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
-    """(N,) True where a measured position stands far from the median of its neighbours in time; none for single poses."""
-    out = np.zeros(len(scene), bool)
+    """(N,) True where a measured position stands far from the median of its neighbours in time; of single poses, where it
+    stands far from what wrong constants of the chain make of all of them together.
+    """
     if scene.poses:
-        return out
+        return _gross_poses(scene, noise)
+    out = np.zeros(len(scene), bool)
     for run in scene.pieces:
         r = scene.tcp_gap[run, :3]
         if len(r) < 7:
@@ -111,3 +116,30 @@ def find_outliers(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
         spread = np.maximum(1.4826 * np.median(off, axis=0), noise.tcp[:3])
         out[run] = (off > _OUTLIER * spread).any(axis=1)
     return out
+
+
+def _gross_poses(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
+    """(N,) True for single poses that no constant error of the chain explains, as it explains the others.
+
+    Every constant of the chain is fitted robustly (Tukey's weights, from the median on); none where there are too few poses for
+    that.
+    """
+    J = np.concatenate([scene.place(n)[:, :3] for n in scene.places], axis=0).reshape(len(scene.places), len(scene), 3)
+    X = np.moveaxis(J, 0, 2)
+    gap = scene.tcp_gap[:, :3]
+    if len(scene) < _POSES_A_CONSTANT * len(scene.places) / 3.0:
+        return np.zeros(len(scene), bool)
+    size = np.maximum(np.sqrt(np.mean(np.sum(X**2, axis=1), axis=0)), 1e-12)
+    # no constant is thought to move the tool by more than some millimetres: else it would follow what is gross
+    held = np.diag(noise.tcp[0] / _WIDE * np.ones(len(size)))
+    weight = np.ones(len(scene))
+    left = gap - np.median(gap, axis=0)
+    for _ in range(_ROBUST_TURNS):
+        off = np.linalg.norm(left, axis=1)
+        scale = max(float(np.median(off)), float(noise.rms))
+        weight = np.clip(1.0 - (off / (_TUKEY * scale)) ** 2, 0.0, None)
+        A = np.concatenate([(X / size * weight[:, None, None]).reshape(-1, len(size)), held])
+        b = np.concatenate([(gap * weight[:, None]).ravel(), np.zeros(len(size))])
+        left = gap - X @ (np.linalg.lstsq(A, b, rcond=_RANK)[0] / size)
+    off = np.linalg.norm(left, axis=1)
+    return np.asarray(off > _GROSS * max(float(np.median(off)), float(noise.rms)))

@@ -1,0 +1,72 @@
+"""A log that can't be this cell's, tried as what may have been mixed up: a frame mirrored, columns exchanged, rows one off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.observation.scene import Scene, make_scene
+from camrob.measurement.log import POSITION, MeasurementLog
+from camrob.measurement.log_info import MeasuredFrame
+from camrob.units import m_to_mm
+
+__all__ = ["mistaken"]
+
+Array = NDArray[np.float64]
+
+_SOME = 600  # rows that tell well enough
+_LEFT = 0.1  # of the gap that is left where a mistake is mended, at the most
+_CLEARER = 0.5  # times the next best mending: then it is this one
+
+
+def mistaken(scene: Scene) -> str:
+    """What was mixed up in a log, in words, "" where nothing that was tried mends it. Each is tried once, alone.
+
+    scene: a log whose gap is incredible as it stands.
+    """
+    rows = np.unique(np.linspace(0, len(scene) - 1, min(len(scene), _SOME)).astype(int))
+    found = []
+    for words, log in _mended(scene.log):
+        # neighbours belong together where rows are one off, so these are thinned only after
+        part = log if scene.poses else log.select(rows[rows < len(log)])
+        found.append((_size(make_scene(part, scene.cell)), words))
+    found.sort(key=lambda f: f[0])
+    size = _size(scene)
+    if not found or found[0][0] > _LEFT * size:
+        return ""
+    best, words = found[0]
+    rivals = [w for other, w in found[1:] if best > _CLEARER * other]
+    told = " or ".join([words, *rivals])
+    return f"{told}: mended so, the measured TCP lies {m_to_mm(best):.2g} mm (median) from where the axis values put it"
+
+
+def _size(scene: Scene) -> float:
+    """m, the median gap."""
+    return float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
+
+
+def _mended(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
+    """Each mistake in words, and the log as if it had not been made; positions alone are told by."""
+    plain = {n: v for n, v in log.columns.items() if n not in ("a", "b", "c")}
+
+    def made(**changed: Array) -> MeasurementLog:
+        return MeasurementLog(plain | changed, log.info, log.path)
+
+    own_frame = log.info.measured_frame is MeasuredFrame.UNKNOWN
+    for axis in POSITION[:1] if own_frame else POSITION:
+        # in a frame of its own, which axis is mirrored is not told: all three differ by a rotation
+        name = "its frame is mirrored (left-handed)" if own_frame else f"its {axis} is mirrored"
+        yield name, made(**{axis: -np.asarray(plain[axis])})
+    if not own_frame:
+        for first, second in (("x", "y"), ("y", "z"), ("x", "z")):
+            yield (
+                f"its columns {first} and {second} are exchanged",
+                made(**{first: plain[second], second: plain[first]}),
+            )
+    if log.info.poses and len(log) > 1:
+        for off, word in ((1, "after"), (-1, "before")):
+            kept = slice(0, -1) if off > 0 else slice(1, None)
+            moved = {n: np.roll(plain[n], -off) for n in POSITION}
+            yield f"its readings stand one row {word} the poses that they belong to", made(**moved).select(kept)
