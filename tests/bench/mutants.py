@@ -18,7 +18,6 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-TABLE = HERE / "mutants_table.md"
 sys.path.insert(0, str(HERE))
 
 
@@ -48,7 +47,7 @@ def main() -> int:
     from mutation import report
 
     if options.table:
-        report.write(options.results, TABLE)
+        report.write(options.results, report.TABLE)
         return 0
     memory = Path("/dev/shm")
     root = Path(tempfile.mkdtemp(prefix="mutants", dir=memory if os.access(memory, os.W_OK) else None))
@@ -73,7 +72,7 @@ def _run(options: argparse.Namespace, root: Path) -> int:
 
     every, only, does = all_jobs(), {}, {}
     if options.quick:
-        listed = [row for row in report.quick(TABLE.with_suffix(".csv"), options.seed) if row[1] in every]
+        listed = [row for row in report.quick(report.TABLE.with_suffix(".csv"), options.seed) if row[1] in every]
         only, does = {key: [job] for key, job, _ in listed}, {key: what for key, _, what in listed}
         wanted = {job for jobs in only.values() for job in jobs}
     else:

@@ -16,7 +16,8 @@ from mutation.draw import Mutant, short
 from mutation.run import Warm
 
 Row = dict[str, Any]
-COLUMNS = ("key", "outcome", "class", "job", "does", "detail", "was")
+COLUMNS = ("key", "room", "outcome", "class", "job", "does", "detail", "was")
+TABLE = Path(__file__).resolve().parent.parent / "mutants_table.md"
 QUICK, QUICK_JOBS = 240, 18  # mutants and jobs of the quick run: a job costs half a second before the first mutant
 SLOW_JOBS = ("planned", "optimal", "split", "again")
 RELEASED = ("wrong", "wrong in part", "valid")
@@ -33,19 +34,20 @@ def read(results: Path) -> dict[str, Row]:
 
 def chosen(mutants: list[Mutant], results: Path, options: argparse.Namespace, warm: Warm) -> list[Mutant]:
     """The mutants that are to be run: those asked for, or the next ones that some job goes through."""
-    known = read(results)
+    earlier = read(results)
     if options.only:
         return [m for m in mutants if any(part in m.key for part in options.only)][: options.count]
     if options.again is not None:
         wanted = set(options.again or ["wrong"])
-        return [m for m in mutants if m.key in known and known[m.key]["outcome"] in wanted]
+        return [m for m in mutants if m.key in earlier and earlier[m.key]["outcome"] in wanted]
+    done = {*earlier, *(row["key"] for row in known(TABLE.with_suffix(".csv")))}
     out: list[Mutant] = []
     for m in mutants:
         if len(out) >= options.count:
             break
         if any(n in warm.baselines for n in reach(warm.package, m, warm.coverage)):
             out.append(m)
-    return [m for m in out if m.key not in known]
+    return [m for m in out if m.key not in done]
 
 
 def summary(results: Path, say: Callable[[str], None]) -> list[Row]:
@@ -69,15 +71,18 @@ def changed(row: Row) -> bool:
 
 
 def write(results: Path, table: Path) -> None:
-    """table (.md): counts and what was wrong; beside it the same name in .csv: every mutant that changed the program."""
-    rows = [row for row in read(results).values() if changed(row)]
+    """table (.md): counts and what was wrong; beside it the same name in .csv: every mutant that changed the program, those of
+    earlier rounds among them, whose results nobody keeps.
+    """
+    rows = read(results)
     before = {row["key"]: row for row in known(table.with_suffix(".csv"))}
-    out = [_entry(row, before.get(row["key"], {})) for row in sorted(rows, key=lambda row: row["key"])]
+    out = [_entry(row, before.get(key, {})) for key, row in rows.items() if changed(row)]
+    out = sorted([*out, *(row for key, row in before.items() if key not in rows)], key=lambda entry: entry["key"])
     with table.with_suffix(".csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(out)
-    table.write_text(_page(list(read(results).values()), out), encoding="utf-8")
+    table.write_text(_page(list(rows.values()), out), encoding="utf-8")
 
 
 def known(table: Path) -> list[dict[str, str]]:
@@ -96,7 +101,8 @@ def _entry(row: Row, before: dict[str, str]) -> dict[str, str]:
     detail = row["text"] if outcome.startswith("wrong") else "" if released else (row["errors"] or [""])[0]
     does = f"{row['operator']}: {row['what']}"
     job = row["job"] or row.get("shown", "")
-    return dict(zip(COLUMNS, (row["key"], outcome, kind, job, short(does), short(detail), was), strict=True))
+    room = ".".join(row["module"].split(".")[1:2])
+    return dict(zip(COLUMNS, (row["key"], room, outcome, kind, job, short(does), short(detail), was), strict=True))
 
 
 def _page(rows: Sequence[Row], out: Sequence[dict[str, str]]) -> str:
@@ -105,23 +111,21 @@ def _page(rows: Sequence[Row], out: Sequence[dict[str, str]]) -> str:
     lines = [
         "# Mutants of camrob, released or not", "",
         "Made by `python tests/bench/mutants.py --count N`, then `--table`; [the rows](mutants_table.csv).", "",
-        f"{len(rows)} mutants were run, drawn by rule from every function that a job of the bench goes through.",
-        f"{len(out)} of them changed the program's bytes: {count[_STOPPED]} were written and not released, {count['valid']} "
-        f"released and valid, **{count['wrong']} released and wrong**, {count['wrong in part']} wrong where the program says "
-        "itself that it was not judged (verified in part).", "",
-        "| outcome | mutants |", "| --- | --- |",
+        f"{len(out)} mutants, drawn by rule from every function that a job of the bench goes through, changed the program's "
+        f"bytes: {count[_STOPPED]} were written and not released, {count['valid']} released and valid, **{count['wrong']} "
+        f"released and wrong**, {count['wrong in part']} wrong where the program says itself that it was not judged (verified in part).",
+        "", f"The last round ran {len(rows)} mutants:", "", "| outcome | mutants |", "| --- | --- |",
         *(f"| {_OUTCOMES.get(name, name)} | {number} |" for name, number in outcomes.most_common()), "",
-        "## By room", "", "| room | run | changed the program | released, valid | released, wrong |",
-        "| --- | --- | --- | --- | --- |",
+        "## By room, all rounds", "", "| room | changed the program | released, valid | released, wrong |",
+        "| --- | --- | --- | --- |",
     ]  # fmt: skip
     rooms: dict[str, Counter[str]] = {}
-    for row in rows:
-        tally = rooms.setdefault(".".join(row["module"].split(".")[1:2]), Counter())
-        tally.update(["run", *(["changed"] if changed(row) else []), row["outcome"]])
+    for entry in out:
+        rooms.setdefault(entry["room"], Counter()).update(["changed", entry["outcome"]])
     for room, tally in sorted(rooms.items()):
-        lines.append(f"| {room} | {tally['run']} | {tally['changed']} | {tally['valid']} | {tally['wrong']} |")
+        lines.append(f"| {room} | {tally['changed']} | {tally['valid']} | {tally['wrong']} |")
     lines += ["", "## In what the valid ones differ", "", "| difference | mutants |", "| --- | --- |"]
-    kinds = Counter(kind for row in rows if row["outcome"] == "valid" for kind in row["kinds"])
+    kinds = Counter(kind for entry in out if entry["outcome"] == "valid" for kind in entry["class"].split(", "))
     lines += [f"| {kind} | {number} |" for kind, number in kinds.most_common()]
     for outcome, title in (("wrong", "Released and wrong"), ("wrong in part", _IN_PART)):
         some = [entry for entry in out if entry["outcome"] == outcome]
