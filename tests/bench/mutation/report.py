@@ -113,7 +113,8 @@ def _page(rows: Sequence[Row], out: Sequence[dict[str, str]]) -> str:
         "Made by `python tests/bench/mutants.py --count N`, then `--table`; [the rows](mutants_table.csv).", "",
         f"{len(out)} mutants, drawn by rule from every function that a job of the bench goes through, changed the program's "
         f"bytes: {count[_STOPPED]} were written and not released, {count['valid']} released and valid, **{count['wrong']} "
-        f"released and wrong**, {count['wrong in part']} wrong where the program says itself that it was not judged (verified in part).",
+        f"released and wrong**, {count['wrong in part']} wrong where the program says itself that it "
+        "was not judged (verified in part).",
         "", f"The last round ran {len(rows)} mutants:", "", "| outcome | mutants |", "| --- | --- |",
         *(f"| {_OUTCOMES.get(name, name)} | {number} |" for name, number in outcomes.most_common()), "",
         "## By room, all rounds", "", "| room | changed the program | released, valid | released, wrong |",
