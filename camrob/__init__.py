@@ -23,9 +23,9 @@ Readers: a file in, an object in SI out (m, rad, s).
     read_program             ProgramText, in any robot language that is known
     read_log                 MeasurementLog, from .csv or .parquet
 
-Objects: Solution (the joints along a path), Program (before it is text),
-Finding with its Severity, LiveOptions, and PostResult, VerifyResult, ...,
-one result a verb: `summary` is what the command's --json prints.
+Objects: Solution (the joints along a path), Program (before it is text), Finding
+with its Severity, LiveOptions, Progress, and PostResult, ..., one result a verb:
+its `summary`, a PostSummary, ..., has in attributes what --json prints (to_json).
 
 Errors: CamrobError is the root. InputError and its kin: an input is wrong, and
 the message says where and what to do. JobError and its kin: the job can't be
@@ -85,7 +85,20 @@ if TYPE_CHECKING:
     from camrob.measurement.read_log import read_log
     from camrob.program.program import Program
     from camrob.program.program_text import ProgramText
+    from camrob.progress import Progress
     from camrob.redundancy.solution import Solution
+    from camrob.summaries.batch_summary import BatchSummary
+    from camrob.summaries.calibration_summary import CalibrationSummary
+    from camrob.summaries.compensate_summary import CompensateSummary
+    from camrob.summaries.diagnosis_summary import DiagnosisSummary
+    from camrob.summaries.feed_summary import FeedSummary
+    from camrob.summaries.live_summary import TrackLiveSummary
+    from camrob.summaries.place_summary import PlaceSummary
+    from camrob.summaries.post_summary import PostSummary
+    from camrob.summaries.regress_summary import RegressSummary
+    from camrob.summaries.simulate_summary import SimulateSummary
+    from camrob.summaries.tracker_summary import TrackerSummary
+    from camrob.summaries.verify_summary import VerifySummary
     from camrob.toolpath.read import read_toolpath
     from camrob.toolpath.region import Region
     from camrob.toolpath.toolpath import Toolpath
@@ -94,14 +107,19 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BatchResult",
+    "BatchSummary",
     "CalibrateResult",
+    "CalibrationSummary",
     "CamrobError",
     "Cell",
     "CellError",
     "CollisionError",
     "CompensateResult",
+    "CompensateSummary",
     "DiagnoseResult",
+    "DiagnosisSummary",
     "FeedResult",
+    "FeedSummary",
     "Finding",
     "InputError",
     "JobError",
@@ -111,27 +129,35 @@ __all__ = [
     "LogError",
     "MeasurementLog",
     "PlaceResult",
+    "PlaceSummary",
     "PostResult",
+    "PostSummary",
     "Program",
     "ProgramError",
     "ProgramText",
+    "Progress",
     "PublishedResult",
     "Region",
     "RegressResult",
+    "RegressSummary",
     "Setup",
     "SetupError",
     "Severity",
     "SimulateResult",
+    "SimulateSummary",
     "SingularError",
     "Solution",
     "StaleInputError",
     "Toolpath",
     "ToolpathError",
     "TrackLiveResult",
+    "TrackLiveSummary",
     "TrackerResult",
+    "TrackerSummary",
     "UnreachableError",
     "VerificationError",
     "VerifyResult",
+    "VerifySummary",
     "batch",
     "calibrate",
     "compensate",
@@ -154,29 +180,42 @@ __all__ = [
 
 _HOME = {
     "BatchResult": "camrob.jobs.batch",
+    "BatchSummary": "camrob.summaries.batch_summary",
     "CalibrateResult": "camrob.jobs.calibrate",
+    "CalibrationSummary": "camrob.summaries.calibration_summary",
     "Cell": "camrob.cell.cell",
     "CompensateResult": "camrob.jobs.compensate",
+    "CompensateSummary": "camrob.summaries.compensate_summary",
     "DiagnoseResult": "camrob.jobs.diagnose",
+    "DiagnosisSummary": "camrob.summaries.diagnosis_summary",
     "FeedResult": "camrob.jobs.feed",
+    "FeedSummary": "camrob.summaries.feed_summary",
     "Finding": "camrob.findings",
     "LiveOptions": "camrob.jobs.track_options",
     "MeasurementLog": "camrob.measurement.log",
     "PlaceResult": "camrob.jobs.place",
+    "PlaceSummary": "camrob.summaries.place_summary",
     "PostResult": "camrob.jobs.post",
+    "PostSummary": "camrob.summaries.post_summary",
     "Program": "camrob.program.program",
     "ProgramText": "camrob.program.program_text",
+    "Progress": "camrob.progress",
     "PublishedResult": "camrob.jobs.published_case",
     "Region": "camrob.toolpath.region",
     "RegressResult": "camrob.jobs.regress",
+    "RegressSummary": "camrob.summaries.regress_summary",
     "Setup": "camrob.cell.setup",
     "Severity": "camrob.findings",
     "SimulateResult": "camrob.jobs.simulate",
+    "SimulateSummary": "camrob.summaries.simulate_summary",
     "Solution": "camrob.redundancy.solution",
     "Toolpath": "camrob.toolpath.toolpath",
     "TrackLiveResult": "camrob.jobs.track_live",
+    "TrackLiveSummary": "camrob.summaries.live_summary",
     "TrackerResult": "camrob.jobs.tracker",
+    "TrackerSummary": "camrob.summaries.tracker_summary",
     "VerifyResult": "camrob.jobs.verify",
+    "VerifySummary": "camrob.summaries.verify_summary",
     "batch": "camrob.jobs.batch",
     "calibrate": "camrob.jobs.calibrate",
     "compensate": "camrob.jobs.compensate",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from camrob.calibration.error_model import ErrorModel
 from camrob.errors import SingularError
 from camrob.frozen import locked
+from camrob.progress import Share
 from camrob.se3 import rotation_log
 
 __all__ = ["Compensated", "compensate_postures", "difference_sizes", "pose_difference"]
@@ -62,7 +62,7 @@ def compensate_postures(
     targets: Array,
     *,
     farthest: float = _FARTHEST,
-    progress: Callable[[float], None] | None = None,
+    progress: Share | None = None,
 ) -> Compensated:
     """Newton's method with the analytic Jacobian of the calibrated chain (eq. 5 to 9 of the KR500 paper, in SI).
 

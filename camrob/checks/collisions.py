@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -20,6 +20,7 @@ from camrob.checks.collision_report import CollisionReport, PairClearance
 from camrob.checks.pairs import Pair, plan_pairs
 from camrob.findings import Finding, Severity
 from camrob.kinematics.kernels import chain_arrays, forward_many
+from camrob.progress import Share
 from camrob.se3 import inverse
 
 __all__ = ["check_collisions"]
@@ -48,7 +49,7 @@ def check_collisions(
     step: float = STEP,
     touch: float = TOUCH,
     max_samples: int = MAX_SAMPLES,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Share | None = None,
 ) -> CollisionReport:
     """Follows every pair of bodies that may not touch along postures q (M, n), straight in the joints between points.
 
@@ -60,7 +61,7 @@ def check_collisions(
     may touch the part while it cuts; in air it may not by more than `touch` (m), and close to where a cut ends or
     begins it is seen as a ball cutter. The stock never stops the tool, which cuts it; everything else may touch
     neither. Samples are as far apart as the clearance allows, and at least `step` (m); where max_samples would not do,
-    the step grows. progress(done, all) is called after each pair. Raises ValueError for arrays that don't fit,
+    the step grows. progress is told after each pair. Raises ValueError for arrays that don't fit,
     CellError for a mesh of the cell that can't be read.
     """
     q = np.ascontiguousarray(q, float)
@@ -102,7 +103,7 @@ def _follow(
     air: AirRuns,
     step: float,
     budget: int,
-    progress: Callable[[int, int], None] | None,
+    progress: Share | None,
 ) -> list[tuple[PairClearance, NDArray[np.int64]]]:
     """For each pair its clearance and the points at which, or on the way to which, it touches."""
     if not pairs:
@@ -120,7 +121,7 @@ def _follow(
         for found in pool.map(one, pairs):
             out.append(found)
             if progress is not None:
-                progress(len(out), len(pairs))
+                progress(len(out) / len(pairs))
     finally:
         pool.shutdown(cancel_futures=True)
     return out

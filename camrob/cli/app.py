@@ -14,9 +14,10 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from camrob.cli.console import ProgressHook, error_line, job_of, perform, renderer
+from camrob.cli.console import error_line, job_of, perform, renderer
 from camrob.cli.options import CellOption, Device, Feed, JsonOption, Method, QuietOption, SetupOption, Units
 from camrob.cli.real import calibrate, compensate, diagnose, simulate, tracker
+from camrob.progress import Progress
 
 __all__ = [
     "batch",
@@ -57,7 +58,7 @@ def post(
 ) -> int:
     """Turn a CL file into a verified KRL program."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("post")(
             clfile,
             cell=cell,
@@ -97,7 +98,7 @@ def verify(
 ) -> int:
     """Judge a KRL program: what it does, and whether that is what the CL file asks for."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("verify")(
             program,
             cell=cell,
@@ -123,7 +124,7 @@ def regress(
 ) -> int:
     """Post every sample and compare programs and summaries with the golden files."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("regress")(toolpaths, cell=cell, update=update, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_regress, holds=lambda result: bool(result.ok))
@@ -142,7 +143,7 @@ def place(
 ) -> int:
     """Propose where on the table the part is worked best."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("place")(clfile, cell=cell, out=out, setup=setup, x_mm=x, y_mm=y, z_mm=z, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
@@ -168,7 +169,7 @@ def feed(
 ) -> int:
     """Feed, time and torque on a cell's weld seam, or the derivatives of machine coordinates along a path."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("feed")(
             solution,
             cell=cell,
@@ -200,7 +201,7 @@ def batch(
 ) -> int:
     """Do many jobs side by side; the worst one's status is the batch's."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("batch")(jobs, out=out, workers=workers, scheduler=scheduler, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_batch, status=lambda result: int(result.status))

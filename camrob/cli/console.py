@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camrob.errors import InputError
 from camrob.jobs.exit_status import CHECK_FAILED, DONE, INPUT_WRONG, disk_full, failure_line, failure_status
+from camrob.progress import Progress
 from camrob.summaries.base import Summary
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "JobResult",
-    "ProgressHook",
     "Terminated",
     "error_line",
     "exit_status",
@@ -35,8 +35,6 @@ __all__ = [
     "renderer",
     "terminable",
 ]
-
-ProgressHook = Callable[[str, float], None]
 
 INTERRUPTED = 130  # as shells have it: 128 and the signal's number
 ENDED_BY_SIGNAL = 128  # and the signal's number
@@ -80,7 +78,7 @@ def error_line(error: BaseException) -> str:
 
 
 def perform(
-    job: Callable[[ProgressHook], R],
+    job: Callable[[Progress], R],
     *,
     as_json: bool,
     quiet: bool,
@@ -144,16 +142,17 @@ def terminable() -> Iterator[None]:
 
 
 @contextmanager
-def _progress(quiet: bool) -> Iterator[ProgressHook]:
+def _progress(quiet: bool) -> Iterator[Progress]:
     """A hook `(what, share of the whole)` that moves a bar on standard error; idle where nobody would see the bar."""
     if quiet or not sys.stderr.isatty():
         yield lambda what, share: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=1.0)
         yield lambda what, share: bar.update(task, description=what, completed=min(max(share, 0.0), 1.0))
 

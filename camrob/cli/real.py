@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from camrob.cli.console import ProgressHook, job_of, perform, renderer
+from camrob.cli.console import job_of, perform, renderer
 from camrob.cli.options import (
     CellOption,
     CorrectedOption,
@@ -26,6 +26,7 @@ from camrob.cli.options import (
     SenTypeOption,
 )
 from camrob.errors import InputError
+from camrob.progress import Progress
 
 __all__ = ["calibrate", "compensate", "diagnose", "simulate", "tracker"]
 
@@ -70,7 +71,7 @@ def simulate(
 ) -> int:
     """Run a KRL program on the ideal controller and write what it does as a log."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("simulate")(program, cell=cell, out=out, cycle_ms=cycle_ms, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
@@ -113,7 +114,7 @@ def calibrate(
 ) -> int:
     """Fit a cell's error parameters to measured poses."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         if published is not None:
             _alone(published, measured or withheld or parameter or harmonics or poses or path)
             return job_of("published_case")(published, cell=cell, out=out, progress=progress)
@@ -161,7 +162,7 @@ def compensate(
 ) -> int:
     """Rewrite a program so that the calibrated robot meets its poses."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("compensate")(program, cell=cell, calibration=calibration, out=out, feed=feed, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_compensation)
@@ -205,7 +206,7 @@ def diagnose(
 ) -> int:
     """Say where the gap between simulation and measurement lies, what causes it, and how far it shrinks without that."""
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         return job_of("diagnose")(
             cell=cell,
             log=log,
@@ -255,7 +256,7 @@ def tracker(
         "sen_type": sen_type,
     }
 
-    def job(progress: ProgressHook) -> Any:
+    def job(progress: Progress) -> Any:
         if listen is None:
             own = {"instrument": instrument, "set": bounds, "realtime": realtime or None, "duration": duration}
             live = [name for name, value in {**said, **own}.items() if value is not None and name != "gain"]

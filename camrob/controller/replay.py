@@ -7,7 +7,6 @@ of another library (Pinocchio).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -26,6 +25,7 @@ from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.kinematics.kernels import chain_arrays
 from camrob.program.motion import Motion
 from camrob.program.program_text import FrameKind, ProgramText
+from camrob.progress import Share
 from camrob.se3 import abc_to_rotation, inverse, pose
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -140,7 +140,7 @@ def base_offsets(program: ProgramText) -> Array:
     return np.stack(known or [np.eye(4)])[np.where(program.base >= 0, program.base, 0)]
 
 
-def replay(program: ProgramText, cell: Cell, *, progress: Callable[[float], None] | None = None) -> Replay:
+def replay(program: ProgramText, cell: Cell, *, progress: Share | None = None) -> Replay:
     """Replay a program on a cell.
 
     Stops at the first motion that can't be followed; the finding (code "out-of-reach", "jump" or "ptp-unreachable") says

@@ -10,7 +10,6 @@ As many motions are known ahead as the program says. Jerk is not limited.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,6 +30,7 @@ from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import ORIENTATION, POSITION, MeasurementLog
 from camrob.measurement.log_info import LogInfo
 from camrob.program.program_text import ProgramText
+from camrob.progress import Share
 from camrob.se3 import rotation_to_abc
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -134,9 +134,7 @@ def _demand_followed(replayed: Replay) -> None:
             raise UnreachableError(finding.text, line=finding.line)
 
 
-def simulate(
-    program: ProgramText, cell: Cell, *, cycle: float = CYCLE, progress: Callable[[float], None] | None = None
-) -> Simulation:
+def simulate(program: ProgramText, cell: Cell, *, cycle: float = CYCLE, progress: Share | None = None) -> Simulation:
     """Run a program on the ideal controller; a row every `cycle` s.
 
     Raises ProgramError for settings that no controller takes and CP motions without a speed, UnreachableError (with the line)
@@ -160,7 +158,7 @@ class _Run:
         replayed: Replay,
         settings: MotionSettings,
         cycle: float,
-        progress: Callable[[float], None] | None,
+        progress: Share | None,
     ) -> None:
         self.program, self.cell, self.settings, self.cycle = program, replayed.cell, settings, cycle
         self.tell = progress or (lambda share: None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,6 +19,7 @@ from camrob.jobs.batching.work import Outcome
 from camrob.jobs.exit_status import DONE, failure_line, failure_status
 from camrob.jobs.files.files import staged_output
 from camrob.languages import program_suffixes
+from camrob.progress import Progress
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
 __all__ = ["BatchResult", "batch"]
@@ -43,7 +44,7 @@ def batch(
     out: Path | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> BatchResult:
     r"""Do the jobs of a JOBS.toml, each as its own command would, and say what became of each.
 
@@ -154,7 +155,7 @@ class _View:
     """What a progress bar says of all jobs together."""
 
     jobs: Sequence[BatchJob]
-    progress: Callable[[str, float], None] | None
+    progress: Progress | None
     shares: dict[int, tuple[str, float]] = field(default_factory=dict)
     done: int = 0
     failed: int = 0

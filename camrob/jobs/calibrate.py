@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from camrob.jobs.files.files import check_calibration_name, staged_output
 from camrob.jobs.measuring import plan_measuring
 from camrob.languages import language_of_file
 from camrob.measurement.read_log import read_log
+from camrob.progress import Progress, silent
 from camrob.report.calibration.page import calibration_report
 from camrob.summaries.calibration_summary import CalibrationSummary, MeasuringFigures, WithheldLog
 
@@ -52,7 +53,7 @@ def calibrate(
     share: float = 0.2,
     poses: int = 0,
     path: Path | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> CalibrateResult:
     """Calibrate a cell from one or several logs; write CALIBRATION.toml and, beside it, the report CALIBRATION.html.
 
@@ -85,11 +86,7 @@ def calibrate(
         'kr15_track_table'
     """
     start = time.perf_counter()
-
-    def tell(stage: str, done: float) -> None:
-        if progress is not None:
-            progress(stage, done)
-
+    tell = progress or silent
     _check(out, share, poses, path)
     _once([measured, *more], withheld)
     machine = read_cell(cell).serving("camrob calibrate --next", controller=poses > 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -36,6 +36,7 @@ from camrob.program.builder import printed_frames
 from camrob.program.language import Language, NewTarget
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
+from camrob.progress import Progress, Share, stage_of
 from camrob.report.compensation.page import PathErrors, compensation_report
 from camrob.se3 import inverse
 from camrob.summaries.compensate_summary import CompensateSummary, MarginsBeforeAfter
@@ -63,7 +64,7 @@ def compensate(
     calibration: Path,
     out: Path,
     feed: float | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> CompensateResult:
     """Rewrite the targets of a program, everything else left byte for byte, and check the result by replay.
 
@@ -122,7 +123,7 @@ class _Work:
         found: Calibration,
         language: Language,
         machine: Cell,
-        progress: Callable[[str, float], None] | None,
+        progress: Progress | None,
     ) -> None:
         self.source, self.found, self.language = source, found, language
         self.text = text = language.read(source)
@@ -136,9 +137,9 @@ class _Work:
             self.model, self.values, self.planned, self.q, text, self.tell("compensate")
         )
 
-    def tell(self, stage: str) -> Callable[[float], None]:
-        """A hook for the progress of a stage."""
-        return lambda done: self.progress(stage, done) if self.progress is not None else None
+    def tell(self, stage: str) -> Share:
+        """What one stage tells."""
+        return stage_of(self.progress, stage)
 
 
 def _written(work: _Work, source: str, calibration: str, folder: Path) -> tuple[CompensateSummary, Array]:
@@ -200,7 +201,7 @@ def _postures(text: ProgramText, planned: Replay) -> Array:
 
 
 def _compensated(
-    model: ErrorModel, values: Array, planned: Replay, q: Array, text: ProgramText, progress: Callable[[float], None]
+    model: ErrorModel, values: Array, planned: Replay, q: Array, text: ProgramText, progress: Share
 ) -> tuple[Compensated, list[Finding]]:
     """Compensated postures within the axes' limits, and what was left because of them."""
     cell, targets = planned.cell, np.asarray(planned.base_T_tool)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.read_log import read_log
 from camrob.program.program_text import ProgramText
+from camrob.progress import Progress
 from camrob.report.diagnosis.page import diagnosis_report
 from camrob.summaries.diagnosis_summary import Compensable, DiagnosisSummary
 
@@ -44,7 +45,7 @@ def diagnose(
     out: Path,
     experiment: Path | None = None,
     calibration: Path | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> DiagnoseResult:
     """Diagnose logs of the real cell: diagnosis.json and diagnosis.html appear in `out`.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from camrob.jobs.derivatives import (
 )
 from camrob.jobs.files.files import staged_output
 from camrob.kinematics.frames import base_T_tool
+from camrob.progress import Progress, silent
 from camrob.report.derivatives.page import derivative_report
 from camrob.report.derivatives.statements import derivative_statements
 from camrob.report.feed.page import weld_report, weld_statements
@@ -66,7 +67,7 @@ def feed(
     calibration: Path | None = None,
     axis: str | None = None,
     rate: float = 1.0,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> FeedResult:
     """Write feed.html and feed.json into `out`: the derivatives of a path's coordinates over the axes' total displacement.
 
@@ -92,8 +93,7 @@ def feed(
     machine = read_cell(cell)
     if compensated is not None and solution is None:
         raise InputError("--compensated has nothing to stand beside", cure="give the nominal path with --solution")
-    if progress is not None:
-        progress("feed", 0.1)
+    (progress or silent)("feed", 0.1)
     summary: FeedSummary
     if solution is None and calibration is None and (machine.folder / "seam.toml").is_file():
         study = study_weld(machine, read_seam(machine.folder))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import program_name, read_inputs
 from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try_placements
+from camrob.progress import Progress, stage_of
 from camrob.redundancy.planning.placement import Placements, place_part
 from camrob.report.place_map import place_map
 from camrob.se3 import xyzabc_from_frame
@@ -48,7 +48,7 @@ def place(
     x_mm: float = 200.0,
     y_mm: float = 200.0,
     z_mm: float = 0.0,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> PlaceResult:
     """Propose `part_in_base`, and draw a map: NAME.place.json and NAME.place.svg appear in `out`.
 
@@ -89,10 +89,10 @@ def place(
     shifts = mm_to_m(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3))
     shifts = shifts[np.any(shifts != 0.0, axis=1)]  # the set-up's own placement is looked at first
     base_T_part = np.asarray(inputs.setup.base_T_part)
-    found = place_part(inputs.cell, inputs.path, base_T_part, shifts, progress=_told(progress, "place"))
+    found = place_part(inputs.cell, inputs.path, base_T_part, shifts, progress=stage_of(progress, "place"))
     plate = table_plate(inputs.cell)
     standing = off_table(inputs, plate, np.asarray(found.base_T_part))
-    trial = try_placements(inputs, found, standing, _told(progress, "collisions"))
+    trial = try_placements(inputs, found, standing, stage_of(progress, "collisions"))
     summary = _summary(found, trial, plate, inputs.cell.name, name)
     with staged_output(Path(out)) as folder:
         xyz_mm = m_to_mm(np.asarray(found.base_T_part)[:, :3, 3])
@@ -101,11 +101,6 @@ def place(
         (folder / f"{name}.place.svg").write_text(picture, encoding="utf-8")
         (folder / f"{name}.place.json").write_text(json.dumps(summary.to_json(), indent=1) + "\n", encoding="utf-8")
     return PlaceResult(summary, Path(out), summary.files)
-
-
-def _told(progress: Callable[[str, float], None] | None, stage: str) -> Callable[[float], None] | None:
-    """Progress of one stage."""
-    return None if progress is None else lambda share: progress(stage, share)
 
 
 def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: str, name: str) -> PlaceSummary:

@@ -33,6 +33,7 @@ from camrob.program.decimate import decimated
 from camrob.program.language import Language
 from camrob.program.process import Process, plan_process
 from camrob.program.program import Program
+from camrob.progress import Progress, Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.published.virtual_joint import resolve_vjm
@@ -45,7 +46,6 @@ from camrob.witness.judge import Verdict, judge
 __all__ = ["FEEDS", "METHODS", "PostResult", "post"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 Residual = tuple[Array, Array]
 
 COMPARED = 20_000  # points up to which the report shows the path resolved in other ways beside
@@ -260,9 +260,7 @@ def _check_choices(method: str, feed: str) -> None:
         raise InputError(f"--feed {feed!r} is unknown", cure=f"use {' or '.join(FEEDS)}")
 
 
-def _resolve(
-    inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None], device: str = "cpu"
-) -> _Resolved:
+def _resolve(inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str = "cpu") -> _Resolved:
     """A solution, held to its promise by forward kinematics; the stretches between tool changes one after the other."""
     made: list[Stretch] = []
     residuals: list[Residual] = []
@@ -292,9 +290,7 @@ def _resolve(
     return _Resolved(replace(inputs, path=path), solution, (position, axis))
 
 
-def _solved(
-    inputs: JobInputs, resolve: Callable[..., Solution], progress: Callable[[float], None], device: str
-) -> Solution:
+def _solved(inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str) -> Solution:
     """The solution of one stretch."""
     if resolve is resolve_vjm:
         return resolve_vjm(inputs.cell, inputs.path, progress=progress)

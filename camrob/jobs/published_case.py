@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,6 +22,7 @@ from camrob.kinematics.frames import base_T_tool
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo
 from camrob.measurement.write_log import write_log
+from camrob.progress import Progress, silent
 from camrob.report.calibration.page import calibration_report
 from camrob.report.page.line_charts import Curve, LineChart
 from camrob.se3 import rotation_to_abc
@@ -51,9 +51,7 @@ class PublishedResult:
     summary: CalibrationSummary
 
 
-def published_case(
-    case: Path, *, cell: Path, out: Path, progress: Callable[[str, float], None] | None = None
-) -> PublishedResult:
+def published_case(case: Path, *, cell: Path, out: Path, progress: Progress | None = None) -> PublishedResult:
     """Repeat a published calibration and write its report.
 
     Written beside `out`, the calibration of the published size: NAME.html, NAME_extended.toml (the model that knows the
@@ -76,11 +74,7 @@ def published_case(
         camrob.errors.InputError: case.toml: ...
     """
     start = time.perf_counter()
-
-    def tell(stage: str, done: float) -> None:
-        if progress is not None:
-            progress(stage, done)
-
+    tell = progress or silent
     check_calibration_name(out)
     machine = read_cell(cell)
     told = read_published(case, machine)

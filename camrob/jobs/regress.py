@@ -6,7 +6,6 @@ import gzip
 import json
 import tempfile
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from camrob.jobs.files.compare_summary import comparable, compare_summary
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.post import post
 from camrob.languages import language_suffixes
+from camrob.progress import Progress, silent
 from camrob.summaries.regress_summary import RegressSummary, SampleFigures
 
 __all__ = ["RegressResult", "regress"]
@@ -57,7 +57,7 @@ def regress(
     *,
     cell: Path,
     update: bool = False,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> RegressResult:
     """Post every sample (a folder of `toolpaths` with one CL file) and compare it with its golden files.
 
@@ -79,8 +79,7 @@ def regress(
     """
     samples = _samples(Path(toolpaths))
     for k, sample in enumerate(samples):
-        if progress is not None:
-            progress(sample.clfile.parent.name, k / len(samples))
+        (progress or silent)(sample.clfile.parent.name, k / len(samples))
         _make(sample, cell)
     made = all(sample.made for sample in samples)
     for sample in samples:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from camrob.jobs.files.files import check_file_name, staged_output
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
+from camrob.progress import Progress, stage_of
 from camrob.summaries.remarks import Approximated, Remark
 from camrob.summaries.simulate_summary import LimitShares, LostByCause, SimulateSeconds, SimulateSummary
 from camrob.units import m_to_mm, ms_to_s
@@ -44,7 +44,7 @@ def simulate(
     cell: Path,
     out: Path,
     cycle_ms: float = 12.0,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> SimulateResult:
     """Run a program on the ideal controller; LOG.csv (or .parquet) and LOG.toml appear together or not at all.
 
@@ -74,8 +74,7 @@ def simulate(
     text = language_of_file(program).read(program)
     machine = cell_for("simulate", cell)
     read = time.perf_counter()
-    tell = None if progress is None else (lambda share: progress("simulate", share))
-    simulation = run(text, machine, cycle=ms_to_s(cycle_ms), progress=tell)
+    simulation = run(text, machine, cycle=ms_to_s(cycle_ms), progress=stage_of(progress, "simulate"))
     ready = time.perf_counter()
     with staged_output(out.parent) as folder:
         log = simulation.log

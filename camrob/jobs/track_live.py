@@ -22,6 +22,7 @@ from camrob.loop.rsi.link import Address
 from camrob.loop.rsi.outcome import FAULTS, SessionCounts
 from camrob.loop.rsi.server import RsiServer
 from camrob.loop.rsi.session import TrackerSession
+from camrob.progress import Progress, silent
 from camrob.summaries.live_summary import (
     AnswerTimes,
     CorrectionFigures,
@@ -69,7 +70,7 @@ def track_live(
     out: Path | None = None,
     ready: Callable[[RsiServer], None] = lambda server: None,
     should_stop: Callable[[], bool] = lambda: False,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> TrackLiveResult:
     """Serve a controller on `listen` from an instrument on `instrument` until a fault, an interruption, or `duration_s`.
 
@@ -104,8 +105,7 @@ def track_live(
     with RsiServer(settings, listen=_address(listen), instrument=_address(instrument)) as server:
         heard = ", ".join(options.allow) or "whoever sends first"
         where = "waiting on {}:{} for {}".format(*server.controller_address, heard)
-        if progress is not None:
-            progress(where, 0.0)
+        (progress or silent)(where, 0.0)
         ready(server)
         session = server.serve(duration_s=duration_s, should_stop=should_stop, realtime=realtime)
     summary = _summary(options, server, session, time.monotonic() - start)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from camrob.jobs.files.files import staged_output
 from camrob.loop.analysis import Margins
 from camrob.loop.case import read_tracker_case
 from camrob.loop.measures import RunMeasure, Size
+from camrob.progress import Progress
 from camrob.report.loop.page import tracker_report
 from camrob.report.loop.sentences import circle_places, reduction, tracker_comparisons
 from camrob.studies.loop_study import Sensitivity, TrackerStudy, study_tracker
@@ -62,7 +62,7 @@ def tracker(
     out: Path | None,
     gain: float | None = None,
     laps: int = 3,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> TrackerResult:
     """Write tracker.html and tracker.json into `out`: the study of the cell's tracker.toml, about a minute.
 

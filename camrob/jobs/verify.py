@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ from camrob.jobs.release.release import ReadBack, cover_toolpath, hold_to_tool, 
 from camrob.jobs.simulate import approximated
 from camrob.languages import language_of_file
 from camrob.program.program_text import ProgramText
+from camrob.progress import Progress, Share, stage_of
 from camrob.summaries.remarks import Approximated, AxisLimits, JudgedRemark
 from camrob.summaries.verify_summary import (
     Against,
@@ -77,7 +79,7 @@ def verify(
     setup: Path | None = None,
     collisions: bool = True,
     manifest: bool = True,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> VerifyResult:
     """Judge a program, whoever wrote it: frames, all its motions, axis limits, collisions; with `against`, its CL file too.
 
@@ -105,10 +107,7 @@ def verify(
     """
     start = time.perf_counter()
     program, cell = Path(program), Path(cell)
-
-    def share(stage: str) -> Callable[[float], None]:
-        return lambda done: progress(stage, done) if progress is not None else None
-
+    share = partial(stage_of, progress)
     inputs: JobInputs | None = None
     if against is not None:
         against = Path(against)
@@ -154,7 +153,7 @@ def _replayed(
     machine: Cell,
     inputs: JobInputs | None,
     collisions: bool,
-    share: Callable[[str], Callable[[float], None]],
+    share: Callable[[str], Share],
 ) -> _Replayed:
     """The program through the reader, the replay and the collision check of `post`. Raises ProgramError, JobError."""
     text = language_of_file(program).read(program)
@@ -175,7 +174,7 @@ def _replayed(
     return _Replayed(text, replayed, judgement, coverage, report, tuple(findings))
 
 
-def _cell_collisions(text: ProgramText, replayed: Replay, progress: Callable[[float], None]) -> CollisionReport:
+def _cell_collisions(text: ProgramText, replayed: Replay, progress: Share) -> CollisionReport:
     """Collisions of the cell's own bodies along a program whose part nobody knows, with each of its tools."""
     postures, owner = posture_trace(text, replayed)
     reports = []
@@ -184,7 +183,7 @@ def _cell_collisions(text: ProgramText, replayed: Replay, progress: Callable[[fl
         none = np.zeros(int(here.sum()), np.int64)
         reports.append(check_collisions(
             cell, postures[here], cutting=none > 0, line=np.asarray(text.line)[owner[here]], region=none - 1,
-            progress=lambda done, of: progress(done / of),
+            progress=progress,
         ))  # fmt: skip
     return reports[0] if len(reports) == 1 else joined_collisions(reports)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,12 +28,12 @@ from camrob.loop.loop import LoopLog, LoopRun, check_arm_alone, simulate
 from camrob.loop.measures import RunMeasure, measure_run
 from camrob.loop.paths import TestPath, circle_path, square_path
 from camrob.loop.tracker_error import printed_order, reading_of, tracker_pose
+from camrob.progress import Progress, silent
 from camrob.se3 import frame_from_xyzabc, inverse
 
 __all__ = ["Latency", "Learning", "Sensitivity", "TrackerStudy", "Variant", "study_tracker"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 SETTLED = 3.0  # s after the correction is switched on, from which its effect is measured
 SMOOTHING, STEP = 0.05, 0.7  # of what is learned: its width, s, and what share of a lap's findings is taken over
@@ -130,7 +130,7 @@ def study_tracker(
     for law in (case.law, asked):
         if law is not None:
             check_gain(joint_loops(case, np.asarray(case.robot.lag)), law.gain)
-    tell: Progress = progress or (lambda _what, _share: None)
+    tell = progress or silent
     square, circle = square_path(cell, case), circle_path(cell, case)
     if case.switched_on + SETTLED >= float(square.time[square.corners[-1]]):
         raise InputError(

@@ -7,7 +7,6 @@ What is written into the program, `speed`, leaves the ramps at stops to the cont
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.frozen import locked
+from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.timing.losses import FeedLoss, feed_losses, lost_by_axis
 from camrob.timing.path_spline import MotionBounds
@@ -112,7 +112,7 @@ def optimal_feed(
     rapid_speed: float,
     stops: NDArray[np.bool_] | None = None,
     tolerance: float = 0.02,
-    progress: Callable[[float], None] | None = None,
+    progress: Share | None = None,
 ) -> FeedPlan:
     """The fastest feed of a path with postures q (N, n) under its programmed feed; air at `rapid_speed`, m/s.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from camrob.errors import InputError, ToolpathError
+from camrob.progress import Share
 from camrob.toolpath.apt.dialects.registry import DIALECTS
 from camrob.toolpath.apt.read_apt import read_cl
 from camrob.toolpath.defaults import Defaults
@@ -30,7 +31,7 @@ def read_toolpath(
     feed: float | None = None,
     spindle_rpm: float | None = None,
     diameters: Mapping[int, float] | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Share | None = None,
 ) -> Toolpath:
     """Read CL data (NX, Creo, CATIA, CAMWorks, Makino, plain APT) or 5-axis G-code; which one is recognised.
 

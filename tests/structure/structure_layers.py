@@ -38,7 +38,7 @@ ROWS = (
     ("se3", "summaries"),
     ("frozen", "findings"),
     ("errors",),
-    ("units", "text"),
+    ("units", "text", "progress"),
 )
 RANK = {room: i for i, row in enumerate(ROWS) for room in row}
 

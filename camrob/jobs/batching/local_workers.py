@@ -21,6 +21,7 @@ from pathlib import Path
 
 from camrob.jobs.batching.parcel import Parcel, sandbox_path
 from camrob.jobs.batching.work import Outcome, lost_job, work
+from camrob.progress import Progress
 
 __all__ = ["cores", "run_local"]
 
@@ -182,7 +183,7 @@ def _serve(pipe: Connection) -> None:
             pipe.send(work(parcel, sandbox, _teller(pipe)))
 
 
-def _teller(pipe: Connection) -> Callable[[str, float], None]:
+def _teller(pipe: Connection) -> Progress:
     """A progress hook that speaks through a pipe, not too often."""
     stage_told, told = "", 0.0
 

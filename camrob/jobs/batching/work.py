@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 from camrob.jobs.batching.parcel import Parcel, Place, sandbox_path, unpack_parcel
 from camrob.jobs.batching.verbs import job_function
 from camrob.jobs.exit_status import CHECK_FAILED, DONE, NOT_SAFE, failure_line, failure_status
+from camrob.progress import Progress
 
 __all__ = ["Outcome", "lost_job", "work"]
 
@@ -36,7 +37,7 @@ def lost_job(index: int, why: str) -> Outcome:
 def work(
     parcel: Parcel,
     sandbox: Path,
-    progress: Callable[[str, float], None],
+    progress: Progress,
     contents: Mapping[Place, bytes] | None = None,
 ) -> Outcome:
     """Do a parcel's job in an empty folder; the files that it makes lie at `sandbox_path(sandbox, parcel.out)`.

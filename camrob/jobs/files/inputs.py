@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from camrob.jobs.files.cell_for import cell_for, language_for
 from camrob.jobs.files.granted import assumed_limits, taken_for_granted
 from camrob.jobs.files.mounting import MountedTool, change_poses, mounted_tools
 from camrob.program.process import tool_changes
+from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.stretches import change_values, started_from
 from camrob.redundancy.transfers import build_path
@@ -89,7 +89,7 @@ def read_inputs(
     dialect: str | None = None,
     units: str | None = None,
     verb: str = "post",
-    progress: Callable[[float], None] | None = None,
+    progress: Share | None = None,
 ) -> JobInputs:
     """Read all that a verb's job needs. Raises InputError and its kin, naming file, line and cure."""
     machine = cell_for(verb, cell)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -28,6 +27,7 @@ from camrob.program.motion import Motion
 from camrob.program.process import Process
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramText
+from camrob.progress import Share, part_of
 from camrob.redundancy.solution import Solution
 from camrob.units import m_to_mm
 
@@ -90,9 +90,7 @@ def hold_to_tool(replayed: Replay, inputs: JobInputs, coverage: Coverage | None 
     return [Finding("tool-differs", text, Severity.ERROR)]
 
 
-def read_back(
-    source: Path, program: Program, inputs: JobInputs, solution: Solution, progress: Callable[[float], None]
-) -> ReadBack:
+def read_back(source: Path, program: Program, inputs: JobInputs, solution: Solution, progress: Share) -> ReadBack:
     """Read a written program back, replay it, and hold it to the CL points, to what was meant, and to what was solved.
 
     Raises VerificationError for the first thing that stands against it.
@@ -118,7 +116,7 @@ def read_back(
     return ReadBack(text, replayed, coverage, judgement)
 
 
-def path_collisions(back: ReadBack, inputs: JobInputs, progress: Callable[[float], None]) -> CollisionReport:
+def path_collisions(back: ReadBack, inputs: JobInputs, progress: Share) -> CollisionReport:
     """Collisions along the replayed program, void motions included; each stretch with its own tool.
 
     Raises VerificationError where the program doesn't leave the path between two tools, or a posture is left out.
@@ -141,18 +139,13 @@ def path_collisions(back: ReadBack, inputs: JobInputs, progress: Callable[[float
         reports.append(check_collisions(
             cell, postures[here], cutting=cutting[rows], line=line[rows], region=region[rows],
             part_mesh=inputs.part, stock_mesh=inputs.stock, base_T_part=np.asarray(inputs.setup.base_T_part),
-            tool=held.tool, progress=_share(progress, k, len(inputs.mounted)),
+            tool=held.tool, progress=part_of(progress, k, len(inputs.mounted)),
         ))  # fmt: skip
         looked_at[np.flatnonzero(here)[: reports[-1].points]] = True
     if not looked_at.all():
         what = "the program was not released: collisions were not looked for along all of it; report this file"
         raise VerificationError(what, line=int(line[owner[int(np.argmin(looked_at))]]))
     return reports[0] if len(reports) == 1 else joined_collisions(reports)
-
-
-def _share(progress: Callable[[float], None], part: int, parts: int) -> Callable[[int, int], None]:
-    """Progress of one of several parts."""
-    return lambda done, of: progress((part + done / of) / parts)
 
 
 def _borders(back: ReadBack, inputs: JobInputs) -> list[int]:
@@ -192,7 +185,7 @@ def check_release(
     margins: MarginReport,
     process: Process,
     written: list[Finding],
-    progress: Callable[[float], None],
+    progress: Share,
 ) -> tuple[CollisionReport, list[Finding]]:
     """Collisions, and all findings of the job. Raises CollisionError or VerificationError where one stops the release."""
     collisions = path_collisions(back, inputs, progress)

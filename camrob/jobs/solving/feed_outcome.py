@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from camrob.cell.cell import Cell
 from camrob.dynamics.motion_torques import motion_torques
 from camrob.dynamics.torques import JointTorques
 from camrob.jobs.files.inputs import JobInputs
+from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.summaries.feed_figures import (
@@ -174,9 +175,7 @@ class FeedOutcome:
         }
 
 
-def feed_outcome(
-    inputs: JobInputs, q: Array, *, optimal: bool, progress: Callable[[float], None] | None = None
-) -> FeedOutcome:
+def feed_outcome(inputs: JobInputs, q: Array, *, optimal: bool, progress: Share | None = None) -> FeedOutcome:
     """Time a path with postures q (N, n), plan its feed where asked to, and judge it."""
     cell, path = inputs.cell, inputs.path
     programmed = np.where(path.cutting | path.entering, path.feed, inputs.rapid_speed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +12,7 @@ from camrob.checks.collision_report import CollisionReport
 from camrob.errors import CollisionError, JobError, LimitError, SingularError, UnreachableError
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.solving.plan_obstacles import job_collisions
+from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.placement import Placements
 from camrob.redundancy.published.virtual_joint import resolve_vjm
@@ -81,7 +81,7 @@ def off_table(inputs: JobInputs, plate: TablePlate | None, base_T_part: Array) -
 
 
 def try_placements(
-    inputs: JobInputs, found: Placements, standing: tuple[str, ...], progress: Callable[[float], None] | None = None
+    inputs: JobInputs, found: Placements, standing: tuple[str, ...], progress: Share | None = None
 ) -> Trial:
     """Walk down the ranking to the first placement that resolves (vjm) and touches nothing; `standing` names those out already.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from camrob.progress import Progress
 from camrob.redundancy.following.follower import track
 
 __all__ = ["Watch"]
@@ -15,7 +16,7 @@ __all__ = ["Watch"]
 class Watch:
     """Names the stage that runs to whoever shows progress, and keeps how long each took."""
 
-    def __init__(self, progress: Callable[[str, float], None] | None) -> None:
+    def __init__(self, progress: Progress | None) -> None:
         self._progress = progress
         self._name = ""
         self._note = " (compiling, this once)" if _kernels_missing() else ""

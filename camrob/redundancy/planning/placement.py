@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.errors import UnreachableError
 from camrob.frozen import locked
+from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.certificate import certify, external_grid, representatives, scan
 from camrob.redundancy.planning.freedoms import PlanSpace, plan_space
@@ -64,7 +64,7 @@ def place_part(
     base_T_part: Array,
     shifts: Array,
     *,
-    progress: Callable[[float], None] | None = None,
+    progress: Share | None = None,
 ) -> Placements:
     """Placements that differ from base_T_part (4, 4) by `shifts` (S, 3), m, in `base`; the present one comes first.
 

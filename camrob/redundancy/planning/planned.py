@@ -26,6 +26,7 @@ from camrob.cell.cell import Cell
 from camrob.errors import CellError, JobError
 from camrob.findings import Finding, Severity
 from camrob.kinematics.arm import Arm
+from camrob.progress import Share
 from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import FAILED_NOT_REACHED
 from camrob.redundancy.path import ToolPathInBase
@@ -68,7 +69,7 @@ def resolve_planned(
     mode: str = "knee",
     obstacles: Obstacles | None = None,
     score: Score | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Share | None = None,
 ) -> Solution:
     """Postures along a path, planned (see the module); `mode` is one of MODES.
 
@@ -100,7 +101,7 @@ def resolve_planned(
     return solution
 
 
-def _rising(progress: Callable[[float], None] | None) -> Callable[[float], None]:
+def _rising(progress: Share | None) -> Share:
     """Progress that never falls back, however often a plan is made anew."""
     highest = [0.0]
 
@@ -129,7 +130,7 @@ def _touching(
 
 def _resolved(
     cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, score: Score | None,
-    told: Callable[[float], None],
+    told: Share,
 ) -> Solution:  # fmt: skip
     """The solution of one plan, with retracts put in where it needs them."""
     given, plan = path, _plan(cell, path, space, objective, mode, score, told)
@@ -165,7 +166,7 @@ class _Plan:
 
 def _plan(
     cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, score: Score | None,
-    told: Callable[[float], None],
+    told: Share,
 ) -> _Plan | Ints | None:  # fmt: skip
     """The plan of a path; the points at which it needs retracts first; None where no candidates lead through."""
     weights = plan_weights(cell)
@@ -229,7 +230,7 @@ def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobErr
     return explain_failure(cell, Arm.of(cell), path, point, base_T_target, FAILED_NOT_REACHED, state)
 
 
-def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Callable[[float], None]) -> Solution | None:
+def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Share) -> Solution | None:
     """The solution that the tracker makes of the plan."""
     name, draft, point = plan.curve[plan.choice.curve_index]
     prismatic = np.array([j.prismatic for j in cell.joints])
@@ -284,7 +285,7 @@ def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
     ]  # fmt: skip
 
 
-def _published(cell: Cell, path: ToolPathInBase, why: str, told: Callable[[float], None]) -> Solution:
+def _published(cell: Cell, path: ToolPathInBase, why: str, told: Share) -> Solution:
     """The published method in the planner's place."""
     solution = resolve_vjm(cell, path, progress=told)
     note = Finding("plan-fell-back", f"postures follow the published method, not a plan: {why}", Severity.WARNING)

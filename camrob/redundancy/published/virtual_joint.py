@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
@@ -18,6 +17,7 @@ from camrob.findings import Finding, Severity
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays
+from camrob.progress import Share
 from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import TRACKED, TrackerSettings, TrackState, track
 from camrob.redundancy.free_frames import refine, rotation_minimising
@@ -44,7 +44,7 @@ def resolve_vjm(
     *,
     fuzzy: bool = True,
     revise: bool = True,
-    progress: Callable[[float], None] | None = None,
+    progress: Share | None = None,
 ) -> Solution:
     """Postures along a path by the published method (eq. 12, 15 to 20; section 3.2), starting at HOME.
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from camrob.errors import InputError, ToolpathError
 from camrob.findings import Finding, Severity, collapse
+from camrob.progress import Share
 from camrob.toolpath.apt.dialects.registry import choose_dialect
 from camrob.toolpath.apt.feed_units import FeedReader, unit_name
 from camrob.toolpath.apt.goto_kernel import ROWS
@@ -41,7 +41,7 @@ def read_cl(
     chord_tolerance: float = CHORD_TOLERANCE,
     angle_tolerance: float = ANGLE_TOLERANCE,
     defaults: Defaults | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Share | None = None,
 ) -> Toolpath:
     """The toolpath of one CL file's bytes, in the part's frame and in metres.
 
@@ -64,7 +64,7 @@ def _read(
     chord: float,
     angle: float,
     defaults: Defaults,
-    progress: Callable[[float], None] | None,
+    progress: Share | None,
 ) -> Toolpath:
     if not chord > 0.0 or not angle > 0.0:
         raise ToolpathError("chord and angle tolerance must be above zero", cure="choose 0.01 mm and 5 degrees")
@@ -102,7 +102,7 @@ def _read(
     return toolpath
 
 
-def _walk(lexer: Lexer, interpreter: Interpreter, progress: Callable[[float], None] | None) -> None:
+def _walk(lexer: Lexer, interpreter: Interpreter, progress: Share | None) -> None:
     """All statements in their order: runs of plain GOTO at once, everything else one by one."""
     machine = interpreter.m
     size, told = max(len(lexer.data), 1), 0.0
