@@ -176,14 +176,14 @@ def maxwell(u: np.ndarray, slips) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", ["dahl", "maxwell"])
 def test_an_axis_that_winds_up_before_it_slides(kind: str) -> None:
-    reach, size = 0.5 * DEG, 1e-4
+    reach, size = 1.0 * DEG, 1e-4
 
     def plant(world) -> None:
         u = world.command[:, 1]
         if kind == "dahl":
             world.link[:, 1] -= size * dahl_by_steps(u, reach)
         else:
-            world.link[:, 1] -= size * maxwell(u, np.array([0.3, 1.0, 3.0]) * reach)
+            world.link[:, 1] -= size * maxwell(u, np.array([0.5, 1.0, 3.0]) * reach)
 
     values = {"A2_dahl_deg": size} if kind == "dahl" else {f"A2_slip{k}_deg": k * size for k in (1, 2, 3)}
     held_to(simulated(plant), "hysteresis", values, {"reach": reach}, share=0.05, skip=200)

@@ -20,9 +20,9 @@ __all__ = ["EFFECT", "dahl"]
 Array = NDArray[np.float64]
 
 _USUAL, _MOST = deg_to_rad(0.01), deg_to_rad(0.3)  # of wind-up, to either side
-_REACH = deg_to_rad(0.5)  # of travel after which it slides, where nothing says better
-_SLIPS = (0.3, 1.0, 3.0)  # times that: where the elements of a Maxwell chain slip, one after the other
-_TRIED = tuple(deg_to_rad(v) for v in (0.1, 0.25, 0.5, 1.0, 2.0, 4.0))
+_REACH = deg_to_rad(1.0)  # of travel after which it slides, where nothing says better
+_SLIPS = (0.5, 1.0, 3.0)  # times that: where the elements of a Maxwell chain slip, one after the other
+_TRIED = tuple(deg_to_rad(v) for v in (0.7, 1.0, 2.0, 4.0))  # what slides sooner is play, as far as a log can tell
 _LENGTH = mm_to_m(1.0) / deg_to_rad(1.0)  # m of a sliding axis to what is a rad of a turning one
 _CHOICES = 6
 
