@@ -315,6 +315,16 @@ def test_drilling_cycles() -> None:
     assert [h for h, cut in steps if cut] == [-1, -1], "R counts from where the cycles began, for every repeat"
 
 
+@pytest.mark.parametrize(("code", "dwells"), [("G73", 1), ("G83", 1), ("G82", 1), ("G81", 0), ("G85", 0), ("G89", 1)])
+def test_a_cycle_rests_at_its_bottom_once_where_it_names_a_time(code: str, dwells: int) -> None:
+    path = read(f"G21 G0 X0 Y0 Z20\nF100 S500 M3\n{code} X1 Z-4 R1 Q2 P0.5\nG80\nM30\n")
+    region = path.regions[0]
+    events = [e for e in region.events if e.kind is EventKind.DWELL]
+    assert len(events) == dwells
+    for event in events:
+        assert event.value == 0.5 and region.position[event.point - 1][2] == pytest.approx(-0.004)
+
+
 def test_cycle_dwell_is_an_event() -> None:
     path = read("G21 G0 X0 Y0 Z20\nF100 S500 M3\nG82 X1 Z-1 R1 P0.5\nX2 P250\nG86 X3 Z-1 R1\nG80\nM30\n")
     kinds = [(e.kind, e.value) for e in path.regions[0].events]

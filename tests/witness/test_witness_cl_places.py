@@ -239,6 +239,12 @@ def test_pecks_as_they_are_told(tell, head, cycle, first, others):
         assert pecks.out is ("BRKCHP" not in cycle)
 
 
+@pytest.mark.parametrize(("lower", "ways_"), [(0.0003, "RRHRRHR"), (0.003, "RRHRRRHR")])
+def test_holes_that_lie_level_but_for_rounding_have_no_way_down_between_them(tell, lower, ways_):
+    rows = f"GOTO/0,0,0\nGOTO/20,0,{-lower:.4f}"
+    assert ways(hole(tell, NX, "CYCLE/DRILL,RAPTO,3.,FEDTO,-20.,MMPM,250.", rows)) == ways_
+
+
 @pytest.mark.parametrize(("sense", "other"), [("CLW", "CCLW"), ("CCLW", "CLW")])
 def test_a_tap_turns_the_other_way_at_the_bottom(tell, sense, other):
     story = tell(

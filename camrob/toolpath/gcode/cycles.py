@@ -40,7 +40,7 @@ def hole(code: int, retract: float, bottom: float, end: float, peck: float, dwel
         steps += _pecks(code, retract, bottom, peck)
     else:
         steps.append((Step.CUT, bottom))
-    if code in (820, 860, 890, *TAPS) and dwell > 0.0:
+    if code not in (810, 850) and dwell > 0.0:  # at the bottom, where the word stands; the two have none
         steps.append((Step.DWELL, dwell))
     if code in (850, 890):
         steps.append((Step.CUT, retract))

@@ -38,6 +38,7 @@ _KINDS = {
     "TAP": Out.REVERSED,
 }
 _PECKS = ("STEP", "1STPECK", "SUBPECK", "INCR", "STEP1", "STEP2", "STEP3")
+_LEVEL = 2e-6  # m: heights that differ by less are printed alike, and no motion leads from the one to the other
 _BREAKS = frozenset({"BRKCHP", "BRKCHP2"})  # the chip is broken, and left in the hole
 _HEIGHTS = {
     "RAPTO": "clear",
@@ -156,9 +157,9 @@ def _approach(tell: Teller, clear: Array, axis: Array, line: int) -> None:
     here = tell.here
     if here is not None and np.allclose(axis, tell.axis, atol=1e-9):
         height = float((here - clear) @ axis)
-        if height > 1e-9:
+        if height > _LEVEL:
             tell.move(clear + height * axis, axis, Way.RAPID, line)
-        elif height < -1e-9:
+        elif height < -_LEVEL:
             tell.move(here - height * axis, axis, Way.RAPID, line)
     tell.move(clear, axis, Way.RAPID, line)
 
