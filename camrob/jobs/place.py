@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from camrob.bodies.table_plate import TablePlate, table_plate
 from camrob.errors import InputError
+from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import program_name, read_inputs
 from camrob.jobs.files.mounting import one_frame
@@ -80,8 +81,9 @@ def place(
     freedom = (x_mm, y_mm, z_mm)
     if not all(np.isfinite(v) and 0.0 <= v <= 1e4 for v in freedom):
         raise InputError(f"a freedom of {freedom} mm makes no sense", cure="give numbers of millimetres from 0 up")
-    name = program_name(Path(clfile), None, Path(cell))
-    inputs = read_inputs(Path(clfile), Path(cell), setup, verb="place")
+    machine = cell_for("place", cell)
+    name = program_name(Path(clfile), None, language_of(machine))
+    inputs = read_inputs(Path(clfile), machine, setup)
     one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
     axes = [
         np.linspace(-v, v, STEPS) if v > 0.0 else np.zeros(1) for v in freedom[:2]

@@ -17,6 +17,7 @@ from camrob.checks.collision_report import CollisionReport
 from camrob.checks.margins import MarginReport
 from camrob.errors import CollisionError, InputError, JobError, VerificationError
 from camrob.findings import Finding
+from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs
 from camrob.jobs.files.mounting import mounted_loads
@@ -128,11 +129,12 @@ def post(
     """
     clfile, out = Path(clfile), Path(out)
     watch = Watch(progress)
-    title = program_name(clfile, name, Path(cell))
     _check_choices(method, feed)
     check_device(device)
     with watch.stage("read"):
-        inputs = read_inputs(clfile, cell, setup, dialect=dialect, units=units, progress=watch.share)
+        machine = cell_for("post", cell)
+        title = program_name(clfile, name, language_of(machine))
+        inputs = read_inputs(clfile, machine, setup, dialect=dialect, units=units, progress=watch.share)
         process = plan_process(inputs.toolpath.regions, inputs.cell)
     with staged_output(out, name=title) as folder:
         order = _Order(title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units)

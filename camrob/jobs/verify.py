@@ -108,12 +108,12 @@ def verify(
     start = time.perf_counter()
     program, cell = Path(program), Path(cell)
     share = partial(stage_of, progress)
+    machine = cell_for("verify", cell)
     inputs: JobInputs | None = None
     if against is not None:
         against = Path(against)
-        inputs = read_inputs(against, cell, setup, verb="verify", progress=share("read"))
-        setup = inputs.setup.path
-    machine = cell_for("verify", cell) if inputs is None else inputs.cell
+        inputs = read_inputs(against, machine, setup, progress=share("read"))
+        machine, setup = inputs.cell, inputs.setup.path
     share("witness")(0.0)
     kept = manifest_findings(program, cell, against, setup) if manifest else []
     believed = manifest and not any(f.severity is Severity.ERROR for f in kept)

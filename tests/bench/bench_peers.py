@@ -32,6 +32,7 @@ from bench_follower import bounds, quality, run, setting  # noqa: E402
 from spiral import write_cl_file  # noqa: E402
 
 from camrob.cell.urdf import cell_urdf  # noqa: E402
+from camrob.jobs.files.cell_for import cell_for  # noqa: E402
 from camrob.jobs.files.inputs import read_inputs  # noqa: E402
 from camrob.kinematics.frames import base_T_tool  # noqa: E402
 from camrob.kinematics.kernels import inverse_kf_many  # noqa: E402
@@ -132,7 +133,7 @@ def _planned(points: int, mode: str):
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "spiral.cls"
         write_cl_file(file, points)
-        inputs = read_inputs(file, ROOT / "cells" / "kr15_track_table", None)
+        inputs = read_inputs(file, cell_for("post", ROOT / "cells" / "kr15_track_table"), None)
     cell, path = inputs.cell, inputs.path
     begin = process_time()
     solution = resolve_planned(cell, path, mode=mode)

@@ -9,6 +9,7 @@ import pytest
 from process_story import KR15, ROOT, posted
 
 from camrob.checks.rapids import rapids_in_stock
+from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import read_inputs
 from camrob.toolpath.read import read_toolpath
 from camrob.units import mm_to_m
@@ -62,5 +63,5 @@ def test_it_is_said_first_and_the_program_is_the_files(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["engraving", "carving", "relief"])
 def test_the_samples_raise_no_alarm(name: str) -> None:
-    inputs = read_inputs(ROOT / "toolpaths" / name / f"{name}.cls", KR15, None)
+    inputs = read_inputs(ROOT / "toolpaths" / name / f"{name}.cls", cell_for("post", KR15), None)
     assert "rapid-in-stock" not in [f.code for f in inputs.urgent]

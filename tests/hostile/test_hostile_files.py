@@ -14,6 +14,7 @@ from process_story import PLACED_Z, cell_with, posted, story, text_of
 from camrob.errors import CamrobError
 from camrob.jobs.files.inputs import program_name
 from camrob.jobs.post import PostResult
+from camrob.languages import language_named
 
 HEAD = "UNITS/MM\nLOADTL/1\nSPINDL/3000,RPM,CLW\nFEDRAT/500,MMPM\n"
 DOWN = "RAPID\nGOTO/0,0,50\nGOTO/0,0,-2\nGOTO/20,0,-2\n"
@@ -196,7 +197,7 @@ def test_a_tool_changed_at_depth_before_a_rapid_is_changed_in_the_clear(tmp_path
 def test_a_reserved_name_is_said_to_be_one() -> None:
     for name, reserved in (("x", True), ("Lin", True), ("a-b", False), ("", False), ("1a", False)):
         with pytest.raises(CamrobError) as error:
-            program_name(Path("part.cls"), name)
+            program_name(Path("part.cls"), name, language_named("krl"))
         assert ("KRL uses that word itself" in str(error.value)) is reserved
 
 

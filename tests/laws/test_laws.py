@@ -17,6 +17,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
 from camrob.checks.collisions import STEP, check_collisions
+from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import read_inputs
 from camrob.jobs.post import post
 from camrob.kinematics.frames import base_T_tool, world_T_base
@@ -146,7 +147,7 @@ def test_part_and_path_may_move_together(tmp_path_factory: pytest.TempPathFactor
 @pytest.fixture(scope="module")
 def solved(tmp_path_factory: pytest.TempPathFactory):
     part = job(tmp_path_factory.mktemp("job") / "in", POINTS, AXIS, np.array([20.0, -30.0, 250.0, 0, 0, 0]))
-    inputs = read_inputs(part, KR15, None)
+    inputs = read_inputs(part, cell_for("post", KR15), None)
     return inputs, resolve_vjm(inputs.cell, inputs.path)
 
 

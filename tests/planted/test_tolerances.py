@@ -25,6 +25,7 @@ import camrob.jobs.post as job
 import camrob.jobs.release.release as release
 import camrob.jobs.release.solved as solved
 from camrob.findings import Finding, Severity
+from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import JobInputs, read_inputs
 from camrob.jobs.release.release import ReadBack, cover_toolpath, hold_to_tool, path_margins, read_back
 from camrob.languages import language_named
@@ -47,7 +48,7 @@ class Posted:
     def __init__(self, folder: Path) -> None:
         (folder / "part.cls").write_text(PART)
         (folder / "setup.toml").write_text(PLACE)
-        self.inputs: JobInputs = read_inputs(folder / "part.cls", CELL, None)
+        self.inputs: JobInputs = read_inputs(folder / "part.cls", cell_for("post", CELL), None)
         made = job.post(folder / "part.cls", cell=CELL, out=folder / "out", report=False)
         self.program, self.solution, self.source = made.program, made.solution, made.out / "part.src"
         self.back: ReadBack = read_back(self.source, self.program, self.inputs, self.solution, lambda share: None)

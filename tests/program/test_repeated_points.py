@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from process_story import KR15, ROOT, posted, story, text_of
 
+from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import read_inputs
 
 MOTION = re.compile(r"^(PTP|LIN|CIRC|\$VEL)")
@@ -133,7 +134,10 @@ def test_the_samples_paths_do_not_change(tmp_path: Path, name: str, share: float
     clfile = tmp_path / f"{name}.cls"
     clfile.write_text(_repeated(content, np.random.default_rng(7), share))
     assert clfile.read_text() != content
-    before, after = read_inputs(folder / f"{name}.cls", KR15, None), read_inputs(clfile, KR15, None)
+    before, after = (
+        read_inputs(folder / f"{name}.cls", cell_for("post", KR15), None),
+        read_inputs(clfile, cell_for("post", KR15), None),
+    )
     assert after.toolpath.points > before.toolpath.points
     for column in ("base_T_tip", "move", "feed", "region", "safe", "stretch"):
         np.testing.assert_array_equal(getattr(after.path, column), getattr(before.path, column), err_msg=column)

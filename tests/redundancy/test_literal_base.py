@@ -12,6 +12,7 @@ import pytest
 from camrob.controller.against import cover
 from camrob.controller.judge import judge
 from camrob.controller.replay import replay
+from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import read_inputs
 from camrob.jobs.post import post
 from camrob.languages.krl.reader.read_krl import read_krl
@@ -46,7 +47,7 @@ def test_a_table_that_turns_while_cutting_is_refused(literal_cell, tmp_path):
     """The program of a following base, run on a cell whose base stands, must not pass."""
     turning = ROOT / "cells" / "kr15_track_table"
     post(SAMPLE, cell=turning, out=tmp_path / "out", report=False)
-    inputs = read_inputs(SAMPLE, literal_cell, None)
+    inputs = read_inputs(SAMPLE, cell_for("post", literal_cell), None)
     program = read_krl(tmp_path / "out" / "engraving.src")
     replayed = replay(program, inputs.cell)
     own = inputs.path.of_toolpath
@@ -65,5 +66,5 @@ def test_a_table_that_turns_while_cutting_is_refused(literal_cell, tmp_path):
 
 
 def test_the_digest_tells_the_two_cells_apart(literal_cell):
-    cell = read_inputs(SAMPLE, literal_cell, None).cell
+    cell = read_inputs(SAMPLE, cell_for("post", literal_cell), None).cell
     assert cell.digest != replace(cell, base_follows_table=True).digest

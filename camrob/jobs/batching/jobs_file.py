@@ -13,8 +13,10 @@ from camrob.cell.read_cell import read_toml
 from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.jobs.batching.verbs import VERBS, Kind, Verb, Writes, read_verb
+from camrob.jobs.files.cell_for import language_for
 from camrob.jobs.files.files import check_file_name
 from camrob.jobs.files.inputs import program_name
+from camrob.program.language import Language
 
 __all__ = ["BatchJob", "read_jobs"]
 
@@ -55,6 +57,7 @@ def read_jobs(path: Path, out: Path | None = None) -> tuple[BatchJob, ...]:
     _known(defaults, {key for verb in verbs for key in verb.keys} | {"verb"}, "any of these jobs")
     shared = {verb.name: _values(defaults, verb) for verb in verbs}
     jobs: list[BatchJob] = []
+    languages: dict[Path, Language] = {}
     for entry, verb in zip(entries, verbs, strict=True):
         _known(entry, {*verb.keys, "verb"}, f"verb {verb.name!r}")
         values = shared[verb.name] | _values(entry, verb)
@@ -62,7 +65,7 @@ def read_jobs(path: Path, out: Path | None = None) -> tuple[BatchJob, ...]:
             if key not in values and key != "out":
                 raise entry.fail(key, "is missing", f"give {verb.keys[key]}")
         for spread in _spread(entry, verb, values):
-            jobs.append(_job(entry, verb, spread, out, len(jobs)))
+            jobs.append(_job(entry, verb, spread, out, len(jobs), languages))
     _apart(path, jobs)
     return tuple(jobs)
 
@@ -128,8 +131,15 @@ def _spread(entry: TableReader, verb: Verb, values: dict[str, Any]) -> list[dict
     return [spread | {verb.about: file} for file in files]
 
 
-def _job(entry: TableReader, verb: Verb, values: Mapping[str, Any], out: Path | None, index: int) -> BatchJob:
-    """One job, its paths made absolute."""
+def _job(
+    entry: TableReader,
+    verb: Verb,
+    values: Mapping[str, Any],
+    out: Path | None,
+    index: int,
+    languages: dict[Path, Language],
+) -> BatchJob:
+    """One job, its paths made absolute. languages: of the cells that were looked at, by path."""
     base = entry.path.parent
     arguments: dict[str, Any] = {}
     shown: dict[Path, str] = {}
@@ -154,7 +164,7 @@ def _job(entry: TableReader, verb: Verb, values: Mapping[str, Any], out: Path | 
         target = _target(entry, verb, values.get("out"), first, arguments[verb.about], out)
         arguments["out"] = target
         folder = target.parent if verb.writes is Writes.FILE else target
-        product = _product(entry, verb, arguments, target)
+        product = _product(entry, verb, arguments, target, languages)
     return BatchJob(index, first.as_posix(), verb, arguments, shown, folder, product)
 
 
@@ -181,7 +191,9 @@ def _target(entry: TableReader, verb: Verb, text: str | None, first: Path, about
     return (root / target).resolve() if verb.writes is Writes.FOLDER else (root / target.parent).resolve() / target.name
 
 
-def _product(entry: TableReader, verb: Verb, arguments: Mapping[str, Any], target: Path) -> str:
+def _product(
+    entry: TableReader, verb: Verb, arguments: Mapping[str, Any], target: Path, languages: dict[Path, Language]
+) -> str:
     """The stem of the files that a job writes."""
     if verb.writes is Writes.FILE:
         return target.stem
@@ -191,7 +203,10 @@ def _product(entry: TableReader, verb: Verb, arguments: Mapping[str, Any], targe
     if "name" not in verb.keys:
         return about.stem
     try:
-        return program_name(about, arguments.get("name"), arguments.get("cell"))
+        cell = arguments["cell"]
+        if cell not in languages:
+            languages[cell] = language_for(cell)
+        return program_name(about, arguments.get("name"), languages[cell])
     except InputError as error:
         raise entry.fail("name", error.what, error.cure) from None
 

@@ -11,7 +11,7 @@ from camrob.cell.read_cell import read_cell
 from camrob.languages import LANGUAGES, language_named
 from camrob.program.language import Language
 
-__all__ = ["cell_for", "language_for"]
+__all__ = ["cell_for", "language_for", "language_of"]
 
 _CONTROLLER = frozenset({"post", "verify", "simulate", "compensate"})
 _RESOLVE = frozenset({"post", "place"})
@@ -23,6 +23,11 @@ def cell_for(verb: str, path: str | Path) -> Cell:
     if cell.controller_section is not None:
         language_named(cell.controller.language).settings(cell.controller)
     return cell
+
+
+def language_of(cell: Cell) -> Language:
+    """The language of a cell's controller. Raises CellError for a cell without that section."""
+    return language_named(cell.controller.language)
 
 
 def language_for(path: Path | None) -> Language:

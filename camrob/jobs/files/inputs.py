@@ -14,9 +14,9 @@ from camrob.cell.read_setup import read_setup
 from camrob.cell.setup import Setup, ToolSetup
 from camrob.errors import InputError
 from camrob.findings import Finding
-from camrob.jobs.files.cell_for import cell_for, language_for
 from camrob.jobs.files.granted import assumed_limits, taken_for_granted
 from camrob.jobs.files.mounting import MountedTool, change_poses, mounted_tools
+from camrob.program.language import Language
 from camrob.program.process import tool_changes
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
@@ -67,9 +67,8 @@ class JobInputs:
         return replace(self, cell=cell, tool=held.tool, path=path, mounted=(held,), to_change=to_change)
 
 
-def program_name(clfile: Path, name: str | None, cell: Path | None = None) -> str:
-    """The program's name: given, or made of the CL file's. Raises InputError for one that the cell's language can't carry."""
-    language = language_for(cell)
+def program_name(clfile: Path, name: str | None, language: Language) -> str:
+    """The program's name: given, or made of the CL file's. Raises InputError for one that the language can't carry."""
     if name is None:
         return language.program_name(clfile.name.split(".")[0])
     plain = language.program_name(name)
@@ -83,16 +82,14 @@ def program_name(clfile: Path, name: str | None, cell: Path | None = None) -> st
 
 def read_inputs(
     clfile: Path,
-    cell: Path,
+    machine: Cell,
     setup: Path | None,
     *,
     dialect: str | None = None,
     units: str | None = None,
-    verb: str = "post",
     progress: Share | None = None,
 ) -> JobInputs:
-    """Read all that a verb's job needs. Raises InputError and its kin, naming file, line and cure."""
-    machine = cell_for(verb, cell)
+    """Read all that a job needs beside its cell, `machine`. Raises InputError and its kin, naming file, line and cure."""
     if setup is None and (clfile.parent / "setup.toml").is_file():
         setup = clfile.parent / "setup.toml"
     job = read_setup(setup, machine)
