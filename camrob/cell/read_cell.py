@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import re
 import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.bare_arm import BareArm, read_bare_arm
 from camrob.cell.cell import Cell
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
@@ -27,7 +31,11 @@ __all__ = ["frame_of", "read_cell", "read_toml"]
 
 Array = NDArray[np.float64]
 
+T = TypeVar("T")
+
 SCHEMA = 1
+_MOST_TOLD = 7  # things that are wrong, beside the first
+_LENGTH = 0.4  # m, the characteristic length of a cell that doesn't say
 SHAPE_FRAMES = ("world", "base", "root", "flange", "tool")
 JOB_GROUPS = ("part", "stock")  # bodies that a job brings, not the cell
 POSTED_ARM, MOST_ARM = 6, 7  # axes of an arm that programs are made for, and that a log names
@@ -65,35 +73,131 @@ def read_cell(path: str | Path) -> Cell:
     file = path if path.suffix == ".toml" and not os.path.isdir(path) else path / "cell.toml"
     table = TableReader(read_toml(file), file, standings=True)
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
-    kinematics = table.table("kinematics")
-    joints = tuple(_joint(t) for t in table.tables("joint"))
-    _check_chain(joints, table)
-    names = tuple(j.name for j in joints)
-    bounds, follows_table = _pose_bounds(table), kinematics.flag("base_follows_table")
-    tool = table.table("tool")
-    load = table.table("load")
-    cell = Cell(
-        name=table.text("name"),
-        title=table.text("title"),
-        folder=file.parent,
-        joints=joints,
-        base_T_first=frame_of(kinematics.vector("base_to_first", 6)),
-        foot_T_root=frame_of(kinematics.vector("foot_to_root", 6)),
-        wrist_T_flange=frame_of(kinematics.vector("wrist_to_flange", 6)),
-        flange_T_tool=frame_of(tool.vector("flange_to_tool", 6)),
-        condition_length=mm_to_m(kinematics.number("characteristic_length_mm", lower=1.0, upper=1e5)),
-        base_follows_table=follows_table,
-        controller_section=_controller(table, joints, follows_table),
-        resolve_section=_resolve(table.table("resolve"), names) if "resolve" in table else None,
-        shapes=_shapes(table, file.parent, names),
-        masses=tuple(_mass(t, names) for t in table.tables("mass")),
-        payload=load.number("payload_kg", lower=0.0, upper=1e5),
-        provenance=table.provenance,
-    )
-    for part in (kinematics, tool, load, table):
-        part.finish()
+    cell, bounds = _assembled(table, file.parent)
     check_poses(cell, file.parent / POSES_FILE, bounds)
     return cell
+
+
+def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
+    """The cell of a file, and how well it has to meet its poses; what is wrong in each table is told together.
+
+    A cell without [controller] and [resolve] is measured, not programmed: of it, the chain is enough.
+    """
+    wrong = _Faults()
+    measured = "controller" not in table and "resolve" not in table
+    listed = wrong.each(table.tables("joint"), lambda t: _joint(t, measured=measured))
+    none: list[BareArm] = []
+    no_shapes: tuple[Shape, ...] = ()
+    bare = wrong.of(lambda: [read_bare_arm(table.table("arm"), folder)], none) if "arm" in table else none
+    joints = tuple(j for j in listed if j.role is not Role.ROLL) + tuple(j for b in bare for j in b.joints)
+    joints += tuple(j for j in listed if j.role is Role.ROLL)
+    if not wrong.found:  # a joint that is wrong is one that is missing
+        wrong.of(lambda: _check_chain(joints, table), None)
+    frames = wrong.of(lambda: _frames(table, measured=measured), _Frames())
+    tool = wrong.of(lambda: _tool(table, measured=measured), np.eye(4))
+    payload = wrong.of(lambda: _payload(table, measured=measured), 0.0)
+    bounds = wrong.of(lambda: _pose_bounds(table), PoseBounds(0.0, 0.0, 0.0))
+    name = wrong.of(lambda: table.text("name"), "")
+    title = wrong.of(lambda: table.text("title") if "title" in table or not measured else name, "")
+    wrong.raise_any()  # what follows speaks of joints
+    names = tuple(j.name for j in joints)
+    controller = wrong.of(lambda: _controller(table, joints, frames.follows_table), None)
+    resolve = wrong.of(lambda: _resolve(table.table("resolve"), names) if "resolve" in table else None, None)
+    shapes = wrong.of(lambda: _shapes(table, folder, names), no_shapes)
+    masses = wrong.each(table.tables("mass"), lambda t: _mass(t, names))
+    wrong.of(table.finish, None)
+    wrong.raise_any()
+    last = np.linalg.multi_dot([np.eye(4), *(b.wrist_T_flange for b in bare), frames.wrist_T_flange])
+    cell = Cell(
+        name=name, title=title, folder=folder, joints=joints, base_T_first=frames.base_T_first,
+        foot_T_root=frames.foot_T_root, wrist_T_flange=last, flange_T_tool=tool, condition_length=frames.length,
+        base_follows_table=frames.follows_table, controller_section=controller, resolve_section=resolve, shapes=shapes,
+        masses=(*(m for b in bare for m in b.masses), *masses), payload=payload, provenance=table.provenance,
+    )  # fmt: skip
+    return cell, bounds
+
+
+class _Faults:
+    """What is wrong in a file's tables, gathered so that it is told at once."""
+
+    def __init__(self) -> None:
+        self.found: list[InputError] = []
+
+    def of(self, read: Callable[[], T], otherwise: T) -> T:
+        """What `read` gives, or `otherwise`, with its error kept."""
+        try:
+            return read()
+        except CellError as error:
+            self.found.append(error)
+            return otherwise
+
+    def each(self, tables: Sequence[TableReader], read: Callable[[TableReader], T]) -> list[T]:
+        """What `read` gives of each table, those left out that are wrong."""
+        none: list[T] = []
+        return [one for t in tables for one in self.of(lambda t=t: [read(t)], none)]  # type: ignore[misc]
+
+    def raise_any(self) -> None:
+        """Raise CellError for all that is wrong, in one line, with the place of the first."""
+        if not self.found:
+            return
+        first, *more = self.found
+        if not more:
+            raise first
+        told = "; ".join(f"{e.what} ({e.cure})" for e in more[:_MOST_TOLD])
+        what = f"{first.what} ({first.cure}); {told}" + (
+            f"; and {len(more) - _MOST_TOLD} more" if len(more) > _MOST_TOLD else ""
+        )
+        raise CellError(
+            f"{len(self.found)} things are wrong: {what}", cure="mend them all", path=first.path, line=first.line
+        )
+
+
+@dataclass(frozen=True)
+class _Frames:
+    """[kinematics]; each at its ordinary value."""
+
+    base_T_first: Array = field(default_factory=lambda: np.eye(4))
+    foot_T_root: Array = field(default_factory=lambda: np.eye(4))
+    wrist_T_flange: Array = field(default_factory=lambda: np.eye(4))
+    length: float = _LENGTH
+    follows_table: bool = False
+
+
+def _frames(table: TableReader, *, measured: bool) -> _Frames:
+    """[kinematics]. measured: every key may be left out."""
+    if measured and "kinematics" not in table:
+        return _Frames()
+    part = table.table("kinematics")
+
+    def frame(key: str) -> Array:
+        return np.eye(4) if measured and key not in part else frame_of(part.vector(key, 6))
+
+    follows = False if measured and "base_follows_table" not in part else part.flag("base_follows_table")
+    placed = frame("base_to_first"), frame("foot_to_root"), frame("wrist_to_flange")
+    plain = measured and "characteristic_length_mm" not in part
+    length = _LENGTH if plain else mm_to_m(part.number("characteristic_length_mm", lower=1.0, upper=1e5))
+    part.finish()
+    return _Frames(*placed, length, follows)
+
+
+def _tool(table: TableReader, *, measured: bool) -> Array:
+    """[tool]."""
+    if measured and "tool" not in table:
+        return np.eye(4)
+    part = table.table("tool")
+    frame = frame_of(part.vector("flange_to_tool", 6))
+    part.finish()
+    return frame
+
+
+def _payload(table: TableReader, *, measured: bool) -> float:
+    """[load], kg."""
+    if measured and "load" not in table:
+        return 0.0
+    part = table.table("load")
+    payload = part.number("payload_kg", lower=0.0, upper=1e5)
+    part.finish()
+    return payload
 
 
 def _controller(table: TableReader, joints: tuple[Joint, ...], follows_table: bool) -> ControllerSettings | None:
@@ -114,8 +218,8 @@ def _pose_bounds(table: TableReader) -> PoseBounds:
     return PoseBounds(mm_to_m(found["position_mm"]), deg_to_rad(found["angle_deg"]), found["inv_kf"])
 
 
-def _joint(table: TableReader) -> Joint:
-    """One [[joint]]."""
+def _joint(table: TableReader, *, measured: bool) -> Joint:
+    """One [[joint]]. measured: of a cell that no program is made for, whose axes may be told without limits, sign and home."""
     name = table.text("name")
     role = Role(table.text("role", choices=tuple(r.value for r in Role)))
     prismatic = table.text("type", choices=("revolute", "prismatic")) == "prismatic"
@@ -124,20 +228,26 @@ def _joint(table: TableReader) -> Joint:
     def si(value: float) -> float:
         return mm_to_m(value) if prismatic else deg_to_rad(value)
 
-    dh, axis, limits = table.table("dh"), table.table("axis"), table.table("limits")
-    sign = axis.number("sign", lower=-1, upper=1)
-    if abs(sign) != 1.0:
-        raise axis.fail("sign", f"is {sign:g}", "use 1 or -1")
-    endless = "endless" in limits and limits.flag("endless")
-    lower, upper = -np.inf, np.inf
-    if not endless:
-        lower, upper = (si(float(v)) for v in limits.vector(f"range_{unit}", 2))
-        if not lower < upper:
-            raise limits.fail(f"range_{unit}", "has its lower end above its upper one", "swap them")
+    dh = table.table("dh")
+    sign, offset = (1.0, 0.0) if measured and "axis" not in table else _counting(table, f"offset_{unit}")
     rates = {"speed": np.inf, "acceleration": np.inf, "jerk": np.inf}
-    if role is not Role.ROLL:
+    lower, upper = -np.inf, np.inf
+    if not measured or "limits" in table:
+        limits = table.table("limits")
+        if not ("endless" in limits and limits.flag("endless")):
+            lower, upper = (si(float(v)) for v in limits.vector(f"range_{unit}", 2))
+            if not lower < upper:
+                raise limits.fail(f"range_{unit}", "has its lower end above its upper one", "swap them")
         for power, quantity in enumerate(rates, start=1):
-            rates[quantity] = si(limits.number(f"{quantity}_{unit}_s{power if power > 1 else ''}", lower=1e-6))
+            key = f"{quantity}_{unit}_s{power if power > 1 else ''}"
+            if role is not Role.ROLL and not (measured and key not in limits):
+                rates[quantity] = si(limits.number(key, lower=1e-6))
+        limits.finish()
+    stand = si(offset) if measured else 0.0  # the axis at 0, where nobody says HOME
+    postures = {
+        key: -sign * stand if measured and f"{key}_{unit}" not in table else si(table.number(f"{key}_{unit}"))
+        for key in ("home", "reference")
+    }
     joint = Joint(
         name=name,
         role=role,
@@ -145,25 +255,36 @@ def _joint(table: TableReader) -> Joint:
         before=dh_before(theta=deg_to_rad(dh.number("theta_deg")), d=mm_to_m(dh.number("d_mm"))),
         after=dh_after(a=mm_to_m(dh.number("a_mm")), alpha=deg_to_rad(dh.number("alpha_deg"))),
         sign=sign,
-        offset=si(axis.number(f"offset_{unit}")),
+        offset=si(offset),
         lower=lower,
         upper=upper,
         speed=rates["speed"],
         acceleration=rates["acceleration"],
         jerk=rates["jerk"],
-        home=si(table.number(f"home_{unit}")),
-        reference=si(table.number(f"reference_{unit}")),
+        home=postures["home"],
+        reference=postures["reference"],
     )
-    for part in (dh, axis, limits, table):
+    for part in (dh, table):
         part.finish()
     if role is Role.ROLL and (prismatic or not np.array_equal(joint.before @ joint.after, np.eye(4))):
         raise table.fail(
             "dh", "is not that of a turn about the tool's own axis", "make it revolute, all zeros; $TOOL holds the rest"
         )
     for key, value in (("home", joint.home), ("reference", joint.reference)):
-        if not joint.q_lower <= value <= joint.q_upper:
+        if not (measured and f"{key}_{unit}" not in table) and not joint.q_lower <= value <= joint.q_upper:
             raise table.fail(f"{key}_{unit}", "lies outside the axis's range", f"mend {key} or limits")
     return joint
+
+
+def _counting(table: TableReader, key: str) -> tuple[float, float]:
+    """How the controller counts an axis: sign, and the offset in the unit of the file."""
+    axis = table.table("axis")
+    sign = axis.number("sign", lower=-1, upper=1)
+    if abs(sign) != 1.0:
+        raise axis.fail("sign", f"is {sign:g}", "use 1 or -1")
+    offset = axis.number(key)
+    axis.finish()
+    return sign, offset
 
 
 def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:

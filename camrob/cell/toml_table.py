@@ -151,6 +151,15 @@ class TableReader:
         self._note_standing(key)
         return np.array(value, float)
 
+    def vectors(self, key: str, length: int) -> NDArray[np.float64]:
+        """A list of lists of `length` finite numbers each (N, length)."""
+        value = self._take(key, f"a list of rows of {length} numbers")
+        rows = value if isinstance(value, list) else []
+        if not rows or any(not isinstance(r, list) or len(r) != length or not all(_finite(v) for v in r) for r in rows):
+            raise self.fail(key, f"is {_shown(value)}", f"give a list of rows of {length} finite numbers")
+        self._note_standing(key)
+        return np.array(rows, float)
+
     def texts(self, key: str) -> tuple[str, ...]:
         """A list of texts of one line each."""
         value = self._take(key, "a list of texts")
@@ -206,6 +215,7 @@ class TableReader:
                     f"{self.place(key)}[{_short(str(label))}]",
                     error=self.error,
                     provenance=self.provenance,
+                    standing=self._standing if isinstance(self._standing, str) else None,
                     standings=self._standings,
                 )
             )

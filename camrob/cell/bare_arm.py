@@ -1,0 +1,176 @@
+"""An arm in short: rows of Denavit and Hartenberg of either convention, or a URDF, for a cell that is only measured."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.joint import Joint, Role, dh_after, dh_before
+from camrob.cell.load import PointMass
+from camrob.cell.toml_table import TableReader
+from camrob.se3 import abc_to_rotation, rotation_exp
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["BareArm", "read_bare_arm"]
+
+Array = NDArray[np.float64]
+
+_MOST = 7  # axes that a log names
+_LARGEST = 10_000_000  # bytes of a URDF, without its meshes
+_MOVING = ("revolute", "continuous", "prismatic")
+
+
+@dataclass(frozen=True)
+class BareArm:
+    """joints: A1, A2 .. ; masses: of a URDF's links, as points; wrist_T_flange: (4, 4) what stands behind the last joint."""
+
+    joints: tuple[Joint, ...]
+    masses: tuple[PointMass, ...]
+    wrist_T_flange: Array
+
+
+def read_bare_arm(table: TableReader, folder: Path) -> BareArm:
+    """[arm]: `dh`, rows of alpha_deg, a_mm, theta_deg, d_mm, with `convention` "standard" or "modified"; or `urdf`, a file of the
+    cell's folder, with the link `tip` where its chain ends.
+
+    Standard: Rz(theta) Tz(d) Tx(a) Rx(alpha), a and alpha behind the joint. Modified (Craig): Rx(alpha) Tx(a) Rz(theta) Tz(d),
+    both before it. Raises CellError naming the key.
+    """
+    if ("dh" in table) == ("urdf" in table):
+        raise table.fail("dh", "and urdf: one of the two is needed", "give rows of Denavit and Hartenberg, or a URDF")
+    arm = _of_urdf(table, folder) if "urdf" in table else _of_rows(table)
+    signs, offsets = _each(table, "signs", len(arm.joints)), _each(table, "offsets_deg", len(arm.joints))
+    if signs is not None and not np.isin(signs, (1.0, -1.0)).all():
+        raise table.fail("signs", "holds others than 1 and -1", "give 1 or -1 for each axis")
+    joints = tuple(
+        replace(
+            j, sign=1.0 if signs is None else float(signs[k]),
+            offset=0.0 if offsets is None else mm_to_m(float(offsets[k])) if j.prismatic else deg_to_rad(float(offsets[k])),
+        )
+        for k, j in enumerate(arm.joints)
+    )  # fmt: skip
+    table.finish()
+    return BareArm(joints, arm.masses, arm.wrist_T_flange)
+
+
+def _each(table: TableReader, key: str, count: int) -> Array | None:
+    """One number an axis, in degrees (mm of a sliding one) where it is an offset; None where the key is absent."""
+    return table.vector(key, count) if key in table else None
+
+
+def _of_rows(table: TableReader) -> BareArm:
+    rows = table.vectors("dh", 4)
+    if not 1 <= len(rows) <= _MOST:
+        raise table.fail("dh", f"has {len(rows)} rows", f"give one for each axis, 1 to {_MOST}")
+    choices = ("standard", "modified")
+    modified = "convention" in table and table.text("convention", choices=choices) == "modified"
+    kinds = table.text("kinds") if "kinds" in table else "R" * len(rows)
+    if len(kinds) != len(rows) or set(kinds) - {"R", "P"}:
+        raise table.fail("kinds", f"is {kinds[:20]!r}", "give R (turns) or P (slides) for each axis, such as RRPR")
+    joints = []
+    for k, (alpha, a, theta, d) in enumerate(rows):
+        before = dh_before(theta=deg_to_rad(float(theta)), d=mm_to_m(float(d)))
+        after = dh_after(a=mm_to_m(float(a)), alpha=deg_to_rad(float(alpha)))
+        if modified:
+            # Rx(alpha) and Tx(a) commute: what stands behind a standard row stands before a modified one
+            before, after = after @ before, np.eye(4)
+        joints.append(Joint(f"A{k + 1}", Role.ARM, kinds[k] == "P", before, after))
+    return BareArm(tuple(joints), (), np.eye(4))
+
+
+def _of_urdf(table: TableReader, folder: Path) -> BareArm:
+    name = table.text("urdf")
+    file = folder / name
+    if Path(name).is_absolute() or ".." in Path(name).parts or not os.path.isfile(file):
+        raise table.fail("urdf", f"{name[:60]!r} is no file in the cell's folder", "put the URDF there")
+    text = file.read_bytes()[: _LARGEST + 1]
+    if len(text) > _LARGEST or b"<!DOCTYPE" in text or b"<!ENTITY" in text:
+        raise table.fail("urdf", "is too large, or declares entities", "give a plain URDF")
+    try:
+        robot = ElementTree.fromstring(text)
+        return _chain(robot, table)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise table.fail("urdf", f"can't be read: {str(error)[:100]}", "give a URDF that a parser takes") from None
+
+
+def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
+    """The chain from the root link to the tip."""
+    into = {j.find("child").get("link"): j for j in robot.iter("joint") if j.find("child") is not None}  # type: ignore[union-attr]
+    parents = {c: j.find("parent").get("link") for c, j in into.items()}  # type: ignore[union-attr]
+    tip = table.text("tip") if "tip" in table else ""
+    ends = [c for c in into if c not in parents.values()]
+    if not tip and len(ends) != 1:
+        raise table.fail(
+            "tip", f"is needed: the URDF has {len(ends)} ends", f"name one, such as {', '.join(map(str, ends[:5]))}"
+        )
+    link: str | None = tip or ends[0]
+    if link not in into:
+        raise table.fail("tip", f"{str(link)[:40]!r} is no link that a joint carries", "name a link of the URDF")
+    way: list[ElementTree.Element] = []
+    while link in into and len(way) <= len(into):
+        way.append(into[link])
+        link = parents[link]
+    links = {str(one.get("name")): one for one in robot.iter("link")}
+    joints: list[Joint] = []
+    masses: list[PointMass] = []
+    moved_T_link = np.eye(4)  # from the last moving link, or the root
+    for element in reversed(way):
+        moved_T_link = moved_T_link @ _origin(element)
+        kind, child = element.get("type"), str(element.find("child").get("link"))  # type: ignore[union-attr]
+        if kind in _MOVING:
+            joints.append(_joint_of(element, f"A{len(joints) + 1}", moved_T_link))
+            moved_T_link = np.eye(4)
+        elif kind != "fixed":
+            raise table.fail("urdf", f"has a joint of type {str(kind)[:20]!r}", "make it revolute, prismatic or fixed")
+        if joints and child in links:
+            masses += _mass_of(links[child], joints[-1].name, moved_T_link)
+    if not 1 <= len(joints) <= _MOST:
+        raise table.fail("urdf", f"has {len(joints)} moving joints up to its tip", f"name a tip behind 1 to {_MOST}")
+    return BareArm(tuple(joints), tuple(masses), moved_T_link)
+
+
+def _joint_of(element: ElementTree.Element, name: str, before: Array) -> Joint:
+    """A moving joint; its frame is turned so that the axis is z, and turned back behind it."""
+    axis = _numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0))
+    axis = axis / np.linalg.norm(axis)
+    across = np.cross([0.0, 0.0, 1.0], axis)
+    size = float(np.linalg.norm(across))
+    angle = float(np.arctan2(size, axis[2]))
+    turned = np.eye(4)
+    turned[:3, :3] = rotation_exp(across / size * angle if size > 0.0 else np.array([angle, 0.0, 0.0]))
+    limit, kind = element.find("limit"), element.get("type")
+    ends = {}
+    if limit is not None and kind != "continuous" and "lower" in limit.attrib and "upper" in limit.attrib:
+        ends = {"lower": float(limit.attrib["lower"]), "upper": float(limit.attrib["upper"])}
+    return Joint(name, Role.ARM, kind == "prismatic", before @ turned, turned.T, **ends)
+
+
+def _mass_of(link: ElementTree.Element, after: str, moved_T_link: Array) -> list[PointMass]:
+    inertial = link.find("inertial")
+    found = None if inertial is None else inertial.find("mass")
+    if inertial is None or found is None:
+        return []
+    center = moved_T_link @ np.append(_origin(inertial)[:3, 3], 1.0)
+    return [PointMass(str(link.get("name")), after, float(found.get("value", "0")), center[:3])]
+
+
+def _origin(element: ElementTree.Element) -> Array:
+    """(4, 4) of <origin>; its rpy is C, B, A."""
+    origin, T = element.find("origin"), np.eye(4)
+    T[:3, 3] = _numbers(origin, "xyz", (0.0, 0.0, 0.0))
+    T[:3, :3] = abc_to_rotation(_numbers(origin, "rpy", (0.0, 0.0, 0.0))[::-1])
+    return T
+
+
+def _numbers(element: ElementTree.Element | None, key: str, otherwise: tuple[float, float, float]) -> Array:
+    """Three finite numbers of an attribute. Raises ValueError."""
+    text = None if element is None else element.get(key)
+    values = np.array(otherwise if text is None else [float(v) for v in text.split()])
+    if values.shape != (3,) or not np.isfinite(values).all():
+        raise ValueError(f"{key} is {str(text)[:40]!r}")
+    return values
