@@ -18,6 +18,7 @@ _PLACE = "place the part elsewhere (camrob place) or post with --method planned"
 _ADVICE = {
     "axis-limit": _PLACE,
     "axis-jump": _PLACE,
+    "axis-speed": f"lower the feed there, post with --feed optimal, or {_PLACE}",
     "collision": f"{_PLACE}, or raise clearance_mm in setup.toml",
     "jump": _PLACE,
     "out-of-reach": _PLACE,
