@@ -44,7 +44,7 @@ def tokens(statements: Sequence[Statement]) -> list[Token]:
             out.append((kinds[lines[k]], 0.0))
             k += 1
         elif found := _WAIT.fullmatch(lines[k]):
-            out.append(("dwell", float(found[1])))
+            out += [("dwell", float(found[1]))] if float(found[1]) else []  # no time is no rest
             k += 1
         elif found := _CHANGE.fullmatch(lines[k]):
             out.append(("change", float(found[1])))

@@ -10,7 +10,7 @@ from typing import Any
 from mutation import cells
 from mutation.bodies import Body
 from mutation.story import Story
-from mutation.truth import Rules
+from mutation.truth import UNSTATED_RAPID, Rules
 
 PLACE = "part_in_base = [0, 0, 200, 0, 0, 0]\n"
 
@@ -31,7 +31,7 @@ class Job:
     options: Mapping[str, Any] = field(default_factory=dict)
     refuse: bool = False
     before: str = ""
-    rapid: float = 6000.0
+    rapid: float = UNSTATED_RAPID
     slower: bool = False
     decimate: float = 0.0
     tool: tuple[float, float] | None = None

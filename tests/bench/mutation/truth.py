@@ -23,14 +23,20 @@ FEED_STEP = 0.05  # mm/min: half of the last digit of $VEL.CP, and some
 RUSH = 1.2  # times an axis's speed: a cut that asks for more is run more slowly than the file says
 
 
+UNSTATED_RAPID = 30_000.0  # mm/min: where the set-up states none, what a robot of this size does in air
+
+
 @dataclass(frozen=True)
 class Rules:
-    """What a job's program is held to. rapid: mm/min in air. slower: a feed below the file's may come out, said in the JSON."""
+    """What a job's program is held to.
+
+    rapid: mm/min in air, at most. slower: a feed below the file's may come out, said in the JSON.
+    """
 
     story: Story
     machine: Machine
     bodies: Bodies
-    rapid: float = 6000.0
+    rapid: float = UNSTATED_RAPID
     slower: bool = False
     decimate: float = 0.0
 
