@@ -110,7 +110,8 @@ def effect_found(name: str, axes: list[str], parameters: dict[str, float], **oth
         "effect": name, "axes": axes, "probability": 0.97,
         "parameters": {k: {"value": v, "std": abs(v) / 50} for k, v in parameters.items()},
         **shrunk(0.3, 0.07), "alone": shrunk(0.3, 0.07), "added_last": shrunk(0.3, 0.07), "moves_mm": 0.29,
-        "indistinguishable_from": [], "implausible": "", "compensable": True, "rungs": ["encoder_to_tcp"], "unusual": "",
+        "indistinguishable_from": [], "class": [name], "class_probability": 0.97, "evidence": 0.999,
+        "implausible": "", "compensable": True, "rungs": ["encoder_to_tcp"], "unusual": "",
     } | other  # fmt: skip
 
 
@@ -130,13 +131,18 @@ DIAGNOSIS: dict[str, Any] = {
     "status": "explained",
     "effects": [],
     "together": shrunk(0.3, 0.07) | {
-        "withheld": "lap2.csv", "left_aside": 0, "predicted_shrink": 0.7, "removable_removed": 0.8, "compensable_mm": 0.0,
+        "withheld": "lap2.csv", "left_aside": 0, "predicted_shrink": 0.7, "expected_after_mm": 0.07,
+        "removable_removed": 0.8, "compensable_mm": 0.0,
         "regimes_withheld": [],
     },
     "alternatives": [{"effects": ["backlash"], "probability": 1.0}],
-    "unknown": {"probability": 0.01, "where": "", "shapes": [], "implausible": {}},
+    "within": {"setpoint_to_encoder": "noise", "encoder_to_tcp": "beyond"},
+    "unknown": {
+        "probability": 0.01, "rms_mm": 0.0, "share": 0.0, "where": {"rung": None, "axes": [], "regimes": []}, "text": "",
+        "shapes": [], "implausible": {},
+    },
     "aliases": [],
-    "residual": {"rms_mm": 0.07, "noise_mm": 0.03, "structured_mm": 0.0, "structure": []},
+    "residual": {"rms_mm": 0.07, "noise_mm": 0.03, "structured_mm": 0.0, "discrepancy_mm": 0.0, "structure": []},
     "next_experiment": "None needed.",
     "logs": ["lap1.csv"],
     "axes_report": {},

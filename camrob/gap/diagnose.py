@@ -17,7 +17,8 @@ from camrob.gap.conformance import effect_faults
 from camrob.gap.diagnosis import Diagnosis, PathError
 from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
-from camrob.gap.evidence.model import Model, compare, whole_gap
+from camrob.gap.evidence.comparison import compare
+from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import trial_of
 from camrob.gap.experiment.experiment import Experiment, plan_experiment
 from camrob.gap.handover import hand_over
@@ -123,13 +124,9 @@ def diagnose(
 def _planned(model: Model, verdict: Verdict) -> Experiment | None:
     if len(model.scenes[0].cell.indices(Role.ARM)) != _ARM or not all(s.tracked for s in model.scenes):
         return None  # no motion of such an arm can be reckoned, or none would be measured
-    unknown = verdict.summary["unknown"]["probability"] >= 0.5
-    return plan_experiment(model, verdict.claimed, _unknown_axis(model) if unknown else "", unknown=unknown)
-
-
-def _unknown_axis(model: Model) -> str:
-    """The axis of the first unexplained shape; "" for none, or one that is no axis."""
-    return next((model.units[i].axis for i in sorted(model.best.members) if model.units[i].effect == "unknown"), "")
+    stays = verdict.summary["unknown"]
+    axis = next(iter(stays["where"]["axes"]), "")
+    return plan_experiment(model, verdict.claimed, axis, unknown=stays["probability"] >= 0.5)
 
 
 def _climbed(

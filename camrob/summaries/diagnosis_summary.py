@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from camrob.summaries.base import Summary, further, left_out, spread
+from camrob.summaries.base import Summary, further, keyed, left_out, spread
 from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, Standard
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "Shrunk",
     "Together",
     "Unknown",
+    "UnknownPlace",
     "UnknownShape",
     "WithheldRegime",
 ]
@@ -91,6 +92,7 @@ class CornerFigures(Summary):
 class EffectFound(Summary):
     """An effect: how likely it is at work, its values, and how far the gap shrinks with it, alone, and added last.
 
+    alike: it and what these logs can't tell from it, with the probability of one of them; evidence: of the sets that hold it.
     implausible, unusual: what speaks against its values, "" for nothing. compensable: whether `compensate` can correct it.
     """
 
@@ -110,6 +112,9 @@ class EffectFound(Summary):
     added_last: Shrunk
     moves_mm: float
     indistinguishable_from: tuple[str, ...]
+    alike: tuple[str, ...] = keyed("class")
+    class_probability: float
+    evidence: float
     implausible: str
     compensable: bool
     rungs: tuple[str, ...]
@@ -154,6 +159,7 @@ class Together(Summary):
     withheld: str
     left_aside: int
     predicted_shrink: float
+    expected_after_mm: float
     removable_removed: float | None
     compensable_mm: float
     regimes_withheld: tuple[WithheldRegime, ...]
@@ -162,7 +168,7 @@ class Together(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Alternative(Summary):
-    """A set of effects that explains the logs, the unknown among them, and its probability."""
+    """A set of effects that explains the logs, whatever is unknown beside it, and its probability; none is the unknown alone."""
 
     effects: tuple[str, ...]
     probability: float
@@ -182,11 +188,26 @@ class UnknownShape(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class UnknownPlace(Summary):
+    """Where what is unknown sits: its rung (None for nowhere), axes, and what it follows."""
+
+    rung: str | None
+    axes: tuple[str, ...]
+    regimes: tuple[str, ...]
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Unknown(Summary):
-    """How likely the library lacks a cause, where that sits, and effects that would fit with values no machine has."""
+    """How likely the library lacks a cause, how much of the withheld gap stays beside what is claimed and which share of its
+    energy that is, where it sits, and effects that would fit with values no machine has.
+    """
 
     probability: float
-    where: str
+    rms_mm: float
+    share: float
+    where: UnknownPlace
+    text: str
     shapes: tuple[UnknownShape, ...]
     implausible: Mapping[str, str]
     further: Mapping[str, Any] = further()
@@ -204,11 +225,12 @@ class RegimeLeft(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Residual(Summary):
-    """What stays on withheld samples, and how much of it hangs together from sample to sample."""
+    """What stays on withheld samples, how much of it hangs together from sample to sample, and the discrepancy's fitted size."""
 
     rms_mm: float
     noise_mm: float
     structured_mm: float
+    discrepancy_mm: float
     structure: tuple[RegimeLeft, ...]
     further: Mapping[str, Any] = further()
 
@@ -266,7 +288,8 @@ class ExperimentFigures(Summary):
 class DiagnosisSummary(Summary):
     """The diagnosis: the gap, where it lies, the effects that cause it, how far it shrinks, and what stays unknown.
 
-    status: "explained", "partly explained", "unexplained" or "no gap". aliases: effects that these logs can't tell apart.
+    status: "explained", "partly explained", "unexplained" or "no gap". within: by logged rung, what the gap is within, "noise" or
+    "tolerance", or "beyond". aliases: effects that these logs can't tell apart.
     axes_report: axes of which both ends are logged. added_load: None where no drive tells it. experiment: None where there is
     nothing to tell apart.
     """
@@ -277,6 +300,7 @@ class DiagnosisSummary(Summary):
     where: Places
     latency_s: Latency
     status: str
+    within: Mapping[str, str]
     effects: tuple[EffectFound, ...]
     together: Together
     alternatives: tuple[Alternative, ...]

@@ -102,7 +102,7 @@ class Row:
         for a in self.said["alternatives"]:
             names = frozenset(a["effects"])
             if self.kind == "outside":
-                hit = "unknown" in names
+                hit = not names  # nothing of the library: the unknown alone
             else:
                 hit = "unknown" not in names and self.same(names)
             out.append((names, a["probability"], hit))

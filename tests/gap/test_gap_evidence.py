@@ -82,7 +82,7 @@ def test_a_constant_that_the_library_lacks_is_unknown_and_no_broad_effect_is_bla
     found = diagnose([log], kr15(), without=[name])
     assert found.claimed == ()
     assert found.summary["status"] == "unexplained"
-    assert f"{place} is off by a constant" in found.summary["unknown"]["where"]
+    assert f"{place} is off by a constant" in found.summary["unknown"]["text"]
     assert diagnose([log], kr15()).claimed == (name,)
 
 

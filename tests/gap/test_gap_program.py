@@ -97,13 +97,13 @@ def test_rounding_out_of_the_library_is_called_unknown_between_program_and_set_p
     assert found.claimed == ()
     assert found.summary["status"] == "unexplained"
     assert found.summary["unknown"]["probability"] > 0.5
-    assert "between program and set-point" in found.summary["unknown"]["where"]
+    assert "between program and set-point" in found.summary["unknown"]["text"]
 
 
 def test_targets_that_were_changed_are_no_rounding() -> None:
     found = diagnose([measured(raster(0.5, shift=0.8))], kr15(), programs=[raster(0.5)])
     assert found.claimed == ()
-    assert "between program and set-point, 0.6" in found.summary["unknown"]["where"]
+    assert "between program and set-point, 0.6" in found.summary["unknown"]["text"]
 
 
 def test_another_program_is_refused() -> None:

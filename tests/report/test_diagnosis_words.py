@@ -103,11 +103,10 @@ SHAPE = {"rung": "encoder_to_tcp", "moves": "A1", "follows": "A1", "swing": 0.06
 
 def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
     unknown = {
-        "probability": 0.99,
-        "where": "between encoder and TCP, A1 …",
-        "shapes": [SHAPE],
+        "probability": 0.99, "rms_mm": 0.198, "share": 0.436, "text": "between encoder and TCP, A1 …",
+        "where": {"rung": "encoder_to_tcp", "axes": ["A1"], "regimes": ["position"]}, "shapes": [SHAPE],
         "implausible": {"lean": "9 where 5 is"},
-    }
+    }  # fmt: skip
     alone = summary([effect_found("geometry", [], {"A1_x_mm": 1.0, "A1_y_mm": 0.1}, probability=0.15, alone=shrunk(0.3, 0.2))],
                     status="unexplained", unknown=unknown)  # fmt: skip
     said = sentence(alone)
@@ -122,8 +121,31 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
     beside = summary([BACKLASH], unknown=unknown, together=shrunk(0.3, 0.2, withheld="a.csv, b.csv"))
     assert "on runs that took no part (a.csv, b.csv)" in sentence(beside)
     assert sentence(beside).endswith(
-        "Something unknown is at work beside: A1 strays with its own position. 44 % of the gap's energy stays unexplained."
+        "0.198 mm, 7 times the noise, stays and is unknown: A1 strays with its own position. That is 44 % of the gap's energy."
     )
+
+
+def test_what_stays_without_a_shape_is_the_second_statement() -> None:
+    unknown = {
+        "probability": 0.99, "rms_mm": 0.198, "share": 0.436, "text": "0.198 mm rms, 6.6 times the noise, stays unexplained",
+        "where": {"rung": "encoder_to_tcp", "axes": [], "regimes": ["position"]},
+    }  # fmt: skip
+    assert sentence(summary([BACKLASH], unknown=unknown)).endswith(
+        "0.198 mm, 7 times the noise, stays and is unknown; it follows position. That is 44 % of the gap's energy."
+    )
+    assert sentence(summary([], status="unexplained", unknown=unknown)).endswith(
+        "Something unknown is at work, and follows position."
+    )
+
+
+def test_no_gap_says_whether_noise_or_the_tolerance_says_so() -> None:
+    quiet, loose, all_ = (
+        sentence(summary([], status="no gap", within={"setpoint_to_encoder": drives, "encoder_to_tcp": arm}))
+        for drives, arm in (("noise", "noise"), ("tolerance", "noise"), ("tolerance", "tolerance"))
+    )
+    assert quiet == "There is no gap beyond the instrument's noise: 0.310 mm rms, and the noise is 0.030 mm."
+    assert loose.endswith("What lies between set-point and encoder is within the tolerance, not within noise.")
+    assert all_ == "There is no gap beyond the tolerance that the log names: 0.310 mm rms, and the noise is 0.030 mm."
 
 
 def test_what_compensate_can_do_is_never_promised_too_much() -> None:
@@ -155,7 +177,7 @@ def test_of_several_causes_alike_none_is_claimed_and_all_are_named() -> None:
 
 def test_a_constant_that_nobody_knows_is_said_as_one() -> None:
     shape = {"rung": "encoder_to_tcp", "moves": "the tool", "follows": "constant", "swing": 0.17, "unit": "mm"}
-    unknown = {"probability": 0.99, "where": "between encoder and TCP, …", "shapes": [shape], "implausible": {}}
+    unknown = {"probability": 0.99, "text": "between encoder and TCP, …", "shapes": [shape], "implausible": {}}
     alone = summary([], status="unexplained", unknown=unknown)
     assert sentence(alone).endswith("Something unknown is at work: the tool is off by a constant.")
     assert unexplained(alone) == ["Between encoder and TCP: the tool is off by 0.170 mm, whatever the posture"]

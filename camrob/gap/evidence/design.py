@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.evidence.discrepancy import FieldGram, SmoothBasis
+from camrob.gap.evidence.neighbourhoods import neighbourhoods
 from camrob.gap.observation.noise import Noise
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.unknown_frames import left_twists, right_twists
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["LEVER", "NUISANCE", "Design", "Panel", "build_units", "make_panel", "pool"]
+__all__ = ["LEVER", "NUISANCE", "Design", "Panel", "build_units", "field_sums", "make_panel", "pool"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +33,8 @@ class Panel:
     """One log's rows. tcp: (N, 6, K) columns at the TCP, SI; servo: (N, k, K') of the columns `servo_columns`, or None.
 
     y_tcp (N, 6), y_servo (N, k); w_tcp, w_servo their weights, 0 where not seen or an outlier. block: (N,) the block that a
-    sample is withheld with. doubt: (N,) by column, see `Column`.
+    sample is withheld with. doubt: (N,) by column, see `Column`. smooth: (N, M) functions of the discrepancy, behind the
+    encoders alone, or None.
     """
 
     scene: Scene
@@ -44,6 +47,7 @@ class Panel:
     w_servo: Array | None
     block: NDArray[np.int64]
     doubt: Mapping[int, Array] = field(default_factory=dict)
+    smooth: Array | None = None
 
     def unknown_rows(self, columns: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(N,) True where nothing is known of any of some columns: what they predict there says nothing for or against them."""
@@ -87,7 +91,7 @@ class Design:
     """Units, and Gram matrices of all logs by block. A: (B, K, K), b: (B, K), yy and rows: (B,); owner: (K,) each column's unit.
 
     size: (K,) m that a unit of the parameter moves the TCP by (rms); usual: (K,) ordinary sizes; moves: (K, K) mean products
-    of what units of two parameters move the TCP by, m2.
+    of what units of two parameters move the TCP by, m2. field: the discrepancy's part of the Gram matrices, or None.
     """
 
     units: tuple[Unit, ...]
@@ -99,6 +103,7 @@ class Design:
     size: Array
     usual: Array
     moves: Array
+    field: FieldGram | None = None
 
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
@@ -134,7 +139,7 @@ def _nuisance(scene: Scene, unit: Unit, number: int) -> tuple[Column, ...]:
 
 def make_panel(
     scene: Scene, number: int, units: Sequence[Unit], effects: Sequence[Effect], states: Mapping[str, State],
-    noise: Noise, kept: NDArray[np.bool_], blocks: int, first_block: int,
+    noise: Noise, kept: NDArray[np.bool_], blocks: int, first_block: int, basis: SmoothBasis | None = None,
 ) -> Panel:  # fmt: skip
     """Columns and weights of one log. kept: (N,) False for outliers."""
     by_name = {e.name: e for e in effects}
@@ -161,22 +166,39 @@ def make_panel(
     w_servo = None
     if split:
         w_servo = np.where(kept[:, None], 1.0 / noise.servo, 0.0)
-    # blocks are stretches of time, so that what is withheld is not told by its neighbours
-    block = first_block + (np.arange(N) * blocks) // N
+    block = first_block + neighbourhoods(scene, blocks)
     doubt = {k: c.doubt for k, c in enumerate(columns) if c.doubt is not None}
-    return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, served, scene.servo_gap, w_servo, block, doubt)
+    smooth = None if basis is None else basis.columns(scene)
+    return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, served, scene.servo_gap, w_servo, block, doubt, smooth)
 
 
-def pool(panels: Sequence[Panel], units: Sequence[Unit]) -> Design:
-    """Gram matrices of all panels, by block."""
+def field_sums(p: Panel, rows: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    """C (6, K, M), D (6, M, M) and d (6, M) of some rows of a panel, as in `FieldGram`."""
+    smooth = np.zeros((len(p.scene), 0)) if p.smooth is None else p.smooth
+    M, K = smooth.shape[1], p.tcp.shape[2]
+    C, D, d = np.zeros((6, K, M)), np.zeros((6, M, M)), np.zeros((6, M))
+    for row in range(6):
+        w = p.w_tcp[rows, row]
+        if M and w.any():
+            F = smooth[rows] * w[:, None]
+            C[row] = (p.tcp[rows, row] * w[:, None]).T @ F
+            D[row], d[row] = F.T @ F, F.T @ (p.y_tcp[rows, row] * w)
+    return C, D, d
+
+
+def pool(panels: Sequence[Panel], units: Sequence[Unit], basis: SmoothBasis | None = None) -> Design:
+    """Gram matrices of all panels, by block. basis: of the discrepancy, as in the panels."""
     owner = np.array([i for i, u in enumerate(units) for _ in u.parameters], np.int64)
     K, B = len(owner), max(int(p.block.max()) for p in panels) + 1
     A, b, yy, rows = np.zeros((B, K, K)), np.zeros((B, K)), np.zeros(B), np.zeros(B)
     energy, count, moves, some = np.zeros(K), 0, np.zeros((K, K)), 0
+    M = 0 if basis is None else len(basis.part)
+    C, D, d = np.zeros((B, 6, K, M)), np.zeros((B, 6, M, M)), np.zeros((B, 6, M))
     for p in panels:
         for block in np.unique(p.block):
-            at = np.flatnonzero(p.block == block)
-            here = slice(int(at[0]), int(at[-1]) + 1)
+            here = np.flatnonzero(p.block == block)
+            if M:
+                C[block], D[block], d[block] = field_sums(p, here)
             _add(A[block], b[block], p.tcp[here] * p.w_tcp[here][..., None], p.y_tcp[here] * p.w_tcp[here], None)
             yy[block] += float(np.sum((p.y_tcp[here] * p.w_tcp[here]) ** 2))
             rows[block] += float(np.count_nonzero(p.w_tcp[here]))
@@ -196,7 +218,8 @@ def pool(panels: Sequence[Panel], units: Sequence[Unit]) -> Design:
         moves += np.einsum("nik,nil->kl", X, X, optimize=True)
         some += len(X)
     usual = np.array([q.usual for u in units for q in u.parameters])
-    return Design(tuple(units), owner, A, b, yy, rows, np.sqrt(energy / count), usual, moves / some)
+    gram = None if basis is None else FieldGram(C, D, d, basis.part)
+    return Design(tuple(units), owner, A, b, yy, rows, np.sqrt(energy / count), usual, moves / some, gram)
 
 
 def _moves(panel: Panel) -> Array:

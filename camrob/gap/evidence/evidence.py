@@ -18,6 +18,7 @@ from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.special import ndtr
 
 from camrob.gap.evidence.design import NUISANCE, Design
+from camrob.gap.evidence.discrepancy import Integrated
 
 __all__ = ["COUNTS_FROM", "Evidence", "Fitted"]
 
@@ -57,19 +58,24 @@ class Fitted:
 @dataclass(frozen=True)
 class Evidence:
     """The comparison of sets of units (frozensets of their numbers). noise: 3-D rms, m; temperature: by which log evidence
-    is divided, as the description of the noise is not perfect; left_out: (B,) blocks that take no part.
+    is divided, as the description of the noise is not perfect; left_out: (B,) blocks that take no part; sizes: of the
+    discrepancy that is integrated out, see `FieldGram`, None for none.
     """
 
     design: Design
     noise: float
     temperature: float = 1.0
     left_out: tuple[int, ...] = ()
+    sizes: Array | None = None
 
     @cached_property
-    def _sums(self) -> tuple[Array, Array, float]:
+    def _sums(self) -> Integrated:
         used = [i for i in range(len(self.design.yy)) if i not in self.left_out]
         d = self.design
-        return d.A[used].sum(axis=0), d.b[used].sum(axis=0), float(d.yy[used].sum())
+        A, b, yy = d.A[used].sum(axis=0), d.b[used].sum(axis=0), float(d.yy[used].sum())
+        if d.field is None or self.sizes is None:
+            return Integrated(A, b, yy, 0.0)
+        return d.field.integrated(A, b, yy, self.sizes, used)
 
     @cached_property
     def always(self) -> Set:
@@ -166,7 +172,8 @@ class Evidence:
     @cached_property
     def _base(self) -> tuple[Array, Array, float, float]:
         """The posterior with every unit out, in widths of the priors: covariance, mean, log evidence's fit, half a log det."""
-        A, b, yy = self._sums
+        sums = self._sums
+        A, b, yy = sums.A, sums.b, sums.yy
         scale = self._widths[0]
         P = A * np.outer(scale, scale)
         P[np.diag_indices_from(P)] += 1.0
@@ -174,7 +181,7 @@ class Evidence:
         C, _ = dpotri(L, lower=1)
         C = np.tril(C) + np.tril(C, -1).T
         mean = C @ (b * scale)
-        return C, mean, -0.5 * (yy - float((b * scale) @ mean)), float(np.log(np.diag(L)).sum())
+        return C, mean, -0.5 * (yy - float((b * scale) @ mean)), float(np.log(np.diag(L)).sum()) + sums.half_log
 
     def _solve(self, members: Set, widths: Array, shares: Mapping[str, float]) -> Fitted:
         """The posterior at given widths (K,) of the priors, and the score: `_base` with the wider ones let loose (Woodbury)."""

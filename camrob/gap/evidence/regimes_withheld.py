@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
-from camrob.gap.evidence.design import Design, Panel
+from camrob.gap.evidence.design import Design, Panel, field_sums
+from camrob.gap.evidence.discrepancy import FieldGram
 from camrob.gap.evidence.evidence import Evidence
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, settled
@@ -62,7 +63,7 @@ def regimes_withheld(model: Model, members: Set) -> list[dict[str, Any]]:
     keep = np.flatnonzero(np.isin(owner, list(members)))
     out = []
     for regime, design in zip(regimes, _rest(model, regimes), strict=True):
-        evidence = Evidence(design, model.evidence.noise)
+        evidence = Evidence(design, model.evidence.noise, sizes=model.evidence.sizes)
         fitted = evidence.fit(model.best.members | evidence.always)
         values = np.where(np.isin(owner, list(members)), fitted.mean, 0.0)
         rows = [r & a for r, a in zip(regime.rows, asked, strict=True)]
@@ -113,20 +114,24 @@ def _rest(model: Model, regimes: Sequence[Regime]) -> Iterator[Design]:
     d = model.design
     A, b = np.zeros((len(regimes), *d.A.shape[1:])), np.zeros((len(regimes), d.A.shape[1]))
     yy, count = np.zeros(len(regimes)), np.zeros(len(regimes))
+    fields = [FieldGram.empty(d.field) for _ in regimes] if d.field is not None else []
     for k, p in enumerate(model.panels):
         inside = np.stack([r.rows[k] for r in regimes], axis=1) if regimes else np.zeros((len(p.scene), 0), bool)
         for pattern, rows in _alike(inside):
             gram, right, square, number = _sums(p, rows, len(d.owner))
+            smooth = field_sums(p, rows) if fields else ()
             for r in np.flatnonzero(pattern).tolist():
                 A[r] += gram
                 b[r] += right
                 yy[r] += square
                 count[r] += number
+                if fields:
+                    fields[r] = fields[r].more(*smooth)
     whole = d.A.sum(axis=0), d.b.sum(axis=0), float(d.yy.sum()), float(d.rows.sum())
     for r in range(len(regimes)):
         yield replace(
             d, A=(whole[0] - A[r])[None], b=(whole[1] - b[r])[None], yy=np.array([whole[2] - yy[r]]),
-            rows=np.array([whole[3] - count[r]]),
+            rows=np.array([whole[3] - count[r]]), field=d.field.less(fields[r]) if d.field is not None else None,
         )  # fmt: skip
 
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.evidence.design import NUISANCE, Panel, make_panel
-from camrob.gap.evidence.evidence import Evidence, Fitted
+from camrob.gap.evidence.evidence import Fitted
 from camrob.gap.evidence.model import Model, doubt_of, whole_gap
 from camrob.gap.observation.noise import find_outliers, noise_of
 from camrob.gap.observation.scene import Scene
 from camrob.units import m_to_mm
 
-__all__ = ["Shrinkage", "Trial", "figures", "predicted_shrink", "settled", "shrinkage", "trial_of"]
+__all__ = ["Shrinkage", "Trial", "expected", "figures", "predicted_shrink", "settled", "shrinkage", "trial_of"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -111,7 +111,7 @@ def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
         for k, scene in enumerate(withheld):
             noise = noise_of(scene)
             kept = ~find_outliers(scene, noise)
-            panel = make_panel(scene, k, model.units, model.effects, model.states, noise, kept, 10, 10 * k)
+            panel = make_panel(scene, k, model.units, model.effects, model.states, noise, kept, 10, 10 * k, model.basis)
             panels.append(panel)
         asked = tuple((k, (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found), None) for k, p in enumerate(panels))
         return Trial(tuple(panels), asked, ", ".join(s.name for s in withheld))
@@ -134,7 +134,7 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
     chosen = np.flatnonzero(np.isin(model.design.owner, list(kept)))
     for k, rows, left_out in trial.asked:
         if left_out not in fits:
-            evidence = Evidence(model.design, model.evidence.noise, 1.0, () if left_out is None else (left_out,))
+            evidence = replace(model.evidence, temperature=1.0, left_out=() if left_out is None else (left_out,))
             fits[left_out] = evidence.fit(members | evidence.always)
         p = trial.panels[k]
         values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
@@ -163,16 +163,40 @@ def _floor(panel: Panel) -> float:
     return float(np.sum(1.0 / panel.w_tcp[:, :3].max(axis=0) ** 2)) if told else float("nan")
 
 
-def predicted_shrink(model: Model, trial: Trial, blocks: Trial, keep: Set) -> float:
-    """By how much the rms on withheld samples should shrink once `keep` is taken away, told without their measured poses.
+def expected(model: Model, trial: Trial, keep: Set) -> tuple[float, float]:
+    """m (rms) on withheld samples before and after `keep` is taken away, told without their measured poses.
 
-    What `keep` moves the TCP by there, beside what it leaves in the blocks of the logs that the fit left out in turn.
+    What `keep` moves the TCP by there, beside what else was found, the discrepancy at these postures as far as it is known, and
+    the noise.
     """
-    left = shrinkage(model, blocks, model.best.members, keep).rms_after
-    values = model.values(keep, model.best)
-    moves = [settled(model, trial.panels[k], rows, trial.panels[k].moves(values, rows)) for k, rows, _ in trial.asked]
-    before = float(np.hypot(_rms(np.concatenate(moves)), left))
-    return 1.0 - left / max(before, 1e-12)
+    values, rest = model.values(keep, model.best), model.values(model.best.members - keep, model.best)
+    before, after, spread = [], [], []
+    for k, rows, _ in trial.asked:
+        p = trial.panels[k]
+        field, unsure = _field_at(model, p, rows)
+        stays = p.moves(rest, rows) + field
+        before.append(settled(model, p, rows, stays + p.moves(values, rows)))
+        after.append(settled(model, p, rows, stays))
+        spread.append(unsure)
+    chance = float(np.mean(np.concatenate(spread))) + model.noise**2 + model.excess**2
+    first, last = (float(np.sqrt(_rms(np.concatenate(x)) ** 2 + chance)) for x in (before, after))
+    return first, last
+
+
+def predicted_shrink(model: Model, trial: Trial, keep: Set) -> float:
+    """By how much the rms on withheld samples should shrink once `keep` is taken away, told without their measured poses."""
+    before, after = expected(model, trial, keep)
+    return 1.0 - after / max(before, 1e-12)
+
+
+def _field_at(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """(M, 3) m the discrepancy at some rows as it is expected there, and (M,) m2 the variance of that."""
+    field, sizes = model.design.field, model.evidence.sizes
+    count = int(rows.sum())
+    if field is None or sizes is None or panel.smooth is None:
+        return np.zeros((count, 3)), np.zeros(count)
+    F = panel.smooth[rows]
+    return F @ field.fitted(model.best.mean, sizes)[:, :3], field.variance(F, sizes)
 
 
 def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:

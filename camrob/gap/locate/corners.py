@@ -134,7 +134,8 @@ def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, aske
         "effect": EFFECT.name, "axes": [], "probability": probability,
         "parameters": {DISTANCE.name: {"value": m_to_mm(value), "std": m_to_mm(std)}},
         **told, "alone": told, "added_last": told, "moves_mm": told["rms_before_mm"],
-        "indistinguishable_from": [], "implausible": "", "compensable": EFFECT.compensable, "rungs": list(EFFECT.rungs),
+        "indistinguishable_from": [], "class": [EFFECT.name], "class_probability": probability, "evidence": probability,
+        "implausible": "", "compensable": EFFECT.compensable, "rungs": list(EFFECT.rungs),
         "programmed_cdis_mm": asked,
     }  # fmt: skip
 
@@ -152,9 +153,9 @@ def with_corners(summary: dict[str, Any], verdict: CornerVerdict | None) -> dict
         out["status"] = "explained" if summary["status"] == "no gap" else summary["status"]
     if verdict.unknown:
         told = summary["unknown"]
-        where = "; ".join(w for w in (told["where"], verdict.unknown) if w)
-        out["unknown"] = {**told, "where": where, "probability": max(told["probability"], _UNTOLD)}
-        out["alternatives"] = _crossed(out["alternatives"], "unknown", _UNTOLD)
+        text = "; ".join(w for w in (told["text"], verdict.unknown) if w)
+        where = {**told["where"], "rung": told["where"]["rung"] or "program_to_setpoint"}
+        out["unknown"] = {**told, "where": where, "text": text, "probability": max(told["probability"], _UNTOLD)}
         out["status"] = "partly explained" if out["status"] in ("explained", "partly explained") else "unexplained"
     out["where"] = {**summary["where"], "program_left_mm": m_to_mm(verdict.left)}
     return out

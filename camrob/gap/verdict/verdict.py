@@ -12,10 +12,12 @@ from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import alias_groups, covered_by
 from camrob.gap.evidence.model import Model, effect_rms
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
-from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, predicted_shrink, shrinkage, trial_of
+from camrob.gap.evidence.shrink import Shrinkage, Trial, expected, figures, predicted_shrink, shrinkage, trial_of
 from camrob.gap.experiment.experiment import next_experiment
-from camrob.gap.locate.localise import regimes_of
-from camrob.gap.verdict.plausible import implausible, unknown_shapes, unknown_text
+from camrob.gap.verdict.belief import BELIEF
+from camrob.gap.verdict.plausible import implausible, unknown_shapes
+from camrob.gap.verdict.remains import left_panels, remains, residual_regimes
+from camrob.gap.verdict.within import BEYOND, drives_beyond, stages_within
 from camrob.units import m_to_mm
 
 __all__ = ["Verdict", "judge_effects"]
@@ -24,20 +26,10 @@ Set = frozenset[int]
 
 _WORTH_A_LINE = 0.02
 _REPORTED = 0.97  # of the probability: the likeliest sets that hold as much are told
-_CROWDED = 0.05
 _TRIES, _LIKELY = 3, 0.02
-_SURE = 0.975  # share of right names among those that the evidence leaves no doubt about, on simulated cells
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
-_CAUTIOUS = 0.6  # what no single name is given where something unexplained stays, and has no shape
-_FAR_MORE, _BESIDE = (
-    4.0,
-    0.78,
-)  # times the unknown's shape that an effect moves the tool by to stand beside it; then at most so sure
-_CROWD = 4  # effects: more than these together rather mimic what is unknown
-_SOMETHING = 0.55  # probability of the unknown where nothing else is left to say
-_ZEROS = 3  # axes whose zeros are lost at once; more beside other effects rather mimic wrong lengths
-_LEFT = 0.45  # of the noise: structure that stays and is more than the nuisances of all that is absent
-_TWINS = {"frame_base": ("measurement_frame", 0.85)}  # alike where measured in `world`; share of the first
+_MOST_PART = 0.1  # of the withheld gap's energy: an unknown with less leaves a gap explained
+_TWINS = {"frame_base": "measurement_frame"}  # alike where measured in `world`
 _OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
@@ -58,83 +50,127 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
     blocks = trial_of(model, ())
     model = _without_harmful(_without_implausible(model), blocks)
-    sets = {tuple(sorted(names)): p for names, p in model.sets.items()}
+    if trial.panels is not model.panels:
+        model = _without_harmful(model, trial)
     reasons = implausible(model)
-    top = max(model.sets, key=lambda names: model.sets[names])
-    members = frozenset(i for i in model.best.members if model.units[i].effect in top - {"unknown"})
-    whole = shrinkage(model, trial, model.best.members, members)
-    structure = _structure(whole)
-    unknown = sum(p for names, p in model.sets.items() if "unknown" in names)
-    beyond = max(model.excess, np.sqrt(max(0.0, structure**2 - (_DOUBTS * whole.doubt) ** 2)))
-    left_over = _left_over(float(beyond) / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
-    crowd = 0.6 if _crowded(model, top) else 0.0
-    unknown = max(unknown, left_over, _SOMETHING if reasons and not unknown else 0.0, crowd)
-    probability = _probabilities(model, top, unknown, reasons, library)
+    probability = {e.name: BELIEF.effect(p, impossible=e.name in reasons) for e, p in _evidence(model, library)}
+    model = _holding(model, frozenset(n for n, p in probability.items() if p >= 0.5))
+    worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
+    probability |= {n: probability[n] * BELIEF.impossible for n in worse}
+    probability = _held(model, trial, probability, library)
     claimed_first = tuple(n for n, p in probability.items() if p >= 0.5)
-    entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
     members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)
     together = shrinkage(model, trial, model.best.members, members)
+    structure, unknown = _something_stays(model, trial, reasons)
+    entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
+    left = left_panels(model, members)
+    regimes = residual_regimes(model, left)
     inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
-    status = _status(together, model.noise, claimed, unknown, inside)
-    if status == "unexplained":
-        unknown = max(unknown, _SOMETHING)
-    sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
+    within = stages_within(model.scenes, together, _structure(together), model.noise)
+    drive, words = drives_beyond(model.scenes, model.noise) if not claimed else ("", "")
+    if drive:
+        unknown = max(unknown, BELIEF.read_off)
+    elif not claimed and inside < 0.5 and BEYOND in within.values():
+        unknown = max(unknown, BELIEF.nothing_else)
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
-    text = unknown_text(model, shapes)
+    stays = remains(model, left, together, unknown, shapes, regimes)
+    if drive:
+        stays["where"] = {"rung": "setpoint_to_encoder", "axes": [drive], "regimes": []}
+        stays["text"] = "; ".join(t for t in (words, stays["text"]) if t)
+    sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
     return Verdict(model, claimed, members, {
-        "status": status,
+        "status": _status(within, claimed, stays),
+        "within": within,
         "effects": entries,
         "together": {
             **figures(together), "withheld": trial.name, "left_aside": trial.aside,
-            "predicted_shrink": predicted_shrink(model, trial, blocks, members),
+            "predicted_shrink": predicted_shrink(model, trial, members),
+            "expected_after_mm": m_to_mm(expected(model, trial, members)[1]),
             "removable_removed": _removed(together, model.noise),
             "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
             "regimes_withheld": regimes_withheld(model, members),
         },
-        "alternatives": _alternatives(sets, unknown),
-        "unknown": {"probability": unknown, "where": text, "shapes": shapes, "implausible": reasons},
+        "alternatives": _alternatives(model.sets),
+        "unknown": {**stays, "implausible": reasons},
         "aliases": _alias_lists(model, in_world),
         "residual": {
             "rms_mm": m_to_mm(together.rms_after), "noise_mm": m_to_mm(model.noise), "structured_mm": m_to_mm(structure),
-            "structure": _residual_regimes(model, members),
+            "discrepancy_mm": m_to_mm(model.discrepancy), "structure": regimes,
         },
         "next_experiment": next_experiment(
-            claimed, probability, sizes, library, _suspects(model, shapes) if shapes or (unknown >= 0.5 and not claimed) else None
+            claimed, probability, sizes, library, _suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
         ),
     })  # fmt: skip
 
 
-def _suspects(model: Model, shapes: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Axes that something unexplained moves, or that it follows where it sits in the foot."""
+def _evidence(model: Model, library: Sequence[Effect]) -> list[tuple[Effect, float]]:
+    """Effects and the probability of the sets that hold them. Beside a shape of the unknown, which has a place and may be what a
+    name mimics, only one that moves the tool far more counts.
+    """
+    shape = effect_rms(model, model.panels, "unknown")
+    found = []
+    for effect in library:
+        far = effect_rms(model, model.panels, effect.name) >= BELIEF.far_more * shape
+        own = ((names, p) for names, p in model.sets.items() if effect.name in names)
+        found.append((effect, sum(p for names, p in own if far or "unknown" not in names)))
+    return found
+
+
+def _held(model: Model, trial: Trial, probability: Mapping[str, float], library: Sequence[Effect]) -> dict[str, float]:
+    """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy foretell, none of
+    the names has shown that it is more than a likeness; but for those of the drives, where the logs hold both ends.
+    """
+    members = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
+    if not members or trial.panels is model.panels:
+        return dict(probability)
+    reached = shrinkage(model, trial, model.best.members, members)
+    beyond = reached.rms_after**2 - expected(model, trial, members)[1] ** 2
+    doubtful = BELIEF.surprised(beyond, model.noise, model.discrepancy, reached.doubt)
+    seen = {e.name for e in library if e.rungs == ("setpoint_to_encoder",)}
+    sure = seen if all(p.servo is not None for p in model.panels) else set()
+    return {n: p * (BELIEF.doubtful if doubtful and n not in sure else 1.0) for n, p in probability.items()}
+
+
+def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float]:
+    """m that hang together on withheld samples beyond the likeliest set of effects, the discrepancy switched off; and the
+    probability that something unknown is at work beside it.
+    """
+    top = max(model.sets, key=lambda names: model.sets[names])
+    members = frozenset(i for i in model.best.members if model.units[i].effect in top - {"unknown"})
+    whole = shrinkage(model, trial, model.best.members, members)
+    structure = _structure(whole)
+    beyond = max(model.excess, model.discrepancy, float(np.sqrt(max(0.0, structure**2 - (_DOUBTS * whole.doubt) ** 2))))
+    stays = BELIEF.unknown(beyond / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
+    shaped = sum(p for names, p in model.sets.items() if "unknown" in names)
+    return structure, max(stays, shaped, BELIEF.nothing_else if reasons and not shaped else 0.0)
+
+
+def _suspects(model: Model, stays: Mapping[str, Any]) -> list[str]:
+    """Axes that something unexplained moves, or follows where it sits in the foot; those of its place, without a shape."""
+    shapes = stays["shapes"]
     told = (str(s["follows"]).rpartition(" ")[2] if "foot" in s["moves"] else str(s["moves"]) for s in shapes)
-    return list(dict.fromkeys(name for name in told if name in model.scenes[0].axes))
+    return list(dict.fromkeys(n for n in (*told, *stays["where"]["axes"]) if n in model.scenes[0].axes))
 
 
-def _probabilities(
-    model: Model, top: frozenset[str], unknown: float, reasons: Mapping[str, str], library: Sequence[Effect]
-) -> dict[str, float]:
-    """Of every effect: that of the sets that hold it, with the caution that something unknown and implausible values ask for."""
-    # beside something unknown a name or two may stand that explain far more than it; others rather mimic it
-    few = len(top - {"unknown"}) <= 2
-    shape = effect_rms(model, model.panels, "unknown") if "unknown" in top else 0.0
-    stands = {n for n in top if few and effect_rms(model, model.panels, n) >= _FAR_MORE * shape}
-    standing = _BESIDE if shape > 0.0 else _CAUTIOUS
-
-    def most(name: str) -> float:
-        if name in reasons:
-            return _CROWDED
-        return 1.0 - (1.0 - (standing if name in stands else _CROWDED)) * min(1.0, 2.0 * unknown)
-
-    found = {e.name: sum(p for names, p in model.sets.items() if e.name in names) for e in library}
-    return {n: _SURE * min(p, most(n)) for n, p in found.items()}
+def _holding(model: Model, claimed: frozenset[str]) -> Model:
+    """The model with the best set that holds all that is claimed, where one was met."""
+    if claimed <= model.evidence.effects_of(model.best.members):
+        return model
+    held = [m for m in model.scores if claimed <= model.evidence.effects_of(m)]
+    return replace(model, best=model.evidence.fit(max(held, key=lambda m: model.scores[m]))) if held else model
 
 
-def _crowded(model: Model, top: frozenset[str]) -> bool:
-    """True where the best set rather mimics something unknown: too many effects, or the zeros of most axes beside others."""
-    zeros = sum(model.units[i].effect == "joint_offset" for i in model.best.members)
-    others = top - {"unknown", "joint_offset"}
-    return len(top - {"unknown"}) > _CROWD or ("joint_offset" in top and zeros > _ZEROS and len(others) >= 2)
+def _worse(model: Model, trial: Trial, names: Sequence[str]) -> list[str]:
+    """Those effects that, taken away last, surely make withheld samples worse: claims to be withdrawn."""
+    everything = shrinkage(model, trial, model.best.members)
+    found = []
+    for name in names:
+        own = frozenset(i for i in model.best.members if model.units[i].effect == name)
+        last = shrinkage(model, trial, model.best.members, model.best.members - own)
+        if own and Shrinkage(last.after, everything.after, everything.block).interval()[1] < 0.0:
+            found.append(name)
+    return found
 
 
 def _without_implausible(model: Model) -> Model:
@@ -189,12 +225,6 @@ def _structure(shrunk: Shrinkage) -> float:
     return float(np.sqrt(max(0.0, float(np.mean(np.concatenate(parts)))))) if parts else 0.0
 
 
-def _left_over(structure: float, share: float) -> float:
-    """Probability that something unknown stays, from the structure left over the noise and the share of the gap it is."""
-    size = min(structure / _LEFT, share / 0.02)
-    return float(1.0 / (1.0 + np.exp(-6.0 * (size - 1.3))))
-
-
 def _removed(shrunk: Shrinkage, noise: float) -> float | None:
     """Share of the removable gap (before less noise) that is removed; None where nothing is removable."""
     removable = shrunk.rms_before - noise
@@ -205,34 +235,31 @@ def _removed(shrunk: Shrinkage, noise: float) -> float | None:
     )
 
 
-def _status(shrunk: Shrinkage, noise: float, claimed: Sequence[str], unknown: float, inside: float) -> str:
-    """In a word. shrunk: by what is claimed; inside: probability of the sets of effects without anything unknown."""
+def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Mapping[str, Any]) -> str:
+    """In a word. within: by stage, what the gap is within; stays: what is unknown."""
+    unknown = stays["probability"] >= 0.5
     if claimed:
-        return "partly explained" if unknown >= 0.5 else "explained"
-    quiet = shrunk.rms_before < 1.25 * noise or _structure(shrunk) < _LEFT * noise
-    if quiet and unknown < 0.5:
-        return "no gap"
+        return "partly explained" if unknown and stays["share"] > _MOST_PART else "explained"
+    if unknown:
+        return "unexplained"
     # one of several that can't be told apart, so that none is claimed
-    return "explained" if inside * (1.0 - unknown) >= 0.5 else "unexplained"
+    return "explained" if BEYOND in within.values() else "no gap"
 
 
-def _alternatives(sets: Mapping[tuple[str, ...], float], unknown: float) -> list[dict[str, Any]]:
-    """The likeliest sets of effects with their probabilities, the unknown among them; they sum to 1."""
-    inside = sum(p for names, p in sets.items() if "unknown" in names)
-    scale_in = unknown / inside if inside > 0.0 else 0.0
-    scale_out = (1.0 - (unknown if inside > 0.0 else 0.0)) / max(1.0 - inside, 1e-12) if inside < 1.0 else 0.0
-    out: list[dict[str, Any]] = [
-        {"effects": list(names), "probability": p * (scale_in if "unknown" in names else scale_out)}
-        for names, p in sets.items()
-    ]
-    if inside <= 0.0 and unknown > 0.0:
-        out = [{**o, "probability": o["probability"] * (1.0 - unknown)} for o in out]
-        out.append({"effects": ["unknown"], "probability": unknown})
-    out.sort(key=lambda o: -float(str(o["probability"])))
-    whole = np.cumsum([float(str(o["probability"])) for o in out])
+def _alternatives(sets: Mapping[frozenset[str], float]) -> list[dict[str, Any]]:
+    """The likeliest sets of effects with their probabilities, the unknown beside them or not; they sum to 1."""
+    total: dict[frozenset[str], float] = {}
+    for names, p in sets.items():
+        known = names - {"unknown"}
+        total[known] = total.get(known, 0.0) + p
+    out = sorted(total.items(), key=lambda x: (-x[1], sorted(x[0])))
+    whole = np.cumsum([p for _, p in out])
     kept = out[: int(np.searchsorted(whole, _REPORTED * whole[-1])) + 1]
-    total = sum(float(str(o["probability"])) for o in kept)
-    return [{**o, "probability": float(str(o["probability"])) / max(total, 1e-12)} for o in kept]
+    shares = np.array([p for _, p in kept]) ** BELIEF.slope
+    return [
+        {"effects": sorted(names), "probability": float(p)}
+        for (names, _), p in zip(kept, shares / shares.sum(), strict=True)
+    ]
 
 
 def _entries(
@@ -258,14 +285,19 @@ def _entries(
         everything = shrinkage(model, trial, rest, rest)
         twins = list(covered_by(model.design, total, model.values(own, model.best), effect.name))
         if in_world and effect.name in _TWINS:
-            twins.append(_TWINS[effect.name][0])
-            p *= _TWINS[effect.name][1]
+            twins.append(_TWINS[effect.name])
+            p *= BELIEF.first_of_twins
+        alike = {effect.name, *twins}
+        evidence, of_class = (
+            sum(q for names, q in model.sets.items() if names & wanted) for wanted in (frozenset([effect.name]), alike)
+        )
         added = Shrinkage(last.after, everything.after, everything.block)
         entries.append({
             "effect": effect.name, "axes": _axes(model, own), "probability": p, "parameters": _parameters(model, own),
             **figures(joint), "alone": figures(alone), "added_last": figures(added),
             "moves_mm": m_to_mm(effect_rms(model, model.panels, effect.name)),
-            "indistinguishable_from": twins, "implausible": reasons.get(effect.name, ""), "compensable": effect.compensable,
+            "indistinguishable_from": twins, "class": sorted(alike), "class_probability": max(p, BELIEF.effect(of_class)),
+            "evidence": evidence, "implausible": reasons.get(effect.name, ""), "compensable": effect.compensable,
             "rungs": list(effect.rungs),
         })  # fmt: skip
     entries.sort(key=lambda e: (-float(str(e["probability"])), -float(str(e["shrink"]))))
@@ -303,15 +335,3 @@ def _compensable(model: Model, trial: Trial, library: Sequence[Effect], claimed:
     members = frozenset(i for i in model.best.members if model.units[i].effect in able)
     shrunk = shrinkage(model, trial, model.best.members, members)
     return shrunk.rms_before - shrunk.rms_after
-
-
-def _residual_regimes(model: Model, members: Set) -> list[dict[str, Any]]:
-    """What the residual still depends on."""
-    values = model.values(members | model.evidence.always, model.best)
-    left = []
-    for p in model.panels:
-        y_servo = None if p.y_servo is None or p.servo is None else p.y_servo - p.servo @ values[p.servo_columns]
-        known = ~p.unknown_rows(np.flatnonzero(values))
-        left.append(replace(p, y_tcp=p.y_tcp - p.tcp @ values, y_servo=y_servo, w_tcp=p.w_tcp * known[:, None]))
-    found = regimes_of(left, model.noise)
-    return [{"regime": k, "p_value": v["p_value"], "share": v["share"]} for k, v in found.items()]

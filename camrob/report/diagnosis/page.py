@@ -157,7 +157,7 @@ def _causes(summary: DiagnosisSummary) -> str:
 def _sets(summary: DiagnosisSummary) -> str:
     """The sets of effects that were compared, and what can't be told apart at all."""
     sets = [
-        f"{sure(a.probability)}: {', '.join(map(plain_name, a.effects)) or 'nothing'}"
+        f"{sure(a.probability)}: {', '.join(map(plain_name, a.effects)) or 'nothing in the library'}"
         for a in summary.alternatives[:_MOST_SETS]
         if a.probability >= 0.01
     ]
@@ -165,12 +165,8 @@ def _sets(summary: DiagnosisSummary) -> str:
     alike = (
         f"<p>What these logs can't tell apart, whatever is at work: {escape('; '.join(groups))}.</p>" if groups else ""
     )
-    beside = any("unknown" in a.effects and len(a.effects) > 1 for a in summary.alternatives)
-    mimic = (
-        "<p>Names beside the unknown may only mimic what the library lacks: there they are claimed with caution.</p>"
-    )
     title = "<h3>How the evidence divides among whole sets of effects</h3>"
-    return f'<div class="part">{title}{_bullets(sets)}{mimic if beside else ""}{alike}</div>'
+    return f'<div class="part">{title}{_bullets(sets)}{alike}</div>'
 
 
 def _shrunk(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:

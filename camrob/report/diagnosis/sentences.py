@@ -34,6 +34,8 @@ _FOLLOWS = {
     "load": "follows the load",
     "time": "drifts with time",
 }
+_READ_OFF = (_RUNG[_FIRST], "between set-point and encoder, E", "between set-point and encoder, A")
+_TIMES = 1.5  # the noise, from which what stays is held against it in words
 _MAIN = ("tau_s", "delay_s", "cdis_mm")  # the value that tells such an effect's size, whatever stands beside it
 _MOST_VALUES = 3  # axes of an effect that the sentence gives values of
 _RIVAL = 0.1  # probability from which a cause is named among several that none is claimed of
@@ -66,7 +68,7 @@ def sentence(summary: DiagnosisSummary) -> str:
     noise = mm(gap.noise_mm)
     inside, first = [e for e in claimed if not only_first(e)], [e for e in claimed if only_first(e)]
     if summary.status == "no gap":
-        return f"There is no gap beyond the instrument's noise: {mm(gap.rms_mm)} rms, and the noise is {noise}."
+        return _no_gap(summary)
     text, joint = _place(summary)
     follows = _follows(summary, inside)
     text += f"{joint} {follows}" if follows and (inside or not first) else ""
@@ -90,13 +92,28 @@ def sentence(summary: DiagnosisSummary) -> str:
     return printable(text + _unknown_words(summary, claimed=bool(claimed)))
 
 
+def _no_gap(summary: DiagnosisSummary) -> str:
+    """That there is none, and whether noise or the user's tolerance says so, stage by stage."""
+    noise = f"{mm(summary.gap.rms_mm)} rms, and the noise is {mm(summary.gap.noise_mm)}."
+    loose = [rung for rung, said in summary.within.items() if said == "tolerance"]
+    if "encoder_to_tcp" in loose:
+        return f"There is no gap beyond the tolerance that the log names: {noise}"
+    text = f"There is no gap beyond the instrument's noise: {noise}"
+    if not loose:
+        return text
+    return (
+        f"{text} What lies {_listed([between(r, summary) for r in loose])} is within the tolerance, not within noise."
+    )
+
+
 def unexplained(summary: DiagnosisSummary) -> list[str]:
     """Each shape of what is unexplained, in words; none where nothing is."""
     unknown = summary.unknown
     if unknown.probability < 0.5:
         return []
     told = [f"B{_RUNG[s.rung][1:]}: {_shape(s)}" for s in unknown.shapes]
-    told += [w[0].upper() + w[1:] for w in unknown.where.split("; ") if w.startswith(_RUNG[_FIRST])]
+    words = unknown.text.split("; ")
+    told += [w[0].upper() + w[1:] for w in words if w and (not unknown.shapes or w.startswith(_READ_OFF))]
     told += [
         f"{plain_name(name)} would fit, with a value that no such machine has: {why}"
         for name, why in unknown.implausible.items()
@@ -235,14 +252,15 @@ def _best_single(summary: DiagnosisSummary) -> str:
 
 
 def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
-    """On something unknown, where that is likely: at which axes, and how much stays."""
-    if summary.unknown.probability < 0.5:
+    """The second statement: how much stays that nothing explains, where that is likely, and at which axes."""
+    unknown = summary.unknown
+    if unknown.probability < 0.5:
         return ""
     told = unexplained(summary)
     at: dict[str, list[str]] = {}
-    for s in summary.unknown.shapes:
+    for s in unknown.shapes:
         at.setdefault(s.moves, []).append(_followed(s))
-    text = f" Something unknown is at work{' beside' if claimed else ''}"
+    text = f" {_stays(summary)}" if claimed else " Something unknown is at work"
     if at:
         parts = []
         for place, what in at.items():
@@ -250,13 +268,20 @@ def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
             parts += [f"{place} is off by a constant"] if len(moving) < len(what) else []
             parts += [f"{place} strays with {_listed(moving)}"] if moving else []
         text += ": " + "; ".join(parts)
-    elif summary.unknown.where:
+    elif told and (told[0].startswith("Between") or unknown.implausible):
         text += f": {told[0][0].lower()}{told[0][1:]}"
-    else:
+    elif unknown.where.regimes:
+        text += f"{'; it' if claimed else ', and'} follows {_listed(unknown.where.regimes[:2])}"
+    elif not claimed:
         text += ": what stays hangs together beyond the noise"
-    t, noise = summary.together, summary.gap.noise_mm
-    energy = t.rms_before_mm**2 - noise**2
-    left = (t.rms_after_mm**2 - noise**2) / energy if energy > 0.0 else 0.0
-    if claimed and left > _WORTH:
-        text += f". {share(left)} of the gap's energy stays unexplained"
+    if claimed and unknown.share > _WORTH:
+        text += f". That is {share(unknown.share)} of the gap's energy"
     return text + "."
+
+
+def _stays(summary: DiagnosisSummary) -> str:
+    """How much stays and is unknown, beside the noise."""
+    unknown, noise = summary.unknown, summary.gap.noise_mm
+    times = unknown.rms_mm / noise if noise > 0.0 else 0.0
+    beside = f", {times:.0f} times the noise," if times >= _TIMES else ""
+    return f"{mm(unknown.rms_mm)}{beside} stays and is unknown"

@@ -76,7 +76,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     rows += [("mind", text) for text in (careful_text(summary),) if text]
     rows += [("elsewhere", text) for text in (regimes_text(summary),) if text]
     sets = [
-        f"{sure(a.probability)} {' + '.join(a.effects) or 'nothing'}"
+        f"{sure(a.probability)} {' + '.join(a.effects) or 'nothing in the library'}"
         for a in summary.alternatives[:_MOST]
         if a.probability >= 0.01
     ]

@@ -1,0 +1,318 @@
+"""The comparison as a whole: rounds of laying out, searching, refining what is not linear, and looking at what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.effects.effect import Effect, State, Unit
+from camrob.gap.evidence.design import Design, Panel, build_units, make_panel, pool
+from camrob.gap.evidence.discrepancy import PARTS, SmoothBasis, smooth_basis
+from camrob.gap.evidence.evidence import Evidence, Fitted
+from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes
+from camrob.gap.evidence.leads import look
+from camrob.gap.evidence.model import Model, doubt_of, effect_rms
+from camrob.gap.evidence.search import explore, posterior
+from camrob.gap.evidence.unknown import UNKNOWN
+from camrob.gap.observation.noise import Noise, find_outliers, noise_left, noise_of
+from camrob.gap.observation.scene import Scene
+
+__all__ = ["compare", "panels_for"]
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 7
+_BLOCKS = 10  # a log
+_LAGS = 40  # samples over which what is left may hang together
+_LESS, _SMALLER = 0.3, 3  # of the discrepancy's size, and how often, at which sets are explored too
+_LEAST_GAP = 0.012  # of the gap: what is less isn't worth a word
+_BESIDE = (
+    0.2  # of the discrepancy: what moves the TCP by less can't be told from a field that is described a little wrong
+)
+
+
+def panels_for(
+    scenes: Sequence[Scene], noises: Sequence[Noise], kept: Sequence[NDArray[np.bool_]], units: Sequence[Unit],
+    effects: Sequence[Effect], states: Mapping[str, State], basis: SmoothBasis | None = None,
+) -> tuple[Panel, ...]:  # fmt: skip
+    """Columns and weights of all logs."""
+    blocks = max(2, _BLOCKS if len(scenes) < 3 else _BLOCKS // 2)
+    return tuple(
+        make_panel(s, k, units, effects, states, noises[k], kept[k], blocks, k * blocks, basis)
+        for k, s in enumerate(scenes)
+    )
+
+
+def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
+    """Compare all sets of effects on some logs, a smooth discrepancy of any size beside each.
+
+    Round by round: the discrepancy is sized beside the best set so far, which at first leaves it all of the gap; sets are
+    searched with it integrated out; what is not linear is refined, and what is left suggests further shapes.
+    """
+    effects = (*library, UNKNOWN)
+    states: dict[str, State] = {e.name: dict(e.start) for e in effects}
+    noises = tuple(noise_of(s) for s in scenes)
+    kept = [~find_outliers(s, n) for s, n in zip(scenes, noises, strict=True)]
+    if any(s.poses and not n.told for s, n in zip(scenes, noises, strict=True)):
+        noises = _told(scenes, noises, kept, effects, states)
+    model: Model | None = None
+    counting: Mapping[frozenset[int], Mapping[str, float]] = {}
+    starts: tuple[frozenset[str], ...] = ()
+    softened: tuple[Array, ...] | None = None
+    basis, sizes = smooth_basis(scenes), no_sizes()
+    for round_ in range(_ROUNDS):
+        units = build_units(scenes, effects, states)
+        panels = panels_for(scenes, noises, kept, units, effects, states, basis)
+        if softened is not None:
+            panels = _soften(panels, softened)
+        named = {_name(u): i for i, u in enumerate(units)}
+        again = tuple(frozenset(named[n] for n in names if n in named) for names in starts)
+        # what turns with direction, or drifts, is first offered to effects that do
+        panels, evidence = _weighed(panels, units, basis, noises, sizes, again, PARTS if round_ else PARTS[:1])
+        evidence, scores, counting, best = _explored(evidence, again)
+        design, sizes = evidence.design, _sizes_of(evidence)
+        left = [p.y_tcp - p.tcp @ best.mean for p in panels]
+        excess = _excess(panels, design, best, sizes)
+        model = Model(
+            tuple(effects), dict(states), tuple(scenes), noises, panels, design, evidence, scores,
+            {}, best, excess, int(sum((~k).sum() for k in kept)), basis,
+        )  # fmt: skip
+        names = frozenset(_name(units[i]) for i in best.members)
+        changed = _refine(model, states)
+        settled = not changed and names in starts  # what is offered now was offered, and not taken
+        starts = (names,)
+        if round_ == 0:
+            # a shape in the gap itself, before effects of the library are enlisted to mimic it
+            look(model, states, [p.y_tcp for p in panels], raw=True)
+        changed |= look(model, states, left)
+        softened = _errors(model)
+        if round_ > 1 and (settled or not changed):
+            break
+    if model is None:
+        raise ValueError("at least one round is needed")
+    scores = over_sizes(model.evidence, model.scores, _row_noise(noises))
+    return replace(model, scores=scores, sets=posterior(scores, counting, _small(model)))
+
+
+def _weighed(
+    panels: tuple[Panel, ...], units: Sequence[Unit], basis: SmoothBasis, noises: Sequence[Noise], sizes: Array,
+    starts: Sequence[frozenset[int]], parts: Sequence[str],
+) -> tuple[tuple[Panel, ...], Evidence]:  # fmt: skip
+    """The panels, and the evidence with the discrepancy's sizes and a temperature that suit the best of some sets. parts: of the
+    discrepancy that may be there.
+    """
+    noise = float(np.sqrt(np.mean([n.rms**2 for n in noises])))
+    design = pool(panels, units, basis)
+    evidence = Evidence(design, noise, sizes=sizes)
+    sizes = fit_sizes(evidence, _best_of(evidence, starts), sizes, _row_noise(noises), parts)
+    evidence = Evidence(design, noise, sizes=sizes)
+    before = _best_of(evidence, starts)
+    weights = np.zeros((len(basis.part), 6)) if design.field is None else design.field.fitted(before.mean, sizes)
+    heat, *others = _temperatures(panels, before.mean, weights)
+    if max(others) > heat:
+        # what turns and servo errors show beyond white noise must not outweigh the positions
+        panels = _cooled(panels, heat, *others)
+        design = pool(panels, units, basis)
+    return panels, Evidence(design, noise, heat, sizes=sizes)
+
+
+def _explored(
+    evidence: Evidence, starts: tuple[frozenset[int], ...]
+) -> tuple[Evidence, Mapping[frozenset[int], float], Mapping[frozenset[int], Mapping[str, float]], Fitted]:
+    """Sets explored with the discrepancy at its size, and as long as a better one turns up so, with less of it: what takes the
+    discrepancy's place is worth more than it saves while the discrepancy stays as large.
+    """
+    found = explore(evidence, starts)
+    for _ in range(_SMALLER if _sizes_of(evidence).any() else 0):
+        less = replace(evidence, sizes=_LESS * _sizes_of(evidence))
+        shapes = frozenset(i for i, u in enumerate(evidence.design.units) if u.effect == UNKNOWN.name)
+        other = explore(less, (*starts, found[2].members, *([shapes] if shapes else [])))
+        if other[2].score <= found[2].score:
+            break
+        evidence, found = less, other
+    return evidence, *found
+
+
+def _sizes_of(evidence: Evidence) -> Array:
+    return no_sizes() if evidence.sizes is None else evidence.sizes
+
+
+def _row_noise(noises: Sequence[Noise]) -> tuple[float, float]:
+    """Noise of one row of the twist, m and rad."""
+    shift, turn = (float(np.sqrt(np.mean([n.tcp[k] ** 2 for n in noises]))) for k in (0, 3))
+    return shift, turn
+
+
+def _excess(panels: Sequence[Panel], design: Design, best: Fitted, sizes: Array) -> float:
+    """m: rms at the TCP of what hangs together beyond the best set and the discrepancy."""
+    weights = None if design.field is None else design.field.fitted(best.mean, sizes)
+    parts = []
+    for p in panels:
+        smooth = 0.0 if weights is None or p.smooth is None else p.smooth @ weights
+        parts.append(_structured(p, p.y_tcp - p.tcp @ best.mean - smooth, design, best))
+    return float(np.sqrt(np.mean(parts)))
+
+
+def _told(
+    scenes: Sequence[Scene], noises: Sequence[Noise], kept: Sequence[NDArray[np.bool_]], effects: Sequence[Effect],
+    states: Mapping[str, State],
+) -> tuple[Noise, ...]:  # fmt: skip
+    """The noises, with those of single poses that nobody told found from what no effect explains."""
+    panels = panels_for(scenes, noises, kept, build_units(scenes, effects, states), effects, states)
+    return tuple(
+        n if n.told or not s.poses else noise_left(p.tcp, p.y_tcp, p.w_tcp > 0.0, n.servo, s.log.path)
+        for s, n, p in zip(scenes, noises, panels, strict=True)
+    )
+
+
+def _small(model: Model) -> frozenset[str]:
+    """Effects of the best set that move the TCP by too little to be named beside the gap, or beside what others leave."""
+    least = max(0.5 * _LEAST_GAP * model.gap, _BESIDE * model.discrepancy)
+    sizes = {n: effect_rms(model, model.panels, n) for n in model.evidence.effects_of(model.best.members)}
+    rungs = {n: _rungs_of(model, n) for n in sizes}
+    # what another effect of the same rung is not described better than, it may have left
+    blurred = {
+        n: max((model.accuracy[m] * s for m, s in sizes.items() if m != n and rungs[m] & rungs[n]), default=0.0)
+        for n in sizes
+    }
+    return frozenset(n for n, s in sizes.items() if s < max(least, blurred[n]))
+
+
+def _rungs_of(model: Model, name: str) -> set[str]:
+    """Where an effect of the best set shows in these logs: at the drives, behind the encoders, or at both."""
+    c = np.flatnonzero(np.isin(model.design.owner, [i for i in model.best.members if model.units[i].effect == name]))
+    found = set()
+    for p in model.panels:
+        found |= {"drives"} if p.servo is not None and np.isin(c, p.servo_columns).any() else set()
+        found |= {"link"} if p.tcp[:, :, c].any() else set()
+    return found
+
+
+def _name(unit: Unit) -> str:
+    return f"{unit.effect}/{unit.axis}/{unit.key}"
+
+
+def _best_of(evidence: Evidence, starts: Sequence[frozenset[int]]) -> Fitted:
+    sets = {evidence.always, *(s | evidence.always for s in starts)}
+    return max((evidence.fit(s) for s in sets), key=lambda f: f.score)
+
+
+def _temperatures(panels: Sequence[Panel], mean: Array, weights: Array) -> tuple[float, float, float]:
+    """How much more the residual speaks than white noise would, in positions, turns and servo errors: its size, times the
+    length over which it hangs together.
+    """
+    worst = [1.0, 1.0, 1.0]
+    for p in panels:
+        smooth = 0.0 if p.smooth is None else p.smooth @ weights
+        r = (p.y_tcp - p.tcp @ mean - smooth) * p.w_tcp
+        parts = [(r[:, :3], p.w_tcp[:, :3]), (r[:, 3:], p.w_tcp[:, 3:])]
+        if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
+            parts.append(((p.y_servo - p.servo @ mean[p.servo_columns]) * p.w_servo, p.w_servo))
+        for k, (part, w) in enumerate(parts):
+            energy, rows = float(np.sum(part**2)), float(np.count_nonzero(w))
+            lagged = 0.0 if p.scene.poses else sum(float(np.sum(part[n:] * part[:-n])) for n in range(1, _LAGS))
+            worst[k] = max(worst[k], (energy + 2.0 * max(lagged, 0.0)) / max(rows, 1.0))
+    return worst[0], worst[1], worst[2]
+
+
+def _cooled(panels: Sequence[Panel], heat: float, turned: float, servo: float) -> tuple[Panel, ...]:
+    """The panels with weights of turns and servo errors lowered to the positions' temperature."""
+    scale = np.sqrt(heat / np.maximum([turned, servo], heat))
+    w = np.array([1.0, 1.0, 1.0, *[scale[0]] * 3])
+    return tuple(
+        replace(p, w_tcp=p.w_tcp * w, w_servo=None if p.w_servo is None else p.w_servo * scale[1]) for p in panels
+    )
+
+
+def _structured(panel: Panel, residual: Array, design: Design, best: Fitted) -> float:
+    """m2: mean square at the TCP of what hangs together from sample to sample; 0 for white noise."""
+    found = np.flatnonzero(np.isin(design.owner, list(best.members)))
+    good = (panel.w_tcp[:, 0] > 0.0) & ~panel.unknown_rows(found)
+    r = np.where(good[:, None], residual[:, :3], 0.0)
+    if panel.scene.poses:
+        noise = float(np.sum(1.0 / np.max(panel.w_tcp[:, :3], axis=0) ** 2))
+        return max(0.0, float(np.sum(r**2) / max(good.sum(), 1)) - noise)
+    parts = [np.sum(r[k:] * r[:-k], axis=1).mean() for k in (1, 2, 3) if len(r) > 3 * k]
+    return max(0.0, float(np.mean(parts))) if parts else 0.0
+
+
+def _refine(model: Model, states: dict[str, State]) -> bool:
+    """Move the states of nonlinear effects to where the fit says; True where any moved much."""
+    fitted: dict[str, dict[str, float]] = {}
+    for parameter, owner, value in zip(model.design.parameters, model.design.owner, model.best.mean, strict=True):
+        if int(owner) in model.best.members:
+            fitted.setdefault(model.units[owner].effect, {})[parameter.name] = float(value)
+    moved = False
+    for effect in model.effects:
+        if effect.name in fitted:
+            old = dict(states[effect.name])
+            states[effect.name] = effect.refine(old, fitted[effect.name])
+            new = _tried(model, effect, states)
+            moved |= any(abs(v - old.get(k, 0.0)) > 0.01 * abs(v) for k, v in new.items())
+            states[effect.name] = new
+    return moved
+
+
+def _tried(model: Model, effect: Effect, states: Mapping[str, State]) -> State:
+    """The effect's state with the trial that leaves least unexplained, all other effects as they are fitted."""
+    best, least = dict(states[effect.name]), np.inf
+    members = [i for i in model.best.members if model.units[i].effect == effect.name]
+    for trial in effect.trials:
+        state = {**states[effect.name], **trial}
+        total = 0.0
+        for p in model.panels:
+            columns = [c for i in members for c in effect.columns(p.scene, model.units[i], state)]
+            owned = np.flatnonzero(np.isin(model.design.owner, members))
+            rest = np.where(np.isin(np.arange(len(model.design.owner)), owned), 0.0, model.best.mean)
+            X = np.stack([c.tcp if c.tcp is not None else np.zeros((len(p.scene), 6)) for c in columns], axis=2)
+            y, w = p.y_tcp - p.tcp @ rest, p.w_tcp
+            rows, right = [(X * w[..., None]).reshape(-1, X.shape[2])], [(y * w).ravel()]
+            if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
+                S = np.zeros((len(p.scene), p.servo.shape[1], len(columns)))
+                for k, c in enumerate(columns):
+                    for axis, signal in c.servo.items():
+                        S[:, p.scene.index(axis), k] = signal
+                rows.append((S * p.w_servo[..., None]).reshape(-1, len(columns)))
+                right.append(((p.y_servo - p.servo @ rest[p.servo_columns]) * p.w_servo).ravel())
+            A, b = np.concatenate(rows), np.concatenate(right)
+            scale = np.linalg.norm(A, axis=0) + 1e-30
+            Z = A / scale
+            right = Z.T @ b
+            total += float(b @ b - right @ np.linalg.solve(Z.T @ Z + 1e-9 * np.eye(Z.shape[1]), right))
+        if total < least:
+            best, least = state, total
+    return best
+
+
+def _errors(model: Model) -> tuple[Array, ...]:
+    """(N, 6 + k) a panel: how far the descriptions of the effects found may be wrong themselves, squared."""
+    share = np.array([model.accuracy.get(model.units[o].effect, 0.0) for o in model.design.owner])
+    out = []
+    for p in model.panels:
+        variance = np.zeros((len(p.scene), 6 + (0 if p.servo is None else p.servo.shape[1])))
+        for i in model.best.members:
+            c = np.flatnonzero(model.design.owner == i)
+            if share[c[0]] <= 0.0:
+                continue
+            own = p.doubted(c, share[c[0]])
+            variance[:, :6] += doubt_of(p.tcp[:, :, c] @ model.best.mean[c], own)
+            if p.servo is not None:
+                served = np.isin(p.servo_columns, c)
+                variance[:, 6:] += doubt_of(p.servo[:, :, served] @ model.best.mean[p.servo_columns[served]], own)
+        out.append(variance)
+    return tuple(out)
+
+
+def _soften(panels: Sequence[Panel], errors: Sequence[Array]) -> tuple[Panel, ...]:
+    """The panels with weights that allow for the effects' own inaccuracy."""
+    out = []
+    for p, variance in zip(panels, errors, strict=True):
+        w_tcp = p.w_tcp / np.sqrt(1.0 + p.w_tcp**2 * variance[:, :6])
+        w_servo = p.w_servo
+        if w_servo is not None:
+            w_servo = w_servo / np.sqrt(1.0 + w_servo**2 * variance[:, 6:])
+        out.append(replace(p, w_tcp=w_tcp, w_servo=w_servo))
+    return tuple(out)

@@ -1,0 +1,65 @@
+"""From evidence to belief: every constant between the two, in one record.
+
+`slope` and `surest` are fitted to simulated cases of three worlds: causes alone, causes beside a smooth field of five times the
+noise, and that field alone (`tests/gap/belief_cases.csv`; a test fits them again). The others are chosen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["BELIEF", "Belief"]
+
+_CERTAIN = 1e-9  # a probability nearer to 0 or 1 is as good as it
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """slope: share of the evidence's log odds that is believed, as neither the effects nor the discrepancy are described quite
+    rightly; surest: share of right names among those that the evidence leaves no doubt about; impossible: what is left of a
+    probability where the fitted value is one that no machine has, or withheld samples contradict the name; stays, share: of the
+    noise and of the withheld gap, what has to hang together on withheld samples for even odds that something unknown stays;
+    steep: log odds a unit of that size; nothing_else: probability of the unknown where nothing else is left to say; read_off:
+    where the log shows it, at a drive; first_of_twins: share of the foot where the instrument's frame would show the
+    same; far_more: times a shape of the unknown that an effect has to move the tool by to stand by it; by_noise, by_field,
+    by_doubt: of the noise, of the discrepancy, and of what the fit leaves open, what may stay on withheld logs beyond what was
+    predicted before every name is doubtful; doubtful: what is then left of it.
+    """
+
+    slope: float
+    surest: float
+    impossible: float
+    stays: float
+    share: float
+    steep: float
+    nothing_else: float
+    read_off: float
+    first_of_twins: float
+    far_more: float
+    by_noise: float
+    by_field: float
+    by_doubt: float
+    doubtful: float
+
+    def effect(self, probability: float, *, impossible: bool = False) -> float:
+        """Probability of an effect, from that of the sets that hold it."""
+        p = float(np.clip(probability, _CERTAIN, 1.0 - _CERTAIN))
+        odds = self.slope * float(np.log(p / (1.0 - p)))
+        return self.surest / (1.0 + float(np.exp(-odds))) * (self.impossible if impossible else 1.0)
+
+    def unknown(self, structure: float, share: float) -> float:
+        """Probability that something unknown stays. structure: in noises; share: of the gap."""
+        size = min(structure / self.stays, share / self.share)
+        return float(1.0 / (1.0 + np.exp(-self.steep * (size - 1.0))))
+
+    def surprised(self, beyond: float, noise: float, discrepancy: float, doubt: float) -> bool:
+        """True where more stays on withheld logs than predicted, m2 `beyond` it, than noise, discrepancy and doubt (m) allow."""
+        return beyond > (self.by_noise * noise) ** 2 + (self.by_field * discrepancy) ** 2 + (self.by_doubt * doubt) ** 2
+
+
+BELIEF = Belief(
+    slope=0.81, surest=0.97, impossible=0.05, stays=0.585, share=0.026, steep=7.8, nothing_else=0.55, read_off=0.95,
+    first_of_twins=0.85, far_more=4.0, by_noise=0.5, by_field=0.8, by_doubt=2.0, doubtful=0.5,
+)  # fmt: skip

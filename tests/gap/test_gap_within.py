@@ -1,0 +1,55 @@
+"""A gap is none only where every logged stage is within something, and what the drives leave is read off the log."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_cases import kr15, simulated
+
+from camrob.gap.diagnose import diagnose
+from camrob.gap.observation.scene import make_scene
+from camrob.gap.verdict.within import drives_on_work
+from camrob.measurement.log import MeasurementLog
+
+BEHIND = 2.4  # degrees that E2 stays behind, as one did in a log that was called "no gap"
+
+
+def table_behind(**facts) -> MeasurementLog:
+    """A log in world whose table is behind its set-point: nothing of it shows at the measured TCP."""
+    log = simulated(sigma_mm=0.02)
+    columns = dict(log.columns)
+    columns["E2"] = columns["cE2"] - BEHIND
+    return MeasurementLog(columns, replace(log.info, **facts), log.path)
+
+
+def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is_no_no_gap() -> None:
+    log = table_behind()
+    found = diagnose([log], kr15()).summary
+    # the table turns about world's z: each point over the work moves by its distance from there
+    distance = 1e3 * np.hypot(log.position[:, 0], log.position[:, 1])
+    on_work = 1e3 * drives_on_work([make_scene(log, kr15())])["E2"]
+    assert on_work == pytest.approx(np.sqrt(np.mean(distance**2)) * np.deg2rad(BEHIND), rel=0.02)
+    assert found["status"] == "unexplained"
+    assert found["within"] == {"encoder_to_tcp": "noise", "setpoint_to_encoder": "beyond"}
+    assert found["unknown"]["where"] == {"rung": "setpoint_to_encoder", "axes": ["E2"], "regimes": []}
+    assert found["unknown"]["text"].startswith("between set-point and encoder, E2 is off its set-point by 2.4 degrees")
+    assert "E2" in found["next_experiment"]
+
+
+@pytest.mark.parametrize(
+    ("facts", "said"), [({"tolerance": 0.03}, "tolerance"), ({"sigma_axis": np.deg2rad(3.0)}, "noise")]
+)
+def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and_says_which(facts, said: str) -> None:
+    found = diagnose([table_behind(**facts)], kr15()).summary
+    assert found["status"] == "no gap"
+    assert found["within"]["setpoint_to_encoder"] == said
+
+
+def test_a_run_out_of_three_times_the_told_noise_is_no_noise() -> None:
+    log = simulated(sigma_mm=0.06)
+    told = replace(log.info, sigma_position=2e-5)
+    found = diagnose([MeasurementLog(dict(log.columns), told, log.path)], kr15()).summary
+    assert found["within"]["encoder_to_tcp"] == "beyond"
+    assert found["status"] == "unexplained"
