@@ -12,7 +12,7 @@ from test_gap_pose_sets import postures, seen_from
 
 from camrob.errors import LogError
 from camrob.gap.effects.registry import library
-from camrob.gap.evidence.model import compare
+from camrob.gap.evidence.comparison import compare
 from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.noise import find_outliers, noise_of
 from camrob.gap.observation.scene import make_scene

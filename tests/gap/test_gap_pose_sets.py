@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 from camrob.calibration.error_model import ErrorModel
 from camrob.errors import LogError
 from camrob.gap.effects.registry import library
-from camrob.gap.evidence.model import compare, whole_gap
+from camrob.gap.evidence.comparison import compare
+from camrob.gap.evidence.model import whole_gap
 from camrob.gap.evidence.shrink import shrinkage, trial_of
 from camrob.gap.observation.scene import make_scene
 from camrob.gap.pose_sets import frozen_frames, with_whole_postures, withheld_scene
