@@ -99,7 +99,11 @@ def test_position_alone_and_outliers_do() -> None:
 
 @pytest.mark.parametrize(
     ("drop", "words"),
-    [("xyz", "no measured position"), (("A3", "cA3"), "lacks the axis A3"), (("E1", "cE1"), "lacks the axis E1")],
+    [
+        (("x", "y", "z", *(f"c{a}" for a in generator.AXES)), "no measured position"),
+        (("A3", "cA3"), "lacks the axis A3"),
+        (("E1", "cE1"), "lacks the axis E1"),
+    ],
 )
 def test_a_log_that_lacks_something_is_refused_in_one_line(drop, words: str) -> None:
     log = simulated(sigma_mm=SIGMA)

@@ -114,7 +114,7 @@ BAD = {
     "a header alone": (lambda: text().splitlines()[0] + "\n", "holds no samples"),
     "eight rows": (lambda: "\n".join(text().splitlines()[:9]) + "\n", "holds 8 whole samples"),
     "no time": (lambda: without("t"), "has no column t"),
-    "no position": (lambda: without("x", "y", "z"), "no measured position"),
+    "no position": (lambda: without("x", "y", "z", "cE1", "cE2", *AXES[6:]), "no measured position"),
     "no A3": (lambda: without("A3", "cA3"), "no column A3"),
     "no track": (lambda: without("E1", "cE1"), "lacks the axis E1"),
     "time goes back": (lambda: changed(200, "t", "0.5"), ":202: t is 0.5 after"),

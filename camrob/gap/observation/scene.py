@@ -212,7 +212,7 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
     measured = np.tile(np.eye(4), (len(log), 1, 1))
     measured[:, :3, 3] = log.position if log.has_position else plain.poses(np.zeros(0), q)[:, :3, 3]
     seen = np.ones((len(log), 6), bool)
-    if log.has_orientation:
+    if log.has_position and log.has_orientation:
         turned = log.complete(("a", "b", "c"))
         measured[turned, :3, :3] = log.select(np.flatnonzero(turned)).rotation
         seen[~turned, 3:] = False
