@@ -147,6 +147,7 @@ DIAGNOSIS: dict[str, Any] = {
     "logs": ["lap1.csv"],
     "axes_report": {},
     "added_load": None,
+    "instrument": {"suspect": 0.0, "scale_ppm": None, "drift_mm": None, "gross": [], "text": ""},
     "compensable": {
         "effects": [], "left": [], "rms_before_mm": 0.3, "rms_after_mm": 0.3, "shrink": 0.0, "shrink_interval": [0.0, 0.0],
     },

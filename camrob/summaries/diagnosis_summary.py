@@ -20,6 +20,9 @@ __all__ = [
     "ExperimentWritten",
     "FittedValue",
     "GapFigures",
+    "GrossRow",
+    "GrossRows",
+    "InstrumentSuspect",
     "Latency",
     "RegimeLeft",
     "Residual",
@@ -285,6 +288,39 @@ class ExperimentFigures(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class GrossRow(Summary):
+    """A row, counted from 1, that stands far from all others, and how far."""
+
+    sample: int
+    t_s: float
+    off_mm: float
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrossRows(Summary):
+    """How many rows of a log take no part because they are gross, which share of it, and the first of them."""
+
+    log: str
+    rows: int
+    share: float
+    first: tuple[GrossRow, ...]
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InstrumentSuspect(Summary):
+    """How likely an error of the instrument is at work, its scale and drift as fitted (None where not), and gross rows."""
+
+    suspect: float
+    scale_ppm: float | None
+    drift_mm: float | None
+    gross: tuple[GrossRows, ...]
+    text: str
+    further: Mapping[str, Any] = further()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosisSummary(Summary):
     """The diagnosis: the gap, where it lies, the effects that cause it, how far it shrinks, and what stays unknown.
 
@@ -311,6 +347,7 @@ class DiagnosisSummary(Summary):
     logs: tuple[str, ...]
     axes_report: Mapping[str, AxisReport]
     added_load: AddedLoad | None
+    instrument: InstrumentSuspect
     compensable: Compensable
     experiment: ExperimentFigures | None = left_out()
     standards: tuple[Standard, ...]

@@ -8,6 +8,7 @@ import inspect
 import subprocess
 import sys
 from importlib.metadata import version
+from typing import get_args, get_type_hints
 
 import pytest
 from structure_tree import ROOT, modules
@@ -15,6 +16,7 @@ from structure_tree import ROOT, modules
 import camrob
 from camrob import errors
 from camrob.cli.app import VERBS
+from camrob.summaries.base import Summary
 
 FACE = next(m for m in modules() if m.name == "camrob")
 # what a verb's module of camrob.jobs is called after, and what stands beside the command line's verbs
@@ -41,6 +43,16 @@ def test_every_error_every_verb_and_its_result_are_offered() -> None:
         results = {name for name in job.__all__ if name.endswith("Result")}
         assert len(results) == 1 and {verb, *results} <= set(camrob.__all__), verb
         assert getattr(camrob, verb) is getattr(job, verb)
+
+
+def test_every_result_has_a_typed_summary_that_is_offered() -> None:
+    for verb in JOBS:
+        job = importlib.import_module(f"camrob.jobs.{verb}")
+        (result,) = (name for name in job.__all__ if name.endswith("Result"))
+        summary = get_type_hints(getattr(job, result))["summary"]
+        kinds = get_args(summary) or (summary,)
+        assert all(issubclass(kind, Summary) and kind is not Summary for kind in kinds), verb
+        assert summary in [getattr(camrob, name) for name in camrob.__all__ if name.endswith("Summary")], verb
 
 
 def test_no_public_name_is_that_of_a_room() -> None:
