@@ -228,8 +228,16 @@ class _Planner:
             elif event.kind in (EventKind.COOLANT_ON, EventKind.COOLANT_OFF):
                 wet = None
             self._take(event, place, k)
-        if wet is not None and k < len(self.regions):
+        if wet is not None and k < len(self.regions) and not self._speaks_of_coolant(k):
             self._add(Place.CHANGE, k, EventKind.COOLANT_ON, wet.value, wet.text, wet.line)
+
+    def _speaks_of_coolant(self, k: int) -> bool:
+        """Whether the file itself switches the coolant in region k before it cuts there."""
+        region = self.regions[k]
+        cuts = np.flatnonzero(np.asarray(region.move) == Move.CUT)
+        first = int(cuts[0]) if len(cuts) else len(region)
+        kinds = (EventKind.COOLANT_ON, EventKind.COOLANT_OFF)
+        return any(e.kind in kinds and e.point <= first for e in self.events[k].within)
 
     def _mounts(self, event: Event, k: int) -> ToolChange | None:
         """The change that an event before region k asks for; the first tool counts where the program has to do something."""

@@ -115,6 +115,15 @@ def test_coolant_that_the_file_leaves_on_is_on_behind_the_change(tmp_path: Path)
     assert told[told.index("dry") :][:6] == ["dry", "home", "tool 2", "speed 4000", "on", "wet"]
 
 
+def test_coolant_that_the_file_switches_again_behind_the_change_is_switched_once(tmp_path: Path) -> None:
+    """It is left on at the change, and the next operation speaks of it on its way to the first cut."""
+    lines = "G21 G90 G17\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\nM8\nG1 Z2 F300\nX20\nG0 Z50\nM5\nT2 M6\nS4000 M3\nG0 X30 Y0\nZ25\nM8\n"
+    told = plain(posted(tmp_path, "part.nc", f"{lines}G1 Z2 F280\nX40\nG0 Z50\nM5\nM9\nM30\n"))
+    assert told.count("wet") == 2 and told[told.index("tool 2") :].index("30 25") < told[told.index("tool 2") :].index(
+        "wet"
+    )
+
+
 def test_a_machine_position_is_left_by_way_of_the_cells_own_retract(tmp_path: Path) -> None:
     """G28 in the middle of an operation, and nothing is changed: the straight way would go through the wall between."""
     content = GCODE.replace("G0 Z50\nM5\nT2 M6\nS4000 M3\n", "G91 G28 Z0\nG90\n").replace("X26 Y0\nZ5", "X26 Y0 Z5")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from camrob.errors import ToolpathError
 from camrob.findings import Severity
@@ -16,6 +17,33 @@ from camrob.toolpath.gcode.coordinates import euler, rotary_axes
 from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
 from camrob.toolpath.region import EventKind, Move
 from camrob.toolpath.toolpath import Toolpath
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_between_two_points_a_great_arc_is_near_what_the_rotary_axes_do(seed: int) -> None:
+    """Against scipy: the rotary axes of a table-table machine in proportion, beside the great arc that a robot takes."""
+    rng = np.random.default_rng(seed)
+    (a0, c0), (a1, c1) = np.round(rng.uniform((-15, -180), (15, 180), (2, 2)) * (1.0, 0.3 if seed % 2 else 1.0), 4)
+    region = read(TCP + f"G1 X0 Y0 Z0 A{a0:.4f} C{c0:.4f}\nX9 A{a1:.4f} C{c1:.4f}\nM30\n").regions[0]
+    rows = np.flatnonzero(region.line == 6)
+    share = np.concatenate([[0.0], region.position[rows, 0] / 0.009])
+    axis = region.axis[[rows[0] - 1, *rows]]
+
+    def as_turned(s: float) -> np.ndarray:
+        a, c = a0 + s * (a1 - a0), c0 + s * (c1 - c0)
+        return Rotation.from_euler("XZ", [a, c], degrees=True).inv().apply([0.0, 0.0, 1.0])
+
+    for k in range(len(rows)):
+        np.testing.assert_allclose(axis[k + 1], as_turned(share[k + 1]), atol=1e-9)
+        turn = math.degrees(math.acos(min(1.0, float(axis[k] @ axis[k + 1]))))
+        v = np.cross(axis[k], axis[k + 1])
+        sine = float(np.linalg.norm(v))
+        way = math.atan2(sine, float(axis[k] @ axis[k + 1]))
+        for f in (0.25, 0.5, 0.75):
+            on_arc = Rotation.from_rotvec(f * way * v / max(sine, 1e-15)).apply(axis[k])
+            off = math.degrees(float(np.linalg.norm(on_arc - as_turned(share[k] + f * (share[k + 1] - share[k])))))
+            assert off <= 0.06 * turn + 0.005
+
 
 CORPUS = Path(__file__).resolve().parents[3] / "shared" / "corpus" / "gcode"
 HEAD = "G21 G90 G17 G94\nG0 X0 Y0 Z10\n"

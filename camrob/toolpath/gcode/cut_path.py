@@ -19,6 +19,8 @@ from camrob.units import deg_to_rad
 
 __all__ = ["PathGrower"]
 
+_OFF_ARC = 0.05  # of what the tool axis turns on a piece: how far it may lie off the great arc
+_OFF_ANYWAY = deg_to_rad(0.003)  # and this besides, a third of what a cut is held to
 _SPLIT_ANGLE = deg_to_rad(10.0)
 _SPLIT_COSINE = math.cos(_SPLIT_ANGLE)  # a rapid that turns the tool by more than 10 degrees opens a new region
 _STILL = 1e-12  # rad: a tool that turns by less stands still
@@ -178,9 +180,13 @@ class PathGrower:
             self._open_operation = self._operation
 
     def _turning(self, last: Stance, to: Stance, feed: float, move: Move, line: int) -> None:
-        """Points of a move that turns rotary axes: neighbouring tool axes differ by the angle tolerance at most."""
+        """Points of a move that turns rotary axes: neighbouring tool axes differ by the angle tolerance at most, and between them
+        the tool axis keeps near the great arc from the one to the other, which is the way that a robot takes.
+        """
         way = self._axis_way(last, to)
         steps = max(1, math.ceil(way / self._angle - 1e-9))
+        while steps <= _MOST_STEPS and not self._keeps_near(last, to, steps):
+            steps *= 2
         if steps > _MOST_STEPS:
             raise ToolpathError(
                 f"a rotary move through {way / math.tau:.0f} turns would need more than {_MOST_STEPS} points",
@@ -194,6 +200,17 @@ class PathGrower:
         points = start + share[:, None] * (end - start)
         points[-1] = end
         self._builder.points(points, self._axes(last, to, share), feed, move, line)
+
+    def _keeps_near(self, last: Stance, to: Stance, steps: int) -> bool:
+        """Whether the middle of each of so many pieces lies near the great arc between its ends."""
+        if not (last.rotary and to.rotary):
+            return True
+        axes = np.vstack([last.axis, self._axes(last, to, np.arange(1, 2 * steps + 1) / (2 * steps))])
+        begin, middle, end = axes[:-1:2], axes[1::2], axes[2::2]
+        on_arc = begin + end
+        length = np.linalg.norm(on_arc, axis=1, keepdims=True)
+        off = np.linalg.norm(middle - on_arc / np.maximum(length, 1e-12), axis=1)
+        return bool(np.all(off <= _OFF_ARC * np.linalg.norm(end - begin, axis=1) + _OFF_ANYWAY))
 
     def _axis_way(self, last: Stance, to: Stance) -> float:
         """At most how far (rad) the tool axis travels between two stances while the rotary axes go in proportion."""
