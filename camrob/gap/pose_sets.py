@@ -116,7 +116,7 @@ def with_whole_postures(model: Model) -> Model:
             nearest = np.argmin(away, axis=1)
             shared = np.where(away.min(axis=1) < _SAME_POSTURE, blocks[first][nearest], -1)
             known = np.flatnonzero(shared >= 0)
-            if len(known) and (np.diff(shared[known]) >= 0).all():  # as the first log's blocks, stretches of rows
+            if len(known):
                 blocks[k] = shared[known[np.searchsorted(known, np.arange(len(scene))).clip(max=len(known) - 1)]]
         still = np.abs(np.diff(scene.link, axis=0)).max(axis=1) < _SAME_POSTURE
         for row in np.flatnonzero(still):
@@ -124,5 +124,5 @@ def with_whole_postures(model: Model) -> Model:
     if all(np.array_equal(b, p.block) for b, p in zip(blocks, model.panels, strict=True)):
         return model
     panels = tuple(replace(p, block=b) for p, b in zip(model.panels, blocks, strict=True))
-    design = pool(panels, model.units)
+    design = pool(panels, model.units, model.basis)
     return replace(model, panels=panels, design=design, evidence=replace(model.evidence, design=design))
