@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +17,10 @@ from camrob.gap.diagnose import diagnose
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.load_from_drives import load_from_drives
 from camrob.gap.observation.scene import make_scene
+from camrob.jobs.diagnose import diagnose as diagnose_job
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo
+from camrob.measurement.write_log import write_log
 
 STEP = 0.004
 T = np.arange(0.0, 24.0, STEP)
@@ -150,6 +153,33 @@ def test_torques_and_currents_tell_a_load_that_nobody_counted(kind: str) -> None
     assert told["std"] < 0.3
     assert told["axes"]["A2"]["friction"] == pytest.approx(9.0 if kind == "T" else 9.0 / 12.0, rel=0.1)
     assert "A1" not in told["axes"]  # upright: gravity does not load it
+
+
+COLUMN = """schema = 1
+name = "column"
+standing = "measured"
+[[joint]]
+name = "E1"
+role = "arm"
+type = "prismatic"
+dh = { alpha_deg = 0, a_mm = 0, theta_deg = 0, d_mm = 0 }
+"""
+
+
+def test_a_column_alone_is_diagnosed_by_the_command_and_its_page_is_written(tmp_path: Path) -> None:
+    (tmp_path / "cell").mkdir()
+    (tmp_path / "cell" / "cell.toml").write_text(COLUMN)
+    u = 0.3 * np.sin(0.9 * T) * np.sin(0.21 * T)
+    y = lagged(u, 0.03) + np.random.default_rng(0).normal(0.0, QUIET, len(u))
+    columns = {"t": T[::8], "E1": 1e3 * y[::8], "cE1": 1e3 * u[::8]}
+    write_log(MeasurementLog(columns, LogInfo()), tmp_path / "run.csv")
+    diagnose_job(cell=tmp_path / "cell", log=[tmp_path / "run.csv"], out=tmp_path / "out")
+    told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert told["effects"][0]["effect"] == "servo_lag"
+    assert told["effects"][0]["probability"] > 0.5
+    assert told["effects"][0]["parameters"]["tau_s"]["value"] == pytest.approx(0.03, rel=0.01)
+    assert told["axes_report"]["E1"]["unit"] == "mm"
+    assert "set-point" in (tmp_path / "out" / "diagnosis.html").read_text()
 
 
 def test_what_can_not_be_told_apart_is_refused_in_one_line() -> None:
