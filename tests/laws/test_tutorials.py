@@ -74,6 +74,7 @@ def printed(command: str, root: Path) -> str:
     return "\n".join(line.rstrip() for line in ran.stdout.splitlines())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", NEEDS)
 def test_a_tutorial_prints_what_it_shows(page: str, said) -> None:
     assert blocks(page)
