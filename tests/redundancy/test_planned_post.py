@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from camrob.redundancy.plan_report import PlanPoint
 from camrob.redundancy.planning.choice import Knee
 from camrob.report.post.plan_section import plan_section
 from camrob.report.terminal.summaries import render_post
+from camrob.summaries.post_summary import PlanFigures, PlanOnCurve
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "cells" / "kr15_track_table"
@@ -105,12 +107,12 @@ def test_report_and_terminal_show_the_curve(helix: tuple[Path, Path, PostResult]
 
 def test_hostile_names_in_a_plan_are_text_and_the_ring_is_on_what_was_taken() -> None:
     travel = {"E1_mm": 0.0, "E2_deg": 1.0}
-    point = {"name": "<b>x", "inv_kf_mean": 0.6, "inv_kf_min": 0.5, "share_of_bound": 0.95, "travel": travel}
-    other = {**point, "name": "flowing", "share_of_bound": 0.99, "travel": {"E1_mm": 900.0, "E2_deg": 200.0}}
-    plan = {
-        "chosen": "<b>x", "rule": "<i>", "bound_mean": 0.65, "bound_min": 0.6, "curve": [point, other],
-        "terms": {"conditioning": 1.0}, "shares": {"conditioning": 1.0}, "cuts": [],
-    }  # fmt: skip
+    point = PlanOnCurve(name="<b>x", inv_kf_mean=0.6, inv_kf_min=0.5, share_of_bound=0.95, travel_si={}, travel=travel)
+    other = replace(point, name="flowing", share_of_bound=0.99, travel={"E1_mm": 900.0, "E2_deg": 200.0})
+    plan = PlanFigures(
+        mode="knee", chosen="<b>x", rule="<i>", bound_mean=0.65, bound_min=0.6, terms={"conditioning": 1.0},
+        shares={"conditioning": 1.0}, repostures=0, retracts=0, cuts=(), curve=(point, other),
+    )  # fmt: skip
     html = plan_section(plan)
     assert "<b>x" not in html and "<i>" not in html and html.count("<svg") == 2 and html.count("<circle") == 4
     assert html.count('stroke="#d64545"') == 2 and "100.0" in html
