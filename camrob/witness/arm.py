@@ -18,8 +18,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import deg_to_rad, rad_to_deg
 from camrob.witness.frames import inverse, joined, rotation, rotation_vector
+from camrob.witness.units import deg_to_rad, rad_to_deg
 
 __all__ = ["BRANCHES", "Arm", "Branch", "Pose", "chain", "wrapped"]
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import deg_to_rad
 from camrob.witness.arm import Branch, Pose, wrapped
 from camrob.witness.frames import inverse, rotation_vector, rotations_about
 from camrob.witness.machine import Machine
+from camrob.witness.units import deg_to_rad
 
 __all__ = ["Finding", "Leg", "follow", "foot_T_wrist"]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+from camrob.witness.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = [
     "angle_of",

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import SetupError
-from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
 from camrob.witness.fields import Fields, read_toml
 from camrob.witness.frames import frame
+from camrob.witness.units import INCH_MM, mm_min_to_m_s, mm_to_m
 
 __all__ = ["Body", "Job", "Tool", "no_job", "read_job"]
 

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import CellError
-from camrob.units import deg_to_rad, mm_to_m
 from camrob.witness.arm import Arm, Pose, chain
 from camrob.witness.fields import Fields, read_toml
 from camrob.witness.frames import frame, inverse, joined
+from camrob.witness.units import deg_to_rad, mm_to_m
 
 __all__ = ["Controller", "Joint", "Machine", "read_machine"]
 

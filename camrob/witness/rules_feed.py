@@ -9,10 +9,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import m_s_to_mm_min
 from camrob.witness.happenings import Objection, Run, Story, Way
 from camrob.witness.rules_along import MOVED
 from camrob.witness.rules_path import Match
+from camrob.witness.units import m_s_to_mm_min
 
 __all__ = ["axis_speed_objections", "feed_objections"]
 

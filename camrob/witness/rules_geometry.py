@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from camrob.units import deg_to_rad
 from camrob.witness.happenings import Path
+from camrob.witness.units import deg_to_rad
 
 __all__ = [
     "AXIS",

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
-from camrob.units import INCH_MM, mm_to_m
 from camrob.witness.cl.curve import Curve
 from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill, feed_unit
 from camrob.witness.cl.placing import Placing
@@ -21,6 +20,7 @@ from camrob.witness.cl.source import Run, Source, Statement, number
 from camrob.witness.cl.teller import Teller, unit
 from camrob.witness.cl.words import CANCELS, CURVE, DRIVE, ENDS, HIDING, NO_AXIS, NOTHING, ONCE, STRANGE
 from camrob.witness.happenings import Kind, Way
+from camrob.witness.units import INCH_MM, mm_to_m
 
 __all__ = ["AptReader"]
 

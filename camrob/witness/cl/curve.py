@@ -12,10 +12,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import mm_to_m
 from camrob.witness.cl.placing import Placing
 from camrob.witness.cl.source import Statement
 from camrob.witness.cl.teller import Teller
+from camrob.witness.units import mm_to_m
 
 __all__ = ["Curve", "spline_points"]
 

@@ -8,10 +8,10 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
 from camrob.witness.cl.source import number
 from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Kind, Pecks, Way
+from camrob.witness.units import INCH_MM, mm_min_to_m_s, mm_to_m
 
 __all__ = ["UPWARD", "Cycle", "Out", "apt_cycle", "drill", "feed_unit"]
 

@@ -11,13 +11,13 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import INCH_MM, mm_to_m, ms_to_s
 from camrob.witness.cl.circles import centre_by_offsets, centre_by_radius, normal_of
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.standing import TURNED, Standing, Words
 from camrob.witness.cl.teller import Teller
 from camrob.witness.cl.turning import on_the_way
 from camrob.witness.happenings import Kind, Way
+from camrob.witness.units import INCH_MM, mm_to_m, ms_to_s
 
 __all__ = ["COMPUTED", "GcodeReader"]
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import INCH_MM, deg_to_rad, mm_to_m
 from camrob.witness.cl.source import Statement, number
 from camrob.witness.cl.teller import Teller, unit
+from camrob.witness.units import INCH_MM, deg_to_rad, mm_to_m
 
 __all__ = ["Placing"]
 

@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import deg_to_rad
 from camrob.witness.cl.turning import tool_axis
 from camrob.witness.frames import rotations_about
+from camrob.witness.units import deg_to_rad
 
 __all__ = ["TURNED", "UNNAMED", "Standing", "Words"]
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.units import deg_to_rad
+from camrob.witness.units import deg_to_rad
 
 __all__ = ["on_the_way", "tool_axis"]
 

@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from camrob.units import deg_to_rad, rad_to_deg
+from camrob.witness.units import deg_to_rad, rad_to_deg
 
 __all__ = ["Scope", "UnknownError", "Value", "Variables", "split_top"]
 
