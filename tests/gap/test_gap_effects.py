@@ -39,6 +39,8 @@ def scene_for(name: str):
         return make_scene(simulated(poses=True), kr15())
     if name == "motor_commutation":
         return make_scene(simulated(plant_commutation, rate=1.0 / 0.012), kr15())
+    if name == "setpoint_delay":
+        return make_scene(simulated(plant_late), kr15())
     if name in ("frame_table", "turntable"):
         log = simulated()
         object.__setattr__(log.info, "measured_frame", MeasuredFrame.BASE)
@@ -81,6 +83,10 @@ def plant_play(world) -> None:
 
 def plant_commutation(world) -> None:
     world.drive[:, 1] += 2e-5 * np.cos(120.0 * world.command[:, 1])
+
+
+def plant_late(world) -> None:
+    world.drive[:, 2] -= 0.008 * np.gradient(world.command[:, 2], generator.STEP)
 
 
 def plant_scale(world) -> None:

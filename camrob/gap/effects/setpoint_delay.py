@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from camrob.gap.effects.common import moved, shows
+from camrob.gap.effects.common import moved
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import delayed, derivative
@@ -15,19 +15,34 @@ __all__ = ["EFFECT"]
 
 _START, _LEAST = 0.004, 1e-4  # s: a cycle of a bus; less is as good as none
 _CHOICES = 4
+_APART, _SHARE = 0.001, 0.3  # s, and share of what is usual, that an axis is later than the others
 _CYCLES = (0.008, 0.012, 0.016, 0.024)  # s of a slower bus
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     """Of each axis: late by a time, or held from cycle to cycle of a slower bus."""
-    if any(s.poses or s.setpoint is None for s in scenes) or len(scenes[0].axes) < 2:
+    if any(s.poses or s.servo_gap is None for s in scenes) or len(scenes[0].axes) < 2:
         return ()
+    late = {a: _behind(scenes, a) for a in scenes[0].axes if moved(scenes, a)}
+    usual_delay = float(np.median(list(late.values()))) if late else 0.0
+    apart = max(_APART, _SHARE * abs(usual_delay))
     return tuple(
         Unit("setpoint_delay", a, (EffectParameter(f"{a}_{name}", unit, usual, -most, most),), _CHOICES, name)
         for a in scenes[0].axes
-        if moved(scenes, a) and (shows(scenes, a) or all(s.servo_gap is not None for s in scenes))
+        if a in late and abs(late[a] - usual_delay) > apart  # what all axes have alike is the drives' lag
         for name, unit, usual, most in (("delay_s", "s", 0.008, 0.1), ("held", "1", 1.0, 3.0))
     )
+
+
+def _behind(scenes: Sequence[Scene], axis: str) -> float:
+    """s by which an axis's encoder trails its set-points, by its speed."""
+    upper = lower = 0.0
+    for s in scenes:
+        k = s.index(axis)
+        v = s.velocity(s.command[:, [k]])[:, 0]
+        upper += 0.0 if s.servo_gap is None else -float(v @ s.servo_gap[:, k])
+        lower += float(v @ v)
+    return upper / max(lower, 1e-30)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
