@@ -9,7 +9,7 @@ import numpy as np
 
 from camrob.units import deg_to_rad, mm_min_to_m_s, mm_to_m
 from camrob.witness.happenings import Event, Gap, Kind, Load, Path, Pecks, Run, Story, Way
-from camrob.witness.rules import Comparison, Terms, compare
+from camrob.witness.rules.rules import Comparison, Terms, compare
 
 __all__ = ["FEED", "HOME", "RAPID", "circ", "feed", "file", "hole", "judged", "lin", "load", "program", "ptp", "rapid"]
 

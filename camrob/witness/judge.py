@@ -18,7 +18,7 @@ from camrob.witness.happenings import Gap, Kind, Objection, Run, Story
 from camrob.witness.job import Job, no_job, read_job
 from camrob.witness.machine import Machine, read_machine
 from camrob.witness.programs import run_program
-from camrob.witness.rules import PATH_CODES, Comparison, Terms, compare
+from camrob.witness.rules.rules import PATH_CODES, Comparison, Terms, compare
 from camrob.witness.units import mm_to_m
 
 __all__ = ["AREAS", "Verdict", "judge"]

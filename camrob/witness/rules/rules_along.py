@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Pecks
-from camrob.witness.rules_geometry import AXIS, POSITION, Motion, Track, along_ray, distance
+from camrob.witness.rules.rules_geometry import AXIS, POSITION, Motion, Track, along_ray, distance
 from camrob.witness.units import deg_to_rad, m_to_mm
 
 __all__ = ["MOVED", "Stroke", "Tolerance", "step_along", "strokes", "unlike_pecks"]

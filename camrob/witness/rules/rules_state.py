@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Event, Gap, Kind, Load, Objection, Run, Story, Way
-from camrob.witness.rules_events import State, Told, last_cut, states_after
-from camrob.witness.rules_geometry import Clear, Track, Vec
-from camrob.witness.rules_path import Match
+from camrob.witness.rules.rules_events import State, Told, last_cut, states_after
+from camrob.witness.rules.rules_geometry import Clear, Track, Vec
+from camrob.witness.rules.rules_path import Match
 from camrob.witness.units import deg_to_rad, mm_to_m
 
 __all__ = ["Fittings", "Scene", "load_objections", "state_objections"]

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Event, Kind, Objection, Run, Story, Way
-from camrob.witness.rules_geometry import POSITION, Track, lengths_to
-from camrob.witness.rules_path import Match
+from camrob.witness.rules.rules_geometry import POSITION, Track, lengths_to
+from camrob.witness.rules.rules_path import Match
 
 __all__ = ["State", "Told", "event_rule", "last_cut", "states_after"]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Objection, Run, Story, Way
-from camrob.witness.rules_along import MOVED
-from camrob.witness.rules_path import Match
+from camrob.witness.rules.rules_along import MOVED
+from camrob.witness.rules.rules_path import Match
 from camrob.witness.units import m_s_to_mm_min
 
 __all__ = ["axis_speed_objections", "feed_objections"]

@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Objection, Run, Story, Way
-from camrob.witness.rules_air import Air, Target
-from camrob.witness.rules_along import MOVED, Tolerance, step_along, strokes, unlike_pecks
-from camrob.witness.rules_blocks import alike, chords, curve_chords, thinned
-from camrob.witness.rules_geometry import AXIS, POSITION, Clear, Motion, Track, distance
+from camrob.witness.rules.rules_air import Air, Target
+from camrob.witness.rules.rules_along import MOVED, Tolerance, step_along, strokes, unlike_pecks
+from camrob.witness.rules.rules_blocks import alike, chords, curve_chords, thinned
+from camrob.witness.rules.rules_geometry import AXIS, POSITION, Clear, Motion, Track, distance
 from camrob.witness.units import m_to_mm, rad_to_deg
 
 __all__ = ["Match", "rounded_holes", "walk"]

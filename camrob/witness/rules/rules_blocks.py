@@ -10,8 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.witness.rules_along import MOVED, Tolerance
-from camrob.witness.rules_geometry import AXIS, POSITION, Motion, Track, sampled, squares
+from camrob.witness.rules.rules_along import MOVED, Tolerance
+from camrob.witness.rules.rules_geometry import AXIS, POSITION, Motion, Track, sampled, squares
 
 __all__ = ["alike", "chords", "curve_chords", "thinned"]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.witness.rules_along import Tolerance
-from camrob.witness.rules_geometry import Clear, Motion, Track, Vec, along_ray, distance
+from camrob.witness.rules.rules_along import Tolerance
+from camrob.witness.rules.rules_geometry import Clear, Motion, Track, Vec, along_ray, distance
 
 __all__ = ["Air", "Flight", "Target"]
 

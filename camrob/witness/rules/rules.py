@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Gap, Kind, Objection, Path, Run, Story, Way
-from camrob.witness.rules_along import Tolerance
-from camrob.witness.rules_events import event_rule, last_cut
-from camrob.witness.rules_feed import axis_speed_objections, feed_objections
-from camrob.witness.rules_geometry import Clear, Track, track
-from camrob.witness.rules_path import Match, rounded_holes, walk
-from camrob.witness.rules_state import Fittings, Scene, load_objections, state_objections
+from camrob.witness.rules.rules_along import Tolerance
+from camrob.witness.rules.rules_events import event_rule, last_cut
+from camrob.witness.rules.rules_feed import axis_speed_objections, feed_objections
+from camrob.witness.rules.rules_geometry import Clear, Track, track
+from camrob.witness.rules.rules_path import Match, rounded_holes, walk
+from camrob.witness.rules.rules_state import Fittings, Scene, load_objections, state_objections
 from camrob.witness.units import mm_to_m
 
 __all__ = ["PATH_CODES", "Comparison", "Terms", "compare"]
