@@ -115,6 +115,15 @@ def test_coolant_that_the_file_leaves_on_is_on_behind_the_change(tmp_path: Path)
     assert told[told.index("dry") :][:6] == ["dry", "home", "tool 2", "speed 4000", "on", "wet"]
 
 
+@pytest.mark.parametrize("kind", ["M7", "M8"])
+def test_so_is_coolant_of_a_kind_that_the_program_does_not_tell_apart(tmp_path: Path, kind: str) -> None:
+    lines = (
+        f"G21 G90 G17\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\n{kind}\nG1 Z2 F300\nX20\nG0 Z50\nM5\nT2 M6\nS4000 M3\nG0 X30 Y0\n"
+    )
+    told = plain(posted(tmp_path, "part.nc", f"{lines}G1 Z2 F280\nX40\nG0 Z50\nM5\nM30\n"))
+    assert told[told.index("dry") :][:6] == ["dry", "home", "tool 2", "speed 4000", "on", "wet"]
+
+
 def test_coolant_that_the_file_switches_again_behind_the_change_is_switched_once(tmp_path: Path) -> None:
     """It is left on at the change, and the next operation speaks of it on its way to the first cut."""
     lines = "G21 G90 G17\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\nM8\nG1 Z2 F300\nX20\nG0 Z50\nM5\nT2 M6\nS4000 M3\nG0 X30 Y0\nZ25\nM8\n"

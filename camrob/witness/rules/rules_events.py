@@ -203,7 +203,7 @@ class _Group:
         final = self._final()
         for k in range(done, len(self.wanted)):
             event, _ = self.wanted[k]
-            kept = event.kind in (*_SPINDLE, *_COOLANT) and _on(self.state, event) == _on(final, event)
+            kept = event.kind in (*_SPINDLE, *_COOLANT) and _alike(self.state, final, event)
             if not (kept or self._idle(k, self.file_state) or self.free):
                 told.objections.append(_lost(event))
             else:
@@ -262,7 +262,7 @@ class _Group:
             return self.ends or Kind.TOOL in others[at + 1 :]
         if Kind.TOOL not in others[:at] or self.state.after(event) == self.state:
             return False
-        return _on(self.state.after(event), event) == _on(self._final(), event)
+        return _alike(self.state.after(event), self._final(), event)
 
     def _why(self, done: int) -> str:
         if done < len(self.wanted):
@@ -271,9 +271,11 @@ class _Group:
         return "where the file has no such event"
 
 
-def _on(state: State, event: Event) -> object:
-    """What of a state an event of spindle or coolant is about."""
-    return state.spindle if event.kind in _SPINDLE else state.coolant
+def _alike(a: State, b: State, event: Event) -> bool:
+    """Whether two states are the same in what an event of spindle or coolant is about: coolant of no kind is any."""
+    if event.kind in _SPINDLE:
+        return a.spindle == b.spindle
+    return a.coolant == b.coolant or (a.coolant is not None and b.coolant is not None and not (a.coolant and b.coolant))
 
 
 def _name(event: Event) -> str:
