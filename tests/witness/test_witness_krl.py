@@ -959,3 +959,16 @@ def test_a_quotient_of_whole_numbers_is_another_speed(tmp_path, text, known):
     """INT / INT is cut down to an INT in KRL: 8000 / 24000 is 0, and the spindle stands."""
     made = run(tmp_path, f"$ANOUT[1] = {text}\n$OUT[1] = TRUE\nWAIT SEC 3.0\nLIN {{Z 600}}")
     assert (Kind.SPINDLE_ON in [event.kind for event in made.events]) == known
+
+
+@pytest.mark.parametrize(
+    ("end", "reads"), [(b"\r\n", True), (b"\n", True), (b"\r", True), (b"\r\r\n", True), (b"\n\r", False)]
+)
+def test_line_ends(tmp_path, end, reads):
+    """One kind throughout, or a carriage return too many from a transfer as text; the wrong way round a controller may not read."""
+    (tmp_path / "job.src").write_bytes(b"DEF job()\r\nLIN {X 1}" + end + b"LIN {X 2}\r\nEND\r\n")
+    if reads:
+        assert [line.code for line in read_source(tmp_path / "job.src").lines][-1] == "END"
+    else:
+        with pytest.raises(KrlError, match="line ends"):
+            read_source(tmp_path / "job.src")

@@ -210,6 +210,9 @@ def read_source(path: Path) -> Source:
         raise KrlError("is no text: it holds bytes that are 0", cure="export the program as text", path=path)
     if b"\r" in text:
         text = text.replace(b"\r\n", b"\n")
+        if b"\n\r" in text:
+            what = "has line ends of two kinds, some the wrong way round (LF, CR)"
+            raise KrlError(what, cure="write CR, LF behind each line", path=path)
     text = text.removesuffix(b"\x1a")  # old systems end a file so
     odd = text.translate(None, _PLAIN)
     odd_line = text.partition(odd[:1])[0].count(b"\n") + 1 if odd else 0
