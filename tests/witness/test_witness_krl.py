@@ -965,7 +965,7 @@ def test_a_quotient_of_whole_numbers_is_another_speed(tmp_path, text, known):
     ("end", "reads"), [(b"\r\n", True), (b"\n", True), (b"\r", True), (b"\r\r\n", True), (b"\n\r", False)]
 )
 def test_line_ends(tmp_path, end, reads):
-    """One kind throughout, or a carriage return too many from a transfer as text; the wrong way round a controller may not read."""
+    """One kind throughout, or a carriage return too many from a transfer as text; not the wrong way round."""
     (tmp_path / "job.src").write_bytes(b"DEF job()\r\nLIN {X 1}" + end + b"LIN {X 2}\r\nEND\r\n")
     if reads:
         assert [line.code for line in read_source(tmp_path / "job.src").lines][-1] == "END"
