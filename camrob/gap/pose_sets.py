@@ -96,7 +96,7 @@ def _taken(panel: Panel, rows: NDArray[np.bool_]) -> Array:
     free = np.repeat([frames.fitted_left, frames.fitted_right], 6)
     Y = np.concatenate([panel.tcp, panel.y_tcp[..., None]], axis=2)[rows]
     w = panel.w_tcp[rows][..., None]
-    A, B = (X * w)[..., free].reshape(-1, int(free.sum())), (Y * w).reshape(-1, Y.shape[2])
+    A, B = (np.reshape(c, (c.shape[0] * c.shape[1], c.shape[2])) for c in ((X * w)[..., free], Y * w))
     out = np.zeros((12, Y.shape[2]))
     out[free] = np.linalg.lstsq(A, B, rcond=_RANK)[0]
     return out

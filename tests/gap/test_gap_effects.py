@@ -176,7 +176,7 @@ def test_derivatives_do_not_reach_across_a_hole_in_time() -> None:
 
 def test_the_generator_shares_nothing_with_camrob() -> None:
     """The sealed cases' makers import numpy, scipy, the standard library and one another only."""
-    own = {"gap_generator", "gap_draws", "gap_maker", "gap_motions", "gap_separable"}
+    own = {"gap_generator", "gap_draws", "gap_field", "gap_maker", "gap_motions", "gap_separable"}
     folder = Path(generator.__file__).parent
     for maker in own:
         roots = set()
