@@ -185,7 +185,10 @@ def unit_faults(tree: Iterable[Module]) -> list[str]:
     """Conversions of units anywhere but in units.py."""
     faults = []
     for module in tree:
-        if module.name in ("camrob.units", "camrob.witness.units"):  # the judge shares no conversion with what it judges
+        if module.name in (
+            "camrob.units",
+            "camrob.witness.units",
+        ):  # the judge shares no conversion with what it judges
             continue
         excused = {
             id(node)
