@@ -25,6 +25,7 @@ __all__ = ["AREAS", "Verdict", "judge"]
 
 AREAS = ("path", "frames", "process", "limits")
 _FRAMES = ("base-", "external-", "async-", "frame-", "tool-frame", "tool-unknown")
+_SETUP = "setup.toml"  # beside the CL file: the set-up where none is named
 _CHORD = mm_to_m(0.01)  # of arcs, where the set-up names none
 
 
@@ -83,13 +84,16 @@ def judge(
     units: str | None = None,
     slower_allowed: str = "",
 ) -> Verdict:
-    """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file as a set-up places it.
+    """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file as a set-up places it (by default the
+    setup.toml beside it, where there is one).
 
     Without a CL file: what the program alone shows, which is frames, limits and what isn't understood. dialect, units: over
     what set-up and file say. slower_allowed: why cuts may be slower than the file says.
     Raises CellError, SetupError, ToolpathError, KrlError for what can't be read.
     """
     clock = _Clock()
+    if setup is None and clfile is not None and (clfile.parent / _SETUP).is_file():
+        setup = clfile.parent / _SETUP
     machine = read_machine(cell)
     job = no_job() if setup is None else read_job(setup)
     clock.lap("machine")

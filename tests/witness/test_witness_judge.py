@@ -40,6 +40,21 @@ def test_samples_are_right_and_judged_completely(name: str, tmp_path: Path) -> N
     assert verdict.judged_points > 100 and verdict.judged_events == verdict.process["events_in_file"]
 
 
+def test_the_set_up_beside_the_cl_file_is_the_one_where_none_is_named(tmp_path: Path) -> None:
+    """The witness looks for it itself: one that its caller has overlooked would place the part elsewhere."""
+    program = golden("engraving", tmp_path)
+    (tmp_path / "job").mkdir()
+    sample = ROOT / "toolpaths" / "engraving"
+    for file in (sample / "engraving.cls", sample / "setup.toml", *sample.glob("*.stl")):
+        shutil.copy(file, tmp_path / "job")
+    found = judge(program, CELL, clfile=tmp_path / "job" / "engraving.cls")
+    assert found.objections == () and found.complete
+    (tmp_path / "job" / "setup.toml").unlink()
+    assert "path" in {
+        area for area, ok in judge(program, CELL, clfile=tmp_path / "job" / "engraving.cls").judged.items() if not ok
+    }
+
+
 # what is done to the engraving's text, and the area that it is judged in
 FAULTS = {
     "a point 0.02 mm off": (r"Z 214\.000", "Z 213.980", "path"),

@@ -70,7 +70,7 @@ def _routine(
     text = files[file].decode("ascii")
     if text.count("\n") != text.count("\r\n") or not text.endswith("END\r\n"):
         raise UnreadableError(f"{file} is cut off or has foreign line ends")
-    lines = text.split("\r\n")[:-1]
+    lines = [line.strip(" ") for line in text.split("\r\n")[:-1]]
     start = next((k for k, line in enumerate(lines) if not line.startswith("&")), 0)
     if lines[start] != f"DEF {name} ( )" or lines.count("END") != 1:
         raise UnreadableError(f"{file} does not define {name}, or more than that")
