@@ -57,7 +57,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     model = _holding(model, frozenset(n for n, p in probability.items() if p >= 0.5))
     worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
-    probability = _held(model, trial, probability, library)
+    probability = _beside_more(model, trial, _held(model, trial, probability, library))
     claimed_first = tuple(n for n, p in probability.items() if p >= 0.5)
     members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)
     together = shrinkage(model, trial, model.best.members, members)
@@ -130,6 +130,17 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     seen = {e.name for e in library if e.rungs == ("setpoint_to_encoder",)}
     sure = seen if all(p.servo is not None for p in model.panels) else set()
     return {n: p * (BELIEF.doubtful if doubtful and n not in sure else 1.0) for n, p in probability.items()}
+
+
+def _beside_more(model: Model, trial: Trial, probability: Mapping[str, float]) -> dict[str, float]:
+    """Probabilities of effects that move the tool by less than what then stays: such a one may be a likeness of that."""
+    members = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
+    if not members:
+        return dict(probability)
+    after = shrinkage(model, trial, model.best.members, members).rms_after
+    stays = float(np.sqrt(max(after**2 - model.noise**2, 0.0)))
+    small = {n for n in probability if effect_rms(model, model.panels, n) < stays}
+    return {n: p * (BELIEF.beside_more if n in small else 1.0) for n, p in probability.items()}
 
 
 def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float]:
