@@ -15,6 +15,7 @@ __all__ = [
     "exp",
     "frame_from_xyzabc",
     "inverse",
+    "left_jacobian",
     "log",
     "pose",
     "rotation_exp",
@@ -98,18 +99,22 @@ def rotation_log(R: ArrayLike) -> Array:
     return out
 
 
-def exp(xi: ArrayLike) -> Array:
-    """Rigid motions (..., 4, 4) from twists (..., 6) = (v, w)."""
-    xi_ = np.asarray(xi, float)
-    v, w = xi_[..., :3], xi_[..., 3:]
+def left_jacobian(w: Array) -> Array:
+    """The left Jacobian (..., 3, 3) of `rotation_exp` at rotation vectors w (..., 3)."""
     angle2 = np.sum(w * w, axis=-1)[..., None, None]
     small = angle2 < 1e-8
     angle = np.sqrt(np.where(small, 1.0, angle2))
     b = np.where(small, 0.5 - angle2 / 24.0, (1.0 - np.cos(angle)) / angle**2)
     c = np.where(small, 1.0 / 6.0 - angle2 / 120.0, (angle - np.sin(angle)) / angle**3)
     S = skew(w)
-    V = np.eye(3) + b * S + c * (S @ S)
-    return pose(rotation_exp(w), (V @ v[..., None])[..., 0])
+    return np.asarray(np.eye(3) + b * S + c * (S @ S))
+
+
+def exp(xi: ArrayLike) -> Array:
+    """Rigid motions (..., 4, 4) from twists (..., 6) = (v, w)."""
+    xi_ = np.asarray(xi, float)
+    v, w = xi_[..., :3], xi_[..., 3:]
+    return pose(rotation_exp(w), (left_jacobian(w) @ v[..., None])[..., 0])
 
 
 def log(T: Array) -> Array:

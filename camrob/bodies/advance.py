@@ -19,7 +19,7 @@ from camrob.bodies.convex import Pieces
 from camrob.bodies.tree import ball_distance, new_search, tree_distance
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.kinematics.kernels import compose
+from camrob.frame_steps import compose, move_joint
 
 __all__ = ["Links", "Riders", "chain_links", "follow_pair", "pair_distances"]
 
@@ -76,15 +76,7 @@ def _place(links: Links, riders: Riders, a: int, b: int, q: Array, R: Array, p: 
         for r in range(3):
             Z[i, r] = R[r, 2]
             P[i, r] = p[r]
-        if links.prismatic[i]:
-            for r in range(3):
-                p[r] += R[r, 2] * q[i]
-        else:
-            co, si = np.cos(q[i]), np.sin(q[i])
-            for r in range(3):
-                x, y = R[r, 0], R[r, 1]
-                R[r, 0] = x * co + y * si
-                R[r, 1] = y * co - x * si
+        move_joint(R, p, links.prismatic[i], q[i])
         compose(R, p, links.after[i])
     compose(R, p, riders.link_T_body[a])
     root = riders.root[a]

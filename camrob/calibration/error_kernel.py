@@ -17,6 +17,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.frame_steps import compose, move_joint
+
 __all__ = ["BASE", "JOINT", "JOINT_SLOTS", "MOTION", "ROOT", "TOOL", "Displacements", "ModelArrays", "poses_and_twists"]
 
 Array = NDArray[np.float64]
@@ -68,17 +70,6 @@ class Displacements(NamedTuple):
     joints_J: Array
     moved: NDArray[np.bool_]
     root: Array
-
-
-@numba.njit(cache=True)
-def _step(R: Array, p: Array, fixed: Array) -> None:
-    """R, p <- (R, p) * fixed, in place."""
-    for r in range(3):
-        a, b, c = R[r, 0], R[r, 1], R[r, 2]
-        p[r] += a * fixed[0, 3] + b * fixed[1, 3] + c * fixed[2, 3]
-        R[r, 0] = a * fixed[0, 0] + b * fixed[1, 0] + c * fixed[2, 0]
-        R[r, 1] = a * fixed[0, 1] + b * fixed[1, 1] + c * fixed[2, 1]
-        R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
 
 
 @numba.njit(cache=True)
@@ -159,16 +150,11 @@ def _move(S: Array, slot: int, R: Array, p: Array, prismatic: bool, q: float) ->
         for r in range(3):
             S[slot, r] = R[r, 2]
             S[slot, 3 + r] = 0.0
-            p[r] += R[r, 2] * q
     else:
         for r in range(6):
             S[slot, r] = 0.0
         _rotation(S[slot], 1.0, R[0, 2], R[1, 2], R[2, 2], p)
-        co, si = np.cos(q), np.sin(q)
-        for r in range(3):
-            a, b = R[r, 0], R[r, 1]
-            R[r, 0] = a * co + b * si
-            R[r, 1] = b * co - a * si
+    move_joint(R, p, prismatic, q)
 
 
 @numba.njit(cache=True)
@@ -185,41 +171,41 @@ def _walk(model: ModelArrays, given: Displacements, row: int, q: Array, S: Array
     for i in range(model.start, n):
         if i == model.workpiece:
             if model.start < model.workpiece:
-                _step(R, p, model.hall_inverse)
+                compose(R, p, model.hall_inverse)
             _leave(S, BASE, R, p, given.base, given.base_J, False)
-            _step(R, p, given.base)
-            _step(R, p, model.hall)
+            compose(R, p, given.base)
+            compose(R, p, model.hall)
         if i == model.arm:
-            _step(R, p, model.root)
+            compose(R, p, model.root)
             if given.root.shape[0] > 0:
                 _turn(given.root[row, 3:], turn, turn_J)
                 for r in range(3):
                     turn[r, 3] = given.root[row, r]
             _leave(S, ROOT, R, p, turn, turn_J, False)
-            _step(R, p, turn)
-            _step(R, p, model.root_inverse)
-        _step(R, p, model.before[i])
+            compose(R, p, turn)
+            compose(R, p, model.root_inverse)
+        compose(R, p, model.before[i])
         slot = JOINT + JOINT_SLOTS * i
         if i >= model.arm:
             if given.moved[i]:
                 _leave(S, slot, R, p, given.joints[i], given.joints_J[i], False)
-                _step(R, p, given.joints[i])
+                compose(R, p, given.joints[i])
             _move(S, slot + MOTION, R, p, model.prismatic[i], q[i])
         else:  # the displacement moves the axis alone: nothing happens where the axis stands at 0
             if given.moved[i]:
                 _leave(S, slot, R, p, given.joints[i], given.joints_J[i], False)
-                _step(R, p, given.joints[i])
+                compose(R, p, given.joints[i])
             _move(S, slot + MOTION, R, p, model.prismatic[i], q[i] - model.zero[i])
             if given.moved[i]:
                 _leave(S, slot, R, p, given.joints[i], given.joints_J[i], True)
                 _inverse(given.joints[i], back)
-                _step(R, p, back)
+                compose(R, p, back)
             _move(S, scratch, R, p, model.prismatic[i], model.zero[i])
-        _step(R, p, model.after[i])
-    _step(R, p, model.last)
+        compose(R, p, model.after[i])
+    compose(R, p, model.last)
     _leave(S, TOOL, R, p, given.tool, given.tool_J, False)
-    _step(R, p, given.tool)
-    _step(R, p, model.right)
+    compose(R, p, given.tool)
+    compose(R, p, model.right)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -25,7 +25,7 @@ from camrob.cell.joint import Joint, Role
 from camrob.cell.world import world_T_hall
 from camrob.dynamics.gravity import GravityArrays, gravity_arrays, gravity_stiffness, gravity_torques
 from camrob.errors import LogError
-from camrob.se3 import inverse, rotation_exp, skew
+from camrob.se3 import inverse, left_jacobian, rotation_exp
 
 __all__ = ["ErrorModel"]
 
@@ -221,13 +221,7 @@ def _motion(parts: Array) -> tuple[Array, Array]:
     T[..., :3, :3] = rotation_exp(w)
     T[..., :3, 3] = parts[..., :3]
     T[..., 3, 3] = 1.0
-    angle2 = np.sum(w * w, axis=-1)[..., None, None]
-    small = angle2 < 1e-8
-    angle = np.sqrt(np.where(small, 1.0, angle2))
-    b = np.where(small, 0.5 - angle2 / 24.0, (1.0 - np.cos(angle)) / angle**2)
-    c = np.where(small, 1.0 / 6.0 - angle2 / 120.0, (angle - np.sin(angle)) / angle**3)
-    S = skew(w)
-    return T, np.asarray(np.eye(3) + b * S + c * (S @ S))
+    return T, left_jacobian(w)
 
 
 def _arrays(cell: Cell, in_base: bool, left: Array | None, right: Array | None) -> ModelArrays:

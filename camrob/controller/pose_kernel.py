@@ -6,6 +6,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.frame_steps import compose, move_joint
 from camrob.kinematics.kernels import ChainArrays
 
 __all__ = ["circle", "foot", "rotation_vector", "turned"]
@@ -83,17 +84,5 @@ def foot(chain: ChainArrays, fixed: Array, q: Array, R: Array, p: Array) -> None
         for c in range(3):
             R[r, c] = fixed[0, r, c]
     for i in range(chain.arm_start):
-        if chain.prismatic[i]:
-            for r in range(3):
-                p[r] += R[r, 2] * q[i]
-        else:
-            co, si = np.cos(q[i]), np.sin(q[i])
-            for r in range(3):
-                a, b = R[r, 0], R[r, 1]
-                R[r, 0], R[r, 1] = a * co + b * si, b * co - a * si
-        F = fixed[i + 1]
-        for r in range(3):
-            a, b, c3 = R[r, 0], R[r, 1], R[r, 2]
-            p[r] += a * F[0, 3] + b * F[1, 3] + c3 * F[2, 3]
-            for c in range(3):
-                R[r, c] = a * F[0, c] + b * F[1, c] + c3 * F[2, c]
+        move_joint(R, p, chain.prismatic[i], q[i])
+        compose(R, p, fixed[i + 1])

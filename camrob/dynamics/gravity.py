@@ -17,6 +17,7 @@ from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
 from camrob.cell.urdf import cell_urdf
 from camrob.cell.world import world_T_hall
+from camrob.frame_steps import compose, move_joint
 
 __all__ = ["GRAVITY", "GravityArrays", "gravity_arrays", "gravity_stiffness", "gravity_torques", "pinocchio_torques"]
 
@@ -75,40 +76,21 @@ def gravity_stiffness(arrays: GravityArrays, q: Array) -> Array:
 
 
 @numba.njit(cache=True)
-def _step(R: Array, p: Array, fixed: Array) -> None:
-    """R, p <- (R, p) * fixed, in place."""
-    for r in range(3):
-        a, b, c = R[r, 0], R[r, 1], R[r, 2]
-        p[r] += a * fixed[0, 3] + b * fixed[1, 3] + c * fixed[2, 3]
-        R[r, 0] = a * fixed[0, 0] + b * fixed[1, 0] + c * fixed[2, 0]
-        R[r, 1] = a * fixed[0, 1] + b * fixed[1, 1] + c * fixed[2, 1]
-        R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
-
-
-@numba.njit(cache=True)
 def _walk(arrays: GravityArrays, q: Array, Z: Array, P: Array, C: Array) -> None:
     """Axes Z and points P (n, 3) of the joints, centres C (M, 3) of the masses, in the frame that `up` is given in."""
     R, p = np.eye(3), np.zeros(3)
     for i in range(arrays.first, q.shape[0]):
-        _step(R, p, arrays.before[i])
+        compose(R, p, arrays.before[i])
         for r in range(3):
             Z[i, r] = R[r, 2]
             P[i, r] = p[r]
-        if arrays.prismatic[i]:
-            for r in range(3):
-                p[r] += R[r, 2] * q[i]
-        else:
-            co, si = np.cos(q[i]), np.sin(q[i])
-            for r in range(3):
-                a, b = R[r, 0], R[r, 1]
-                R[r, 0] = a * co + b * si
-                R[r, 1] = b * co - a * si
+        move_joint(R, p, arrays.prismatic[i], q[i])
         for k in range(arrays.joint.shape[0]):
             if arrays.joint[k] == i:
                 c = arrays.center[k]
                 for r in range(3):
                     C[k, r] = p[r] + R[r, 0] * c[0] + R[r, 1] * c[1] + R[r, 2] * c[2]
-        _step(R, p, arrays.after[i])
+        compose(R, p, arrays.after[i])
 
 
 @numba.njit(cache=True, nogil=True)

@@ -20,7 +20,6 @@ from camrob.kinematics.spherical_inverse import closed_inverse_kf, sine_cosine, 
 __all__ = [
     "ChainArrays",
     "chain_arrays",
-    "compose",
     "forward",
     "forward_many",
     "inverse_kf",
@@ -77,17 +76,6 @@ def chain_arrays(cell: Cell) -> ChainArrays:
         bool(np.isfinite(wrist)) and not any(joints[i].prismatic for i in arm),
         wrist,
     )
-
-
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
-def compose(R: Array, p: Array, fixed: Array) -> None:
-    """R, p <- (R, p) * fixed, in place."""
-    for r in range(3):
-        a, b, c = R[r, 0], R[r, 1], R[r, 2]
-        p[r] += a * fixed[0, 3] + b * fixed[1, 3] + c * fixed[2, 3]
-        R[r, 0] = a * fixed[0, 0] + b * fixed[1, 0] + c * fixed[2, 0]
-        R[r, 1] = a * fixed[0, 1] + b * fixed[1, 1] + c * fixed[2, 1]
-        R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
 
 
 @numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)

@@ -23,6 +23,7 @@ __all__ = ["SPINDLE_HOOKS", "Place", "Process", "Step", "ToolChange", "plan_proc
 SPINDLE_HOOKS = {"CLW": "spindle_on", "CCLW": "spindle_on_ccw"}
 _SENSES = {"CLW": "clockwise", "CCLW": "counter-clockwise"}
 _LEFT_OUT = {EventKind.COOLANT_ON: "coolant_on", EventKind.COOLANT_OFF: "coolant_off", EventKind.STOP: "stop"}
+_COOLANT = (EventKind.COOLANT_ON, EventKind.COOLANT_OFF)
 _SAME_PLACE = 1e-9  # m
 _IN_PART = {  # what is said of a cut that is interrupted, as the file has it
     EventKind.SPINDLE_ON: (
@@ -225,7 +226,7 @@ class _Planner:
                 wet = self.coolant or wet
                 self._stop_for(mounted, place, k)
                 place = Place.CHANGE
-            elif event.kind in (EventKind.COOLANT_ON, EventKind.COOLANT_OFF):
+            elif event.kind in _COOLANT:
                 wet = None
             self._take(event, place, k)
         if wet is not None and k < len(self.regions) and not self._speaks_of_coolant(k):
@@ -236,8 +237,7 @@ class _Planner:
         region = self.regions[k]
         cuts = np.flatnonzero(np.asarray(region.move) == Move.CUT)
         first = int(cuts[0]) if len(cuts) else len(region)
-        kinds = (EventKind.COOLANT_ON, EventKind.COOLANT_OFF)
-        return any(e.kind in kinds and e.point <= first for e in self.events[k].within)
+        return any(e.kind in _COOLANT and e.point <= first for e in self.events[k].within)
 
     def _mounts(self, event: Event, k: int) -> ToolChange | None:
         """The change that an event before region k asks for; the first tool counts where the program has to do something."""

@@ -21,7 +21,7 @@ from typing import Any, Self, Union, get_args, get_origin, get_type_hints
 
 from camrob.errors import InputError
 
-__all__ = ["Summary", "further", "keyed", "left_out", "spread"]
+__all__ = ["OpenSummary", "Summary", "further", "keyed", "left_out", "spread"]
 
 _KEY, _LEFT_OUT, _SPREAD, _FURTHER = "key", "left out", "spread", "further"
 
@@ -82,6 +82,13 @@ class Summary:
         if unknown and not any(_FURTHER in f.metadata for f in fields(cls)):
             raise InputError(f"{cls.__name__} has no key {unknown[0]!r}", cure="read it with the camrob that wrote it")
         return cls(**_arguments(cls, data))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenSummary(Summary):
+    """A summary whose JSON object may have keys that no field is there for."""
+
+    further: Mapping[str, Any] = further()
 
 
 def _frozen(value: Any) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from camrob.summaries.base import Summary, further, keyed, left_out, spread
+from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
 
 __all__ = [
     "AddedLoad",
@@ -36,7 +36,7 @@ Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stretch(Summary):
+class Stretch(OpenSummary):
     """A stretch of a log, with the gap in it: all of it, across the path and along it."""
 
     log: str
@@ -48,32 +48,29 @@ class Stretch(Summary):
     rms_mm: float
     contour_mm: float
     tangential_mm: float
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChangePoint(Summary):
+class ChangePoint(OpenSummary):
     """Where the mean gap changes at once."""
 
     log: str
     t_s: float
     line: int
     step_mm: float
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SpeedSpread(Summary):
+class SpeedSpread(OpenSummary):
     """Median, 5 % and 95 % of a speed over time, mm/s."""
 
     p5: float
     median: float
     p95: float
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunDuration(Summary):
+class RunDuration(OpenSummary):
     """How long a run took, by the virtual controller too, and at the programmed speed throughout."""
 
     logged_s: float
@@ -85,11 +82,10 @@ class RunDuration(Summary):
     paused_s: float
     from_line: int
     to_line: int
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunSpeed(Summary):
+class RunSpeed(OpenSummary):
     """The tool's speed; steady_percent: of the programmed one that it mostly runs at, None where there is no such share."""
 
     programmed_mm_s: SpeedSpread
@@ -98,11 +94,10 @@ class RunSpeed(Summary):
     at_programmed_percent: float
     matches: bool
     steady_percent: float | None
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rest(Summary):
+class Rest(OpenSummary):
     """A rest between beginning and end: a pause, or as programmed."""
 
     t_s: float
@@ -110,11 +105,10 @@ class Rest(Summary):
     seconds: float
     programmed_s: float
     what: str
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SteadySpeed(Summary):
+class SteadySpeed(OpenSummary):
     """What runs at one speed for most of a stretch: an axis or "tool"; percent `of` what, None for a limit nobody states."""
 
     what: str
@@ -123,11 +117,10 @@ class SteadySpeed(Summary):
     speed: float
     percent: float | None
     of: str
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LostTime(Summary):
+class LostTime(OpenSummary):
     """A stretch of the program where time is lost against the programmed speed, and what holds the tool back there."""
 
     from_line: int
@@ -139,11 +132,10 @@ class LostTime(Summary):
     limit: str
     paused_s: float
     steady: SteadySpeed | None
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunTiming(Summary):
+class RunTiming(OpenSummary):
     """A log along its program; reason: why it could not be laid there, and duration None then."""
 
     log: str
@@ -153,7 +145,6 @@ class RunTiming(Summary):
     stops: tuple[Rest, ...]
     lost: tuple[LostTime, ...]
     stretches: int
-    further: Mapping[str, Any] = further()
 
     def to_json(self) -> dict[str, Any]:
         """The JSON object; where nothing was compared the reason stands last."""
@@ -190,7 +181,7 @@ class CircleDeviation(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunStandard(Summary):
+class RunStandard(OpenSummary):
     """The figures of a run: of a line forward and back, or of a circle in both senses."""
 
     forward: OneWay | None = left_out()
@@ -198,11 +189,10 @@ class RunStandard(Summary):
     ccw: OneTurn | None = left_out()
     cw: OneTurn | None = left_out()
     circle: CircleDeviation | None = spread()
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Standard(Summary):
+class Standard(OpenSummary):
     """A log that is a line or a circle, as it is and without the effects found."""
 
     log: str
@@ -212,11 +202,10 @@ class Standard(Summary):
     radius_mm: float | None = left_out()
     before: RunStandard
     after: RunStandard
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ErrorPattern(Summary):
+class ErrorPattern(OpenSummary):
     """What an axis's error follows most, the share of its energy, the coefficient in `unit`, and the period of what repeats."""
 
     follows: str
@@ -224,11 +213,10 @@ class ErrorPattern(Summary):
     coefficient: float | None
     unit: str
     period: float | None
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AxisError(Summary):
+class AxisError(OpenSummary):
     """An axis's error in `unit`, mm or deg, and its rms at the tool."""
 
     unit: str
@@ -237,7 +225,6 @@ class AxisError(Summary):
     mean: float
     rms_mm: float
     pattern: ErrorPattern
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -254,38 +241,35 @@ class DriveError(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AxisReport(Summary):
+class AxisReport(OpenSummary):
     """An axis: its drive's error where set-points are logged, and that between motor-side and link-side encoder."""
 
     drive: DriveError | None = spread()
     motor_to_link: AxisError | None = left_out()
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LoadByAxis(Summary):
+class LoadByAxis(OpenSummary):
     """The added mass by one axis alone, and its dry friction (half its swing) in the unit of what was logged."""
 
     mass_kg: float
     std: float
     friction: float
     unit: str
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AddedLoad(Summary):
+class AddedLoad(OpenSummary):
     """The mass at the plate beyond what the cell says, with its standard error; source: "torques" or "currents"."""
 
     source: str = keyed("from")
     mass_kg: float
     std: float
     axes: Mapping[str, LoadByAxis]
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Places(Summary):
+class Places(OpenSummary):
     """Where the gap lies, with intervals of 90 %.
 
     rungs: mm rms that each step from program to set-point, encoder and TCP adds, None where a log lacks it. axes, regimes: the
@@ -307,4 +291,3 @@ class Places(Summary):
     further_regimes: Mapping[str, float]
     program_left_mm: float | None = left_out()
     timing: tuple[RunTiming, ...]
-    further: Mapping[str, Any] = further()

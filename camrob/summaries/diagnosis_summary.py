@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from camrob.summaries.base import Summary, further, keyed, left_out, spread
+from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
 from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, Standard
 
 __all__ = [
@@ -38,7 +37,7 @@ Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GapFigures(Summary):
+class GapFigures(OpenSummary):
     """The gap over all logs; rms_deg: None where no orientation was measured; noise_mm: the instrument's, 3-D rms."""
 
     samples: int
@@ -48,29 +47,26 @@ class GapFigures(Summary):
     rms_deg: float | None
     noise_mm: float
     outliers: int
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Latency(Summary):
+class Latency(OpenSummary):
     """s by which the instrument's rows trail the axis values, with its interval; None where it doesn't show."""
 
     value: float | None
     interval: Interval | None
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FittedValue(Summary):
+class FittedValue(OpenSummary):
     """A fitted value with its standard deviation, in the unit that the parameter's name ends with."""
 
     value: float
     std: float
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shrunk(Summary):
+class Shrunk(OpenSummary):
     """Errors on withheld samples before and after, and by how much the rms shrinks, with its interval."""
 
     rms_before_mm: float
@@ -81,7 +77,6 @@ class Shrunk(Summary):
     max_after_mm: float
     shrink: float
     shrink_interval: Interval
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +87,7 @@ class CornerFigures(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EffectFound(Summary):
+class EffectFound(OpenSummary):
     """An effect: how likely it is at work, its values, and how far the gap shrinks with it, alone, and added last.
 
     alike: it and what these logs can't tell from it, with the probability of one of them; evidence: of the sets that hold it.
@@ -123,7 +118,6 @@ class EffectFound(Summary):
     rungs: tuple[str, ...]
     corner: CornerFigures | None = spread()
     unusual: str
-    further: Mapping[str, Any] = further()
 
     @property
     def claimed(self) -> bool:
@@ -132,7 +126,7 @@ class EffectFound(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WithheldRegime(Summary):
+class WithheldRegime(OpenSummary):
     """What is left in a regime that took no part in the fit, and whether it is worse than nothing there."""
 
     regime: str
@@ -144,11 +138,10 @@ class WithheldRegime(Summary):
     shrink_interval: Interval
     doubt_mm: float
     worse: bool
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Together(Summary):
+class Together(OpenSummary):
     """All claimed effects together, on what was withheld; removable_removed: None where nothing is removable."""
 
     rms_before_mm: float
@@ -166,20 +159,18 @@ class Together(Summary):
     removable_removed: float | None
     compensable_mm: float
     regimes_withheld: tuple[WithheldRegime, ...]
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Alternative(Summary):
+class Alternative(OpenSummary):
     """A set of effects that explains the logs, whatever is unknown beside it, and its probability; none is the unknown alone."""
 
     effects: tuple[str, ...]
     probability: float
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UnknownShape(Summary):
+class UnknownShape(OpenSummary):
     """Something unexplained: its rung, what moves, what that follows, and how far it swings, in `unit`."""
 
     rung: str
@@ -187,21 +178,19 @@ class UnknownShape(Summary):
     follows: str
     swing: float
     unit: str
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UnknownPlace(Summary):
+class UnknownPlace(OpenSummary):
     """Where what is unknown sits: its rung (None for nowhere), axes, and what it follows."""
 
     rung: str | None
     axes: tuple[str, ...]
     regimes: tuple[str, ...]
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Unknown(Summary):
+class Unknown(OpenSummary):
     """How likely the library lacks a cause, how much of the withheld gap stays beside what is claimed and which share of its
     energy that is, where it sits, and effects that would fit with values no machine has.
     """
@@ -213,21 +202,19 @@ class Unknown(Summary):
     text: str
     shapes: tuple[UnknownShape, ...]
     implausible: Mapping[str, str]
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RegimeLeft(Summary):
+class RegimeLeft(OpenSummary):
     """What the residual still depends on."""
 
     regime: str
     p_value: float
     share: float
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Residual(Summary):
+class Residual(OpenSummary):
     """What stays on withheld samples, how much of it hangs together from sample to sample, and the discrepancy's fitted size."""
 
     rms_mm: float
@@ -235,11 +222,10 @@ class Residual(Summary):
     structured_mm: float
     discrepancy_mm: float
     structure: tuple[RegimeLeft, ...]
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Compensable(Summary):
+class Compensable(OpenSummary):
     """What of the claimed effects `compensate` can correct, what it leaves, and the calibration that was written for it."""
 
     effects: tuple[str, ...]
@@ -249,18 +235,16 @@ class Compensable(Summary):
     shrink: float
     shrink_interval: Interval
     written: str | None = left_out()
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ConsideredMotion(Summary):
+class ConsideredMotion(OpenSummary):
     """A motion that would set the rivals apart, and how far."""
 
     motion: str
     text: str
     separation_mm: float
     separation_sigmas: float
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -274,7 +258,7 @@ class ExperimentWritten(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ExperimentFigures(Summary):
+class ExperimentFigures(OpenSummary):
     """The motion to run next, and the sets that it tells apart; separation: None where it isolates what is unexplained."""
 
     motion: str
@@ -284,32 +268,29 @@ class ExperimentFigures(Summary):
     again_sigmas: float | None = left_out()
     considered: tuple[ConsideredMotion, ...] | None = left_out()
     written: ExperimentWritten | None = left_out()
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GrossRow(Summary):
+class GrossRow(OpenSummary):
     """A row, counted from 1, that stands far from all others, and how far."""
 
     sample: int
     t_s: float
     off_mm: float
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GrossRows(Summary):
+class GrossRows(OpenSummary):
     """How many rows of a log take no part because they are gross, which share of it, and the first of them."""
 
     log: str
     rows: int
     share: float
     first: tuple[GrossRow, ...]
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InstrumentSuspect(Summary):
+class InstrumentSuspect(OpenSummary):
     """How likely an error of the instrument is at work, its scale and drift as fitted (None where not), and gross rows."""
 
     suspect: float
@@ -317,11 +298,10 @@ class InstrumentSuspect(Summary):
     drift_mm: float | None
     gross: tuple[GrossRows, ...]
     text: str
-    further: Mapping[str, Any] = further()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DiagnosisSummary(Summary):
+class DiagnosisSummary(OpenSummary):
     """The diagnosis: the gap, where it lies, the effects that cause it, how far it shrinks, and what stays unknown.
 
     status: "explained", "partly explained", "unexplained" or "no gap". within: by logged rung, what the gap is within, "noise" or
@@ -351,7 +331,6 @@ class DiagnosisSummary(Summary):
     compensable: Compensable
     experiment: ExperimentFigures | None = left_out()
     standards: tuple[Standard, ...]
-    further: Mapping[str, Any] = further()
 
     @property
     def claimed(self) -> tuple[EffectFound, ...]:

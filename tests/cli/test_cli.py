@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.machinery
-import importlib.util
 import inspect
 import json
 import os
@@ -323,8 +322,6 @@ def test_verbs_are_there_when_their_jobs_are(plant: Plant, capsys: pytest.Captur
 
 @pytest.mark.parametrize("verb", ["post", "verify", "regress"])
 def test_jobs_take_what_the_verbs_give(plant: Plant, verb: str) -> None:
-    if importlib.util.find_spec(f"camrob.jobs.{verb}") is None:
-        pytest.skip(f"camrob has no job {verb} yet")
     real = getattr(importlib.import_module(f"camrob.jobs.{verb}"), verb)
     calls = plant(verb, Result())
     arguments = {"post": POST, "verify": ["verify", "p", "--cell", "c"], "regress": ["regress", "t", "--cell", "c"]}[

@@ -35,7 +35,7 @@ ROWS = (
     ("bodies",),
     ("kinematics", "dynamics"),
     ("cell", "toolpath", "measurement"),
-    ("se3", "summaries"),
+    ("se3", "frame_steps", "summaries"),
     ("frozen", "findings"),
     ("errors",),
     ("units", "text", "progress"),

@@ -57,10 +57,13 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     model = _holding(model, frozenset(n for n, p in probability.items() if p >= 0.5))
     worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
-    probability = _beside_more(model, trial, _held(model, trial, probability, library))
-    claimed_first = tuple(n for n, p in probability.items() if p >= 0.5)
-    members = frozenset(i for i in model.best.members if model.units[i].effect in claimed_first)
+    probability = _held(model, trial, probability, library)
+    members = _claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
+    if members:
+        probability = _beside_more(model, together, probability)
+    if (left_over := _claims(model, probability)) != members:
+        members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     structure, unknown = _something_stays(model, trial, reasons)
     entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
     left = left_panels(model, members)
@@ -121,7 +124,7 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy foretell, none of
     the names has shown that it is more than a likeness; but for those of the drives, where the logs hold both ends.
     """
-    members = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
+    members = _claims(model, probability)
     if not members or trial.panels is model.panels:
         return dict(probability)
     reached = shrinkage(model, trial, model.best.members, members)
@@ -132,13 +135,16 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     return {n: p * (BELIEF.doubtful if doubtful and n not in sure else 1.0) for n, p in probability.items()}
 
 
-def _beside_more(model: Model, trial: Trial, probability: Mapping[str, float]) -> dict[str, float]:
-    """Probabilities of effects that move the tool by less than what then stays: such a one may be a likeness of that."""
-    members = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
-    if not members:
-        return dict(probability)
-    after = shrinkage(model, trial, model.best.members, members).rms_after
-    stays = float(np.sqrt(max(after**2 - model.noise**2, 0.0)))
+def _claims(model: Model, probability: Mapping[str, float]) -> Set:
+    """The units of the best set whose effects are more likely at work than not."""
+    return frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
+
+
+def _beside_more(model: Model, together: Shrinkage, probability: Mapping[str, float]) -> dict[str, float]:
+    """Probabilities of effects that move the tool by less than what stays beside all claims (`together`): such a one may be a
+    likeness of that.
+    """
+    stays = float(np.sqrt(max(together.rms_after**2 - model.noise**2, 0.0)))
     small = {n for n in probability if effect_rms(model, model.panels, n) < stays}
     return {n: p * (BELIEF.beside_more if n in small else 1.0) for n, p in probability.items()}
 

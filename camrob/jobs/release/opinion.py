@@ -58,7 +58,7 @@ def hold_to_witness(verdict: Verdict, folder: Path) -> list[Finding]:
     folder: where the program's files lie until then. Raises VerificationError, with the CL file's line, for the first thing
     that stands against the program (statements are quoted, since nobody will see the lines' numbers), and for a file with macros.
     """
-    against = [o for o in verdict.objections if o in verdict.errors or o.code in _OWN]
+    against = [o for o in verdict.objections if o.severity == "error" or o.code in _OWN]
     for objection in against:
         others = len(against) - 1
         more = f" ({others} more such objection{'s' * (others > 1)})" if others else ""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.errors import CellError
+from camrob.frame_steps import compose, move_joint
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.kernels import ChainArrays, forward, inverse_kf
 from camrob.kinematics.spherical_wrist import BRANCH_OK, SphericalArm, solve_arm
@@ -113,21 +114,8 @@ def _place_foot(space: PlanSpace, u: Array, R: Array, p: Array) -> None:
         for c in range(3):
             R[r, c] = space.first[r, c]
     for i in range(space.after.shape[0]):
-        if space.prismatic[i]:
-            for r in range(3):
-                p[r] += R[r, 2] * u[i]
-        else:
-            co, si = np.cos(u[i]), np.sin(u[i])
-            for r in range(3):
-                a, b = R[r, 0], R[r, 1]
-                R[r, 0] = a * co + b * si
-                R[r, 1] = b * co - a * si
-        after = space.after[i]
-        for r in range(3):
-            a, b, c_ = R[r, 0], R[r, 1], R[r, 2]
-            p[r] += a * after[0, 3] + b * after[1, 3] + c_ * after[2, 3]
-            for c in range(3):
-                R[r, c] = a * after[0, c] + b * after[1, c] + c_ * after[2, c]
+        move_joint(R, p, space.prismatic[i], u[i])
+        compose(R, p, space.after[i])
 
 
 @numba.njit(cache=True)

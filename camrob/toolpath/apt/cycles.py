@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,7 @@ __all__ = [
     "CYCLE_KINDS",
     "FEED_WORDS",
     "Cycle",
+    "behind_or_next",
     "check_words",
     "cycle_fields",
     "expand_cycle",
@@ -91,6 +92,12 @@ def cycle_fields(args: Iterable[float | str]) -> tuple[str, dict[str, float], li
         else:
             loose.append(arg)
     return name, fields, loose
+
+
+def behind_or_next(fields: Mapping[str, float], loose: list[float], *words: str) -> float | None:
+    """The value behind the first of `words` that is there, else the next loose number, which is taken; None for neither."""
+    named = [fields[word] for word in words if word in fields]
+    return named[0] if named else loose.pop(0) if loose else None
 
 
 def check_words(s: Statement) -> None:

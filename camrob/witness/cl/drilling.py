@@ -70,9 +70,8 @@ def feed_unit(word: str, scale: float) -> tuple[float, str] | None:
 class Cycle:
     """A cycle in force. Heights in metres along the tool's axis from the point of the GOTO; problem: why it can't be read.
 
-    retract None: to the clear point. pecks: the first one's depth and the others', None where it is drilled at once.
-    out_between: the tool is drawn out between them, else the chip is only broken. start: where the tool stood when the cycle
-    began, for RTRCTO,AUTO. feed None: the modal one.
+    retract None: to the clear point. pecks: the first one from the GOTO's point, None where it is drilled at once. start: where
+    the tool stood when the cycle began, for RTRCTO,AUTO. feed None: the modal one.
     """
 
     out: Out = Out.RAPID
@@ -82,8 +81,7 @@ class Cycle:
     start: Array | None = None
     feed: tuple[float, str] | None = None
     dwell: float = 0.0
-    pecks: tuple[float, float] | None = None
-    out_between: bool = True
+    pecks: Pecks | None = None
     problem: str = ""
 
 
@@ -141,15 +139,15 @@ def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller) ->
     start = tell.here if auto else None
     dwell = said.get("dwell", 0.0)
     out_between = not _BREAKS & {t for f in fields for t in f.split()}
-    return Cycle(kind, abs(said["depth"]), said["clear"], retract, start, feed, dwell, _pecks(pecks), out_between)
+    return Cycle(kind, abs(said["depth"]), said["clear"], retract, start, feed, dwell, _pecks(pecks, out_between))
 
 
-def _pecks(said: dict[str, list[float]]) -> tuple[float, float] | None:
+def _pecks(said: dict[str, list[float]], out: bool) -> Pecks | None:
     """How far the first peck goes, and the others: what isn't said of one holds for both; zero is none."""
     first = next((said[word][0] for word in ("1STPECK", "PECKING") if said.get(word)), 0.0)
     others = [v for word, values in said.items() if word != "1STPECK" for v in (values[1:] or values)]
     most = max(others, default=0.0)
-    return (first or most, most or first) if first or most else None
+    return Pecks(first or most, most or first, out) if first or most else None
 
 
 def _approach(tell: Teller, clear: Array, axis: Array, line: int) -> None:
@@ -182,7 +180,7 @@ def drill(tell: Teller, cycle: Cycle, top: Array, axis: Array, line: int) -> Non
     feed = tell.speed(line, cycle.feed)
     _approach(tell, clear, axis, line)
     if cycle.pecks is not None:
-        tell.pecks[tell.n] = Pecks(cycle.clear + cycle.pecks[0], cycle.pecks[1], cycle.out_between)
+        tell.pecks[tell.n] = cycle.pecks._replace(first=cycle.clear + cycle.pecks.first)
     tell.move(top - cycle.depth * axis, axis, Way.HOLE, line, feed)
     if cycle.dwell > 0.0:
         tell.event(Kind.DWELL, line, cycle.dwell)

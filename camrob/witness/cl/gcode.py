@@ -16,7 +16,7 @@ from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.standing import TURNED, Standing, Words
 from camrob.witness.cl.teller import Teller
 from camrob.witness.cl.turning import on_the_way
-from camrob.witness.happenings import Kind, Way
+from camrob.witness.happenings import Kind, Pecks, Way
 from camrob.witness.units import INCH_MM, mm_to_m, ms_to_s
 
 __all__ = ["COMPUTED", "GcodeReader"]
@@ -393,8 +393,8 @@ class GcodeReader:
             if _OUT[code] is Out.REVERSED and self._tell.sense != ("CLW" if code == "84" else "CCLW"):
                 self._tell.gap(line, f"G{code} with the spindle turning the other way", lost=False)
             dwell = 0.0 if code in ("81", "85") else heights.get("P", 0.0)
-            pecks = (heights["Q"],) * 2 if code in ("73", "83") and heights.get("Q") else None
-            out_between = code != "73"
-            cycle = Cycle(_OUT[code], low - bottom, 0.0, level - low, dwell=dwell, pecks=pecks, out_between=out_between)
+            bite = heights.get("Q", 0.0) if code in ("73", "83") else 0.0
+            pecks = Pecks(bite, bite, code == "83") if bite else None
+            cycle = Cycle(_OUT[code], low - bottom, 0.0, level - low, dwell=dwell, pecks=pecks)
             drill(self._tell, cycle, stand.point(pose[0]), pose[1], line)
             stand.at["Z"] = level

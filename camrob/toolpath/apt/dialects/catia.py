@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from camrob.toolpath.apt.cycles import FEED_WORDS, Cycle, cycle_fields, keyed_cycle
+from camrob.toolpath.apt.cycles import FEED_WORDS, Cycle, behind_or_next, cycle_fields, keyed_cycle
 from camrob.toolpath.apt.dialects.dialect import Dialect, score
 from camrob.toolpath.apt.lexer import Statement
 
@@ -30,9 +30,10 @@ def _cycle(statement: Statement) -> Cycle:
             args.append(arg)
     name, fields, loose = cycle_fields(args)
     name = "DEEP" if name == "DEEPHL" else name
-    depth = fields["DEPTH"] if "DEPTH" in fields else loose.pop(0) if loose else None
-    if loose and "CLEAR" not in fields:
-        fields["CLEAR"] = loose.pop(0)
+    depth = behind_or_next(fields, loose, "DEPTH")
+    clear = behind_or_next(fields, loose, "CLEAR")
+    if clear is not None:
+        fields["CLEAR"] = clear
     return keyed_cycle(name, fields, depth, statement.line, loose)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from camrob.toolpath.apt.cycles import Cycle, cycle_fields, keyed_cycle
+from camrob.toolpath.apt.cycles import Cycle, behind_or_next, cycle_fields, keyed_cycle
 from camrob.toolpath.apt.dialects.dialect import Dialect, message, score
 from camrob.toolpath.apt.lexer import Statement
 
@@ -16,11 +16,10 @@ def _recognise(head: str) -> int:
 def apt_cycle(statement: Statement) -> Cycle:
     """Values behind words where there are any; otherwise depth, then clearance. The depth's sign means nothing here."""
     name, fields, loose = cycle_fields(statement.args)
-    depth = fields.get("FEDTO", fields.get("DEPTH"))
-    if depth is None and loose:
-        depth = loose.pop(0)
-    if loose and not fields.keys() & {"RAPTO", "CLEAR"}:
-        fields["CLEAR"] = loose.pop(0)
+    depth = behind_or_next(fields, loose, "FEDTO", "DEPTH")
+    clear = behind_or_next(fields, loose, "RAPTO", "CLEAR")
+    if clear is not None:
+        fields["CLEAR"] = clear
     return keyed_cycle(name, fields, None if depth is None else abs(depth), statement.line, loose)
 
 
