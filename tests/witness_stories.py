@@ -19,8 +19,9 @@ HOME = (500.0, 0.0, 900.0)
 ON, OFF = (Kind.SPINDLE_ON, 3000.0, "CLW"), (Kind.SPINDLE_OFF, 0.0, "")
 
 
-def rapid(*tip, axis=UP, joined=True):
-    return {"tip": tip, "axis": axis, "way": Way.RAPID, "feed": math.nan, "joined": joined}
+def rapid(*tip, axis=UP, joined=True, begins=False):
+    """begins: another operation."""
+    return {"tip": tip, "axis": axis, "way": Way.RAPID, "feed": math.nan, "joined": joined, "begins": begins}
 
 
 def feed(*tip, axis=UP, at=FEED, center=None, turn=0.0, normal=UP, joined=True):
@@ -84,7 +85,7 @@ def file(*rows) -> Story:
         np.array([m["way"] for m in motions], dtype=np.int8),
         mm_min_to_m_s(np.array([m["feed"] for m in motions])),
         joined,
-        np.zeros(len(motions), np.int32),
+        np.cumsum([m.get("begins", False) for m in motions], dtype=np.int32),
         tuple(events),
         tuple(gaps),
         pecks={

@@ -63,6 +63,21 @@ def test_the_part_stands_where_the_setup_says() -> None:
 # --- the path ---------------------------------------------------------------------------------------------------------
 
 TILTED = (0.0, math.sin(deg_to_rad(0.02)), math.cos(deg_to_rad(0.02)))
+@pytest.mark.parametrize("begins", [False, True])
+def test_a_rapid_to_another_side_of_the_part_is_taken_at_its_word_within_an_operation_only(begins: bool) -> None:
+    """Between two operations the straight line from a groove's end to a groove on the side goes through the part."""
+    side, tilted = (1.0, 0.0, 0.0), (0.7071, 0.0, 0.7071)
+    both = file(*GROOVE[:-2], rapid(50, 0, -10, axis=side, begins=begins), feed(20, 0, -10, axis=side),
+                feed(20, 9, -10, axis=side), rapid(50, 9, -10, axis=side), OFF)  # fmt: skip
+    cut = (lin(20, 0, -10, axis=side), lin(20, 9, -10, axis=side), lin(50, 9, -10, axis=side, at=RAPID), OFF,
+           lin(90, 9, -10, axis=side, at=RAPID), ptp())  # fmt: skip
+    straight = (lin(50, 0, -10, axis=side, at=RAPID),)
+    around = (lin(20, 0, 60, at=RAPID), lin(120, 0, 120, axis=tilted, at=RAPID), lin(120, 0, -10, axis=side, at=RAPID),
+              lin(50, 0, -10, axis=side, at=RAPID))  # fmt: skip
+    assert codes(both, program(*START, *CUT, *around, *cut)) == []
+    assert codes(both, program(*START, *CUT, *straight, *cut)) == (["off-path"] if begins else [])
+
+
 PATHS_RIGHT = {
     "in two pieces": (lin(0, 0, 2), lin(7, 0, 2), lin(20, 0, 2)),
     "a rounding off": (lin(0, 0, 2), lin(20, 0.009, 2)),

@@ -4,7 +4,7 @@ A program motion is on the file (along its line or arc, forwards, axis and all),
 
 - out along the tool's axis from where it is, through the clear (`Clear`), in along the axis to where it left; or, where the
   file goes by RAPID, to where that motion ends, or one of those that follow up to the next cut; or, where it says nothing of
-  the way (`joined` False), to where that motion ends;
+  the way (`joined` False), to where that motion ends. A RAPID to another operation on another side of the part says nothing;
 - before the first motion from HOME through the clear, after the last cut out along the axis and through the clear;
 - point to point only from clear to clear, HOME counting as clear;
 - down a hole any number of times, no deeper at once than the file's pecks, never deeper than its bottom, and to it, stopping
@@ -26,11 +26,12 @@ from camrob.witness.rules.rules_air import Air, Target
 from camrob.witness.rules.rules_along import MOVED, Tolerance, step_along, strokes, unlike_pecks
 from camrob.witness.rules.rules_blocks import alike, chords, curve_chords, thinned
 from camrob.witness.rules.rules_geometry import AXIS, POSITION, Clear, Motion, Track, distance
-from camrob.witness.units import m_to_mm, rad_to_deg
+from camrob.witness.units import deg_to_rad, m_to_mm, rad_to_deg
 
 __all__ = ["Match", "rounded_holes", "walk"]
 
 Array = NDArray[np.float64]
+_SIDE = deg_to_rad(5.0)  # more is another side of the part
 _MOST = 20  # objections; then the rest is left uncompared
 
 
@@ -74,6 +75,8 @@ class _Walk:
         found = {int(np.searchsorted(file.rows, gap.before)) for gap in story.gaps}
         self.gaps = {g for g in found if not self.joined[g]}  # others hide no motion
         self.joined[0] = False
+        turn, operation = np.linalg.norm(file.axis - file.axis_start, axis=1), story.operation[file.rows]
+        self.joined[:-1] &= ~self.rapid | (turn < _SIDE) | (np.diff(operation, prepend=operation[:1]) == 0)
         self.whole = self.joined & ~np.append(np.isin(file.rows, list(story.pecks)), False)  # compared in blocks
         lines = story.path.line[file.rows]
         self.soft = np.append(lines[1:] == lines[:-1], False)
