@@ -307,11 +307,24 @@ def _calibration_seeds() -> list[bytes]:
     chosen = ["A2.zero", "A3.zero", "tool.x"]
     found = ParameterSet.of(parameter_of(cell(), name) for name in chosen)
     full = Calibration(
-        cell().name, robot_digest(cell()), found.with_values(np.full(3, 1e-4), np.full(3, 1e-5)), ("tool.x",),
-        (Held("A1.zero", "merged", ("base.c",)),), {"nominal/fitted": size, "calibrated/withheld": size},
-        (("A2.zero", "A3.zero", 0.5),), 12.0, (1.0, 2.0, 3.0, 4.0, 5.0), 1e-5, 1e-5, (("log.csv", "0" * 64),), 9, 1, 2, True,
+        cell().name,
+        robot_digest(cell()),
+        found.with_values(np.full(3, 1e-4), np.full(3, 1e-5)),
+        ("tool.x",),
+        (Held("A1.zero", "merged", ("base.c",)),),
+        {"nominal/fitted": size, "calibrated/withheld": size},
+        (("A2.zero", "A3.zero", 0.5),),
+        12.0,
+        (1.0, 2.0, 3.0, 4.0, 5.0),
+        1e-5,
+        1e-5,
+        (("log.csv", "0" * 64),),
+        9,
+        1,
+        2,
+        True,
         ("a warning",),
-    )  # fmt: skip
+    )
     return [calibration_text(full).encode()]
 
 

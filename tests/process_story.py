@@ -105,9 +105,12 @@ def _said(line: str) -> str:
     if line.startswith("WAIT SEC 3.0"):
         return ""
     plain = {
-        "$OUT[1] = TRUE": "on", "$OUT[1] = FALSE": "off", "$OUT[2] = TRUE": "wet", "$OUT[2] = FALSE": "dry",
+        "$OUT[1] = TRUE": "on",
+        "$OUT[1] = FALSE": "off",
+        "$OUT[2] = TRUE": "wet",
+        "$OUT[2] = FALSE": "dry",
         "$OUT[3] = TRUE": "on, reversed",
-    }  # fmt: skip
+    }
     for statement, said in plain.items():
         if line.startswith(statement):
             return said

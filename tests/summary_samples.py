@@ -38,16 +38,31 @@ POST: dict[str, Any] = {
     "limits": {"margin_min": {"A1": 92.1, "A2": 3.0, "A5": 12.3, "A6": 55.0, "E1": 400.0, "E2": None}, "violations": 0},
     "singular": 0,
     "collisions": {
-        "checked": True, "count": 0, "clearance_min_mm": 12.0, "clearance_pair": ["spindle", "table"], "sampled": "all",
+        "checked": True,
+        "count": 0,
+        "clearance_min_mm": 12.0,
+        "clearance_pair": ["spindle", "table"],
+        "sampled": "all",
         "skipped": [],
     },
     "external_travel": {"E1_mm": 812.0, "E2_deg": 95.0},
     "time_s": {"program": 310.2, "optimal": 221.7},
     "feed": {
-        "mode": "program", "kept_percent": 90.0, "lost_s": 1.0, "lost_by_axis_s": {"A1": 1.0}, "losses_count": 1,
+        "mode": "program",
+        "kept_percent": 90.0,
+        "lost_s": 1.0,
+        "lost_by_axis_s": {"A1": 1.0},
+        "losses_count": 1,
         "losses": [
-            {"first_line": 14, "last_line": 15, "axis": "A1", "cause": "A1 speed", "feed_mm_min": 900.0,
-             "reached_mm_min": 800.0, "lost_s": 1.0},
+            {
+                "first_line": 14,
+                "last_line": 15,
+                "axis": "A1",
+                "cause": "A1 speed",
+                "feed_mm_min": 900.0,
+                "reached_mm_min": 800.0,
+                "lost_s": 1.0,
+            },
         ],
         "compared": [{"limits": "speed and acceleration", "program_s": 310.2, "planned_s": None}],
         "program_breaks": {
@@ -57,7 +72,8 @@ POST: dict[str, Any] = {
         "planned_uses": None,
     },
     "torques": {
-        "masses": ["A2 arm: 42 kg"], "standing": "assumed masses",
+        "masses": ["A2 arm: 42 kg"],
+        "standing": "assumed masses",
         "axes": {
             "E1": {"max_n": 50.0, "gravity_max_n": 0.0, "line": 14},
             "A2": {"max_nm": 404.0, "gravity_max_nm": 382.0, "line": 15},
@@ -65,8 +81,12 @@ POST: dict[str, Any] = {
     },
     "process": {"events_in_file": 3, "events_in_program": 3, "spindle": [[5, 3000.0, "CLW"]], "tool_changes": []},
     "verified": {
-        "by": "a second library", "position_error_mm_max": 1e-4, "axis_error_deg_max": 1e-5,
-        "second_library_error_mm_max": 1e-9, "second_library_poses": 20, "points": 12345,
+        "by": "a second library",
+        "position_error_mm_max": 1e-4,
+        "axis_error_deg_max": 1e-5,
+        "second_library_error_mm_max": 1e-9,
+        "second_library_poses": 20,
+        "points": 12345,
     },
     "witness": {"complete": True, "judged_points": 12345, "judged_events": 3, "not_judged": []},
     "plan": None,
@@ -75,7 +95,7 @@ POST: dict[str, Any] = {
     "files": ["carving.src", "carving.dat", "carving.json"],
     "manifest": {"camrob": "0.1.0", "cl_file": {}, "setup": {}, "cell": {}, "program": {}},
     "seconds": {"read": 0.1},
-}  # fmt: skip
+}
 """A summary of `camrob post` as NAME.json holds it."""
 
 
@@ -98,8 +118,11 @@ VERIFY: dict[str, Any] = {
 
 def shrunk(before: float, after: float, **other: Any) -> dict[str, Any]:
     """Errors on withheld samples before and after, mm rms."""
-    sizes = {f"{name}_{when}_mm": times * rms for when, rms in (("before", before), ("after", after))
-             for name, times in (("rms", 1.0), ("p95", 2.0), ("max", 3.0))}  # fmt: skip
+    sizes = {
+        f"{name}_{when}_mm": times * rms
+        for when, rms in (("before", before), ("after", after))
+        for name, times in (("rms", 1.0), ("p95", 2.0), ("max", 3.0))
+    }
     shrink = 1.0 - after / before
     return sizes | {"shrink": shrink, "shrink_interval": [shrink - 0.05, shrink + 0.05]} | other
 
@@ -107,39 +130,80 @@ def shrunk(before: float, after: float, **other: Any) -> dict[str, Any]:
 def effect_found(name: str, axes: list[str], parameters: dict[str, float], **other: Any) -> dict[str, Any]:
     """An effect of a diagnosis, 97 % sure, that takes 0.3 mm to 0.07 mm."""
     return {
-        "effect": name, "axes": axes, "probability": 0.97,
+        "effect": name,
+        "axes": axes,
+        "probability": 0.97,
         "parameters": {k: {"value": v, "std": abs(v) / 50} for k, v in parameters.items()},
-        **shrunk(0.3, 0.07), "alone": shrunk(0.3, 0.07), "added_last": shrunk(0.3, 0.07), "moves_mm": 0.29,
-        "indistinguishable_from": [], "class": [name], "class_probability": 0.97, "evidence": 0.999,
-        "implausible": "", "compensable": True, "rungs": ["encoder_to_tcp"], "unusual": "",
-    } | other  # fmt: skip
+        **shrunk(0.3, 0.07),
+        "alone": shrunk(0.3, 0.07),
+        "added_last": shrunk(0.3, 0.07),
+        "moves_mm": 0.29,
+        "indistinguishable_from": [],
+        "class": [name],
+        "class_probability": 0.97,
+        "evidence": 0.999,
+        "implausible": "",
+        "compensable": True,
+        "rungs": ["encoder_to_tcp"],
+        "unusual": "",
+    } | other
 
 
 DIAGNOSIS: dict[str, Any] = {
     "cell": "kr15",
     "without": [],
-    "gap": {"samples": 900, "rms_mm": 0.31, "p95_mm": 0.6, "max_mm": 0.9, "rms_deg": None, "noise_mm": 0.03, "outliers": 0},
+    "gap": {
+        "samples": 900,
+        "rms_mm": 0.31,
+        "p95_mm": 0.6,
+        "max_mm": 0.9,
+        "rms_deg": None,
+        "noise_mm": 0.03,
+        "outliers": 0,
+    },
     "where": {
         "rungs": {"program_to_setpoint": None, "setpoint_to_encoder": 0.24, "encoder_to_tcp": 0.307},
-        "rung_intervals": {"program_to_setpoint": None, "setpoint_to_encoder": [0.2, 0.3], "encoder_to_tcp": [0.3, 0.32]},
-        "missing": [], "segments": [], "change_points": [], "lines": [], "directions": {"x": 0.2},
-        "direction_intervals": {"x": [0.1, 0.3]}, "axes": {"A2": 0.8}, "axis_intervals": {"A2": [0.7, 0.9]},
+        "rung_intervals": {
+            "program_to_setpoint": None,
+            "setpoint_to_encoder": [0.2, 0.3],
+            "encoder_to_tcp": [0.3, 0.32],
+        },
+        "missing": [],
+        "segments": [],
+        "change_points": [],
+        "lines": [],
+        "directions": {"x": 0.2},
+        "direction_intervals": {"x": [0.1, 0.3]},
+        "axes": {"A2": 0.8},
+        "axis_intervals": {"A2": [0.7, 0.9]},
         "regimes": {"position": 0.2, "direction": 0.9},
-        "regime_intervals": {"position": [0.1, 0.3], "direction": [0.8, 1.0]}, "further_regimes": {}, "timing": [],
+        "regime_intervals": {"position": [0.1, 0.3], "direction": [0.8, 1.0]},
+        "further_regimes": {},
+        "timing": [],
     },
     "latency_s": {"value": None, "interval": None},
     "status": "explained",
     "effects": [],
-    "together": shrunk(0.3, 0.07) | {
-        "withheld": "lap2.csv", "left_aside": 0, "predicted_shrink": 0.7, "expected_after_mm": 0.07,
-        "removable_removed": 0.8, "compensable_mm": 0.0,
+    "together": shrunk(0.3, 0.07)
+    | {
+        "withheld": "lap2.csv",
+        "left_aside": 0,
+        "predicted_shrink": 0.7,
+        "expected_after_mm": 0.07,
+        "removable_removed": 0.8,
+        "compensable_mm": 0.0,
         "regimes_withheld": [],
     },
     "alternatives": [{"effects": ["backlash"], "probability": 1.0}],
     "within": {"setpoint_to_encoder": "noise", "encoder_to_tcp": "beyond"},
     "unknown": {
-        "probability": 0.01, "rms_mm": 0.0, "share": 0.0, "where": {"rung": None, "axes": [], "regimes": []}, "text": "",
-        "shapes": [], "implausible": {},
+        "probability": 0.01,
+        "rms_mm": 0.0,
+        "share": 0.0,
+        "where": {"rung": None, "axes": [], "regimes": []},
+        "text": "",
+        "shapes": [],
+        "implausible": {},
     },
     "aliases": [],
     "residual": {"rms_mm": 0.07, "noise_mm": 0.03, "structured_mm": 0.0, "discrepancy_mm": 0.0, "structure": []},
@@ -149,10 +213,15 @@ DIAGNOSIS: dict[str, Any] = {
     "added_load": None,
     "instrument": {"suspect": 0.0, "scale_ppm": None, "drift_mm": None, "gross": [], "text": ""},
     "compensable": {
-        "effects": [], "left": [], "rms_before_mm": 0.3, "rms_after_mm": 0.3, "shrink": 0.0, "shrink_interval": [0.0, 0.0],
+        "effects": [],
+        "left": [],
+        "rms_before_mm": 0.3,
+        "rms_after_mm": 0.3,
+        "shrink": 0.0,
+        "shrink_interval": [0.0, 0.0],
     },
     "standards": [],
-}  # fmt: skip
+}
 """A diagnosis.json: 0.3 mm, most of it behind the encoders, that reverses with the direction of motion."""
 
 

@@ -87,9 +87,15 @@ def compensate_postures(
 
 
 def _newton(
-    model: ErrorModel, values: Array, q: Array, targets: Array, iterations: NDArray[np.int64], before: Array, after: Array,
+    model: ErrorModel,
+    values: Array,
+    q: Array,
+    targets: Array,
+    iterations: NDArray[np.int64],
+    before: Array,
+    after: Array,
     offset: int,
-) -> None:  # fmt: skip
+) -> None:
     """One chunk, in place."""
     arm = model.cell.arm_slice
     open_rows = np.arange(len(q))

@@ -49,11 +49,16 @@ def read_bare_arm(table: TableReader, folder: Path) -> BareArm:
         raise table.fail("signs", "holds others than 1 and -1", "give 1 or -1 for each axis")
     joints = tuple(
         replace(
-            j, sign=1.0 if signs is None else float(signs[k]),
-            offset=0.0 if offsets is None else mm_to_m(float(offsets[k])) if j.prismatic else deg_to_rad(float(offsets[k])),
+            j,
+            sign=1.0 if signs is None else float(signs[k]),
+            offset=0.0
+            if offsets is None
+            else mm_to_m(float(offsets[k]))
+            if j.prismatic
+            else deg_to_rad(float(offsets[k])),
         )
         for k, j in enumerate(arm.joints)
-    )  # fmt: skip
+    )
     table.finish()
     return BareArm(joints, arm.masses, arm.wrist_T_flange)
 

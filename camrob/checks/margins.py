@@ -191,12 +191,34 @@ def _limit(joint: Joint, q: Array, outside: Mask, places: _Places, findings: lis
     value = shown(float(values[point]))
     if passed.any():
         text, times = f"{joint.name} is past its limit", int(passed.sum())
-        findings.append(places.finding("axis-limit", text, Severity.ERROR, point, axis=joint.name, value=value,
-                                       limit=limit, unit=unit, count=times))  # fmt: skip
+        findings.append(
+            places.finding(
+                "axis-limit",
+                text,
+                Severity.ERROR,
+                point,
+                axis=joint.name,
+                value=value,
+                limit=limit,
+                unit=unit,
+                count=times,
+            )
+        )
     elif least < near:
         text, times = f"{joint.name} comes close to its limit", int((margin < near).sum())
-        findings.append(places.finding("axis-margin", text, Severity.INFO, point, axis=joint.name, value=value,
-                                       limit=limit, unit=unit, count=times))  # fmt: skip
+        findings.append(
+            places.finding(
+                "axis-margin",
+                text,
+                Severity.INFO,
+                point,
+                axis=joint.name,
+                value=value,
+                limit=limit,
+                unit=unit,
+                count=times,
+            )
+        )
     return shown(least), point
 
 
@@ -221,9 +243,18 @@ def _jumps(
         name = cell.names[cell.arm_slice.start + int(np.argmax(steps[which]))]
         text = f"{name} jumps where the tool hardly moves"
         findings.append(
-            places.finding("jump", text, Severity.ERROR, int(jumps[0]), axis=name, unit="degrees", count=len(jumps),
-                           value=rad_to_deg(float(axis_step[which])),
-                           limit=rad_to_deg(max(_JUMP_TURN, _JUMP_RATIO * float(tool_step[which])))))  # fmt: skip
+            places.finding(
+                "jump",
+                text,
+                Severity.ERROR,
+                int(jumps[0]),
+                axis=name,
+                unit="degrees",
+                count=len(jumps),
+                value=rad_to_deg(float(axis_step[which])),
+                limit=rad_to_deg(max(_JUMP_TURN, _JUMP_RATIO * float(tool_step[which]))),
+            )
+        )
     return jumps, float(axis_step.max()), float(stray.max())
 
 

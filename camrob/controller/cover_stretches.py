@@ -16,9 +16,15 @@ Array = NDArray[np.float64]
 
 
 def cover_stretches(
-    base_T_tip: Array, line: NDArray[np.int64], region: NDArray[np.int64], stretch: NDArray[np.int64], targets: Array,
-    kind: NDArray[np.int8], *, chord_tolerance: float = 0.0,
-) -> Coverage:  # fmt: skip
+    base_T_tip: Array,
+    line: NDArray[np.int64],
+    region: NDArray[np.int64],
+    stretch: NDArray[np.int64],
+    targets: Array,
+    kind: NDArray[np.int8],
+    *,
+    chord_tolerance: float = 0.0,
+) -> Coverage:
     """As `cover`, with the points' stretches (N,) between tool changes.
 
     A stretch's points are looked for behind the first PTP to axis values that follows the last point of the stretch before:

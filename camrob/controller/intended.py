@@ -43,8 +43,12 @@ def hold_to_intended(text: ProgramText, replay: Replay, program: Program, meant:
         return [other]
     by_pose = np.asarray(program.kind) != Motion.PTP_AXES
     moving = np.asarray(program.kind) >= Motion.LIN
-    found = _first(_rounding(text), np.where(program.approximate, float(Blend.DISTANCE), 0.0)[:, None],
-                   np.ones(len(program), np.bool_), 0.0)  # fmt: skip
+    found = _first(
+        _rounding(text),
+        np.where(program.approximate, float(Blend.DISTANCE), 0.0)[:, None],
+        np.ones(len(program), np.bool_),
+        0.0,
+    )
     if found is not None:
         return [_finding("the text rounds off a point that was not meant to be, or stops at one that was", found, text)]
     astray = _acts_otherwise(text, meant)

@@ -60,14 +60,34 @@ def judge(
     if len(singular):
         row = int(singular[0])
         text = "the arm passes a singular posture (its wrist is straight, or it is stretched)"
-        findings.append(Finding("singular", text, Severity.ERROR, line=int(program.line[row]), point=row,
-                                value=float(replay.inv_kf[row]), limit=SINGULAR_INV_KF, unit="1/k_F",
-                                count=len(singular)))  # fmt: skip
+        findings.append(
+            Finding(
+                "singular",
+                text,
+                Severity.ERROR,
+                line=int(program.line[row]),
+                point=row,
+                value=float(replay.inv_kf[row]),
+                limit=SINGULAR_INV_KF,
+                unit="1/k_F",
+                count=len(singular),
+            )
+        )
     error, count, row = _second_opinion(program, replay)
     if error > POSE_TOLERANCE:
         text = "another library's kinematics does not agree with the replay"
-        findings.append(Finding("second-library", text, Severity.ERROR, line=int(program.line[row]), point=row,
-                                value=m_to_mm(error), limit=m_to_mm(POSE_TOLERANCE), unit="mm"))  # fmt: skip
+        findings.append(
+            Finding(
+                "second-library",
+                text,
+                Severity.ERROR,
+                line=int(program.line[row]),
+                point=row,
+                value=m_to_mm(error),
+                limit=m_to_mm(POSE_TOLERANCE),
+                unit="mm",
+            )
+        )
     if coverage is not None and feed is not None:
         findings += _speeds(program, coverage, feed)
         findings += _cuts_by_ptp(program, coverage, feed)
@@ -88,8 +108,20 @@ def _limits(program: ProgramText, replay: Replay) -> list[Finding]:
             over = -float(margin[row, i]) * scale
             unit = "mm" if joint.prismatic else "degrees"
             text = f"{joint.name} passes its limit by up to {over:.4f} {unit}"
-            findings.append(Finding("axis-limit", text, Severity.ERROR, line=int(program.line[first]), point=first,
-                                    axis=joint.name, value=over, limit=0.0, unit=unit, count=len(beyond)))  # fmt: skip
+            findings.append(
+                Finding(
+                    "axis-limit",
+                    text,
+                    Severity.ERROR,
+                    line=int(program.line[first]),
+                    point=first,
+                    axis=joint.name,
+                    value=over,
+                    limit=0.0,
+                    unit=unit,
+                    count=len(beyond),
+                )
+            )
     return findings
 
 
@@ -125,10 +157,19 @@ def _speeds(program: ProgramText, coverage: Coverage, feed: Array) -> list[Findi
         return []
     row = int(coverage.motion[cut[bad[0]]])
     told = float(speed[bad[0]])
-    return [Finding("speed", "a motion is faster than the programmed feed, or has no speed", Severity.ERROR,
-                    line=int(program.line[row]), point=row, limit=float(feed[cut[bad[0]]]),
-                    value=told if np.isfinite(told) else None,
-                    unit="m/s", count=len(bad))]  # fmt: skip
+    return [
+        Finding(
+            "speed",
+            "a motion is faster than the programmed feed, or has no speed",
+            Severity.ERROR,
+            line=int(program.line[row]),
+            point=row,
+            limit=float(feed[cut[bad[0]]]),
+            value=told if np.isfinite(told) else None,
+            unit="m/s",
+            count=len(bad),
+        )
+    ]
 
 
 def _standing(program: ProgramText, replay: Replay, coverage: Coverage, feed: Array) -> list[Finding]:
@@ -161,8 +202,16 @@ def _cuts_by_ptp(program: ProgramText, coverage: Coverage, feed: Array) -> list[
     if not len(bad):
         return []
     row = int(motion[bad[0]])
-    return [Finding("ptp-cuts", "a PTP leads through a cut; only LIN and CIRC keep to the line", Severity.ERROR,
-                    line=int(program.line[row]), point=row, count=len(bad))]  # fmt: skip
+    return [
+        Finding(
+            "ptp-cuts",
+            "a PTP leads through a cut; only LIN and CIRC keep to the line",
+            Severity.ERROR,
+            line=int(program.line[row]),
+            point=row,
+            count=len(bad),
+        )
+    ]
 
 
 def _margins(replay: Replay) -> dict[str, float | None]:

@@ -58,9 +58,19 @@ def axis_jumps(
             far, limit = float(step[worst, i]) * scale, float(allowed[worst, i]) * scale
             text = f"{joint.name} leaps by {far:.1f} {unit} within one motion"
             findings.append(
-                Finding("axis-jump", text, Severity.ERROR, line=int(program.line[cp[leaps[0]]]), point=int(cp[leaps[0]]),
-                        axis=joint.name, value=far, limit=limit, unit=unit, count=len(leaps))
-            )  # fmt: skip
+                Finding(
+                    "axis-jump",
+                    text,
+                    Severity.ERROR,
+                    line=int(program.line[cp[leaps[0]]]),
+                    point=int(cp[leaps[0]]),
+                    axis=joint.name,
+                    value=far,
+                    limit=limit,
+                    unit=unit,
+                    count=len(leaps),
+                )
+            )
     return findings
 
 

@@ -140,10 +140,18 @@ def _motions(
     q = np.asarray(replay.q)[rows]
     zeros = np.zeros((4, M, 3))
     motions = Motions(
-        kind, np.ascontiguousarray(poses[rows, :3, :3]), np.ascontiguousarray(poses[rows, :3, 3]),
-        np.ascontiguousarray(q[:, :k]), np.ascontiguousarray(q), zeros[0], zeros[1], zeros[2], zeros[3],
-        np.zeros(M), np.zeros(M),
-    )  # fmt: skip
+        kind,
+        np.ascontiguousarray(poses[rows, :3, :3]),
+        np.ascontiguousarray(poses[rows, :3, 3]),
+        np.ascontiguousarray(q[:, :k]),
+        np.ascontiguousarray(q),
+        zeros[0],
+        zeros[1],
+        zeros[2],
+        zeros[3],
+        np.zeros(M),
+        np.zeros(M),
+    )
     length, turn = np.zeros(M), np.zeros(M)
     via = np.ascontiguousarray(poses[np.maximum(rows[1:] - 1, 0), :3, 3])
     sweep = deg_to_rad(np.asarray(program.circular_angle_deg)[rows[1:]])
@@ -160,9 +168,18 @@ def _kept(motions: Motions, ends: Flags, own: Flags) -> Motions:
     """Some of the motions: what belongs to their ends, and what is their own."""
     m = motions
     return Motions(
-        m.kind[own], m.R[ends], m.p[ends], m.e[ends], m.q[ends], m.w[own], m.center[own], m.u[own], m.v[own],
-        m.angle[own], m.size[own],
-    )  # fmt: skip
+        m.kind[own],
+        m.R[ends],
+        m.p[ends],
+        m.e[ends],
+        m.q[ends],
+        m.w[own],
+        m.center[own],
+        m.u[own],
+        m.v[own],
+        m.angle[own],
+        m.size[own],
+    )
 
 
 def _mend(cell: Cell, motions: Motions, sweep: Array) -> None:

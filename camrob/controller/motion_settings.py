@@ -73,8 +73,9 @@ def motion_settings(program: ProgramText, cell: Cell) -> MotionSettings:
         if isinstance(value, (bool, str)) or not 0.0 < value <= most:
             raise ProgramError(
                 f"{name if told is None else told.name} = {value}",
-                cure="write a positive number that the controller takes", path=program.files[0],
-            )  # fmt: skip
+                cure="write a positive number that the controller takes",
+                path=program.files[0],
+            )
         return float(value)
 
     shares = np.ones((2, len(cell)))

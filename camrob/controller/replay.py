@@ -209,8 +209,14 @@ class _Run:
         self.q = cell.to_q(np.concatenate([np.nan_to_num(np.asarray(program.axes)), externals], axis=1))
         self.targets, self.findings = base_poses(program, cell, self.q)
         self.posture = cell.to_q(cell.to_axis_values(cell.q_home))
-        self.out = ReplayRun(self.q, np.full((N, n), np.inf), np.full((N, n), np.inf), np.full(N, np.inf),
-                             np.full(N, np.inf), np.zeros(N))  # fmt: skip
+        self.out = ReplayRun(
+            self.q,
+            np.full((N, n), np.inf),
+            np.full((N, n), np.inf),
+            np.full(N, np.inf),
+            np.full(N, np.inf),
+            np.zeros(N),
+        )
         self.samples = 0
         self.failed = False
 
@@ -231,9 +237,11 @@ class _Run:
         if len(change):
             line = int(self.program.line[begin + int(change[0])])
             raise ProgramError(
-                "sets more than one tool frame, this one before a LIN or CIRC", cure="begin with a PTP behind each change",
-                path=self.program.files[0], line=line,
-            )  # fmt: skip
+                "sets more than one tool frame, this one before a LIN or CIRC",
+                cure="begin with a PTP behind each change",
+                path=self.program.files[0],
+                line=line,
+            )
         if cells[mounted[begin]] is not self.cell:
             self._take(cells[mounted[begin]])
 
@@ -290,11 +298,18 @@ class _Run:
         here = base_T_tool(cell, self.posture) if np.isnan(before[0, 0]) else before
         rows = slice(start, stop)
         code, stopped, samples = replay_run(
-            self.kernel, self.posture, np.ascontiguousarray(here[:3, :3]), np.ascontiguousarray(here[:3, 3]),
-            np.ascontiguousarray(self.targets[rows, :3, :3]), np.ascontiguousarray(self.targets[rows, :3, 3]),
-            np.ascontiguousarray(self.q[rows, : cell.arm_slice.start]), self.program.kind[rows] == Motion.CIRC_VIA,
-            np.array([SAMPLE_LENGTH, SAMPLE_ANGLE, SAMPLES]), JUMP, ReplayRun(*(a[rows] for a in self.out)),
-        )  # fmt: skip
+            self.kernel,
+            self.posture,
+            np.ascontiguousarray(here[:3, :3]),
+            np.ascontiguousarray(here[:3, 3]),
+            np.ascontiguousarray(self.targets[rows, :3, :3]),
+            np.ascontiguousarray(self.targets[rows, :3, 3]),
+            np.ascontiguousarray(self.q[rows, : cell.arm_slice.start]),
+            self.program.kind[rows] == Motion.CIRC_VIA,
+            np.array([SAMPLE_LENGTH, SAMPLE_ANGLE, SAMPLES]),
+            JUMP,
+            ReplayRun(*(a[rows] for a in self.out)),
+        )
         self.samples += samples
         if code == 0:
             self.posture = self.q[stop - 1].copy()

@@ -193,9 +193,12 @@ class _Run:
         settings = self.settings
         course = course_of(self.layout, settings, self.pieces, *self.nodes)
         bounds = Bounds(
-            np.ascontiguousarray(settings.axis_speed), np.ascontiguousarray(settings.axis_acceleration),
-            settings.turn_speed, settings.turn_acceleration, CORNER_TIME,
-        )  # fmt: skip
+            np.ascontiguousarray(settings.axis_speed),
+            np.ascontiguousarray(settings.axis_acceleration),
+            settings.turn_speed,
+            settings.turn_acceleration,
+            CORNER_TIME,
+        )
         cap, cause = cruise(course, bounds)
         x, why = brake(course, bounds, cap, cause)
         last, piece = motion_ends(self.layout, self.pieces)
@@ -235,9 +238,14 @@ class _Run:
         columns["line"] = np.asarray(self.program.line)[motion].astype(float)
         info = LogInfo(program=Path(self.program.files[0]).name, instrument="camrob simulate")
         return Simulation(
-            MeasurementLog(columns, info), duration, motion, _approximation(self.program, self.layout), self._lost(),
-            *self._peaks(q), self.findings,
-        )  # fmt: skip
+            MeasurementLog(columns, info),
+            duration,
+            motion,
+            _approximation(self.program, self.layout),
+            self._lost(),
+            *self._peaks(q),
+            self.findings,
+        )
 
     def _rows(self, t: Array, q: Array, position: Array, rotation: Array, end: NDArray[np.int64]) -> None:
         """Fill the rows at times t: posture, TCP in `world`, end of the motion that each belongs to."""
@@ -286,9 +294,15 @@ class _Run:
         place = np.where(beyond, m + 1.0 + (done - reach) / size[after], m + inside)
         way = np.linalg.norm(np.diff(self.nodes[1], axis=0), axis=1)
         return Timetable(
-            self.layout.row[1:], np.concatenate([[0.0], np.maximum.accumulate(place)]), self.arrive, self.leave,
-            np.concatenate([[0.0], np.cumsum(way)]), self._at_feed()[0], self.cause, self._texts,
-        )  # fmt: skip
+            self.layout.row[1:],
+            np.concatenate([[0.0], np.maximum.accumulate(place)]),
+            self.arrive,
+            self.leave,
+            np.concatenate([[0.0], np.cumsum(way)]),
+            self._at_feed()[0],
+            self.cause,
+            self._texts,
+        )
 
     def _lost(self) -> FeedLost:
         """What the CP motion of the tool loses against its programmed speed."""

@@ -158,12 +158,19 @@ def _written(work: _Work, source: str, calibration: str, folder: Path) -> tuple[
     correction = np.asarray(work.result.q) - work.q
     analyses = analyses_before_after(planned.cell, text, np.asarray(planned.q), np.asarray(replayed.q))
     summary = compensation_summary(
-        text, work.found, work.result, correction, planned, after, source=source, calibration=calibration,
+        text,
+        work.found,
+        work.result,
+        correction,
+        planned,
+        after,
+        source=source,
+        calibration=calibration,
         limits=MarginsBeforeAfter(margin_min=judged_after.margin, margin_min_before=work.judged.margin),
         between=error_between(model, values, text, planned, replayed),
         rates=rates_and_violations(analyses, text, planned),
         findings=[*warnings, *work.left],
-    )  # fmt: skip
+    )
     save_solution(folder / f"{work.source.stem}.path.npz", planned.cell, np.asarray(replayed.q), text)
     page = compensation_report(
         summary,

@@ -88,10 +88,15 @@ def diagnose(
     withheld_programs = [_program(one, program) for one in kept_out]
     _check_sections(machine, [*programs, *withheld_programs], experiment)
     found = run_diagnosis(
-        logs, machine, withheld=kept_out, programs=programs, without=tuple(without), progress=progress,
+        logs,
+        machine,
+        withheld=kept_out,
+        programs=programs,
+        without=tuple(without),
+        progress=progress,
         extra=cell_effects(cell, machine),
         withheld_programs=withheld_programs,
-    )  # fmt: skip
+    )
     summary = DiagnosisSummary.from_json({"cell": machine.name, "without": list(without), **found.summary})
     refused: JobError | None = None
     if experiment is not None:

@@ -106,9 +106,11 @@ def _program(motion: TrialMotion, name: str, rounding: Rounding) -> Program:
     cell, scene = motion.scene.cell, motion.scene
     at_rest = scene.poses or bool(motion.axis)
     q = _stops(motion.q) if motion.axis else motion.q if scene.poses else _thinned(cell, motion.q)
-    q = np.concatenate([cell.q_home[None], q[:1], q, cell.q_home[None]]) if not at_rest else np.concatenate(
-        [cell.q_home[None], q, cell.q_home[None]]
-    )  # fmt: skip
+    q = (
+        np.concatenate([cell.q_home[None], q[:1], q, cell.q_home[None]])
+        if not at_rest
+        else np.concatenate([cell.q_home[None], q, cell.q_home[None]])
+    )
     N = len(q)
     kind = np.full(N, Motion.PTP_AXES if at_rest else Motion.LIN, np.int8)
     kind[[0, -1]] = Motion.PTP_AXES
@@ -119,10 +121,18 @@ def _program(motion: TrialMotion, name: str, rounding: Rounding) -> Program:
     lin = kind == Motion.LIN
     rest = tuple(ProgramEvent(k + 1, ProgramEventKind.DWELL, value=_REST) for k in range(1, N - 1)) if at_rest else ()
     return build_program(
-        name, cell, rounding, kind=kind, axis_values=values, frames=poses, speed=_speed(cell, motion),
-        approximate=lin & np.append(lin[1:], False), safe=~lin, events=rest,
+        name,
+        cell,
+        rounding,
+        kind=kind,
+        axis_values=values,
+        frames=poses,
+        speed=_speed(cell, motion),
+        approximate=lin & np.append(lin[1:], False),
+        safe=~lin,
+        events=rest,
         comment=tuple(f"{t}." for t in (f"Experiment: {motion.text}", motion.advice) if t),
-    )  # fmt: skip
+    )
 
 
 def _thinned(cell: Cell, q: Array) -> Array:

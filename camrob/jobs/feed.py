@@ -158,9 +158,14 @@ def _derivatives(
         files=_FILES,
     )
     text = derivative_report(
-        machine, analyses, axes=shown, rate=rate, source="; ".join(one.source for one in both),
-        place=place, statements=statements,
-    )  # fmt: skip
+        machine,
+        analyses,
+        axes=shown,
+        rate=rate,
+        source="; ".join(one.source for one in both),
+        place=place,
+        statements=statements,
+    )
     return summary, text
 
 

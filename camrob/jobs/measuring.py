@@ -57,9 +57,16 @@ def plan_measuring(
         if len(candidates) < count:
             break
         choice = select_poses(
-            cell, names, candidates, path, count,
-            measured=np.asarray(data.q), sigma_position=sigma_p, sigma_angle=sigma_a, in_base=data.in_base,
-        )  # fmt: skip
+            cell,
+            names,
+            candidates,
+            path,
+            count,
+            measured=np.asarray(data.q),
+            sigma_position=sigma_p,
+            sigma_angle=sigma_a,
+            in_base=data.in_base,
+        )
         order = _tour(cell, home[0], candidates[choice.chosen])
         tour = np.concatenate([home, candidates[choice.chosen][order], home])
         report = check_collisions(
@@ -103,9 +110,14 @@ def _plan(cell: Cell, tour: Array, expected: Array, checked: bool, exchanged: in
     tips = printed_frames(base_T_tool(cell, tour))[1:-1, :3]
     rest = tuple(ProgramEvent(k + 1, ProgramEventKind.DWELL, value=_REST) for k in range(1, count - 1))
     program = build_program(
-        name, cell, language.round, kind=np.full(count, Motion.PTP_AXES), axis_values=values, events=rest,
+        name,
+        cell,
+        language.round,
+        kind=np.full(count, Motion.PTP_AXES),
+        axis_values=values,
+        events=rest,
         comment=(f"{count - 2} poses to measure, at rest for {_REST:g} s each",),
-    )  # fmt: skip
+    )
     return MeasuringPlan(
         files=dict(language.write(program, cell.controller, max_lines=None)),
         figures=MeasuringFigures(

@@ -85,9 +85,9 @@ def place(
     name = program_name(Path(clfile), None, language_of(machine))
     inputs = read_inputs(Path(clfile), machine, setup)
     one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
-    axes = [
-        np.linspace(-v, v, STEPS) if v > 0.0 else np.zeros(1) for v in freedom[:2]
-    ] + [np.linspace(0.0, z_mm, HEIGHTS) if z_mm > 0.0 else np.zeros(1)]  # fmt: skip
+    axes = [np.linspace(-v, v, STEPS) if v > 0.0 else np.zeros(1) for v in freedom[:2]] + [
+        np.linspace(0.0, z_mm, HEIGHTS) if z_mm > 0.0 else np.zeros(1)
+    ]
     shifts = mm_to_m(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3))
     shifts = shifts[np.any(shifts != 0.0, axis=1)]  # the set-up's own placement is looked at first
     base_T_part = np.asarray(inputs.setup.base_T_part)

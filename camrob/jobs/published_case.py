@@ -152,7 +152,11 @@ def _rows(
     own = sum(1 for n in plain.parameters if not n.startswith(("base", "tool")))
     asked = own + len(plain.held)
     rows = [
-        ("parameters of the robot", "30 geometric, 5 stiffness", f"{asked} beside base and tool, {own} told apart from these"),
+        (
+            "parameters of the robot",
+            "30 geometric, 5 stiffness",
+            f"{asked} beside base and tool, {own} told apart from these",
+        ),
         ("mean error before", _pair(case.before), _pair(_means(plain, "nominal"))),
         ("base and tool fitted alone", "-", _pair(_means(plain, "frames"))),
         ("mean error after, 30 geometric and 5 stiffness", _pair(case.after), _pair(_means(plain, "calibrated"))),
@@ -160,11 +164,14 @@ def _rows(
         (f"tape's line of {len(line.planned)} points, uncompensated", "-", _of_line(np.asarray(line.before))),
         ("the line, compensated", "-", _of_line(np.asarray(line.after))),
         ("the line, compensated with ripple too", "-", _of_line(np.asarray(line.extended))),
-        ("iterations as published (delta 1e-8, eps 1e-15)", "{}-{}".format(*case.iterations),
-         "{}-{}".format(*line.published_iterations)),
+        (
+            "iterations as published (delta 1e-8, eps 1e-15)",
+            "{}-{}".format(*case.iterations),
+            "{}-{}".format(*line.published_iterations),
+        ),
         ("iterations, analytic Jacobian, to 1e-11 m", "-", f"at most {line.iterations}"),
         ("largest difference between the two", "-", f"{line.difference:.1e} rad"),
-    ]  # fmt: skip
+    ]
     for k, name in enumerate(("speed", "acceleration", "jerk")):
         before, after = (_slowest(a, k) for a in line.analysis)
         what = f"least ds/dt that {name} limits allow, planned, then compensated, rad/s"

@@ -130,14 +130,18 @@ def _summary(cell: Cell, study: TrackerStudy) -> TrackerSummary:
         ),
         gain_needs=tuple(
             GainNeeded(
-                latency_cycles=n.latency, noise_mm=float(m_to_mm(n.noise)), gain=n.gain,
+                latency_cycles=n.latency,
+                noise_mm=float(m_to_mm(n.noise)),
+                gain=n.gain,
                 expected_rms_mm=None if n.rms is None else float(m_to_mm(n.rms)),
             )
             for n in study.needs
         ),
         learning=tuple(
             LapFigures(
-                name=one.name, lead_cycles=one.lead, factor=one.factor,
+                name=one.name,
+                lead_cycles=one.lead,
+                factor=one.factor,
                 square_rms_mm=tuple(float(m_to_mm(s.tool.rms)) for s, _c in one.laps),
                 circle_rms_mm=tuple(float(m_to_mm(c.tool.rms)) for _s, c in one.laps),
             )
@@ -151,7 +155,7 @@ def _summary(cell: Cell, study: TrackerStudy) -> TrackerSummary:
         equation_2_off_mm=float(m_to_mm(study.order_off)),
         standings=case.provenance,
         files=_FILES,
-    )  # fmt: skip
+    )
 
 
 def _gain(study: TrackerStudy) -> GainFigures:
@@ -198,17 +202,26 @@ def _reduction(before: RunMeasure, after: RunMeasure) -> Shrinks:
         tool_mean=reduction(before.tool.mean, after.tool.mean),
         path_mean=reduction(before.path.mean, after.path.mean),
         path_seen_mean=reduction(before.seen_path.mean, after.seen_path.mean),
-        x_rms=x, y_rms=y, z_rms=z, a_rms=a, b_rms=b, c_rms=c,
-    )  # fmt: skip
+        x_rms=x,
+        y_rms=y,
+        z_rms=z,
+        a_rms=a,
+        b_rms=b,
+        c_rms=c,
+    )
 
 
 def _margins(m: Margins | None) -> MarginFigures | None:
     if m is None:
         return None
     return MarginFigures(
-        gain=m.gain, phase_deg=float(rad_to_deg(m.phase)), delay_cycles=m.delay, peak=m.peak,
-        bandwidth_hz=m.bandwidth, noise_variance=m.noise,
-    )  # fmt: skip
+        gain=m.gain,
+        phase_deg=float(rad_to_deg(m.phase)),
+        delay_cycles=m.delay,
+        peak=m.peak,
+        bandwidth_hz=m.bandwidth,
+        noise_variance=m.noise,
+    )
 
 
 def _sensitivity(s: Sensitivity) -> SensitivityFigures:

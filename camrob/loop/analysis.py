@@ -127,6 +127,10 @@ class JointLoop:
         phase = float(np.interp(0.0, [np.log(size[at]), np.log(size[at - 1])], [angle[at], angle[at - 1]])) + np.pi
         reached = omega[int(np.argmax(np.sqrt(0.5) <= S))]
         return Margins(
-            self.limit() / gain, phase, phase / float(omega[at]) / self.cycle, float(S.max()),
-            float(reached / (2.0 * np.pi)), self.noise(gain),
-        )  # fmt: skip
+            self.limit() / gain,
+            phase,
+            phase / float(omega[at]) / self.cycle,
+            float(S.max()),
+            float(reached / (2.0 * np.pi)),
+            self.noise(gain),
+        )

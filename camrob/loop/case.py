@@ -22,9 +22,13 @@ __all__ = ["RobotErrors", "TrackerCase", "TrackerNoise", "read_tracker_case"]
 Array = NDArray[np.float64]
 
 _INSTRUMENT = {
-    "drift_ppm": (0.0, 1e4), "latency_ms": (-200.0, 200.0), "far_mm": (1e-3, 1e3), "far_deg": (1e-3, 90.0),
-    "jump_mm": (1e-3, 1e3), "jump_deg": (1e-3, 90.0),
-}  # fmt: skip
+    "drift_ppm": (0.0, 1e4),
+    "latency_ms": (-200.0, 200.0),
+    "far_mm": (1e-3, 1e3),
+    "far_deg": (1e-3, 90.0),
+    "jump_mm": (1e-3, 1e3),
+    "jump_deg": (1e-3, 90.0),
+}
 _RSI_CYCLES = ("stale_after", "stop_after", "late_stop", "saturated_cycles")
 
 

@@ -75,17 +75,23 @@ def check_gain(loops: Sequence[JointLoop], gain: float) -> None:
     if gain >= limits[worst]:
         raise JobError(
             "with this gain the tracker loop is unstable; give a smaller one",
-            axis=f"A{worst + 1}", value=gain, limit=limits[worst],
-        )  # fmt: skip
+            axis=f"A{worst + 1}",
+            value=gain,
+            limit=limits[worst],
+        )
 
 
 def worst_margins(loops: Sequence[JointLoop], gain: float) -> Margins:
     """The least margins, and the greatest peak and noise, over the joints."""
     all_ = [loop.margins(gain) for loop in loops]
     return Margins(
-        min(m.gain for m in all_), min(m.phase for m in all_), min(m.delay for m in all_), max(m.peak for m in all_),
-        min(m.bandwidth for m in all_), max(m.noise for m in all_),
-    )  # fmt: skip
+        min(m.gain for m in all_),
+        min(m.phase for m in all_),
+        min(m.delay for m in all_),
+        max(m.peak for m in all_),
+        min(m.bandwidth for m in all_),
+        max(m.noise for m in all_),
+    )
 
 
 def choose_gain(cell: Cell, case: TrackerCase, logs: Sequence[LoopLog], lags: JointLags) -> GainChoice:
@@ -97,7 +103,7 @@ def choose_gain(cell: Cell, case: TrackerCase, logs: Sequence[LoopLog], lags: Jo
     noise = curves.noise * case.noise.position
     return GainChoice(
         _GAINS, curves.with_noise(case.noise.position), noise, curves.peak, curves.room, float(_GAINS[at])
-    )  # fmt: skip
+    )
 
 
 def gain_needs(

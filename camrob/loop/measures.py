@@ -148,6 +148,9 @@ def measure_run(log: LoopLog, begin: float) -> RunMeasure:
         Size.of(np.linalg.norm(seen[part, :3], axis=1)),
         Size.of(off_path(path, error)[part]),
         Size.of(off_path(path, seen)[part]),
-        np.array(corners), turned, np.array(peaks), error[rest // 2 : rest].mean(axis=0),
+        np.array(corners),
+        turned,
+        np.array(peaks),
+        error[rest // 2 : rest].mean(axis=0),
         float(log.saturated[settled].mean()) if len(settled) else 0.0,
-    )  # fmt: skip
+    )

@@ -139,6 +139,8 @@ def _postures(cell: Cell, wanted: Array, name: str) -> Array:
     if float(kf.min()) < _SINGULAR:
         raise SingularError(
             f"the {name} runs through a singular posture: its errors can't be corrected in all six directions",
-            value=float(kf.min()), limit=_SINGULAR, unit="1/k_F",
-        )  # fmt: skip
+            value=float(kf.min()),
+            limit=_SINGULAR,
+            unit="1/k_F",
+        )
     return np.asarray(q)

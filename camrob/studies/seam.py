@@ -103,9 +103,16 @@ def seam_motion(cell: Cell, seam: Seam, count: int) -> SeamMotion:
     x3 = (p3 - 3.0 * x2 * (s1 * s2)[:, None] - x1 * s3[:, None]) / s1[:, None] ** 3
     wrong = p2 / s1[:, None] ** 2 + p1 * (s2 / s1**3)[:, None]
     return SeamMotion(
-        u, _arc_length(seam, u), error, joint_derivatives(cell, q, x1, x2, x3), printed_derivatives(cell, q, x1, x2, x3),
-        x1, x2, x3, wrong,
-    )  # fmt: skip
+        u,
+        _arc_length(seam, u),
+        error,
+        joint_derivatives(cell, q, x1, x2, x3),
+        printed_derivatives(cell, q, x1, x2, x3),
+        x1,
+        x2,
+        x3,
+        wrong,
+    )
 
 
 def _arc_length(seam: Seam, u: Array) -> Array:

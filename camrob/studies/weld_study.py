@@ -123,9 +123,7 @@ def study_weld(cell: Cell, seam: Seam) -> WeldStudy:
         LoadCase(name, np.abs(case.total).max(axis=0)) for (name, _n, _s), case in zip(_LOADS, cases, strict=True)
     )
     tools = tuple(_tool(cell, seam, bounds, name, offset) for name, offset in _TIPS)
-    return WeldStudy(
-        seam, points, fine, bounds, bound, schemes, cases[0], loads, tools, _slip(fine), _numeric(fine)
-    )  # fmt: skip
+    return WeldStudy(seam, points, fine, bounds, bound, schemes, cases[0], loads, tools, _slip(fine), _numeric(fine))
 
 
 def _tool(cell: Cell, seam: Seam, bounds: MotionBounds, name: str, offset: tuple[float, float, float]) -> ToolCase:
@@ -197,5 +195,6 @@ def _numeric(fine: SeamMotion) -> tuple[float, float]:
     second = np.gradient(fine.joints.d1, fine.s, axis=0)
     third = np.gradient(fine.joints.d2, fine.s, axis=0)
     return (
-        _share(second[inner[0]], fine.joints.d2[inner[0]]), _share(third[inner[0]], fine.joints.d3[inner[0]]),
-    )  # fmt: skip
+        _share(second[inner[0]], fine.joints.d2[inner[0]]),
+        _share(third[inner[0]], fine.joints.d3[inner[0]]),
+    )

@@ -39,9 +39,15 @@ class JudgedRemark(Summary):
     def of(cls, finding: Finding) -> JudgedRemark:
         """A finding as it stands."""
         return cls(
-            line=finding.line, code=finding.code, text=finding.text, axis=finding.axis, value=finding.value,
-            limit=finding.limit, unit=finding.unit, count=finding.count,
-        )  # fmt: skip
+            line=finding.line,
+            code=finding.code,
+            text=finding.text,
+            axis=finding.axis,
+            value=finding.value,
+            limit=finding.limit,
+            unit=finding.unit,
+            count=finding.count,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -35,9 +35,8 @@ Indices = NDArray[np.int64]
 
 _DIP = 0.85  # of the fastest speed on a motion: a slower place than that gets a speed of its own
 _LOST = 0.05  # s that a motion, or a part of it, may lose by going at its slowest place's speed
-_APART = (
-    1.0  # mm between targets at the least; twice `$APO.CDIS` where that is more, so that none cuts a rounding short
-)
+# mm between targets at the least; twice `$APO.CDIS` where that is more, so that none cuts a rounding short
+_APART = 1.0
 _OFF = 0.05  # rad: an arm posture farther from its neighbours' than this is on another branch
 _TOLERANCE = 0.02  # how far a speed may stay below the plan so that it changes rarely
 
@@ -94,8 +93,10 @@ def written_feed(
     point, share, between, new = point[reached], share[reached], between[reached], new[reached]
     added = np.insert(np.zeros(len(path), np.bool_), point, True)
     frames = np.insert(np.asarray(path.base_T_tip), point, new, axis=0)
-    columns = {name: np.insert(getattr(path, name), point, getattr(path, name)[point])
-               for name in ("move", "feed", "line", "region", "safe", "stretch")}  # fmt: skip
+    columns = {
+        name: np.insert(getattr(path, name), point, getattr(path, name)[point])
+        for name in ("move", "feed", "line", "region", "safe", "stretch")
+    }
     refined = ToolPathInBase(base_T_tip=frames, source=np.insert(path.source, point, -1), **columns)
     postures = np.insert(q, point, between, axis=0)
     at = np.arange(len(path), dtype=np.float64)

@@ -88,9 +88,11 @@ def _in_the_hall(toolpath: Toolpath, path: Path) -> Toolpath:
         if len(far):
             away = float(np.abs(np.asarray(region.position)[far[0]]).max())
             raise ToolpathError(
-                f"a point lies {away:.3g} m away", cure="correct the coordinate, or the units", path=path,
+                f"a point lies {away:.3g} m away",
+                cure="correct the coordinate, or the units",
+                path=path,
                 line=int(region.line[far[0]]),
-            )  # fmt: skip
+            )
     return toolpath
 
 

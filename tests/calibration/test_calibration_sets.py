@@ -85,8 +85,10 @@ def test_derivatives_of_sets_stand_in_their_own_columns() -> None:
             up, down = (part.model.poses(at + s * step, part.data.q)[:, :3, 3] for s in (1, -1))
             assert np.allclose(J[:, :3, k], (up - down) / 2e-6, atol=1e-6)
         fewer = part.with_names(("A3.rx", "base.x@3"))
-        assert np.array_equal(fewer.model.poses_and_jacobian(np.zeros(2), part.data.q)[1][:, :, 0],
-                              part.model.poses_and_jacobian(np.zeros(8), part.data.q)[1][:, :, 7])  # fmt: skip
+        assert np.array_equal(
+            fewer.model.poses_and_jacobian(np.zeros(2), part.data.q)[1][:, :, 0],
+            part.model.poses_and_jacobian(np.zeros(8), part.data.q)[1][:, :, 7],
+        )
 
 
 def test_a_withheld_log_of_another_stand_judges_the_robot_alone() -> None:

@@ -32,8 +32,13 @@ dh = [
 payload_kg = 10
 """
 CRAIG = [  # of a Puma 560 in Craig's form: alpha, a, theta, d (degrees, mm)
-    [0, 0, 0, 0], [-90, 0, 0, 0], [0, 431.8, 0, 149.09], [-90, 20.32, 0, 433.07], [90, 0, 0, 0], [-90, 0, 0, 0],
-]  # fmt: skip
+    [0, 0, 0, 0],
+    [-90, 0, 0, 0],
+    [0, 431.8, 0, 149.09],
+    [-90, 20.32, 0, 433.07],
+    [90, 0, 0, 0],
+    [-90, 0, 0, 0],
+]
 
 
 def written(folder: Path, text: str) -> Path:
@@ -63,10 +68,14 @@ def craig(rows, q: np.ndarray) -> np.ndarray:
     for (alpha, a, theta, d), turn in zip(rows, q, strict=True):
         ca, sa = np.cos(np.deg2rad(alpha)), np.sin(np.deg2rad(alpha))
         ct, st = np.cos(np.deg2rad(theta) + turn), np.sin(np.deg2rad(theta) + turn)
-        T = T @ np.array([
-            [ct, -st, 0, 1e-3 * a], [st * ca, ct * ca, -sa, -1e-3 * d * sa], [st * sa, ct * sa, ca, 1e-3 * d * ca],
-            [0, 0, 0, 1.0],
-        ])  # fmt: skip
+        T = T @ np.array(
+            [
+                [ct, -st, 0, 1e-3 * a],
+                [st * ca, ct * ca, -sa, -1e-3 * d * sa],
+                [st * sa, ct * sa, ca, 1e-3 * d * ca],
+                [0, 0, 0, 1.0],
+            ]
+        )
     return T
 
 

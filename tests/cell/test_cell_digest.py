@@ -14,9 +14,14 @@ from camrob.errors import CellError
 CELLS = Path(__file__).resolve().parents[2] / "cells"
 FOLDER = CELLS / "kr15_track_table"
 # optional numbers that the shipped cell leaves out
-TEXT = (FOLDER / "cell.toml").read_text(encoding="utf-8").replace(
-    "act_ex_ax = 2", "act_ex_ax = 2\ntool_number = 3\nbase_number = 4\ntool_change_pose = [5, -80, 70, 6, 60, 7, 50, 8]"
-)  # fmt: skip
+TEXT = (
+    (FOLDER / "cell.toml")
+    .read_text(encoding="utf-8")
+    .replace(
+        "act_ex_ax = 2",
+        "act_ex_ax = 2\ntool_number = 3\nbase_number = 4\ntool_change_pose = [5, -80, 70, 6, 60, 7, 50, 8]",
+    )
+)
 
 
 def numbers() -> list[tuple[int, int, str]]:

@@ -102,7 +102,7 @@ GOOD = [
     "OLD.X = $TOOL.X",
     "IF $BASE.X == 3 THEN",
     "ENDIF",
-    "MSG_PRG = \"$BASE = 3\"",
+    'MSG_PRG = "$BASE = 3"',
     "$OV_PRO = 50",
     "$ADVANCE = 0",
     "$LOAD.M = 5",
@@ -111,7 +111,7 @@ GOOD = [
     "ENDLESS = TRUE",
     "INTERRUPT DECL 3 WHEN $STOPMESS == TRUE DO IR_STOPM ( )",
     "PULSE ($OUT[2], TRUE, 0.5)",
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("line", GOOD)

@@ -50,15 +50,19 @@ MISTAKES = [
     ("a_mm = 803", "a_mm = 806", "home", "3.000 mm and 0.000 degrees off"),
     ("-159.579784]", "159.579784]", "home", "0.000 mm and 40.840 degrees off"),
     ("-159.579784]", "-159.64]", "home", "0.060 degrees off"),
-    (row("E2"), row("E2").replace("sign = 1, offset_deg = -180", "sign = -1, offset_deg = 180"),
-     "table_90", "E2 is 180.000 degrees off its q"),
+    (
+        row("E2"),
+        row("E2").replace("sign = 1, offset_deg = -180", "sign = -1, offset_deg = 180"),
+        "table_90",
+        "E2 is 180.000 degrees off its q",
+    ),
     (row("E1"), row("E1").replace("sign = 1", "sign = -1"), "track_500", "E1 is 1000.000 mm off its q"),
     (row("A6"), row("A6").replace("sign = 1", "sign = -1"), "a6_90", "A6 is 180.000 degrees off its q"),
     (row("A3"), row("A3").replace("offset_deg = 90", "offset_deg = 89.9"), "home", "A3 is 0.100 degrees off its q"),
     (row("A2"), row("A2").replace("theta_deg = 0", "theta_deg = 45"), "home", "45.000 degrees off"),
     (row("A5"), row("A5").replace("alpha_deg = 90", "alpha_deg = -90"), "home", "degrees off"),
     ("characteristic_length_mm = 350.57", "characteristic_length_mm = 370", "home", "inv_kf is 0.5"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("old", "new", "pose", "said"), MISTAKES, ids=range(len(MISTAKES)))

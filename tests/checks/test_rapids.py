@@ -33,12 +33,22 @@ CASES = {  # motions, line of the first alarm (0: none), how many motions, how d
     "the first motion": ("RAPID\nGOTO/0,0,-5\nGOTO/30,0,-5\n" + OUT, 6, 1, 5.0),
     "across at depth": ("RAPID\nGOTO/0,0,20\nGOTO/0,0,-5\nRAPID\nGOTO/30,0,-5\nGOTO/40,0,-5\n" + OUT, 9, 1, 5.0),
     "back through the slot": (SLOT + "RAPID\nGOTO/5,0,-25\nRAPID\nGOTO/5,0,20\n", 0, 0, 0.0),
-    "down into the slot again": (SLOT + OUT + "RAPID\nGOTO/9,1,20\nRAPID\nGOTO/9,1,-20\nGOTO/9,1,-25\n" + OUT, 0, 0, 0.0),
-    "down beside the slot": (SLOT + OUT + "RAPID\nGOTO/9,30,20\nRAPID\nGOTO/9,30,-20\nGOTO/9,30,-25\n" + OUT, 14, 2, 15.0),
+    "down into the slot again": (
+        SLOT + OUT + "RAPID\nGOTO/9,1,20\nRAPID\nGOTO/9,1,-20\nGOTO/9,1,-25\n" + OUT,
+        0,
+        0,
+        0.0,
+    ),
+    "down beside the slot": (
+        SLOT + OUT + "RAPID\nGOTO/9,30,20\nRAPID\nGOTO/9,30,-20\nGOTO/9,30,-25\n" + OUT,
+        14,
+        2,
+        15.0,
+    ),
     "beside the stock": ("RAPID\nGOTO/-40,0,20\nRAPID\nGOTO/-40,0,-25\nGOTO/30,0,-25\n" + OUT, 0, 0, 0.0),
     "holes": ("RAPID\nGOTO/0,0,20\n" + DRILL.format(rapto=3) + DEEP, 0, 0, 0.0),
     "RAPTO below the surface": ("RAPID\nGOTO/0,0,20\n" + DRILL.format(rapto=-6), 8, 1, 6.0),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CASES)

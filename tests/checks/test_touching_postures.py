@@ -71,9 +71,11 @@ def _depths(inner: Body, outer: Body, at: dict[str, np.ndarray]) -> np.ndarray:
 def _pairs() -> list[tuple[str, str]]:
     bodies = _bodies()
     moving = [
-        (a.name, b.name) for i, a in enumerate(bodies) for b in bodies[i + 1 :]
+        (a.name, b.name)
+        for i, a in enumerate(bodies)
+        for b in bodies[i + 1 :]
         if a.group != b.group and a.group not in b.ignore and b.group not in a.ignore and _rides(a) != _rides(b)
-    ]  # fmt: skip
+    ]
     job = [(b.name, job) for job in ("part", "stock") for b in bodies if _rides(b) > 2 and b.group != "tool"]
     return [*moving, *job, ("tool", "part")]
 

@@ -33,8 +33,13 @@ def judged(tmp_path, postures, *, feed=0.05, rows=None, cell=CELL):
     unrolled = postures.copy()
     unrolled[:, -1] = 0.0
     n = len(postures)
-    coverage = cover(base_T_tool(CELL, unrolled), np.arange(n) + 1, np.zeros(n, np.int64), np.asarray(replayed.base_T_tool),
-                     np.asarray(program.kind))  # fmt: skip
+    coverage = cover(
+        base_T_tool(CELL, unrolled),
+        np.arange(n) + 1,
+        np.zeros(n, np.int64),
+        np.asarray(replayed.base_T_tool),
+        np.asarray(program.kind),
+    )
     feeds = np.full(n, feed)
     feeds[0] = np.nan
     return program, judge(program, replayed, coverage, feeds)
@@ -118,8 +123,13 @@ def test_no_speed_is_told_without_a_number(tmp_path) -> None:
     program = read_rows(tmp_path, HOME, *rows, head=krl_rows.HEAD.replace("$VEL.CP = 0.05\n", ""))
     replayed = replay(program, CELL)
     n = len(postures)
-    coverage = cover(np.asarray(replayed.base_T_tool)[1:], np.arange(n), np.zeros(n, np.int64),
-                     np.asarray(replayed.base_T_tool), np.asarray(program.kind))  # fmt: skip
+    coverage = cover(
+        np.asarray(replayed.base_T_tool)[1:],
+        np.arange(n),
+        np.zeros(n, np.int64),
+        np.asarray(replayed.base_T_tool),
+        np.asarray(program.kind),
+    )
     j = judge(program, replayed, coverage, np.full(n, 0.05))
     assert next(f for f in j.findings if f.code == "speed").value is None
 

@@ -206,8 +206,11 @@ def blended(path, corner: int, tau: float, d: float):
 
 
 def test_rounding_of_rotation_and_external_axes_against_a_plain_twin(tmp_path):
-    stations = [(97.0, -41.764, 600.0, 180.0, 0.0, 20.42, 0.0, 0.0), (127.0, -41.764, 600.0, 178.0, 3.0, 24.0, 5.0, 2.0),
-                (127.0, -11.764, 610.0, 176.0, 1.0, 24.0, 0.0, 6.0)]  # fmt: skip
+    stations = [
+        (97.0, -41.764, 600.0, 180.0, 0.0, 20.42, 0.0, 0.0),
+        (127.0, -41.764, 600.0, 178.0, 3.0, 24.0, 5.0, 2.0),
+        (127.0, -11.764, 610.0, 176.0, 1.0, 24.0, 0.0, 6.0),
+    ]
     s = run(tmp_path, HOME, lin(), lin(*stations[1], after="C_DIS"), lin(*stations[2]), cycle=0.002)
     path = [(np.array(x[:3]), abc_to_rotation(np.deg2rad(x[3:6])), np.array(x[6:])) for x in stations]
     p, R = in_base(s.log)
@@ -231,10 +234,14 @@ def test_rounding_of_rotation_and_external_axes_against_a_plain_twin(tmp_path):
 
 
 WILD = (
-    lin(x=127, b=6, after="C_DIS"), lin(x=127, y=-20, c=28, e2=3, after="C_DIS"), lin(x=90, y=-20, z=590, e1=30, after="C_DIS"),
-    lin(x=90, y=-60, z=590, a=170, e1=30, e2=-8, after="C_DIS"), lin(x=130, y=-60, z=620, a=170, e1=0, e2=2, after="C_DIS"),
-    lin(x=130.5, y=-60, z=620, a=182, b=9, after="C_DIS"), lin(x=100, y=-50, z=600),
-)  # fmt: skip
+    lin(x=127, b=6, after="C_DIS"),
+    lin(x=127, y=-20, c=28, e2=3, after="C_DIS"),
+    lin(x=90, y=-20, z=590, e1=30, after="C_DIS"),
+    lin(x=90, y=-60, z=590, a=170, e1=30, e2=-8, after="C_DIS"),
+    lin(x=130, y=-60, z=620, a=170, e1=0, e2=2, after="C_DIS"),
+    lin(x=130.5, y=-60, z=620, a=182, b=9, after="C_DIS"),
+    lin(x=100, y=-50, z=600),
+)
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.5, 2.0])

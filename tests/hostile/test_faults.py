@@ -278,9 +278,12 @@ def test_an_interrupted_terminal(inputs: Path, tmp_path: Path) -> None:
         )
         command = ["post", str(inputs / "part.cls"), "--cell", str(CELL), "--out", str(tmp_path / "out"), "--no-report"]
         with subprocess.Popen(
-            [sys.executable, "-c", program, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            [sys.executable, "-c", program, *command],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
             env={**os.environ, "PYTHONPATH": str(ROOT)},
-        ) as process:  # fmt: skip
+        ) as process:
             assert process.stdout is not None and process.stdout.readline() == "now\n"
             process.send_signal(how)
             _, told = process.communicate()  # left alone, the job would go on after a minute

@@ -123,11 +123,15 @@ def fails(message: str):
 @pytest.mark.parametrize(
     ("read", "match"),
     [
-        (endless, "more than"), (swallows, "more than"), (writes, "behind"), (fails(""), "KeyError"),
-        (fails("no name"), "names no file"), (lambda path: np.array([1e308]) * 10, "RuntimeWarning"),
+        (endless, "more than"),
+        (swallows, "more than"),
+        (writes, "behind"),
+        (fails(""), "KeyError"),
+        (fails("no name"), "names no file"),
+        (lambda path: np.array([1e308]) * 10, "RuntimeWarning"),
         (lambda path: (_ for _ in ()).throw(RecursionError), "RecursionError"),
     ],
-)  # fmt: skip
+)
 def test_the_laws_bite(read, match: str, folder: Path) -> None:
     with pytest.raises(FlawError, match=match):
         fire(broken(read), b"", folder, seconds=0.2)

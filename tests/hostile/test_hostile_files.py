@@ -93,8 +93,12 @@ FROM = {
     "cut straight": ("", "FROM/0,0,50\nGOTO/0,0,-2\nGOTO/20,0,-2\n", ["0 50", "0 -2", "20 -2"]),
     "aslant": ("", "FROM/10,0,50\nGOTO/0,0,-2\nGOTO/20,0,-2\n", ["10 50", "0 -2", "20 -2"]),
     "in a cut": (DOWN, "FROM/40,0,50\nGOTO/40,0,-2\nGOTO/50,0,-2\n", ["40 50", "40 -2", "50 -2"]),
-    "in the air": (DOWN + "RAPID\nGOTO/20,0,50\n", "FROM/40,0,50\nGOTO/40,0,-2\nGOTO/50,0,-2\n", ["40 50", "40 -2", "50 -2"]),
-}  # fmt: skip
+    "in the air": (
+        DOWN + "RAPID\nGOTO/20,0,50\n",
+        "FROM/40,0,50\nGOTO/40,0,-2\nGOTO/50,0,-2\n",
+        ["40 50", "40 -2", "50 -2"],
+    ),
+}
 
 
 @pytest.mark.parametrize("case", FROM)

@@ -176,8 +176,12 @@ def test_what_the_cell_truly_is_meets_the_poses(tmp_path: Path, calibration: Pat
 
 def test_a_rigid_shift_of_the_robot_shifts_the_program(tmp_path: Path) -> None:
     """Truth on paper: a robot 1 mm too far in +x of the world is sent 1 mm to -x, at E2 = 0."""
-    result = calibrate_cell(CELL, measure(CELL, {"base.x": 1e-3}, axis_values(CELL, 60), sigma=1e-9, sigma_angle=1e-9),
-                            names=["base.x"], share=0.0)  # fmt: skip
+    result = calibrate_cell(
+        CELL,
+        measure(CELL, {"base.x": 1e-3}, axis_values(CELL, 60), sigma=1e-9, sigma_angle=1e-9),
+        names=["base.x"],
+        share=0.0,
+    )
     (tmp_path / "C.toml").write_text(calibration_text(result))
     q0 = (9.0, -77.0, 123.0, -26.0, 50.0, 27.0)
     source = program(tmp_path, q0=q0)
@@ -400,8 +404,11 @@ def test_the_page_of_a_compensation(tmp_path: Path, calibration: Path) -> None:
     page = (tmp_path / "out" / "bow.html").read_text()
     charts = json.loads(re.search(r'id="charts">(.*?)</script>', page)[1])
     assert {c["id"]: c["ruler"] for c in charts} == {
-        "error-position": "motion", "error-orientation": "motion", "corrections": "motion", "rates": "s",
-    }  # fmt: skip
+        "error-position": "motion",
+        "error-orientation": "motion",
+        "corrections": "motion",
+        "rates": "s",
+    }
     for text in ("Compensation of BOW", "backlash, drift", "as planned", "no new violation", "Axis by axis"):
         assert text in page
     assert "://" not in re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)

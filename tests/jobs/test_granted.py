@@ -36,8 +36,12 @@ def test_no_set_up_is_the_first_warning(tmp_path: Path) -> None:
     result = posted(tmp_path, None)
     assert codes(result)[0] == "no-setup" and "assumed-limits" in codes(result)
     text = result.summary.warnings[0].text
-    for said in ("the part's frame is taken for base itself", "$TOOL X 0.000 Y -41.764 Z 415.578 A 0.000 B 0.000 C -159.580",
-                 "neither part nor stock", "write setup.toml beside the CL file"):  # fmt: skip
+    for said in (
+        "the part's frame is taken for base itself",
+        "$TOOL X 0.000 Y -41.764 Z 415.578 A 0.000 B 0.000 C -159.580",
+        "neither part nor stock",
+        "write setup.toml beside the CL file",
+    ):
         assert said in text
     program = tmp_path / "out" / "engraving.src"
     first = verify(program, cell=KR15, against=tmp_path / SAMPLE.name).summary.warnings[0]

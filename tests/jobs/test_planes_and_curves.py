@@ -23,9 +23,11 @@ TILTED = (
 TURN = Rotation.from_euler("ZX", [90, 20], degrees=True)
 CONTROL = np.array([[0, 0, 0], [5, 10, 0], [15, 10, -2], [20, 0, -1]], float)
 CURVE = (
-    NX + "SPINDL/RPM,6000,CLW\nRAPID\nGOTO/0,0,30,0,0,1\nFEDRAT/MMPM,450\nGOTO/0,0,0\nNURBS/\nKNOT/0,0,0,0,1,1,1,1\n"
-    + "".join(f"CNTRL/{x},{y},{z}\n" for x, y, z in CONTROL.tolist()) + "RAPID\nGOTO/20,0,30\nSPINDL/OFF\nEND-OF-PATH\n"
-)  # fmt: skip
+    NX
+    + "SPINDL/RPM,6000,CLW\nRAPID\nGOTO/0,0,30,0,0,1\nFEDRAT/MMPM,450\nGOTO/0,0,0\nNURBS/\nKNOT/0,0,0,0,1,1,1,1\n"
+    + "".join(f"CNTRL/{x},{y},{z}\n" for x, y, z in CONTROL.tolist())
+    + "RAPID\nGOTO/20,0,30\nSPINDL/OFF\nEND-OF-PATH\n"
+)
 LIN = re.compile(r"(?<=\{E6POS: )X (\S+?),Y (\S+?),Z (\S+?)(?=,)")
 
 

@@ -418,8 +418,11 @@ def test_the_good_file_beside_the_hostile_ones_is_posted(tmp_path: Path) -> None
 
 def test_inches_are_inches(tmp_path: Path) -> None:
     """The same part in inches makes the same poses; taken for millimetres it makes another part, which verify refuses."""
-    inches = re.sub(r"GOTO/([-\d.]+),([-\d.]+),([-\d.]+)",
-                    lambda m: "GOTO/" + ",".join(f"{float(v) / 25.4:.9f}" for v in m.groups()), GOOD)  # fmt: skip
+    inches = re.sub(
+        r"GOTO/([-\d.]+),([-\d.]+),([-\d.]+)",
+        lambda m: "GOTO/" + ",".join(f"{float(v) / 25.4:.9f}" for v in m.groups()),
+        GOOD,
+    )
     inches = inches.replace("FEDRAT/MMPM,500", f"FEDRAT/IPM,{500 / 25.4:.9f}")
     for name, text in (("mm", GOOD), ("inch", inches)):
         folder = tmp_path / name

@@ -82,7 +82,7 @@ def edited(samples: Path, file: str, pattern: str, replacement: str, count: int 
         ("engraving.json", r'"singular": 0', '"singularities": 0', "singularities is gone (was 0)"),
         ("engraving.json", r'"code": "assumed-limits"', '"code": "assumed"', "'assumed-limits'"),
     ],
-)  # fmt: skip
+)
 def test_a_planted_change_is_told(samples: Path, file: str, pattern: str, replacement: str, told: str) -> None:
     edited(samples, file, pattern, replacement)
     result = regress(samples, cell=CELL)

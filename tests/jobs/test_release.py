@@ -18,11 +18,14 @@ SETUP = (
 )
 
 
-@pytest.mark.parametrize(("blind", "error", "said"), [
-    (None, CollisionError, "touches part"),
-    (lambda borders: [borders[1], borders[0]], VerificationError, "not looked for along all of it"),
-    (lambda borders: [*borders[:-1], borders[-1] - 2], VerificationError, "not looked for along all of it"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("blind", "error", "said"),
+    [
+        (None, CollisionError, "touches part"),
+        (lambda borders: [borders[1], borders[0]], VerificationError, "not looked for along all of it"),
+        (lambda borders: [*borders[:-1], borders[-1] - 2], VerificationError, "not looked for along all of it"),
+    ],
+)
 def test_collisions_are_looked_for_along_all_of_the_program(tmp_path: Path, monkeypatch, blind, error, said) -> None:
     """A rapid through a ridge of the part; where the check is given a part of the program only, it says so."""
     file = tmp_path / "ridge.nc"

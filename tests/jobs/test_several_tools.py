@@ -66,9 +66,28 @@ def test_the_program(made: PostResult) -> None:
             assert lines[k + 1].startswith("$TOOL")
     told = [s for s in story(text_of(made)) if s[0].isalpha()]
     assert told == [
-        "home", "home", "tool 1", "speed 3000", "on", "off", "home", "tool 2", "mount", "speed 4000", "on",
-        "off", "home", "tool 1", "mount", "speed 3500", "on", "off", "home", "off", "dry",
-    ]  # fmt: skip
+        "home",
+        "home",
+        "tool 1",
+        "speed 3000",
+        "on",
+        "off",
+        "home",
+        "tool 2",
+        "mount",
+        "speed 4000",
+        "on",
+        "off",
+        "home",
+        "tool 1",
+        "mount",
+        "speed 3500",
+        "on",
+        "off",
+        "home",
+        "off",
+        "dry",
+    ]
     assert [c.tool for c in made.summary.process.tool_changes] == ["ball 6", "mill 10"]
     assert "one-tool-for-several" not in {w.code for w in made.summary.warnings}
     assert made.summary.tracking.position_error_mm_max < 1e-6
@@ -162,9 +181,28 @@ def test_two_tools_at_the_same_points(tmp_path: Path) -> None:
         made = posted(folder, "part.nc", content, setup=setup)
         told = [s for s in story(text_of(made)) if not s.startswith(("speed", "mount"))]
         assert told == [
-            "home", "tool 1", "on", "10 75", "10 25", "10 4", "10 25", "10 75", "off", "home", "tool 2", "on",
-            "10 75", "10 25", "10 2", "10 25", "10 75", "off", "home", "off", "dry",
-        ]  # fmt: skip
+            "home",
+            "tool 1",
+            "on",
+            "10 75",
+            "10 25",
+            "10 4",
+            "10 25",
+            "10 75",
+            "off",
+            "home",
+            "tool 2",
+            "on",
+            "10 75",
+            "10 25",
+            "10 2",
+            "10 25",
+            "10 75",
+            "off",
+            "home",
+            "off",
+            "dry",
+        ]
         assert verify(made.out / "part.src", cell=KR15, against=folder / "in" / "part.nc").ok
 
 

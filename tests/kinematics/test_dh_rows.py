@@ -127,8 +127,12 @@ def test_random_rows(tmp_path: Path, seed: int, closed: bool) -> None:
     model = pinocchio.buildModelFromXML(cell_urdf(cell))
     data = model.createData()
     for k, x in enumerate(q):
-        own = np.concatenate([[np.cos(v), np.sin(v)] if j.endless and not j.prismatic else [v]
-                              for j, v in zip(cell.joints, x, strict=True)])  # fmt: skip
+        own = np.concatenate(
+            [
+                [np.cos(v), np.sin(v)] if j.endless and not j.prismatic else [v]
+                for j, v in zip(cell.joints, x, strict=True)
+            ]
+        )
         pinocchio.framesForwardKinematics(model, data, own)
         assert np.abs(data.oMf[model.getFrameId("tool")].homogeneous - truth[k]).max() < 1e-12
     assert np.abs(frames.base_T_tool(cell, q) - truth).max() < 1e-12
@@ -204,10 +208,16 @@ def shifted(rng: np.random.Generator, *names: str) -> str:
         unit, key = ("mm", "d_mm") if name == "E1" else ("deg", "theta_deg")
         by = round(float(rng.uniform(-170, 170)), 3)
         old = {k: number(text, name, k) for k in (key, f"home_{unit}", f"reference_{unit}", f"offset_{unit}", "sign")}
-        text = with_row(text, name, **{
-            key: old[key] + by, f"home_{unit}": old[f"home_{unit}"] - by,
-            f"reference_{unit}": old[f"reference_{unit}"] - by, f"offset_{unit}": old[f"offset_{unit}"] + old["sign"] * by,
-        })  # fmt: skip
+        text = with_row(
+            text,
+            name,
+            **{
+                key: old[key] + by,
+                f"home_{unit}": old[f"home_{unit}"] - by,
+                f"reference_{unit}": old[f"reference_{unit}"] - by,
+                f"offset_{unit}": old[f"offset_{unit}"] + old["sign"] * by,
+            },
+        )
     return text
 
 

@@ -50,10 +50,19 @@ def spoken(request, monkeypatch):
     monkeypatch.setitem(LANGUAGES, "lines", SECOND)
     words = {"krl": {"ori_type": "#VAR", "circ_type": "#BASE"}}
     controller = ControllerSettings(
-        acc_cp=2.0, vel_ori_deg_s=200.0, acc_ori_deg_s2=400.0, apo_cdis_mm=0.5, advance=3, ptp_velocity_percent=30.0,
-        max_lines=10_000, max_bytes=1_000_000, max_line_length=255, hooks=HOOKS[request.param], language=request.param,
+        acc_cp=2.0,
+        vel_ori_deg_s=200.0,
+        acc_ori_deg_s2=400.0,
+        apo_cdis_mm=0.5,
+        advance=3,
+        ptp_velocity_percent=30.0,
+        max_lines=10_000,
+        max_bytes=1_000_000,
+        max_line_length=255,
+        hooks=HOOKS[request.param],
+        language=request.param,
         **words.get(request.param, {}),
-    )  # fmt: skip
+    )
     return language_named(request.param), controller
 
 
@@ -61,10 +70,16 @@ def rounded(language, program: Program, **changes) -> Program:
     """A program in the language's own decimals."""
     pose, external = language.round.pose(program.pose, program.external)
     return dataclasses.replace(
-        program, name=language.program_name("sample"), pose=pose, external=external,
-        axes=language.round.axes(program.axes), speed=language.round.speed(program.speed),
-        tool=language.round.frame(program.tool), base=language.round.frame(program.base), **changes,
-    )  # fmt: skip
+        program,
+        name=language.program_name("sample"),
+        pose=pose,
+        external=external,
+        axes=language.round.axes(program.axes),
+        speed=language.round.speed(program.speed),
+        tool=language.round.frame(program.tool),
+        base=language.round.frame(program.base),
+        **changes,
+    )
 
 
 def back(spoken, program: Program, folder: Path, max_lines: int | None = None, findings: list[Finding] | None = None):
@@ -268,10 +283,14 @@ def test_targets_can_be_replaced_and_nothing_else(spoken, tmp_path) -> None:
     source = main.read_bytes().decode("latin-1")
     rows = {int(line): np.flatnonzero(text.line == line) for line in text.line}
     new = {
-        line: [NewTarget(tuple(np.asarray(text.axes if text.kind[k] == PTP else text.pose)[k] + 0.25), bool(text.kind[k] == PTP))
-               for k in at]
+        line: [
+            NewTarget(
+                tuple(np.asarray(text.axes if text.kind[k] == PTP else text.pose)[k] + 0.25), bool(text.kind[k] == PTP)
+            )
+            for k in at
+        ]
         for line, at in rows.items()
-    }  # fmt: skip
+    }
     assert [language.targets(s) for s in source.split("\n")] == [
         len(new.get(k + 1, ())) for k in range(len(source.split("\n")))
     ]

@@ -237,7 +237,12 @@ def test_the_witness_hears_each_event_where_the_program_has_it(name: str, tmp_pa
     run = run_program(tmp_path / f"sample{language.suffixes[0]}", read_machine(folder))
     assert not run.gaps and len(run) == 6
     meant = [
-        (1, Kind.TOOL, 7.0), (2, Kind.SPINDLE_ON, 12000.0), (2, Kind.COOLANT_ON, 0.0), (3, Kind.DWELL, 1.25), (4, Kind.STOP, 0.0),
-        (5, Kind.COOLANT_OFF, 0.0), (5, Kind.SPINDLE_OFF, 0.0),
-    ]  # fmt: skip
+        (1, Kind.TOOL, 7.0),
+        (2, Kind.SPINDLE_ON, 12000.0),
+        (2, Kind.COOLANT_ON, 0.0),
+        (3, Kind.DWELL, 1.25),
+        (4, Kind.STOP, 0.0),
+        (5, Kind.COOLANT_OFF, 0.0),
+        (5, Kind.SPINDLE_OFF, 0.0),
+    ]
     assert [(e.before, e.kind, e.value) for e in run.events if e.before < 6] == meant

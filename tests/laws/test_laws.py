@@ -130,9 +130,11 @@ def test_part_and_path_may_move_together(tmp_path_factory: pytest.TempPathFactor
     part_p_old = -part_R_old @ offset  # so that the old part frame lies where it lay
     plain = job(folder / "plain", POINTS, AXIS, np.array([20.0, -30.0, 250.0, 0, 0, 0]))
     moved = job(
-        folder / "moved", POINTS @ part_R_old.T + part_p_old, part_R_old @ AXIS,
+        folder / "moved",
+        POINTS @ part_R_old.T + part_p_old,
+        part_R_old @ AXIS,
         np.array([20.0, -30.0, 250.0, angle, 0, 0]) + np.array([*offset, 0, 0, 0]),
-    )  # fmt: skip
+    )
     programs = []
     for part in (plain, moved):
         out = post(part, cell=KR15, out=part.parent / "out", report=False).out

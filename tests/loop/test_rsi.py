@@ -140,15 +140,20 @@ HOSTILE = {
     "many": GOOD.replace("<IPOC>", "<a/>" * 300 + "<IPOC>"),
     "nothing": "",
     "sen": '<Sen Type="KUKA"><RKorr X="1"/><IPOC>1</IPOC></Sen>',
-}  # fmt: skip
+}
 
 
 LONG_AND_FOREIGN = [
-    b"\xff\xfe" + GOOD.encode(), GOOD.encode("utf-16"), GOOD.replace("KUKA", "KÜKA").encode("latin-1"),
-    GOOD.replace("<IPOC>", " " * LONGEST_FRAME + "<IPOC>").encode(), b"<" * 70000,
-    *((GOOD[:-6] + part * (15000 // len(part))).encode()
-      for part in ('a="1" ', "<a ", "<a>", " ", 'a = "', "<a b='", "&lt;", "</a>")),
-]  # fmt: skip
+    b"\xff\xfe" + GOOD.encode(),
+    GOOD.encode("utf-16"),
+    GOOD.replace("KUKA", "KÜKA").encode("latin-1"),
+    GOOD.replace("<IPOC>", " " * LONGEST_FRAME + "<IPOC>").encode(),
+    b"<" * 70000,
+    *(
+        (GOOD[:-6] + part * (15000 // len(part))).encode()
+        for part in ('a="1" ', "<a ", "<a>", " ", 'a = "', "<a b='", "&lt;", "</a>")
+    ),
+]
 
 
 @pytest.mark.parametrize("what", HOSTILE)

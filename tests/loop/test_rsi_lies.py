@@ -202,8 +202,9 @@ def test_a_frozen_pose_is_found_out_by_the_correction_itself() -> None:
 @pytest.mark.parametrize(("speed_mm_s", "found"), [(0.19, False), (0.26, True)])
 def test_a_pose_may_stand_still_for_as_long_as_the_robot_does(speed_mm_s, found) -> None:
     """0.05 mm are where it becomes a fault: 50 cycles of 4 ms bring 0.038 and 0.052 mm."""
-    bench = Telling(program=lambda t: (500 + speed_mm_s * t, 0, 300, 10, 20, 30), plant=exact(), lie=frozen_from(0),
-                    law=IDLE)  # fmt: skip
+    bench = Telling(
+        program=lambda t: (500 + speed_mm_s * t, 0, 300, 10, 20, 30), plant=exact(), lie=frozen_from(0), law=IDLE
+    )
     bench.turns(50)
     assert bool(bench.session.counts.measurements_refused) == found
 
@@ -212,8 +213,9 @@ def test_only_the_orientation_frozen_is_frozen() -> None:
     turning = lambda t: (500, 0, 300, 10 + 2 * t, 20, 30)  # noqa: E731
     first = kuka_rotation(10, 20, 30)
     rng = np.random.default_rng(0)
-    bench = Telling(SOFT, program=turning, plant=exact(),
-                    lie=lambda k, t, p, R: line(t, p + rng.normal(scale=0.002, size=3), first))  # fmt: skip
+    bench = Telling(
+        SOFT, program=turning, plant=exact(), lie=lambda k, t, p, R: line(t, p + rng.normal(scale=0.002, size=3), first)
+    )
     assert bench.turns(60)[-HELD:] == [STALE] * HELD and bench.why[0] == "frozen"
 
 
@@ -236,8 +238,9 @@ def test_a_resting_robot_without_noise_may_rest() -> None:
 
 def test_a_pose_that_moves_again_is_followed_again() -> None:
     lies = frozen_from(20)
-    bench = Telling(SOFT, program=moving, plant=exact(),
-                    lie=lambda k, t, p, R: lies(k, t, p, R) if k < 28 else line(t, p, R))  # fmt: skip
+    bench = Telling(
+        SOFT, program=moving, plant=exact(), lie=lambda k, t, p, R: lies(k, t, p, R) if k < 28 else line(t, p, R)
+    )
     sources = bench.turns(80)
     assert STALE in sources and sources[-40:] == [USED] * 40
 
@@ -248,8 +251,7 @@ def test_a_pose_that_moves_again_is_followed_again() -> None:
 @pytest.mark.parametrize(("jump_mm", "used"), [(0.49, True), (0.51, False)])
 def test_a_jump_that_the_robot_cannot_have_made_holds_and_stops(jump_mm, used) -> None:
     step = np.array([0.0, 0.0, jump_mm])
-    bench = Telling(IDLE, plant=exact(),
-                    lie=lambda k, t, p, R: line(t, p + step * (k >= 10), R))  # fmt: skip
+    bench = Telling(IDLE, plant=exact(), lie=lambda k, t, p, R: line(t, p + step * (k >= 10), R))
     sources = bench.turns(40)
     assert set(sources) == ({USED} if used else {USED, IMPLAUSIBLE})
     if not used:
@@ -262,8 +264,12 @@ def test_a_jump_that_the_robot_cannot_have_made_holds_and_stops(jump_mm, used) -
 
 @pytest.mark.parametrize(("jump_deg", "used"), [(0.11, True), (0.12, False)])
 def test_so_does_a_jump_of_the_orientation(jump_deg, used) -> None:
-    bench = Telling(IDLE, plant=exact(), jump_rad=2e-3,
-                    lie=lambda k, t, p, R: line(t, p, R @ kuka_rotation(jump_deg * (k >= 10), 0, 0)))  # fmt: skip
+    bench = Telling(
+        IDLE,
+        plant=exact(),
+        jump_rad=2e-3,
+        lie=lambda k, t, p, R: line(t, p, R @ kuka_rotation(jump_deg * (k >= 10), 0, 0)),
+    )
     assert set(bench.turns(40)) == ({USED} if used else {USED, IMPLAUSIBLE})
 
 
@@ -313,9 +319,13 @@ POSES = {
     "z is infinite": (put(3, b"inf"), "finite"),
     "the quaternion is NaN": (put(5, b"NaN"), "finite"),
     "the quaternion is not unit": (put(4, b"0.5"), "length 1"),
-    "the quaternion is zero": (lambda k, t, p, R: b" ".join([*words(k, t, p, R)[:4], b"0", b"0", b"0", b"0"]), "length 1"),
+    "the quaternion is zero": (
+        lambda k, t, p, R: b" ".join([*words(k, t, p, R)[:4], b"0", b"0", b"0", b"0"]),
+        "length 1",
+    ),
     "the real part comes last": (
-        lambda k, t, p, R: b" ".join(words(k, t, p, R)[i] for i in (0, 1, 2, 3, 5, 6, 7, 4)), "real part comes last",
+        lambda k, t, p, R: b" ".join(words(k, t, p, R)[i] for i in (0, 1, 2, 3, 5, 6, 7, 4)),
+        "real part comes last",
     ),
     "the sense of turning is the other one": (lambda k, t, p, R: line(t, p, R.T), "sense of turning"),
     "the hand is the other one": (lambda k, t, p, R: line(t, p * [1, -1, 1], R), "too far"),
@@ -324,7 +334,7 @@ POSES = {
     "beyond everything": (scaled(1e5), "range"),
     "degrees are missing": (lambda k, t, p, R: b" ".join(words(k, t, p, R)[:4]), "eight"),
     "nothing": (lambda k, t, p, R: None, "no measurement has come"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("what", POSES)
@@ -406,8 +416,12 @@ def test_a_measurement_may_be_as_old_as_the_set_points_that_are_kept(cycles, lat
 def test_a_robot_that_still_catches_up_has_not_jumped() -> None:
     """80 ms behind at 40 mm/s, the program stops, and for 8 cycles nothing is seen: 1.3 mm that nobody commanded meanwhile."""
     law = CorrectionLaw(1e-6, 3e-3, 1e-2, stop_after_cycles=25)
-    bench = Telling(law, program=lambda t: (500 + 40 * min(t, 0.4), 0, 300, 10, 20, 30), plant=exact(),
-                    lie=lambda k, t, p, R: None if 101 <= k < 109 else line(t, p, R))  # fmt: skip
+    bench = Telling(
+        law,
+        program=lambda t: (500 + 40 * min(t, 0.4), 0, 300, 10, 20, 30),
+        plant=exact(),
+        lie=lambda k, t, p, R: None if 101 <= k < 109 else line(t, p, R),
+    )
     bench.behind_s = 0.08
     sources = bench.turns(200)
     assert STALE in sources and IMPLAUSIBLE not in sources and sources[-80:] == [USED] * 80

@@ -381,8 +381,12 @@ def small_cell(tmp_path):
         shutil.copytree(FOLDER, folder)
         file = folder / "tracker.toml"
         text = file.read_text(encoding="utf-8")
-        for old, new in (("side_mm = 400", "side_mm = 40"), ("radius_mm = 150", "radius_mm = 30"),
-                         ("rest_s = 5", "rest_s = 1"), ("on_s = 22", "on_s = 2")):  # fmt: skip
+        for old, new in (
+            ("side_mm = 400", "side_mm = 40"),
+            ("radius_mm = 150", "radius_mm = 30"),
+            ("rest_s = 5", "rest_s = 1"),
+            ("on_s = 22", "on_s = 2"),
+        ):
             assert old in text
             text = text.replace(old, new)
         file.write_text(change(text), encoding="utf-8")

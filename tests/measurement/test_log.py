@@ -160,9 +160,14 @@ def test_any_number_of_axes_and_what_their_drives_tell(tmp_path: Path) -> None:
 
 def test_facts_of_sets_and_drives_go_through_a_file(tmp_path: Path) -> None:
     info = LogInfo(
-        sigma_axis=np.deg2rad(1e-3), sigma_axis_length=2e-6, tolerance=1e-4, same_poses_as="a.csv", same_frame_as="b.csv",
-        same_target_as="c.csv", poses=True,
-    )  # fmt: skip
+        sigma_axis=np.deg2rad(1e-3),
+        sigma_axis_length=2e-6,
+        tolerance=1e-4,
+        same_poses_as="a.csv",
+        same_frame_as="b.csv",
+        same_target_as="c.csv",
+        poses=True,
+    )
     write_log(MeasurementLog({"t": np.arange(3.0), "A1": np.arange(3.0)}, info), tmp_path / "one.csv")
     found = read_log(tmp_path / "one.csv").info
     assert found.sigma_axis == pytest.approx(info.sigma_axis)

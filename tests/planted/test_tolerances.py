@@ -285,8 +285,11 @@ def test_points_that_print_alike_are_one(tmp_path: Path, share: float, points: i
 def test_every_tolerance_is_named_with_its_unit_and_tested() -> None:
     """A number that decides stands by a name, with unit or reason in its comment, and here or in test_against.py."""
     tested = {name.partition(".")[2] for name in CASES} | {
-        "POSITION_TOLERANCE", "AXIS_TOLERANCE", "TRACKING_TOLERANCE", "REPEATED",
-    }  # fmt: skip
+        "POSITION_TOLERANCE",
+        "AXIS_TOLERANCE",
+        "TRACKING_TOLERANCE",
+        "REPEATED",
+    }
     steps = {  # how finely things are looked at, or what is counted: they decide nothing by themselves
         "SECOND_OPINIONS", "SAMPLE_LENGTH", "SAMPLE_ANGLE", "SAMPLES", "STEP", "MAX_SAMPLES", "_CHUNK", "CLEARLY", "COMPARED",
         "_NEAR_TURN", "_NEAR_SLIDE", "_NEAR_RADII", "POINT_ENDS_MM",

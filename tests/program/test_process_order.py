@@ -80,10 +80,28 @@ def plain(made: PostResult) -> list[str]:
 def test_two_tools_in_g_code(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.nc", GCODE)
     assert plain(made) == [
-        *START, "0 100", "0 45", "0 2", "20 2", "20 50", "20 100",
-        "off", "home", "tool 2", "speed 4000", "on", "26 100", "26 50", "26 5", "26 2", "40 2", "40 50", "40 100",
-        "off", *END,
-    ]  # fmt: skip
+        *START,
+        "0 100",
+        "0 45",
+        "0 2",
+        "20 2",
+        "20 50",
+        "20 100",
+        "off",
+        "home",
+        "tool 2",
+        "speed 4000",
+        "on",
+        "26 100",
+        "26 50",
+        "26 5",
+        "26 2",
+        "40 2",
+        "40 50",
+        "40 100",
+        "off",
+        *END,
+    ]
     told = made.summary.process
     assert told.events_in_file == told.events_in_program == 6
     assert told.spindle == ((4, 3000.0, "CLW"), (11, 4000.0, "CLW"))
@@ -94,17 +112,54 @@ def test_two_tools_in_g_code(tmp_path: Path) -> None:
 def test_two_tools_in_nx_clsf(tmp_path: Path) -> None:
     """The file says nothing of spindle and coolant before the change: both are stopped for it."""
     assert plain(posted(tmp_path, "part.cls", NX)) == [
-        *START, "wet", "0 75", "0 25", "0 2", "20 2", "20 25", "20 75",
-        "off", "dry", "home", "tool 2", "speed 4000", "on", "wet", "30 75", "30 25", "30 2", "40 2", "40 25", "40 75", *END,
-    ]  # fmt: skip
+        *START,
+        "wet",
+        "0 75",
+        "0 25",
+        "0 2",
+        "20 2",
+        "20 25",
+        "20 75",
+        "off",
+        "dry",
+        "home",
+        "tool 2",
+        "speed 4000",
+        "on",
+        "wet",
+        "30 75",
+        "30 25",
+        "30 2",
+        "40 2",
+        "40 25",
+        "40 75",
+        *END,
+    ]
 
 
 def test_two_tools_in_camworks(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.apt", CAMWORKS)
     assert plain(made) == [
-        *START, "0 75", "0 25", "0 2", "20 2", "20 25", "20 75",
-        "off", "home", "tool 2", "speed 4000", "on", "30 75", "30 25", "30 2", "40 2", "40 25", "40 75", *END,
-    ]  # fmt: skip
+        *START,
+        "0 75",
+        "0 25",
+        "0 2",
+        "20 2",
+        "20 25",
+        "20 75",
+        "off",
+        "home",
+        "tool 2",
+        "speed 4000",
+        "on",
+        "30 75",
+        "30 25",
+        "30 2",
+        "40 2",
+        "40 25",
+        "40 75",
+        *END,
+    ]
     assert [w.code for w in made.summary.warnings].count("one-tool-for-several") == 1
 
 
@@ -144,8 +199,17 @@ def test_what_stands_at_depth_behind_the_last_cut_waits_for_the_clear(tmp_path: 
     """A dwell stays where the file has it; the spindle stops above the part."""
     content = NX[: NX.index("RAPID\nGOTO/20.0,0.0,25.0")] + "DELAY/1.5\nSPINDL/OFF\nEND-OF-PATH\n"
     assert plain(posted(tmp_path, "part.cls", content)) == [
-        *START, "wet", "0 75", "0 25", "0 2", "20 2", "wait 1.5", "20 75", "off", *END,
-    ]  # fmt: skip
+        *START,
+        "wet",
+        "0 75",
+        "0 25",
+        "0 2",
+        "20 2",
+        "wait 1.5",
+        "20 75",
+        "off",
+        *END,
+    ]
 
 
 def test_events_on_the_way_stand_between_their_motions(tmp_path: Path) -> None:
@@ -155,9 +219,24 @@ def test_events_on_the_way_stand_between_their_motions(tmp_path: Path) -> None:
     )
     content = content.replace("FINI\n", "STOP\nRAPID/\nGOTO/0,0,25.\nGOTO/0,0,2.\nRAPID/\nGOTO/0,0,25.\nFINI\n")
     assert plain(posted(tmp_path, "part.apt", content)) == [
-        *START, "0 75", "0 25", "0 2", "10 2", "wet", "wait 2", "20 2", "speed 3500", "on", "20 25", "stop", "0 25", "0 2",
-        "0 25", "0 75", *END,
-    ]  # fmt: skip
+        *START,
+        "0 75",
+        "0 25",
+        "0 2",
+        "10 2",
+        "wet",
+        "wait 2",
+        "20 2",
+        "speed 3500",
+        "on",
+        "20 25",
+        "stop",
+        "0 25",
+        "0 2",
+        "0 25",
+        "0 75",
+        *END,
+    ]
 
 
 @pytest.mark.parametrize("decimate", [0.0, 0.05])
@@ -213,9 +292,25 @@ def test_a_tap_comes_out_turning_the_other_way(tmp_path: Path) -> None:
     cell = cell_with(tmp_path, TURNS_BOTH_WAYS, SLOW)
     told = plain(posted(tmp_path, "part.cls", TAP, cell=cell))
     assert told == [
-        "home", "tool 1", "speed 300", "on, reversed", "0 100", "0 50", "0 3", "0 -10",
-        "off", "speed 300", "on", "0 3", "off", "speed 300", "on, reversed", "0 50", "0 100", *END,
-    ]  # fmt: skip
+        "home",
+        "tool 1",
+        "speed 300",
+        "on, reversed",
+        "0 100",
+        "0 50",
+        "0 3",
+        "0 -10",
+        "off",
+        "speed 300",
+        "on",
+        "0 3",
+        "off",
+        "speed 300",
+        "on, reversed",
+        "0 50",
+        "0 100",
+        *END,
+    ]
 
 
 def test_a_sense_that_the_spindle_lacks_is_refused(tmp_path: Path) -> None:

@@ -46,13 +46,17 @@ def test_each_tools_load_is_set_where_it_is_mounted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        (HEAVY_SAID + "\n", ""), (LIGHT_SAID + "\n", ""), ("M 36.000", "M 38.510"), ("M 38.510", "M 38.52"),
+        (HEAVY_SAID + "\n", ""),
+        (LIGHT_SAID + "\n", ""),
+        ("M 36.000", "M 38.510"),
+        ("M 38.510", "M 38.52"),
         ("Z 175.250", "Z 175.3"),
         (LIGHT_SAID, "BAS (#TOOL,2 )\n$TOOL = {X 0.0,Y -41.76366,Z 415.57793,A 0.0,B 0.0,C -159.57978}"),
-        (LIGHT_SAID, LIGHT_SAID + "\n$LOAD.CM.X = 5"), (LIGHT_SAID, LIGHT_SAID + "\n$LOAD = LOAD_DATA[4]"),
+        (LIGHT_SAID, LIGHT_SAID + "\n$LOAD.CM.X = 5"),
+        (LIGHT_SAID, LIGHT_SAID + "\n$LOAD = LOAD_DATA[4]"),
         (LIGHT_SAID, LIGHT_SAID + "\n$LOAD.J.X = 0.5"),
     ],
-)  # fmt: skip
+)
 def test_another_load_or_none_does_not_pass(tmp_path: Path, old: str, new: str) -> None:
     made = posted(tmp_path, "part.nc", GCODE, setup=tools(HEAVY, LIGHT))
     source = made.out / "part.src"

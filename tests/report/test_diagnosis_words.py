@@ -23,16 +23,26 @@ def test_distances_have_a_micrometre_or_three_digits(value: float | None, words:
 
 def test_neither_none_nor_all_of_a_chance_is_ever_claimed() -> None:
     assert [sure(p) for p in (0.0, 0.004, 0.034, 0.975, 0.999, 1.0)] == [
-        "under 1 %", "under 1 %", "3 %", "98 %", "over 99 %", "over 99 %",
-    ]  # fmt: skip
+        "under 1 %",
+        "under 1 %",
+        "3 %",
+        "98 %",
+        "over 99 %",
+        "over 99 %",
+    ]
     assert [share(x) for x in (0.0, 0.001, 0.62, 1.0, -0.06)] == ["0 %", "under 1 %", "62 %", "100 %", "−6 %"]
 
 
 @pytest.mark.parametrize(
     ("value", "std", "unit", "words"),
-    [(0.0291287, 0.000105, "degrees", "0.02913 ± 0.00011 degrees"), (4.309e-4, 4.5e-6, "s²", "(4.31 ± 0.04) × 10⁻⁴ s²"),
-     (0.0102, 0.4146, "mm", "0.0 ± 0.4 mm"), (-134.2, 7.6, "kg", "−134 ± 8 kg"), (0.0, 0.0, "", "0")],
-)  # fmt: skip
+    [
+        (0.0291287, 0.000105, "degrees", "0.02913 ± 0.00011 degrees"),
+        (4.309e-4, 4.5e-6, "s²", "(4.31 ± 0.04) × 10⁻⁴ s²"),
+        (0.0102, 0.4146, "mm", "0.0 ± 0.4 mm"),
+        (-134.2, 7.6, "kg", "−134 ± 8 kg"),
+        (0.0, 0.0, "", "0"),
+    ],
+)
 def test_a_fitted_value_has_the_digits_that_are_known(value: float, std: float, unit: str, words: str) -> None:
     assert fitted(value, std, unit) == words
 
@@ -75,8 +85,11 @@ def test_the_sentence_reads_as_one_would_say_it() -> None:
 
 
 def test_where_one_rung_is_logged_no_share_is_made_up() -> None:
-    where = {"rungs": {"program_to_setpoint": None, "setpoint_to_encoder": None, "encoder_to_tcp": 0.31},
-             "regimes": {"position": 0.9}, "missing": ["no encoders: drives and arm can't be told apart"]}  # fmt: skip
+    where = {
+        "rungs": {"program_to_setpoint": None, "setpoint_to_encoder": None, "encoder_to_tcp": 0.31},
+        "regimes": {"position": 0.9},
+        "missing": ["no encoders: drives and arm can't be told apart"],
+    }
     said = sentence(summary([BACKLASH], where=where))
     assert said.startswith(
         "The gap (0.310 mm rms) lies between set-point and TCP, the only rung that is logged; it follows"
@@ -103,12 +116,19 @@ SHAPE = {"rung": "encoder_to_tcp", "moves": "A1", "follows": "A1", "swing": 0.06
 
 def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
     unknown = {
-        "probability": 0.99, "rms_mm": 0.198, "share": 0.436, "text": "between encoder and TCP, A1 …",
-        "where": {"rung": "encoder_to_tcp", "axes": ["A1"], "regimes": ["position"]}, "shapes": [SHAPE],
+        "probability": 0.99,
+        "rms_mm": 0.198,
+        "share": 0.436,
+        "text": "between encoder and TCP, A1 …",
+        "where": {"rung": "encoder_to_tcp", "axes": ["A1"], "regimes": ["position"]},
+        "shapes": [SHAPE],
         "implausible": {"lean": "9 where 5 is"},
-    }  # fmt: skip
-    alone = summary([effect_found("geometry", [], {"A1_x_mm": 1.0, "A1_y_mm": 0.1}, probability=0.15, alone=shrunk(0.3, 0.2))],
-                    status="unexplained", unknown=unknown)  # fmt: skip
+    }
+    alone = summary(
+        [effect_found("geometry", [], {"A1_x_mm": 1.0, "A1_y_mm": 0.1}, probability=0.15, alone=shrunk(0.3, 0.2))],
+        status="unexplained",
+        unknown=unknown,
+    )
     said = sentence(alone)
     assert (
         "nothing in the library explains it: the best single effect, geometry, would take 0.300 mm to 0.200 mm" in said
@@ -127,9 +147,12 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
 
 def test_what_stays_without_a_shape_is_the_second_statement() -> None:
     unknown = {
-        "probability": 0.99, "rms_mm": 0.198, "share": 0.436, "text": "0.198 mm rms, 6.6 times the noise, stays unexplained",
+        "probability": 0.99,
+        "rms_mm": 0.198,
+        "share": 0.436,
+        "text": "0.198 mm rms, 6.6 times the noise, stays unexplained",
         "where": {"rung": "encoder_to_tcp", "axes": [], "regimes": ["position"]},
-    }  # fmt: skip
+    }
     assert sentence(summary([BACKLASH], unknown=unknown)).endswith(
         "0.198 mm, 7 times the noise, stays and is unknown; it follows position. That is 44 % of the gap's energy."
     )

@@ -74,10 +74,17 @@ class Lines:
         return reader.read(path)
 
     def meant(self, program, controller):
-        opening = [f"set {name} {value:.6f}" for name, value in (
-            ("advance", controller.advance), ("ptp", controller.ptp_velocity_percent), ("acc", controller.acc_cp),
-            ("blend", controller.apo_cdis_mm), ("turn", controller.vel_ori_deg_s), ("turnacc", controller.acc_ori_deg_s2),
-        )]  # fmt: skip
+        opening = [
+            f"set {name} {value:.6f}"
+            for name, value in (
+                ("advance", controller.advance),
+                ("ptp", controller.ptp_velocity_percent),
+                ("acc", controller.acc_cp),
+                ("blend", controller.apo_cdis_mm),
+                ("turn", controller.vel_ori_deg_s),
+                ("turnacc", controller.acc_ori_deg_s2),
+            )
+        ]
         rest = [(0, line) for line in said(controller.hook_lines("header"))]
         for event in program.events:
             if event.kind is ProgramEventKind.HOOK:

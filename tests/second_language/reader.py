@@ -33,14 +33,34 @@ class _Reader:
         fit = [np.array(c).reshape(len(self.rows), -1) for c in columns[1:4]]
         one = [np.array(c) for c in columns]
         return ProgramText(
-            name=path.stem, files=tuple(self.files), kind=one[0], pose=fit[0], axes=fit[1], external=fit[2],
-            external_names=tuple(f"E{k + 1}" for k in range(self.axes)), status=one[4], turn=one[5],
-            circular_angle_deg=np.full(len(self.rows), NAN), speed=one[6], acceleration=one[7], blend_mm=one[8],
-            blend=one[9], wait=one[10], final_wait=self.now["wait"], file=one[11], line=one[12], tool=one[13],
-            base=one[14], tools=tuple(self.frames["tool"]), bases=tuple(self.frames["base"]),
-            actions=tuple(self.actions), statements=self.words, settings=self.settings, findings=tuple(self.findings),
+            name=path.stem,
+            files=tuple(self.files),
+            kind=one[0],
+            pose=fit[0],
+            axes=fit[1],
+            external=fit[2],
+            external_names=tuple(f"E{k + 1}" for k in range(self.axes)),
+            status=one[4],
+            turn=one[5],
+            circular_angle_deg=np.full(len(self.rows), NAN),
+            speed=one[6],
+            acceleration=one[7],
+            blend_mm=one[8],
+            blend=one[9],
+            wait=one[10],
+            final_wait=self.now["wait"],
+            file=one[11],
+            line=one[12],
+            tool=one[13],
+            base=one[14],
+            tools=tuple(self.frames["tool"]),
+            bases=tuple(self.frames["base"]),
+            actions=tuple(self.actions),
+            statements=self.words,
+            settings=self.settings,
+            findings=tuple(self.findings),
             language="lines",
-        )  # fmt: skip
+        )
 
     def file(self, path, depth):
         try:
@@ -117,8 +137,24 @@ class _Reader:
             blend = Blend.DISTANCE if blended and kind is not Motion.CIRC_VIA else Blend.EXACT
             now = self.now
             speed = now["speed"] if kind >= Motion.LIN else 0.0
-            self.rows.append((
-                int(kind), [NAN] * 6 if axes else six, six if axes else [NAN] * 6, external, status, turn, speed,
-                now["acc"], now["blend"], int(blend), now["wait"], index, number, now["tool"], now["base"], 0,
-            ))  # fmt: skip
+            self.rows.append(
+                (
+                    int(kind),
+                    [NAN] * 6 if axes else six,
+                    six if axes else [NAN] * 6,
+                    external,
+                    status,
+                    turn,
+                    speed,
+                    now["acc"],
+                    now["blend"],
+                    int(blend),
+                    now["wait"],
+                    index,
+                    number,
+                    now["tool"],
+                    now["base"],
+                    0,
+                )
+            )
             now["wait"] = 0.0

@@ -13,9 +13,12 @@ from camrob.witness.krl.text import Line
 
 NAN = float("nan")
 SETTINGS = {
-    "ptp": (PTP,), "acc": ("$ACC.CP",), "blend": ("$APO.CDIS",), "turn": ("$VEL.ORI1", "$VEL.ORI2"),
+    "ptp": (PTP,),
+    "acc": ("$ACC.CP",),
+    "blend": ("$APO.CDIS",),
+    "turn": ("$VEL.ORI1", "$VEL.ORI2"),
     "turnacc": ("$ACC.ORI1", "$ACC.ORI2"),
-}  # fmt: skip
+}
 
 
 def run_program(main, machine):

@@ -57,9 +57,13 @@ def write(program, name, controller, max_lines, findings):
     budget = controller.max_lines if max_lines is None else max_lines
     n = len(program)
     values = (
-        controller.advance, controller.ptp_velocity_percent, controller.acc_cp, controller.apo_cdis_mm,
-        controller.vel_ori_deg_s, controller.acc_ori_deg_s2,
-    )  # fmt: skip
+        controller.advance,
+        controller.ptp_velocity_percent,
+        controller.acc_cp,
+        controller.apo_cdis_mm,
+        controller.vel_ori_deg_s,
+        controller.acc_ori_deg_s2,
+    )
     head = [f"program {name}", *(f"# {plain(text)}" for text in program.comment)]
     head += [f"set {key} {value:.6f}" for key, value in zip(SIX, values, strict=True)]
     head += [f"base follows {numbers(program.base)}", f"tool {numbers(program.tool)}", *controller.hook_lines("header")]

@@ -73,8 +73,10 @@ def number_faults(tree: Iterable[Module]) -> list[str]:
 
 def _unexplained(module: Module) -> Iterator[str]:
     comments = {
-        token.start[0] for token in tokenize.generate_tokens(io.StringIO(module.text).readline) if token.type == tokenize.COMMENT
-    }  # fmt: skip
+        token.start[0]
+        for token in tokenize.generate_tokens(io.StringIO(module.text).readline)
+        if token.type == tokenize.COMMENT
+    }
     body, explained, counted = module.tree.body, False, False
     for before, node, following in zip([None, *body[:-1]], body, [*body[1:], None], strict=True):
         if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None or not _numbers(node.value):

@@ -38,9 +38,18 @@ def read(dialect: str, text: str) -> Toolpath:
 def test_a_drilled_hole(dialect: str, cycle: str) -> None:
     t = read(dialect, f"RAPID\nGOTO/0,0,30\n{cycle}\nGOTO/5,0,1\nGOTO/9,0,1\nCYCLE/OFF\nRAPID\nGOTO/9,0,30\n")
     assert heights(t) == [
-        (R, 30), (R, 30), (R, 11), (R, 4), (C, -19), (R, 11),
-        (R, 11), (R, 4), (C, -19), (R, 11), (R, 30),
-    ]  # fmt: skip
+        (R, 30),
+        (R, 30),
+        (R, 11),
+        (R, 4),
+        (C, -19),
+        (R, 11),
+        (R, 11),
+        (R, 4),
+        (C, -19),
+        (R, 11),
+        (R, 30),
+    ]
     feed = t.regions[0].feed[t.regions[0].move == C] * 60_000
     np.testing.assert_allclose(feed, 250.0)
 
@@ -84,7 +93,7 @@ def test_deep_holes_peck_by_peck() -> None:
         ("camworks-apt", "CYCLE/DRILL,FEDTO,9.,1STPECK,5.,SUBPECK,2.,MMPM,100.,RAPTO,3.,RTRCTO,25.", [-5, -7, -9]),
         ("camworks-apt", "CYCLE/DRILL,FEDTO,9.,1STPECK,4.,MMPM,100.,RAPTO,3.,RTRCTO,25.", [-4, -8, -9]),
     ],
-)  # fmt: skip
+)
 def test_a_file_that_names_a_peck_wants_pecks(dialect: str, cycle: str, reached: list[float]) -> None:
     t = read(dialect, f"RAPID\nGOTO/0,0,30\n{cycle}\nGOTO/0,0,0\nCYCLE/OFF\nRAPID\nGOTO/0,0,30\n")
     assert [z for m, z in heights(t) if m == C] == reached
@@ -134,7 +143,11 @@ def test_cycles_that_are_refused(cycle: str) -> None:
 @pytest.mark.parametrize(
     ("dialect", "cycle", "match"),
     [
-        ("nx-clsf", "CYCLE/DRILL,DEPTH,20.,MMPM,250.,CLEAR,3.", "names no depth"),  # Creo's words mean nothing certain in NX
+        (
+            "nx-clsf",
+            "CYCLE/DRILL,DEPTH,20.,MMPM,250.,CLEAR,3.",
+            "names no depth",
+        ),  # Creo's words mean nothing certain in NX
         ("nx-clsf", "CYCLE/DRILL,RAPTO,3.,WIBBLE,7.,FEDTO,-20.,MMPM,250.", "WIBBLE,7"),
         ("nx-clsf", "CYCLE/DRILL,20.,3.,MMPM,250.,4.", "what 3 means"),
         ("creo-ncl", "CYCLE/DRILL,FEDTO,-20.,MMPM,250.,RAPTO,3.", "names no depth"),
@@ -142,7 +155,7 @@ def test_cycles_that_are_refused(cycle: str) -> None:
         ("apt", "CYCLE/DRILL,G98,12.0,PECKING,5.0,2.0,MMPM,187.0,3.0,46.9", "what"),  # CAMWorks' .clt, without its head
         ("catia-apt", "CYCLE/DRILL,25.,5.,3.,MMPM,300.", "is not known in this dialect"),
     ],
-)  # fmt: skip
+)
 def test_a_number_whose_meaning_is_not_known_is_refused(dialect: str, cycle: str, match: str) -> None:
     with pytest.raises(ToolpathError, match=match) as error:
         read(dialect, f"RAPID\nGOTO/0,0,9\n{cycle}\nGOTO/0,0,0\nCYCLE/OFF\n")

@@ -193,9 +193,15 @@ def test_speed_and_sense_come_back_after_a_stop() -> None:
         + "SPINDL/OFF\nSPINDL/ON\nGOTO/1,0,0\nSPINDL/700\nGOTO/2,0,0\n"
     )
     assert courses(t)[0][1] == [
-        "spindle_on 500 CCLW", "0 0 9", "*0 0 0", "spindle_off", "spindle_on 500 CCLW", "*1 0 0", "spindle_on 700 CCLW",
+        "spindle_on 500 CCLW",
+        "0 0 9",
+        "*0 0 0",
+        "spindle_off",
+        "spindle_on 500 CCLW",
+        "*1 0 0",
+        "spindle_on 700 CCLW",
         "*2 0 0",
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize(
@@ -253,8 +259,14 @@ def test_tapping_reverses_at_the_bottom_and_goes_on_forward_at_the_top(dialect: 
     region = read(text, dialect).regions[0]
     told = course(region)
     assert told[told.index("0 0 3") :] == [
-        "0 0 3", "*0 0 -10", "dwell", f"spindle_on 300 {other}", "*0 0 3", f"spindle_on 300 {sense}", "0 0 30",
-    ]  # fmt: skip
+        "0 0 3",
+        "*0 0 -10",
+        "dwell",
+        f"spindle_on 300 {other}",
+        "*0 0 3",
+        f"spindle_on 300 {sense}",
+        "0 0 30",
+    ]
     cutting = region.move == Move.CUT
     np.testing.assert_allclose(m_s_to_mm_min(np.asarray(region.feed[cutting])), 300.0)
 
@@ -306,8 +318,14 @@ def test_the_setups_spindle_turns_feeds_per_revolution_and_taps() -> None:
     assert t.regions[0].feed[1] == pytest.approx(0.001)
     t = read("UNITS/MM\nFEDRAT/60\nRAPID\nGOTO/0,0,9\nCYCLE/TAP,8,2\nGOTO/0,0,0\nCYCLE/OFF\n", spindle_rpm=60.0)
     assert courses(t)[0][1] == [
-        "spindle_on 60 CLW", "0 0 9", "0 0 2", "*0 0 -8", "spindle_on 60 CCLW", "*0 0 2", "spindle_on 60 CLW",
-    ]  # fmt: skip
+        "spindle_on 60 CLW",
+        "0 0 9",
+        "0 0 2",
+        "*0 0 -8",
+        "spindle_on 60 CCLW",
+        "*0 0 2",
+        "spindle_on 60 CLW",
+    ]
 
 
 def test_units_that_nobody_named_are_said_first_with_the_width_in_both() -> None:

@@ -720,8 +720,12 @@ def test_boat() -> None:
     assert np.median(feed) > 300.0
     assert len(path.regions[0].arcs) == 4
     assert {e.kind for r in path.regions for e in r.events} == {
-        EventKind.TOOL_CHANGE, EventKind.SPINDLE_ON, EventKind.SPINDLE_OFF, EventKind.COOLANT_ON, EventKind.COOLANT_OFF,
-    }  # fmt: skip
+        EventKind.TOOL_CHANGE,
+        EventKind.SPINDLE_ON,
+        EventKind.SPINDLE_OFF,
+        EventKind.COOLANT_ON,
+        EventKind.COOLANT_OFF,
+    }
 
 
 def test_freecad_helix() -> None:

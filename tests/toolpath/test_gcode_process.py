@@ -26,9 +26,13 @@ DOWN = "G0 X0 Y0 Z5\nG1 Z-3 F60\n"
 
 def read(text: str, **defaults: float) -> Toolpath:
     return read_gcode(
-        Path("part.nc"), text.encode(), units=None, chord_tolerance=1e-5, angle_tolerance=math.radians(5.0),
+        Path("part.nc"),
+        text.encode(),
+        units=None,
+        chord_tolerance=1e-5,
+        angle_tolerance=math.radians(5.0),
         defaults=Defaults(**defaults),
-    )  # fmt: skip
+    )
 
 
 def refused(text: str, line: int, match: str, **defaults: float) -> None:
@@ -155,8 +159,9 @@ def test_a_change_in_all_its_spellings_is_one(change: str) -> None:
 def test_a_change_out_of_a_cut_leaves_the_height_unknown() -> None:
     t = read(HEAD + DOWN + "T2 M6\nM3\nG0 X26 Y0\nZ5\nG1 Z2\nM30\n")
     assert courses(t)[1] == (
-        2, ["detached", "tool_change 2", "spindle_on 3000 CLW", "26 0 5", "*26 0 2", "spindle_off"],
-    )  # fmt: skip
+        2,
+        ["detached", "tool_change 2", "spindle_on 3000 CLW", "26 0 5", "*26 0 2", "spindle_off"],
+    )
     refused(HEAD + DOWN + "T2 M6\nM3\nG1 X5\nM30\n", 7, "Z has no known value")
 
 
@@ -178,10 +183,25 @@ def test_t0_puts_the_tool_away() -> None:
 def test_senses_speeds_and_stops() -> None:
     t = read("G21 G90\nM4\nS500\n" + DOWN + "S600\nX1\nM5\nX2\nM3\nX3\nS0\nX4\nS700\nX5\nM13\nX6\nM19 S90\nM30\n")
     assert course(t.regions[0]) == [
-        "spindle_on 500 CCLW", "0 0 5", "*0 0 -3", "spindle_on 600 CCLW", "*1 0 -3", "spindle_off", "*2 0 -3",
-        "spindle_on 600 CLW", "*3 0 -3", "spindle_off", "*4 0 -3", "spindle_on 700 CLW", "*5 0 -3", "spindle_on 700 CLW",
-        "coolant_on", "*6 0 -3", "spindle_off", "coolant_off",
-    ]  # fmt: skip
+        "spindle_on 500 CCLW",
+        "0 0 5",
+        "*0 0 -3",
+        "spindle_on 600 CCLW",
+        "*1 0 -3",
+        "spindle_off",
+        "*2 0 -3",
+        "spindle_on 600 CLW",
+        "*3 0 -3",
+        "spindle_off",
+        "*4 0 -3",
+        "spindle_on 700 CLW",
+        "*5 0 -3",
+        "spindle_on 700 CLW",
+        "coolant_on",
+        "*6 0 -3",
+        "spindle_off",
+        "coolant_off",
+    ]
     refused("G21 G90\nM3 M4 S5\n" + DOWN, 2, "M3 and M4")
 
 
@@ -210,7 +230,7 @@ def test_taps_reverse_at_the_bottom_and_go_on_forward_at_the_top(on: str, code: 
     assert told[1 + bool(on) :] == (
         ["1 0 20", "1 0 2", *(h.format(1) for h in hole), "2 0 20", "2 0 2", *(h.format(2) for h in hole)]
         + (["spindle_off"] if on else [])
-    )  # fmt: skip
+    )
     assert codes(t) == [("tap-cycle", 4, 2)]
 
 
@@ -252,8 +272,13 @@ def test_the_setup_overrides_nothing_that_the_program_states() -> None:
     assert t.regions[0].feed[1] == pytest.approx(0.001)
     t = read("G21 G90\nS700\n" + DOWN + "S800\nX1\nM30\n", spindle_rpm=8000.0)  # S without M3: the speed is its own
     assert course(t.regions[0]) == [
-        "spindle_on 700 CLW", "0 0 5", "*0 0 -3", "spindle_on 800 CLW", "*1 0 -3", "spindle_off",
-    ]  # fmt: skip
+        "spindle_on 700 CLW",
+        "0 0 5",
+        "*0 0 -3",
+        "spindle_on 800 CLW",
+        "*1 0 -3",
+        "spindle_off",
+    ]
     refused(HEAD + "G0 X0 Y0 Z5\nG1 Z0 F0\nM30\n", 4, "without a feed", feed=0.004)
     t = read("G21 G90\nG95\nG0 X0 Y0 Z5\nG1 Z0 F0.1\nM30\n", spindle_rpm=600.0)
     assert t.regions[0].feed[1] == pytest.approx(0.001)

@@ -93,9 +93,13 @@ def _alike(was: str, now: str, line: int, found: ProgramDifference) -> bool:
 
 
 def _tell(
-    name: str, changed: list[tuple[int, str, str]], added: list[tuple[int, str]], removed: list[tuple[int, str]],
-    lines: int, found: ProgramDifference,
-) -> None:  # fmt: skip
+    name: str,
+    changed: list[tuple[int, str, str]],
+    added: list[tuple[int, str]],
+    removed: list[tuple[int, str]],
+    lines: int,
+    found: ProgramDifference,
+) -> None:
     """Put the difference into words."""
     counts = [
         f"{n} {what}" for n, what in ((len(changed), "changed"), (len(added), "added"), (len(removed), "removed")) if n

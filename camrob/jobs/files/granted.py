@@ -16,9 +16,8 @@ from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["assumed_limits", "taken_for_granted"]
 
-_METRES = (
-    3.0  # numbers below it, in mm, are metres at a glance: no part stands farther than 3 m from the table's middle
-)
+# mm; numbers below it are metres at a glance: no part stands farther than 3 m from the table's middle
+_METRES = 3.0
 _OUTWEIGHS = 10.0  # and the part is this many times larger than the way to it
 
 

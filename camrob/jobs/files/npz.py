@@ -19,10 +19,21 @@ __all__ = ["read_arrays"]
 _LARGEST_BYTES = 1 << 30  # unpacked: a path of ten million points
 
 _DAMAGED = (
-    OSError, ValueError, KeyError, EOFError, TypeError, IndexError, SyntaxError, OverflowError, MemoryError, RecursionError,
-    BadZipFile, zlib.error, struct.error,
+    OSError,
+    ValueError,
+    KeyError,
+    EOFError,
+    TypeError,
+    IndexError,
+    SyntaxError,
+    OverflowError,
+    MemoryError,
+    RecursionError,
+    BadZipFile,
+    zlib.error,
+    struct.error,
     RuntimeError,  # locked by a password, or packed by a method that is not known
-)  # fmt: skip
+)
 
 
 def read_arrays(path: Path, *names: str, cure: str) -> list[NDArray[Any]]:

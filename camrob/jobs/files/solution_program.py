@@ -88,10 +88,18 @@ def program_of_solution(path: Path, cell: Cell, feed: float | None, folder: Path
     approximate[[0, -1]] = False
     name = language.program_name(path.name[: -len(_SUFFIX)])
     program = build_program(
-        name, cell, rounding, kind=kind, axis_values=values, frames=frames, speed=mm_min_to_m_s(feed or 0.0),
-        approximate=approximate, line=line, safe=False,
+        name,
+        cell,
+        rounding,
+        kind=kind,
+        axis_values=values,
+        frames=frames,
+        speed=mm_min_to_m_s(feed or 0.0),
+        approximate=approximate,
+        line=line,
+        safe=False,
         comment=("made from a solved path: it begins at the path's first point, not at HOME",),
-    )  # fmt: skip
+    )
     for file, content in language.write(program, cell.controller, max_lines=None):
         (folder / file).write_bytes(content)
     return folder / f"{name}{language.suffixes[0]}"

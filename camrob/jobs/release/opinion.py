@@ -65,9 +65,12 @@ def hold_to_witness(verdict: Verdict, folder: Path) -> list[Finding]:
         text = _quoted(objection, verdict, folder)
         raise VerificationError(
             f"the program was not released: the witness objects: {text}{more}; {advice(objection.code)}",
-            line=objection.cl_line, axis=objection.axis, value=objection.value, limit=objection.limit,
+            line=objection.cl_line,
+            axis=objection.axis,
+            value=objection.value,
+            limit=objection.limit,
             unit=objection.unit,
-        )  # fmt: skip
+        )
     for text in verdict.unjudged:
         for unread, cure in _NEVER.items():
             if unread in text:

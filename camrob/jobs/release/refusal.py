@@ -41,10 +41,14 @@ def refusal(finding: Finding, program: Program, text: ProgramText | None) -> Ver
         line, region = _cl_place(program, _row(finding, text))
     times = f" ({finding.count} times)" if finding.count > 1 else ""
     return VerificationError(
-        f"the program was not released: {finding.text}{times}; {advice(finding.code)}", line=line,
-        region=str(region) if region >= 0 else "", axis=finding.axis, value=finding.value, limit=finding.limit,
+        f"the program was not released: {finding.text}{times}; {advice(finding.code)}",
+        line=line,
+        region=str(region) if region >= 0 else "",
+        axis=finding.axis,
+        value=finding.value,
+        limit=finding.limit,
         unit=finding.unit,
-    )  # fmt: skip
+    )
 
 
 def refusal_unread(error: ProgramError, source: Path, program: Program, language: Language) -> VerificationError:
@@ -61,9 +65,10 @@ def refusal_unread(error: ProgramError, source: Path, program: Program, language
     line, region = _cl_place(program, row) if statement else (0, -1)
     at = f" at {statement!r}" if statement else ""
     return VerificationError(
-        f"the program was not released: it reads back wrong: {error.what}{at}; {_FAULT}", line=line,
+        f"the program was not released: it reads back wrong: {error.what}{at}; {_FAULT}",
+        line=line,
         region=str(region) if region >= 0 else "",
-    )  # fmt: skip
+    )
 
 
 def _row(finding: Finding, text: ProgramText) -> int:

@@ -62,10 +62,14 @@ def cover_toolpath(text: ProgramText, replayed: Replay, inputs: JobInputs) -> tu
     path = inputs.path
     own = path.of_toolpath
     coverage = cover_stretches(
-        np.asarray(path.base_T_tip)[own], path.line[own], np.asarray(path.region[own], np.int64),
-        np.asarray(path.stretch[own], np.int64), np.asarray(replayed.base_T_tool), np.asarray(text.kind),
+        np.asarray(path.base_T_tip)[own],
+        path.line[own],
+        np.asarray(path.region[own], np.int64),
+        np.asarray(path.stretch[own], np.int64),
+        np.asarray(replayed.base_T_tool),
+        np.asarray(text.kind),
         chord_tolerance=inputs.setup.decimate,
-    )  # fmt: skip
+    )
     return coverage, np.where(path.cutting[own], path.feed[own], np.nan)
 
 
@@ -136,11 +140,20 @@ def path_collisions(back: ReadBack, inputs: JobInputs, progress: Share) -> Colli
         here = (owner >= borders[k]) & (owner <= borders[k + 1])
         rows = owner[here]
         cell = back.replayed.cells[int(back.replayed.mounted[borders[k + 1]])]
-        reports.append(check_collisions(
-            cell, postures[here], cutting=cutting[rows], line=line[rows], region=region[rows],
-            part_mesh=inputs.part, stock_mesh=inputs.stock, base_T_part=np.asarray(inputs.setup.base_T_part),
-            tool=held.tool, progress=part_of(progress, k, len(inputs.mounted)),
-        ))  # fmt: skip
+        reports.append(
+            check_collisions(
+                cell,
+                postures[here],
+                cutting=cutting[rows],
+                line=line[rows],
+                region=region[rows],
+                part_mesh=inputs.part,
+                stock_mesh=inputs.stock,
+                base_T_part=np.asarray(inputs.setup.base_T_part),
+                tool=held.tool,
+                progress=part_of(progress, k, len(inputs.mounted)),
+            )
+        )
         looked_at[np.flatnonzero(here)[: reports[-1].points]] = True
     if not looked_at.all():
         what = "the program was not released: collisions were not looked for along all of it; report this file"
@@ -170,11 +183,15 @@ def path_margins(inputs: JobInputs, solution: Solution) -> MarginReport:
     cells = [inputs.cell] if len(stretches) == 1 else [held.cell for held in inputs.mounted]
     reports = [
         check_margins(
-            cell, q[here], inv_kf=inv_kf[here], cutting=path.cutting[here], line=path.line[here],
+            cell,
+            q[here],
+            inv_kf=inv_kf[here],
+            cutting=path.cutting[here],
+            line=path.line[here],
             region=path.region[here],
         )
         for cell, here in zip(cells, stretches, strict=True)
-    ]  # fmt: skip
+    ]
     return reports[0] if len(reports) == 1 else joined_margins(reports, [s.stop - s.start for s in stretches])
 
 
@@ -210,9 +227,14 @@ def check_release(
     stopped = next((f for f in findings if f.severity is Severity.ERROR), None)
     if stopped is not None:
         error = VerificationError(
-            f"{stopped.text}; {advice(stopped.code)}", line=stopped.line, region=_index(stopped), axis=stopped.axis,
-            value=stopped.value, limit=stopped.limit, unit=stopped.unit,
-        )  # fmt: skip
+            f"{stopped.text}; {advice(stopped.code)}",
+            line=stopped.line,
+            region=_index(stopped),
+            axis=stopped.axis,
+            value=stopped.value,
+            limit=stopped.limit,
+            unit=stopped.unit,
+        )
         raise named_region(error, inputs)
     return collisions, findings
 
@@ -228,6 +250,12 @@ def named_region(error: JobError, inputs: JobInputs) -> JobError:
     known = error.region.isdigit() and int(error.region) < len(regions)
     causes = [f.text for f in inputs.urgent if f.code == "part-in-metres" and f.text not in error.what]
     return type(error)(
-        "; ".join([error.what, *causes]), line=error.line, region=regions[int(error.region)].name if known else error.region,
-        axis=error.axis, value=error.value, limit=error.limit, unit=error.unit, reasons=error.reasons,
-    )  # fmt: skip
+        "; ".join([error.what, *causes]),
+        line=error.line,
+        region=regions[int(error.region)].name if known else error.region,
+        axis=error.axis,
+        value=error.value,
+        limit=error.limit,
+        unit=error.unit,
+        reasons=error.reasons,
+    )

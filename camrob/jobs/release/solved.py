@@ -73,5 +73,13 @@ def _said_twice(text: ProgramText) -> list[Finding]:
     again = np.flatnonzero(lin[1:] & lin[:-1] & np.all(targets[1:] == targets[:-1], axis=1)) + 1
     if not len(again):
         return []
-    return [Finding("said-twice", "a motion leads to where the one before it ended", Severity.ERROR,
-                    line=int(text.line[again[0]]), point=int(again[0]), count=len(again))]  # fmt: skip
+    return [
+        Finding(
+            "said-twice",
+            "a motion leads to where the one before it ended",
+            Severity.ERROR,
+            line=int(text.line[again[0]]),
+            point=int(again[0]),
+            count=len(again),
+        )
+    ]

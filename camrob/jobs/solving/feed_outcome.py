@@ -73,9 +73,12 @@ class FeedOutcome:
             return path, solution, keep
         own = np.flatnonzero(~order.added)
         written = replace(
-            solution, q=order.q, inv_kf=order.spread(np.asarray(solution.inv_kf)), path_digest=order.path.digest,
+            solution,
+            q=order.q,
+            inv_kf=order.spread(np.asarray(solution.inv_kf)),
+            path_digest=order.path.digest,
             revisions=tuple(replace(r, point=int(own[r.point])) for r in solution.revisions),
-        )  # fmt: skip
+        )
         return order.path, written, order.spread(keep) | order.added
 
     @property

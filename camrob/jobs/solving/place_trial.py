@@ -88,9 +88,8 @@ def try_placements(
     Raises CollisionError, or UnreachableError where none of them collides, with the tally, where no placement is left.
     """
     told = [
-        OUT_OF_REACH if value <= 0.0 else before
-        for value, before in zip(found.value.tolist(), standing, strict=True)
-    ]  # fmt: skip
+        OUT_OF_REACH if value <= 0.0 else before for value, before in zip(found.value.tolist(), standing, strict=True)
+    ]
     path = _thinned(inputs.path)
     order = [k for k in found.ranking.tolist() if told[k] == UNTRIED]
     collided = False

@@ -116,6 +116,13 @@ def _checked(
 ) -> CollisionReport:
     """What postures (K, n), at path points (K,), touch."""
     return check_collisions(
-        inputs.cell, q, cutting=cutting, line=path.line[point], region=path.region[point], part_mesh=inputs.part,
-        stock_mesh=inputs.stock, base_T_part=np.asarray(inputs.setup.base_T_part), tool=inputs.tool,
-    )  # fmt: skip
+        inputs.cell,
+        q,
+        cutting=cutting,
+        line=path.line[point],
+        region=path.region[point],
+        part_mesh=inputs.part,
+        stock_mesh=inputs.stock,
+        base_T_part=np.asarray(inputs.setup.base_T_part),
+        tool=inputs.tool,
+    )

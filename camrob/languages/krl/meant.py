@@ -26,13 +26,18 @@ def meant_actions(program: Program, controller: ControllerSettings) -> MeantActi
 def _settings(controller: ControllerSettings) -> list[str]:
     """The statements that a program opens with, in the controller's own words."""
     said = [
-        "BAS (#INITMOV, 0)", f"BAS (#VEL_PTP, {controller.ptp_velocity_percent:.0f})",
-        f"$ADVANCE = {controller.advance}", f"$ACC.CP = {controller.acc_cp:.4f}",
-        f"$VEL.ORI1 = {controller.vel_ori_deg_s:.3f}", f"$VEL.ORI2 = {controller.vel_ori_deg_s:.3f}",
-        f"$ACC.ORI1 = {controller.acc_ori_deg_s2:.3f}", f"$ACC.ORI2 = {controller.acc_ori_deg_s2:.3f}",
-        f"$ORI_TYPE = {controller.ori_type}", f"$CIRC_TYPE = {controller.circ_type}",
+        "BAS (#INITMOV, 0)",
+        f"BAS (#VEL_PTP, {controller.ptp_velocity_percent:.0f})",
+        f"$ADVANCE = {controller.advance}",
+        f"$ACC.CP = {controller.acc_cp:.4f}",
+        f"$VEL.ORI1 = {controller.vel_ori_deg_s:.3f}",
+        f"$VEL.ORI2 = {controller.vel_ori_deg_s:.3f}",
+        f"$ACC.ORI1 = {controller.acc_ori_deg_s2:.3f}",
+        f"$ACC.ORI2 = {controller.acc_ori_deg_s2:.3f}",
+        f"$ORI_TYPE = {controller.ori_type}",
+        f"$CIRC_TYPE = {controller.circ_type}",
         f"$APO.CDIS = {controller.apo_cdis_mm:.3f}",
-    ]  # fmt: skip
+    ]
     if controller.act_ex_ax:
         said.append(f"$ACT_EX_AX = {controller.act_ex_ax}")
     for table, number in (("TOOL", controller.tool_number), ("BASE", controller.base_number)):

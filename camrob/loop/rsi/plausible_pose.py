@@ -115,14 +115,19 @@ def likely_cause(base_T_tracker: Array, tracker_T_tcp: Array, setpoint: Array, b
 
 def _mistakes(base_T_tracker: Array, tracker_T_tcp: Array) -> Iterator[tuple[str, Array, Array]]:
     """Each mistake that people make, undone: what it is called, and the two frames as they should have been."""
-    for factor, text in ((1000.0, "its lengths are in metres"), (25.4, "its lengths are in inches"),
-                         (1e-3, "its lengths are in micrometres")):  # fmt: skip
+    for factor, text in (
+        (1000.0, "its lengths are in metres"),
+        (25.4, "its lengths are in inches"),
+        (1e-3, "its lengths are in micrometres"),
+    ):
         scaled = tracker_T_tcp.copy()
         scaled[:3, 3] *= factor
         yield text + ", not mm", base_T_tracker, scaled
     q = reading_of(tracker_T_tcp).quaternion
-    for text, order in (("its quaternion's real part comes last, not first", (3, 0, 1, 2)),
-                        ("its quaternion's sense of turning is the opposite one", None)):  # fmt: skip
+    for text, order in (
+        ("its quaternion's real part comes last, not first", (3, 0, 1, 2)),
+        ("its quaternion's sense of turning is the opposite one", None),
+    ):
         turned = tracker_T_tcp.copy()
         turned[:3, :3] = tracker_T_tcp[:3, :3].T if order is None else quaternion_rotation(*q[list(order)].tolist())
         yield text, base_T_tracker, turned

@@ -101,10 +101,14 @@ class ResponseWatch:
         elapsed = max(at_s - begin_s, 1e-6)
         self._blocks.append(
             _Block(
-                errors.mean(axis=0), np.mean(self._totals, axis=0), errors.std(axis=0), way,
-                (setpoint[:3] - start[:3]) / elapsed, (way.angle - start_way.angle) / elapsed,
+                errors.mean(axis=0),
+                np.mean(self._totals, axis=0),
+                errors.std(axis=0),
+                way,
+                (setpoint[:3] - start[:3]) / elapsed,
+                (way.angle - start_way.angle) / elapsed,
             )
-        )  # fmt: skip
+        )
         self._errors, self._totals, self._begin = [], [], (at_s, setpoint, way)
         return self._judged()
 

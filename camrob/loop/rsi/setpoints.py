@@ -68,11 +68,14 @@ class SetpointHistory:
         programmed, commanded = last.programmed, last.commanded
         self._entries.append(
             _Entry(
-                at_s, setpoint, total, R,
+                at_s,
+                setpoint,
+                total,
+                R,
                 Way(programmed.length + length, programmed.angle + angle),
                 Way(commanded.length + length + _norm(change[:3]), commanded.angle + angle + _norm(change[3:])),
             )
-        )  # fmt: skip
+        )
 
     @property
     def programmed(self) -> Way:

@@ -46,16 +46,25 @@ def calibration_charts(evidence: Evidence, summary: CalibrationFigures, axes: Se
 
 def _layout(x: str, y: str, height: int = 340) -> Chart:
     return {
-        "height": height, "margin": {"l": 70, "r": 16, "t": 8, "b": 50}, "shapes": [], "hovermode": "closest",
-        "xaxis": {"title": {"text": plot_text(x)}}, "yaxis": {"title": {"text": plot_text(y)}},
+        "height": height,
+        "margin": {"l": 70, "r": 16, "t": 8, "b": 50},
+        "shapes": [],
+        "hovermode": "closest",
+        "xaxis": {"title": {"text": plot_text(x)}},
+        "yaxis": {"title": {"text": plot_text(y)}},
         "legend": {"orientation": "h", "y": 1.14},
-    }  # fmt: skip
+    }
 
 
 def _chart(id_: str, title: str, caption: str, traces: list[Chart], layout: Chart, ruler: str = "") -> Chart:
     return {
-        "id": id_, "title": title, "caption": caption, "traces": traces, "layout": layout, "ruler": ruler or id_,
-    }  # fmt: skip
+        "id": id_,
+        "title": title,
+        "caption": caption,
+        "traces": traces,
+        "layout": layout,
+        "ruler": ruler or id_,
+    }
 
 
 def _stages(poses: Sequence[PoseErrors]) -> list[str]:
@@ -70,18 +79,27 @@ def _spread(poses: Sequence[PoseErrors], part: str, *, angle: bool) -> Chart:
             np.concatenate([rad_to_deg(p.angle(stage)) if angle else m_to_mm(p.distance(stage)) for p in poses])
         )
         share = np.linspace(0.0, 100.0, min(len(size), _STEPS))
-        traces.append({
-            "type": "scatter", "mode": "lines", "name": STAGES[stage], "x": packed_floats(np.quantile(size, share / 100.0)),
-            "y": packed_floats(share), "line": {"color": _COLORS[stage], "width": 2},
-            "hovertemplate": "%{y:.0f} % lie below %{x:.4f}<extra></extra>",
-        })  # fmt: skip
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "name": STAGES[stage],
+                "x": packed_floats(np.quantile(size, share / 100.0)),
+                "y": packed_floats(share),
+                "line": {"color": _COLORS[stage], "width": 2},
+                "hovertemplate": "%{y:.0f} % lie below %{x:.4f}<extra></extra>",
+            }
+        )
     unit, name = ("degrees", "orientation") if angle else ("mm", "position")
     layout = _layout(f"error of {name} [{unit}]", "share of the poses [%]")
     layout["xaxis"]["rangemode"] = "tozero"
     return _chart(
-        f"spread-{name}", f"Errors of {name} on {part} poses",
-        "Read upward: the share of the poses whose error lies below. The farther left, the better.", traces, layout,
-    )  # fmt: skip
+        f"spread-{name}",
+        f"Errors of {name} on {part} poses",
+        "Read upward: the share of the poses whose error lies below. The farther left, the better.",
+        traces,
+        layout,
+    )
 
 
 def _pose_by_pose(poses: PoseErrors, k: int) -> Chart:
@@ -92,28 +110,44 @@ def _pose_by_pose(poses: PoseErrors, k: int) -> Chart:
     first = _stages([poses])[0]
     traces = [
         {
-            "type": "scatter", "mode": "markers", "name": STAGES[stage], "x": packed_floats(number.astype(float)),
-            "y": packed_floats(m_to_mm(poses.distance(stage)[kept])), "marker": {"size": 4, "color": _COLORS[stage]},
+            "type": "scatter",
+            "mode": "markers",
+            "name": STAGES[stage],
+            "x": packed_floats(number.astype(float)),
+            "y": packed_floats(m_to_mm(poses.distance(stage)[kept])),
+            "marker": {"size": 4, "color": _COLORS[stage]},
             "hovertemplate": "pose %{x:.0f}: %{y:.4f} mm<extra></extra>",
         }
         for stage in dict.fromkeys((first, "calibrated"))
-    ]  # fmt: skip
+    ]
     far = np.flatnonzero(poses.outlier)
     if len(far):
-        traces.append({
-            "type": "scatter", "mode": "markers", "name": "outliers", "x": packed_floats(poses.rows[far] + 1.0),
-            "y": packed_floats(m_to_mm(poses.distance("calibrated")[far])),
-            "marker": {"size": 9, "symbol": "x", "color": _COLORS["nominal"]},
-            "hovertemplate": "outlier, pose %{x:.0f}: %{y:.4f} mm<extra></extra>",
-        })  # fmt: skip
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": "outliers",
+                "x": packed_floats(poses.rows[far] + 1.0),
+                "y": packed_floats(m_to_mm(poses.distance("calibrated")[far])),
+                "marker": {"size": 9, "symbol": "x", "color": _COLORS["nominal"]},
+                "hovertemplate": "outlier, pose %{x:.0f}: %{y:.4f} mm<extra></extra>",
+            }
+        )
     layout = _layout("pose in the log", "error of position [mm]")
     layout["yaxis"]["rangemode"] = "tozero"
     if poses.sigma > 0.0:
         noise = float(m_to_mm(np.sqrt(3.0) * poses.sigma))
-        layout["shapes"] = [{
-            "type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": noise, "y1": noise,
-            "line": {"color": _NOISE, "dash": "dash", "width": 1.2},
-        }]  # fmt: skip
+        layout["shapes"] = [
+            {
+                "type": "line",
+                "xref": "paper",
+                "x0": 0,
+                "x1": 1,
+                "y0": noise,
+                "y1": noise,
+                "line": {"color": _NOISE, "dash": "dash", "width": 1.2},
+            }
+        ]
     part = "withheld" if poses.withheld else "fitted"
     refitted = " Base and reflector were fitted to the other half of the log." if poses.refitted else ""
     caption = f"Dashed: the instrument's noise in 3-D. {len(far)} outliers of {len(poses.rows)} poses.{refitted}"
@@ -126,47 +160,72 @@ def _parameters(summary: CalibrationFigures) -> Chart:
     for unit, name, axis, color in (("mm", "mm", "", "#2b7de9"), ("deg", "degrees", "2", "#1a9c6b")):
         own = [p for p in summary.parameters if p.unit == unit and not p.nuisance]
         if own:
-            traces.append({
-                "type": "scatter", "mode": "markers", "name": name, "x": [plot_text(p.name) for p in own],
-                "y": [p.value for p in own], "xaxis": f"x{axis}", "yaxis": f"y{axis}", "marker": {"size": 7, "color": color},
-                "error_y": {"type": "data", "array": [2.0 * p.std for p in own], "thickness": 1.2, "width": 3},
-                "hovertemplate": f"%{{x}}: %{{y:.4f}} {name}<extra></extra>",
-            })  # fmt: skip
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "markers",
+                    "name": name,
+                    "x": [plot_text(p.name) for p in own],
+                    "y": [p.value for p in own],
+                    "xaxis": f"x{axis}",
+                    "yaxis": f"y{axis}",
+                    "marker": {"size": 7, "color": color},
+                    "error_y": {"type": "data", "array": [2.0 * p.std for p in own], "thickness": 1.2, "width": 3},
+                    "hovertemplate": f"%{{x}}: %{{y:.4f}} {name}<extra></extra>",
+                }
+            )
     layout = _layout("", "mm", 380)
     layout["margin"] |= {"b": 90}
     layout["xaxis"] |= {"domain": [0.0, 0.36]}
     layout["xaxis2"] = {"domain": [0.44, 1.0], "anchor": "y2"}
     layout["yaxis2"] = {"title": {"text": "degrees"}, "anchor": "x2"}
     return _chart(
-        "parameters", "The parameters found", "Bars: two standard errors. Values in the table below, compliances too.",
-        traces, layout,
-    )  # fmt: skip
+        "parameters",
+        "The parameters found",
+        "Bars: two standard errors. Values in the table below, compliances too.",
+        traces,
+        layout,
+    )
 
 
 def _singular(evidence: Evidence) -> Chart:
     """Singular values of the scaled Jacobian of the parameters that were fitted."""
     values = np.asarray(evidence.singular)
     trace = {
-        "type": "scatter", "mode": "lines+markers", "x": list(range(1, len(values) + 1)), "y": packed_floats(values),
-        "line": {"color": "#8a63d2"}, "hovertemplate": "%{x}: %{y:.4g}<extra></extra>", "showlegend": False,
-    }  # fmt: skip
+        "type": "scatter",
+        "mode": "lines+markers",
+        "x": list(range(1, len(values) + 1)),
+        "y": packed_floats(values),
+        "line": {"color": "#8a63d2"},
+        "hovertemplate": "%{x}: %{y:.4g}<extra></extra>",
+        "showlegend": False,
+    }
     layout = _layout("number", "singular value", 300)
     layout["yaxis"]["type"] = "log"
     return _chart(
-        "singular", "What the poses tell: singular values",
+        "singular",
+        "What the poses tell: singular values",
         "Of the Jacobian of the parameters that were fitted, each in its ordinary size and the measurements in their "
-        "noise. The inverse of the last is the largest standard error of a mixture of parameters.", [trace], layout,
-    )  # fmt: skip
+        "noise. The inverse of the last is the largest standard error of a mixture of parameters.",
+        [trace],
+        layout,
+    )
 
 
 def _correlation(evidence: Evidence) -> Chart:
     """All correlations at once."""
     names = [plot_text(n) for n in evidence.names]
     trace = {
-        "type": "heatmap", "x": names, "y": names, "z": [[float(f"{v:.3f}") for v in row] for row in evidence.correlation],
-        "zmin": -1.0, "zmax": 1.0, "colorscale": "RdBu", "colorbar": {"thickness": 12},
+        "type": "heatmap",
+        "x": names,
+        "y": names,
+        "z": [[float(f"{v:.3f}") for v in row] for row in evidence.correlation],
+        "zmin": -1.0,
+        "zmax": 1.0,
+        "colorscale": "RdBu",
+        "colorbar": {"thickness": 12},
         "hovertemplate": "%{x} and %{y}: %{z:.3f}<extra></extra>",
-    }  # fmt: skip
+    }
     layout = _layout("", "", max(420, 14 * len(names) + 150))
     layout["margin"] = {"l": 120, "r": 16, "t": 30, "b": 120}
     small = {"dtick": 1, "tickfont": {"size": 10}}
@@ -189,14 +248,23 @@ def _remaining(poses: Sequence[PoseErrors], axes: Sequence[str]) -> Chart:
         r = np.concatenate([p.residuals[stage][:, :3] for p in poses])
         values = np.concatenate([p.axis_values for p in poses])
         share = 100.0 * explained_by_axis(r, values)
-        traces.append({
-            "type": "bar", "name": STAGES[stage], "x": [plot_text(a) for a in axes], "y": [float(v) for v in share],
-            "marker": {"color": _COLORS[stage]}, "hovertemplate": "%{x}: %{y:.1f} %<extra></extra>",
-        })  # fmt: skip
+        traces.append(
+            {
+                "type": "bar",
+                "name": STAGES[stage],
+                "x": [plot_text(a) for a in axes],
+                "y": [float(v) for v in share],
+                "marker": {"color": _COLORS[stage]},
+                "hovertemplate": "%{x}: %{y:.1f} %<extra></extra>",
+            }
+        )
     layout = _layout("axis", "share of the energy [%]", 300)
     layout["yaxis"]["rangemode"] = "tozero"
     return _chart(
-        "remaining", "What stays, by axis",
+        "remaining",
+        "What stays, by axis",
         "The share of the errors' energy that follows the value of one axis alone (means of 12 bins, less what chance "
-        "gives). Blue bars that stand out: the model lacks something of that axis.", traces, layout,
-    )  # fmt: skip
+        "gives). Blue bars that stand out: the model lacks something of that axis.",
+        traces,
+        layout,
+    )

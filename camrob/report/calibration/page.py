@@ -44,15 +44,27 @@ def calibration_report(
     place = {c["id"]: figure(c) for c in drawn}
     poses = [html for name, html in place.items() if name.startswith(("spread-", "poses-"))]
     files = ", ".join(log.file for log in found.logs)
-    body = "\n".join([
-        "<main>",
-        f"<header><h1>Calibration of {escape(found.cell)}</h1><p class=\"made\">from {escape(files)}</p></header>",
-        _cards(found, evidence), _warnings(found), _published(published, source),
-        *(chart_section(c) for c in charts), _errors(found, evidence), *poses,
-        place["parameters"], _parameters(found), place["singular"], _told(found), place["correlation"],
-        place["remaining"], _remaining(found, evidence), _next(summary.next),
-        "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
-    ])  # fmt: skip
+    body = "\n".join(
+        [
+            "<main>",
+            f'<header><h1>Calibration of {escape(found.cell)}</h1><p class="made">from {escape(files)}</p></header>',
+            _cards(found, evidence),
+            _warnings(found),
+            _published(published, source),
+            *(chart_section(c) for c in charts),
+            _errors(found, evidence),
+            *poses,
+            place["parameters"],
+            _parameters(found),
+            place["singular"],
+            _told(found),
+            place["correlation"],
+            place["remaining"],
+            _remaining(found, evidence),
+            _next(summary.next),
+            "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
+        ]
+    )
     data: dict[str, Any] = {"names": {}}
     data["charts"] = [{k: c[k] for k in ("id", "traces", "layout", "ruler")} for c in drawn]
     data["charts"] += [{**c, "ruler": "line"} for c in chart_data(charts)]
@@ -70,11 +82,17 @@ def _judged(summary: CalibrationFigures) -> tuple[ErrorFigures, ErrorFigures, st
 def _cards(summary: CalibrationFigures, evidence: Evidence) -> str:
     before, after, part = _judged(summary)
     cards = [
-        ("Mean error of position", f"{number(before.mean_mm, 3)} → {number(after.mean_mm, 3, 'mm')}",
-         f"on {after.poses:,} {part} poses"),
-        ("Worst error of position", f"{number(before.max_mm, 3)} → {number(after.max_mm, 3, 'mm')}",
-         f"95 % lie below {after.p95_mm:.3f} mm"),
-    ]  # fmt: skip
+        (
+            "Mean error of position",
+            f"{number(before.mean_mm, 3)} → {number(after.mean_mm, 3, 'mm')}",
+            f"on {after.poses:,} {part} poses",
+        ),
+        (
+            "Worst error of position",
+            f"{number(before.max_mm, 3)} → {number(after.max_mm, 3, 'mm')}",
+            f"95 % lie below {after.p95_mm:.3f} mm",
+        ),
+    ]
     if after.mean_deg is not None:
         value = f"{number(before.mean_deg, 4)} → {number(after.mean_deg, 4, '°')}"
         cards.append(("Mean error of orientation", value, f"worst {after.max_deg:.4f} degrees"))

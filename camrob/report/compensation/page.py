@@ -51,15 +51,22 @@ def compensation_report(
     """The page as text. analyses: the paper's section III, before and after, None for a program too short for it."""
     along = [*_errors_along(path), _corrections_along(path)]
     rates = [] if analyses is None else [_rates(analyses)]
-    body = "\n".join([
-        "<main>",
-        f"<header><h1>Compensation of {escape(summary.program)}</h1><p class=\"made\">for the cell "
-        f"<b>{escape(summary.cell)}</b>, calibrated from {escape(', '.join(summary.calibration.logs))}</p></header>",
-        _cards(summary), _left(summary), _errors(summary), *(chart_section(c) for c in along), _axes(summary),
-        _derivatives(summary), *(chart_section(c) for c in rates),
-        "<footer>Made by camrob. Errors are those of the calibrated chain; what the robot truly does is measured, not "
-        "computed. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
-    ])  # fmt: skip
+    body = "\n".join(
+        [
+            "<main>",
+            f'<header><h1>Compensation of {escape(summary.program)}</h1><p class="made">for the cell '
+            f"<b>{escape(summary.cell)}</b>, calibrated from {escape(', '.join(summary.calibration.logs))}</p></header>",
+            _cards(summary),
+            _left(summary),
+            _errors(summary),
+            *(chart_section(c) for c in along),
+            _axes(summary),
+            _derivatives(summary),
+            *(chart_section(c) for c in rates),
+            "<footer>Made by camrob. Errors are those of the calibrated chain; what the robot truly does is measured, not "
+            "computed. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
+        ]
+    )
     charts = [{**c, "ruler": "motion"} for c in chart_data(along)] + [{**c, "ruler": "s"} for c in chart_data(rates)]
     for chart in charts:
         if chart["layout"]["yaxis"]["type"] == "log":
@@ -71,14 +78,23 @@ def _cards(summary: CompensateSummary) -> str:
     before, after, iterations = summary.error_before, summary.error_after, summary.iterations
     known = summary.calibrated_withheld_mm
     cards = [
-        ("Mean error on the calibrated chain", f"{number(before.mean_mm, 3)} → {number(after.mean_mm, 4, 'mm')}",
-         f"{summary.motions:,} motions"),
-        ("Worst error", f"{number(before.max_mm, 3)} → {number(after.max_mm, 4, 'mm')}",
-         f"orientation {after.max_deg:.5f} degrees at the worst"),
-        ("Largest correction of the tip", number(summary.correction.max_mm, 3, "mm"),
-         f"mean {summary.correction.mean_mm:.3f} mm"),
+        (
+            "Mean error on the calibrated chain",
+            f"{number(before.mean_mm, 3)} → {number(after.mean_mm, 4, 'mm')}",
+            f"{summary.motions:,} motions",
+        ),
+        (
+            "Worst error",
+            f"{number(before.max_mm, 3)} → {number(after.max_mm, 4, 'mm')}",
+            f"orientation {after.max_deg:.5f} degrees at the worst",
+        ),
+        (
+            "Largest correction of the tip",
+            number(summary.correction.max_mm, 3, "mm"),
+            f"mean {summary.correction.mean_mm:.3f} mm",
+        ),
         ("Newton iterations", number(iterations.mean, 1), f"at most {iterations.max} a point"),
-    ]  # fmt: skip
+    ]
     if known is not None:
         note = "mean error on withheld poses: no program can be truer"
         cards.append(("What the calibration leaves", number(known, 3, "mm"), note))
@@ -125,10 +141,15 @@ def _errors_along(path: PathErrors) -> list[LineChart]:
         )
         charts.append(
             LineChart(
-                f"error-{what}", f"Error of {what} along the program",
-                "At the motions' ends, on the calibrated chain; logarithmic.", "motion", unit, curves, True,
+                f"error-{what}",
+                f"Error of {what} along the program",
+                "At the motions' ends, on the calibrated chain; logarithmic.",
+                "motion",
+                unit,
+                curves,
+                True,
             )
-        )  # fmt: skip
+        )
     return charts
 
 
@@ -139,9 +160,13 @@ def _corrections_along(path: PathErrors) -> LineChart:
         Curve(axis, number_of, rad_to_deg(np.asarray(path.correction)[shown, k])) for k, axis in enumerate(path.axes)
     )
     return LineChart(
-        "corrections", "Corrections of the arm's axes", "Compensated less planned. External axes stay as planned.",
-        "motion", "degrees", curves,
-    )  # fmt: skip
+        "corrections",
+        "Corrections of the arm's axes",
+        "Compensated less planned. External axes stay as planned.",
+        "motion",
+        "degrees",
+        curves,
+    )
 
 
 def _axes(summary: CompensateSummary) -> str:
@@ -152,11 +177,17 @@ def _axes(summary: CompensateSummary) -> str:
             ("°", entry.mean_deg, entry.max_deg) if entry.max_mm is None else ("mm", entry.mean_mm, entry.max_mm)
         )
         planned = (most or 0.0) < 1e-12
-        rows.append([
-            escape(name), "as planned" if planned else number(mean, 4), "" if planned else number(most, 4),
-            unit, "" if planned else f"{entry.line}",
-            number(before.get(name), 3), number(margins.get(name), 3),
-        ])  # fmt: skip
+        rows.append(
+            [
+                escape(name),
+                "as planned" if planned else number(mean, 4),
+                "" if planned else number(most, 4),
+                unit,
+                "" if planned else f"{entry.line}",
+                number(before.get(name), 3),
+                number(margins.get(name), 3),
+            ]
+        )
     head = ("axis", "mean correction", "largest", "unit", "in line", "to its limit before", "and after")
     return section("Axis by axis", table(head, rows))
 
@@ -165,10 +196,14 @@ def _derivatives(summary: CompensateSummary) -> str:
     if not summary.derivatives:
         return section("Derivatives", "<p>The program holds too few postures to differentiate.</p>")
     rows = [
-        [escape(name), number(rates.before, 4), number(rates.after, 4),
-         number(100.0 * (rates.after / rates.before - 1.0), 2, "%")]
+        [
+            escape(name),
+            number(rates.before, 4),
+            number(rates.after, 4),
+            number(100.0 * (rates.after / rates.before - 1.0), 2, "%"),
+        ]
         for name, rates in summary.derivatives.items()
-    ]  # fmt: skip
+    ]
     head = ("limits of", "least ds/dt before, rad/s", "after", "change")
     words = _violations(summary.violations)
     return section("Derivatives in machine space (section III of the paper)", words, table(head, rows))
@@ -199,10 +234,14 @@ def _rates(analyses: tuple[DerivativeAnalysis, DerivativeAnalysis]) -> LineChart
             s, rate = _least(np.asarray(analysis.s), np.asarray(getattr(analysis, attribute)))
             curves.append(Curve(f"{name}, {which}", s, rate, dash, 2 * k + (which == "after")))
     return LineChart(
-        "rates", "Rate ds/dt that the axes admit, before and after",
+        "rates",
+        "Rate ds/dt that the axes admit, before and after",
         f"The least in each of {_STRETCHES} stretches; linear interpolation, as the paper's eq. 21, 27 and 28.",
-        "s, rad", "rad/s", tuple(curves), True,
-    )  # fmt: skip
+        "s, rad",
+        "rad/s",
+        tuple(curves),
+        True,
+    )
 
 
 def _least(s: Array, rate: Array) -> tuple[Array, Array]:

@@ -77,12 +77,16 @@ def _figure(kind: str, both: Sequence[DerivativeAnalysis], axis: str, place: str
             most = max(float(np.max(np.abs(c.y), initial=0.0)) for c in curves)
             bounds = tuple(
                 Curve(
-                    f"{sign}{limit}", np.array(window), np.full(2, value if sign == "+" else -value), "dot", color,
+                    f"{sign}{limit}",
+                    np.array(window),
+                    np.full(2, value if sign == "+" else -value),
+                    "dot",
+                    color,
                     value < _FAR * most,
                 )
                 for limit, value, color in limits
                 for sign in "+-"
-            )  # fmt: skip
+            )
             closer = f", s from {window[0]:.3f} to {window[1]:.3f} rad" if name else ""
             charts.append(
                 LineChart(
@@ -90,9 +94,11 @@ def _figure(kind: str, both: Sequence[DerivativeAnalysis], axis: str, place: str
                     f"{escape(axis)}: {title}, {kind} interpolation{closer} (Figure 1)",
                     "Dotted: the axis's bounds where ds/dt and its two derivatives are 1 rad/s, 1 rad/s², 1 rad/s³, as in the "
                     "paper; those far beyond the curves are in the legend: click to see them. Drag to look closer.",
-                    "s, rad", unit, curves + bounds,
+                    "s, rad",
+                    unit,
+                    curves + bounds,
                 )
-            )  # fmt: skip
+            )
     return charts
 
 
@@ -120,10 +126,14 @@ def _rates(kind: str, both: Sequence[DerivativeAnalysis]) -> LineChart:
         )
     )
     return LineChart(
-        f"{kind}-rates", f"Rate ds/dt that all axes admit, {kind} interpolation",
+        f"{kind}-rates",
+        f"Rate ds/dt that all axes admit, {kind} interpolation",
         "Each bound by itself, at a constant rate; the derivatives' sizes count, whatever their sign.",
-        "s, rad", "rad/s", curves, True,
-    )  # fmt: skip
+        "s, rad",
+        "rad/s",
+        curves,
+        True,
+    )
 
 
 def _table(kind: str, both: Sequence[DerivativeAnalysis], rate: float, place: str) -> str:

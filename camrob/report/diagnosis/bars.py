@@ -38,19 +38,31 @@ def _arrow(rung: str, summary: DiagnosisSummary) -> str:
 
 
 def _bars(
-    name: str, title: str, unit: str, values: Mapping[str, tuple[float | None, Sequence[float] | None]], color: str, factor: float
-) -> Chart:  # fmt: skip
+    name: str,
+    title: str,
+    unit: str,
+    values: Mapping[str, tuple[float | None, Sequence[float] | None]],
+    color: str,
+    factor: float,
+) -> Chart:
     """Bars with intervals; where there is no value, words say so."""
     told = {k: (v, i) for k, (v, i) in values.items() if v is not None and i is not None}
     trace = {
-        "type": "bar", "x": [_broken(k) for k in told], "y": [factor * v for v, _ in told.values()],
-        "marker": {"color": color}, "hovertemplate": "%{x}: %{y:.3g}<extra></extra>",
+        "type": "bar",
+        "x": [_broken(k) for k in told],
+        "y": [factor * v for v, _ in told.values()],
+        "marker": {"color": color},
+        "hovertemplate": "%{x}: %{y:.3g}<extra></extra>",
         "error_y": {
-            "type": "data", "symmetric": False, "color": NOISE, "thickness": 1.5, "width": 4,
+            "type": "data",
+            "symmetric": False,
+            "color": NOISE,
+            "thickness": 1.5,
+            "width": 4,
             "array": [factor * max(i[1] - v, 0.0) for v, i in told.values()],
             "arrayminus": [factor * max(v - i[0], 0.0) for v, i in told.values()],
         },
-    }  # fmt: skip
+    }
     missing = [
         {"text": "not<br>logged", "x": _broken(k), "y": 0, "yref": "y", "yanchor": "bottom", "showarrow": False}
         for k, (v, _) in values.items()
@@ -59,8 +71,13 @@ def _bars(
     axis: Chart = {"title": {"text": unit}, "rangemode": "tozero"}
     if factor == 100.0:
         axis["range"] = [0.0, 104.0]
-    order = {"type": "category", "categoryorder": "array", "categoryarray": [_broken(k) for k in values], "automargin": True,
-             "range": [-0.5, len(values) - 0.5]}  # fmt: skip
+    order = {
+        "type": "category",
+        "categoryorder": "array",
+        "categoryarray": [_broken(k) for k in values],
+        "automargin": True,
+        "range": [-0.5, len(values) - 0.5],
+    }
     layout = {
         "height": 320,
         "showlegend": False,
@@ -81,16 +98,28 @@ def shrink_charts(summary: DiagnosisSummary) -> list[Chart]:
     """Before and after on withheld samples: rms, 95 % and worst; and the rms with each effect alone, and together."""
     t, noise = summary.together, summary.gap.noise_mm
     traces = [
-        {"type": "bar", "name": when, "x": ["rms", "95 %", "worst"], "y": sizes,
-         "marker": {"color": color}, "hovertemplate": "%{y:.3f} mm"}
+        {
+            "type": "bar",
+            "name": when,
+            "x": ["rms", "95 %", "worst"],
+            "y": sizes,
+            "marker": {"color": color},
+            "hovertemplate": "%{y:.3f} mm",
+        }
         for when, sizes, color in (
             ("before", [t.rms_before_mm, t.p95_before_mm, t.max_before_mm], BEFORE),
             ("after", [t.rms_after_mm, t.p95_after_mm, t.max_after_mm], AFTER),
         )
-    ]  # fmt: skip
+    ]
     traces.append(noise_trace(noise, ["rms", "worst"]))
-    layout = {"height": 320, "barmode": "group", "margin": _MARGIN, "legend": _LEGEND, "xaxis": {"type": "category"},
-              "yaxis": {"title": {"text": "error [mm]"}, "rangemode": "tozero"}}  # fmt: skip
+    layout = {
+        "height": 320,
+        "barmode": "group",
+        "margin": _MARGIN,
+        "legend": _LEGEND,
+        "xaxis": {"type": "category"},
+        "yaxis": {"title": {"text": "error [mm]"}, "rangemode": "tozero"},
+    }
     pair = {"id": "shrunk", "title": "Together", "traces": traces, "layout": layout}
     return [pair, _steps(summary, noise)]
 
@@ -105,10 +134,19 @@ def _steps(summary: DiagnosisSummary, noise: float) -> Chart:
         bars.append(("what compensate corrects", told.rms_after_mm, _GREEN))
     bars.append(("all that is claimed", t.rms_after_mm, AFTER))
     trace = {
-        "type": "bar", "showlegend": False, "x": [_broken(n) for n, _, _ in bars], "y": [v for _, v, _ in bars],
-        "marker": {"color": [c for _, _, c in bars]}, "hovertemplate": "%{x}: %{y:.3f} mm<extra></extra>",
-    }  # fmt: skip
+        "type": "bar",
+        "showlegend": False,
+        "x": [_broken(n) for n, _, _ in bars],
+        "y": [v for _, v, _ in bars],
+        "marker": {"color": [c for _, _, c in bars]},
+        "hovertemplate": "%{x}: %{y:.3f} mm<extra></extra>",
+    }
     line = noise_trace(noise, [_broken(n) for n, _, _ in bars])
-    layout = {"height": 320, "margin": _MARGIN, "legend": _LEGEND, "xaxis": {"type": "category", "automargin": True},
-              "yaxis": {"title": {"text": "rms [mm]"}, "rangemode": "tozero"}}  # fmt: skip
+    layout = {
+        "height": 320,
+        "margin": _MARGIN,
+        "legend": _LEGEND,
+        "xaxis": {"type": "category", "automargin": True},
+        "yaxis": {"title": {"text": "rms [mm]"}, "rangemode": "tozero"},
+    }
     return {"id": "steps", "title": "Step by step", "traces": [trace, line], "layout": layout}

@@ -49,16 +49,29 @@ def _coloured(path: PathError, error: Array, highest: float, *, first: bool) -> 
     xyz, size = m_to_mm(path.position[pick]), m_to_mm(np.linalg.norm(error[pick], axis=1))
     bar = {"title": {"text": "error [mm]", "side": "right"}, "thickness": 14, "len": 0.8}
     return {
-        "type": "scatter3d", "mode": "markers", "name": plot_text(path.log),
-        "x": packed_floats(xyz[:, 0]), "y": packed_floats(xyz[:, 1]), "z": packed_floats(xyz[:, 2]),
+        "type": "scatter3d",
+        "mode": "markers",
+        "name": plot_text(path.log),
+        "x": packed_floats(xyz[:, 0]),
+        "y": packed_floats(xyz[:, 1]),
+        "z": packed_floats(xyz[:, 2]),
         "customdata": [int(n) for n in path.line[pick]],
         "marker": {
-            "size": 2.8, "color": packed_floats(size), "colorscale": _SCALE, "cmin": 0.0, "cmax": highest,
-            "showscale": first, "colorbar": bar, "line": {"width": 0},
+            "size": 2.8,
+            "color": packed_floats(size),
+            "colorscale": _SCALE,
+            "cmin": 0.0,
+            "cmax": highest,
+            "showscale": first,
+            "colorbar": bar,
+            "line": {"width": 0},
         },
         "hovertemplate": "%{marker.color:.3f} mm"
-        + (", line %{customdata}" if path.line.any() else "") + "<extra>" + plot_text(path.log) + "</extra>",
-    }  # fmt: skip
+        + (", line %{customdata}" if path.line.any() else "")
+        + "<extra>"
+        + plot_text(path.log)
+        + "</extra>",
+    }
 
 
 def _box(xyz: Array) -> Chart:
@@ -69,10 +82,12 @@ def _box(xyz: Array) -> Chart:
     middle = 0.5 * (lower + upper)
     axes = {
         f"{name}axis": {
-            "title": {"text": f"{name} [mm]"}, "range": [float(m - h), float(m + h)], "nticks": 4 if h < half.max() / 2 else 6,
+            "title": {"text": f"{name} [mm]"},
+            "range": [float(m - h), float(m + h)],
+            "nticks": 4 if h < half.max() / 2 else 6,
         }
         for name, m, h in zip("xyz", middle, half, strict=True)
-    }  # fmt: skip
+    }
     # as large as a cube of edges 1, which the camera just sees whole
     ratio = dict(zip("xyz", (1.45 * half / np.linalg.norm(half)).tolist(), strict=True))
     return {"aspectmode": "manual", "aspectratio": ratio, **axes}
@@ -85,10 +100,15 @@ def _thin(count: int) -> NDArray[np.int64]:
 def noise_trace(noise_mm: float, x: Sequence[Any]) -> Chart:
     """A dashed line at the noise from one end of a chart to the other, with its name for the legend."""
     return {
-        "type": "scatter", "mode": "lines", "name": f"noise {mm(noise_mm)}", "x": [x[0], x[-1]],
-        "y": [noise_mm, noise_mm], "line": {"color": NOISE, "dash": "dash", "width": 2}, "hoverinfo": "skip",
+        "type": "scatter",
+        "mode": "lines",
+        "name": f"noise {mm(noise_mm)}",
+        "x": [x[0], x[-1]],
+        "y": [noise_mm, noise_mm],
+        "line": {"color": NOISE, "dash": "dash", "width": 2},
+        "hoverinfo": "skip",
         "showlegend": True,
-    }  # fmt: skip
+    }
 
 
 def error_charts(gap: GapFigures, paths: Sequence[PathError], *, claimed: bool) -> list[Chart]:
@@ -103,17 +123,26 @@ def error_charts(gap: GapFigures, paths: Sequence[PathError], *, claimed: bool) 
         for name, error, color in (("before", p.before, BEFORE), ("after", p.after, AFTER))[: 2 if claimed else 1]:
             size = m_to_mm(np.linalg.norm(error[pick], axis=1))
             look = {"marker": {"size": 4, "color": color}} if p.poses else {"line": {"color": color, "width": 1.2}}
-            traces.append({
-                "type": "scatter", "mode": mode, **look, "name": name, "x": packed_floats(x), "y": packed_floats(size),
-                "hovertemplate": "%{y:.3f} mm",
-            })  # fmt: skip
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": mode,
+                    **look,
+                    "name": name,
+                    "x": packed_floats(x),
+                    "y": packed_floats(size),
+                    "hovertemplate": "%{y:.3f} mm",
+                }
+            )
         traces.append(noise_trace(gap.noise_mm, [float(x[0]), float(x[-1])]))
         layout = {
-            "height": 300, "hovermode": "x unified",
-            "margin": {"t": 34, "r": 20, "l": 64, "b": 46}, "legend": {"orientation": "h", "x": 0, "y": 1.14},
+            "height": 300,
+            "hovermode": "x unified",
+            "margin": {"t": 34, "r": 20, "l": 64, "b": 46},
+            "legend": {"orientation": "h", "x": 0, "y": 1.14},
             "xaxis": {"title": {"text": "pose" if p.poses else f"time [{'h' if hours else 's'}]"}, "zeroline": False},
             "yaxis": {"title": {"text": "error [mm]"}, "rangemode": "tozero"},
-        }  # fmt: skip
+        }
         out.append({"id": f"along-{k}", "title": f"Error along {p.log}", "traces": traces, "layout": layout})
     return out
 
@@ -132,16 +161,31 @@ def residual_chart(gap: GapFigures, paths: Sequence[PathError]) -> Chart:
     share = 100.0 * width
     tallest, peak = 100.0 * float(counts.max()) / max(len(left), 1), share * float(alone.max())
     traces = [
-        {"type": "bar", "name": "what stays", "x": packed_floats(edges[:-1] + 0.5 * width), "width": width,
-         "y": packed_floats(100.0 * counts / max(len(left), 1)), "marker": {"color": AFTER},
-         "hovertemplate": "%{y:.1f} % near %{x:.3f} mm<extra></extra>"},
-        {"type": "scatter", "mode": "lines", "name": "the noise alone", "x": packed_floats(x), "y": packed_floats(share * alone),
-         "line": {"color": NOISE, "width": 2.5}, "hoverinfo": "skip"},
-    ]  # fmt: skip
+        {
+            "type": "bar",
+            "name": "what stays",
+            "x": packed_floats(edges[:-1] + 0.5 * width),
+            "width": width,
+            "y": packed_floats(100.0 * counts / max(len(left), 1)),
+            "marker": {"color": AFTER},
+            "hovertemplate": "%{y:.1f} % near %{x:.3f} mm<extra></extra>",
+        },
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": "the noise alone",
+            "x": packed_floats(x),
+            "y": packed_floats(share * alone),
+            "line": {"color": NOISE, "width": 2.5},
+            "hoverinfo": "skip",
+        },
+    ]
     layout = {
-        "height": 300, "bargap": 0, "margin": {"t": 34, "r": 20, "l": 64, "b": 46},
+        "height": 300,
+        "bargap": 0,
+        "margin": {"t": 34, "r": 20, "l": 64, "b": 46},
         "legend": {"orientation": "h", "x": 0, "y": 1.14},
         "xaxis": {"title": {"text": "error [mm]"}, "range": [0.0, highest]},
         "yaxis": {"title": {"text": "samples [%]"}, "range": [0.0, 1.15 * max(tallest, min(peak, 2.0 * tallest))]},
-    }  # fmt: skip
+    }
     return {"id": "residual", "title": "What stays, beside the noise", "traces": traces, "layout": layout}

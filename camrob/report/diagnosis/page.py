@@ -41,20 +41,35 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
     space, along = space_charts(paths, claimed=claimed), error_charts(summary.gap, paths, claimed=claimed)
     places, shrunk = place_charts(summary), shrink_charts(summary) if claimed else []
     stays, what = residual_chart(summary.gap, paths), "poses" if paths and all(p.poses for p in paths) else "path"
-    body = "\n".join([
-        "<main>", _head(summary), _cards(summary), _unexplained(summary),
-        section(f"The {what}, coloured by the error", _pair(space), _space_caption(claimed=claimed)),
-        section("Where the gap lies", _pair(places), _caption(
-            "Lines on the bars: 90 % intervals, whole stretches of the path drawn anew. An axis or a regime is shown with the "
-            "share of the gap's energy that it would explain alone, on stretches that took no part: these overlap and do not "
-            "add up.")),
-        _missing(summary), _causes(summary), _shrunk(summary, shrunk),
-        *(section(str(c["title"]), _chart(c)) for c in along[:1]),
-        _residual(summary, stays), _next(summary), *place_sections(summary, paths), timing_section(summary),
-        *(section(str(c["title"]), _chart(c)) for c in along[1:]),
-        "<footer>Made by camrob. Shrinkage is told on samples that took no part in choosing or fitting; the pictures show the "
-        "logs that did. This page loads nothing and sends nothing.</footer></main>",
-    ])  # fmt: skip
+    body = "\n".join(
+        [
+            "<main>",
+            _head(summary),
+            _cards(summary),
+            _unexplained(summary),
+            section(f"The {what}, coloured by the error", _pair(space), _space_caption(claimed=claimed)),
+            section(
+                "Where the gap lies",
+                _pair(places),
+                _caption(
+                    "Lines on the bars: 90 % intervals, whole stretches of the path drawn anew. An axis or a regime is shown "
+                    "with the share of the gap's energy that it would explain alone, on stretches that took no part: these "
+                    "overlap and do not add up."
+                ),
+            ),
+            _missing(summary),
+            _causes(summary),
+            _shrunk(summary, shrunk),
+            *(section(str(c["title"]), _chart(c)) for c in along[:1]),
+            _residual(summary, stays),
+            _next(summary),
+            *place_sections(summary, paths),
+            timing_section(summary),
+            *(section(str(c["title"]), _chart(c)) for c in along[1:]),
+            "<footer>Made by camrob. Shrinkage is told on samples that took no part in choosing or fitting; the pictures show "
+            "the logs that did. This page loads nothing and sends nothing.</footer></main>",
+        ]
+    )
     charts = [*space, *places, *shrunk, *along, stays]
     data = {"names": {}, "charts": [{k: c[k] for k in ("id", "traces", "layout")} | {"ruler": c["id"]} for c in charts]}
     return page("diagnosis", body, data)
@@ -98,13 +113,18 @@ def _cards(summary: DiagnosisSummary) -> str:
         if summary.claimed
         else ("after", "–", "nothing is claimed, so nothing is taken away")
     )
-    return card_row([
-        ("gap, rms", escape(mm(gap.rms_mm)),
-         f"95 % {mm(gap.p95_mm)}, worst {mm(gap.max_mm)}; {gap.samples} samples{left}"),
-        after,
-        ("the instrument's noise", escape(mm(gap.noise_mm)), "3-D rms: below it nothing can be seen"),
-        ("something unknown at work", escape(sure(summary.unknown.probability)), "that the library lacks a cause"),
-    ])  # fmt: skip
+    return card_row(
+        [
+            (
+                "gap, rms",
+                escape(mm(gap.rms_mm)),
+                f"95 % {mm(gap.p95_mm)}, worst {mm(gap.max_mm)}; {gap.samples} samples{left}",
+            ),
+            after,
+            ("the instrument's noise", escape(mm(gap.noise_mm)), "3-D rms: below it nothing can be seen"),
+            ("something unknown at work", escape(sure(summary.unknown.probability)), "that the library lacks a cause"),
+        ]
+    )
 
 
 def _unexplained(summary: DiagnosisSummary) -> str:
@@ -183,8 +203,13 @@ def _shrunk(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:
     held = f"<p>{escape(careful)}.</p>" if careful else ""
     held += f"<p>{escape(regimes)}</p>{regimes_table(summary)}" if regimes else ""
     return section(
-        title, f"<p>{escape(text)}</p>", _pair(charts), f"<p>{escape(compensable_text(summary))}</p>", sizes_table(summary), held
-    )  # fmt: skip
+        title,
+        f"<p>{escape(text)}</p>",
+        _pair(charts),
+        f"<p>{escape(compensable_text(summary))}</p>",
+        sizes_table(summary),
+        held,
+    )
 
 
 def _residual(summary: DiagnosisSummary, chart: Chart) -> str:

@@ -52,9 +52,12 @@ def _causes(summary: DiagnosisSummary) -> Table:
     for e in summary.effects:
         last = e.added_last
         table.add_row(
-            shown_text(e.effect), shown_text(", ".join(e.axes)), sure(e.probability),
-            to_mm(e.rms_before_mm, e.alone.rms_after_mm), to_mm(last.rms_before_mm, last.rms_after_mm),
-        )  # fmt: skip
+            shown_text(e.effect),
+            shown_text(", ".join(e.axes)),
+            sure(e.probability),
+            to_mm(e.rms_before_mm, e.alone.rms_after_mm),
+            to_mm(last.rms_before_mm, last.rms_after_mm),
+        )
     return table
 
 

@@ -83,18 +83,21 @@ def timing_section(summary: DiagnosisSummary) -> str:
     words = "".join(f"<li>{escape(line)}</li>" for line in lines)
     rows = [
         [
-            escape(one.log), f"{lost.from_line} to {lost.to_line}",
+            escape(one.log),
+            f"{lost.from_line} to {lost.to_line}",
             *(escape(_s(v)) for v in (lost.lost_s, lost.logged_s, lost.predicted_s, lost.at_programmed_speed_s)),
             escape(_why(lost)),
         ]
-        for one in told for lost in one.lost
-    ]  # fmt: skip
+        for one in told
+        for lost in one.lost
+    ]
     head = ("log", "program lines", "lost", "logged", "virtual controller", "at $VEL.CP", "what holds back")
     stretches = table(head, rows, left=2, whole=True) if rows else ""
     stops = [
         [escape(one.log), str(s.line), *(escape(_s(v)) for v in (s.t_s, s.seconds, s.programmed_s)), escape(s.what)]
-        for one in told for s in one.stops
-    ]  # fmt: skip
+        for one in told
+        for s in one.stops
+    ]
     rests = (
         table(("log", "program line", "after", "rests for", "programmed", "so it is"), stops, left=2) if stops else ""
     )

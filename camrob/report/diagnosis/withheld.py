@@ -96,10 +96,16 @@ def regimes_table(summary: DiagnosisSummary) -> str:
     for r in told:
         low, high = r.shrink_interval
         shrinks = f"{share(r.shrink)} ({share(low)} to {share(high)})"
-        rows.append([
-            escape(r.regime), escape(r.what) + (" <b>worse than nothing</b>" if r.worse else ""), str(r.samples),
-            escape(to_mm(r.rms_before_mm, r.rms_after_mm)), escape(shrinks), escape(mm(r.doubt_mm)),
-        ])  # fmt: skip
+        rows.append(
+            [
+                escape(r.regime),
+                escape(r.what) + (" <b>worse than nothing</b>" if r.worse else ""),
+                str(r.samples),
+                escape(to_mm(r.rms_before_mm, r.rms_after_mm)),
+                escape(shrinks),
+                escape(mm(r.doubt_mm)),
+            ]
+        )
     head = ("regime", "withheld", "samples", "rms", "shrinks by (90 %)", "the fit's own doubt there")
     note = (
         '<p class="caption">Each regime in turn takes no part in the fit, and its gap is then told. The set itself was chosen '

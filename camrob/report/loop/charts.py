@@ -89,13 +89,34 @@ def _figure_5(study: TrackerStudy) -> tuple[LineChart, ...]:
     on = f"The correction is switched on at {study.case.switched_on:g} s."
     seen = "As the tracker sees it, its noise included; peaks stand at the corners."
     return (
-        LineChart("five-a", "Square, linear errors without correction (Figure 5 a)", seen, "time, s", "mm", curves(plain, mm, 0)),
-        LineChart("five-b", "Square, linear errors with correction (Figure 5 b)", on, "time, s", "mm", curves(switched, mm, 0)),
-        LineChart("five-c", "Square, errors of rotation without correction (Figure 5 c)", seen, "time, s", "deg",
-                  curves(plain, deg, 3)),
-        LineChart("five-d", "Square, errors of rotation with correction (Figure 5 d)", on, "time, s", "deg",
-                  curves(switched, deg, 3)),
-    )  # fmt: skip
+        LineChart(
+            "five-a",
+            "Square, linear errors without correction (Figure 5 a)",
+            seen,
+            "time, s",
+            "mm",
+            curves(plain, mm, 0),
+        ),
+        LineChart(
+            "five-b", "Square, linear errors with correction (Figure 5 b)", on, "time, s", "mm", curves(switched, mm, 0)
+        ),
+        LineChart(
+            "five-c",
+            "Square, errors of rotation without correction (Figure 5 c)",
+            seen,
+            "time, s",
+            "deg",
+            curves(plain, deg, 3),
+        ),
+        LineChart(
+            "five-d",
+            "Square, errors of rotation with correction (Figure 5 d)",
+            on,
+            "time, s",
+            "deg",
+            curves(switched, deg, 3),
+        ),
+    )
 
 
 def _figure_6(study: TrackerStudy) -> LineChart:
@@ -115,18 +136,22 @@ def _figure_6(study: TrackerStudy) -> LineChart:
 
     flat = np.zeros(len(pick))
     curves = (
-        ring("programmed", flat, "dot", 5), ring("0.2 mm outside", flat + _RING, "dot", 5),
+        ring("programmed", flat, "dot", 5),
+        ring("0.2 mm outside", flat + _RING, "dot", 5),
         ring("0.2 mm inside", flat - _RING, "dot", 5),
         run("no correction (a)", study.variant("none").circle, 3),
         run("published law (b)", study.variant("published").circle, 0),
         run("all that does better", study.variants[-1].circle, 2),
-    )  # fmt: skip
+    )
     return LineChart(
-        "six", "Circle with amplified errors (Figure 6)",
+        "six",
+        "Circle with amplified errors (Figure 6)",
         f"Deviations {_AMPLIFIED:.0f} times as large; dotted rings are 0.2 mm apart. As the tracker sees it, "
-        f"averaged over {_SAMPLES} cycles.", "x, mm",
-        "y, mm", curves,
-    )  # fmt: skip
+        f"averaged over {_SAMPLES} cycles.",
+        "x, mm",
+        "y, mm",
+        curves,
+    )
 
 
 def _figure_7(study: TrackerStudy) -> LineChart:
@@ -138,11 +163,14 @@ def _figure_7(study: TrackerStudy) -> LineChart:
         off = np.abs(across(path, np.asarray(v.circle.error)))[path.moving]
         curves.append(Curve(_SHORT[key], way[path.moving], m_to_mm(off), "solid", _COLOR[key]))
     return LineChart(
-        "seven", "Circle, absolute path errors (Figure 7)",
+        "seven",
+        "Circle, absolute path errors (Figure 7)",
         "In truth, without the tracker's noise. With the published law an even deviation is left: the lag's direction turns with "
         f"the path, and the loop follows {study.case.law.cycle_s / study.case.law.gain:g} s (cycle / K) behind it.",
-        "way along the circle, mm", "mm", tuple(curves),
-    )  # fmt: skip
+        "way along the circle, mm",
+        "mm",
+        tuple(curves),
+    )
 
 
 def _gain(study: TrackerStudy) -> LineChart:
@@ -156,10 +184,15 @@ def _gain(study: TrackerStudy) -> LineChart:
         Curve("part of the noise", c.gains[fine], m_to_mm(np.sqrt(3.0) * c.noise[fine]), "dot", 5),
     )
     return LineChart(
-        "gain", "What each gain lets one expect",
+        "gain",
+        "What each gain lets one expect",
         "Root mean square of the tool's distance to its set-point, from the runs without correction alone. Chosen: "
-        f"{c.chosen:g}, the least within the bounds on peak and margin.", "gain K", "mm", curves, True,
-    )  # fmt: skip
+        f"{c.chosen:g}, the least within the bounds on peak and margin.",
+        "gain K",
+        "mm",
+        curves,
+        True,
+    )
 
 
 def _laps(study: TrackerStudy) -> LineChart:
@@ -170,11 +203,15 @@ def _laps(study: TrackerStudy) -> LineChart:
             rms = np.array([both[j].tool.rms for both in learning.laps])
             curves.append(Curve(f"{learning.name}, {test}", lap, m_to_mm(rms), ("solid", "dash")[j], 3 * k))
     return LineChart(
-        "laps", "Learning over repeated laps",
+        "laps",
+        "Learning over repeated laps",
         "Root mean square of the tool's distance to its set-point. Lap 0 has learned nothing yet. The published law learns "
-        "down to its own bias: the measurement is compared with a later set-point.", "lap", "mm", tuple(curves),
+        "down to its own bias: the measurement is compared with a later set-point.",
+        "lap",
+        "mm",
+        tuple(curves),
         True,
-    )  # fmt: skip
+    )
 
 
 def _close(study: TrackerStudy) -> tuple[LineChart, ...]:
@@ -200,9 +237,13 @@ def _close(study: TrackerStudy) -> tuple[LineChart, ...]:
         return tuple(out)
 
     at_corner = LineChart(
-        "corner", "At the square's first corner", "Distance from the set-point, in truth.", "time from the corner, s",
-        "mm", curves(corner, "square"),
-    )  # fmt: skip
+        "corner",
+        "At the square's first corner",
+        "Distance from the set-point, in truth.",
+        "time from the corner, s",
+        "mm",
+        curves(corner, "square"),
+    )
     if not turns:
         return (at_corner,)
     turn = turns[len(turns) // 2]
@@ -210,7 +251,11 @@ def _close(study: TrackerStudy) -> tuple[LineChart, ...]:
     return (
         at_corner,
         LineChart(
-            "reversal", f"Where {joints} turn round on the circle", "Deviation from the circle, outwards up, in truth.",
-            "time from the reversal, s", "mm", curves(turn.cycle, "circle"),
+            "reversal",
+            f"Where {joints} turn round on the circle",
+            "Deviation from the circle, outwards up, in truth.",
+            "time from the reversal, s",
+            "mm",
+            curves(turn.cycle, "circle"),
         ),
-    )  # fmt: skip
+    )

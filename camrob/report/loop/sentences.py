@@ -65,26 +65,36 @@ def _without(study: TrackerStudy) -> tuple[Comparison, ...]:
     circle = none.of_circle
     return (
         Comparison(
-            "square, static errors of x, y, z", "0.1 to 0.4 mm",
-            f"{', '.join(_mm(float(v)) for v in static[:3])} mm", TUNED,
+            "square, static errors of x, y, z",
+            "0.1 to 0.4 mm",
+            f"{', '.join(_mm(float(v)) for v in static[:3])} mm",
+            TUNED,
         ),
         Comparison(
-            "square, static errors of the three angles", "0.1 to 0.15 deg",
-            f"{', '.join(f'{float(rad_to_deg(float(v))):.2f}' for v in static[3:])} deg", TUNED,
+            "square, static errors of the three angles",
+            "0.1 to 0.15 deg",
+            f"{', '.join(f'{float(rad_to_deg(float(v))):.2f}' for v in static[3:])} deg",
+            TUNED,
         ),
         Comparison(
-            "square, linear errors in motion", "above 1 mm",
-            f"up to {', '.join(_mm(a.most) for a in none.of_square.axes[:3])} mm in x, y, z", TUNED,
+            "square, linear errors in motion",
+            "above 1 mm",
+            f"up to {', '.join(_mm(a.most) for a in none.of_square.axes[:3])} mm in x, y, z",
+            TUNED,
         ),
         Comparison(
-            "square, rotations in motion", "fluctuate by more than 0.05 deg",
-            f"by {', '.join(f'{w:.2f}' for w in wave)} deg from end to end", TUNED,
+            "square, rotations in motion",
+            "fluctuate by more than 0.05 deg",
+            f"by {', '.join(f'{w:.2f}' for w in wave)} deg from end to end",
+            TUNED,
         ),
         Comparison(
-            "circle, path errors", "large parts up to 0.2 mm, some sections more",
-            f"95 % within {_mm(circle.seen_path.p95)} mm, up to {_mm(circle.seen_path.most)} mm as the tracker sees it", TUNED,
+            "circle, path errors",
+            "large parts up to 0.2 mm, some sections more",
+            f"95 % within {_mm(circle.seen_path.p95)} mm, up to {_mm(circle.seen_path.most)} mm as the tracker sees it",
+            TUNED,
         ),
-    )  # fmt: skip
+    )
 
 
 def _axes(measure: RunMeasure, *, seen: bool) -> str:
@@ -106,50 +116,68 @@ def _with(study: TrackerStudy) -> tuple[Comparison, ...]:
             f"square, linear errors with the correction (on at {seconds:g} s)",
             "close to the tracker's 0.025 mm, peaks at corners and reversals",
             f"mean {_axes(after, seen=True)} mm in x, y, z as seen, {_axes(after, seen=False)} mm in truth; up to "
-            f"{_mm(after.corners.max())} mm at corners", RESULT,
+            f"{_mm(after.corners.max())} mm at corners",
+            RESULT,
         ),
         Comparison(
-            "path errors, by how much they shrink (conclusion, taken as the square's)", "80 to 90 %",
+            "path errors, by how much they shrink (conclusion, taken as the square's)",
+            "80 to 90 %",
             f"tool to set-point {_shrunk(before.tool.rms, after.tool.rms)} (rms), "
             f"{_shrunk(before.tool.mean, after.tool.mean)} (mean); off the path "
             f"{_shrunk(before.path.mean, after.path.mean)} (mean), {_shrunk(before.seen_path.mean, after.seen_path.mean)} "
             f"as the tracker sees it, its noise included; x, y, z {', '.join(axes)}; "
-            f"A, B, C {', '.join(angles)} (rms)", RESULT,
+            f"A, B, C {', '.join(angles)} (rms)",
+            RESULT,
         ),
         Comparison(
-            "circle, by how much path errors shrink (Figure 7)", "66 %",
+            "circle, by how much path errors shrink (Figure 7)",
+            "66 %",
             f"{_shrunk(none.path.mean, published.path.mean)} (mean), "
             f"{_shrunk(none.seen_path.mean, published.seen_path.mean)} as the tracker sees it: "
-            f"{_mm(none.path.mean, 3)} to {_mm(published.path.mean, 3)} mm", RESULT,
+            f"{_mm(none.path.mean, 3)} to {_mm(published.path.mean, 3)} mm",
+            RESULT,
         ),
         Comparison(
-            "reversals on the circle", "peaks in arbitrary places, as the joints' posture has it", f"at {places}", RESULT,
+            "reversals on the circle",
+            "peaks in arbitrary places, as the joints' posture has it",
+            f"at {places}",
+            RESULT,
         ),
         Comparison(
-            "the increment's bound acts", "when the correction is switched on, not later",
-            f"later in {100.0 * after.late_cuts:.2f} % of the cycles, at corners (the bound is assumed)", RESULT,
+            "the increment's bound acts",
+            "when the correction is switched on, not later",
+            f"later in {100.0 * after.late_cuts:.2f} % of the cycles, at corners (the bound is assumed)",
+            RESULT,
         ),
         Comparison(
-            f"K = {law.gain:g}", "by trial and error",
+            f"K = {law.gain:g}",
+            "by trial and error",
             f"stable with room to {margins.gain:.0f} times the gain, {float(rad_to_deg(margins.phase)):.0f} deg of phase, "
-            f"{margins.delay:.0f} cycles of latency; {study.choice.chosen:g} by analysis", RESULT,
+            f"{margins.delay:.0f} cycles of latency; {study.choice.chosen:g} by analysis",
+            RESULT,
         ),
-    )  # fmt: skip
+    )
 
 
 def _equations(study: TrackerStudy) -> tuple[Comparison, ...]:
     return (
         Comparison(
-            "eq. 1, pose from distance, two angles and quaternion", "as printed",
-            f"holds: poses there and back agree to {study.eq1_off:.0e}; alpha counts from the tracker's vertical axis", CHECKED,
+            "eq. 1, pose from distance, two angles and quaternion",
+            "as printed",
+            f"holds: poses there and back agree to {study.eq1_off:.0e}; alpha counts from the tracker's vertical axis",
+            CHECKED,
         ),
         Comparison(
-            "eq. 2, T(TCP in tracker) T(tracker in base)", "as printed",
+            "eq. 2, T(TCP in tracker) T(tracker in base)",
+            "as printed",
             f"the order is the other one: as printed the tool is {study.order_off:.2f} m off; "
-            "used: T(tracker in base) T(TCP in tracker)", CHECKED,
+            "used: T(tracker in base) T(TCP in tracker)",
+            CHECKED,
         ),
         Comparison(
-            "eq. 3, XYZ extrinsic angles", "as printed",
-            "holds: R = Rz(yaw) Ry(pitch) Rx(roll); differences within half a turn, refused where pitch nears 90 deg", CHECKED,
+            "eq. 3, XYZ extrinsic angles",
+            "as printed",
+            "holds: R = Rz(yaw) Ry(pitch) Rx(roll); differences within half a turn, refused where pitch nears 90 deg",
+            CHECKED,
         ),
-    )  # fmt: skip
+    )

@@ -47,8 +47,12 @@ def _better(summary: TrackerSummary) -> Table:
     for v in summary.variants:
         square, circle = v.square, v.circle
         values = (
-            square.tool_mm.rms, max(square.corners_mm, default=0.0), max(square.reversal_peaks_mm, default=0.0),
-            circle.tool_mm.rms, circle.path_mm.mean, max(circle.reversal_peaks_mm, default=0.0),
-        )  # fmt: skip
+            square.tool_mm.rms,
+            max(square.corners_mm, default=0.0),
+            max(square.reversal_peaks_mm, default=0.0),
+            circle.tool_mm.rms,
+            circle.path_mm.mean,
+            max(circle.reversal_peaks_mm, default=0.0),
+        )
         table.add_row(Text(v.name), *(f"{float(m_to_um(mm_to_m(value))):.0f}" for value in values))
     return table

@@ -62,16 +62,24 @@ def _data(chart: LineChart) -> dict[str, Any]:
         color = _COLORS[(k if curve.color < 0 else curve.color) % len(_COLORS)]
         traces.append(
             {
-                "type": "scatter", "mode": "lines", "name": plot_text(curve.name), "x": _short(x), "y": _short(y),
-                "line": {"width": 1.6, "dash": curve.dash, "color": color}, "visible": curve.shown or "legendonly",
+                "type": "scatter",
+                "mode": "lines",
+                "name": plot_text(curve.name),
+                "x": _short(x),
+                "y": _short(y),
+                "line": {"width": 1.6, "dash": curve.dash, "color": color},
+                "visible": curve.shown or "legendonly",
             }
-        )  # fmt: skip
+        )
     layout = {
-        "height": 360, "margin": {"l": 64, "r": 16, "t": 8, "b": 46}, "shapes": [], "hovermode": "x unified",
+        "height": 360,
+        "margin": {"l": 64, "r": 16, "t": 8, "b": 46},
+        "shapes": [],
+        "hovermode": "x unified",
         "xaxis": {"title": {"text": plot_text(chart.x_title)}},
         "yaxis": {"title": {"text": plot_text(chart.y_title)}, "type": "log" if chart.logarithmic else "linear"},
         "legend": {"orientation": "h", "y": 1.12},
-    }  # fmt: skip
+    }
     return {"id": chart.id, "traces": traces, "layout": layout}
 
 

@@ -62,9 +62,14 @@ def post_report(
     names = {r.index: r.name or f"region {r.index}" for r in summary.regions}
     charts = _charts(cell, path, solution, names, others, best) + _motion_charts(cell, path, names, reached, torques)
     scene = scene_data(
-        cell, path, solution, names, part_mesh=part_mesh, threshold=threshold,
+        cell,
+        path,
+        solution,
+        names,
+        part_mesh=part_mesh,
+        threshold=threshold,
         base_T_part=np.eye(4) if base_T_part is None else base_T_part,
-    )  # fmt: skip
+    )
     body = "\n".join(
         [
             "<main>",

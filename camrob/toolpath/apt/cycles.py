@@ -46,9 +46,9 @@ CYCLE_KINDS = {
     "BORE": "bore",
 }
 
-_VALUED = frozenset({"RAPTO", "CLEAR", "FEDTO", "DEPTH", "RTRCTO", "RETURN", "DWELL", "STEP", "INCR", "STEP1", "STEP2", "STEP3",
-    "1STPECK", "STPECK", "SUBPECK"}) | FEED_WORDS  # fmt: skip
-_MOST_PECKS = 10_000
+_PLACES = "RAPTO CLEAR FEDTO DEPTH RTRCTO RETURN DWELL STEP INCR STEP1 STEP2 STEP3 1STPECK STPECK SUBPECK"
+_VALUED = frozenset(_PLACES.split()) | FEED_WORDS
+_MOST_PECKS = 10_000  # of one hole: more is a peck in the wrong unit
 _SLIVER = 0.01  # of a peck: what is left of less joins the one before it
 _GAP_MM = 0.5  # how far above the depth reached the rapid approach of the next peck ends, and how far a chip is broken
 

@@ -143,9 +143,10 @@ class Interpreter:
     def _check_arc(self) -> None:
         if self.m.curve is not None:
             raise ToolpathError(
-                "CIRCLE has no GOTO behind it that says where it ends", cure="the file was cut; get it again",
+                "CIRCLE has no GOTO behind it that says where it ends",
+                cure="the file was cut; get it again",
                 line=self.m.curve_line,
-            )  # fmt: skip
+            )
 
     def _after_end(self, word: str, line: int) -> None:
         if self.ended and word in _MOTION:

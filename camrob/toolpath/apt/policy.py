@@ -20,15 +20,25 @@ _SOURCE_WORDS = re.compile(
 )
 # words that move the tool, or the frame of all points behind them; some of them may say that they change nothing
 _MOVING = {
-    "TRANS": "shifts the points behind it", "ORIGIN": "shifts the points behind it",
-    "ROTATE": "turns the points behind it", "ROTHED": "turns the head", "ROTABL": "turns the table",
-    "TRACUT": "transforms the points behind it", "MATRIX": "transforms the points behind it",
-    "MIRROR": "mirrors the points behind it", "SCALE": "scales the points behind it",
-    "MODIFY": "exchanges axes or signs of the points behind it", "COPY": "repeats points that stand before it",
-    "INDEX": "marks points that COPY repeats", "REPEAT": "repeats what stands behind it",
-    "CALLSUB": "calls a subprogram", "SUBPRG": "calls a subprogram", "THREAD": "cuts a thread",
-    "PREFUN": "writes a G code of the machine's", "COUPLE": "couples the feed to the spindle",
-}  # fmt: skip
+    "TRANS": "shifts the points behind it",
+    "ORIGIN": "shifts the points behind it",
+    "ROTATE": "turns the points behind it",
+    "ROTHED": "turns the head",
+    "ROTABL": "turns the table",
+    "TRACUT": "transforms the points behind it",
+    "MATRIX": "transforms the points behind it",
+    "MIRROR": "mirrors the points behind it",
+    "SCALE": "scales the points behind it",
+    "MODIFY": "exchanges axes or signs of the points behind it",
+    "COPY": "repeats points that stand before it",
+    "INDEX": "marks points that COPY repeats",
+    "REPEAT": "repeats what stands behind it",
+    "CALLSUB": "calls a subprogram",
+    "SUBPRG": "calls a subprogram",
+    "THREAD": "cuts a thread",
+    "PREFUN": "writes a G code of the machine's",
+    "COUPLE": "couples the feed to the spindle",
+}
 _MODES = frozenset(("SET", "MODE"))
 _MAY_BE_ZERO = frozenset(("TRANS", "ORIGIN", "ROTATE", "ROTHED", "ROTABL", "INDEX"))
 _HARMLESS_PREFUN = frozenset((17, 40, 49, 61, 64, 80, 90, 94))

@@ -54,9 +54,11 @@ _REFUSED = {
 }
 # Codes that pass alone, but whose coordinates are no place to go to.
 _NO_COORDINATES = {
-    431: "a tool length by its words (G43.1)", 432: "a further tool length by its words (G43.2)",
-    500: "a block of G50 with coordinates", 630: "tapping as a move (G63)",
-}  # fmt: skip
+    431: "a tool length by its words (G43.1)",
+    432: "a further tool length by its words (G43.2)",
+    500: "a block of G50 with coordinates",
+    630: "tapping as a move (G63)",
+}
 # Path modes, exact stop, tool length, plain defaults: the cell decides, or nothing is to be done.
 _SILENT = frozenset((80, 90, 150, 281, 301, 400, 430, 431, 432, 500, 610, 611, 630, 640, 641, 670, 690, 970))
 _MOVES = frozenset((0, 10, 20, 30))
@@ -194,9 +196,11 @@ def _origin(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathG
             f"G{code / 10:g} moves the origin in the middle of the program", cure="post with one work offset"
         )
     path.note(
-        "origin-set", "the origin that G10 or G92 sets is the machine's: the part is placed by the set-up", block.line,
+        "origin-set",
+        "the origin that G10 or G92 sets is the machine's: the part is placed by the set-up",
+        block.line,
         Severity.INFO,
-    )  # fmt: skip
+    )
     if code == 920:
         frame.move({k: v for k, v in block.words.items() if k in "XYZ"}, modal.scale, 0.0, False)
     return True
@@ -251,7 +255,54 @@ _HANDLERS: dict[int, Handler] = {
     682: _tilt,
     **dict.fromkeys((531, 533, 536), _orient),
 }
-_RANK = {code: rank for rank, code in enumerate((
-    930, 940, 950, 170, 180, 190, 200, 210, 400, 410, 420, 690, 490, 430, 434, 540, 541, 550, 560, 570, 580, 590,
-    591, 592, 593, 900, 910, 901, 911, 980, 990, 280, 300, 100, 520, 920, 921, 922, 923, 682, 531, 533, 536, 530,
-))}  # fmt: skip
+_RANK = {
+    code: rank
+    for rank, code in enumerate(
+        (
+            930,
+            940,
+            950,
+            170,
+            180,
+            190,
+            200,
+            210,
+            400,
+            410,
+            420,
+            690,
+            490,
+            430,
+            434,
+            540,
+            541,
+            550,
+            560,
+            570,
+            580,
+            590,
+            591,
+            592,
+            593,
+            900,
+            910,
+            901,
+            911,
+            980,
+            990,
+            280,
+            300,
+            100,
+            520,
+            920,
+            921,
+            922,
+            923,
+            682,
+            531,
+            533,
+            536,
+            530,
+        )
+    )
+}

@@ -56,7 +56,9 @@ class Modal:
         if not (block.whole_p and value >= _MILLISECONDS_FROM):
             return value
         path.note(
-            "dwell-in-milliseconds", "a dwell P of 100 or more without a point is read as milliseconds", block.line,
+            "dwell-in-milliseconds",
+            "a dwell P of 100 or more without a point is read as milliseconds",
+            block.line,
             Severity.INFO,
-        )  # fmt: skip
+        )
         return ms_to_s(value)

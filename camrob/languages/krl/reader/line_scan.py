@@ -20,9 +20,8 @@ COMPONENTS = ("X", "Y", "Z", "A", "B", "C", "E1", "E2", "E3", "E4", "E5", "E6")
 _GENERAL, _LIN, _SPEED, _NOTHING = 0, 1, 2, 3
 _LETTERS = np.frombuffer(b"XYZABC", dtype=np.uint8)
 _POWERS = 10.0 ** np.arange(17)
-_MOST_DIGITS = (
-    15  # a whole number of 15 digits over a power of ten is rounded once: exactly what float() of the text gives
-)
+# a whole number of 15 digits over a power of ten is rounded once: exactly what float() of the text gives
+_MOST_DIGITS = 15
 
 
 @dataclass(frozen=True, slots=True)

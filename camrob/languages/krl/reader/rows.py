@@ -75,10 +75,25 @@ class KrlRows:
         modal = self.modal
         ptp = kind in (Motion.PTP_AXES, Motion.PTP_POSE)
         self._pending.append(
-            (kind, *(self.pose or _NAN6), *(self.axes or _NAN6), *self.external, status, turn, angle, approximation,
-             0.0 if ptp else modal.speed, modal.acceleration, modal.blend_mm, modal.tool, modal.base, modal.wait,
-             file, line)
-        )  # fmt: skip
+            (
+                kind,
+                *(self.pose or _NAN6),
+                *(self.axes or _NAN6),
+                *self.external,
+                status,
+                turn,
+                angle,
+                approximation,
+                0.0 if ptp else modal.speed,
+                modal.acceleration,
+                modal.blend_mm,
+                modal.tool,
+                modal.base,
+                modal.wait,
+                file,
+                line,
+            )
+        )
         modal.wait = 0.0
         self._grow(1)
 
@@ -107,11 +122,23 @@ class KrlRows:
         wait = np.zeros(count)
         wait[0] = modal.wait
         block: dict[str, Any] = {
-            "kind": int(Motion.LIN), "pose": filled[:, :6], "axes": np.nan, "external": filled[:, 6:], "status": -1,
-            "turn": -1, "circular_angle_deg": np.nan, "blend": approximation, "speed": speed,
-            "acceleration": modal.acceleration, "blend_mm": modal.blend_mm, "tool": modal.tool, "base": modal.base,
-            "wait": wait, "file": file, "line": line,
-        }  # fmt: skip
+            "kind": int(Motion.LIN),
+            "pose": filled[:, :6],
+            "axes": np.nan,
+            "external": filled[:, 6:],
+            "status": -1,
+            "turn": -1,
+            "circular_angle_deg": np.nan,
+            "blend": approximation,
+            "speed": speed,
+            "acceleration": modal.acceleration,
+            "blend_mm": modal.blend_mm,
+            "tool": modal.tool,
+            "base": modal.base,
+            "wait": wait,
+            "file": file,
+            "line": line,
+        }
         shapes = {name: (count, width) if width > 1 else (count,) for name, width, _ in _COLUMNS}
         self._blocks.append({n: np.broadcast_to(np.asarray(block[n], dtype=t), shapes[n]) for n, _, t in _COLUMNS})
         self.pose, self.axes = tuple(filled[-1, :6].tolist()), None
