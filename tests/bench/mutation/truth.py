@@ -20,6 +20,7 @@ from mutation.whereabouts import TIP_MM, Whereabouts
 Array = NDArray[np.float64]
 
 FEED_STEP = 0.05  # mm/min: half of the last digit of $VEL.CP, and some
+PRINTED_MM = 0.0009  # the least step that is printed, and some
 RUSH = 1.2  # times an axis's speed: a cut that asks for more is run more slowly than the file says
 
 
@@ -194,10 +195,12 @@ class _Judge(Whereabouts):
         is all one.
         """
         wanted = self.do.get(gap, [])
+        same = next((k for k, (a, b) in enumerate(zip(wanted, found, strict=False)) if a != b), min(len(wanted), len(found)))
+        begun, wanted, found = wanted[:same], wanted[same:], found[same:]
         left = [token for token in wanted if token not in found]
         if {kind for kind, _ in [*left, *found]} <= {"off", "dry"}:
-            return wanted if {*found, *left} == set(wanted) else [*found, *left]
-        return found
+            return begun + (wanted if {*found, *left} == set(wanted) else [*found, *left])
+        return begun + found
 
     # -- motions ------------------------------------------------------------------------------------------------
 
@@ -242,6 +245,9 @@ class _Judge(Whereabouts):
             if came:
                 self._in_air(move)
                 self._clear_link(move, goal)
+            elif self._in_cut(before) and self._moves(move):  # by less than the way along a curve can be told
+                self._feed(move, self.story.spans[int(np.ceil(before))].feed or 0.0)
+                return True
             elif self._in_cut(before):
                 self.fault("feed", f"the tool stands in the cut at {move.at.place}")
             return False
@@ -269,9 +275,15 @@ class _Judge(Whereabouts):
             return True
         return False
 
+    @staticmethod
+    def _moves(move: Move) -> bool:
+        return float(np.linalg.norm(move.base_T_tip[-1, :3, 3] - move.base_T_tip[0, :3, 3])) >= PRINTED_MM
+
     def _in_cut(self, at: float) -> bool:
         """The tool is in the cut, coming and going."""
         k = int(np.ceil(at))
+        if k != at:
+            return self.story.spans[k].feed is not None
         ahead = self.story.spans[k + 1].feed if k + 1 < len(self.story) else None
         return k >= 0 and self.story.spans[k].feed is not None and ahead is not None
 
@@ -299,6 +311,8 @@ class _Judge(Whereabouts):
 
     def _link(self, move: Move) -> bool:
         """A motion of camrob's own: in the clear, or along the tool's axis off the file's points."""
+        if self._past_a_rapid(move):
+            self.u = float(np.ceil(self.u))
         k = int(np.floor(self.u))
         free = self.u == k and (k < 0 or k + 1 >= len(self.story) or self.story.spans[k + 1].feed is None)
         if not free:

@@ -75,6 +75,14 @@ class Whereabouts:
             return None
         return k + share if self._on_the_way(move, k + share) else None
 
+    def _past_a_rapid(self, move: Move) -> bool:
+        """Within a rapid of the file's, through its end and on: nobody has to stop in the air."""
+        k = int(np.ceil(self.u))
+        if self.u == k or k < 0 or self.story.spans[k].feed is not None:
+            return False
+        off, axis = passed(move.base_T_tip, self.story.point(k))
+        return off <= TIP_MM and apart(axis, self.story.spans[k].axis(1.0)) <= AXIS_DEG
+
     def _without_pecks(self, move: Move, k: int) -> float | None:
         """Down a hole at its feed, without the rapids out of it and back that the story has between two pecks."""
         spans, j = self.story.spans, k + 2
