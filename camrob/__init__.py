@@ -22,6 +22,7 @@ Readers: a file in, an object in SI out (m, rad, s).
     read_toolpath            Toolpath of Regions, from CL data or G-code
     read_program             ProgramText, in any robot language that is known
     read_log                 MeasurementLog, from .csv or .parquet
+    shipped_cell             the folder of a cell that comes with camrob, by name
 
 Objects: Solution (the joints along a path), Program (before it is text), Finding
 with its Severity, LiveOptions, Progress, and PostResult, ..., one result a verb:
@@ -87,6 +88,7 @@ if TYPE_CHECKING:
     from camrob.program.program_text import ProgramText
     from camrob.progress import Progress
     from camrob.redundancy.solution import Solution
+    from camrob.shipped import shipped_cell
     from camrob.summaries.batch_summary import BatchSummary
     from camrob.summaries.calibration_summary import CalibrationSummary
     from camrob.summaries.compensate_summary import CompensateSummary
@@ -172,6 +174,7 @@ __all__ = [
     "read_setup",
     "read_toolpath",
     "regress",
+    "shipped_cell",
     "simulate",
     "track_live",
     "tracker",
@@ -230,6 +233,7 @@ _HOME = {
     "read_setup": "camrob.cell.read_setup",
     "read_toolpath": "camrob.toolpath.read",
     "regress": "camrob.jobs.regress",
+    "shipped_cell": "camrob.shipped",
     "simulate": "camrob.jobs.simulate",
     "track_live": "camrob.jobs.track_live",
     "tracker": "camrob.jobs.tracker",

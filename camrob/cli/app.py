@@ -17,6 +17,7 @@ import typer
 from camrob.cli.console import error_line, job_of, perform, renderer
 from camrob.cli.options import CellOption, Device, Feed, JsonOption, Method, QuietOption, SetupOption, Units
 from camrob.cli.real import calibrate, compensate, diagnose, simulate, tracker
+from camrob.cli.start import cell_app, samples
 from camrob.progress import Progress
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "post",
     "regress",
     "run",
+    "samples",
     "simulate",
     "tracker",
     "verify",
@@ -260,6 +262,8 @@ def build_app() -> typer.Typer:
     for verb in VERBS:
         if importlib.util.find_spec(f"camrob.jobs.{verb.__name__}") is not None:
             app.command(verb.__name__)(verb)
+    app.command("samples")(samples)
+    app.add_typer(cell_app(), name="cell")
     return app
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -30,6 +31,7 @@ __all__ = [
     "SenTypeOption",
     "SetupOption",
     "Units",
+    "known_cell",
 ]
 
 
@@ -68,7 +70,22 @@ class LoopMode(StrEnum):
     RELATIVE = "relative"
 
 
-CellOption = Annotated[Path, typer.Option("--cell", help="The cell's folder (or its cell.toml).", metavar="CELL")]
+def known_cell(asked: Path) -> Path:
+    """The cell that was asked for: a folder, or where there is none the shipped cell of that name."""
+    from camrob.shipped import shipped_cells
+
+    return asked if os.path.lexists(asked) else shipped_cells().get(str(asked), asked)
+
+
+CellOption = Annotated[
+    Path,
+    typer.Option(
+        "--cell",
+        callback=known_cell,
+        help="The cell's folder (or its cell.toml), or the name of one that comes with camrob.",
+        metavar="CELL",
+    ),
+]
 SetupOption = Annotated[
     Path | None,
     typer.Option("--setup", help="Where the part lies. Default: setup.toml beside the CL file.", metavar="SETUP.toml"),

@@ -36,7 +36,7 @@ ROWS = (
     ("kinematics", "dynamics"),
     ("cell", "toolpath", "measurement"),
     ("se3", "frame_steps", "summaries"),
-    ("frozen", "findings"),
+    ("frozen", "findings", "shipped"),
     ("errors",),
     ("units", "text", "progress"),
 )

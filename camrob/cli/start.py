@@ -1,0 +1,96 @@
+"""Verbs about what comes with camrob: its cells, cells made after them, and samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from camrob.cli.console import perform, renderer
+from camrob.cli.options import JsonOption, QuietOption, known_cell
+from camrob.progress import Progress
+
+__all__ = ["cell_app", "from_urdf", "list_cells", "new", "samples"]
+
+_render_list = renderer("terminal.shipped_text", "render_cells")
+_render_new = renderer("terminal.shipped_text", "render_new_cell")
+_render_samples = renderer("terminal.shipped_text", "render_samples")
+
+_OutOption = Annotated[
+    Path, typer.Option("--out", metavar="DIR", help="Where the cell's folder is made. Default: here.")
+]
+
+
+def list_cells(as_json: JsonOption = False, quiet: QuietOption = False) -> int:
+    """List the cells that come with camrob."""
+
+    def job(progress: Progress) -> Any:
+        from camrob.jobs.files import cells_and_samples as cells
+
+        return cells.list_cells()
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_list)
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="The new cell's name, and its folder's.")],
+    source: Annotated[
+        Path, typer.Option("--from", metavar="CELL", callback=known_cell, help="The cell that is most like it.")
+    ],
+    out: _OutOption = Path(),
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Make a cell's folder: a copy of another cell, under a new name."""
+
+    def job(progress: Progress) -> Any:
+        from camrob.jobs.files import cells_and_samples as cells
+
+        return cells.new_cell(name, source=source, out=out)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_new)
+
+
+def from_urdf(
+    urdf: Annotated[Path, typer.Argument(metavar="FILE", help="A URDF; it is copied into the folder.")],
+    name: Annotated[str | None, typer.Option("--name", help="The cell's name. Default: after the file.")] = None,
+    tip: Annotated[
+        str | None, typer.Option("--tip", metavar="LINK", help="Where the chain ends. Default: the only end there is.")
+    ] = None,
+    out: _OutOption = Path(),
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Make a cell's folder out of a URDF, for calibrate and diagnose."""
+
+    def job(progress: Progress) -> Any:
+        from camrob.jobs.files import cells_and_samples as cells
+
+        return cells.cell_from_urdf(urdf, name=name, tip=tip, out=out)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_new)
+
+
+def samples(
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Copy them into this folder.")] = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """List the samples that come with camrob, or copy them to post them."""
+
+    def job(progress: Progress) -> Any:
+        from camrob.jobs.files.cells_and_samples import samples
+
+        return samples(out=out)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_samples)
+
+
+def cell_app() -> typer.Typer:
+    """`camrob cell`, a group of three."""
+    group = typer.Typer(help="Cells that come with camrob, and new ones.", rich_markup_mode=None, no_args_is_help=True)
+    group.command("list")(list_cells)
+    group.command("new")(new)
+    group.command("from-urdf")(from_urdf)
+    return group

@@ -1,0 +1,54 @@
+"""What `camrob cell` and `camrob samples` show in a terminal."""
+
+from __future__ import annotations
+
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.text import Text
+
+from camrob.report.words import shown_text
+from camrob.summaries.shipped_summary import CellListSummary, ListedCell, NewCellSummary, SamplesSummary
+
+__all__ = ["render_cells", "render_new_cell", "render_samples"]
+
+_INDENT = (0, 0, 0, 2)  # above, right, below, left
+
+
+def render_cells(summary: CellListSummary) -> RenderableType:
+    """A cell a paragraph: name, what it is, its axes, what it can't do, its folder."""
+    parts: list[RenderableType] = []
+    for cell in summary.cells:
+        parts += [
+            Text(cell.name, style="bold"),
+            Padding(shown_text(cell.title), _INDENT, expand=False),
+            Padding(shown_text(f"axes {', '.join(cell.axes)}{_lacks(cell)}"), _INDENT, expand=False),
+            Padding(shown_text(cell.folder), _INDENT, expand=False),
+        ]
+    return Group(*parts, Text("--cell NAME takes one as it is; camrob cell new copies it"))
+
+
+def _lacks(cell: ListedCell) -> str:
+    missing = [name for name, there in (("[controller]", cell.controller), ("[resolve]", cell.resolve)) if not there]
+    return f"; without {' and '.join(missing)}, which post needs" if missing else ""
+
+
+def render_new_cell(summary: NewCellSummary) -> RenderableType:
+    """The folder, its files, and what to do next."""
+    return Group(
+        Text(f"{summary.name}: axes {', '.join(summary.axes)}", style="bold"),
+        shown_text(f"written to {summary.folder}: {', '.join(summary.files)}"),
+        *(Padding(shown_text(sentence), _INDENT, expand=False) for sentence in summary.next),
+    )
+
+
+def render_samples(summary: SamplesSummary) -> RenderableType:
+    """A sample a paragraph, and how one posts it."""
+    parts: list[RenderableType] = []
+    for sample in summary.samples:
+        parts += [
+            Text(sample.name, style="bold"),
+            Padding(shown_text(sample.title), _INDENT, expand=False),
+            Padding(shown_text(f"{sample.folder}/{sample.clfile}"), _INDENT, expand=False),
+        ]
+    then = "camrob post CLFILE --cell kr15_track_table --out DIR posts one"
+    return Group(*parts, Text(then if summary.copied else f"{then}; --out DIR copies them"))

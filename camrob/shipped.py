@@ -1,0 +1,36 @@
+"""What comes with camrob beside its code: cells and samples, inside the wheel or, in a checkout, where they are kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from camrob.errors import InputError
+
+__all__ = ["shipped_cell", "shipped_cells", "shipped_samples"]
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def shipped_cells() -> dict[str, Path]:
+    """Name to folder of every cell that comes with camrob."""
+    return _folders("cells", "cell.toml")
+
+
+def shipped_samples() -> dict[str, Path]:
+    """Name to folder of every sample: a CL file, its setup.toml and the meshes that it names."""
+    return _folders("toolpaths", "setup.toml")
+
+
+def shipped_cell(name: str) -> Path:
+    """The folder of a cell that comes with camrob, for `cell=`. Raises InputError for another name."""
+    cells = shipped_cells()
+    if name not in cells:
+        raise InputError(f"no cell {name[:60]!r} comes with camrob", cure=f"take one of {', '.join(cells)}")
+    return cells[name]
+
+
+def _folders(kind: str, holding: str) -> dict[str, Path]:
+    """Folders of a kind that hold a certain file: those of the wheel (setup.py puts them there), else the checkout's."""
+    inside = _PACKAGE / "_shipped" / kind
+    parent = inside if inside.is_dir() else _PACKAGE.parent / kind
+    return {file.parent.name: file.parent for file in sorted(parent.glob(f"*/{holding}"))}

@@ -1,0 +1,57 @@
+"""What `camrob cell` and `camrob samples` say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from camrob.summaries.base import Summary
+
+__all__ = ["CellListSummary", "ListedCell", "ListedSample", "NewCellSummary", "SamplesSummary"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ListedCell(Summary):
+    """A cell that comes with camrob: its folder, and the sections of cell.toml without which some verbs refuse it."""
+
+    name: str
+    title: str
+    folder: str
+    axes: tuple[str, ...]
+    controller: bool
+    resolve: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellListSummary(Summary):
+    """The cells that come with camrob."""
+
+    cells: tuple[ListedCell, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NewCellSummary(Summary):
+    """A folder that was made for a cell: its files, the cell's axes, and what to do next, a sentence each."""
+
+    name: str
+    folder: str
+    files: tuple[str, ...]
+    axes: tuple[str, ...]
+    next: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ListedSample(Summary):
+    """A sample: its folder, its CL file there, and the first line of its README."""
+
+    name: str
+    folder: str
+    clfile: str
+    title: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SamplesSummary(Summary):
+    """The samples that come with camrob, or their copies, which `copied` says."""
+
+    samples: tuple[ListedSample, ...]
+    copied: bool
