@@ -57,7 +57,7 @@ class Interpreter:
             "CAMERA": camera, "SPINDL": spindl, "COOLNT": coolnt, "DELAY": delay, "LOAD": load, "LOADTL": load,
             "CUTTER": cutter, "TLDATA": tldata, "TOOLNO": toolno, "TURRET": turret, "UNLOAD": unload, "AUXFUN": auxfun,
         }  # fmt: skip
-        for word, verb in plain.items():
+        for word, verb in {**plain, **machine.dialect.words}.items():
             self.handlers[word] = lambda s, verb=verb: verb(self.m, s)  # type: ignore[misc]
 
     # -- entry points -------------------------------------------------------------------------------------------

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from camrob.toolpath.apt.cycles import Cycle
 from camrob.toolpath.apt.lexer import Statement
@@ -17,7 +18,9 @@ class Dialect:
     """One dialect over the shared APT grammar.
 
     `recognise` gives a score for the file's beginning (0: not this one). `cycle` reads a CYCLE statement that opens
-    a cycle. `pprint` turns operator text into ("operation", name), ("message", text) or None to drop it.
+    a cycle. `pprint` turns operator text into ("operation", name), ("message", text) or None to drop it. `words` are the
+    dialect's own, or mean something else in it than elsewhere: each is given the `Machine` of `apt/state.py` (which imports
+    this module) and the statement, and raises ToolpathError where it can't be read honestly.
     """
 
     name: str
@@ -31,6 +34,7 @@ class Dialect:
     cutter_is_tool: bool = False  # there is no LOAD: another CUTTER means another tool
     insert_names_tool: bool = False  # INSERT before CUTTER holds the tool's name
     must_end: bool = False  # the system always writes FINI: a file without it was cut off
+    words: Mapping[str, Callable[[Any, Statement], None]] = field(default_factory=dict)
 
 
 def score(head: str, weights: Mapping[str, int]) -> int:
