@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
@@ -12,7 +10,8 @@ from camrob.errors import ToolpathError
 
 __all__ = ["clamped_spline", "sample_spline"]
 
-_DOUBLINGS = 12  # of the points on a span: 4096 times as many
+_HALVINGS = 30  # of a piece between two knots: the tolerances end it long before
+_FINE = 0.05  # of the chord tolerance goes into the points, the rest into leaving most of them out
 _HIGHEST_DEGREE = 9  # CAM systems write 3, some 5
 
 
@@ -33,41 +32,79 @@ def clamped_spline(control: NDArray[np.float64], knots: NDArray[np.float64]) -> 
 
 
 def sample_spline(curve: BSpline, chord_tolerance: float, angle_tolerance: float) -> NDArray[np.float64]:
-    """Points (N, 3) along the curve, its start left out, its end exact; every knot is one of them.
+    """Points (N, 3) along the curve, its start left out, its end exact.
 
-    Each knot span is cut evenly, ever finer, until no chord leaves the curve by more than `chord_tolerance` (m, seen
-    at its quarters) and no two neighbours within a span turn by more than `angle_tolerance` (rad).
+    No chord leaves the curve by more than `chord_tolerance` (m), and along none does the curve turn by more than
+    `angle_tolerance` (rad), but where it turns on the spot: pieces are halved where they need it, however dense the knots,
+    then as many of them as may go with one chord.
     """
-    knots = np.unique(curve.t[curve.k : len(curve.t) - curve.k])
-    pieces = [_span(curve, a, b, chord_tolerance, angle_tolerance) for a, b in pairwise(knots)]
-    points: NDArray[np.float64] = np.concatenate(pieces)
+    fine = _refined(curve, _FINE * chord_tolerance, angle_tolerance)
+    points: NDArray[np.float64] = fine[_vertices(fine, (1.0 - _FINE) * chord_tolerance, angle_tolerance)]
     points[-1] = curve.c[-1]
     return points
 
 
-def _span(curve: BSpline, a: float, b: float, chord: float, angle: float) -> NDArray[np.float64]:
-    n = 1
-    for _ in range(_DOUBLINGS):
-        fine = curve(np.linspace(a, b, 4 * n + 1))
-        ends = fine[::4]
-        along = np.diff(ends, axis=0)
-        worst = 0.0
-        for quarter in (1, 2, 3):
-            off = fine[quarter::4][:n] - ends[:-1]
-            length2 = np.maximum(np.sum(along**2, axis=1), 1e-30)
-            foot = along * (np.sum(off * along, axis=1) / length2)[:, None]
-            worst = max(worst, float(np.max(np.linalg.norm(off - foot, axis=1))))
-        if worst <= chord and (_turn(np.diff(fine, axis=0)) <= angle if n == 1 else _turn(along) <= angle):
+def _refined(curve: BSpline, chord: float, angle: float) -> NDArray[np.float64]:
+    """Points (N, 3) from the curve's start to its end, near enough for chords between neighbours. One that is shorter than
+    `chord` is near enough, whatever the curve does along it.
+    """
+    grid = np.unique(curve.t[curve.k : len(curve.t) - curve.k])
+    open_ = np.ones(len(grid) - 1, dtype=bool)
+    for _ in range(_HALVINGS):
+        left, right = grid[:-1][open_], grid[1:][open_]
+        fine = curve(left + np.linspace(0.0, 1.0, 5)[:, None] * (right - left))  # (5, pieces, 3)
+        along = fine[-1] - fine[0]
+        length2 = np.maximum(np.sum(along**2, axis=-1), 1e-30)
+        off = fine[1:-1] - fine[0]
+        foot = along * (np.sum(off * along, axis=-1) / length2)[..., None]
+        steps = np.diff(fine, axis=0)
+        far = np.linalg.norm(off - foot, axis=-1).max(axis=0) > chord
+        rough = far | ((_turns(steps).sum(axis=0) > angle) & (np.linalg.norm(steps, axis=-1).sum(axis=0) > chord))
+        at = np.flatnonzero(open_)[rough]
+        if not len(at):
             break
-        n *= 2
-    result: NDArray[np.float64] = curve(np.linspace(a, b, n + 1)[1:])
+        grid = np.insert(grid, at + 1, 0.5 * (left + right)[rough])
+        halved = np.zeros(len(grid) - 1, dtype=bool)
+        first = at + np.arange(len(at))
+        halved[first] = halved[first + 1] = True
+        open_ = halved
+    result: NDArray[np.float64] = curve(grid)
     return result
 
 
-def _turn(steps: NDArray[np.float64]) -> float:
-    """Largest angle between neighbouring steps (N, 3)."""
-    length = np.linalg.norm(steps, axis=1)
-    unit = steps[length > 1e-12] / length[length > 1e-12, None]
-    if len(unit) < 2:
-        return 0.0
-    return float(np.max(np.arccos(np.clip(np.sum(unit[1:] * unit[:-1], axis=1), -1.0, 1.0))))
+def _vertices(points: NDArray[np.float64], chord: float, angle: float) -> list[int]:
+    """Which of `points` (N, 3) a polyline needs, the first left out: the chord to each is as long as it may be."""
+    steps = np.diff(points, axis=0)
+    turned = np.concatenate([[0.0], np.cumsum(_turns(steps))])  # by which the path has turned before step k
+    last = len(points) - 1
+    vertices, here = list[int](), 0
+    while here < last:
+        furthest = int(np.searchsorted(turned, turned[max(here - 1, 0)] + angle, side="right"))
+        furthest -= furthest < last  # the corners at both ends of the chord count
+        low, high, size = here + 1, max(furthest, here + 1), 1
+        while low < high:  # galloping, then halving
+            there = min(low + size, high)
+            if _straight(points[here : there + 1], chord):
+                low, size = there, 2 * size
+            elif size == 1:
+                break
+            else:
+                high, size = there - 1, max((there - low) // 2, 1)
+        vertices.append(low)
+        here = low
+    return vertices
+
+
+def _straight(points: NDArray[np.float64], chord: float) -> bool:
+    """Whether all points (N, 3) lie by the chord from the first to the last."""
+    along, off = points[-1] - points[0], points[1:-1] - points[0]
+    share = np.clip(off @ along / max(float(along @ along), 1e-30), 0.0, 1.0)
+    return bool((np.linalg.norm(off - share[:, None] * along, axis=1) <= chord).all())
+
+
+def _turns(steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles (N - 1, ...) between neighbouring steps (N, ..., 3), 0 at a step that leads nowhere."""
+    a, b = steps[:-1], steps[1:]
+    across = np.linalg.norm(np.cross(a, b), axis=-1)
+    turns: NDArray[np.float64] = np.arctan2(across, np.sum(a * b, axis=-1))
+    return turns

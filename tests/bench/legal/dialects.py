@@ -124,7 +124,8 @@ class _Apt:
         dwell = f",DWELL,{more['dwell']:g}" if more["dwell"] else ""
         unit = "MMPM" if self.unit == 1.0 else "IPM"
         feed = f"{unit},{step.feed / self.unit:.6g}"
-        return f"CYCLE/{kind},RAPTO,{self.n(more['clear'])},FEDTO,{self.n(more['depth'])},{feed},RTRCTO,{self.n(more['back'])}{dwell}"
+        down = f"RAPTO,{self.n(more['clear'])},FEDTO,{self.n(more['depth'])}"
+        return f"CYCLE/{kind},{down},{feed},RTRCTO,{self.n(more['back'])}{dwell}"
 
     def _hole(self, step: Step) -> None:
         cycle = self._cycle(step)

@@ -33,13 +33,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Able:
-    """What a dialect can say. grid: mm, the last digit that it writes. tilts: the tool may lean. tools: several. senses: of the spindle. circles: whole ones."""
+    """What a dialect can say. grid: mm, the last digit that it writes. tilts: the tool may lean. circles: whole ones."""
 
     grid: float = 0.001
     tilts: bool = True
-    tools: bool = True
-    pecks: bool = True
-    senses: bool = True
     circles: bool = True
 
 
@@ -60,7 +57,7 @@ class _Draw:
     def job(self) -> list[Step]:
         rng, tool = self.rng, 0
         for k in range(rng.randint(1, 3)):
-            changes = not tool or (self.able.tools and rng.random() < 0.4)
+            changes = not tool or rng.random() < 0.4
             if changes and tool:
                 if self.wet:
                     self._coolant(False)
@@ -70,11 +67,11 @@ class _Draw:
             self._say("operation", value=k, more={"tool": tool})
             if changes:
                 self._say("change", value=tool)
-                kind = "ccw" if self.able.senses and rng.random() < 0.15 else "cw"
+                kind = "ccw" if rng.random() < 0.15 else "cw"
                 self._say(kind, value=rng.choice((600, 1200, 4500, 9000, 17999)))
             if rng.random() < 0.5 and not self.wet:
                 self._coolant(True)
-            self._lean()
+            self._lean(rng.choice((0.15, 0.5, 1.2)))
             self._operation()
             if rng.random() < 0.15:
                 self._say("halt")
@@ -136,8 +133,10 @@ class _Draw:
         rng = self.rng
         more = {
             "depth": self._on(rng.uniform(3, 14)), "clear": self._on(rng.uniform(1, 4)), "back": self._on(rng.uniform(5, 15)),
-            "dwell": rng.choice((0.0, 0.0, 0.5)), "peck": self._on(rng.uniform(2, 6)) if self.able.pecks and rng.random() < 0.4 else 0.0,
+            "dwell": rng.choice((0.0, 0.0, 0.5)), "peck": 0.0,
         }  # fmt: skip
+        if rng.random() < 0.4:
+            more["peck"] = self._on(rng.uniform(2, 6))
         if more["peck"]:
             more["dwell"] = 0.0
         feed, level = rng.choice((60, 120, 150)), self._on(rng.uniform(-1, 3))
