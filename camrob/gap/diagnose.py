@@ -42,8 +42,8 @@ from camrob.gap.locate.path_standards import path_standards
 from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.clocks import Alignment, align
 from camrob.gap.observation.program_track import ProgramTrack, track_of
-from camrob.gap.observation.scene import Scene, make_scene
-from camrob.gap.pose_sets import frozen_frames, with_whole_postures, withheld_scene
+from camrob.gap.observation.scene import Scene
+from camrob.gap.pose_sets import fitted_scenes, frozen_frames, with_whole_postures, withheld_scene
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
 from camrob.gap.verdict.plausible import unusual
 from camrob.gap.verdict.verdict import Verdict, judge_effects
@@ -85,7 +85,7 @@ def diagnose(
     tell = progress or silent
     tell("reading the gap", 0.05)
     told, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
-    scenes = [make_scene(log, _tooled(p, cell)) for log, p in zip(logs, told, strict=True)]
+    scenes = fitted_scenes(logs, [_tooled(p, cell) for p in told])
     kept_out = [withheld_scene(log, _tooled(p, cell), scenes) for log, p in zip(withheld, others, strict=True)]
     effects = _taking_part(scenes, kept_out, library(without, extra), extra)
     tracks, ladders, timings = _climbed(scenes, told)

@@ -17,7 +17,7 @@ from camrob.gap.observation.unknown_frames import Frames, left_twists, right_twi
 from camrob.measurement.log import MeasurementLog
 from camrob.units import deg_to_rad
 
-__all__ = ["frozen_frames", "with_whole_postures", "withheld_scene"]
+__all__ = ["fitted_scenes", "frozen_frames", "with_whole_postures", "withheld_scene"]
 
 Array = NDArray[np.float64]
 
@@ -26,18 +26,33 @@ _SAME_POSTURE = deg_to_rad(0.05)  # and m / 1000: axes that differ by less stand
 _RANK = 1e-9
 
 
+def fitted_scenes(logs: Sequence[MeasurementLog], cells: Sequence[Cell]) -> tuple[Scene, ...]:
+    """Logs laid out, each on its cell. One that names another's frame or target (LOG.toml) as its own starts from those, and is
+    moved with them when they are fitted: `make_panel` gives it the columns of the other's.
+
+    Raises LogError as `make_scene` does.
+    """
+    scenes: list[Scene] = []
+    for log, cell in zip(logs, cells, strict=True):
+        scenes.append(make_scene(log, cell, known=_frames_of(log, scenes)))
+    return tuple(scenes)
+
+
+def _frames_of(log: MeasurementLog, scenes: Sequence[Scene]) -> Frames:
+    """Frame and target of the logs that a log names as having its own, open where it names none."""
+    left, right = _named(scenes, log.info.same_frame_as), _named(scenes, log.info.same_target_as)
+    return Frames(
+        left.frames.left if left is not None else np.eye(4), right.frames.right if right is not None else np.eye(4),
+        fitted_left=left is None, fitted_right=right is None,
+    )  # fmt: skip
+
+
 def withheld_scene(log: MeasurementLog, cell: Cell, scenes: Sequence[Scene]) -> Scene:
     """A withheld log laid out; frame and target are those of the fitted logs that its LOG.toml names, and then 4 poses do.
 
     Raises LogError as `make_scene` does.
     """
-    left = _named(scenes, log.info.same_frame_as)
-    right = _named(scenes, log.info.same_target_as)
-    known = Frames(
-        left.frames.left if left is not None else np.eye(4), right.frames.right if right is not None else np.eye(4),
-        fitted_left=left is None, fitted_right=right is None,
-    )  # fmt: skip
-    return make_scene(log, cell, known=known, least=FEWEST)
+    return make_scene(log, cell, known=_frames_of(log, scenes), least=FEWEST)
 
 
 def _named(scenes: Sequence[Scene], name: str) -> Scene | None:

@@ -16,6 +16,7 @@ from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes
 from camrob.gap.evidence.leads import look
 from camrob.gap.evidence.model import Model, doubt_of, effect_rms
 from camrob.gap.evidence.search import explore, posterior
+from camrob.gap.evidence.temperature import cooled, temperatures
 from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.observation.noise import Noise, find_outliers, noise_left, noise_of
 from camrob.gap.observation.scene import Scene
@@ -26,7 +27,8 @@ Array = NDArray[np.float64]
 
 _ROUNDS = 7
 _BLOCKS = 10  # a log
-_LAGS = 40  # samples over which what is left may hang together
+_SIZINGS = 3  # times that the discrepancy's size and the temperature, which depend on each other, are found in turn
+_SAME_HEAT = 1.2  # times it, another temperature is as good as it
 _LESS, _SMALLER = 0.3, 3  # of the discrepancy's size, and how often, at which sets are explored too
 _LEAST_GAP = 0.012  # of the gap: what is less isn't worth a word
 _BESIDE = (
@@ -75,7 +77,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         evidence, scores, counting, best = _explored(evidence, again)
         design, sizes = evidence.design, _sizes_of(evidence)
         left = [p.y_tcp - p.tcp @ best.mean for p in panels]
-        excess = _excess(panels, design, best, sizes)
+        excess = _excess(panels, evidence, best)
         model = Model(
             tuple(effects), dict(states), tuple(scenes), noises, panels, design, evidence, scores,
             {}, best, excess, int(sum((~k).sum() for k in kept)), basis,
@@ -106,17 +108,24 @@ def _weighed(
     """
     noise = float(np.sqrt(np.mean([n.rms**2 for n in noises])))
     design = pool(panels, units, basis)
-    evidence = Evidence(design, noise, sizes=sizes)
-    sizes = fit_sizes(evidence, _best_of(evidence, starts), sizes, _row_noise(noises), parts)
-    evidence = Evidence(design, noise, sizes=sizes)
-    before = _best_of(evidence, starts)
-    weights = np.zeros((len(basis.part), 6)) if design.field is None else design.field.fitted(before.mean, sizes)
-    heat, *others = _temperatures(panels, before.mean, weights)
-    if max(others) > heat:
-        # what turns and servo errors show beyond white noise must not outweigh the positions
-        panels = _cooled(panels, heat, *others)
-        design = pool(panels, units, basis)
-    return panels, Evidence(design, noise, heat, sizes=sizes)
+    heat, weighed = 1.0, panels
+    for _ in range(_SIZINGS):
+        evidence = Evidence(design, noise, heat, sizes=sizes)
+        sizes = fit_sizes(evidence, _best_of(evidence, starts), sizes, _row_noise(noises), parts)
+        evidence = Evidence(design, noise, heat, sizes=sizes)
+        before = _best_of(evidence, starts)
+        weights = (
+            np.zeros((len(basis.part), 6)) if evidence.field is None else evidence.field.fitted(before.mean, sizes)
+        )
+        found, *others = temperatures(panels, before.mean, weights)
+        if max(others) > found:
+            # what turns and servo errors show beyond white noise must not outweigh the positions
+            weighed = cooled(panels, found, *others)
+            design = pool(weighed, units, basis)
+        settled, heat = found < _SAME_HEAT * heat, found
+        if settled:
+            break
+    return weighed, Evidence(design, noise, heat, sizes=sizes)
 
 
 def _explored(
@@ -146,13 +155,14 @@ def _row_noise(noises: Sequence[Noise]) -> tuple[float, float]:
     return shift, turn
 
 
-def _excess(panels: Sequence[Panel], design: Design, best: Fitted, sizes: Array) -> float:
+def _excess(panels: Sequence[Panel], evidence: Evidence, best: Fitted) -> float:
     """m: rms at the TCP of what hangs together beyond the best set and the discrepancy."""
-    weights = None if design.field is None else design.field.fitted(best.mean, sizes)
+    sizes = _sizes_of(evidence)
+    weights = None if evidence.field is None else evidence.field.fitted(best.mean, sizes)
     parts = []
     for p in panels:
         smooth = 0.0 if weights is None or p.smooth is None else p.smooth @ weights
-        parts.append(_structured(p, p.y_tcp - p.tcp @ best.mean - smooth, design, best))
+        parts.append(_structured(p, p.y_tcp - p.tcp @ best.mean - smooth, evidence.design, best))
     return float(np.sqrt(np.mean(parts)))
 
 
@@ -198,33 +208,6 @@ def _name(unit: Unit) -> str:
 def _best_of(evidence: Evidence, starts: Sequence[frozenset[int]]) -> Fitted:
     sets = {evidence.always, *(s | evidence.always for s in starts)}
     return max((evidence.fit(s) for s in sets), key=lambda f: f.score)
-
-
-def _temperatures(panels: Sequence[Panel], mean: Array, weights: Array) -> tuple[float, float, float]:
-    """How much more the residual speaks than white noise would, in positions, turns and servo errors: its size, times the
-    length over which it hangs together.
-    """
-    worst = [1.0, 1.0, 1.0]
-    for p in panels:
-        smooth = 0.0 if p.smooth is None else p.smooth @ weights
-        r = (p.y_tcp - p.tcp @ mean - smooth) * p.w_tcp
-        parts = [(r[:, :3], p.w_tcp[:, :3]), (r[:, 3:], p.w_tcp[:, 3:])]
-        if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
-            parts.append(((p.y_servo - p.servo @ mean[p.servo_columns]) * p.w_servo, p.w_servo))
-        for k, (part, w) in enumerate(parts):
-            energy, rows = float(np.sum(part**2)), float(np.count_nonzero(w))
-            lagged = 0.0 if p.scene.poses else sum(float(np.sum(part[n:] * part[:-n])) for n in range(1, _LAGS))
-            worst[k] = max(worst[k], (energy + 2.0 * max(lagged, 0.0)) / max(rows, 1.0))
-    return worst[0], worst[1], worst[2]
-
-
-def _cooled(panels: Sequence[Panel], heat: float, turned: float, servo: float) -> tuple[Panel, ...]:
-    """The panels with weights of turns and servo errors lowered to the positions' temperature."""
-    scale = np.sqrt(heat / np.maximum([turned, servo], heat))
-    w = np.array([1.0, 1.0, 1.0, *[scale[0]] * 3])
-    return tuple(
-        replace(p, w_tcp=p.w_tcp * w, w_servo=None if p.w_servo is None else p.w_servo * scale[1]) for p in panels
-    )
 
 
 def _structured(panel: Panel, residual: Array, design: Design, best: Fitted) -> float:
@@ -298,10 +281,12 @@ def _errors(model: Model) -> tuple[Array, ...]:
             if share[c[0]] <= 0.0:
                 continue
             own = p.doubted(c, share[c[0]])
-            variance[:, :6] += doubt_of(p.tcp[:, :, c] @ model.best.mean[c], own)
+            variance[:, :6] += doubt_of(p.tcp[:, :, c] @ model.best.mean[c], own, poses=p.scene.poses)
             if p.servo is not None:
                 served = np.isin(p.servo_columns, c)
-                variance[:, 6:] += doubt_of(p.servo[:, :, served] @ model.best.mean[p.servo_columns[served]], own)
+                variance[:, 6:] += doubt_of(
+                    p.servo[:, :, served] @ model.best.mean[p.servo_columns[served]], own, poses=p.scene.poses
+                )
         out.append(variance)
     return tuple(out)
 

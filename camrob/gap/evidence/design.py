@@ -124,14 +124,17 @@ def build_units(scenes: Sequence[Scene], effects: Sequence[Effect], states: Mapp
                     EffectParameter(n, "", big[kind], -np.inf, np.inf) for n, kind in zip(names, kinds, strict=True)
                 )
                 if getattr(scene.frames, f"fitted_{side}"):
-                    units.append(Unit(NUISANCE, "", parameters, key=f"{side}{k}"))
+                    units.append(Unit(NUISANCE, "", parameters, key=f"{side}{k}|{scene.name}"))
     for effect in effects:
         units += effect.units(scenes, states[effect.name])
     return tuple(units)
 
 
 def _nuisance(scene: Scene, unit: Unit, number: int) -> tuple[Column, ...]:
-    if unit.key not in (f"left{number}", f"right{number}"):
+    owner, _, name = unit.key.partition("|")
+    info = scene.log.info
+    shared = info.same_frame_as if owner.startswith("left") else info.same_target_as
+    if owner not in (f"left{number}", f"right{number}") and not (shared and shared == name):
         return tuple(Column() for _ in unit.parameters)
     twists = left_twists(scene.nominal) if unit.key.startswith("left") else right_twists(scene.nominal)
     return tuple(Column(tcp=twists[:, :, k]) for k in range(6))

@@ -18,7 +18,7 @@ from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.special import ndtr
 
 from camrob.gap.evidence.design import NUISANCE, Design
-from camrob.gap.evidence.discrepancy import Integrated
+from camrob.gap.evidence.discrepancy import FieldGram, Integrated
 
 __all__ = ["COUNTS_FROM", "Evidence", "Fitted"]
 
@@ -57,9 +57,9 @@ class Fitted:
 
 @dataclass(frozen=True)
 class Evidence:
-    """The comparison of sets of units (frozensets of their numbers). noise: 3-D rms, m; temperature: by which log evidence
-    is divided, as the description of the noise is not perfect; left_out: (B,) blocks that take no part; sizes: of the
-    discrepancy that is integrated out, see `FieldGram`, None for none.
+    """The comparison of sets of units (frozensets of their numbers). noise: 3-D rms, m; temperature: rows that one independent
+    row stands for, as what stays is more than noise and hangs together: all weights are lowered by it; left_out: (B,) blocks that
+    take no part; sizes: of the discrepancy that is integrated out, see `FieldGram`, None for none.
     """
 
     design: Design
@@ -72,10 +72,15 @@ class Evidence:
     def _sums(self) -> Integrated:
         used = [i for i in range(len(self.design.yy)) if i not in self.left_out]
         d = self.design
-        A, b, yy = d.A[used].sum(axis=0), d.b[used].sum(axis=0), float(d.yy[used].sum())
-        if d.field is None or self.sizes is None:
-            return Integrated(A, b, yy, 0.0)
-        return d.field.integrated(A, b, yy, self.sizes, used)
+        A, b, yy = (x[used].sum(axis=0) / self.temperature for x in (d.A, d.b, d.yy))
+        if self.field is None or self.sizes is None:
+            return Integrated(A, b, float(yy), 0.0)
+        return self.field.integrated(A, b, float(yy), self.sizes, used)
+
+    @cached_property
+    def field(self) -> FieldGram | None:
+        """The discrepancy's part, at the temperature."""
+        return None if self.design.field is None else self.design.field.heated(self.temperature)
 
     @cached_property
     def always(self) -> Set:
@@ -194,7 +199,7 @@ class Evidence:
         X = np.linalg.solve(M, change[:, None] * np.c_[C[own], mean[own]])
         fit -= 0.5 * float(mean[own] @ X[:, -1])
         log_evidence = fit - half - 0.5 * np.linalg.slogdet(M)[1] + 0.5 * np.log(ratio).sum()
-        score = float(log_evidence) / self.temperature + self.prior(members)
+        score = float(log_evidence) + self.prior(members)
         full = (C - C[:, own] @ X[:, :-1]) * np.outer(scale, scale)
         return Fitted(members, (mean - C[:, own] @ X[:, -1]) * scale, full, score, widths.copy(), dict(shares))
 
@@ -270,7 +275,7 @@ class Evidence:
                 if (unit.effect, step) not in priors:
                     priors[unit.effect, step] = self._prior({**chosen, unit.effect: chosen[unit.effect] + step})
                 prior = priors[unit.effect, step] - choices - step * log(unit.choices)
-                score = base + float(best[k]) / self.temperature + prior
+                score = base + float(best[k]) + prior
                 scores[members | {i} if step > 0 else members - {i}] = score, float(size[k])
         return scores
 

@@ -39,13 +39,14 @@ def fit_sizes(
 
     start: from where; noise: of one row, m and rad; parts: those that may be there.
     """
-    field = evidence.design.field
+    field = evidence.field
     if field is None:
         return no_sizes()
     own = np.flatnonzero(np.isin(evidence.design.owner, list(fitted.members)))
     used = [i for i in range(len(evidence.design.yy)) if i not in evidence.left_out]
     d = evidence.design
-    A, b, yy = d.A[used].sum(axis=0)[np.ix_(own, own)], d.b[used].sum(axis=0)[own], float(d.yy[used].sum())
+    sums = d.A[used].sum(axis=0)[np.ix_(own, own)], d.b[used].sum(axis=0)[own], d.yy[used].sum()
+    A, b, yy = (x / evidence.temperature for x in sums)
     small = FieldGram(
         field.C[used][:, :, own].sum(axis=0)[None],
         field.D[used].sum(axis=0)[None],
@@ -55,7 +56,7 @@ def fit_sizes(
     w = fitted.widths[own]
 
     def score(sizes: Array) -> float:
-        got = small.integrated(A, b, yy, sizes, (0,))
+        got = small.integrated(A, b, float(yy), sizes, (0,))
         P = got.A * np.outer(w, w)
         P[np.diag_indices_from(P)] += 1.0
         L, _ = dpotrf(P, lower=1, clean=1)
@@ -110,7 +111,7 @@ def over_sizes(
     table = []
     for sizes in _others(evidence.sizes, noise):
         one = replace(evidence, sizes=sizes)
-        prior = -_APPEARS * np.count_nonzero(sizes) / evidence.temperature
+        prior = -_APPEARS * np.count_nonzero(sizes)
         table.append([one.fit(m).score + prior for m in leading])
     whole = logsumexp(np.array(table), axis=0)
     offset = float(whole.max()) - best

@@ -66,7 +66,7 @@ class Model:
     @property
     def discrepancy(self) -> float:
         """3-D rms of the discrepancy beside the best set, m."""
-        field, sizes = self.design.field, self.evidence.sizes
+        field, sizes = self.evidence.field, self.evidence.sizes
         if field is None or sizes is None:
             return 0.0
         weights = field.fitted(self.best.mean, sizes)[:, :3]
@@ -91,8 +91,13 @@ def whole_gap(panel: Panel) -> Array:
     return total if panel.y_servo is None else total + panel.carried(panel.y_servo)
 
 
-def doubt_of(part: Array, share: Array) -> Array:
-    """Variance of an effect's part (N, d): a share (N, 1) of itself, and more where it changes between two samples."""
+def doubt_of(part: Array, share: Array, *, poses: bool) -> Array:
+    """Variance of an effect's part (N, d): a share (N, 1) of itself, and more where it changes between two samples of a path.
+
+    poses: samples are single poses, which stand in no order that an effect could be late in.
+    """
+    if poses:
+        return np.asarray((share * part) ** 2)
     step = np.zeros_like(part)
     change = np.abs(np.diff(part, axis=0))
     step[1:] = change

@@ -38,3 +38,10 @@ def neighbourhoods(scene: Scene, count: int) -> NDArray[np.int64]:
             cut += 1
         waiting += [(own[order[:cut]], parts // 2, first), (own[order[cut:]], parts - parts // 2, first + parts // 2)]
     return out[stretch]
+
+
+def neighbours_in_row(scene: Scene) -> NDArray[np.int64]:
+    """(N,) order of samples in which neighbours stand beside each other: on a path as they were taken, of poses by posture."""
+    if not scene.poses:
+        return np.arange(len(scene))
+    return np.argsort(neighbourhoods(scene, len(scene)), kind="stable")

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from camrob.cell.joint import Role
 from camrob.gap.evidence.design import Design, Panel, field_sums
 from camrob.gap.evidence.discrepancy import FieldGram
-from camrob.gap.evidence.evidence import Evidence
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, settled
 from camrob.gap.observation.laps import laps_of
@@ -63,7 +62,7 @@ def regimes_withheld(model: Model, members: Set) -> list[dict[str, Any]]:
     keep = np.flatnonzero(np.isin(owner, list(members)))
     out = []
     for regime, design in zip(regimes, _rest(model, regimes), strict=True):
-        evidence = Evidence(design, model.evidence.noise, sizes=model.evidence.sizes)
+        evidence = replace(model.evidence, design=design)
         fitted = evidence.fit(model.best.members | evidence.always)
         values = np.where(np.isin(owner, list(members)), fitted.mean, 0.0)
         rows = [r & a for r, a in zip(regime.rows, asked, strict=True)]

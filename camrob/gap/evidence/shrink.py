@@ -88,11 +88,14 @@ def _rms(vectors: Array) -> float:
 
 @dataclass(frozen=True)
 class Trial:
-    """Withheld samples: panels, and for each the rows that are asked and the blocks that the fit leaves out."""
+    """Withheld samples: panels, and for each the rows that are asked and the blocks that the fit leaves out; named: of logs that
+    took no part, not of blocks.
+    """
 
     panels: tuple[Panel, ...]
     asked: tuple[tuple[int, NDArray[np.bool_], int | None], ...]
     name: str
+    named: bool = False
 
     @property
     def aside(self) -> int:
@@ -114,7 +117,7 @@ def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
             panel = make_panel(scene, k, model.units, model.effects, model.states, noise, kept, 10, 10 * k, model.basis)
             panels.append(panel)
         asked = tuple((k, (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found), None) for k, p in enumerate(panels))
-        return Trial(tuple(panels), asked, ", ".join(s.name for s in withheld))
+        return Trial(tuple(panels), asked, ", ".join(s.name for s in withheld), named=True)
     rows = []
     for k, p in enumerate(model.panels):
         known = (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found)
@@ -134,7 +137,7 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
     chosen = np.flatnonzero(np.isin(model.design.owner, list(kept)))
     for k, rows, left_out in trial.asked:
         if left_out not in fits:
-            evidence = replace(model.evidence, temperature=1.0, left_out=() if left_out is None else (left_out,))
+            evidence = replace(model.evidence, left_out=() if left_out is None else (left_out,))
             fits[left_out] = evidence.fit(members | evidence.always)
         p = trial.panels[k]
         values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
@@ -148,7 +151,9 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
         for i in kept:
             own = model.design.owner == i
             share = p.doubted(np.flatnonzero(own), model.accuracy.get(model.units[i].effect, 0.0))
-            spread = spread + np.sum(doubt_of(p.moves(np.where(own, values, 0.0)), share), axis=1)[rows]
+            spread = (
+                spread + np.sum(doubt_of(p.moves(np.where(own, values, 0.0)), share, poses=p.scene.poses), axis=1)[rows]
+            )
         doubts.append(spread)
         floors.append(np.full(int(rows.sum()), _floor(p)))
     doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
@@ -191,7 +196,7 @@ def predicted_shrink(model: Model, trial: Trial, keep: Set) -> float:
 
 def _field_at(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> tuple[Array, Array]:
     """(M, 3) m the discrepancy at some rows as it is expected there, and (M,) m2 the variance of that."""
-    field, sizes = model.design.field, model.evidence.sizes
+    field, sizes = model.evidence.field, model.evidence.sizes
     count = int(rows.sum())
     if field is None or sizes is None or panel.smooth is None:
         return np.zeros((count, 3)), np.zeros(count)

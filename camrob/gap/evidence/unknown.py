@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, arm_axes, constant, place_parameters
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.signals import play
+from camrob.gap.observation.signals import play, play_at_rest
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["CONSTANT", "DEGREE", "UNKNOWN", "basis", "constants", "quantities", "target_columns", "targets"]
@@ -38,6 +38,8 @@ def quantities(scene: Scene) -> dict[str, Array]:
             found[f"speed of {axis}"] = speed[:, k]
             found[f"acceleration of {axis}"] = acceleration[:, k]
             found[f"direction of {axis}"] = play(scene.link[:, k], scene.t, scene.pieces, _PLAY)
+        else:
+            found[f"direction of {axis}"] = play_at_rest(scene.link[:, k], _PLAY)  # of the last move
         found[f"torque on {axis}"] = scene.torque[:, k]
     found["time"] = scene.t
     if scene.temperature is not None:

@@ -14,6 +14,7 @@ from camrob.gap.evidence.model import Model, effect_rms
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, expected, figures, predicted_shrink, shrinkage, trial_of
 from camrob.gap.experiment.experiment import next_experiment
+from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
 from camrob.gap.verdict.remains import left_panels, remains, residual_regimes
@@ -48,9 +49,9 @@ class Verdict:
 
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
     """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
-    blocks = trial_of(model, ())
+    blocks = frozen_frames(model, trial_of(model, ())) if trial.named else trial
     model = _without_harmful(_without_implausible(model), blocks)
-    if trial.panels is not model.panels:
+    if trial.named:
         model = _without_harmful(model, trial)
     reasons = implausible(model)
     probability = {e.name: BELIEF.effect(p, impossible=e.name in reasons) for e, p in _evidence(model, library)}
@@ -58,6 +59,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
     probability = _held(model, trial, probability, library)
+    probability |= {n: probability[n] * BELIEF.impossible for n in _worse_together(model, trial, probability)}
     members = _claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
     if members:
@@ -109,9 +111,9 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
 
 def _evidence(model: Model, library: Sequence[Effect]) -> list[tuple[Effect, float]]:
     """Effects and the probability of the sets that hold them. Beside a shape of the unknown, which has a place and may be what a
-    name mimics, only one that moves the tool far more counts.
+    name mimics, only one that moves the tool far more counts; of a shape, what is more than the discrepancy beside it.
     """
-    shape = effect_rms(model, model.panels, "unknown")
+    shape = float(np.sqrt(max(effect_rms(model, model.panels, "unknown") ** 2 - model.discrepancy**2, 0.0)))
     found = []
     for effect in library:
         far = effect_rms(model, model.panels, effect.name) >= BELIEF.far_more * shape
@@ -125,7 +127,7 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     the names has shown that it is more than a likeness; but for those of the drives, where the logs hold both ends.
     """
     members = _claims(model, probability)
-    if not members or trial.panels is model.panels:
+    if not members or not trial.named:
         return dict(probability)
     reached = shrinkage(model, trial, model.best.members, members)
     beyond = reached.rms_after**2 - expected(model, trial, members)[1] ** 2
@@ -188,6 +190,25 @@ def _worse(model: Model, trial: Trial, names: Sequence[str]) -> list[str]:
         if own and Shrinkage(last.after, everything.after, everything.block).interval()[1] < 0.0:
             found.append(name)
     return found
+
+
+def _worse_together(model: Model, trial: Trial, probability: Mapping[str, float]) -> list[str]:
+    """Claims to be withdrawn, those first that help most by it, as long as all claims together surely make withheld samples
+    worse: such as one that another, which is not claimed, cancels.
+    """
+    held = dict(probability)
+    withdrawn: list[str] = []
+    while members := _claims(model, held):
+        together = shrinkage(model, trial, model.best.members, members)
+        if together.interval()[1] >= 0.0:
+            break
+        after = {}
+        for name in sorted({model.units[i].effect for i in members}):
+            rest = frozenset(i for i in members if model.units[i].effect != name)
+            after[name] = shrinkage(model, trial, model.best.members, rest).rms_after
+        withdrawn.append(min(after, key=lambda n: after[n]))
+        held[withdrawn[-1]] = 0.0
+    return withdrawn
 
 
 def _without_implausible(model: Model) -> Model:
@@ -258,7 +279,8 @@ def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Mapping[st
     if claimed:
         return "partly explained" if unknown and stays["share"] > _MOST_PART else "explained"
     if unknown:
-        return "unexplained"
+        cares = BEYOND in within.values() or "tolerance" not in within.values()
+        return "unexplained" if cares else "no gap"
     # one of several that can't be told apart, so that none is claimed
     return "explained" if BEYOND in within.values() else "no gap"
 
