@@ -13,7 +13,7 @@ CamrobError
 │   ├── LimitError        an axis would pass its limit
 │   ├── SingularError     the path runs through a singular posture
 │   ├── CollisionError    something touches something
-│   └── VerificationError read-back or replay of the program strays
+│   └── VerificationError read-back or replay of the program deviates
 └── StaleInputError       results handed together that do not belong together
 """
 

@@ -1,4 +1,4 @@
-"""Where the part of a cell's chain that stands in the hall begins."""
+"""Where the part of a cell's chain that stands on the floor begins."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class MarginReport:
     margin_at: the point of it (-1 for an endless axis). violations: points outside some limit. inv_kf_min, inv_kf_mean
     of the bare arm, inv_kf_at the point of the least; singular: points below `SINGULAR`. jumps: points that are
     reached by a jump. axis_step_deg_max: the largest step of an arm axis between two points of straight motion.
-    midpoint_mm_max: how far at most the tip strays from the middle of two points where all joints are half-way.
+    midpoint_mm_max: how far at most the tip deviates from the middle of two points where all joints are half-way.
     external_travel: "E1_mm", "E2_deg", ...: what each external axis travels while the tool cuts.
     """
 
@@ -234,7 +234,7 @@ def _jumps(
     if not len(into):
         return into, 0.0, 0.0
     parts = [_steps(cell, q, into[k : k + _CHUNK]) for k in range(0, len(into), _CHUNK)]
-    steps, tool_step, stray = (np.concatenate(found) for found in zip(*parts, strict=True))
+    steps, tool_step, off = (np.concatenate(found) for found in zip(*parts, strict=True))
     axis_step = steps.max(axis=1)
     found = (axis_step > _JUMP_TURN) & (axis_step > _JUMP_RATIO * tool_step)
     jumps = into[found]
@@ -255,7 +255,7 @@ def _jumps(
                 limit=rad_to_deg(max(_JUMP_TURN, _JUMP_RATIO * float(tool_step[which]))),
             )
         )
-    return jumps, float(axis_step.max()), float(stray.max())
+    return jumps, float(axis_step.max()), float(off.max())
 
 
 def _steps(cell: Cell, q: Array, into: NDArray[np.int64]) -> tuple[Array, Array, Array]:
@@ -269,11 +269,11 @@ def _steps(cell: Cell, q: Array, into: NDArray[np.int64]) -> tuple[Array, Array,
     base_T_start, base_T_stop = forward_many(chain, start), forward_many(chain, stop)
     base_T_middle = forward_many(chain, 0.5 * (start + stop))
     chord = base_T_stop[:, :3, 3] - base_T_start[:, :3, 3]
-    stray = base_T_middle[:, :3, 3] - 0.5 * (base_T_start[:, :3, 3] + base_T_stop[:, :3, 3])
+    off = base_T_middle[:, :3, 3] - 0.5 * (base_T_start[:, :3, 3] + base_T_stop[:, :3, 3])
     cross = np.linalg.norm(np.cross(base_T_start[:, :3, 2], base_T_stop[:, :3, 2]), axis=1)
     angle = np.arctan2(cross, np.einsum("ij,ij->i", base_T_start[:, :3, 2], base_T_stop[:, :3, 2]))
     tool_step = angle + np.linalg.norm(chord, axis=1) / cell.condition_length
-    return np.abs(stop - start)[:, cell.arm_slice], tool_step, np.linalg.norm(stray, axis=1)
+    return np.abs(stop - start)[:, cell.arm_slice], tool_step, np.linalg.norm(off, axis=1)
 
 
 def _travel(cell: Cell, q: Array, cut: Mask) -> dict[str, float]:

@@ -301,7 +301,7 @@ def _write(folder: Path, origin: Path, language: Language, text: ProgramText, so
 
 
 def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay, again: ProgramText) -> Array:
-    """Errors (N, 2) of the calibrated robot in the written program. Raises VerificationError where it strays."""
+    """Errors (N, 2) of the calibrated robot in the written program. Raises VerificationError where it deviates."""
     if len(replayed.q) != len(targets) or any(f.severity is Severity.ERROR for f in replayed.findings):
         stopped = next((f for f in replayed.findings if f.severity is Severity.ERROR), None)
         what = stopped.text if stopped else "it holds another number of motions"

@@ -53,7 +53,7 @@ class ReplayFigures(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Against(Summary):
-    """How far the program is off its CL points, and how far it strays between them."""
+    """How far the program is off its CL points, and how far it deviates between them."""
 
     file: str
     points: int

@@ -133,15 +133,15 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
     assert (
         "nothing in the library explains it: the best single effect, geometry, would take 0.300 mm to 0.200 mm" in said
     )
-    assert said.endswith("Something unknown is at work: A1 strays with its own position.")
+    assert said.endswith("Something unknown is at work: A1 deviates with its own position.")
     assert unexplained(alone) == [
-        "Between encoder and TCP: A1 strays by 0.0684 degrees over the logs, smoothly with its own position",
+        "Between encoder and TCP: A1 deviates by 0.0684 degrees over the logs, smoothly with its own position",
         "lean would fit, with a value that no such machine has: 9 where 5 is",
     ]
     beside = summary([BACKLASH], unknown=unknown, together=shrunk(0.3, 0.2, withheld="a.csv, b.csv"))
     assert "on runs that took no part (a.csv, b.csv)" in sentence(beside)
     assert sentence(beside).endswith(
-        "0.198 mm, 7 times the noise, stays and is unknown: A1 strays with its own position. That is 44 % of the gap's energy."
+        "0.198 mm, 7 times the noise, stays and is unknown: A1 deviates with its own position. That is 44 % of the gap's energy."
     )
 
 

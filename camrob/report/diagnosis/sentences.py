@@ -126,7 +126,7 @@ def _shape(shape: UnknownShape) -> str:
     size = measure(shape.swing, shape.unit)
     if shape.follows == _CONSTANT:
         return f"{shape.moves} is off by {size}, whatever the posture"
-    return f"{shape.moves} strays by {size} over the logs, smoothly with {_followed(shape)}"
+    return f"{shape.moves} deviates by {size} over the logs, smoothly with {_followed(shape)}"
 
 
 def _followed(shape: UnknownShape) -> str:
@@ -266,7 +266,7 @@ def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
         for place, what in at.items():
             moving = [w for w in what if w != _CONSTANT]
             parts += [f"{place} is off by a constant"] if len(moving) < len(what) else []
-            parts += [f"{place} strays with {_listed(moving)}"] if moving else []
+            parts += [f"{place} deviates with {_listed(moving)}"] if moving else []
         text += ": " + "; ".join(parts)
     elif told and (told[0].startswith("Between") or unknown.implausible):
         text += f": {told[0][0].lower()}{told[0][1:]}"
