@@ -16,6 +16,6 @@ part NAME               runs another file
 # ...                   a remark
 """
 
-from second_language.language import LANGUAGE
+from second_language.lines_language import LANGUAGE
 
 __all__ = ["LANGUAGE"]
