@@ -12,6 +12,7 @@ from camrob.progress import Share
 from camrob.toolpath.apt.dialects.registry import DIALECTS
 from camrob.toolpath.apt.read_apt import read_cl
 from camrob.toolpath.defaults import Defaults
+from camrob.toolpath.foreign import refuse_foreign
 from camrob.toolpath.sampling import ANGLE_TOLERANCE, CHORD_TOLERANCE
 from camrob.toolpath.toolpath import Toolpath
 
@@ -49,6 +50,11 @@ def read_toolpath(
         known = ", ".join([*DIALECTS, "gcode"])
         raise ToolpathError(f"there is no dialect {dialect!r}", cure=f"choose one of {known}", path=place)
     data = _bytes(place)
+    if dialect is None:
+        try:
+            refuse_foreign(data)
+        except ToolpathError as error:
+            raise error.at(place) from error
     is_gcode = dialect.startswith("gcode") if dialect is not None else looks_like_gcode(data)
     if not is_gcode:
         return _in_the_hall(

@@ -29,6 +29,7 @@ def choose_dialect(head: str, forced: str | None = None) -> Dialect:
     if best.recognise(head) == 0:
         raise ToolpathError(
             "this is no CL data of a kind that camrob knows",
-            cure="give a CL file, or force a dialect: " + ", ".join(DIALECTS),
+            cure="output CL data as text (NX: CLSF; Creo: ncl; CATIA: aptsource; others: APT); if it is, name its dialect: "
+            + ", ".join(DIALECTS),
         )
     return best

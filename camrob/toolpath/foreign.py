@@ -1,0 +1,48 @@
+"""Files that people hand over and that are no CL data: what they are, and what to export in their place."""
+
+from __future__ import annotations
+
+import re
+
+from camrob.errors import ToolpathError
+
+__all__ = ["refuse_foreign"]
+
+_HEAD = 65_536  # bytes that are looked at
+_POST = "post the part as G-code or CL data (APT) instead"
+_PATH = "make a toolpath of it in the CAM system, and output that as CL data (APT) or G-code"
+_PROGRAM = "give the CL file that it was made from; 'camrob verify' judges programs"
+# what a file begins with, or holds; what it is called; what to do
+_KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
+    (re.compile(pattern, re.I | re.M), what, cure)
+    for pattern, what, cure in (
+        (rb"^[ \t]*(?:\d+[ \t]+)?BEGIN PGM ", "a Heidenhain program in plain language", _POST),
+        (rb"\A\s*(?:&ACCESS|DEF(?:DAT)?[ \t]+\w+[ \t]*\()", "a KRL program", _PROGRAM),
+        (rb"\A(?:\s*%%%[^%]*%%%)?\s*MODULE[ \t]+\w+", "an ABB RAPID program", _PROGRAM),
+        (rb"\A\s*/JOB\b", "a Yaskawa job", _PROGRAM),
+        (rb"\A\s*/PROG\b", "a FANUC robot program", _PROGRAM),
+        (rb"\A\s*ISO-10303-21;", "a STEP file: a shape, no path", _PATH),
+        (rb"\A.{72}S {6}1", "an IGES file: a shape, no path", _PATH),
+        (rb"\A\s*solid\b[^\n]*\n\s*facet\b", "an STL mesh: a shape, no path", _PATH),
+        (rb"\Aply\r?\n", "a PLY mesh: a shape, no path", _PATH),
+        (rb"\A\s*0\r?\n\s*SECTION\r?\n", "a DXF drawing: a shape, no path", _PATH),
+        (rb"\A\s*<(?:!DOCTYPE|html|\?xml|svg)", "XML or HTML", "save the CL file itself, not the page that shows it"),
+        (rb"\A%PDF-", "a PDF document", _PATH),
+        (rb"\APK\x03\x04|\A\x1f\x8b|\A7z\xbc\xaf", "a packed archive", "unpack it, and give the CL file in it"),
+    )
+)
+_GEOMETRY = re.compile(rb"^\s*\w+\s*=\s*(?:POINT|LINE|CIRCLE|PLANE|VECTOR|PATERN)\s*/", re.I | re.M)
+_POINTS = re.compile(rb"^\s*GOTO\s*/\s*[-+.\d]", re.I | re.M)
+
+
+def refuse_foreign(data: bytes) -> None:
+    """Raises ToolpathError for the bytes of a file that is known to be something else than CL data or G-code."""
+    head = data[:_HEAD]
+    for pattern, what, cure in _KINDS:
+        if pattern.search(head):
+            raise ToolpathError(f"this is {what}", cure=cure)
+    if _GEOMETRY.search(head) and not _POINTS.search(head):
+        raise ToolpathError(
+            "this is APT source, a part program with its geometry, not the path that a processor makes of it",
+            cure="run it through the APT processor, and give its CLDATA as text",
+        )

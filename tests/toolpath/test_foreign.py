@@ -1,0 +1,49 @@
+"""Files of other kinds: named as what they are, with what to export in their place; and no CL file is taken for one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.read import read_toolpath
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "corpus"
+STEP = "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('x'),'2;1');\nENDSEC;\n"
+FILES = {
+    "pocket.h": ("0 BEGIN PGM POCKET MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n2 L X+0 Y+0 R0 FMAX M3\n", "Heidenhain"),
+    "part.src": ("&ACCESS RVP\n&REL 1\nDEF part ( )\nBAS (#INITMOV,0 )\nEND\n", "KRL"),
+    "bare.src": ("DEF bare()\nPTP HOME\nEND\n", "KRL"),
+    "main.mod": ("MODULE MainModule\nPROC main()\nMoveL p10,v100,fine,tool0;\nENDPROC\nENDMODULE\n", "RAPID"),
+    "part.stp": (STEP, "STEP"),
+    "part.stl": ("solid part\n facet normal 0 0 1\n outer loop\n", "STL"),
+    "plan.dxf": ("  0\nSECTION\n  2\nHEADER\n", "DXF"),
+    "saved.cls": ("<!DOCTYPE html>\n<html><body>TOOL PATH/A</body></html>\n", "HTML"),
+    "part.apt": ("PARTNO X\nP1=POINT/0,0,0\nL1 = LINE/P1,ATANGL,30\nFROM/P1\nTLLFT,GOLFT/L1\nFINI\n", "APT source"),
+    "all.zip": ("PK\x03\x04rest", "archive"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_of_another_kind_is_called_what_it_is(tmp_path: Path, name: str) -> None:
+    text, kind = FILES[name]
+    path = tmp_path / name
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(ToolpathError) as error:
+        read_toolpath(path)
+    said = str(error.value)
+    assert kind in said and name in said and ";" in said and "\n" not in said
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="../shared/corpus is not here")
+def test_no_real_cl_file_is_taken_for_one() -> None:
+    from camrob.toolpath.foreign import refuse_foreign
+
+    files = [f for folder in ("cldata", "gcode") for f in (SHARED / folder).iterdir()]
+    assert len(files) > 20
+    for file in files:
+        refuse_foreign(file.read_bytes())
+    for file in [*(SHARED / "krl").glob("*.src"), SHARED / "mesh" / "cycloidal.ply"]:
+        with pytest.raises(ToolpathError):
+            refuse_foreign(file.read_bytes())
