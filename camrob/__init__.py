@@ -11,6 +11,7 @@ Verbs: files in, files out, and a result; `help(camrob.post)` says the rest.
     place           where on the table a part is worked best
     batch           many jobs on all cores, or on a cluster
     regress         post every sample and compare it with its golden files
+    tune_engines    fit a cell's fuzzy rules to samples, beside constant weights
     feed            a path's derivatives, or the study of a weld seam
     tracker         the study of a laser-tracker loop
     track_live      serve a controller with corrections from a laser tracker
@@ -80,6 +81,7 @@ if TYPE_CHECKING:
     from camrob.jobs.track_live import TrackLiveResult, track_live
     from camrob.jobs.track_options import LiveOptions
     from camrob.jobs.tracker import TrackerResult, tracker
+    from camrob.jobs.tune_engines import TuneEnginesResult, tune_engines
     from camrob.jobs.verify import VerifyResult, verify
     from camrob.languages import read_program
     from camrob.measurement.log import MeasurementLog
@@ -100,6 +102,7 @@ if TYPE_CHECKING:
     from camrob.summaries.regress_summary import RegressSummary
     from camrob.summaries.simulate_summary import SimulateSummary
     from camrob.summaries.tracker_summary import TrackerSummary
+    from camrob.summaries.tune_summary import TuneSummary
     from camrob.summaries.verify_summary import VerifySummary
     from camrob.toolpath.read import read_toolpath
     from camrob.toolpath.region import Region
@@ -156,6 +159,8 @@ __all__ = [
     "TrackLiveSummary",
     "TrackerResult",
     "TrackerSummary",
+    "TuneEnginesResult",
+    "TuneSummary",
     "UnreachableError",
     "VerificationError",
     "VerifyResult",
@@ -178,6 +183,7 @@ __all__ = [
     "simulate",
     "track_live",
     "tracker",
+    "tune_engines",
     "verify",
 ]
 
@@ -217,6 +223,8 @@ _HOME = {
     "TrackLiveSummary": "camrob.summaries.live_summary",
     "TrackerResult": "camrob.jobs.tracker",
     "TrackerSummary": "camrob.summaries.tracker_summary",
+    "TuneEnginesResult": "camrob.jobs.tune_engines",
+    "TuneSummary": "camrob.summaries.tune_summary",
     "VerifyResult": "camrob.jobs.verify",
     "VerifySummary": "camrob.summaries.verify_summary",
     "batch": "camrob.jobs.batch",
@@ -237,6 +245,7 @@ _HOME = {
     "simulate": "camrob.jobs.simulate",
     "track_live": "camrob.jobs.track_live",
     "tracker": "camrob.jobs.tracker",
+    "tune_engines": "camrob.jobs.tune_engines",
     "verify": "camrob.jobs.verify",
 }
 """Where each public name lives; the rest of `__all__` is the tree of errors."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
@@ -54,10 +55,13 @@ def five_axis_path(start: np.ndarray, count: int, step: np.ndarray, turn: np.nda
 
 
 def bilinear(surface: WeightSurface, q: np.ndarray) -> np.ndarray:
-    """Weights (n,) by interpolation on the surface's grid, the border held beyond it."""
-    top = np.array(surface.table.shape[:2]) - 1.0
-    place = np.clip((q[surface.axis] - surface.origin) / surface.step, 0.0, top)
-    low = np.minimum(np.floor(place), top - 1.0).astype(int)
-    u, v = place - low
-    corners = surface.table[low[0] : low[0] + 2, low[1] : low[1] + 2]
-    return np.einsum("i,j,ijn->n", [1.0 - u, u], [1.0 - v, v], corners)
+    """Weights (n,) by scipy's interpolation on the surface's grid, the border held beyond it."""
+    nodes = [np.sort(n) for n in (surface.nodes0, surface.nodes1, surface.nodes2)]
+    table, used = surface.table, [k for k in range(3) if len(nodes[k]) > 1]
+    for k in range(2, -1, -1):
+        if surface.step[k] < 0.0:
+            table = np.flip(table, k)
+        if k not in used:
+            table = table.take(0, axis=k)
+    place = [np.clip(q[surface.axis[k]], nodes[k][0], nodes[k][-1]) for k in used]
+    return RegularGridInterpolator([nodes[k] for k in used], table)(place)[0]

@@ -13,6 +13,7 @@ import trimesh
 
 from camrob.jobs.files.inputs import read_inputs
 from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.published.weighting import even_weights
 from camrob.report.page.figures import figure_conditioning, figure_overview
 
 HERE = Path(__file__).resolve().parent
@@ -25,7 +26,7 @@ def main() -> None:
         job = read_inputs(HERE / name / f"{name}.cls", CELL, None)
         solution = resolve_vjm(job.cell, job.path)
         others = {
-            "all weights alike": np.asarray(resolve_vjm(job.cell, job.path, fuzzy=False).inv_kf),
+            "all weights alike": np.asarray(resolve_vjm(job.cell, job.path, weighting=even_weights(job.cell)).inv_kf),
             "without revision": np.asarray(resolve_vjm(job.cell, job.path, revise=False).inv_kf),
         }
         names = {k: region.name for k, region in enumerate(job.toolpath.regions)}

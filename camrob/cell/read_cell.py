@@ -20,7 +20,7 @@ from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.cell.load import PointMass
 from camrob.cell.poses import POSES_FILE, PoseBounds, check_poses
 from camrob.cell.read_controller import read_controller
-from camrob.cell.redundancy_settings import FuzzyEngine, ResolveSettings
+from camrob.cell.redundancy_settings import CONDITION_TERMS, TABLES, FuzzyEngine, ResolveSettings
 from camrob.cell.shape import Shape, ShapeKind
 from camrob.cell.toml_table import TableReader
 from camrob.errors import CellError, InputError
@@ -382,12 +382,16 @@ def _resolve(table: TableReader, names: tuple[str, ...]) -> ResolveSettings:
         for joint in weights:
             if joint not in names:
                 raise part.fail(f"weights.{joint}", "is no joint of this cell", f"use {', '.join(names)}")
-        engines.append(FuzzyEngine(part.text("file"), weights, part.number("default_weight", lower=1e-6, upper=1e3)))
+        nodes = part.text("table", choices=TABLES) if "table" in part else TABLES[0]
+        engines.append(
+            FuzzyEngine(part.text("file"), weights, part.number("default_weight", lower=1e-6, upper=1e3), nodes)
+        )
         part.finish()
     planned: dict[str, float] = {}
     if "planned" in table:
         part = table.table("planned")
         planned = {key: part.number(key, lower=0.0) for key in part.keys()}
-    settings = ResolveSettings(table.number("threshold", lower=0.0, upper=1.0), engines[0], engines[1], planned)
+    term = table.text("condition_term", choices=CONDITION_TERMS) if "condition_term" in table else CONDITION_TERMS[0]
+    settings = ResolveSettings(table.number("threshold", lower=0.0, upper=1.0), engines[0], engines[1], planned, term)
     table.finish()
     return settings

@@ -18,6 +18,7 @@ from camrob.cli.console import error_line, job_of, perform, renderer
 from camrob.cli.options import CellOption, Device, Feed, JsonOption, Method, QuietOption, SetupOption, Units
 from camrob.cli.real import calibrate, compensate, diagnose, simulate, tracker
 from camrob.cli.start import cell_app, samples
+from camrob.cli.tuning import tune_engines
 from camrob.progress import Progress
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "samples",
     "simulate",
     "tracker",
+    "tune_engines",
     "verify",
     "version",
 ]
@@ -220,6 +222,7 @@ VERBS: tuple[Callable[..., int], ...] = (
     feed,
     diagnose,
     tracker,
+    tune_engines,
     batch,
 )
 
@@ -261,7 +264,7 @@ def build_app() -> typer.Typer:
 
     for verb in VERBS:
         if importlib.util.find_spec(f"camrob.jobs.{verb.__name__}") is not None:
-            app.command(verb.__name__)(verb)
+            app.command(verb.__name__.replace("_", "-"))(verb)
     app.command("samples")(samples)
     app.add_typer(cell_app(), name="cell")
     return app

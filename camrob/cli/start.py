@@ -11,10 +11,11 @@ from camrob.cli.console import perform, renderer
 from camrob.cli.options import JsonOption, QuietOption, known_cell
 from camrob.progress import Progress
 
-__all__ = ["cell_app", "from_urdf", "list_cells", "new", "samples"]
+__all__ = ["cell_app", "condition", "from_urdf", "list_cells", "new", "samples"]
 
 _render_list = renderer("terminal.shipped_text", "render_cells")
 _render_new = renderer("terminal.shipped_text", "render_new_cell")
+_render_condition = renderer("terminal.shipped_text", "render_condition")
 _render_samples = renderer("terminal.shipped_text", "render_samples")
 
 _OutOption = Annotated[
@@ -72,6 +73,21 @@ def from_urdf(
     return perform(job, as_json=as_json, quiet=quiet, render=_render_new)
 
 
+def condition(
+    cell: Annotated[Path, typer.Argument(metavar="CELL", callback=known_cell, help="The cell's folder, or its name.")],
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Find the arm's characteristic length and its best-conditioned posture."""
+
+    def job(progress: Progress) -> Any:
+        from camrob.jobs.solving.cell_condition import cell_condition
+
+        return cell_condition(cell)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_condition)
+
+
 def samples(
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Copy them into this folder.")] = None,
     as_json: JsonOption = False,
@@ -88,9 +104,10 @@ def samples(
 
 
 def cell_app() -> typer.Typer:
-    """`camrob cell`, a group of three."""
+    """`camrob cell`, a group of four."""
     group = typer.Typer(help="Cells that come with camrob, and new ones.", rich_markup_mode=None, no_args_is_help=True)
     group.command("list")(list_cells)
     group.command("new")(new)
     group.command("from-urdf")(from_urdf)
+    group.command("condition")(condition)
     return group

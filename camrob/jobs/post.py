@@ -38,6 +38,7 @@ from camrob.progress import Progress, Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Solution
 from camrob.redundancy.stretches import Stretch, joined_solutions
 from camrob.summaries.post_summary import PostSummary
@@ -360,13 +361,16 @@ def _comparison(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
     """1/k_F (N,) of the same path resolved in other ways; a way that fails, and all of them for long paths, are left out."""
     if len(inputs.path) > COMPARED:
         return {}
-    ways: dict[str, tuple[bool, bool]] = {"published method": (True, True)}
+    even = even_weights(inputs.cell)
+    ways = {"published method": partial(resolve_vjm)}
     if solution.method == "vjm":
-        ways = {"all weights alike": (False, True), "without revision": (True, False)}
+        ways = {
+            "all weights alike": partial(resolve_vjm, weighting=even),
+            "without revision": partial(resolve_vjm, revise=False),
+        }
     others = {}
-    for name, (fuzzy, revise) in ways.items():
+    for name, way in ways.items():
         with suppress(JobError):
-            way = partial(resolve_vjm, fuzzy=fuzzy, revise=revise)
             others[name] = np.concatenate([
                 np.asarray(way(here.cell, here.path).inv_kf)
                 for here in (inputs.of_stretch(k, None) for k in range(len(inputs.path.stretches)))

@@ -14,12 +14,15 @@ __all__ = ["base_T_flange", "base_T_joint_frames", "base_T_root", "base_T_tool",
 Array = NDArray[np.float64]
 
 
-def base_T_joint_frames(cell: Cell, q: Array) -> Array:
-    """Frames (n, ..., 4, 4) that the joints' Denavit-Hartenberg rows end in, seen from `base`, of postures q (..., n)."""
+def base_T_joint_frames(cell: Cell, q: Array, *, first: int | None = None) -> Array:
+    """Frames (n, ..., 4, 4) that the joints' Denavit-Hartenberg rows end in, seen from `base`, of postures q (..., n).
+
+    first: of so many joints only, from the workpiece on.
+    """
     frames = []
     T = np.broadcast_to(cell.base_T_first, (*q.shape[:-1], 4, 4))
     last_of_arm = cell.indices(Role.ARM)[-1]
-    for i, joint in enumerate(cell.joints):
+    for i, joint in enumerate(cell.joints[:first]):
         T = T @ joint.before @ joint.motion(q[..., i]) @ joint.after
         frames.append(T)
         if i == last_of_arm:
@@ -47,7 +50,7 @@ def base_T_root(cell: Cell, q: Array) -> Array:
     if first_of_arm == 0:
         base_T_foot = np.broadcast_to(cell.base_T_first, (*q.shape[:-1], 4, 4))  # frames: foot is first
     else:
-        base_T_foot = base_T_joint_frames(cell, q)[first_of_arm - 1]
+        base_T_foot = base_T_joint_frames(cell, q, first=first_of_arm)[first_of_arm - 1]
     return np.asarray(base_T_foot @ cell.foot_T_root)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from camrob.summaries.base import Summary
 
-__all__ = ["CellListSummary", "ListedCell", "ListedSample", "NewCellSummary", "SamplesSummary"]
+__all__ = ["CellListSummary", "ConditionSummary", "ListedCell", "ListedSample", "NewCellSummary", "SamplesSummary"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +27,22 @@ class CellListSummary(Summary):
     """The cells that come with camrob."""
 
     cells: tuple[ListedCell, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionSummary(Summary):
+    """The arm's best-conditioned posture, axis values in mm and degrees, and the characteristic length that goes with it.
+
+    kf: the condition number there, 1 is ideal. stated_mm: what cell.toml has for the length. home_inv_kf: 1/k_F at HOME.
+    """
+
+    cell: str
+    characteristic_length_mm: float
+    stated_mm: float
+    kf: float
+    inv_kf: float
+    posture: Mapping[str, float]
+    home_inv_kf: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

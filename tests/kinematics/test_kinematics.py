@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 
 from camrob.cell.read_cell import read_cell
 from camrob.kinematics import frames, kernels
+from camrob.kinematics.best_condition import best_condition
 from camrob.se3 import angle_between, frame_from_xyzabc, inverse, rotation_log, xyzabc_from_frame
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
@@ -104,6 +105,19 @@ def test_smallest_condition_number_of_the_arm_is_the_papers():
     assert polished.fun == pytest.approx(1.2477, abs=5e-5)
     assert m_to_mm(float(np.exp(polished.x[5]))) == pytest.approx(350.57, abs=5e-3)
     assert m_to_mm(CELL.condition_length) == pytest.approx(350.57)
+
+
+def test_the_best_condition_of_a_cell_is_the_papers():
+    """Section 2.3: 1.247 at 350.6 mm; joints that have no part in k_F stay at HOME."""
+    found = best_condition(CELL)
+    assert found.kf == pytest.approx(1.2477, abs=5e-5)
+    assert m_to_mm(found.length) == pytest.approx(350.57, abs=5e-3)
+    assert found.kf < 1.248 and str(found.kf).startswith("1.247")
+    chain = CHAIN._replace(length=found.length)
+    assert 1.0 / kernels.inverse_kf_many(chain, found.q[None])[0] == pytest.approx(found.kf, abs=1e-8)
+    assert np.all(found.q >= CELL.q_lower) and np.all(found.q <= CELL.q_upper)
+    for name in ("E2", "E1", "A1", "A6"):
+        assert found.q[CELL.index(name)] == CELL.q_home[CELL.index(name)]
 
 
 def test_inverse_kf_is_equation_16():

@@ -146,8 +146,8 @@ def test_the_step_solves_newtons_equations() -> None:
         seen += 1
         curvature(CHAIN, N, 1.0 / CHAIN.length, w.multipliers, w)
         C = np.diag(w.weight) - w.C
-        C[:, SETTINGS.joint_weights.axis[0]] += w.slope0
-        C[:, SETTINGS.joint_weights.axis[1]] += w.slope1
+        for axis, slope in zip(SETTINGS.joint_weights.axis, w.slope, strict=True):
+            C[:, axis] += slope
         null = np.linalg.svd(w.J)[2][6:]
         left = null @ (w.g + C @ (w.x + w.s))
         assert np.abs(left).max() < 1e-9 * max(1.0, np.abs(w.g).max())

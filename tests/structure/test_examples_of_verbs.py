@@ -23,6 +23,7 @@ VERBS = (
     "batch",
     "place",
     "regress",
+    "tune_engines",
     "tracker",
     "track_live",
     "published_case",

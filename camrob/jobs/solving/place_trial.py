@@ -12,6 +12,7 @@ from camrob.checks.collision_report import CollisionReport
 from camrob.errors import CollisionError, JobError, LimitError, SingularError, UnreachableError
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.solving.plan_obstacles import job_collisions
+from camrob.jobs.solving.thinned import thinned
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.placement import Placements
@@ -90,7 +91,7 @@ def try_placements(
     told = [
         OUT_OF_REACH if value <= 0.0 else before for value, before in zip(found.value.tolist(), standing, strict=True)
     ]
-    path = _thinned(inputs.path)
+    path = thinned(inputs.path, _TRIAL_POINTS)
     order = [k for k in found.ranking.tolist() if told[k] == UNTRIED]
     collided = False
     for tried, k in enumerate(order, start=1):
@@ -122,20 +123,6 @@ def _tried(inputs: JobInputs, path: ToolPathInBase, base_T_part: Array) -> tuple
     except JobError as error:
         return next((text for kind, text in _UNFOLLOWED.items() if isinstance(error, kind)), "the tracker can't follow")
     return solution, job_collisions(moved, path, solution)
-
-
-def _thinned(path: ToolPathInBase) -> ToolPathInBase:
-    """The path with about _TRIAL_POINTS of its cutting points, all others, and the ends of every cut."""
-    cutting = path.cutting
-    ends = np.ones(len(path), np.bool_)
-    ends[1:-1] = ~(cutting[:-2] & cutting[1:-1] & cutting[2:])
-    region = np.asarray(path.region)
-    change = region[1:] != region[:-1]
-    ends[1:] |= change
-    ends[:-1] |= change
-    step = max(1, int(np.ceil(np.count_nonzero(cutting) / _TRIAL_POINTS)))
-    keep = ends | (np.arange(len(path)) % step == 0)
-    return path.part(keep)
 
 
 def _tally(standing: list[str] | tuple[str, ...]) -> dict[str, int]:

@@ -12,13 +12,29 @@ from numpy.typing import NDArray
 
 from camrob.kinematics.kernels import ChainArrays
 
-__all__ = ["TrackerWork", "clear", "curvature", "largest", "pose_error", "put", "tracker_work"]
+__all__ = ["NearWork", "TrackerWork", "clear", "curvature", "largest", "pose_error", "put", "tracker_work"]
 
 Array = NDArray[np.float64]
 
 
+class NearWork(NamedTuple):
+    """Scratch of a posture beside another: the chain's frames there, and k_F's slope."""
+
+    q: Array
+    Z: Array
+    P: Array
+    R: Array
+    p: Array
+    plate: Array
+    slope: Array
+
+
 class TrackerWork(NamedTuple):
-    """Arrays of the tracker's inner loop, made once a path and overwritten at every step."""
+    """Arrays of the tracker's inner loop, made once a path and overwritten at every step.
+
+    slope, slope_cond (3, n): of the terms' vectors by the axes that their weights depend on. kf_bend (n, n): the rest of h_cond's
+    derivative in its gradient form. near: scratch of a posture beside the one that is looked at.
+    """
 
     Z: Array
     P: Array
@@ -37,12 +53,11 @@ class TrackerWork(NamedTuple):
     s: Array
     error: Array
     weight: Array
-    slope0: Array
-    slope1: Array
+    slope: Array
     weight_cond: Array
-    slope_cond0: Array
-    slope_cond1: Array
+    slope_cond: Array
     kf_slope: Array
+    kf_bend: Array
     kf_part: Array
     reduced: Array
     multipliers: Array
@@ -56,6 +71,7 @@ class TrackerWork(NamedTuple):
     F: Array
     z: Array
     split: NDArray[np.bool_]
+    near: NearWork
 
 
 @numba.njit(cache=True)
@@ -64,10 +80,13 @@ def tracker_work(n: int) -> TrackerWork:
     return TrackerWork(
         np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, n)),
         np.empty((n, 6)), np.empty(6), np.empty(n), np.empty(n), np.empty((n, n)), np.empty((n, n)),
-        np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(6), np.empty(n), np.empty(n), np.empty(n),
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(6), np.empty(n),
+        np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(6), np.empty(n), np.empty((3, n)), np.empty(n),
+        np.empty((3, n)), np.empty(n), np.zeros((n, n)), np.empty(n), np.empty(n), np.empty(6), np.empty(n),
         np.empty(n, np.int64), np.empty((6, 3)), np.empty(3), np.empty((n, 4)), np.empty((n, 4)),
         np.empty((n, 3)), np.empty(6), np.empty(3), np.zeros(1, np.bool_),
+        NearWork(
+            np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(n)
+        ),
     )  # fmt: skip
 
 

@@ -255,26 +255,30 @@ def _curved(chain: ChainArrays, n: int, scale: float, multipliers: Array, w: Tra
 @numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
 def split_self_motion(
     chain: ChainArrays, joint_axis: NDArray[np.int64], condition_axis: NDArray[np.int64], n: int, m: int, acting: bool,
-    shift: float, multipliers: Array, exact: bool, w: TrackerWork,
+    gradient: bool, shift: float, multipliers: Array, exact: bool, w: TrackerWork,
 ) -> float:  # fmt: skip
     """w.s[:m] <- the Newton step of the reduced criterion in the null space, w.x taken into account; the shift it needed."""
     U = w.U
     _curved(chain, n, 1.0 / chain.length, multipliers, w)
-    by_first, by_second = _row(U, joint_axis[0]), _row(U, joint_axis[1])
+    by_first, by_second, by_third = _row(U, joint_axis[0]), _row(U, joint_axis[1]), _row(U, joint_axis[2])
     by_kf = (0.0, 0.0, 0.0, 0.0)
     if acting:
-        first, second = _row(U, condition_axis[0]), _row(U, condition_axis[1])
+        first, second, third = _row(U, condition_axis[0]), _row(U, condition_axis[1]), _row(U, condition_axis[2])
         if exact:
             for i in range(chain.arm_start, chain.arm_stop):
                 by_kf = _plus(by_kf, w.kf_slope[i], _row(U, i))
         for i in range(n):
-            v = _plus(_plus(_row(w.V, i), w.slope_cond0[i], first), w.slope_cond1[i], second)
+            v = _plus(_plus(_row(w.V, i), w.slope_cond[0, i], first), w.slope_cond[1, i], second)
+            v = _plus(v, w.slope_cond[2, i], third)
+            if gradient:
+                for k in range(chain.arm_start, chain.arm_stop):
+                    v = _plus(v, w.kf_bend[i, k], _row(U, k))
             _put(w.V, i, _plus(v, w.kf_part[i], by_kf))
     m0 = m1 = m2 = (0.0, 0.0, 0.0, 0.0)
     for i in range(n):
         u = _row(U, i)
         v = _plus(_row(w.V, i), w.weight[i], u)
-        v = _plus(_plus(v, w.slope0[i], by_first), w.slope1[i], by_second)
+        v = _plus(_plus(_plus(v, w.slope[0, i], by_first), w.slope[1, i], by_second), w.slope[2, i], by_third)
         m0, m1, m2 = _plus(m0, u[1], v), _plus(m1, u[2], v), _plus(m2, u[3], v)
     return float(_step(m, shift, m0, m1, m2, w))
 

@@ -9,8 +9,8 @@ follow,
 by Newton's method on both at once: a QR factorisation of J^T gives the pseudoinverse step, the null-space basis and the
 multipliers; the chain's second derivatives and the slopes of the fuzzy surfaces give the derivative of the reduced
 criterion. A shift on it, raised where a step does not pay, turns the step into the published flow, so that only its
-stable postures are found. Joint limits are an active set: a joint at its limit leaves the problem and comes back when
-the criterion draws it inwards.
+stable postures are found. h_cond has a second form, down the gradient of k_F (`TrackerSettings.gradient`). Joint limits
+are an active set: a joint at its limit leaves the problem and comes back when the criterion draws it inwards.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.kinematics.conditioning_slope import kf_and_slope
-from camrob.kinematics.kernels import ChainArrays
-from camrob.redundancy.following.chain_work import TrackerWork, curvature
+from camrob.kinematics.kernels import ChainArrays, forward
+from camrob.redundancy.following.chain_work import TrackerWork, curvature, put
 from camrob.redundancy.following.closed_step import split_multipliers, split_self_motion, split_share, split_task
 from camrob.redundancy.following.linear_algebra import (
     apply_q,
@@ -36,12 +36,14 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _RANK = 1e-7  # ratio of R's diagonal below which the chain is singular
+_BESIDE = 1e-6  # rad between the postures whose slopes of k_F are compared: its curvature to some 1e-6 of itself
 
 
 class TrackerSettings(NamedTuple):
     """What the tracker needs beside the chain: q limits (n,), endless (n,), both weight surfaces, threshold on 1/k_F.
 
-    locked (n,): joints that stand where the reference posture has them, exactly, and take no part in following.
+    locked (n,): joints that stand where the reference posture has them, exactly, and take no part in following. gradient: h_cond
+    leads down the gradient of k_F, not back to the posture recorded at the threshold.
     """
 
     lower: Array
@@ -51,6 +53,7 @@ class TrackerSettings(NamedTuple):
     condition_weights: WeightSurface
     threshold: float
     locked: NDArray[np.bool_]
+    gradient: bool = False
 
 
 class TrackState(NamedTuple):
@@ -79,37 +82,83 @@ def _from(q: float, reference: float, endless: bool) -> float:
 def criterion(
     settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: TrackerWork
 ) -> None:
-    """w.g <- -h (eq. 18, 20); w.weight, w.slope0, w.slope1 <- the diagonal and the two columns of its derivative by W."""
+    """w.g <- -h (eq. 18, 20); w.weight, w.slope <- the diagonal and the columns of its derivative by W."""
     n = q.shape[0]
-    weights_and_slopes(settings.joint_weights, q, w.weight, w.slope0, w.slope1)
+    weights_and_slopes(settings.joint_weights, q, w.weight, w.slope)
     for i in range(n):
         d = _from(q[i], q_reference[i], settings.endless[i])
         w.g[i] = w.weight[i] * d
-        w.slope0[i] *= d
-        w.slope1[i] *= d
+        for a in range(3):
+            w.slope[a, i] *= d
     if state.flags[0] == 1:
         kf = min(kf_and_slope(chain, w.Z, w.P, w.plate, w.kf_slope, w.C, w.H, w.L), 1e6)
-        surface = settings.condition_weights
-        weights_and_slopes(surface, q, w.weight_cond, w.slope_cond0, w.slope_cond1)
+        weights_and_slopes(settings.condition_weights, q, w.weight_cond, w.slope_cond)
+        if settings.gradient:
+            _down_the_gradient(settings, q, kf, chain, w)
+            return
         for i in range(n):
             d = _from(q[i], state.q_threshold[i], settings.endless[i])
             w.weight[i] += kf * w.weight_cond[i]
             w.g[i] += kf * w.weight_cond[i] * d
             w.kf_part[i] = w.weight_cond[i] * d
-            w.slope_cond0[i] *= kf * d
-            w.slope_cond1[i] *= kf * d
+            for a in range(3):
+                w.slope_cond[a, i] *= kf * d
 
 
 @numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
-def _add_slopes(axis: NDArray[np.int64], m: int, slope0: Array, slope1: Array, w: TrackerWork) -> None:
+def _down_the_gradient(settings: TrackerSettings, q: Array, kf: float, chain: ChainArrays, w: TrackerWork) -> None:
+    """Add h_cond in its gradient form to w.g, with its derivative in w.kf_bend and w.slope_cond.
+
+    Eq. 14 with p = (k_F - k_T)^2 / 2 above k_T, the threshold's, each joint by its weight: h_cond = -W (k_F - k_T) grad k_F. It
+    begins at nothing where the threshold is crossed, so that the posture does not jump there. The curvature of k_F comes from its
+    slopes at postures beside this one, joint by joint of the arm: no other joint has a part in it.
+    """
+    n = q.shape[0]
+    excess = max(0.0, kf - 1.0 / settings.threshold)
+    for i in range(n):
+        pull = excess * w.kf_slope[i]
+        w.kf_part[i] = 0.0
+        w.g[i] += w.weight_cond[i] * pull
+        for a in range(3):
+            w.slope_cond[a, i] *= pull
+        for k in range(n):
+            w.kf_bend[i, k] = 0.0
+    if excess == 0.0:
+        return
+    near = w.near
+    put(q, near.q)
+    for k in range(chain.arm_start, chain.arm_stop):
+        near.q[k] = q[k] + _BESIDE
+        forward(chain, near.q, near.Z, near.P, near.R, near.p, near.plate)
+        beside = kf_and_slope(chain, near.Z, near.P, near.plate, near.slope, w.C, w.H, w.L)
+        near.q[k] = q[k]
+        for i in range(chain.arm_start, chain.arm_stop):
+            bend = (near.slope[i] - w.kf_slope[i]) / _BESIDE if beside < np.inf else 0.0
+            w.kf_bend[i, k] = w.weight_cond[i] * (w.kf_slope[i] * w.kf_slope[k] + excess * bend)
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _add_slopes(axis: NDArray[np.int64], m: int, slope: Array, w: TrackerWork) -> None:
     """Add the derivative of the weights to w.C, in the columns of the axes that they depend on."""
     for b in range(m):
-        if w.free[b] == axis[0]:
-            for a in range(m):
-                w.C[a, b] += slope0[w.free[a]]
-        if w.free[b] == axis[1]:
-            for a in range(m):
-                w.C[a, b] += slope1[w.free[a]]
+        for k in range(3):
+            if w.free[b] == axis[k]:
+                for a in range(m):
+                    w.C[a, b] += slope[k, w.free[a]]
+
+
+@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+def _add_condition(settings: TrackerSettings, m: int, exact: bool, w: TrackerWork) -> None:
+    """Add the derivative of h_cond to w.C, but for its weights' part of the diagonal."""
+    _add_slopes(settings.condition_weights.axis, m, w.slope_cond, w)
+    if settings.gradient:
+        for a in range(m):
+            for b in range(m):
+                w.C[a, b] += w.kf_bend[w.free[a], w.free[b]]
+    elif exact:
+        for a in range(m):
+            for b in range(m):
+                w.C[a, b] += w.kf_part[w.free[a]] * w.kf_slope[w.free[b]]
 
 
 @numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
@@ -123,13 +172,9 @@ def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, ex
         for b in range(m):
             w.C[a, b] = -w.C[a, b]
         w.C[a, a] += w.weight[w.free[a]]
-    _add_slopes(settings.joint_weights.axis, m, w.slope0, w.slope1, w)
+    _add_slopes(settings.joint_weights.axis, m, w.slope, w)
     if acting:
-        _add_slopes(settings.condition_weights.axis, m, w.slope_cond0, w.slope_cond1, w)
-        if exact:
-            for a in range(m):
-                for b in range(m):
-                    w.C[a, b] += w.kf_part[w.free[a]] * w.kf_slope[w.free[b]]
+        _add_condition(settings, m, exact, w)
     for a in range(r):
         w.reduced[a] = 0.0
     for k in range(m):
@@ -225,7 +270,8 @@ def self_motion(
     """w.s[:m] <- the step in the null space. Returns the shift that it needed."""
     if w.split[0]:
         axes = settings.joint_weights.axis, settings.condition_weights.axis
-        return float(split_self_motion(chain, *axes, w.g.shape[0], m, acting, shift, multipliers, exact, w))
+        n = w.g.shape[0]
+        return float(split_self_motion(chain, *axes, n, m, acting, settings.gradient, shift, multipliers, exact, w))
     for b in range(6, m):
         for k in range(m):
             w.N[b, k] = 1.0 if k == b else 0.0

@@ -3,7 +3,7 @@
 The posture is extrapolated from the last ones, by the order that served best at the point before, and set right by
 Newton's method without shift or bound. What comes out counts only if nothing else was called for: no joint at a limit,
 a stable posture, self-motion within its bound, and a last step so small that the next one would change nothing. In all
-other cases the tracker goes its long way from the posture before, as if nothing had been tried.
+other cases, whichever form h_cond has, the tracker goes its long way from the posture before, as if nothing had been tried.
 """
 
 from __future__ import annotations

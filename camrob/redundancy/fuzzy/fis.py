@@ -1,12 +1,14 @@
-"""Fuzzy inference systems in the Fuzzy Logic Toolbox's text format (.fis), Mamdani type.
+"""Fuzzy inference systems in the Fuzzy Logic Toolbox's text format (.fis), Mamdani and Sugeno type.
 
-`FuzzySystem.evaluate` is the reference: scikit-fuzzy's membership functions and centroid. `evaluate_grid` does the same
-for many points at once, to compile surfaces; a test holds it to the reference.
+`FuzzySystem.evaluate` is the reference: scikit-fuzzy's membership functions and centroid (a Sugeno system's weighted average
+or sum needs no library). `evaluate_grid` does the same for many points at once, to compile surfaces; a test holds it to the
+reference.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +27,23 @@ _RULE = re.compile(
     r"((?:-?\d{1,3}\s+)*-?\d{1,3})\s*,\s*((?:\d{1,3}\s+)*\d{1,3})\s*\((1|1\.0*|0|0?\.\d+)\)\s*:\s*([12])", re.ASCII
 )  # terms of the inputs, terms of the outputs (weight, 0 to 1) : 1 for and, 2 for or
 _PARAMETERS = {"trimf": 3, "trapmf": 4, "gaussmf": 2, "gauss2mf": 4, "gbellmf": 3, "sigmf": 2, "zmf": 2, "smf": 2}
+# what each type may ask for; the toolbox writes ImpMethod and AggMethod of a Sugeno system, too, and heeds neither
+_METHODS: dict[str, dict[str, tuple[str, ...]]] = {
+    "mamdani": {
+        "AndMethod": ("min", "prod"),
+        "OrMethod": ("max",),
+        "ImpMethod": ("min", "prod"),
+        "AggMethod": ("max",),
+        "DefuzzMethod": ("centroid",),
+    },
+    "sugeno": {
+        "AndMethod": ("min", "prod"),
+        "OrMethod": ("max", "probor"),
+        "ImpMethod": ("min", "prod"),
+        "AggMethod": ("max", "sum"),
+        "DefuzzMethod": ("wtaver", "wtsum"),
+    },
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +95,11 @@ class FuzzyRule:
 
 @dataclass(frozen=True, slots=True)
 class FuzzySystem:
-    """A Mamdani system with min or prod for and and implication, max for or and aggregation, centroid."""
+    """A Mamdani system with min or prod for and and implication, max for or and aggregation, centroid; or a Sugeno system.
+
+    A Sugeno system's output terms are `constant` (one number) or `linear` (a factor for each input, then a constant); its
+    `defuzzification` is wtaver, the rules' average by their strengths, or wtsum, their sum.
+    """
 
     name: str
     inputs: tuple[FuzzyVariable, ...]
@@ -84,6 +107,9 @@ class FuzzySystem:
     rules: tuple[FuzzyRule, ...]
     conjunction: str = "min"
     implication: str = "min"
+    kind: str = "mamdani"
+    disjunction: str = "max"
+    defuzzification: str = "centroid"
 
     def _strengths(self, x: Array) -> Array:
         """Firing strengths (N, rules) at x (N, inputs), clipped to the ranges."""
@@ -99,7 +125,9 @@ class FuzzySystem:
                     degree = degrees[k][abs(term_number) - 1]
                     parts.append(1.0 - degree if term_number < 0 else degree)
             stacked = np.stack(parts)
-            if not rule.conjunction:
+            if not rule.conjunction and self.disjunction == "probor":
+                fired = 1.0 - (1.0 - stacked).prod(axis=0)
+            elif not rule.conjunction:
                 fired = stacked.max(axis=0)
             else:
                 fired = stacked.min(axis=0) if self.conjunction == "min" else stacked.prod(axis=0)
@@ -121,6 +149,8 @@ class FuzzySystem:
 
     def evaluate(self, x: Array) -> Array:
         """Outputs (outputs,) at one point x (inputs,), defuzzified by scikit-fuzzy: the reference."""
+        if self.kind == "sugeno":
+            return np.asarray(self._averaged(np.asarray(x, float)[None, :])[0])
         import skfuzzy
 
         strengths = self._strengths(np.asarray(x, float)[None, :])
@@ -132,6 +162,8 @@ class FuzzySystem:
 
     def evaluate_grid(self, x: Array) -> Array:
         """Outputs (N, outputs) at points x (N, inputs): centroids of the piecewise linear aggregates, all at once."""
+        if self.kind == "sugeno":
+            return self._averaged(x)
         strengths = self._strengths(x)
         out = np.empty((len(x), len(self.outputs)))
         for k in range(len(self.outputs)):
@@ -143,6 +175,23 @@ class FuzzySystem:
             out[:, k] = moment / area
         return out
 
+    def _averaged(self, x: Array) -> Array:
+        """Outputs (N, outputs) of a Sugeno system at x (N, inputs), clipped to the ranges."""
+        strengths = self._strengths(x)
+        clipped = np.clip(x, [v.lower for v in self.inputs], [v.upper for v in self.inputs])
+        out = np.empty((len(x), len(self.outputs)))
+        for k, output in enumerate(self.outputs):
+            total, weight = np.zeros(len(x)), np.zeros(len(x))
+            for r, rule in enumerate(self.rules):
+                if rule.outputs[k]:
+                    factors = np.array(output.terms[rule.outputs[k] - 1].parameters)
+                    total += strengths[:, r] * (
+                        clipped @ factors[:-1] + factors[-1] if len(factors) > 1 else factors[0]
+                    )
+                    weight += strengths[:, r]
+            out[:, k] = total / weight if self.defuzzification == "wtaver" else total
+        return out
+
 
 def read_fis(path: Path) -> FuzzySystem:
     """The system in a .fis file. Raises CellError with file and line."""
@@ -152,26 +201,22 @@ def read_fis(path: Path) -> FuzzySystem:
         raise CellError("can't be read", cure="put the engine's .fis file into the cell's folder", path=path) from None
     sections = _sections(lines, path)
     system = _Section(sections.get("System", {}), path, "System")
-    for key, allowed in (
-        ("Type", ("mamdani",)),
-        ("OrMethod", ("max",)),
-        ("AggMethod", ("max",)),
-        ("DefuzzMethod", ("centroid",)),
-        ("AndMethod", ("min", "prod")),
-        ("ImpMethod", ("min", "prod")),
-    ):
+    for key, allowed in (("Type", tuple(_METHODS)), *_METHODS.get(system.text("Type"), {}).items()):
         if system.text(key) not in allowed:
             raise system.fail(key, f"is {system.text(key)!r}", f"use {' or '.join(allowed)}")
+    kind = system.text("Type")
     if system.count("NumInputs") > MOST_INPUTS:
         raise system.fail("NumInputs", f"is {system.count('NumInputs')}", f"use {MOST_INPUTS} inputs or fewer")
-    inputs = tuple(_variable(sections, f"Input{i + 1}", path) for i in range(system.count("NumInputs")))
-    outputs = tuple(_variable(sections, f"Output{i + 1}", path) for i in range(system.count("NumOutputs")))
+    inputs = tuple(_variable(sections, f"Input{i + 1}", path, _PARAMETERS) for i in range(system.count("NumInputs")))
+    kinds = _PARAMETERS if kind == "mamdani" else {"constant": 1, "linear": len(inputs) + 1}
+    outputs = tuple(_variable(sections, f"Output{i + 1}", path, kinds) for i in range(system.count("NumOutputs")))
     rules = tuple(_rule(line, text, inputs, outputs, path) for text, line in sections.get("Rules", {}).values())
     if len(rules) != system.count("NumRules"):
         raise system.fail("NumRules", f"says {system.count('NumRules')}, there are {len(rules)}", "mend the count")
     result = FuzzySystem(
-        system.text("Name"), inputs, outputs, rules, system.text("AndMethod"), system.text("ImpMethod")
-    )
+        system.text("Name"), inputs, outputs, rules, system.text("AndMethod"), system.text("ImpMethod"), kind,
+        system.text("OrMethod"), system.text("DefuzzMethod"),
+    )  # fmt: skip
     _check_covered(result, path)
     return result
 
@@ -233,7 +278,10 @@ class _Section:
         return values
 
 
-def _variable(sections: dict[str, dict[str, tuple[str, int]]], name: str, path: Path) -> FuzzyVariable:
+def _variable(
+    sections: dict[str, dict[str, tuple[str, int]]], name: str, path: Path, kinds: Mapping[str, int]
+) -> FuzzyVariable:
+    """An input or output whose terms are of one of `kinds`, which take so many numbers."""
     section = _Section(sections.get(name, {}), path, name)
     span = section.numbers("Range", section.raw("Range"))
     if len(span) != 2 or not span[0] < span[1]:
@@ -241,14 +289,12 @@ def _variable(sections: dict[str, dict[str, tuple[str, int]]], name: str, path: 
     terms = []
     for i in range(section.count("NumMFs")):
         key = f"MF{i + 1}"
-        match = re.fullmatch(r"'([^']*)'\s*:\s*'([^']*)'\s*,\s*(\[[^\]]*\])", section.raw(key))
-        if match is None or match[2] not in _PARAMETERS:
-            raise section.fail(
-                key, "is no term", f"write 'name':'kind',[numbers], kind one of {', '.join(_PARAMETERS)}"
-            )
+        match = re.fullmatch(r"'([^']*)'\s*:\s*'([^']*)'\s*,\s*(\[[^\]]*\]|[^\[\]]+)", section.raw(key))
+        if match is None or match[2] not in kinds:
+            raise section.fail(key, "is no term", f"write 'name':'kind',[numbers], kind one of {', '.join(kinds)}")
         parameters = section.numbers(key, match[3])
-        if len(parameters) != _PARAMETERS[match[2]]:
-            raise section.fail(key, f"has {len(parameters)} numbers", f"{match[2]} takes {_PARAMETERS[match[2]]}")
+        if len(parameters) != kinds[match[2]]:
+            raise section.fail(key, f"has {len(parameters)} numbers", f"{match[2]} takes {kinds[match[2]]}")
         flaw = _flaw(match[2], parameters)
         if flaw:
             raise section.fail(key, flaw, "see the toolbox's description of the function")
@@ -287,13 +333,26 @@ def _check_covered(system: FuzzySystem, path: Path) -> None:
     x = np.stack([g.ravel() for g in grids], axis=1)
     strengths = system._strengths(x)
     for k, output in enumerate(system.outputs):
-        universe = np.linspace(output.lower, output.upper, SAMPLES)
-        for term in (output.terms[t - 1] for t in {rule.outputs[k] for rule in system.rules} if t):
-            if term(universe).max() < 1e-3:
-                what = f"term {term.name!r} of {output.name} lies outside of its Range"
-                raise CellError(what, cure="move it inside", path=path)
+        if system.kind == "mamdani":
+            _check_terms(output, {rule.outputs[k] for rule in system.rules} - {0}, path)
         concluding = [r for r, rule in enumerate(system.rules) if rule.outputs[k]]
         fired = strengths[:, concluding].max(axis=1) if concluding else np.zeros(len(x))
         if np.any(fired < 1e-6):
             where = ", ".join(f"{v.name} {g:g}" for v, g in zip(system.inputs, x[int(np.argmin(fired))], strict=True))
             raise CellError(f"no rule gives {output.name} at {where}", cure="cover the whole range by rules", path=path)
+    if system.kind == "sugeno":
+        values = system.evaluate_grid(x)
+        least = np.unravel_index(int(np.argmin(values)), values.shape)
+        if not values[least] > 0.0:
+            where = ", ".join(f"{v.name} {g:g}" for v, g in zip(system.inputs, x[least[0]], strict=True))
+            what = f"{system.outputs[int(least[1])].name} is {values[least]:g} at {where}"
+            raise CellError(what, cure="a weight is above 0: raise the terms", path=path)
+
+
+def _check_terms(output: FuzzyVariable, used: set[int], path: Path) -> None:
+    """Terms that a Mamdani system's rules conclude must lie within the output's range."""
+    universe = np.linspace(output.lower, output.upper, SAMPLES)
+    for term in (output.terms[t - 1] for t in used):
+        if term(universe).max() < 1e-3:
+            what = f"term {term.name!r} of {output.name} lies outside of its Range"
+            raise CellError(what, cure="move it inside", path=path)

@@ -15,6 +15,7 @@ from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.refinement import Course, arm_along
 from camrob.redundancy.planning.waypoints import Waypoints
 from camrob.redundancy.published.virtual_joint import PathTracker
+from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Revision
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -45,7 +46,7 @@ def serve(
     `still` locks the external axes to the draft's. margin (n,): what the joints keep from their limits, where the draft does.
     Raises UnreachableError, LimitError or SingularError where the tracker can't follow.
     """
-    tracker = PathTracker(cell, path, fuzzy=False)
+    tracker = PathTracker(cell, path, weighting=even_weights(cell))
     locked = np.zeros(len(cell), np.bool_)
     if still:
         locked[space.free[: len(space.free) - space.roll]] = True

@@ -42,6 +42,7 @@ from camrob.redundancy.planning.retracts import with_retracts
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.planning.waypoints import Waypoints, waypoints
 from camrob.redundancy.published.virtual_joint import PathTracker, resolve_vjm
+from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Solution
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -225,7 +226,7 @@ def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str,
 def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
     """The error for a waypoint that no posture reaches."""
     point = int(w.point[k])
-    state = PathTracker(cell, path, fuzzy=False).home()
+    state = PathTracker(cell, path, weighting=even_weights(cell)).home()
     base_T_target = np.asarray(w.base_T_tip[k])  # frames: target is tip
     return explain_failure(cell, Arm.of(cell), path, point, base_T_target, FAILED_NOT_REACHED, state)
 

@@ -21,13 +21,13 @@ from camrob.progress import Share
 from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import TRACKED, TrackerSettings, TrackState, track
 from camrob.redundancy.free_frames import refine, rotation_minimising
-from camrob.redundancy.fuzzy.surfaces import compile_surface, constant_surface
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
 from camrob.redundancy.published.revision import revise_posture
+from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
 from camrob.se3 import pose
 
-__all__ = ["Attempt", "Failure", "PathTracker", "resolve_vjm", "standing_joints"]
+__all__ = ["Attempt", "Failure", "PathTracker", "postures_along", "resolve_vjm", "standing_joints"]
 
 Array = NDArray[np.float64]
 
@@ -42,18 +42,28 @@ def resolve_vjm(
     cell: Cell,
     path: ToolPathInBase,
     *,
-    fuzzy: bool = True,
+    weighting: Weighting | None = None,
     revise: bool = True,
     progress: Share | None = None,
 ) -> Solution:
     """Postures along a path by the published method (eq. 12, 15 to 20; section 3.2), starting at HOME.
 
-    `fuzzy` False weighs all joints alike, `revise` False leaves the posture alone between regions (for comparison). A
+    `weighting` stands in for the cell's engines, `revise` False leaves the posture alone between regions (for comparison). A
     revision is kept only if the region, tried to its end both ways, does not have a lower minimum of 1/k_F with it. After a
     revision the external axes are held where it left them: the reference posture is the arm's.
     Raises UnreachableError, LimitError or SingularError with line, region, axis and distance.
     """
-    tracker = PathTracker(cell, path, fuzzy=fuzzy)
+    q, inv_kf, revisions = postures_along(
+        PathTracker(cell, path, weighting=weighting), revise=revise, progress=progress
+    )
+    return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), _findings(revisions, path))
+
+
+def postures_along(
+    tracker: PathTracker, *, revise: bool = True, progress: Share | None = None
+) -> tuple[Array, Array, list[Revision]]:
+    """What `resolve_vjm` makes a solution of: postures (N, n), 1/k_F (N,), and revisions of a tracker's path."""
+    cell, path = tracker.cell, tracker.path
     blocks = _blocks(path)
     state = tracker.home()
     reference = cell.q_reference.copy()
@@ -70,7 +80,7 @@ def resolve_vjm(
         state = attempt.state
         if progress is not None:
             progress(block.stop / len(path))
-    return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), _findings(revisions, path))
+    return q, inv_kf, revisions
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,21 +249,26 @@ def _self_motion_bounds(
 class PathTracker:
     """The tracker bound to a cell and a path; every call takes and gives states, nothing is kept between calls."""
 
-    def __init__(self, cell: Cell, path: ToolPathInBase, *, fuzzy: bool = True) -> None:
+    def __init__(self, cell: Cell, path: ToolPathInBase, *, weighting: Weighting | None = None) -> None:
         self.cell, self.path = cell, path
         self.chain = chain_arrays(cell)
         self.arm = Arm.of(cell)
-        even = constant_surface(np.full(len(cell), cell.resolve.joint_engine.default_weight))
+        self.weigh(engine_weighting(cell) if weighting is None else weighting)
+        self._speed = np.where(np.isfinite(cell.limits_of("speed")), cell.limits_of("speed"), np.inf)
+
+    def weigh(self, weighting: Weighting) -> None:
+        """Take other weights from now on."""
+        cell = self.cell
         self.settings = TrackerSettings(
             cell.q_lower,
             cell.q_upper,
             cell.endless,
-            compile_surface(cell, cell.resolve.joint_engine) if fuzzy else even,
-            compile_surface(cell, cell.resolve.condition_engine) if fuzzy else even,
-            cell.resolve.threshold,
+            weighting.joint,
+            weighting.condition,
+            weighting.threshold,
             standing_joints(cell),
+            weighting.gradient,
         )
-        self._speed = np.where(np.isfinite(cell.limits_of("speed")), cell.limits_of("speed"), np.inf)
 
     def at(self, q: Array) -> TrackState:
         """The state of a tracker that starts in posture q (n,)."""

@@ -19,6 +19,7 @@ from camrob.report.page.viewer import ROLE_COLORS, scene_data
 from camrob.report.post.feed_sections import feed_section, torque_chart, torque_section
 from camrob.report.post.plan_section import plan_section
 from camrob.report.post.sections import cards, headline, regions_table, verdict, warnings_table
+from camrob.report.post.weights_section import weights_chart, weights_told
 from camrob.summaries.post_summary import PostSummary
 
 __all__ = ["post_report"]
@@ -60,7 +61,8 @@ def post_report(
     found = list(findings)
     threshold = cell.resolve.threshold
     names = {r.index: r.name or f"region {r.index}" for r in summary.regions}
-    charts = _charts(cell, path, solution, names, others, best) + _motion_charts(cell, path, names, reached, torques)
+    charts = _charts(cell, path, solution, names, others, best) + _weights(cell, path, solution, names)
+    charts += _motion_charts(cell, path, names, reached, torques)
     scene = scene_data(
         cell,
         path,
@@ -138,6 +140,16 @@ def _charts(
     return [
         {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
     ]
+
+
+def _weights(cell: Cell, path: ToolPathInBase, solution: Solution, names: Mapping[int, str]) -> list[Chart]:
+    """What weighed the joints, where the published method made the postures and an engine weighs any of them."""
+    found = weights_told(cell, path, solution) if cell.resolve.joint_engine.weights else None
+    if found is None:
+        return []
+    chart, told = weights_chart(cell, Along.of(path, names), path, found)
+    title = f"Weights of the reference posture, by {escape(cell.resolve.joint_engine.file)}"
+    return [{"id": "weights", "title": title, "caption": told, **chart}]
 
 
 def _motion_charts(

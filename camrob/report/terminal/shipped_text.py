@@ -6,10 +6,16 @@ from rich.console import Group, RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from camrob.report.words import shown_text
-from camrob.summaries.shipped_summary import CellListSummary, ListedCell, NewCellSummary, SamplesSummary
+from camrob.report.words import shown_number, shown_text
+from camrob.summaries.shipped_summary import (
+    CellListSummary,
+    ConditionSummary,
+    ListedCell,
+    NewCellSummary,
+    SamplesSummary,
+)
 
-__all__ = ["render_cells", "render_new_cell", "render_samples"]
+__all__ = ["render_cells", "render_condition", "render_new_cell", "render_samples"]
 
 _INDENT = (0, 0, 0, 2)  # above, right, below, left
 
@@ -30,6 +36,18 @@ def render_cells(summary: CellListSummary) -> RenderableType:
 def _lacks(cell: ListedCell) -> str:
     missing = [name for name, there in (("[controller]", cell.controller), ("[resolve]", cell.resolve)) if not there]
     return f"; without {' and '.join(missing)}, which post needs" if missing else ""
+
+
+def render_condition(summary: ConditionSummary) -> RenderableType:
+    """The length, the condition number, and the posture."""
+    best = f"k_F {shown_number(summary.kf, 4)} (1/k_F {shown_number(summary.inv_kf, 4)}) at best"
+    posture = ", ".join(f"{axis} {shown_number(value)}" for axis, value in summary.posture.items())
+    return Group(
+        Text(f"{summary.cell}: {best}", style="bold"),
+        Text(f"characteristic length {shown_number(summary.characteristic_length_mm)} mm; "
+             f"cell.toml has {shown_number(summary.stated_mm)} mm"),
+        Text(f"posture {posture}; HOME has 1/k_F {shown_number(summary.home_inv_kf, 3)}"),
+    )  # fmt: skip
 
 
 def render_new_cell(summary: NewCellSummary) -> RenderableType:

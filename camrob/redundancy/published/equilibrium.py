@@ -1,0 +1,116 @@
+"""Where a solution of the published method stands off the method's own equilibrium, and the weights along it.
+
+Algorithm 1 ends where self-motion has nothing left to gain: N^T h = 0. Followed without a bound, table and track jump where that
+posture folds over; camrob bounds self-motion by the tool's own motion and the axes' speeds (`virtual_joint`), so that the posture
+lags behind there. How far is worked out from the postures alone, in plain NumPy and SciPy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
+from camrob.frozen import locked
+from camrob.kinematics.frames import base_T_joint_frames, base_T_tool
+from camrob.redundancy.fuzzy.surfaces import WeightSurface
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.published.virtual_joint import standing_joints
+from camrob.redundancy.published.weighting import engine_weighting
+from camrob.redundancy.solution import Solution
+
+__all__ = ["Equilibrium", "equilibrium", "weights_along"]
+
+Array = NDArray[np.float64]
+
+_AT_LIMIT = 1e-9  # rad, m from a limit at which a joint stands there and is no longer free
+_LEFT = 1e-6  # rad, m times a weight that may be left along self-motion: the tracker's own answer leaves some 1e-10
+
+
+@dataclass(frozen=True, slots=True)
+class Equilibrium:
+    """Along a path of N points: weights (N, n) of h_jnt; acting (N,): h_cond has a part in the point; bounded (N,): the posture
+    lags behind the equilibrium of h_jnt, since self-motion was bounded (False where h_cond acts: that isn't told apart).
+    """
+
+    weights: Array
+    acting: NDArray[np.bool_]
+    bounded: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "weights", locked(self.weights, shape=(None, None), name="weights"))
+        for name in ("acting", "bounded"):
+            object.__setattr__(
+                self, name, locked(getattr(self, name), shape=(len(self.weights),), dtype=np.bool_, name=name)
+            )
+
+
+def equilibrium(cell: Cell, path: ToolPathInBase, solution: Solution) -> Equilibrium:
+    """What weighed the joints along a solution of `resolve_vjm`, and where it stands off the published equilibrium.
+
+    Raises CellError for an engine that can't be read.
+    """
+    weighting = engine_weighting(cell)
+    q = np.asarray(solution.q)
+    weights = weights_along(weighting.joint, q)
+    apart = q - _references(cell, path, solution)
+    apart = np.where(cell.endless, apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi)), apart)
+    free = (q > cell.q_lower + _AT_LIMIT) & (q < cell.q_upper - _AT_LIMIT) | cell.endless
+    free &= ~standing_joints(cell)
+    h = np.where(free, -weights * apart, 0.0)
+    rows = _jacobians(cell, q) * free[:, None, :]
+    unseen = h - np.einsum("kij,kj->ki", np.linalg.pinv(rows), np.einsum("kij,kj->ki", rows, h))
+    left = np.linalg.norm(unseen, axis=1)
+    before = np.concatenate([[np.inf], np.asarray(solution.inv_kf)[:-1]])
+    acting = before < weighting.threshold
+    return Equilibrium(weights, acting, (left > _LEFT) & ~acting)
+
+
+def weights_along(surface: WeightSurface, q: Array) -> Array:
+    """Weights (N, n) that a compiled engine gives postures q (N, n)."""
+    table = surface.table
+    axes: list[Array] = []
+    places: list[Array] = []
+    for k, nodes in reversed(list(enumerate((surface.nodes0, surface.nodes1, surface.nodes2)))):
+        if len(nodes) == 1:
+            table = np.asarray(np.take(table, 0, axis=k))
+            continue
+        falling = bool(nodes[0] > nodes[-1])
+        axes.insert(0, nodes[::-1] if falling else nodes)
+        table = np.flip(table, k) if falling else table
+        places.insert(0, np.clip(q[:, surface.axis[k]], np.min(nodes), np.max(nodes)))
+    return np.asarray(RegularGridInterpolator(axes, table)(np.stack(places, axis=1)))
+
+
+def _references(cell: Cell, path: ToolPathInBase, solution: Solution) -> Array:
+    """(N, n) the reference posture of each point: a kept revision holds the external axes about where it left them."""
+    reference = np.tile(cell.q_reference, (len(path), 1))
+    external = [*cell.indices(Role.WORKPIECE), *cell.indices(Role.CARRIAGE)]
+    for revision in solution.revisions:
+        if revision.kept:
+            after = slice(revision.point + 1, None)
+            if revision.by_axes:
+                reference[after] += revision.q[-1] - revision.q[0]
+            else:
+                reference[after, external] = revision.q[-1, external]
+    return reference
+
+
+def _jacobians(cell: Cell, q: Array) -> Array:
+    """Geometric Jacobians (N, 6, n) of the tool's tip, rows (v, w)."""
+    frames = base_T_joint_frames(cell, q)
+    tip = base_T_tool(cell, q)[:, :3, 3]
+    last = cell.indices(Role.ARM)[-1]
+    columns = []
+    base_T_row = np.broadcast_to(cell.base_T_first, (len(q), 4, 4))  # frames: row is first
+    for i, joint in enumerate(cell.joints):
+        base_T_joint = base_T_row @ joint.before  # frames: row ends where the joint begins
+        z, p = base_T_joint[:, :3, 2], base_T_joint[:, :3, 3]
+        v = z if joint.prismatic else np.cross(z, tip - p)
+        columns.append(np.concatenate([v, np.zeros_like(z) if joint.prismatic else z], axis=1))
+        base_T_row = frames[i] if i != last else frames[i] @ cell.wrist_T_flange @ cell.flange_T_tool
+    return np.stack(columns, axis=2)
