@@ -143,7 +143,8 @@ def test_refused_placements_are_hatched_and_counted_with_texts_inert():
 @pytest.mark.parametrize("name", ["kr500_afp", "rx160_tracker"])
 def test_a_cell_without_spare_freedom_is_bounded_by_its_branches_and_not_planned(name):
     """No external axis and no roll: the bound is that of the branches at the pose, at least HOME's own."""
-    cell = read_cell(ROOT / "cells" / name)
+    settings = read_cell(ROOT / "cells" / "kr15_track_table").resolve_section  # the cell has none of its own
+    cell = replace(read_cell(ROOT / "cells" / name), resolve_section=settings)
     assert not len(plan_space(cell).free)
     q = cell.q_home + 0.1
     tool = base_T_tool(cell, q)
