@@ -59,9 +59,10 @@ def simulated(
     R = np.stack([generator.turn(w) for w in np.deg2rad(rng.normal(0, turned, (len(at), 3)))]) @ T[:, :3, :3]
     columns = {"t": at, **{n: p[:, k] for k, n in enumerate("xyz")}}
     columns |= {
-        "a": np.rad2deg(np.arctan2(R[:, 1, 0], R[:, 0, 0])), "b": np.rad2deg(-np.arcsin(R[:, 2, 0])),
+        "a": np.rad2deg(np.arctan2(R[:, 1, 0], R[:, 0, 0])),
+        "b": np.rad2deg(-np.arcsin(R[:, 2, 0])),
         "c": np.rad2deg(np.arctan2(R[:, 2, 1], R[:, 2, 2])),
-    }  # fmt: skip
+    }
     columns |= {n: encoder[:, k] * EDGE[k] for k, n in enumerate(generator.AXES)}
     columns |= {f"c{n}": setpoint[:, k] * EDGE[k] for k, n in enumerate(generator.AXES)}
     columns |= {"temp": 21.0 + 10.0 * (1 - np.exp(-at / 30.0))}

@@ -36,9 +36,14 @@ def column() -> Cell:
     first = np.eye(4)
     first[:3, 3] = [-0.803, 0.0, -0.305]
     return replace(
-        cell, joints=tuple(joints), base_T_first=first, base_follows_table=False, controller_section=None,
-        resolve_section=None, shapes=(),
-    )  # fmt: skip
+        cell,
+        joints=tuple(joints),
+        base_T_first=first,
+        base_follows_table=False,
+        controller_section=None,
+        resolve_section=None,
+        shapes=(),
+    )
 
 
 def edge(cell: Cell, axis: np.ndarray) -> np.ndarray:
@@ -53,9 +58,16 @@ def axis_columns(cell: Cell, axis: np.ndarray, prefix: str = "") -> dict[str, np
 
 
 def log_of(
-    cell: Cell, t: np.ndarray, axis: np.ndarray, errors: Mapping[str, float], *, sigma_mm: float = 0.02, seed: int = 0,
-    more: Mapping[str, np.ndarray] | None = None, **facts: Any,
-) -> MeasurementLog:  # fmt: skip
+    cell: Cell,
+    t: np.ndarray,
+    axis: np.ndarray,
+    errors: Mapping[str, float],
+    *,
+    sigma_mm: float = 0.02,
+    seed: int = 0,
+    more: Mapping[str, np.ndarray] | None = None,
+    **facts: Any,
+) -> MeasurementLog:
     """A log of a cell with constant errors (terms of the error model) at SI axis values (N, k), encoders and set-points alike."""
     values = edge(cell, axis)
     poses = ErrorModel.of(cell, list(errors)).poses(np.array(list(errors.values())), cell.to_q(values))

@@ -134,7 +134,10 @@ TOOL[2, 3], OTHER_TOOL[2, 3] = 0.1, 0.2
 def judged(story: Story, run: Run, **terms) -> Comparison:
     """Compared with the part's frame in `base`, one tool, HOME at A1 = 0."""
     known = {
-        "base_T_part": np.eye(4), "tools": {0: TOOL}, "home": np.zeros(2), "endless": np.zeros(2, bool),
+        "base_T_part": np.eye(4),
+        "tools": {0: TOOL},
+        "home": np.zeros(2),
+        "endless": np.zeros(2, bool),
         "rapid": float(mm_min_to_m_s(RAPID)),
-    }  # fmt: skip
+    }
     return compare(story, run, Terms(**{**known, **terms}))

@@ -31,16 +31,25 @@ def main() -> None:
         }
         names = {k: region.name for k, region in enumerate(job.toolpath.regions)}
         figure_conditioning(
-            job.path, solution, file=HERE / name / "conditioning.png", threshold=job.cell.resolve.threshold,
-            names=names, comparison=others,
-        )  # fmt: skip
+            job.path,
+            solution,
+            file=HERE / name / "conditioning.png",
+            threshold=job.cell.resolve.threshold,
+            names=names,
+            comparison=others,
+        )
         if name == "carving":
             mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(job.part))
             at = int(np.flatnonzero(job.path.region == 0)[2200])
             figure_overview(
-                job.cell, job.path, solution, file=HERE / name / "overview.png", point=at, part_mesh=mesh,
+                job.cell,
+                job.path,
+                solution,
+                file=HERE / name / "overview.png",
+                point=at,
+                part_mesh=mesh,
                 base_T_part=np.asarray(job.setup.base_T_part),
-            )  # fmt: skip
+            )
 
 
 if __name__ == "__main__":

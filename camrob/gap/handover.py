@@ -97,14 +97,22 @@ def _calibration(
     oriented = any(bool(s.seen[:, 3:].any()) for s in model.scenes)
     warnings = [f"diagnosed, not calibrated: {name} was found too and is not corrected by this" for name in left]
     return Calibration(
-        cell_name=cell.name, cell_digest=robot_digest(cell), parameters=parameters,
+        cell_name=cell.name,
+        cell_digest=robot_digest(cell),
+        parameters=parameters,
         errors={
-            "nominal/withheld": _size(shrunk.before), "calibrated/withheld": _size(shrunk.after),
+            "nominal/withheld": _size(shrunk.before),
+            "calibrated/withheld": _size(shrunk.after),
         },
-        condition=float(singular[0] / singular[-1]), observability=(seen.o1, seen.o2, seen.o3, seen.o4, seen.o5),
-        scatter_position=float(model.noise), logs=tuple((s.name, s.log.digest) for s in model.scenes),
-        rows=rows, outliers=model.outliers, oriented=oriented, warnings=tuple(warnings),
-    )  # fmt: skip
+        condition=float(singular[0] / singular[-1]),
+        observability=(seen.o1, seen.o2, seen.o3, seen.o4, seen.o5),
+        scatter_position=float(model.noise),
+        logs=tuple((s.name, s.log.digest) for s in model.scenes),
+        rows=rows,
+        outliers=model.outliers,
+        oriented=oriented,
+        warnings=tuple(warnings),
+    )
 
 
 def _size(errors: Array) -> ErrorSize:

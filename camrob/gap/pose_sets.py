@@ -42,9 +42,11 @@ def _frames_of(log: MeasurementLog, scenes: Sequence[Scene]) -> Frames:
     """Frame and target of the logs that a log names as having its own, open where it names none."""
     left, right = _named(scenes, log.info.same_frame_as), _named(scenes, log.info.same_target_as)
     return Frames(
-        left.frames.left if left is not None else np.eye(4), right.frames.right if right is not None else np.eye(4),
-        fitted_left=left is None, fitted_right=right is None,
-    )  # fmt: skip
+        left.frames.left if left is not None else np.eye(4),
+        right.frames.right if right is not None else np.eye(4),
+        fitted_left=left is None,
+        fitted_right=right is None,
+    )
 
 
 def withheld_scene(log: MeasurementLog, cell: Cell, scenes: Sequence[Scene]) -> Scene:

@@ -123,12 +123,17 @@ def tune_engines(
     stem = Path(settings.file).stem
     fits: dict[str, Sequence[Fitted]] = {
         name: [
-            fit(trained, budget=budget, seed=seed, of=engine,
-                progress=part_of(stage_of(progress, f"fit {name}"), seed, seeds))
+            fit(
+                trained,
+                budget=budget,
+                seed=seed,
+                of=engine,
+                progress=part_of(stage_of(progress, f"fit {name}"), seed, seeds),
+            )
             for seed in range(seeds)
         ]
         for name, fit in (("constant", fit_constant), ("engine", fit_engine))
-    }  # fmt: skip
+    }
     own = judges.way(_RULES, [engine_weighting(machine)])
     names = {"engine": f"{stem}_rules.fis", "constant": f"{stem}_constant.fis"}
     ways = (own, *(_way(judges, name, fits[name], names[name]) for name in ("engine", "constant")))

@@ -125,9 +125,16 @@ def _worked(region: Region, index: int, base_T_part: Array, stretch: int) -> _Pi
     """A region's own points, each once."""
     n = len(region)
     piece = _Piece(
-        region.position @ base_T_part[:3, :3].T + base_T_part[:3, 3], region.axis @ base_T_part[:3, :3].T,
-        region.move, region.feed, region.line, np.full(n, index), np.arange(n), np.ones(n, np.bool_), np.full(n, stretch),
-    )  # fmt: skip
+        region.position @ base_T_part[:3, :3].T + base_T_part[:3, 3],
+        region.axis @ base_T_part[:3, :3].T,
+        region.move,
+        region.feed,
+        region.line,
+        np.full(n, index),
+        np.arange(n),
+        np.ones(n, np.bool_),
+        np.full(n, stretch),
+    )
     piece = _without_repeats(piece, np.arange(1, n))
     return replace(piece, safe=_air_points(piece.move))
 
@@ -142,10 +149,16 @@ def _air(points: Sequence[tuple[Array, Array]], stretch: int) -> _Piece:
     """camrob's own points through air."""
     n = len(points)
     return _Piece(
-        np.array([t for t, _ in points]).reshape(n, 3), np.array([a for _, a in points]).reshape(n, 3),
-        np.full(n, int(Move.LINK), np.int8), np.full(n, np.nan), np.zeros(n, np.int64), np.full(n, TRANSIT),
-        np.full(n, -1), np.ones(n, np.bool_), np.full(n, stretch),
-    )  # fmt: skip
+        np.array([t for t, _ in points]).reshape(n, 3),
+        np.array([a for _, a in points]).reshape(n, 3),
+        np.full(n, int(Move.LINK), np.int8),
+        np.full(n, np.nan),
+        np.zeros(n, np.int64),
+        np.full(n, TRANSIT),
+        np.full(n, -1),
+        np.ones(n, np.bool_),
+        np.full(n, stretch),
+    )
 
 
 def _without_repeats(piece: _Piece, suspects: NDArray[np.int64]) -> _Piece:

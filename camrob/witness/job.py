@@ -102,9 +102,7 @@ def _vertices(body: Body) -> Array:
 
 def _tool(fields: Fields) -> Tool:
     """One [tool]."""
-    fields.none_but(
-        "number", "name", "flange_to_tool", "diameter_mm", "length_mm", "mass_kg", "center_of_mass_mm"
-    )  # fmt: skip
+    fields.none_but("number", "name", "flange_to_tool", "diameter_mm", "length_mm", "mass_kg", "center_of_mass_mm")
     diameter, length = fields.maybe("diameter_mm"), fields.maybe("length_mm")
     for key, value in (("diameter_mm", diameter), ("length_mm", length)):
         if value is not None and value <= 0.0:
@@ -161,9 +159,7 @@ def _body(fields: Fields) -> Body:
 def read_job(path: Path) -> Job:
     """The set-up of a setup.toml. Raises SetupError, naming file and key."""
     top = read_toml(path, SetupError)
-    top.none_but(
-        "part_in_base", "tool", "part", "stock", "units", "dialect", *_MEASURES, *_LENGTHS, "spindle_rpm"
-    )  # fmt: skip
+    top.none_but("part_in_base", "tool", "part", "stock", "units", "dialect", *_MEASURES, *_LENGTHS, "spindle_rpm")
     speeds = {key: top.maybe(key) for key in (*_MEASURES, "spindle_rpm")}
     lengths = {key: top.maybe(key) for key in _LENGTHS}
     for key, value in (speeds | lengths).items():

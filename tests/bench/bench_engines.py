@@ -124,11 +124,22 @@ def judged(judge: Judge, weighting: Weighting, revise: bool = True, hold: Iterab
 
 def rows_of(way: str, seed: int, members, merits: list[Merit]) -> list[dict]:
     return [
-        {"way": way, "seed": seed, "kind": m.kind, "path": m.seed, "price": r.price, "followed": int(r.followed),
-         "inv_kf_mean": r.inv_kf_mean, "inv_kf_min": r.inv_kf_min, "E1_mm": 1e3 * r.travel["E1"],
-         "E2_deg": np.degrees(r.travel["E2"]), "held": r.held, "margin_deg": np.degrees(r.margin)}
+        {
+            "way": way,
+            "seed": seed,
+            "kind": m.kind,
+            "path": m.seed,
+            "price": r.price,
+            "followed": int(r.followed),
+            "inv_kf_mean": r.inv_kf_mean,
+            "inv_kf_min": r.inv_kf_min,
+            "E1_mm": 1e3 * r.travel["E1"],
+            "E2_deg": np.degrees(r.travel["E2"]),
+            "held": r.held,
+            "margin_deg": np.degrees(r.margin),
+        }
         for m, r in zip(members, merits, strict=True)
-    ]  # fmt: skip
+    ]
 
 
 def measured(fits) -> list[dict]:
@@ -233,8 +244,10 @@ def table(rows: list[dict], fits, budget: int) -> str:
             mine = [r for r in rows if r["way"] == way and r["kind"] == f"sample {name}"]
             cells.append(
                 f"{figure(mine)}; {mean(mine, 'inv_kf_mean'):.3f}, {mean(mine, 'inv_kf_min'):.3f}; {mean(mine, 'E1_mm'):.0f}; "
-                f"{100 * mean(mine, 'held'):.1f} %" if any(r["followed"] for r in mine) else "not followed"
-            )  # fmt: skip
+                f"{100 * mean(mine, 'held'):.1f} %"
+                if any(r["followed"] for r in mine)
+                else "not followed"
+            )
         out.append(f"| {way} | " + " | ".join(cells) + " |")
     out += [
         "",

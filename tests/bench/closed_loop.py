@@ -68,9 +68,10 @@ def run_on_cell(program: Path, apply: Callable[[generator.World], None], seed: i
     columns = {"t": at, "line": np.asarray(ran.line)[ROWS].astype(float)}
     columns |= {n: p[:, k] for k, n in enumerate("xyz")}
     columns |= {
-        "a": np.arctan2(R[:, 1, 0], R[:, 0, 0]) / DEG, "b": -np.arcsin(R[:, 2, 0]) / DEG,
+        "a": np.arctan2(R[:, 1, 0], R[:, 0, 0]) / DEG,
+        "b": -np.arcsin(R[:, 2, 0]) / DEG,
         "c": np.arctan2(R[:, 2, 1], R[:, 2, 2]) / DEG,
-    }  # fmt: skip
+    }
     columns |= {n: encoder[:, k] * EDGE[k] for k, n in enumerate(generator.AXES)}
     columns |= {f"c{n}": setpoint[:, k] * EDGE[k] for k, n in enumerate(generator.AXES)}
     info = LogInfo(sigma_position=SIGMA_MM * 1e-3, sigma_angle=SIGMA_DEG * DEG, program=program.name)
@@ -115,23 +116,33 @@ def close_loop(program: Path, out: Path, apply: Callable[[generator.World], None
         for name, e in errors.items()
     }
     return {
-        "program": program.name, "samples": len(first), "status": said.status,
+        "program": program.name,
+        "samples": len(first),
+        "status": said.status,
         "found": [[e.effect, list(e.axes), e.probability] for e in said.claimed],
-        "handed_over": list(said.compensable.effects), "left": list(said.compensable.left),
-        "gap": {"before_mm": said.together.rms_before_mm, "all_effects_mm": said.together.rms_after_mm,
-                "compensable_mm": said.compensable.rms_after_mm, "noise_mm": said.gap.noise_mm},
+        "handed_over": list(said.compensable.effects),
+        "left": list(said.compensable.left),
+        "gap": {
+            "before_mm": said.together.rms_before_mm,
+            "all_effects_mm": said.together.rms_after_mm,
+            "compensable_mm": said.compensable.rms_after_mm,
+            "noise_mm": said.gap.noise_mm,
+        },
         "off_path": sizes,
-    }  # fmt: skip
+    }
 
 
 def table(loop: dict) -> str:
     """The figures for people."""
     found = ", ".join(f"{e} {' '.join(a)} ({100 * p:.0f} %)".replace("  ", " ") for e, a, p in loop["found"])
     lines = [
-        f"# The loop closed: {loop['program']}, {loop['samples']} samples", "",
+        f"# The loop closed: {loop['program']}, {loop['samples']} samples",
+        "",
         f"Found: {found}. Handed to compensate: {', '.join(loop['handed_over'])}. Left: {', '.join(loop['left']) or 'nothing'}.",
-        "", "| distance from the programmed path | rms mm | 95 % mm | worst mm |", "| --- | --- | --- | --- |",
-    ]  # fmt: skip
+        "",
+        "| distance from the programmed path | rms mm | 95 % mm | worst mm |",
+        "| --- | --- | --- | --- |",
+    ]
     for name, e in loop["off_path"].items():
         lines.append(f"| {name} | {e['rms_mm']:.3f} | {e['p95_mm']:.3f} | {e['max_mm']:.3f} |")
     gap = loop["gap"]

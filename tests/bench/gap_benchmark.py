@@ -126,9 +126,12 @@ def run(arguments: argparse.Namespace) -> None:
     waiting = [t for t in tasks_of(arguments) if t["key"] not in done]
     begin = time.time()
     with (
-        tempfile.TemporaryDirectory() as folder, sealed.open("a") as labels, answers.open("a") as said,
-        ProcessPoolExecutor(arguments.workers) as makers, ProcessPoolExecutor(arguments.workers) as doctors,
-    ):  # fmt: skip
+        tempfile.TemporaryDirectory() as folder,
+        sealed.open("a") as labels,
+        answers.open("a") as said,
+        ProcessPoolExecutor(arguments.workers) as makers,
+        ProcessPoolExecutor(arguments.workers) as doctors,
+    ):
         for start in range(0, len(waiting), 4 * arguments.workers):
             some = waiting[start : start + 4 * arguments.workers]
             pending = []

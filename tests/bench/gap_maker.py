@@ -56,12 +56,22 @@ def draw_rig(rng):
     """Instrument, frame, what is logged."""
     poses = rng.random() < 0.12
     return Rig(
-        poses=poses, in_base=rng.random() < 0.15, sigma=rng.uniform(0.01, 0.04) * 1e-3,
-        sigma_turned=rng.choice([2e-4, 1e-3, 4e-3]) * DEG, told=poses or rng.random() < 0.85, position_only=rng.random() < 0.2,
-        lacks=str(rng.choice(["", "encoders", "setpoints"], p=[0.8, 0.1, 0.1])), with_force=not poses and rng.random() < 0.4,
-        with_temp=rng.random() < 0.6, outliers=rng.choice([0, 0.01]), rise=rng.uniform(8, 15), tau=rng.uniform(20, 80),
-        rate=rng.choice([10.0, 12.5, 25.0, 62.5]), travel=rng.uniform(0.05, 0.4), waves=rng.uniform(0, 1, (2, 3)),
-    )  # fmt: skip
+        poses=poses,
+        in_base=rng.random() < 0.15,
+        sigma=rng.uniform(0.01, 0.04) * 1e-3,
+        sigma_turned=rng.choice([2e-4, 1e-3, 4e-3]) * DEG,
+        told=poses or rng.random() < 0.85,
+        position_only=rng.random() < 0.2,
+        lacks=str(rng.choice(["", "encoders", "setpoints"], p=[0.8, 0.1, 0.1])),
+        with_force=not poses and rng.random() < 0.4,
+        with_temp=rng.random() < 0.6,
+        outliers=rng.choice([0, 0.01]),
+        rise=rng.uniform(8, 15),
+        tau=rng.uniform(20, 80),
+        rate=rng.choice([10.0, 12.5, 25.0, 62.5]),
+        travel=rng.uniform(0.05, 0.4),
+        waves=rng.uniform(0, 1, (2, 3)),
+    )
 
 
 def posture_list(rng):
@@ -101,11 +111,14 @@ def run_of(rng, rig, seconds, travel, motion=None, before=0.0):
     lengths = wide(np.concatenate(growths(few), 1))
     world.context = {
         "tcp": wide(pose(few)[:, :3, 3]),
-        "moment": wide(moment(few)), "torque": wide(torques(few)), "payload": wide(torques(few, [(5, 1.0, (0, 0, 0.13))])),
+        "moment": wide(moment(few)),
+        "torque": wide(torques(few)),
+        "payload": wide(torques(few, [(5, 1.0, (0, 0, 0.13))])),
         "warm": rig.rise * (1 - np.exp(-(t - t[0] + before) / rig.tau)),
         "growth": [lengths[:, 3 * i : 3 * i + 3] for i in range(6)],
-        "force": np.einsum("nij,ni->nj", J, force), "pushed": force,
-    }  # fmt: skip
+        "force": np.einsum("nij,ni->nj", J, force),
+        "pushed": force,
+    }
     return world, at
 
 
@@ -258,9 +271,10 @@ def columns_of(rng, rig, world, at):
     columns = {"t": at, **{n: p[:, k] * 1e3 for k, n in enumerate("xyz")}}
     if not rig.position_only:
         columns |= {
-            "a": np.arctan2(R[:, 1, 0], R[:, 0, 0]) / DEG, "b": -np.arcsin(np.clip(R[:, 2, 0], -1, 1)) / DEG,
+            "a": np.arctan2(R[:, 1, 0], R[:, 0, 0]) / DEG,
+            "b": -np.arcsin(np.clip(R[:, 2, 0], -1, 1)) / DEG,
             "c": np.arctan2(R[:, 2, 1], R[:, 2, 2]) / DEG,
-        }  # fmt: skip
+        }
     edge = np.array([1 / DEG] * 6 + [1e3, 1 / DEG])
     if rig.lacks != "encoders":
         columns |= {n: np.round(encoder[:, k] * edge[k], 5) for k, n in enumerate(AXES)}

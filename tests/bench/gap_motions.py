@@ -78,12 +78,18 @@ def fitted_rig(rig, motion, only=None):
     has = set(motion.columns)
     warms = only == "thermal_drift" or rig.with_temp  # else the arm keeps its temperature
     return replace(
-        rig, poses=False, in_base=motion.facts.get("measured_frame") == "base", told=True, outliers=0,
+        rig,
+        poses=False,
+        in_base=motion.facts.get("measured_frame") == "base",
+        told=True,
+        outliers=0,
         sigma=float(motion.facts.get("sigma_mm", _SIGMA_MM)) * 1e-3,
-        sigma_turned=float(motion.facts.get("sigma_deg", _SIGMA_DEG)) * DEG, position_only=not {"a", "b", "c"} <= has,
+        sigma_turned=float(motion.facts.get("sigma_deg", _SIGMA_DEG)) * DEG,
+        position_only=not {"a", "b", "c"} <= has,
         lacks="encoders" if not set(AXES) <= has else "" if {f"c{a}" for a in AXES} <= has else "setpoints",
-        with_force=only == "cutting_force" or {"fx", "fy", "fz"} <= has, with_temp=warms and "temp" in has,
-    )  # fmt: skip
+        with_force=only == "cutting_force" or {"fx", "fy", "fz"} <= has,
+        with_temp=warms and "temp" in has,
+    )
 
 
 __all__ = ["MARGIN", "Motion", "fitted_rig", "read_motion"]

@@ -79,9 +79,12 @@ class Row:
     def _separation(self):
         task = self.task
         return Separation(
-            task["seed"], task.get("kind"), task.get("only"), tuple(task["sizes"]) if task.get("sizes") else None,
+            task["seed"],
+            task.get("kind"),
+            task.get("only"),
+            tuple(task["sizes"]) if task.get("sizes") else None,
             tuple(task.get("on", ())),
-        )  # fmt: skip
+        )
 
     def same(self, claim):
         """A set is the true one, or one that the path can't separate from it."""
@@ -141,9 +144,11 @@ def calibration(pairs):
 def _several(rows):
     hit = sum(len(r.truth & r.claims) for r in rows)
     return {
-        "recall": share(hit, sum(len(r.truth) for r in rows)), "precision": share(hit, sum(len(r.claims) for r in rows)),
-        "exact": of(r.truth == r.claims for r in rows), "exact up to groups": of(r.same(r.claims) for r in rows),
-    }  # fmt: skip
+        "recall": share(hit, sum(len(r.truth) for r in rows)),
+        "precision": share(hit, sum(len(r.claims) for r in rows)),
+        "exact": of(r.truth == r.claims for r in rows),
+        "exact up to groups": of(r.same(r.claims) for r in rows),
+    }
 
 
 def _localised(rows):
@@ -215,8 +220,9 @@ def score(rows):
     removed = [x for x in removed if x is not None]
     off = [
         100.0 * (r.said["together"]["predicted_shrink"] - r.said["together"]["shrink"])
-        for r in inside if r.claims and r.said["together"].get("predicted_shrink") is not None
-    ]  # fmt: skip
+        for r in inside
+        if r.claims and r.said["together"].get("predicted_shrink") is not None
+    ]
     sized = [(r, n) for r in inside for n in r.truth]
     outside = sorted({n for r in kinds["outside"] for n in r.sizes})
     seconds, lengths = np.array([[r.said["seconds"], r.said["rows"]] for r in rows]).T
@@ -226,16 +232,22 @@ def score(rows):
         "false alarms": {**of(alarms), "upper 95 % bound": upper_bound(sum(alarms), len(alarms))},
         "one effect at >= 2x noise": {
             "right first": of(r.first in r.truth for r in strong),
-            "right first, up to its group": of(r.first in r.truth or r.same({r.first}) for r in strong if r.first or True),
+            "right first, up to its group": of(
+                r.first in r.truth or r.same({r.first}) for r in strong if r.first or True
+            ),
         },
-        "one effect, any size": {"exact": of(r.claims == r.truth for r in kinds["one"]),
-                                 "exact up to groups": of(r.same(r.claims) for r in kinds["one"])},
+        "one effect, any size": {
+            "exact": of(r.claims == r.truth for r in kinds["one"]),
+            "exact up to groups": of(r.same(r.claims) for r in kinds["one"]),
+        },
         "two effects": _several(kinds["two"]),
         "three effects": _several(kinds["three"]),
         "truth in the reported set": of(any(h for _, _, h in r.sets) for r in inside),
         "truth in the reported set, by name": of(any(n == r.truth for n, _, _ in r.sets) for r in inside),
-        "size of the reported set": {"groups": float(np.mean([len(r.groups) for r in inside])) if inside else None,
-                                     "names": float(np.mean([len(r.sets) for r in inside])) if inside else None},
+        "size of the reported set": {
+            "groups": float(np.mean([len(r.groups) for r in inside])) if inside else None,
+            "names": float(np.mean([len(r.sets) for r in inside])) if inside else None,
+        },
         "outside the library": {
             "flagged": of(r.flagged for r in kinds["outside"]),
             "flagged, or what the path can't separate": of(r.flagged or r.within() for r in kinds["outside"]),
@@ -255,26 +267,36 @@ def score(rows):
         ),
         "removable gap removed on the withheld run": {
             "median": float(np.median(removed)) if removed else None,
-            "10th percentile": float(np.quantile(removed, 0.1)) if removed else None, "cases": len(removed),
+            "10th percentile": float(np.quantile(removed, 0.1)) if removed else None,
+            "cases": len(removed),
         },
         "predicted less reached shrinkage, points": {
-            "within 5": of(abs(x) <= 5.0 for x in off), "median": float(np.median(off)) if off else None,
+            "within 5": of(abs(x) <= 5.0 for x in off),
+            "median": float(np.median(off)) if off else None,
             "5 to 95 %": [float(x) for x in np.quantile(off, [0.05, 0.95])] if off else None,
         },
         "localised": _localised(kinds["one"]),
         "found, by effect and size": {
-            n: {f"{a:g} to {b:.0f}": of(n in r.claims for r, m in sized if m == n and a <= r.sizes[n] < b) for a, b in BANDS}
+            n: {
+                f"{a:g} to {b:.0f}": of(n in r.claims for r, m in sized if m == n and a <= r.sizes[n] < b)
+                for a, b in BANDS
+            }
             for n in sorted({n for _, n in sized})
         },
         "confusion": _confusion(mix),
         "each alone at twice the noise": {
-            n: {"right first": of(r.first in r.truth for r in rows if r.group == "each" and r.task["only"] == n),
-                "exact up to groups": of(r.same(r.claims) for r in rows if r.group == "each" and r.task["only"] == n)}
+            n: {
+                "right first": of(r.first in r.truth for r in rows if r.group == "each" and r.task["only"] == n),
+                "exact up to groups": of(r.same(r.claims) for r in rows if r.group == "each" and r.task["only"] == n),
+            }
             for n in sorted({r.task["only"] for r in rows if r.group == "each"})
         },
         "left out": _left_out([r for r in rows if r.group == "left out"]),
         "seconds": {
-            "median": float(np.median(seconds)), "95 %": float(np.quantile(seconds, 0.95)), "worst": float(seconds.max()),
-            "rows, median": float(np.median(lengths)), "rows, most": float(lengths.max()),
+            "median": float(np.median(seconds)),
+            "95 %": float(np.quantile(seconds, 0.95)),
+            "worst": float(seconds.max()),
+            "rows, median": float(np.median(lengths)),
+            "rows, most": float(lengths.max()),
         },
-    }  # fmt: skip
+    }

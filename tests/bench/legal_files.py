@@ -62,8 +62,13 @@ def _run(cases: list[tuple[str, int]], folder: Path, show: bool) -> int:
     for number, (name, seed) in enumerate(cases, start=1):
         dialect, rng = DIALECTS[name], random.Random(seed)
         steps = draw(rng, dialect.able)
-        place = (*(round(rng.uniform(-60, 60), 1) for _ in range(2)), round(rng.uniform(180, 260), 1),
-                 round(rng.uniform(-180, 180), 2), round(rng.uniform(-8, 8), 2), round(rng.uniform(-8, 8), 2))  # fmt: skip
+        place = (
+            *(round(rng.uniform(-60, 60), 1) for _ in range(2)),
+            round(rng.uniform(180, 260), 1),
+            round(rng.uniform(-180, 180), 2),
+            round(rng.uniform(-8, 8), 2),
+            round(rng.uniform(-8, 8), 2),
+        )
         text = dialect.write(rng, steps)
         setup = f"part_in_base = [{', '.join(f'{v:g}' for v in place)}]\n"
         job = Job(f"{name}-{seed}", f"drawn{dialect.suffix}", text, told(steps, place, dialect.plane), setup)

@@ -128,10 +128,14 @@ def main() -> int:
     print(f"{len(chosen)} judged, {bad} wrong")
     if options.table:
         titles = {
-            "settings: frames, loads, speeds, roundings": SETTINGS, "motions": MOTION, "process, text, flow, data lists": PROCESS,
-            "second round: names, hooks, ends, waits": MORE, "later rounds: arithmetic, templates, scope": LATER,
-            "legal edits": LEGAL, "not counted: arguable, or never loaded": [*OTHER_POSTURE, *NOT_LOADED, *ARGUABLE],
-        }  # fmt: skip
+            "settings: frames, loads, speeds, roundings": SETTINGS,
+            "motions": MOTION,
+            "process, text, flow, data lists": PROCESS,
+            "second round: names, hooks, ends, waits": MORE,
+            "later rounds: arithmetic, templates, scope": LATER,
+            "legal edits": LEGAL,
+            "not counted: arguable, or never loaded": [*OTHER_POSTURE, *NOT_LOADED, *ARGUABLE],
+        }
         write_table(rows, titles)
     return 1 if bad else 0
 

@@ -33,10 +33,13 @@ FEEDS = ((700, 0.1), (700, 2.0), (3000, 0.5), (6000, 1.0))  # mm/min, m/s^2
 GAINS = (0.005, 0.01, 0.031, 0.06, 0.12, 0.2)  # 0.257 is where the loop becomes unstable
 JUMP, JUMP_ANGLE = 5e-4, np.radians(0.1)
 FRAMES = {
-    "sound": np.eye(3), "all signs": -np.eye(3), "half a turn about X": rotation_exp(np.array([np.pi, 0, 0])),
-    "120 degrees about Z": rotation_exp(np.array([0, 0, np.radians(120)])), "sign of X": np.diag([-1.0, 1.0, 1.0]),
+    "sound": np.eye(3),
+    "all signs": -np.eye(3),
+    "half a turn about X": rotation_exp(np.array([np.pi, 0, 0])),
+    "120 degrees about Z": rotation_exp(np.array([0, 0, np.radians(120)])),
+    "sign of X": np.diag([-1.0, 1.0, 1.0]),
     "not applied": np.zeros((3, 3)),
-}  # fmt: skip
+}
 
 
 def alarms(log) -> tuple[int, str]:

@@ -125,9 +125,16 @@ BAD = {
     "radians of the tool": (lambda: scaled(DEG, "a", "b", "c"), "the measured tool is turned"),
     "the track in metres": (lambda: scaled(1e-3, "E1", "cE1"), "TCP lies"),
     "milliseconds": (lambda: scaled(1e6, "t"), "is t in milliseconds"),
-    "nothing moves": (lambda: "\n".join([text().splitlines()[0], *(f"{k}," + text().splitlines()[1].partition(",")[2]
-                                                                   for k in range(40))]) + "\n", "no axis moves"),
-}  # fmt: skip
+    "nothing moves": (
+        lambda: (
+            "\n".join(
+                [text().splitlines()[0], *(f"{k}," + text().splitlines()[1].partition(",")[2] for k in range(40))]
+            )
+            + "\n"
+        ),
+        "no axis moves",
+    ),
+}
 
 
 @pytest.mark.parametrize("name", BAD)

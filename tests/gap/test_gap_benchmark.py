@@ -26,8 +26,11 @@ def test_a_case_is_two_logs_and_the_label_is_not_among_them(tmp_path: Path) -> N
     assert {p.name for p in tmp_path.iterdir()} == {"31.csv", "31.toml", "31_withheld.csv", "31_withheld.toml"}
     for file in tmp_path.glob("*.toml"):
         assert set(line.split(" = ")[0] for line in file.read_text().splitlines()) <= {
-            "sigma_mm", "sigma_deg", "measured_frame", "poses"
-        }  # fmt: skip
+            "sigma_mm",
+            "sigma_deg",
+            "measured_frame",
+            "poses",
+        }
     assert len(label["effects"]) == 2
     assert gap_maker.write_case(tmp_path, 31, "two") == label
 
@@ -138,13 +141,16 @@ def test_the_scorer_counts_alarms_hits_and_unknowns() -> None:
     nothing = {"kind": "none", "effects": {}, **rig}
     one = {"kind": "one", "effects": {"latency": {"size": 3.0}}, **rig}
     hit = said(
-        status="explained", effects=[{"effect": "latency", "probability": 0.9, "axes": []}],
+        status="explained",
+        effects=[{"effect": "latency", "probability": 0.9, "axes": []}],
         alternatives=[{"effects": ["latency"], "probability": 1.0}],
-    )  # fmt: skip
+    )
     alarm = said(status="unexplained")
     rows = [
-        Row("mix", {"seed": 1}, nothing, said()), Row("nothing", {"seed": 2}, nothing, alarm), Row("mix", {"seed": 3}, one, hit)
-    ]  # fmt: skip
+        Row("mix", {"seed": 1}, nothing, said()),
+        Row("nothing", {"seed": 2}, nothing, alarm),
+        Row("mix", {"seed": 3}, one, hit),
+    ]
     figures = score(rows)
     assert figures["false alarms"]["hits"] == 1
     assert figures["false alarms"]["count"] == 2

@@ -132,17 +132,17 @@ def test_a_formula_is_arithmetic_and_nothing_else(text: str) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("name = \"rack_pitch\"", "name = \"backlash\""), "can't be an effect's name"),
-        (("name = \"rack_pitch\"", "name = \"another\""), "give both the same name"),
-        (("moves = \"E1\"", "moves = \"E7\""), "is nothing that moves"),
-        (("unit = \"mm\"", "unit = \"deg\""), "use one of mm"),
+        (('name = "rack_pitch"', 'name = "backlash"'), "can't be an effect's name"),
+        (('name = "rack_pitch"', 'name = "another"'), "give both the same name"),
+        (('moves = "E1"', 'moves = "E7"'), "is nothing that moves"),
+        (('unit = "mm"', 'unit = "deg"'), "use one of mm"),
         (("cos(360", "os.system(360"), "by:"),
-        (("regimes = [\"position\"]", "regimes = [\"moon\"]"), "names 'moon'"),
+        (('regimes = ["position"]', 'regimes = ["moon"]'), "names 'moon'"),
         (("usual = 0.05", "usual = -1"), "usual"),
         (("experiment", "experience"), "experiment: is missing"),
         (("lower = -0.5", "lower = -0.5\nmore = 1"), "more"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, change, words: str) -> None:
     home = folder(tmp_path, "rack_pitch", RACK.replace(*change))
     with pytest.raises(CellError, match=words) as refused:

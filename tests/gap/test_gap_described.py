@@ -75,15 +75,17 @@ def test_an_instrument_that_drifts_and_a_target_that_slips() -> None:
     share = (log.t - log.t[0]) / np.ptp(log.t)
     moved = np.stack([generator.rigid(s * np.array([2e-4, 0, -1e-4, 0, 3e-5, 0])) for s in share])
     held_to(
-        with_poses(log, moved @ T), "measurement_drift",
+        with_poses(log, moved @ T),
+        "measurement_drift",
         {"drift_x_mm": 2e-4, "drift_z_mm": -1e-4, "drift_ry_deg": 3e-5},
-    )  # fmt: skip
+    )
     slipped = T.copy()
     slipped[400:] = T[400:] @ generator.rigid([1e-4, -2e-4, 0, 0, 0, 1e-4])
     held_to(
-        with_poses(log, slipped), "measurement_drift",
+        with_poses(log, slipped),
+        "measurement_drift",
         {"slip_x_mm": 1e-4, "slip_y_mm": -2e-4, "slip_rz_deg": 1e-4},
-    )  # fmt: skip
+    )
 
 
 def table_seen(moved, steps: int = 240) -> MeasurementLog:

@@ -30,9 +30,11 @@ from camrob.gap.observation.scene import make_scene
 SIGMA = 0.02
 FIELD = 5.0 * SIGMA * np.sqrt(3.0)  # mm, 3-D rms: what real arms leave, five times the instrument's noise
 PLANTED = {
-    "backlash": plant_play, "servo_lag": plant_lag, "joint_offset": plant_link(2, lambda w: 1.5e-3),
+    "backlash": plant_play,
+    "servo_lag": plant_lag,
+    "joint_offset": plant_link(2, lambda w: 1.5e-3),
     "frame_tool": lambda w: setattr(w, "tool", generator.rigid([0, 0, 0, 8e-4, -6e-4, 0])),
-}  # fmt: skip
+}
 
 
 def with_field(apply, seed: int = 1, size: float = FIELD):
@@ -66,10 +68,17 @@ def test_integrating_it_out_is_what_a_dense_gaussian_says() -> None:
     Z, z = (X * w[..., None]).reshape(-1, K), (y * w).ravel()
     units = tuple(Unit(n, "", (EffectParameter(n, "1", 0.3, -np.inf, np.inf),)) for n in "abc")
     design = Design(
-        units, np.arange(K), (Z.T @ Z)[None], (Z.T @ z)[None], np.array([z @ z]), np.array([6.0 * N]),
-        np.sqrt(np.mean(np.sum(X**2, axis=1), axis=0)), np.full(K, 0.3), np.einsum("nik,nil->kl", X, X) / N,
+        units,
+        np.arange(K),
+        (Z.T @ Z)[None],
+        (Z.T @ z)[None],
+        np.array([z @ z]),
+        np.array([6.0 * N]),
+        np.sqrt(np.mean(np.sum(X**2, axis=1), axis=0)),
+        np.full(K, 0.3),
+        np.einsum("nik,nil->kl", X, X) / N,
         FieldGram(C[None], D[None], d[None], part),
-    )  # fmt: skip
+    )
     evidence = Evidence(design, noise, sizes=sizes)
     found, told = [], []
     for members in (frozenset[int](), frozenset({0}), frozenset({1, 2})):

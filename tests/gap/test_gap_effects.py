@@ -108,20 +108,36 @@ PLANTED = {
     # effect: what is planted, {parameter: SI value}, state
     "joint_offset": (plant_link(2, lambda w: 0.05 * DEG), {"A3_deg": 0.05 * DEG}, {}),
     "wrist_coupling": (plant_link(4, coupled), {"A5_by_A4": 1e-3}, {}),
-    "gear_ripple": (plant_link(0, lambda w: 1e-4 * np.cos(9.0 * w.command[:, 0])), {"A1_cos9_deg": 1e-4}, {"A1_order": 9.0}),
+    "gear_ripple": (
+        plant_link(0, lambda w: 1e-4 * np.cos(9.0 * w.command[:, 0])),
+        {"A1_cos9_deg": 1e-4},
+        {"A1_order": 9.0},
+    ),
     "backlash": (plant_play, {"A2_deg": 0.03 * DEG}, {"A2_deg": 0.03 * DEG}),
-    "frame_base": (lambda w: setattr(w, "base", generator.rigid([1e-4, 2e-4, -1e-4, 1e-4, 0, 0])),
-                   {"x_mm": 1e-4, "y_mm": 2e-4, "z_mm": -1e-4, "rx_deg": 1e-4}, {}),
-    "frame_tool": (lambda w: setattr(w, "tool", generator.rigid([1e-4, 2e-4, -1e-4, 0, 0, 1e-4])),
-                   {"x_mm": 1e-4, "y_mm": 2e-4, "z_mm": -1e-4, "rz_deg": 1e-4}, {}),
+    "frame_base": (
+        lambda w: setattr(w, "base", generator.rigid([1e-4, 2e-4, -1e-4, 1e-4, 0, 0])),
+        {"x_mm": 1e-4, "y_mm": 2e-4, "z_mm": -1e-4, "rx_deg": 1e-4},
+        {},
+    ),
+    "frame_tool": (
+        lambda w: setattr(w, "tool", generator.rigid([1e-4, 2e-4, -1e-4, 0, 0, 1e-4])),
+        {"x_mm": 1e-4, "y_mm": 2e-4, "z_mm": -1e-4, "rz_deg": 1e-4},
+        {},
+    ),
     "latency": (lambda w: setattr(w, "delay", 0.01), {"delay_s": 0.01}, {"delay_s": 0.01}),
     "track": (plant_scale, {"E1_scale": 2e-4}, {}),
     "servo_lag": (plant_lag, {"tau_s": 0.03}, {"lag_s": 0.026, "cycle_s": 0.004}),
-    "joint_compliance": (lambda w: w.link.__setitem__((slice(None), 1), w.link[:, 1] + 2e-6 * generator.torques(w.command)[:, 1]),
-                         {"A2_rad_nm": 2e-6}, {}),
-    "lean": (lambda w: setattr(w, "lean", 2e-7 * generator.moment(w.command) * np.array([1, 1, 0.0])),
-             {"about_x_rad_nm": 2e-7, "about_y_rad_nm": 2e-7}, {}),
-}  # fmt: skip
+    "joint_compliance": (
+        lambda w: w.link.__setitem__((slice(None), 1), w.link[:, 1] + 2e-6 * generator.torques(w.command)[:, 1]),
+        {"A2_rad_nm": 2e-6},
+        {},
+    ),
+    "lean": (
+        lambda w: setattr(w, "lean", 2e-7 * generator.moment(w.command) * np.array([1, 1, 0.0])),
+        {"about_x_rad_nm": 2e-7, "about_y_rad_nm": 2e-7},
+        {},
+    ),
+}
 
 
 @pytest.mark.parametrize("name", PLANTED)

@@ -32,9 +32,16 @@ def two_alike(mix: float, wanted: tuple[float, float]) -> Evidence:
     z = y * np.sqrt(3.0) / NOISE + rng.normal(size=ROWS)
     size = np.sqrt(np.mean(X**2, axis=0))
     design = Design(
-        units, np.array([0, 1]), (W.T @ W)[None], (W.T @ z)[None], np.array([z @ z]), np.array([ROWS]), size,
-        np.ones(2), X.T @ X / ROWS,
-    )  # fmt: skip
+        units,
+        np.array([0, 1]),
+        (W.T @ W)[None],
+        (W.T @ z)[None],
+        np.array([z @ z]),
+        np.array([ROWS]),
+        size,
+        np.ones(2),
+        X.T @ X / ROWS,
+    )
     return Evidence(design, NOISE)
 
 
@@ -89,9 +96,11 @@ def test_a_constant_that_the_library_lacks_is_unknown_and_no_broad_effect_is_bla
 def test_single_poses_that_scatter_beyond_their_noise_are_not_called_explained() -> None:
     t, axis = poses()
     early = simulated(
-        lambda w: w.link.__iadd__(2e-4 * np.diff(w.command, axis=0, prepend=w.command[:1])), sigma_mm=0.02,
-        run=(t, axis), poses=True,
-    )  # fmt: skip
+        lambda w: w.link.__iadd__(2e-4 * np.diff(w.command, axis=0, prepend=w.command[:1])),
+        sigma_mm=0.02,
+        run=(t, axis),
+        poses=True,
+    )
     found = diagnose([early], kr15(), without=["early_reading"])
     assert found.summary["unknown"]["probability"] > 0.5
     assert found.summary["status"] in ("unexplained", "partly explained")

@@ -50,11 +50,12 @@ def test_the_sums_without_a_regime_are_those_of_the_rest() -> None:
     for regime, design in zip(regimes, _rest(model, regimes), strict=True):
         left = [
             replace(
-                p, w_tcp=np.where(r[:, None], 0.0, p.w_tcp),
+                p,
+                w_tcp=np.where(r[:, None], 0.0, p.w_tcp),
                 w_servo=None if p.w_servo is None else np.where(r[:, None], 0.0, p.w_servo),
             )
             for p, r in zip(model.panels, regime.rows, strict=True)
-        ]  # fmt: skip
+        ]
         direct = pool(left, model.units, basis)
         assert design.field is not None
         assert direct.field is not None

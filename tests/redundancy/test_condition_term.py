@@ -91,8 +91,11 @@ def test_it_leads_out_of_a_bad_posture_and_the_printed_form_holds_it_there() -> 
     """One pose held: the gradient raises 1/k_F from where it was recorded, eq. 18 draws back to that posture."""
     pose = base_T_tool(CELL, LOW)[None]
     value = {}
-    for name, settings in (("gradient", SETTINGS), ("recorded", SETTINGS._replace(gradient=False)),
-                           ("off", SETTINGS._replace(threshold=0.0))):  # fmt: skip
+    for name, settings in (
+        ("gradient", SETTINGS),
+        ("recorded", SETTINGS._replace(gradient=False)),
+        ("off", SETTINGS._replace(threshold=0.0)),
+    ):
         path, state = np.repeat(pose, 12, axis=0), state_at(LOW)
         code, _, _, inv_kf = follow(settings, path, state)
         assert code == TRACKED

@@ -43,10 +43,17 @@ def test_the_figures_that_the_issue_warns_of() -> None:
     path = five_axis_path(CELL.q_home, 6, STEP, TURN)
     weights = [engine_weights(CELL, e) for e in (CELL.resolve.joint_engine, CELL.resolve.condition_engine)]
     loose, tight = (
-        follow_as_published(CELL, path, TwinState(CELL.q_home), joint_weights=weights[0],
-                            condition_weights=weights[1], q_reference=CELL.q_reference, epsilon=epsilon)
+        follow_as_published(
+            CELL,
+            path,
+            TwinState(CELL.q_home),
+            joint_weights=weights[0],
+            condition_weights=weights[1],
+            q_reference=CELL.q_reference,
+            epsilon=epsilon,
+        )
         for epsilon in (1e-4, 1e-6)
-    )  # fmt: skip
+    )
     assert np.median(loose.iterations) == pytest.approx(20, abs=4)
     assert tight.iterations.min() > 200
     assert np.abs(loose.q - tight.q)[-1].max() > 1e-3  # rad and m: the answer depends on where the loop is stopped
@@ -54,8 +61,15 @@ def test_the_figures_that_the_issue_warns_of() -> None:
 
 def test_a_weight_of_one_percent_shrinks_the_step_by_one_percent() -> None:
     path = five_axis_path(CELL.q_home, 1, 10 * STEP, 10 * TURN)
-    found = follow_as_published(CELL, path, TwinState(CELL.q_home), joint_weights=lambda q: EVEN,
-                                condition_weights=lambda q: EVEN, q_reference=CELL.q_reference, epsilon=1e-6)  # fmt: skip
+    found = follow_as_published(
+        CELL,
+        path,
+        TwinState(CELL.q_home),
+        joint_weights=lambda q: EVEN,
+        condition_weights=lambda q: EVEN,
+        q_reference=CELL.q_reference,
+        epsilon=1e-6,
+    )
     steps = found.steps[0]
     assert len(steps) > 200
     np.testing.assert_allclose(steps[-100:] / steps[-101:-1], 0.99, atol=2e-3)
@@ -68,8 +82,15 @@ def test_the_tracker_ends_where_the_published_loop_does(even: bool) -> None:
         settings = settings._replace(joint_weights=constant_surface(EVEN), condition_weights=constant_surface(EVEN))
     path = five_axis_path(CELL.q_home, 4, 4 * STEP, 3 * TURN)
     joint, condition = surfaces_as_weights(settings)
-    told = follow_as_published(CELL, path, TwinState(CELL.q_home), joint_weights=joint, condition_weights=condition,
-                               q_reference=CELL.q_reference, epsilon=1e-9)  # fmt: skip
+    told = follow_as_published(
+        CELL,
+        path,
+        TwinState(CELL.q_home),
+        joint_weights=joint,
+        condition_weights=condition,
+        q_reference=CELL.q_reference,
+        epsilon=1e-9,
+    )
     code, _, q, inv_kf = follow(settings, path, state_at(CELL.q_home))
     assert code == TRACKED
     np.testing.assert_allclose(q, told.q, atol=5e-7)
@@ -82,8 +103,15 @@ def test_with_the_condition_term_too() -> None:
     recorded = LOW + 0.02
     path = five_axis_path(LOW, 3, STEP, 0.5 * TURN)
     joint, condition = surfaces_as_weights(SETTINGS)
-    told = follow_as_published(CELL, path, TwinState(LOW, recorded), joint_weights=joint, condition_weights=condition,
-                               q_reference=CELL.q_reference, epsilon=1e-10)  # fmt: skip
+    told = follow_as_published(
+        CELL,
+        path,
+        TwinState(LOW, recorded),
+        joint_weights=joint,
+        condition_weights=condition,
+        q_reference=CELL.q_reference,
+        epsilon=1e-10,
+    )
     state = state_at(LOW, recorded)
     code, _, q, inv_kf = follow(SETTINGS, path, state)
     assert code == TRACKED and state.flags[0] == 1
@@ -111,8 +139,15 @@ def test_the_published_loop_tells_when_it_does_not_settle() -> None:
     path = base_T_tool(CELL, CELL.q_home)[None].copy()
     path[0, 2, 3] += 5.0
     with pytest.raises(UnreachableError, match="point 0"):
-        follow_as_published(CELL, path, TwinState(CELL.q_home), joint_weights=lambda q: EVEN, condition_weights=lambda q: EVEN,
-                            q_reference=CELL.q_reference, epsilon=1e-12)  # fmt: skip
+        follow_as_published(
+            CELL,
+            path,
+            TwinState(CELL.q_home),
+            joint_weights=lambda q: EVEN,
+            condition_weights=lambda q: EVEN,
+            q_reference=CELL.q_reference,
+            epsilon=1e-12,
+        )
 
 
 # ---- laws of the tracker itself

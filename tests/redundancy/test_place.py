@@ -33,9 +33,14 @@ CELL = read_cell(FOLDER)
 def two_points(x: float, z: float) -> ToolPathInBase:
     frames = pose(np.repeat(np.eye(3)[None], 2, axis=0), np.array([[x, 0.0, z], [x + 1e-4, 0.0, z]]))
     return ToolPathInBase(
-        frames, np.full(2, int(Move.CUT), np.int8), np.full(2, 0.02), np.arange(2) + 1, np.zeros(2, np.int32),
-        np.arange(2), np.zeros(2, np.bool_),
-    )  # fmt: skip
+        frames,
+        np.full(2, int(Move.CUT), np.int8),
+        np.full(2, 0.02),
+        np.arange(2) + 1,
+        np.zeros(2, np.int32),
+        np.arange(2),
+        np.zeros(2, np.bool_),
+    )
 
 
 def test_bounds_of_placements_are_the_known_ones():

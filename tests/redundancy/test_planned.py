@@ -167,10 +167,17 @@ def layers_of(x, price, *, window=1.0, rate=1.0, square=0.0, jump=np.inf, endles
     T, K = x.shape
     ones = np.ones((T, 1))
     return Layers(
-        np.arange(0, T * K + 1, K), x.reshape(-1, 1).astype(float), price.ravel().astype(float), window * ones,
-        rate * ones, square * ones, np.inf * ones, np.zeros(T), np.array([endless]),
+        np.arange(0, T * K + 1, K),
+        x.reshape(-1, 1).astype(float),
+        price.ravel().astype(float),
+        window * ones,
+        rate * ones,
+        square * ones,
+        np.inf * ones,
+        np.zeros(T),
+        np.array([endless]),
         np.broadcast_to(np.asarray(jump, float), (T,)).copy(),
-    )  # fmt: skip
+    )
 
 
 def brute(x, price, window, rate, square):
@@ -245,9 +252,15 @@ def test_endless_coordinates_wrap():
 
 def course_of(w, branch, n):
     return Course(
-        np.ascontiguousarray(w.base_T_tip), np.full(n, branch), np.full(n, 0.02), np.full(n, 0.02), np.full(n, 1.0),
-        np.full(n, 0.3), np.arange(n) > 0, np.zeros((n, 3)),
-    )  # fmt: skip
+        np.ascontiguousarray(w.base_T_tip),
+        np.full(n, branch),
+        np.full(n, 0.02),
+        np.full(n, 0.02),
+        np.full(n, 1.0),
+        np.full(n, 0.3),
+        np.arange(n) > 0,
+        np.zeros((n, 3)),
+    )
 
 
 def test_refinement_ends_in_an_optimum():

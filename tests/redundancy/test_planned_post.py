@@ -110,9 +110,18 @@ def test_hostile_names_in_a_plan_are_text_and_the_ring_is_on_what_was_taken() ->
     point = PlanOnCurve(name="<b>x", inv_kf_mean=0.6, inv_kf_min=0.5, share_of_bound=0.95, travel_si={}, travel=travel)
     other = replace(point, name="flowing", share_of_bound=0.99, travel={"E1_mm": 900.0, "E2_deg": 200.0})
     plan = PlanFigures(
-        mode="knee", chosen="<b>x", rule="<i>", bound_mean=0.65, bound_min=0.6, terms={"conditioning": 1.0},
-        shares={"conditioning": 1.0}, repostures=0, retracts=0, cuts=(), curve=(point, other),
-    )  # fmt: skip
+        mode="knee",
+        chosen="<b>x",
+        rule="<i>",
+        bound_mean=0.65,
+        bound_min=0.6,
+        terms={"conditioning": 1.0},
+        shares={"conditioning": 1.0},
+        repostures=0,
+        retracts=0,
+        cuts=(),
+        curve=(point, other),
+    )
     html = plan_section(plan)
     assert "<b>x" not in html and "<i>" not in html and html.count("<svg") == 2 and html.count("<circle") == 4
     assert html.count('stroke="#d64545"') == 2 and "100.0" in html

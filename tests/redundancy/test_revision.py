@@ -88,10 +88,12 @@ def test_a_posture_that_is_best_stays() -> None:
 def two_sides() -> Toolpath:
     """Two regions at right angles (the paper's figure 9): a field from above, then one from the front."""
     regions = []
-    for k, (axis, along, across, corner) in enumerate((
-        ([0, 0, 1.0], [1.0, 0, 0], [0, 1.0, 0], [-0.1, -0.05, 0.15]),
-        ([0, -1.0, 0], [1.0, 0, 0], [0, 0, 1.0], [-0.1, -0.08, 0.05]),
-    )):  # fmt: skip
+    for k, (axis, along, across, corner) in enumerate(
+        (
+            ([0, 0, 1.0], [1.0, 0, 0], [0, 1.0, 0], [-0.1, -0.05, 0.15]),
+            ([0, -1.0, 0], [1.0, 0, 0], [0, 0, 1.0], [-0.1, -0.08, 0.05]),
+        )
+    ):
         rows = []
         for row in range(8):
             x = np.linspace(0.0, 0.2, 21)
@@ -99,8 +101,16 @@ def two_sides() -> Toolpath:
             rows.append(np.array(corner) + np.outer(x, along) + 0.01 * row * np.array(across))
         tips = np.concatenate(rows)
         n = len(tips)
-        regions.append(Region(f"side {k}", tips, np.tile(axis, (n, 1)), np.full(n, 0.03), np.full(n, int(Move.CUT), np.int8),
-                              np.arange(n) + 1000 * k + 1))  # fmt: skip
+        regions.append(
+            Region(
+                f"side {k}",
+                tips,
+                np.tile(axis, (n, 1)),
+                np.full(n, 0.03),
+                np.full(n, int(Move.CUT), np.int8),
+                np.arange(n) + 1000 * k + 1,
+            )
+        )
     return Toolpath(tuple(regions), "sides.cls", "0", "nx-clsf")
 
 

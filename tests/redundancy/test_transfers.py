@@ -122,8 +122,10 @@ def test_around_the_part(second: np.ndarray) -> None:
     radius = np.linalg.norm(tips[own] - center, axis=1).max() + CLEARANCE
     link = np.flatnonzero(~own)[1:-1]
     np.testing.assert_allclose(np.linalg.norm(tips[link] - center, axis=1), radius, atol=1e-9)
-    angle = np.arctan2(np.linalg.norm(np.cross(axes[link[:-1]], axes[link[1:]]), axis=1),
-                       np.sum(axes[link[:-1]] * axes[link[1:]], axis=1))  # fmt: skip
+    angle = np.arctan2(
+        np.linalg.norm(np.cross(axes[link[:-1]], axes[link[1:]]), axis=1),
+        np.sum(axes[link[:-1]] * axes[link[1:]], axis=1),
+    )
     assert angle.max() <= 0.1 + 1e-9
     chord = np.linalg.norm(np.diff(tips[link], axis=0), axis=1)
     assert chord.max() <= 0.1 * radius + 1e-9

@@ -24,8 +24,13 @@ def test_the_search_finds_a_planted_optimum() -> None:
     planted = np.array([0.7, -1.2, 0.3, 2.0])
     told: list[float] = []
     found = minimise(
-        lambda x: float(np.sum((x - planted) ** 2)), [np.zeros(4)], spread=np.ones(4), budget=400, seed=3, progress=told.append
-    )  # fmt: skip
+        lambda x: float(np.sum((x - planted) ** 2)),
+        [np.zeros(4)],
+        spread=np.ones(4),
+        budget=400,
+        seed=3,
+        progress=told.append,
+    )
     np.testing.assert_allclose(found.vector, planted, atol=1e-2)
     assert found.tried <= 400 and np.all(np.diff(found.course) <= 0.0)
     assert told == sorted(told) and told[-1] <= 1.0

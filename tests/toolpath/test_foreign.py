@@ -22,7 +22,7 @@ FILES = {
     "saved.cls": ("<!DOCTYPE html>\n<html><body>TOOL PATH/A</body></html>\n", "HTML"),
     "part.apt": ("PARTNO X\nP1=POINT/0,0,0\nL1 = LINE/P1,ATANGL,30\nFROM/P1\nTLLFT,GOLFT/L1\nFINI\n", "APT source"),
     "all.zip": ("PK\x03\x04rest", "archive"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", FILES)

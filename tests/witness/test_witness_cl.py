@@ -80,11 +80,17 @@ def test_units(tell, head, options, metres, units):
 @pytest.mark.parametrize(
     ("text", "mm_min"),
     [
-        ("FEDRAT/MMPM,250.", 250.0), ("FEDRAT/PERMIN,250", 250.0), ("FEDRAT/250.,MMPM", 250.0), ("FEDRAT/  250.,  MMPM", 250.0),
-        ("FEDRAT/250", 250.0), ("FEDRAT/10,IPM", 254.0), ("SPINDL/3000,RPM,CLW\nFEDRAT/.1,MMPR", 300.0),
-        ("FEDRAT/.01,IPR\nSPINDL/RPM,600,CLW", 152.4), ("SPINDL/3000,RPM,CLW\nFEDRAT/.1,MMPR\nFEDRAT/.2", 600.0),
+        ("FEDRAT/MMPM,250.", 250.0),
+        ("FEDRAT/PERMIN,250", 250.0),
+        ("FEDRAT/250.,MMPM", 250.0),
+        ("FEDRAT/  250.,  MMPM", 250.0),
+        ("FEDRAT/250", 250.0),
+        ("FEDRAT/10,IPM", 254.0),
+        ("SPINDL/3000,RPM,CLW\nFEDRAT/.1,MMPR", 300.0),
+        ("FEDRAT/.01,IPR\nSPINDL/RPM,600,CLW", 152.4),
+        ("SPINDL/3000,RPM,CLW\nFEDRAT/.1,MMPR\nFEDRAT/.2", 600.0),
     ],
-)  # fmt: skip
+)
 def test_feed_in_every_order_and_unit(tell, text, mm_min):
     story = tell(f"UNITS/MM\n{text}\nGOTO/1,0,0\n")
     assert story.feed[0] * 60000.0 == pytest.approx(mm_min) and story.complete
@@ -182,13 +188,17 @@ def test_motions_behind_the_end_are_a_gap(tell):
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("pl1=plane/0,0,1,0\ngoto/1,2,3\n", 1), ("FEDRAT/9\nGOTO/1,2,3\nGOTO/PT3\n", 3),
+        ("pl1=plane/0,0,1,0\ngoto/1,2,3\n", 1),
+        ("FEDRAT/9\nGOTO/1,2,3\nGOTO/PT3\n", 3),
         ("GOTO/1,2,3\ntllft,gofwd/ln1,past,ln2\n", 2),
-        ("GOTO/1,2,3\nTLON,GOFWD/C1,ON,L2\n", 2), ("GOTO/1,\x00,3\n", 0), ("", 0), ("just some text\n", 0),
+        ("GOTO/1,2,3\nTLON,GOFWD/C1,ON,L2\n", 2),
+        ("GOTO/1,\x00,3\n", 0),
+        ("", 0),
+        ("just some text\n", 0),
         ("PARTNO A\nFINI\n", 0),
         ("UNITS/FEET\nGOTO/1,2,3\n", 1),
     ],
-)  # fmt: skip
+)
 def test_files_that_are_no_cl_data_are_refused(tell, text, line):
     with pytest.raises(ToolpathError) as error:
         tell(text)
@@ -206,16 +216,23 @@ def test_a_file_that_is_not_there(tmp_path):
 @pytest.mark.parametrize(
     ("text", "event"),
     [
-        ("SPINDL/RPM,1000,CLW ", ("SPINDLE_ON", 1000, "CLW")), ("SPINDL/12000,RPM,CCLW", ("SPINDLE_ON", 12000, "CCLW")),
-        ("SPINDL / RPM, 9000.000000,  CLW", ("SPINDLE_ON", 9000, "CLW")), ("SPINDL/1000, CLW", ("SPINDLE_ON", 1000, "CLW")),
-        ("SPINDL/OFF", ("SPINDLE_OFF", 0, "")), ("SPINDL/MAXRPM,5000,RPM,900,CCLW", ("SPINDLE_ON", 900, "CCLW")),
-        ("COOLNT/ON", ("COOLANT_ON", 0, "")), ("COOLNT/FLOOD", ("COOLANT_ON", 0, "FLOOD")),
+        ("SPINDL/RPM,1000,CLW ", ("SPINDLE_ON", 1000, "CLW")),
+        ("SPINDL/12000,RPM,CCLW", ("SPINDLE_ON", 12000, "CCLW")),
+        ("SPINDL / RPM, 9000.000000,  CLW", ("SPINDLE_ON", 9000, "CLW")),
+        ("SPINDL/1000, CLW", ("SPINDLE_ON", 1000, "CLW")),
+        ("SPINDL/OFF", ("SPINDLE_OFF", 0, "")),
+        ("SPINDL/MAXRPM,5000,RPM,900,CCLW", ("SPINDLE_ON", 900, "CCLW")),
+        ("COOLNT/ON", ("COOLANT_ON", 0, "")),
+        ("COOLNT/FLOOD", ("COOLANT_ON", 0, "FLOOD")),
         ("COOLNT/OFF", ("COOLANT_OFF", 0, "")),
-        ("LOAD/TOOL,12,ADJUST,2 ", ("TOOL", 12, "")), ("LOADTL/3,1,3", ("TOOL", 3, "")),
+        ("LOAD/TOOL,12,ADJUST,2 ", ("TOOL", 12, "")),
+        ("LOADTL/3,1,3", ("TOOL", 3, "")),
         ("TOOL PATH/A,TOOL,Ball 10", ("TOOL", 0, "Ball 10")),
-        ("DELAY / 2.5", ("DWELL", 2.5, "")), ("STOP", ("STOP", 0, "")), ("OPSTOP", ("STOP", 0, "")),
+        ("DELAY / 2.5", ("DWELL", 2.5, "")),
+        ("STOP", ("STOP", 0, "")),
+        ("OPSTOP", ("STOP", 0, "")),
     ],
-)  # fmt: skip
+)
 def test_events_stand_between_the_motions(tell, text, event):
     story = tell(f"FEDRAT/9\nGOTO/0,0,0\n{text}\nGOTO/1,0,0\n")
     assert happened(story) == [(1, *event)] and story.events[0].line == 3 and story.complete

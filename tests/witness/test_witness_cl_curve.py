@@ -78,12 +78,21 @@ def test_a_curve_in_another_frame_and_in_inches(tell):
 @pytest.mark.parametrize(
     "text",
     [
-        nurbs(knots=[0.5, 0.4]), nurbs(knots=[0.0, 0.4]), nurbs(knots=[0.1] * 5), nurbs(knots=[*WHOLE[:-1], 1.1]),
-        nurbs(knots=[0.1, *WHOLE[1:]]), nurbs(CONTROL[:0]), nurbs() + "CNTRL/1,2\n", nurbs() + "CNTRL/1,2,3,W,1\n",
-        "RAPID\n" + nurbs(), "CIRCLE/0,5,0,0,0,1,5\n" + nurbs(), "CYCLE/DRILL,RAPTO,3.,FEDTO,-9.,MMPM,90.\n" + nurbs(),
-        "CNTRL/1,2,3\n", "GOHOME\n" + nurbs(),
+        nurbs(knots=[0.5, 0.4]),
+        nurbs(knots=[0.0, 0.4]),
+        nurbs(knots=[0.1] * 5),
+        nurbs(knots=[*WHOLE[:-1], 1.1]),
+        nurbs(knots=[0.1, *WHOLE[1:]]),
+        nurbs(CONTROL[:0]),
+        nurbs() + "CNTRL/1,2\n",
+        nurbs() + "CNTRL/1,2,3,W,1\n",
+        "RAPID\n" + nurbs(),
+        "CIRCLE/0,5,0,0,0,1,5\n" + nurbs(),
+        "CYCLE/DRILL,RAPTO,3.,FEDTO,-9.,MMPM,90.\n" + nurbs(),
+        "CNTRL/1,2,3\n",
+        "GOHOME\n" + nurbs(),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_curve_is_a_gap(tell, text):
     story = tell(HEAD + text + "GOTO/40,0,0\nGOTO/41,0,0\n")
     assert len(story.gaps) == 1 and not (story.path.angle == 0.0).any() and not story.joined[story.gaps[0].before]
@@ -124,11 +133,14 @@ def test_chords_of_a_curve_pass(tell):
 @pytest.mark.parametrize(
     "fault",
     [
-        {"lift": {7: (0, 0, 0.02)}}, {"lift": {7: (0, 0.03, 0)}}, {"lift": {39: (0, 0, 0.012)}}, {"lift": {20: (0, 0.012, 0)}},
+        {"lift": {7: (0, 0, 0.02)}},
+        {"lift": {7: (0, 0.03, 0)}},
+        {"lift": {39: (0, 0, 0.012)}},
+        {"lift": {20: (0, 0.012, 0)}},
         {"swap": [(7, 8)]},
         {"lift": {7: (0.0, 0.0, -0.02), 8: (0.0, 0.0, -0.02)}},
     ],
-)  # fmt: skip
+)
 def test_points_off_the_curve_or_out_of_order_do_not(tell, fault):
     assert "off-path" in {o.code for o in judged(_story(tell), _program(EVEN, **fault), chord=1e-5).objections}
 

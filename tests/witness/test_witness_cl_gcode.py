@@ -63,15 +63,21 @@ def test_feed_does_not_outlive_its_mode(tell):
 @pytest.mark.parametrize(
     ("block", "center", "normal", "angle"),
     [
-        ("G3 X0 Y10 I-10 J0", [0, 0, 0], [0, 0, 1], 90), ("G2 X0 Y10 I-10", [0, 0, 0], [0, 0, -1], 270),
-        ("G3 X0 Y10 R10", [0, 0, 0], [0, 0, 1], 90), ("G3 X0 Y10 R-10", [10, 10, 0], [0, 0, 1], 270),
-        ("G2 X0 Y10 R10", [10, 10, 0], [0, 0, -1], 90), ("G2 X0 Y10 R-10", [0, 0, 0], [0, 0, -1], 270),
-        ("G3 I-10", [0, 0, 0], [0, 0, 1], 360), ("G2 X10 Y0 Z5 I-10 P3", [0, 0, 0], [0, 0, -1], 1080),
-        ("G3 X-10 Y0 Z4 I-10", [0, 0, 0], [0, 0, 1], 180), ("G90.1 G3 X0 Y10 I0 J0", [0, 0, 0], [0, 0, 1], 90),
-        ("G18 G3 X0 Z-10 I-10 K0", [0, 0, 0], [0, 1, 0], 90), ("G18 G2 X0 Z10 I-10 K0", [0, 0, 0], [0, -1, 0], 90),
+        ("G3 X0 Y10 I-10 J0", [0, 0, 0], [0, 0, 1], 90),
+        ("G2 X0 Y10 I-10", [0, 0, 0], [0, 0, -1], 270),
+        ("G3 X0 Y10 R10", [0, 0, 0], [0, 0, 1], 90),
+        ("G3 X0 Y10 R-10", [10, 10, 0], [0, 0, 1], 270),
+        ("G2 X0 Y10 R10", [10, 10, 0], [0, 0, -1], 90),
+        ("G2 X0 Y10 R-10", [0, 0, 0], [0, 0, -1], 270),
+        ("G3 I-10", [0, 0, 0], [0, 0, 1], 360),
+        ("G2 X10 Y0 Z5 I-10 P3", [0, 0, 0], [0, 0, -1], 1080),
+        ("G3 X-10 Y0 Z4 I-10", [0, 0, 0], [0, 0, 1], 180),
+        ("G90.1 G3 X0 Y10 I0 J0", [0, 0, 0], [0, 0, 1], 90),
+        ("G18 G3 X0 Z-10 I-10 K0", [0, 0, 0], [0, 1, 0], 90),
+        ("G18 G2 X0 Z10 I-10 K0", [0, 0, 0], [0, -1, 0], 90),
         ("G91 G3 X-10 Y10 I-10", [0, 0, 0], [0, 0, 1], 90),
     ],
-)  # fmt: skip
+)
 def test_arcs(tell, block, center, normal, angle):
     """From (10, 0, 0). In G18 counter-clockwise is from Z to X, so from X to -Z."""
     story = tell(f"G0 X10 Y0 Z0\nG1 F60\n{block}\n")
@@ -200,10 +206,18 @@ def test_tools_spindle_coolant_in_order(tell):
         "M6 T6\nG0 Z9 M5\nM9\nT7\nM6\nS900 M4\nS950\nG0 X5 M7\nG4 P1.5\nM0\nX6 M30\n"
     )
     assert happened(story) == [
-        (0, "TOOL", 6, ""), (0, "SPINDLE_ON", 1800, "CLW"), (1, "COOLANT_ON", 0, "FLOOD"), (3, "SPINDLE_OFF", 0, ""),
-        (3, "COOLANT_OFF", 0, ""), (3, "TOOL", 7, ""), (3, "SPINDLE_ON", 900, "CCLW"), (3, "SPINDLE_ON", 950, "CCLW"),
-        (3, "COOLANT_ON", 0, "MIST"), (4, "DWELL", 1.5, ""), (4, "STOP", 0, ""),
-    ]  # fmt: skip
+        (0, "TOOL", 6, ""),
+        (0, "SPINDLE_ON", 1800, "CLW"),
+        (1, "COOLANT_ON", 0, "FLOOD"),
+        (3, "SPINDLE_OFF", 0, ""),
+        (3, "COOLANT_OFF", 0, ""),
+        (3, "TOOL", 7, ""),
+        (3, "SPINDLE_ON", 900, "CCLW"),
+        (3, "SPINDLE_ON", 950, "CCLW"),
+        (3, "COOLANT_ON", 0, "MIST"),
+        (4, "DWELL", 1.5, ""),
+        (4, "STOP", 0, ""),
+    ]
     assert story.operation.tolist() == [0, 0, 0, 1, 1] and story.feed[1] == 0.8 / 60
 
 
@@ -256,8 +270,11 @@ def test_pecks_from_r(tell):
     story = tell(START + "F60 S300 M3\nG98 G83 X10 Y0 Z-5 R2 Q1\nX20\nG81 X30 Z-5 R2\nG73 X40 Z-5 R2 Q2.5\nG80\nM30\n")
     deep = [int(k) for k in np.flatnonzero(story.way == Way.HOLE)]
     assert len(deep) == 4 and [story.pecks.get(k) for k in deep] == [
-        pytest.approx((0.001, 0.001, True)), pytest.approx((0.001, 0.001, True)), None, pytest.approx((0.0025, 0.0025, False)),
-    ]  # fmt: skip
+        pytest.approx((0.001, 0.001, True)),
+        pytest.approx((0.001, 0.001, True)),
+        None,
+        pytest.approx((0.0025, 0.0025, False)),
+    ]
 
 
 def test_repeats_and_kept_words(tell):
@@ -307,10 +324,15 @@ def test_axes_behind_g80_are_no_motion_and_g0_beside_it_is(tell):
 @pytest.mark.parametrize(
     ("words", "axis"),
     [
-        ("A90 C0", [0, 1, 0]), ("A90 C90", [1, 0, 0]), ("A-90 C0", [0, -1, 0]), ("A0 C45", [0, 0, 1]),
-        ("B90 C0", [-1, 0, 0]), ("B90 C90", [0, 1, 0]), ("B-90 C0", [1, 0, 0]),
+        ("A90 C0", [0, 1, 0]),
+        ("A90 C90", [1, 0, 0]),
+        ("A-90 C0", [0, -1, 0]),
+        ("A0 C45", [0, 0, 1]),
+        ("B90 C0", [-1, 0, 0]),
+        ("B90 C90", [0, 1, 0]),
+        ("B-90 C0", [1, 0, 0]),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("on", ["M128", "M428", "G43.4 H1"])
 def test_the_axis_of_two_kinematics(tell, words, axis, on):
     story = tell(f"{on}\nG0 X1 Y2 Z3 {words}\nX2\n")

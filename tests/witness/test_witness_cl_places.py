@@ -288,11 +288,16 @@ def test_a_hole_that_begins_below_its_clear_point_is_risen_to_first(tell):
 @pytest.mark.parametrize(
     "cycle",
     [
-        "CYCLE/BORE,BACK,RAPTO,3,FEDTO,-10", "CYCLE/THREAD,RAPTO,3,FEDTO,-10", "CYCLE/DRILL,FEDTO,-10", "CYCLE/DRILL,RAPTO,3",
-        "CYCLE/DRILL,20.,300.,MMPM,3.", "CYCLE/CSINK,5.,RAPTO,3,FEDTO,-10", "CYCLE/TAP,DEEP,RAPTO,3,FEDTO,-10",
+        "CYCLE/BORE,BACK,RAPTO,3,FEDTO,-10",
+        "CYCLE/THREAD,RAPTO,3,FEDTO,-10",
+        "CYCLE/DRILL,FEDTO,-10",
+        "CYCLE/DRILL,RAPTO,3",
+        "CYCLE/DRILL,20.,300.,MMPM,3.",
+        "CYCLE/CSINK,5.,RAPTO,3,FEDTO,-10",
+        "CYCLE/TAP,DEEP,RAPTO,3,FEDTO,-10",
         "CYCLE/DRILL,RAPTO,3,FEDTO,10",
     ],
-)  # fmt: skip
+)
 def test_a_cycle_that_is_not_known_is_a_gap(tell, cycle):
     story = hole(tell, NX, cycle)
     assert len(story) == 1 and [(g.before, g.first_line, g.last_line) for g in story.gaps] == [(1, 8, 9)]

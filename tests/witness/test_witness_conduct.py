@@ -17,9 +17,14 @@ MACHINE = read_machine(CELL)
 EK = "$BASE = EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {X 0,Y 0,Z 0,A 0,B 0,C 0})"
 TOOL = "$TOOL = {X 0,Y -41.763657,Z 415.577926,A 0,B 0,C -159.579784}"
 STATED = [
-    "$ACC.CP = 2.0", "$VEL.ORI1 = 200", "$VEL.ORI2 = 200", "$ACC.ORI1 = 400", "$ACC.ORI2 = 400", "$APO.CDIS = 0.5",
+    "$ACC.CP = 2.0",
+    "$VEL.ORI1 = 200",
+    "$VEL.ORI2 = 200",
+    "$ACC.ORI1 = 400",
+    "$ACC.ORI2 = 400",
+    "$APO.CDIS = 0.5",
     "$ACT_EX_AX = 2",
-]  # fmt: skip
+]
 HEAD = ["BAS (#INITMOV,0 )", "BAS (#VEL_PTP,10 )", *STATED, EK, TOOL, "$VEL.CP = 0.05"]
 HOME = "PTP {E6AXIS: A1 0,A2 -90,A3 90,A4 0,A5 90,A6 0,E1 0,E2 0}"
 WAY = ["LIN {Z 600} C_DIS", "LIN {Z 590}"]
@@ -84,12 +89,19 @@ def test_frames_are_set_behind_the_initialisation(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "code"),
     [
-        ("BAS (#ACC_CP,2.0 )", ""), ("BAS (#ACC_CP,0.0001 )", "setting-lower"), ("BAS (#ACC_CP,9 )", "setting-higher"),
-        ("$ACC.CP = 0.0001", "setting-lower"), ("$ACC.CP = 1.5", ""), ("$ACC = {CP 2,ORI1 400,ORI2 400}", ""),
-        ("$ACC = {CP 2,ORI1 4,ORI2 400}", "setting-lower"), ("$VEL = {CP 0.05,ORI1 900,ORI2 200}", "setting-higher"),
-        ("$APO = {CDIS 30}", "setting-higher"), ("$RED_VEL = 20", "override"), ("$RED_VEL = 100", ""),
+        ("BAS (#ACC_CP,2.0 )", ""),
+        ("BAS (#ACC_CP,0.0001 )", "setting-lower"),
+        ("BAS (#ACC_CP,9 )", "setting-higher"),
+        ("$ACC.CP = 0.0001", "setting-lower"),
+        ("$ACC.CP = 1.5", ""),
+        ("$ACC = {CP 2,ORI1 400,ORI2 400}", ""),
+        ("$ACC = {CP 2,ORI1 4,ORI2 400}", "setting-lower"),
+        ("$VEL = {CP 0.05,ORI1 900,ORI2 200}", "setting-higher"),
+        ("$APO = {CDIS 30}", "setting-higher"),
+        ("$RED_VEL = 20", "override"),
+        ("$RED_VEL = 100", ""),
     ],
-)  # fmt: skip
+)
 def test_settings_that_the_cell_states_by_other_ways(tmp_path: Path, line: str, code: str) -> None:
     made = run(tmp_path, line, *WAY)
     errors = {o.code for o in (*made.objections, *made.conduct) if o.severity == "error"}
@@ -190,11 +202,14 @@ def test_a_library_of_the_programs_own_stands_against_it(tmp_path: Path, name: s
 @pytest.mark.parametrize(
     ("lines", "speed"),
     [
-        (["I = 2.5", "$VEL.CP = I * 0.01"], 0.03), (["I = 2.4", "$VEL.CP = I * 0.01"], 0.02),
-        (["I = -2.5", "$VEL.CP = I * -0.01"], 0.03), (["R = 3", "$VEL.CP = R / 60"], 0.05),
-        (["I = 3", "$VEL.CP = 0.01 + I / 60"], 0.01), (["N[2] = 1.6", "$VEL.CP = N[2] * 0.01"], 0.02),
+        (["I = 2.5", "$VEL.CP = I * 0.01"], 0.03),
+        (["I = 2.4", "$VEL.CP = I * 0.01"], 0.02),
+        (["I = -2.5", "$VEL.CP = I * -0.01"], 0.03),
+        (["R = 3", "$VEL.CP = R / 60"], 0.05),
+        (["I = 3", "$VEL.CP = 0.01 + I / 60"], 0.01),
+        (["N[2] = 1.6", "$VEL.CP = N[2] * 0.01"], 0.02),
     ],
-)  # fmt: skip
+)
 def test_whole_numbers_are_rounded_and_reals_are_none(tmp_path: Path, lines: list[str], speed: float) -> None:
     made = run(tmp_path, *lines, *WAY, head=["DECL INT I, N[3]", "DECL REAL R", *HEAD])
     assert made.speed[1] == pytest.approx(speed) and said(made) == []
@@ -208,11 +223,15 @@ def test_a_parameter_is_of_the_type_that_its_routine_says(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("lines", "again"),
     [
-        (["$VEL.CP = F", *WAY, "F = F * 2"], False), (["F = 0.02", "$VEL.CP = F", *WAY, "F = F * 2"], True),
-        (["LIN XP", "XP.Z = XP.Z - 1"], False), (["XP.Z = 600", "LIN XP"], True), (["$VEL.CP = F", *WAY], True),
-        (["IF F > 0.05 THEN", "$OUT[2] = TRUE", "ENDIF", *WAY, "F = 0.1"], False), (["F = $ANIN[1]", *WAY, "F = 0.05"], True),
+        (["$VEL.CP = F", *WAY, "F = F * 2"], False),
+        (["F = 0.02", "$VEL.CP = F", *WAY, "F = F * 2"], True),
+        (["LIN XP", "XP.Z = XP.Z - 1"], False),
+        (["XP.Z = 600", "LIN XP"], True),
+        (["$VEL.CP = F", *WAY], True),
+        (["IF F > 0.05 THEN", "$OUT[2] = TRUE", "ENDIF", *WAY, "F = 0.1"], False),
+        (["F = $ANIN[1]", *WAY, "F = 0.05"], True),
     ],
-)  # fmt: skip
+)
 def test_what_a_data_list_keeps_makes_the_next_run_the_same(tmp_path: Path, lines: list[str], again: bool) -> None:
     data = "DECL REAL F=0.05\nDECL E6POS XP={X 97.0,Y -41.7,Z 600.0,A 180.0,B 0.0,C 20.4,E1 0.0,E2 0.0}"
     assert said(run(tmp_path, *lines, data=data)) == ([] if again else ["not-repeatable"])
@@ -251,10 +270,17 @@ def test_a_control_character_is_not_judged(tmp_path: Path, sign: str) -> None:
 @pytest.mark.parametrize(
     ("value", "speed"),
     [
-        ("9000 / 24000.0", 9000), ("0.375", 9000), ("4500.0 / 12000.0", 9000), ("S / 24000.0", 9000), ("0.33333333", 8000),
-        ("(3 + 6) / 24.0", 9000), ("0.0", None), ("9000 / 24000", None), ("$ANIN[1]", None),
+        ("9000 / 24000.0", 9000),
+        ("0.375", 9000),
+        ("4500.0 / 12000.0", 9000),
+        ("S / 24000.0", 9000),
+        ("0.33333333", 8000),
+        ("(3 + 6) / 24.0", 9000),
+        ("0.0", None),
+        ("9000 / 24000", None),
+        ("$ANIN[1]", None),
     ],
-)  # fmt: skip
+)
 def test_a_hook_is_known_by_the_number_that_it_comes_to(tmp_path: Path, value: str, speed: float | None) -> None:
     made = run(
         tmp_path, "S = 9000", f"$ANOUT[1] = {value}", "$OUT[1] = TRUE", "WAIT SEC 1.5 * 2", *WAY, head=["INT S", *HEAD]

@@ -113,8 +113,12 @@ def job(folder: Path) -> dict:
     for name in ("cell/cell.toml", "cell/poses.csv", "part.cls", "part.stl", "part.src", "part.dat"):
         (folder / name).write_text(name)
     (folder / "setup.toml").write_text('[part]\nmesh = "part.stl"\n')
-    return {"program": [folder / "part.src", folder / "part.dat"], "cell": folder / "cell", "clfile": folder / "part.cls",
-            "setup": folder / "setup.toml"}  # fmt: skip
+    return {
+        "program": [folder / "part.src", folder / "part.dat"],
+        "cell": folder / "cell",
+        "clfile": folder / "part.cls",
+        "setup": folder / "setup.toml",
+    }
 
 
 def test_a_manifest_names_every_file_and_nothing_differs(tmp_path: Path) -> None:

@@ -943,10 +943,13 @@ def test_speeds_after_initmov_are_the_controllers(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("WAIT FOR $IN[3]", "stands still until"), ("LOOP\nLIN {Z 600}\nENDLOOP", "without EXIT"),
-     ("FOR I=1 TO 1000000\nWAIT SEC 0\nENDFOR", "between two motions"),
-     ("FOR I=1 TO 1000000\n$TIMER[1]=0\nENDFOR", "turns of loops")],
-)  # fmt: skip
+    [
+        ("WAIT FOR $IN[3]", "stands still until"),
+        ("LOOP\nLIN {Z 600}\nENDLOOP", "without EXIT"),
+        ("FOR I=1 TO 1000000\nWAIT SEC 0\nENDFOR", "between two motions"),
+        ("FOR I=1 TO 1000000\n$TIMER[1]=0\nENDFOR", "turns of loops"),
+    ],
+)
 def test_waits_and_loops_without_an_end_are_not_judged(tmp_path, text, said):
     made = run(tmp_path, f"INT I\n{text}\nLIN {{Z 600}}")
     assert any(said in gap.text for gap in made.gaps)

@@ -55,20 +55,32 @@ def test_the_part_stands_where_the_setup_says() -> None:
     moved = np.eye(4)
     moved[:3, 3] = 0.01, 0.0, 0.003
     assert groove(*CUT, base_T_part=moved) != []
-    shifted = [{**m, "tip": (m["tip"][0] + 10, m["tip"][1], m["tip"][2] + 3)} if isinstance(m, dict) and not m.get("home") else m
-               for m in (*START, *CUT, *END)]  # fmt: skip
+    shifted = [
+        {**m, "tip": (m["tip"][0] + 10, m["tip"][1], m["tip"][2] + 3)}
+        if isinstance(m, dict) and not m.get("home")
+        else m
+        for m in (*START, *CUT, *END)
+    ]
     assert codes(file(*GROOVE), program(*shifted), base_T_part=moved) == []
 
 
 # --- the path ---------------------------------------------------------------------------------------------------------
 
 TILTED = (0.0, math.sin(deg_to_rad(0.02)), math.cos(deg_to_rad(0.02)))
+
+
 @pytest.mark.parametrize("begins", [False, True])
 def test_a_rapid_to_another_side_of_the_part_is_taken_at_its_word_within_an_operation_only(begins: bool) -> None:
     """Between two operations the straight line from a groove's end to a groove on the side goes through the part."""
     side, tilted = (1.0, 0.0, 0.0), (0.7071, 0.0, 0.7071)
-    both = file(*GROOVE[:-2], rapid(50, 0, -10, axis=side, begins=begins), feed(20, 0, -10, axis=side),
-                feed(20, 9, -10, axis=side), rapid(50, 9, -10, axis=side), OFF)  # fmt: skip
+    both = file(
+        *GROOVE[:-2],
+        rapid(50, 0, -10, axis=side, begins=begins),
+        feed(20, 0, -10, axis=side),
+        feed(20, 9, -10, axis=side),
+        rapid(50, 9, -10, axis=side),
+        OFF,
+    )
     cut = (lin(20, 0, -10, axis=side), lin(20, 9, -10, axis=side), lin(50, 9, -10, axis=side, at=RAPID), OFF,
            lin(90, 9, -10, axis=side, at=RAPID), ptp())  # fmt: skip
     straight = (lin(50, 0, -10, axis=side, at=RAPID),)
@@ -159,8 +171,18 @@ def test_a_rapid_of_the_file_is_straight_or_by_way_of_the_clear() -> None:
 
 def test_a_way_through_the_clear_may_take_the_place_of_several_rapids() -> None:
     """But only through the clear, to one of their ends, and never of the last before a cut."""
-    story = file(ON, rapid(0, 0, 25), feed(0, 0, 2), rapid(0, 0, 25), rapid(9, 9, 25), rapid(20, 0, 5), feed(20, 0, 2),
-                 rapid(20, 0, 25), rapid(0, 0, 25), OFF)  # fmt: skip
+    story = file(
+        ON,
+        rapid(0, 0, 25),
+        feed(0, 0, 2),
+        rapid(0, 0, 25),
+        rapid(9, 9, 25),
+        rapid(20, 0, 5),
+        feed(20, 0, 2),
+        rapid(20, 0, 25),
+        rapid(0, 0, 25),
+        OFF,
+    )
     before, after = (*START, lin(0, 0, 2)), (lin(20, 0, 2), lin(20, 0, 60, at=RAPID), OFF, ptp())
     over = (lin(0, 0, 60, at=RAPID), ptp(20, 0, 60))
     assert codes(story, program(*before, *over, lin(20, 0, 5, at=RAPID), *after)) == []
@@ -391,9 +413,13 @@ def test_a_table_that_turns_evenly_is_followed_in_pieces_of_half_a_degree(pieces
 
     begin = ({"axis": leaning(0)}, {"axis": leaning(1)})
     story = file(
-        ON, {**rapid(0, 0, 25), **begin[0]}, {**feed(0, 0, 2), **begin[0]}, *(at(k, 40, feed) for k in range(1, 41)),
-        {**rapid(20, 0, 25), **begin[1]}, OFF,
-    )  # fmt: skip
+        ON,
+        {**rapid(0, 0, 25), **begin[0]},
+        {**feed(0, 0, 2), **begin[0]},
+        *(at(k, 40, feed) for k in range(1, 41)),
+        {**rapid(20, 0, 25), **begin[1]},
+        OFF,
+    )
     story.path.line[2:42] = 4
     start = (
         ptp(),
@@ -528,20 +554,33 @@ EVENTS = {
     "a stop of its own": ([], [STOP], ["event-extra"]),
     "doubled": ([STOP], [STOP, STOP], ["event-extra"]),
     "order": ([DWELL, STOP], [STOP, DWELL], ["event-extra", "event-lost"]),
-    "another speed": ([(Kind.SPINDLE_ON, 5000.0, "CLW")], [(Kind.SPINDLE_ON, 4000.0, "CLW")],
-                      ["event-extra", "event-lost", "spindle-differs"]),
-    "another sense": ([(Kind.SPINDLE_ON, 5000.0, "CCLW")], [(Kind.SPINDLE_ON, 5000.0, "CLW")],
-                      ["event-extra", "event-lost", "spindle-differs"]),
-    "off before it turns the other way": ([(Kind.SPINDLE_ON, 3000.0, "CCLW")], [OFF, (Kind.SPINDLE_ON, 3000.0, "CCLW")], []),
+    "another speed": (
+        [(Kind.SPINDLE_ON, 5000.0, "CLW")],
+        [(Kind.SPINDLE_ON, 4000.0, "CLW")],
+        ["event-extra", "event-lost", "spindle-differs"],
+    ),
+    "another sense": (
+        [(Kind.SPINDLE_ON, 5000.0, "CCLW")],
+        [(Kind.SPINDLE_ON, 5000.0, "CLW")],
+        ["event-extra", "event-lost", "spindle-differs"],
+    ),
+    "off before it turns the other way": (
+        [(Kind.SPINDLE_ON, 3000.0, "CCLW")],
+        [OFF, (Kind.SPINDLE_ON, 3000.0, "CCLW")],
+        [],
+    ),
     "what changes nothing": ([ON], [], []),
     "off in a cut": ([], [OFF], ["event-extra", "spindle-differs"]),
     "off and on": ([], [OFF, ON], ["event-extra", "spindle-starts-in-part"]),
     "undone before anything moves": ([WATER, DRY], [], []),
     "an output": ([], [OUTPUT], ["output-unknown"]),
     "the file's own stop and start": ([OFF, STOP, ON], [OFF, STOP, ON], ["spindle-starts-in-part"]),
-    "running where the file measures": ([OFF, STOP, ON], [STOP, OFF, ON],
-                                        ["event-extra", "event-lost", "spindle-starts-in-part"]),
-}  # fmt: skip
+    "running where the file measures": (
+        [OFF, STOP, ON],
+        [STOP, OFF, ON],
+        ["event-extra", "event-lost", "spindle-starts-in-part"],
+    ),
+}
 
 
 @pytest.mark.parametrize("case", EVENTS)

@@ -141,9 +141,17 @@ def _nuisance(scene: Scene, unit: Unit, number: int) -> tuple[Column, ...]:
 
 
 def make_panel(
-    scene: Scene, number: int, units: Sequence[Unit], effects: Sequence[Effect], states: Mapping[str, State],
-    noise: Noise, kept: NDArray[np.bool_], blocks: int, first_block: int, basis: SmoothBasis | None = None,
-) -> Panel:  # fmt: skip
+    scene: Scene,
+    number: int,
+    units: Sequence[Unit],
+    effects: Sequence[Effect],
+    states: Mapping[str, State],
+    noise: Noise,
+    kept: NDArray[np.bool_],
+    blocks: int,
+    first_block: int,
+    basis: SmoothBasis | None = None,
+) -> Panel:
     """Columns and weights of one log. kept: (N,) False for outliers."""
     by_name = {e.name: e for e in effects}
     columns: list[Column] = []

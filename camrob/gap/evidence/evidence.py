@@ -257,10 +257,12 @@ class Evidence:
             best, size = np.full(len(units), -np.inf), np.zeros(len(units))
             names = [self.design.units[i].effect for i in units]
             # a unit of an effect that is in comes at its width, others at the best of a few
-            tried = np.array([
-                [fitted.shares.get(n, max(share, self._least[n]) if n in self._least else 1.0) for n in names]
-                for share in _SHARES
-            ])  # fmt: skip
+            tried = np.array(
+                [
+                    [fitted.shares.get(n, max(share, self._least[n]) if n in self._least else 1.0) for n in names]
+                    for share in _SHARES
+                ]
+            )
             into = np.maximum(tried[..., None] * usual[columns], out[columns])
             to = np.where(entering[:, None], into, out[columns]).reshape(-1, columns.shape[1])
             change, moved = (

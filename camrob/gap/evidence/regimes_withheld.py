@@ -69,12 +69,19 @@ def regimes_withheld(model: Model, members: Set) -> list[dict[str, Any]]:
         shrunk = _shrunk(model, rows, values, keep, fitted.cov)
         low, high = shrunk.interval()
         beyond = shrunk.rms_after**2 - shrunk.rms_before**2 > (_ERRORS * shrunk.doubt) ** 2
-        out.append({
-            "regime": regime.kind, "what": regime.what, "samples": int(sum(r.sum() for r in rows)),
-            "rms_before_mm": m_to_mm(shrunk.rms_before), "rms_after_mm": m_to_mm(shrunk.rms_after),
-            "shrink": shrunk.shrink, "shrink_interval": [low, high], "doubt_mm": m_to_mm(shrunk.doubt),
-            "worse": bool(high < 0.0 and beyond),
-        })  # fmt: skip
+        out.append(
+            {
+                "regime": regime.kind,
+                "what": regime.what,
+                "samples": int(sum(r.sum() for r in rows)),
+                "rms_before_mm": m_to_mm(shrunk.rms_before),
+                "rms_after_mm": m_to_mm(shrunk.rms_after),
+                "shrink": shrunk.shrink,
+                "shrink_interval": [low, high],
+                "doubt_mm": m_to_mm(shrunk.doubt),
+                "worse": bool(high < 0.0 and beyond),
+            }
+        )
     return out
 
 
@@ -129,9 +136,13 @@ def _rest(model: Model, regimes: Sequence[Regime]) -> Iterator[Design]:
     whole = d.A.sum(axis=0), d.b.sum(axis=0), float(d.yy.sum()), float(d.rows.sum())
     for r in range(len(regimes)):
         yield replace(
-            d, A=(whole[0] - A[r])[None], b=(whole[1] - b[r])[None], yy=np.array([whole[2] - yy[r]]),
-            rows=np.array([whole[3] - count[r]]), field=d.field.less(fields[r]) if d.field is not None else None,
-        )  # fmt: skip
+            d,
+            A=(whole[0] - A[r])[None],
+            b=(whole[1] - b[r])[None],
+            yy=np.array([whole[2] - yy[r]]),
+            rows=np.array([whole[3] - count[r]]),
+            field=d.field.less(fields[r]) if d.field is not None else None,
+        )
 
 
 def _alike(inside: Rows) -> Iterator[tuple[Rows, NDArray[np.int64]]]:
@@ -172,8 +183,9 @@ def _thirds(panels: Sequence[Panel], asked: Sequence[Rows]) -> Iterator[Regime]:
     """The lowest and the highest third of track, table, speed, and place along the work space's longest direction."""
     scenes = [p.scene for p in panels]
     for role, kind, least, unit in (
-        (Role.CARRIAGE, "track", _LEAST_TRACK, "mm"), (Role.WORKPIECE, "table", _LEAST_TABLE, "degrees"),
-    ):  # fmt: skip
+        (Role.CARRIAGE, "track", _LEAST_TRACK, "mm"),
+        (Role.WORKPIECE, "table", _LEAST_TABLE, "degrees"),
+    ):
         for joint in scenes[0].cell.joints:
             if joint.role is role:
                 values = [s.link[:, s.index(joint.name)] for s in scenes]
@@ -197,8 +209,15 @@ def _direction(along: Array) -> str:
 
 
 def _ends(
-    kind: str, name: str, values: Sequence[Array], asked: Sequence[Rows], unit: str, *, least: float = 0.0, ratio: float = 1.0
-) -> Iterator[Regime]:  # fmt: skip
+    kind: str,
+    name: str,
+    values: Sequence[Array],
+    asked: Sequence[Rows],
+    unit: str,
+    *,
+    least: float = 0.0,
+    ratio: float = 1.0,
+) -> Iterator[Regime]:
     """The third with the lowest values and that with the highest, where these differ enough."""
     all_ = np.concatenate([v[a] for v, a in zip(values, asked, strict=True)])
     if len(all_) < 3 * _LEAST_ROWS:

@@ -64,9 +64,14 @@ def timing_of(scene: Scene, track: ProgramTrack | None, why: str) -> dict[str, A
     if run.end <= run.begin or len(run.edges) < 2:
         return {**blank, "reason": "in it the robot does not move along the program"}
     return {
-        "log": scene.name, "reason": "", "duration": run.duration(), "speed": run.speeds(), "stops": run.stops(),
-        "lost": run.losses()[:_MOST], "stretches": len(run.losses()),
-    }  # fmt: skip
+        "log": scene.name,
+        "reason": "",
+        "duration": run.duration(),
+        "speed": run.speeds(),
+        "stops": run.stops(),
+        "lost": run.losses()[:_MOST],
+        "stretches": len(run.losses()),
+    }
 
 
 @dataclass(frozen=True)
@@ -156,12 +161,16 @@ class _Run:
         logged, predicted = (float(np.ptp(x)) for x in (self.logged, self.predicted))
         paused = sum(s["seconds"] - s["programmed_s"] for s in self.stops() if s["what"] == "pause")
         return {
-            "logged_s": logged, "predicted_s": predicted, "difference_s": logged - predicted,
+            "logged_s": logged,
+            "predicted_s": predicted,
+            "difference_s": logged - predicted,
             "difference_percent": 100.0 * (logged - predicted) / predicted if predicted > 0.0 else None,
-            "at_programmed_speed_s": float(np.ptp(self.at_feed)), "lost_s": logged - float(np.ptp(self.at_feed)),
+            "at_programmed_speed_s": float(np.ptp(self.at_feed)),
+            "lost_s": logged - float(np.ptp(self.at_feed)),
             "paused_s": paused,
-            "from_line": self.line(0), "to_line": self.line(len(self.edges) - 2),
-        }  # fmt: skip
+            "from_line": self.line(0),
+            "to_line": self.line(len(self.edges) - 2),
+        }
 
     @cached_property
     def _rates(self) -> tuple[Array, Array, Array, Array]:
@@ -191,10 +200,13 @@ class _Run:
         most = int(np.argmax(held))
         at = float(seconds[np.abs(share - 1.0) <= _NEAR].sum() / seconds.sum())
         return {
-            "programmed_mm_s": _spread(told, seconds), "logged_mm_s": _spread(speed, seconds),
-            "predicted_mm_s": _spread(model, seconds), "at_programmed_percent": 100.0 * at, "matches": at >= _STEADY,
+            "programmed_mm_s": _spread(told, seconds),
+            "logged_mm_s": _spread(speed, seconds),
+            "predicted_mm_s": _spread(model, seconds),
+            "at_programmed_percent": 100.0 * at,
+            "matches": at >= _STEADY,
             "steady_percent": 100.0 * _BIN * (most + 0.5) if held[most] >= _STEADY else None,
-        }  # fmt: skip
+        }
 
     def stops(self) -> list[dict[str, Any]]:
         """Rests between beginning and end: pauses, where the program asks for none or a shorter one."""
@@ -205,10 +217,15 @@ class _Run:
             asked = float(waits[near].sum())
             edge = int(np.clip(np.searchsorted(self.edges, self.u[rest.first] - 1e-6, side="right") - 1, 0, None))
             pause = rest.seconds > asked + max(0.5 * asked, rest.grain)
-            out.append({
-                "t_s": float(self.track.scene.t[rest.first]), "line": self.line(min(edge, len(self.edges) - 2)),
-                "seconds": rest.seconds, "programmed_s": asked, "what": "pause" if pause else "as programmed",
-            })  # fmt: skip
+            out.append(
+                {
+                    "t_s": float(self.track.scene.t[rest.first]),
+                    "line": self.line(min(edge, len(self.edges) - 2)),
+                    "seconds": rest.seconds,
+                    "programmed_s": asked,
+                    "what": "pause" if pause else "as programmed",
+                }
+            )
         return out
 
     def losses(self) -> list[dict[str, Any]]:
@@ -233,10 +250,16 @@ class _Run:
         begin, end = self.logged[a] - 1e-9, self.logged[b] + 1e-9
         stops = [s for s in self.stops() if s["what"] == "pause" and begin <= s["t_s"] <= end]
         return {
-            "from_line": self.line(a), "to_line": self.line(b - 1), "lost_s": logged - feed, "logged_s": logged,
-            "predicted_s": predicted, "at_programmed_speed_s": feed, "limit": limit,
-            "paused_s": sum(s["seconds"] - s["programmed_s"] for s in stops), "steady": self._steady(begin, end),
-        }  # fmt: skip
+            "from_line": self.line(a),
+            "to_line": self.line(b - 1),
+            "lost_s": logged - feed,
+            "logged_s": logged,
+            "predicted_s": predicted,
+            "at_programmed_speed_s": feed,
+            "limit": limit,
+            "paused_s": sum(s["seconds"] - s["programmed_s"] for s in stops),
+            "steady": self._steady(begin, end),
+        }
 
     def _steady(self, begin: float, end: float) -> dict[str, Any] | None:
         """What runs at one speed for most of a stretch: an axis at its highest of all the log, or the tool; None for nothing."""
@@ -252,10 +275,13 @@ class _Run:
             axis = scene.cell.index(scene.axes[k])
             prismatic, limit = scene.cell.joints[axis].prismatic, float(scene.cell.limits_of("speed")[axis])
             return {
-                "what": scene.axes[k], "unit": "mm/s" if prismatic else "deg/s", "share": float(flat[k]),
+                "what": scene.axes[k],
+                "unit": "mm/s" if prismatic else "deg/s",
+                "share": float(flat[k]),
                 "speed": m_to_mm(float(top[k])) if prismatic else rad_to_deg(float(top[k])),
-                "percent": 100.0 * float(top[k]) / limit if 0.0 < limit < np.inf else None, "of": "its limit in the cell",
-            }  # fmt: skip
+                "percent": 100.0 * float(top[k]) / limit if 0.0 < limit < np.inf else None,
+                "of": "its limit in the cell",
+            }
         here = rows - self.begin
         _, speed, told, _ = (x[here[(here >= 0) & (here < self.end - self.begin)]] for x in self._rates)
         usual = float(np.median(speed)) if len(speed) else 0.0
@@ -263,9 +289,13 @@ class _Run:
         if share < _STEADY or np.median(told) <= 0.0:
             return None
         return {
-            "what": "tool", "unit": "mm/s", "share": share, "speed": m_to_mm(usual),
-            "percent": 100.0 * usual / float(np.median(told)), "of": "the programmed speed",
-        }  # fmt: skip
+            "what": "tool",
+            "unit": "mm/s",
+            "share": share,
+            "speed": m_to_mm(usual),
+            "percent": 100.0 * usual / float(np.median(told)),
+            "of": "the programmed speed",
+        }
 
 
 def _spread(speed: Array, seconds: Array) -> dict[str, float]:

@@ -53,10 +53,14 @@ def noise_of(scene: Scene) -> Noise:
     told = np.nan_to_num(scene.sigma)
     floor = np.array([_FLOOR_LENGTH] * 3 + [_FLOOR_ANGLE] * 3)
     sigma = np.where((told <= 0.0) | (shown > 1.3 * told), np.maximum(shown, floor), told)
-    levers = np.array([
-        float(np.sqrt(np.mean(np.sum(scene.places[f"{a}.zero"][:, :3] ** 2, axis=1)))) if f"{a}.zero" in scene.places else 0.0
-        for a in scene.axes
-    ])  # fmt: skip
+    levers = np.array(
+        [
+            float(np.sqrt(np.mean(np.sum(scene.places[f"{a}.zero"][:, :3] ** 2, axis=1))))
+            if f"{a}.zero" in scene.places
+            else 0.0
+            for a in scene.axes
+        ]
+    )
     servo = SERVO_SHARE * sigma[0] / np.maximum(levers, 0.1)
     linear = [scene.cell.joints[scene.cell.index(a)].prismatic for a in scene.axes]
     drives = np.where(linear, scene.log.info.sigma_axis_length, scene.log.info.sigma_axis)
@@ -91,9 +95,9 @@ def noise_left(columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array
             raise LogError(what, cure="write sigma_mm (and sigma_deg) of the instrument into its .toml", path=path)
         left = (y * w - U @ (U.T @ (y * w))) / w
         parts = [left[~turned], left[turned]]
-        sigma = np.array([
-            np.sqrt(np.mean(r**2) / freedom) if len(r) else old for r, old in zip(parts, sigma, strict=True)
-        ])  # fmt: skip
+        sigma = np.array(
+            [np.sqrt(np.mean(r**2) / freedom) if len(r) else old for r, old in zip(parts, sigma, strict=True)]
+        )
     sigma = np.maximum(sigma, [_FLOOR_LENGTH, _FLOOR_ANGLE])
     return Noise(np.repeat(sigma, 3), servo, told=False)
 

@@ -220,10 +220,13 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
         seen[:, 3:] = False
     names = _place_names(cell, in_base)
     frames = fit_frames(
-        plain.poses(np.zeros(0), q), measured, seen,
+        plain.poses(np.zeros(0), q),
+        measured,
+        seen,
         left=log.has_position and log.info.measured_frame is MeasuredFrame.UNKNOWN,
-        right=log.has_position and log.info.target is Target.UNKNOWN, known=known,
-    )  # fmt: skip
+        right=log.has_position and log.info.target is Target.UNKNOWN,
+        known=known,
+    )
     model = ErrorModel.of(cell, names, in_base=in_base, left=frames.left, right=frames.right)
     ones = {"one": np.ones(len(log))}
     nominal, J = model.poses_and_jacobian(np.zeros(len(names)), q, ones)
@@ -234,11 +237,25 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
     sigma = np.array([log.info.sigma_position] * 3 + [log.info.sigma_angle] * 3)
     torque = _torques(model, cell, q, axes)
     return Scene(
-        name=log.path.name if log.path is not None else "log", cell=cell, log=log, t=log.t, axes=axes,
-        setpoint=setpoint, encoder=encoder, nominal=nominal, measured=measured, tcp_gap=gap,
+        name=log.path.name if log.path is not None else "log",
+        cell=cell,
+        log=log,
+        t=log.t,
+        axes=axes,
+        setpoint=setpoint,
+        encoder=encoder,
+        nominal=nominal,
+        measured=measured,
+        tcp_gap=gap,
         servo_gap=encoder - setpoint if encoder is not None and setpoint is not None else None,
-        seen=seen, places=places, torque=torque, moments=_moments(cell, q), pieces=pieces_of(log.t), frames=frames, sigma=sigma,
-    )  # fmt: skip
+        seen=seen,
+        places=places,
+        torque=torque,
+        moments=_moments(cell, q),
+        pieces=pieces_of(log.t),
+        frames=frames,
+        sigma=sigma,
+    )
 
 
 def _place_names(cell: Cell, in_base: bool) -> list[str]:

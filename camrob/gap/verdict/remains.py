@@ -42,9 +42,13 @@ def residual_regimes(model: Model, panels: Sequence[Panel]) -> list[dict[str, An
 
 
 def remains(
-    model: Model, panels: Sequence[Panel], together: Shrinkage, probability: float, shapes: Sequence[Mapping[str, Any]],
+    model: Model,
+    panels: Sequence[Panel],
+    together: Shrinkage,
+    probability: float,
+    shapes: Sequence[Mapping[str, Any]],
     regimes: Sequence[Mapping[str, Any]],
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """The JSON object `unknown`, but for what is implausible. panels: without the claimed effects; together: by how much these
     shrink the gap; shapes: of the unexplained, where its place has one; regimes: of the residual.
     """

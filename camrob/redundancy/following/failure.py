@@ -60,13 +60,17 @@ def explain_failure(
     if code == FAILED_SINGULAR:
         return SingularError(
             f"the cell has no way on from a singular posture; {short}; place the part elsewhere (part_in_base)",
-            line=line, region=region, reasons=tally,
-        )  # fmt: skip
+            line=line,
+            region=region,
+            reasons=tally,
+        )
     if not tally.get("in reach"):
         return UnreachableError(
             f"no posture of the cell reaches this point; {short}; place the part elsewhere (part_in_base)",
-            line=line, region=region, reasons=tally,
-        )  # fmt: skip
+            line=line,
+            region=region,
+            reasons=tally,
+        )
     if stopped:
         i = stopped[0]
         joint = cell.joints[i]
@@ -76,10 +80,18 @@ def explain_failure(
         return LimitError(
             f"the path can't be followed within the limits ({names} at the end of travel); {short}; other postures reach "
             "the point: move the part (part_in_base) or cut the operation in two",
-            line=line, region=region, axis=joint.name, value=edge, limit=edge,
-            unit="mm" if joint.prismatic else "degrees", reasons=tally,
-        )  # fmt: skip
+            line=line,
+            region=region,
+            axis=joint.name,
+            value=edge,
+            limit=edge,
+            unit="mm" if joint.prismatic else "degrees",
+            reasons=tally,
+        )
     return UnreachableError(
         f"the path can't be followed from the posture that it was begun in; {short}; move the part (part_in_base) "
-        "or cut the operation in two", line=line, region=region, reasons=tally,
-    )  # fmt: skip
+        "or cut the operation in two",
+        line=line,
+        region=region,
+        reasons=tally,
+    )

@@ -214,9 +214,16 @@ def read_fis(path: Path) -> FuzzySystem:
     if len(rules) != system.count("NumRules"):
         raise system.fail("NumRules", f"says {system.count('NumRules')}, there are {len(rules)}", "mend the count")
     result = FuzzySystem(
-        system.text("Name"), inputs, outputs, rules, system.text("AndMethod"), system.text("ImpMethod"), kind,
-        system.text("OrMethod"), system.text("DefuzzMethod"),
-    )  # fmt: skip
+        system.text("Name"),
+        inputs,
+        outputs,
+        rules,
+        system.text("AndMethod"),
+        system.text("ImpMethod"),
+        kind,
+        system.text("OrMethod"),
+        system.text("DefuzzMethod"),
+    )
     _check_covered(result, path)
     return result
 

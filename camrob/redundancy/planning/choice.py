@@ -126,9 +126,17 @@ def plan_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draf
     """The objective's terms for a draft, m, re-postures among them."""
     course = surroundings(space, w, draft, 1.0)
     values = prices(
-        space, objective, draft.u, np.ascontiguousarray(draft.q), course.weight, course.ds, course.dt, course.travel,
-        draft.joined, plan_work(),
-    )  # fmt: skip
+        space,
+        objective,
+        draft.u,
+        np.ascontiguousarray(draft.q),
+        course.weight,
+        course.ds,
+        course.dt,
+        course.travel,
+        draft.joined,
+        plan_work(),
+    )
     terms = dict(zip(TERMS, (float(v) for v in values), strict=True))
     terms["repostures"] = objective.reposture * float(np.sum(~draft.joined[1:]))
     return terms

@@ -83,9 +83,15 @@ def _weights(w: Waypoints) -> Array:
 
 
 def search(
-    space: PlanSpace, objective: Objective, w: Waypoints, nodes: Nodes, *, still: bool, travel: float,
+    space: PlanSpace,
+    objective: Objective,
+    w: Waypoints,
+    nodes: Nodes,
+    *,
+    still: bool,
+    travel: float,
     retract: float = RETRACT_PRICE,
-) -> Way:  # fmt: skip
+) -> Way:
     """The cheapest way through candidates of waypoints `w`; `still` holds the external axes within a region.
 
     travel: times the cell's price of external travel; retract: m, price of a re-posture that needs a retract.

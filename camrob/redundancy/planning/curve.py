@@ -68,9 +68,17 @@ class Landscape:
 
 
 def landscape(
-    cell: Cell, space: PlanSpace, objective: Objective, w: Waypoints, survey: Survey, certificate: Certificate,
-    coarse: Ints, *, still: bool, flow: bool,
-) -> Landscape:  # fmt: skip
+    cell: Cell,
+    space: PlanSpace,
+    objective: Objective,
+    w: Waypoints,
+    survey: Survey,
+    certificate: Certificate,
+    coarse: Ints,
+    *,
+    still: bool,
+    flow: bool,
+) -> Landscape:
     """Candidates for still axes, for flowing ones, or for both."""
     at = w.take(coarse)
     still_nodes = flow_nodes = None

@@ -61,8 +61,18 @@ def serve(
         start, stop = int(w.point[draft.index[part.start]]), int(w.point[draft.index[part.stop - 1]]) + 1
         rows = _references(cell, path, space, w, draft, part, start, stop)
         if begin > 0:  # the posture jumps at point `start`, which has been reached
-            revisions.append(_revision(cell, tracker, space, path, start, q[start], rows[0], int(draft.branch[part.start - 1])
-                                       == int(draft.branch[part.start])))  # fmt: skip
+            revisions.append(
+                _revision(
+                    cell,
+                    tracker,
+                    space,
+                    path,
+                    start,
+                    q[start],
+                    rows[0],
+                    int(draft.branch[part.start - 1]) == int(draft.branch[part.start]),
+                )
+            )
             q[start], inv_kf[start] = rows[0], tracker.inv_kf(rows[0])
             first = start + 1
         attempt = tracker.follow(tracker.at(rows[0]), rows[first - start :], first, stop, bounded=False)
@@ -101,9 +111,15 @@ def _references(
     n = len(place)
     u[0] = draft.u[part][0]
     course = Course(
-        np.ascontiguousarray(path.base_T_tip[start:stop]), np.full(n, draft.branch[part.start]), np.ones(n), np.ones(n),
-        np.ones(n), np.ones(n), np.arange(n) > 0, np.zeros(u.shape),
-    )  # fmt: skip
+        np.ascontiguousarray(path.base_T_tip[start:stop]),
+        np.full(n, draft.branch[part.start]),
+        np.ones(n),
+        np.ones(n),
+        np.ones(n),
+        np.ones(n),
+        np.arange(n) > 0,
+        np.zeros(u.shape),
+    )
     arm, _good = arm_along(space, course, np.ascontiguousarray(u), np.repeat(draft.q[part][:1], n, axis=0))
     rows = np.empty((n, len(cell)))
     rows[:, space.free] = u
@@ -112,9 +128,15 @@ def _references(
 
 
 def _revision(
-    cell: Cell, tracker: PathTracker, space: PlanSpace, path: ToolPathInBase, point: int, before: Array, after: Array,
+    cell: Cell,
+    tracker: PathTracker,
+    space: PlanSpace,
+    path: ToolPathInBase,
+    point: int,
+    before: Array,
+    after: Array,
     same_branch: bool,
-) -> Revision:  # fmt: skip
+) -> Revision:
     """The re-posture at a path point: with the pose held where the arm can follow from one to the other, else by axis values."""
     ahead = path.region[point:]
     named = ahead[ahead >= 0]

@@ -130,9 +130,14 @@ def _touching(
 
 
 def _resolved(
-    cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, score: Score | None,
+    cell: Cell,
+    path: ToolPathInBase,
+    space: PlanSpace,
+    objective: Objective,
+    mode: str,
+    score: Score | None,
     told: Share,
-) -> Solution:  # fmt: skip
+) -> Solution:
     """The solution of one plan, with retracts put in where it needs them."""
     given, plan = path, _plan(cell, path, space, objective, mode, score, told)
     for _round in range(_ROUNDS):
@@ -166,9 +171,14 @@ class _Plan:
 
 
 def _plan(
-    cell: Cell, path: ToolPathInBase, space: PlanSpace, objective: Objective, mode: str, score: Score | None,
+    cell: Cell,
+    path: ToolPathInBase,
+    space: PlanSpace,
+    objective: Objective,
+    mode: str,
+    score: Score | None,
     told: Share,
-) -> _Plan | Ints | None:  # fmt: skip
+) -> _Plan | Ints | None:
     """The plan of a path; the points at which it needs retracts first; None where no candidates lead through."""
     weights = plan_weights(cell)
     w = waypoints(path, SPACING)
@@ -219,8 +229,9 @@ def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str,
     least = {j.name: _LEAST_PRISMATIC if j.prismatic else _LEAST_REVOLUTE for j in cell.joints}
     return {
         name: max(weights.knee_travel * float(moved[i]), least[name])
-        for i, name in enumerate(cell.names) if name in cell.external_names
-    }  # fmt: skip
+        for i, name in enumerate(cell.names)
+        if name in cell.external_names
+    }
 
 
 def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
@@ -266,9 +277,12 @@ def _finding(report: PlanReport, share: float) -> Finding:
     """The plan in one line."""
     shares = ", ".join(f"{name} {100.0 * value:.1f} %" for name, value in report.shares.items() if value >= 0.0005)
     return Finding(
-        "plan", f"planned ({report.chosen}): mean 1/k_F is {100.0 * share:.1f} % of its bound; price: {shares}",
-        Severity.INFO, value=100.0 * share, unit="%",
-    )  # fmt: skip
+        "plan",
+        f"planned ({report.chosen}): mean 1/k_F is {100.0 * share:.1f} % of its bound; price: {shares}",
+        Severity.INFO,
+        value=100.0 * share,
+        unit="%",
+    )
 
 
 def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
@@ -280,10 +294,13 @@ def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
             "retract-inserted",
             "the path can't be followed in one posture: the tool is retracted here, the arm re-postured, and cutting goes on"
             + (f"; {why[int(k)]}" if int(k) in why else ""),
-            Severity.WARNING, line=int(path.line[k]), region=int(path.region[k]), point=int(k),
+            Severity.WARNING,
+            line=int(path.line[k]),
+            region=int(path.region[k]),
+            point=int(k),
         )
         for k in own
-    ]  # fmt: skip
+    ]
 
 
 def _published(cell: Cell, path: ToolPathInBase, why: str, told: Share) -> Solution:

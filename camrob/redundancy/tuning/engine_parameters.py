@@ -87,9 +87,9 @@ class EngineParameters:
 
 def _knots(variable: FuzzyVariable) -> Array:
     corners = {c for t in variable.terms if t.kind in _CORNERED for c in t.parameters}
-    return np.array([
-        variable.lower, *sorted(c for c in corners if variable.lower < c < variable.upper), variable.upper
-    ])  # fmt: skip
+    return np.array(
+        [variable.lower, *sorted(c for c in corners if variable.lower < c < variable.upper), variable.upper]
+    )
 
 
 def _warped(variable: FuzzyVariable, knots: Array, moved: Array) -> FuzzyVariable:

@@ -104,9 +104,13 @@ def fit_constant(
 
     start = np.full(len(names), np.log(_MIDDLE))
     found = minimise(
-        lambda x: judge.price(weighting(x)), [start], spread=np.full(len(names), _WEIGHT_SPREAD), budget=budget, seed=seed,
+        lambda x: judge.price(weighting(x)),
+        [start],
+        spread=np.full(len(names), _WEIGHT_SPREAD),
+        budget=budget,
+        seed=seed,
         progress=progress,
-    )  # fmt: skip
+    )
     weights = np.exp(np.clip(found.vector, _LEAST, _MOST))
     return FittedConstant(names, weights, parameters.engine(parameters.alike(weights)), weighting(found.vector), found)
 

@@ -88,7 +88,7 @@ def postures_merit(cell: Cell, path: ToolPathInBase, q: Array, inv_kf: Array) ->
         "margins": float(cut @ (weights.margin * lying)),
         "travel": float(np.where(cutting, 1.0, AIR_SHARE) @ (moved @ price)),
         "feed": float(cut @ (weights.speed * (stretch - 1.0))),
-    }  # fmt: skip
+    }
     terms = {name: value / length for name, value in terms.items()}
     room = np.minimum(q - cell.q_lower, cell.q_upper - q)[cutting][:, cell.arm_slice]
     return Merit(
@@ -114,9 +114,9 @@ def _travel_prices(cell: Cell, weights: PlanWeights) -> Array:
 
 def _margins(cell: Cell, weights: PlanWeights, q: Array) -> Array:
     """(N,) the barriers of all joints near their limits, summed."""
-    wanted = np.array([
-        mm_to_m(weights.margin_mm) if j.prismatic else deg_to_rad(weights.margin_deg) for j in cell.joints
-    ])  # fmt: skip
+    wanted = np.array(
+        [mm_to_m(weights.margin_mm) if j.prismatic else deg_to_rad(weights.margin_deg) for j in cell.joints]
+    )
     room = np.where(cell.endless, np.inf, np.minimum(q - cell.q_lower, cell.q_upper - q))
     share = room / wanted
     barrier = np.maximum(0.0, 2.0 - share) ** 2 + 10.0 * np.maximum(0.0, 1.0 - share) ** 2

@@ -31,11 +31,13 @@ def weights_chart(cell: Cell, along: Along, path: ToolPathInBase, found: Equilib
     cutting = np.asarray(path.cutting)
     traces = [
         along.curve(
-            np.where(cutting, np.asarray(found.weights)[:, cell.index(joint)], np.nan), joint,
-            template=f"{joint}: %{{y:.3f}}<extra></extra>", color=_COLORS[k % len(_COLORS)],
+            np.where(cutting, np.asarray(found.weights)[:, cell.index(joint)], np.nan),
+            joint,
+            template=f"{joint}: %{{y:.3f}}<extra></extra>",
+            color=_COLORS[k % len(_COLORS)],
         )
         for k, joint in enumerate(engine.weights)
-    ]  # fmt: skip
+    ]
     bounded = np.asarray(found.bounded) & cutting
     top = float(np.max(np.asarray(found.weights), initial=0.0))
     if bounded.any():

@@ -44,10 +44,12 @@ def render_condition(summary: ConditionSummary) -> RenderableType:
     posture = ", ".join(f"{axis} {shown_number(value)}" for axis, value in summary.posture.items())
     return Group(
         Text(f"{summary.cell}: {best}", style="bold"),
-        Text(f"characteristic length {shown_number(summary.characteristic_length_mm)} mm; "
-             f"cell.toml has {shown_number(summary.stated_mm)} mm"),
+        Text(
+            f"characteristic length {shown_number(summary.characteristic_length_mm)} mm; "
+            f"cell.toml has {shown_number(summary.stated_mm)} mm"
+        ),
         Text(f"posture {posture}; HOME has 1/k_F {shown_number(summary.home_inv_kf, 3)}"),
-    )  # fmt: skip
+    )
 
 
 def render_new_cell(summary: NewCellSummary) -> RenderableType:

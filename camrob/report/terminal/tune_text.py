@@ -21,11 +21,13 @@ def render_tune(summary: TuneSummary) -> RenderableType:
     for way in summary.ways:
         figures: TunedFigures = getattr(way, judged)
         table.add_row(
-            shown_text(way.way), _price(way.trained), _price(way.withheld),
+            shown_text(way.way),
+            _price(way.trained),
+            _price(way.withheld),
             f"{_number(figures.inv_kf_mean, 3)} ({_number(figures.inv_kf_min, 3)})",
             ", ".join(f"{shown_number(v, 0)} {k.replace('_', ' ')}" for k, v in figures.travel.items()),
             f"{_number(figures.feed_held_percent, 1)} %",
-        )  # fmt: skip
+        )
     where = ", ".join(f"{axis} {shown_number(v)}" for axis, v in summary.table_error_at.items())
     return Group(
         Text(f"{summary.engine} of {summary.cell}: {summary.budget} candidates a fit, {summary.seeds} seeds"),

@@ -116,8 +116,10 @@ def _from_where_it_stands(story: Story) -> Story:
         path=Path(
             np.insert(path.tip, at, [stand.tip for stand in story.stands], axis=0),
             np.insert(path.axis, at, [stand.axis for stand in story.stands], axis=0),
-            np.insert(path.center, at, none, axis=0), np.insert(path.normal, at, none, axis=0),
-            np.insert(path.angle, at, nowhere), np.insert(path.line, at, [stand.line for stand in story.stands]),
+            np.insert(path.center, at, none, axis=0),
+            np.insert(path.normal, at, none, axis=0),
+            np.insert(path.angle, at, nowhere),
+            np.insert(path.line, at, [stand.line for stand in story.stands]),
         ),
         way=np.insert(story.way, at, np.int8(Way.RAPID)),
         feed=np.insert(story.feed, at, nowhere),
@@ -127,7 +129,7 @@ def _from_where_it_stands(story: Story) -> Story:
         gaps=tuple(replace(gap, before=moved[gap.before]) for gap in story.gaps),
         stands=(),
         pecks={n + int(np.searchsorted(at, n, side="right")): most for n, most in story.pecks.items()},
-    )  # fmt: skip
+    )
 
 
 def _askable(story: Story, terms: Terms) -> tuple[Story, list[Objection]]:

@@ -112,9 +112,15 @@ def axis_speed_objections(match: Match, story: Story, run: Run, most: Array) -> 
 
 
 def _said(
-    code: str, text: str, rows: Rows, file: Rows | None, story: Story, run: Run,
-    speed: Array | None = None, limit: Array | None = None,
-) -> Objection:  # fmt: skip
+    code: str,
+    text: str,
+    rows: Rows,
+    file: Rows | None,
+    story: Story,
+    run: Run,
+    speed: Array | None = None,
+    limit: Array | None = None,
+) -> Objection:
     """One objection for all motions of a kind: the worst of them, and how many they are."""
     worst = 0 if speed is None or limit is None else int(np.argmax(np.abs(np.log(np.maximum(speed, 1e-12) / limit))))
     many = "" if len(rows) == 1 else f"; the worst of {len(rows)} motions, the first is line {run.path.line[rows[0]]}"

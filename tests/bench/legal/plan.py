@@ -132,9 +132,12 @@ class _Draw:
     def _holes(self) -> None:
         rng = self.rng
         more = {
-            "depth": self._on(rng.uniform(3, 14)), "clear": self._on(rng.uniform(1, 4)), "back": self._on(rng.uniform(5, 15)),
-            "dwell": rng.choice((0.0, 0.0, 0.5)), "peck": 0.0,
-        }  # fmt: skip
+            "depth": self._on(rng.uniform(3, 14)),
+            "clear": self._on(rng.uniform(1, 4)),
+            "back": self._on(rng.uniform(5, 15)),
+            "dwell": rng.choice((0.0, 0.0, 0.5)),
+            "peck": 0.0,
+        }
         if rng.random() < 0.4:
             more["peck"] = self._on(rng.uniform(2, 6))
         if more["peck"]:

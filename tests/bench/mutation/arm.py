@@ -81,11 +81,15 @@ def links(axes: Array) -> list[Array]:
     """Frames (N, 4, 4) in `base` behind E2, E1, A1 .. A6 (the row's own end), of axes (N, 8) as NAMES has them."""
     a = np.asarray(axes, float)
     rows = (
-        row(90.0, 803.0, a[:, 7] + 180.0, -305.0), row(90.0, 0.0, 0.0, a[:, 6]),
-        row(90.0, 300.0, a[:, 0] + 180.0, -675.0), row(0.0, UPPER_ARM, a[:, 1], 0.0),
-        row(90.0, FOREARM_RISE, a[:, 2] - 90.0, 0.0), row(90.0, 0.0, a[:, 3], -FOREARM),
-        row(90.0, 0.0, 180.0 - a[:, 4], 0.0), row(0.0, 0.0, a[:, 5], -PLATE),
-    )  # fmt: skip
+        row(90.0, 803.0, a[:, 7] + 180.0, -305.0),
+        row(90.0, 0.0, 0.0, a[:, 6]),
+        row(90.0, 300.0, a[:, 0] + 180.0, -675.0),
+        row(0.0, UPPER_ARM, a[:, 1], 0.0),
+        row(90.0, FOREARM_RISE, a[:, 2] - 90.0, 0.0),
+        row(90.0, 0.0, a[:, 3], -FOREARM),
+        row(90.0, 0.0, 180.0 - a[:, 4], 0.0),
+        row(0.0, 0.0, a[:, 5], -PLATE),
+    )
     out = [rows[0]]
     for one in rows[1:]:
         out.append(out[-1] @ one)

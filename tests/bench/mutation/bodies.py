@@ -59,8 +59,12 @@ class Body:
         around = [
             np.stack([self.size[0] * np.cos(ring), self.size[0] * np.sin(ring), np.full(16, z)], 1) for z in heights
         ]
-        inner = [np.stack([f * self.size[0] * np.cos(ring), f * self.size[0] * np.sin(ring), np.full(16, z)], 1)
-                 for f in (0.0, 0.5) for z in (-half, half) if self.kind == "cylinder"]  # fmt: skip
+        inner = [
+            np.stack([f * self.size[0] * np.cos(ring), f * self.size[0] * np.sin(ring), np.full(16, z)], 1)
+            for f in (0.0, 0.5)
+            for z in (-half, half)
+            if self.kind == "cylinder"
+        ]
         poles = (
             [] if self.kind == "cylinder" else [np.array([[0, 0, half + self.size[0]], [0, 0, -half - self.size[0]]])]
         )
@@ -100,9 +104,12 @@ class Bodies:
         world = arm.base_T_root(zero, axes[:, 7]) @ arm.inverse(arm.base_T_root(zero, zero))
         frames = dict(zip(_FRAMES, chain, strict=True))
         frames |= {
-            "base": np.broadcast_to(np.eye(4), world.shape), "world": world, "tool": tips,
-            "root": arm.base_T_root(axes[:, 6], axes[:, 7]), "flange": chain[-1] @ arm.rx(180.0),
-        }  # fmt: skip
+            "base": np.broadcast_to(np.eye(4), world.shape),
+            "world": world,
+            "tool": tips,
+            "root": arm.base_T_root(axes[:, 6], axes[:, 7]),
+            "flange": chain[-1] @ arm.rx(180.0),
+        }
         return {b.name: frames[b.frame] @ b.at for b in self.bodies}
 
 

@@ -134,12 +134,18 @@ def kinds(verdict: Verdict, before: Verdict | None, outcome: Outcome, baseline: 
     if before is None:
         return {"released where it was refused"}
     found = {
-        name for name, same in (
-            ("points of the cut", verdict.cut == before.cut), ("moves in the air", verdict.air == before.air),
-            ("posture", verdict.posture == before.posture), ("exact stops", verdict.rounded == before.rounded),
-            ("comments", verdict.texts == before.texts), ("feed", verdict.speeds == before.speeds),
+        name
+        for name, same in (
+            ("points of the cut", verdict.cut == before.cut),
+            ("moves in the air", verdict.air == before.air),
+            ("posture", verdict.posture == before.posture),
+            ("exact stops", verdict.rounded == before.rounded),
+            ("comments", verdict.texts == before.texts),
+            ("feed", verdict.speeds == before.speeds),
             ("speed in the air", verdict.air_speeds == before.air_speeds),
-            ("name", verdict.name == before.name), ("files", sorted(outcome.files) == sorted(baseline.files)),
-        ) if not same
-    }  # fmt: skip
+            ("name", verdict.name == before.name),
+            ("files", sorted(outcome.files) == sorted(baseline.files)),
+        )
+        if not same
+    }
     return found or {"text"}

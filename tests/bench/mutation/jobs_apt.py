@@ -176,9 +176,11 @@ def _nurbs() -> Job:
     control = [(0.0, 0.0, 0.0), (5.0, 10.0, 0.0), (15.0, 10.0, -2.0), (20.0, 0.0, -1.0)]
     text = nx(
         "CURVE",
-        _CUT + "GOTO/0,0,30,0,0,1\nFEDRAT/MMPM,450\nGOTO/0,0,0\nNURBS/\nKNOT/0,0,0,0,1,1,1,1\n"
-        + "".join(f"CNTRL/{x},{y},{z}\n" for x, y, z in control) + "RAPID\nGOTO/20,0,30\nSPINDL/OFF\n",
-    )  # fmt: skip
+        _CUT
+        + "GOTO/0,0,30,0,0,1\nFEDRAT/MMPM,450\nGOTO/0,0,0\nNURBS/\nKNOT/0,0,0,0,1,1,1,1\n"
+        + "".join(f"CNTRL/{x},{y},{z}\n" for x, y, z in control)
+        + "RAPID\nGOTO/20,0,30\nSPINDL/OFF\n",
+    )
     story = started().rapid(0, 0, 30).cut(450, 0, 0, 0).bezier(450, control, slack=0.02).rapid(20, 0, 30).event("off")
     return Job("nx-nurbs", "curve.cls", text, story, "part_in_base = [0, 0, 200, 0, 0, 0]\nchord_tolerance_mm = 0.02\n")
 

@@ -43,10 +43,11 @@ def _two_tools() -> list[Job]:
     )
     story = _two().rapid(26, 0, 5).cut(280, 26, 0, 2).cut(280, 40, 0, 2).rapid(40, 0, 50).event("off")
     text = nx(
-        "A", "SPINDL/RPM,3000,CLW\nRAPID\nGOTO/0,0,45,0,0,1\nFEDRAT/MMPM,300.0\nGOTO/0,0,2\nGOTO/20,0,2\nRAPID\nGOTO/20,0,50\n"
+        "A",
+        "SPINDL/RPM,3000,CLW\nRAPID\nGOTO/0,0,45,0,0,1\nFEDRAT/MMPM,300.0\nGOTO/0,0,2\nGOTO/20,0,2\nRAPID\nGOTO/20,0,50\n"
         "LOAD/TOOL,2\nSPINDL/RPM,4000,CLW\nRAPID\nGOTO/26,0,50\nFEDRAT/MMPM,280.0\nGOTO/26,0,2\n"
         "GOTO/40,0,2\nRAPID\nGOTO/40,0,50\n",
-    )  # fmt: skip
+    )
     plain = _two().cut(280, 26, 0, 2).cut(280, 40, 0, 2).rapid(40, 0, 50)
     apt = (
         "PARTNO T\nUNIT/MM\nLOAD/TOOL,1\nSPINDL/3000,RPM,CLW\nRAPID/\nGOTO/0,0,45.\n"
@@ -66,10 +67,11 @@ def _two_tools() -> list[Job]:
 def _cell_ways() -> list[Job]:
     """The same pocket where the table stands still, where there is none, and on the arm alone."""
     text = nx(
-        "P", _CUT + "GOTO/0,0,40,0.0871557427,0,0.9961946981\nFEDRAT/MMPM,420\nGOTO/0,0,0\nGOTO/25,0,1\n"
+        "P",
+        _CUT + "GOTO/0,0,40,0.0871557427,0,0.9961946981\nFEDRAT/MMPM,420\nGOTO/0,0,0\nGOTO/25,0,1\n"
         "CIRCLE/25,12,1,0,0,-1,12,0.06,0.5,24,0\nGOTO/25,24,1\n"
         "GOTO/0,20,0,0,0.0871557427,0.9961946981\nRAPID\nGOTO/0,20,45\nSPINDL/OFF\n",
-    )  # fmt: skip
+    )
     made = []
     for cell in ("still", "no-table", "fixed-arm"):
         place = (40.0, 20.0, 330.0, 25.0, 5.0, 0.0)
@@ -149,9 +151,10 @@ def _silent() -> Job:
 
 def _optimal() -> Job:
     text = nx(
-        "FAST", _CUT + "GOTO/0,0,40,0,0,1\nFEDRAT/MMPM,9000\nGOTO/0,0,0\nGOTO/60,0,0,0.139173101,0,0.990268069\n"
+        "FAST",
+        _CUT + "GOTO/0,0,40,0,0,1\nFEDRAT/MMPM,9000\nGOTO/0,0,0\nGOTO/60,0,0,0.139173101,0,0.990268069\n"
         "GOTO/60,4,0,0,0,1\nGOTO/0,4,0,0.139173101,0,0.990268069\nRAPID\nGOTO/0,4,40\nSPINDL/OFF\n",
-    )  # fmt: skip
+    )
     a = (0.139173101, 0.0, 0.990268069)
     story = started().rapid(0, 0, 40).cut(9000, 0, 0, 0).cut(9000, 60, 0, 0, axis=a).cut(9000, 60, 4, 0, axis=(0, 0, 1))
     story.cut(9000, 0, 4, 0, axis=a).rapid(0, 4, 40).event("off")
@@ -207,9 +210,10 @@ def _counter() -> Job:
 def _sense() -> Job:
     """A tap that begins counter-clockwise."""
     text = nx(
-        "TAP", "SPINDL/RPM,300,CCLW\nRAPID\nGOTO/0,0,40,0,0,1\nCYCLE/TAP,RAPTO,3.,FEDTO,-10.,MMPM,300.\nGOTO/0,0,0\nCYCLE/OFF\n"
+        "TAP",
+        "SPINDL/RPM,300,CCLW\nRAPID\nGOTO/0,0,40,0,0,1\nCYCLE/TAP,RAPTO,3.,FEDTO,-10.,MMPM,300.\nGOTO/0,0,0\nCYCLE/OFF\n"
         "RAPID\nGOTO/0,0,40\nSPINDL/OFF\n",
-    )  # fmt: skip
+    )
     story = (
         Story().event("change", 1).event("ccw", 300).rapid(0, 0, 40).rapid(0, 0, 3).cut(300, 0, 0, -10).event("cw", 300)
     )

@@ -21,8 +21,11 @@ _EDGE: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In,
 }  # fmt: skip
 _OTHER_SIDE: dict[type[ast.cmpop], type[ast.cmpop]] = {
-    ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt, ast.GtE: ast.LtE,
-}  # fmt: skip
+    ast.Lt: ast.Gt,
+    ast.LtE: ast.GtE,
+    ast.Gt: ast.Lt,
+    ast.GtE: ast.LtE,
+}
 _PAIRS = (
     "sin cos", "min max", "minimum maximum", "argmin argmax", "any all", "floor ceil", "lower upper", "first last",
     "start end", "start stop", "before after", "left right", "append insert", "mm_to_m m_to_mm", "deg_to_rad rad_to_deg",
@@ -246,8 +249,13 @@ def _statement(node: ast.stmt, parent: ast.AST, bound: set[str]) -> Iterator[Fou
     elif isinstance(node, ast.Expr) and not isinstance(node.value, ast.Constant):
         yield "drop", node, _put(parent, node, nothing)
     elif isinstance(node, ast.Assign):
-        named = {n.id for t in node.targets if not isinstance(t, (ast.Attribute, ast.Subscript)) for n in ast.walk(t)
-                 if isinstance(n, ast.Name)}  # fmt: skip
+        named = {
+            n.id
+            for t in node.targets
+            if not isinstance(t, (ast.Attribute, ast.Subscript))
+            for n in ast.walk(t)
+            if isinstance(n, ast.Name)
+        }
         if named <= bound:
             yield "drop", node, _put(parent, node, nothing)
     elif isinstance(node, ast.Return) and node.value is not None:

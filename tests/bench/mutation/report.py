@@ -109,17 +109,26 @@ def _page(rows: Sequence[Row], out: Sequence[dict[str, str]]) -> str:
     outcomes = Counter(row["outcome"] for row in rows)
     count = Counter(entry["outcome"] for entry in out)
     lines = [
-        "# Mutants of camrob, released or not", "",
-        "Made by `python tests/bench/mutants.py --count N`, then `--table`; [the rows](mutants_table.csv).", "",
+        "# Mutants of camrob, released or not",
+        "",
+        "Made by `python tests/bench/mutants.py --count N`, then `--table`; [the rows](mutants_table.csv).",
+        "",
         f"{len(out)} mutants, drawn by rule from every function that a job of the bench goes through, changed the program's "
         f"bytes: {count[_STOPPED]} were written and not released, {count['valid']} released and valid, **{count['wrong']} "
         f"released and wrong**, {count['wrong in part']} wrong where the program says itself that it "
         "was not judged (verified in part).",
-        "", f"The last round ran {len(rows)} mutants:", "", "| outcome | mutants |", "| --- | --- |",
-        *(f"| {_OUTCOMES.get(name, name)} | {number} |" for name, number in outcomes.most_common()), "",
-        "## By room, all rounds", "", "| room | changed the program | released, valid | released, wrong |",
+        "",
+        f"The last round ran {len(rows)} mutants:",
+        "",
+        "| outcome | mutants |",
+        "| --- | --- |",
+        *(f"| {_OUTCOMES.get(name, name)} | {number} |" for name, number in outcomes.most_common()),
+        "",
+        "## By room, all rounds",
+        "",
+        "| room | changed the program | released, valid | released, wrong |",
         "| --- | --- | --- | --- |",
-    ]  # fmt: skip
+    ]
     rooms: dict[str, Counter[str]] = {}
     for entry in out:
         rooms.setdefault(entry["room"], Counter()).update(["changed", entry["outcome"]])
@@ -140,11 +149,15 @@ _OUTCOMES = {
     "wrong in part": "wrong in a place that the program says was not judged (verified in part)",
     "same": "the same bytes on every job that goes through it",
     "kept": "only met by jobs of which nothing may come, and nothing came",
-    "refused": "refused", "crashed": "stopped by an error that is none of camrob's own, nothing released",
-    "hang": "not finished in its time, nothing released", "valid": "released, changed, valid", "wrong": "released and wrong",
+    "refused": "refused",
+    "crashed": "stopped by an error that is none of camrob's own, nothing released",
+    "hang": "not finished in its time, nothing released",
+    "valid": "released, changed, valid",
+    "wrong": "released and wrong",
     "gone": "another change than that of the table",
-    "unreached": "no usable job goes through it", "inapplicable": "could not be put into a running process",
-}  # fmt: skip
+    "unreached": "no usable job goes through it",
+    "inapplicable": "could not be put into a running process",
+}
 
 
 # -- the quick run ----------------------------------------------------------------------------------------------

@@ -31,14 +31,17 @@ def write(results: Path, table: Path) -> None:
     outcomes = read(results)
     wrong, legal = ([o for o in outcomes if o.verdict == v] for v in ("wrong", "legal"))
     text = [
-        "# Faults in program text", "",
+        "# Faults in program text",
+        "",
         "Made by `python tests/bench/text_faults.py` and `--table`: edits drawn by rule over the syntax tree of posted",
         "programs, each run through `verify --against --no-manifest`. A fault counts where what the machine does differs by",
         "more than 0.01 mm or 0.01 degrees, in a feed, in an event or in what is in force, as a small interpreter of the",
-        "bench's own finds, or by what KRL says of statements that it does not follow.", "",
+        "bench's own finds, or by what KRL says of statements that it does not follow.",
+        "",
         f"**{len(wrong)} faults, {sum(o.bad for o in wrong)} pass; {len(legal)} legal rewrites, {sum(o.bad for o in legal)} "
-        "do not pass.**", "",
-    ]  # fmt: skip
+        "do not pass.**",
+        "",
+    ]
     text += [
         "| family | faults | refused | not judged | input error | crash | hang | pass |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
@@ -53,11 +56,15 @@ def write(results: Path, table: Path) -> None:
     text += ["", "## What came out badly", ""]
     text += [line for o in outcomes if o.bad for line in _entry(o)] or ["Nothing."]
     text += [
-        "", "## Neither wrong nor the same", "",
+        "",
+        "## Neither wrong nor the same",
+        "",
         "Other postures, other ways through the air, other rapids, roundings that no controller carries out, settings on",
-        "which nothing depends: run, not counted. Drawn faults that turn out to change nothing stand here as `same`.", "",
-        "| rule | differs in | answers |", "| --- | --- | --- |",
-    ]  # fmt: skip
+        "which nothing depends: run, not counted. Drawn faults that turn out to change nothing stand here as `same`.",
+        "",
+        "| rule | differs in | answers |",
+        "| --- | --- | --- |",
+    ]
     rest = [o for o in outcomes if o.verdict in ("open", "same")]
     for name in sorted({(o.key.split("/")[0], o.verdict) for o in rest}):
         rows = [o for o in rest if (o.key.split("/")[0], o.verdict) == name]

@@ -66,11 +66,18 @@ def a_loop_around_motions(draw: Draw) -> Tree:
 
 @rule("flow", "wrong", times=2)
 def another_loop_around_motions(draw: Draw) -> Tree:
-    before, after = draw.rng.choice([
-        ("WHILE $IN[2]", "ENDWHILE"), ("REPEAT", "UNTIL $IN[2]"), ("LOOP", "ENDLOOP"), ("FOR I = 1 TO N", "ENDFOR"),
-        ("FOR I = 3 TO 1", "ENDFOR"), ("SWITCH $MODE_OP\r\nCASE #T1", "ENDSWITCH"), ("WHILE FALSE", "ENDWHILE"),
-        ("FOR I = 1 TO 3 STEP 1", "ENDFOR"),
-    ])  # fmt: skip
+    before, after = draw.rng.choice(
+        [
+            ("WHILE $IN[2]", "ENDWHILE"),
+            ("REPEAT", "UNTIL $IN[2]"),
+            ("LOOP", "ENDLOOP"),
+            ("FOR I = 1 TO N", "ENDFOR"),
+            ("FOR I = 3 TO 1", "ENDFOR"),
+            ("SWITCH $MODE_OP\r\nCASE #T1", "ENDSWITCH"),
+            ("WHILE FALSE", "ENDWHILE"),
+            ("FOR I = 1 TO 3 STEP 1", "ENDFOR"),
+        ]
+    )
     return _around(draw, before.split("\r\n"), [after])
 
 
@@ -238,28 +245,59 @@ def a_part_that_calls_itself(draw: Draw) -> Tree:
 def a_line_that_is_no_krl(draw: Draw) -> Tree:
     m = draw.motion(lambda m: m.cut and m.node.kind == "lin")
     text = m.node.text
-    bad = draw.rng.choice([
-        text.replace("{", "(", 1), text.replace("}", "", 1), text.replace("LIN", "LINE", 1), text + " C_SOON",
-        text.replace(",", ";", 1), text.replace("Z ", "Z= ", 1), "G1 X10 Y10", text + " " + text, text[: len(text) // 2],
-        text.replace("E6POS", "E7POS", 1), text.replace("E6POS", "E6AXIS", 1), text.replace("X ", "U ", 1),
-    ])  # fmt: skip
+    bad = draw.rng.choice(
+        [
+            text.replace("{", "(", 1),
+            text.replace("}", "", 1),
+            text.replace("LIN", "LINE", 1),
+            text + " C_SOON",
+            text.replace(",", ";", 1),
+            text.replace("Z ", "Z= ", 1),
+            "G1 X10 Y10",
+            text + " " + text,
+            text[: len(text) // 2],
+            text.replace("E6POS", "E7POS", 1),
+            text.replace("E6POS", "E6AXIS", 1),
+            text.replace("X ", "U ", 1),
+        ]
+    )
     return draw.tree.put(m.at, bad)
 
 
 @rule("text", "wrong", times=2)
 def a_statement_that_nobody_knows(draw: Draw) -> Tree:
-    line = draw.rng.choice([
-        "BRAKE", "RUN=2", "CWRITE($CMD,STAT,MODE,\"RUN /R1/OTHER()\")", "$POS_ACT.X = 3.0", "RSI_MOVECORR()", "ST_ON()",
-        "PTP XHOME C_PTP", "MOVE_TO(3)", "$CORR_T.Z = 1.0", "$DELTAWORKOFF = TRUE", "$TECH[1].MODE = #CYCLE", "LIN P1 VEL=2 M/S",
-    ])  # fmt: skip
+    line = draw.rng.choice(
+        [
+            "BRAKE",
+            "RUN=2",
+            'CWRITE($CMD,STAT,MODE,"RUN /R1/OTHER()")',
+            "$POS_ACT.X = 3.0",
+            "RSI_MOVECORR()",
+            "ST_ON()",
+            "PTP XHOME C_PTP",
+            "MOVE_TO(3)",
+            "$CORR_T.Z = 1.0",
+            "$DELTAWORKOFF = TRUE",
+            "$TECH[1].MODE = #CYCLE",
+            "LIN P1 VEL=2 M/S",
+        ]
+    )
     return draw.tree.before(draw.cut().at, line)
 
 
 @rule("text", "open", times=2)
 def a_setting_of_the_controller(draw: Draw) -> Tree:
     """Nothing that these programs do depends on it."""
-    line = draw.rng.choice([
-        "$SOFTP_END[1] = 400.0", "$LOAD.M = 90.0", "$GEAR_JERK[1] = 90", "$CYCFLAG[1] = $IN[1]", "$FLAG[3] = TRUE",
-        "$TIMER_STOP[1] = FALSE", "$H_POS = $AXIS_ACT", "$VEL_AXIS[1] = 5",
-    ])  # fmt: skip
+    line = draw.rng.choice(
+        [
+            "$SOFTP_END[1] = 400.0",
+            "$LOAD.M = 90.0",
+            "$GEAR_JERK[1] = 90",
+            "$CYCFLAG[1] = $IN[1]",
+            "$FLAG[3] = TRUE",
+            "$TIMER_STOP[1] = FALSE",
+            "$H_POS = $AXIS_ACT",
+            "$VEL_AXIS[1] = 5",
+        ]
+    )
     return draw.tree.before(draw.cut().at, line)

@@ -117,11 +117,18 @@ def base_without_ek(draw: Draw) -> Tree:
 @rule("frames", "wrong", times=2)
 def base_set_again(draw: Draw) -> Tree:
     header = draw.tree.at(draw.line("set", "$BASE")).text
-    line = draw.rng.choice([
-        "$BASE = {X 0.0,Y 0.0,Z -1.0,A 0.0,B 0.0,C 0.0}", "BAS (#BASE,1 )", "$BASE = BASE_DATA[2]", "$BASE = $NULLFRAME",
-        _aggregate_moved(header, "Z", -0.5), _aggregate_moved(header, "A", 0.3),
-        "$BASE = $BASE : {X 0.0,Y 0.0,Z -1.0,A 0.0,B 0.0,C 0.0}", "BAS (#EX_BASE,1 )",
-    ])  # fmt: skip
+    line = draw.rng.choice(
+        [
+            "$BASE = {X 0.0,Y 0.0,Z -1.0,A 0.0,B 0.0,C 0.0}",
+            "BAS (#BASE,1 )",
+            "$BASE = BASE_DATA[2]",
+            "$BASE = $NULLFRAME",
+            _aggregate_moved(header, "Z", -0.5),
+            _aggregate_moved(header, "A", 0.3),
+            "$BASE = $BASE : {X 0.0,Y 0.0,Z -1.0,A 0.0,B 0.0,C 0.0}",
+            "BAS (#EX_BASE,1 )",
+        ]
+    )
     return draw.tree.before(_inside(draw), line)
 
 
@@ -157,20 +164,31 @@ def base_of_another_mechanism(draw: Draw) -> Tree:
 @rule("frames", "wrong")
 def another_external_mechanism(draw: Draw) -> Tree:
     at = draw.line("set", "$ACT_EX_AX")
-    return draw.rng.choice([
-        draw.tree.put(at, f"$ACT_EX_AX = {draw.rng.choice([0, 1, 3])}"),
-        draw.tree.before(_inside(draw), f"$ACT_EX_AX = {draw.rng.choice([0, 1])}"),
-    ])  # fmt: skip
+    return draw.rng.choice(
+        [
+            draw.tree.put(at, f"$ACT_EX_AX = {draw.rng.choice([0, 1, 3])}"),
+            draw.tree.before(_inside(draw), f"$ACT_EX_AX = {draw.rng.choice([0, 1])}"),
+        ]
+    )
 
 
 @rule("frames", "wrong", times=2)
 def what_the_numbers_mean(draw: Draw) -> Tree:
     """Interpolation mode, foot, world, asynchronous axes."""
-    line = draw.rng.choice([
-        "$IPO_MODE = #TCP", "$ROBROOT = {X 1000.0,Y 0.0,Z 500.0,A 0.0,B 0.0,C 0.0}", "$ROBROOT.Z = 1.0", "$ASYNC_AXIS = 'B0011'",
-        "$ASYNC_AXIS = 2", "$WORLD = {X 0.0,Y 0.0,Z 5.0,A 0.0,B 0.0,C 0.0}", "$ERSYSROOT = {X 1.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}",
-        "$EX_AX_ASYNC = 2", "ASYPTP {E2 90.0}", "$ASYNC_EX_AX_DECOUPLE = 'B0010'",
-    ])  # fmt: skip
+    line = draw.rng.choice(
+        [
+            "$IPO_MODE = #TCP",
+            "$ROBROOT = {X 1000.0,Y 0.0,Z 500.0,A 0.0,B 0.0,C 0.0}",
+            "$ROBROOT.Z = 1.0",
+            "$ASYNC_AXIS = 'B0011'",
+            "$ASYNC_AXIS = 2",
+            "$WORLD = {X 0.0,Y 0.0,Z 5.0,A 0.0,B 0.0,C 0.0}",
+            "$ERSYSROOT = {X 1.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}",
+            "$EX_AX_ASYNC = 2",
+            "ASYPTP {E2 90.0}",
+            "$ASYNC_EX_AX_DECOUPLE = 'B0010'",
+        ]
+    )
     return draw.tree.before(draw.rng.choice([_inside(draw), draw.line("set", "$TOOL")]), line)
 
 

@@ -22,10 +22,16 @@ def _coolant(draw: Draw, at: At) -> str:
 @rule("hidden", "wrong", times=3)
 def a_trigger(draw: Draw) -> Tree:
     cut = draw.cut()
-    act = draw.rng.choice([
-        "$OUT[1] = FALSE", _coolant(draw, cut.at), "$ANOUT[1] = 0.1", "$OUT[9] = TRUE", "PULSE($OUT[1],FALSE,1.0)",
-        "LOWER ( ) PRIO = -1",
-    ])  # fmt: skip
+    act = draw.rng.choice(
+        [
+            "$OUT[1] = FALSE",
+            _coolant(draw, cut.at),
+            "$ANOUT[1] = 0.1",
+            "$OUT[9] = TRUE",
+            "PULSE($OUT[1],FALSE,1.0)",
+            "LOWER ( ) PRIO = -1",
+        ]
+    )
     when = draw.rng.choice(["DISTANCE=0 DELAY=0", "DISTANCE=1 DELAY=-20", "PATH=-5 DELAY=0", "PATH=0 ONSTART DELAY=10"])
     return draw.tree.before(cut.at, f"TRIGGER WHEN {when} DO {act}")
 
@@ -52,10 +58,15 @@ def a_signal(draw: Draw) -> Tree:
     """An output under a name of its own, switched in the cut."""
     cut = draw.cut()
     wet = _coolant(draw, cut.at).replace("$OUT[2]", "WET")
-    declare, use = draw.rng.choice([
-        ("SIGNAL MILL $OUT[1]", "MILL = FALSE"), ("SIGNAL WET $OUT[2]", wet), ("SIGNAL RPM $ANOUT[1]", "RPM = 0.05"),
-        ("SIGNAL BOTH $OUT[1] TO $OUT[2]", "BOTH = 0"), ("SIGNAL LAMP $OUT[1]", "PULSE(LAMP,FALSE,0.3)"),
-    ])  # fmt: skip
+    declare, use = draw.rng.choice(
+        [
+            ("SIGNAL MILL $OUT[1]", "MILL = FALSE"),
+            ("SIGNAL WET $OUT[2]", wet),
+            ("SIGNAL RPM $ANOUT[1]", "RPM = 0.05"),
+            ("SIGNAL BOTH $OUT[1] TO $OUT[2]", "BOTH = 0"),
+            ("SIGNAL LAMP $OUT[1]", "PULSE(LAMP,FALSE,0.3)"),
+        ]
+    )
     return _declared(draw, [declare], cut.at, use)
 
 
