@@ -270,7 +270,7 @@ def _keep_kernels_fresh() -> None:
             if file.endswith(".py"):
                 with open(os.path.join(folder, file), "rb") as source:
                     text = source.read()
-                if b"numba" in text:
+                if b"numba" in text or b"camrob.compiled" in text:
                     sources.update(file.encode() + b"\0" + text)
     root = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     place = os.path.join(root, "camrob", "kernels-" + sources.hexdigest()[:16])

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import bare
 
 __all__ = ["compose", "move_joint"]
 
 Array = NDArray[np.float64]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def compose(R: Array, p: Array, fixed: Array) -> None:
     """R, p <- (R, p) * fixed, in place."""
     for r in range(3):
@@ -22,7 +23,7 @@ def compose(R: Array, p: Array, fixed: Array) -> None:
         R[r, 2] = a * fixed[0, 2] + b * fixed[1, 2] + c * fixed[2, 2]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def move_joint(R: Array, p: Array, prismatic: bool, q: float) -> None:
     """R, p <- (R, p) moved by a joint along or about its z, in place."""
     if prismatic:

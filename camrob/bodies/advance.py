@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +18,7 @@ from camrob.bodies.convex import Pieces
 from camrob.bodies.tree import ball_distance, new_search, tree_distance
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.compiled import inlined, kernel
 from camrob.frame_steps import compose, move_joint
 
 __all__ = ["Links", "Riders", "chain_links", "follow_pair", "pair_distances"]
@@ -59,7 +59,7 @@ def chain_links(cell: Cell) -> Links:
     return Links(before, np.stack([j.after for j in cell.joints]), np.array([j.prismatic for j in cell.joints]))
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _place(links: Links, riders: Riders, a: int, b: int, q: Array, R: Array, p: Array, rho: Array) -> None:
     """R, p <- body a seen from body b; rho[i] <- how far a reaches from the axis of joint i, for the joints between.
 
@@ -100,7 +100,7 @@ def _place(links: Links, riders: Riders, a: int, b: int, q: Array, R: Array, p: 
             R[r, c] = B[0, r] * x + B[1, r] * y + B[2, r] * z
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _moved(links: Links, low: int, high: int, turn: Array, rho: Array) -> float:
     """How far at most a body moves while the joints low..high leave the sample by at most turn[i]."""
     total = 0.0
@@ -112,7 +112,7 @@ def _moved(links: Links, low: int, high: int, turn: Array, rho: Array) -> float:
     return total
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _reach_on(
     links: Links,
     low: int,
@@ -132,7 +132,8 @@ def _reach_on(
     Returns the segment's start and the part of it that were reached, and the motion up to there. A run of active
     segments is never left: at its end the start is its last point and the part 0.
     """
-    turn[:] = 0.0
+    for i in range(low, high + 1):
+        turn[i] = 0.0
     moved, j = 0.0, k + 1
     while j < q.shape[0] and active[j]:
         for i in range(low, high + 1):
@@ -141,7 +142,8 @@ def _reach_on(
         if further > reach:
             break
         moved = further
-        turn[low : high + 1] = trial[low : high + 1]
+        for i in range(low, high + 1):
+            turn[i] = trial[i]
         j += 1
     if j == q.shape[0] or not active[j]:
         return j - 1, 0.0, moved
@@ -161,7 +163,7 @@ def _reach_on(
     return j - 1, below, moved
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _next_run(active: NDArray[np.bool_], k: int) -> int:
     """Start of the next active segment at or behind point k; the number of points where there is none."""
     for j in range(k + 1, len(active)):
@@ -170,7 +172,7 @@ def _next_run(active: NDArray[np.bool_], k: int) -> int:
     return len(active)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def follow_pair(
     links: Links,
     riders: Riders,
@@ -209,7 +211,9 @@ def follow_pair(
         samples += 1
         step *= 2.0 if samples % budget == 0 else 1.0
         if d < clearance:
-            clearance, at, closest[:] = d, here, posture
+            clearance, at = d, here
+            for i in range(n):
+                closest[i] = posture[i]
         if d <= 0.0:
             hit[here] = True
             reach = step if step > finest else 0.0
@@ -232,7 +236,7 @@ def follow_pair(
     return clearance, at, blind, samples
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def pair_distances(links: Links, riders: Riders, a: int, b: int, q: Array) -> Array:
     """Distances (M,), m, of bodies a and b (a rides farther out) in postures q (M, n); 0.0 where they touch."""
     search = new_search()

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import inlined
+from camrob.triples import copy3
 
 __all__ = ["BOX", "CYLINDER", "TRIANGLE", "Pieces", "piece_distance", "scratch"]
 
@@ -47,7 +49,7 @@ class Pieces(NamedTuple):
     triangles: Array
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _support(pieces: Pieces, node: int, x: float, y: float, z: float, out: Array) -> None:
     """out <- the point of a piece, relative to its centre, that lies farthest along (x, y, z)."""
     kind = pieces.kind[node]
@@ -72,7 +74,7 @@ def _support(pieces: Pieces, node: int, x: float, y: float, z: float, out: Array
             out[r] = corners[pick, r]
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _on_edge(W: Array, i: int, j: int, v: Array) -> int:
     """v <- the point of an edge nearest to the origin; bits say which of the two corners carry it."""
     along, length2 = 0.0, 0.0
@@ -91,7 +93,7 @@ def _on_edge(W: Array, i: int, j: int, v: Array) -> int:
     return mask
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _on_triangle(W: Array, i: int, j: int, k: int, v: Array) -> int:
     """v <- the point of a triangle nearest to the origin; bits say which corners carry it (Ericson, section 5.1.5)."""
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
@@ -105,13 +107,13 @@ def _on_triangle(W: Array, i: int, j: int, k: int, v: Array) -> int:
         d6 -= ac * W[k, r]
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     if d1 <= 0.0 and d2 <= 0.0:
-        v[:] = W[i]
+        copy3(W[i], v)
         return 1
     if d3 >= 0.0 and d4 <= d3:
-        v[:] = W[j]
+        copy3(W[j], v)
         return 2
     if d6 >= 0.0 and d5 <= d6:
-        v[:] = W[k]
+        copy3(W[k], v)
         return 4
     if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
         return int(_on_edge(W, i, j, v))
@@ -128,7 +130,7 @@ def _on_triangle(W: Array, i: int, j: int, k: int, v: Array) -> int:
     return 7
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _beyond(W: Array, i: int, j: int, k: int, apex: int) -> bool:
     """Whether the origin lies on the other side of a face than the apex (also where there is no telling)."""
     ax, ay, az = W[j, 0] - W[i, 0], W[j, 1] - W[i, 1], W[j, 2] - W[i, 2]
@@ -143,14 +145,14 @@ def _beyond(W: Array, i: int, j: int, k: int, apex: int) -> bool:
 _FACES = np.array([[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]])
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _nearest(W: Array, n: int, v: Array, trial: Array) -> int:
     """v <- the point of a simplex of n corners nearest to the origin; keeps the corners that carry it, says how many.
 
     5: the origin lies within the tetrahedron.
     """
     if n == 1:
-        v[:] = W[0]
+        copy3(W[0], v)
         return 1
     mask = 0
     if n == 2:
@@ -166,7 +168,7 @@ def _nearest(W: Array, n: int, v: Array, trial: Array) -> int:
                 size2 = trial[0] ** 2 + trial[1] ** 2 + trial[2] ** 2
                 if size2 < best:
                     best = size2
-                    v[:] = trial
+                    copy3(trial, v)
                     mask = (1 << i) * (bits & 1) | (1 << j) * ((bits >> 1) & 1) | (1 << k) * ((bits >> 2) & 1)
         if mask == 0:
             return 5
@@ -174,12 +176,12 @@ def _nearest(W: Array, n: int, v: Array, trial: Array) -> int:
     for i in range(n):
         if mask & (1 << i):
             if kept != i:
-                W[kept] = W[i]
+                copy3(W[i], W[kept])
             kept += 1
     return kept
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def piece_distance(
     pieces: Pieces, a: int, b: int, R: Array, p: Array, enough: float, tolerance: float, work: Array
 ) -> float:
@@ -194,7 +196,7 @@ def piece_distance(
     for r in range(3):  # from b's centre to a's
         trial[r] = R[r, 0] * ca[0] + R[r, 1] * ca[1] + R[r, 2] * ca[2] + p[r] - cb[r]
     ox, oy, oz = trial[0], trial[1], trial[2]
-    v[:] = trial
+    copy3(trial, v)
     if ox * ox + oy * oy + oz * oz < 1e-18:
         v[0] = 1.0
     n, low, size = 0, -np.inf, np.inf

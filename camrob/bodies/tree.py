@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.bodies.convex import BOX, CYLINDER, TRIANGLE, Pieces, piece_distance
+from camrob.compiled import inlined, part
 
 __all__ = ["Search", "ball_distance", "join_pieces", "mesh_pieces", "new_search", "solid_pieces", "tree_distance"]
 
@@ -101,7 +101,7 @@ def join_pieces(bodies: Sequence[Pieces]) -> tuple[Pieces, NDArray[np.int64]]:
     return table, roots
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def ball_distance(pieces: Pieces, a: int, b: int, R: Array, p: Array) -> float:
     """Distance of the balls about two pieces, a lower bound that costs little."""
     c = pieces.center[a]
@@ -125,13 +125,13 @@ class Search(NamedTuple):
     work: Array
 
 
-@numba.njit(cache=True, forceinline=True)
+@part
 def new_search() -> Search:
     """A search that knows nothing yet."""
     return Search(np.full(2, -1), np.empty((256, 2), np.int64), np.empty(256), np.zeros((9, 3)))
 
 
-@numba.njit(cache=True, forceinline=True)
+@part
 def tree_distance(
     pieces: Pieces,
     root_a: int,

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.frame_steps import compose, move_joint
 
 __all__ = ["BASE", "JOINT", "JOINT_SLOTS", "MOTION", "ROOT", "TOOL", "Displacements", "ModelArrays", "poses_and_twists"]
@@ -72,7 +72,7 @@ class Displacements(NamedTuple):
     root: Array
 
 
-@numba.njit(cache=True)
+@part
 def _inverse(T: Array, out: Array) -> None:
     """out <- the inverse of a rigid motion."""
     for r in range(3):
@@ -82,7 +82,7 @@ def _inverse(T: Array, out: Array) -> None:
             out[r, 3] -= T[c, r] * T[c, 3]
 
 
-@numba.njit(cache=True)
+@part
 def _turn(w: Array, R: Array, J: Array) -> None:
     """R <- exp(w), J <- the left Jacobian of exp at w (Rodrigues' formula and its integral)."""
     angle = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
@@ -100,7 +100,7 @@ def _turn(w: Array, R: Array, J: Array) -> None:
             J[r, k] = one + b * S[r, k] + c * S2
 
 
-@numba.njit(cache=True)
+@part
 def _rotation(twist: Array, sign: float, wx: float, wy: float, wz: float, p: Array) -> None:
     """twist += sign * the turn w about the point p."""
     wx, wy, wz = sign * wx, sign * wy, sign * wz
@@ -112,7 +112,7 @@ def _rotation(twist: Array, sign: float, wx: float, wy: float, wz: float, p: Arr
     twist[5] += wz
 
 
-@numba.njit(cache=True)
+@part
 def _leave(S: Array, slot: int, R: Array, p: Array, T: Array, J: Array, right: bool) -> None:
     """Twists of the six displacements of T = Trans(t) exp(w), where the walk stands at (R, p) before T.
 
@@ -143,7 +143,7 @@ def _leave(S: Array, slot: int, R: Array, p: Array, T: Array, J: Array, right: b
         _rotation(S[slot + 3 + k], -1.0 if right else 1.0, wx, wy, wz, point)
 
 
-@numba.njit(cache=True)
+@part
 def _move(S: Array, slot: int, R: Array, p: Array, prismatic: bool, q: float) -> None:
     """A joint's motion, its twist left in `slot`."""
     if prismatic:
@@ -157,7 +157,7 @@ def _move(S: Array, slot: int, R: Array, p: Array, prismatic: bool, q: float) ->
     move_joint(R, p, prismatic, q)
 
 
-@numba.njit(cache=True)
+@part
 def _walk(model: ModelArrays, given: Displacements, row: int, q: Array, S: Array, R: Array, p: Array) -> None:
     """One posture: R, p the target's pose; S (slots + 1, 6) the twists of all errors at the origin."""
     n = q.shape[0]
@@ -208,7 +208,7 @@ def _walk(model: ModelArrays, given: Displacements, row: int, q: Array, S: Array
     compose(R, p, model.right)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def poses_and_twists(
     model: ModelArrays,
     given: Displacements,

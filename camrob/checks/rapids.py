@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter
 
 from camrob.findings import Finding
 from camrob.toolpath.region import Move, Region, goes_on
@@ -131,6 +130,8 @@ class _Grid:
 
     def removed(self) -> NDArray[np.int64]:
         """When something within a diameter of each cell was first cut."""
+        from scipy.ndimage import minimum_filter
+
         return np.asarray(minimum_filter(self.first, size=2 * _NEAR + 1, mode="nearest"))
 
     def cells(self, points: Array) -> tuple[NDArray[np.int64], ...]:

@@ -12,14 +12,16 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from camrob.errors import InputError
+from camrob.compiling import told_of_compiling
+from camrob.errors import CellError, InputError
 from camrob.jobs.exit_status import CHECK_FAILED, DONE, INPUT_WRONG, disk_full, failure_line, failure_status
-from camrob.progress import Progress
+from camrob.progress import Progress, silent
 from camrob.summaries.base import Summary
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ __all__ = [
     "terminable",
 ]
 
+COMPILING = "compiling kernels, once on this machine; `python -m camrob.warm` does it ahead of time"
 INTERRUPTED = 130  # as shells have it: 128 and the signal's number
 ENDED_BY_SIGNAL = 128  # and the signal's number
 ASKED_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -143,9 +146,16 @@ def terminable() -> Iterator[None]:
 
 @contextmanager
 def _progress(quiet: bool) -> Iterator[Progress]:
-    """A hook `(what, share of the whole)` that moves a bar on standard error; idle where nobody would see the bar."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda what, share: None
+    """A hook `(what, share of the whole)` that moves a bar on standard error; idle where nobody would see the bar.
+
+    That kernels compile is said anywhere but under --quiet: in the bar, or else in one line at the first of them.
+    """
+    if quiet:
+        yield silent
+        return
+    if not sys.stderr.isatty():
+        with told_of_compiling(_Once()):
+            yield silent
         return
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
@@ -154,7 +164,24 @@ def _progress(quiet: bool) -> Iterator[Progress]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=1.0)
-        yield lambda what, share: bar.update(task, description=what, completed=min(max(share, 0.0), 1.0))
+
+        def compiling(kernel: str) -> None:
+            bar.update(task, description=f"compiling {kernel}, once on this machine")
+
+        with told_of_compiling(compiling):
+            yield lambda what, share: bar.update(task, description=what, completed=min(max(share, 0.0), 1.0))
+
+
+class _Once:
+    """Says once that kernels compile."""
+
+    def __init__(self) -> None:
+        self._said = False
+
+    def __call__(self, kernel: str) -> None:
+        if not self._said:
+            self._said = True
+            print(f"camrob: {COMPILING}", file=sys.stderr, flush=True)
 
 
 def _show(what: RenderableType) -> None:
@@ -176,8 +203,29 @@ def _write(text: str) -> None:
 
 
 def job_of(verb: str) -> Callable[..., Any]:
-    """The job behind a verb: the function of the verb's name in `camrob/jobs/<verb>.py`, imported now."""
-    return getattr(importlib.import_module(f"camrob.jobs.{verb}"), verb)  # type: ignore[no-any-return]
+    """The job behind a verb: the function of the verb's name in `camrob/jobs/<verb>.py`, imported when it is called.
+
+    Paths of inputs that don't exist are refused before that: to import a job takes ten times as long.
+    """
+    module = f"camrob.jobs.{verb}"
+
+    def job(*inputs: Any, **options: Any) -> Any:
+        if module not in sys.modules:
+            _refuse_missing(inputs, options)
+        return getattr(importlib.import_module(module), verb)(*inputs, **options)
+
+    return job
+
+
+def _refuse_missing(inputs: tuple[Any, ...], options: Mapping[str, Any]) -> None:
+    """Raise CellError or InputError for the first input that is not there."""
+    cell = options.get("cell")
+    if isinstance(cell, Path) and not cell.exists():
+        raise CellError("can't be read: no such file or directory", cure="check the path", path=cell)
+    for given in (*inputs, *(options.get(name) for name in ("setup", "against", "log"))):
+        for path in given if isinstance(given, list | tuple) else (given,):
+            if isinstance(path, Path) and not path.exists():
+                raise InputError("can't be read: no such file or directory", cure="check the path", path=path)
 
 
 def renderer(module: str, name: str) -> Callable[[Any], Any]:

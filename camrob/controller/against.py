@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.controller.pose_kernel import circle
 from camrob.findings import Finding, Severity
 from camrob.program.motion import Motion
+from camrob.triples import between, cross, dot, gap2
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["AXIS_TOLERANCE", "POSITION_TOLERANCE", "Coverage", "cover"]
@@ -47,7 +48,7 @@ class Coverage:
         return not any(f.severity is Severity.ERROR for f in self.findings)
 
 
-@numba.njit(cache=True)
+@part
 def _at(
     s: float,
     p0: Array,
@@ -78,21 +79,21 @@ def _at(
         z[r] /= n
 
 
-@numba.njit(cache=True)
+@part
 def _nearest(x: Array, p0: Array, p1: Array, center: Array, u: Array, v: Array, angle: float, least: float) -> float:
     """Share of the motion, not before `least`, that lies nearest to point x."""
     if angle > 0.0:
-        d = x - center
-        a = np.arctan2(np.sum(d * v), np.sum(d * u))
+        d = between(center, x)
+        a = np.arctan2(dot(d, v), dot(d, u))
         if a < 0.0:
             a += 2.0 * np.pi
         s = a / angle
         if s > 1.0:  # behind the end: the nearer end of the two
             s = 1.0 if (a - angle) < (2.0 * np.pi - a) else 0.0
     else:
-        d1 = p1 - p0
-        n2 = np.sum(d1 * d1)
-        s = np.sum((x - p0) * d1) / n2 if n2 > 0.0 else 1.0
+        d1 = between(p0, p1)
+        n2 = dot(d1, d1)
+        s = dot(between(p0, x), d1) / n2 if n2 > 0.0 else 1.0
     return float(min(1.0, max(least, s)))
 
 
@@ -107,13 +108,13 @@ class _Match(NamedTuple):
     found: Array
 
 
-@numba.njit(cache=True)
+@part
 def _last_row(kind: NDArray[np.int8], k: int) -> int:
     """The row that the motion beginning with row k ends at."""
     return k + 1 if kind[k] == Motion.CIRC_VIA and k + 1 < kind.shape[0] else k
 
 
-@numba.njit(cache=True)
+@part
 def _match(
     x: Array, zx: Array, p: Array, z: Array, kind: NDArray[np.int8], k: int, least: float, tolerance: float, m: _Match
 ) -> None:
@@ -127,17 +128,17 @@ def _match(
         start = k  # only its end is known to be met
     s = _nearest(x, p[start], p[end], m.center, m.u, m.v, angle, least)
     _at(s, p[start], z[start], p[end], z[end], m.center, m.u, m.v, angle, m.tip, m.axis)
-    d = np.sqrt(np.sum((m.tip - x) ** 2))
-    c = np.cross(m.axis, zx)
-    t = np.arctan2(np.sqrt(np.sum(c * c)), np.sum(m.axis * zx))
-    if d <= tolerance and t > AXIS_TOLERANCE and np.sum((p[start] - p[end]) ** 2) < tolerance * tolerance:
+    d = np.sqrt(gap2(x, m.tip))
+    c = cross(m.axis, zx)
+    t = np.arctan2(np.sqrt(dot(c, c)), dot(m.axis, zx))
+    if d <= tolerance and t > AXIS_TOLERANCE and gap2(p[end], p[start]) < tolerance * tolerance:
         s = 1.0  # a turn on the spot: its end counts
-        c = np.cross(z[end], zx)
-        t = np.arctan2(np.sqrt(np.sum(c * c)), np.sum(z[end] * zx))
+        c = cross(z[end], zx)
+        t = np.arctan2(np.sqrt(dot(c, c)), dot(z[end], zx))
     m.found[0], m.found[1], m.found[2] = d, t, s
 
 
-@numba.njit(cache=True)
+@part
 def _stray(
     before: Array, x: Array, first: int, end: int, share: float, p: Array, kind: NDArray[np.int8], m: _Match
 ) -> float:
@@ -147,24 +148,26 @@ def _stray(
         if kind[r] == Motion.CIRC_VIA and r + 1 == end and share < 1.0 - 1e-9:
             continue  # the arc has not been passed yet
         s = _nearest(p[r], before, x, m.center, m.u, m.v, 0.0, 0.0)
-        worst = max(worst, np.sqrt(np.sum((before + s * (x - before) - p[r]) ** 2)))
+        way = between(before, x)
+        along = before[0] + s * way[0], before[1] + s * way[1], before[2] + s * way[2]
+        worst = max(worst, np.sqrt(gap2(p[r], along)))
     return float(worst)
 
 
-@numba.njit(cache=True)
+@part
 def _on_ray(p: Array, z: Array, o: Array, axis: Array, tolerance: float) -> bool:
     """Whether a tip p with tool axis z lies on the ray from o along the tool axis there, the tool not tilted."""
-    d = p - o
-    t = max(0.0, np.sum(d * axis))
-    c = np.cross(z, axis)
+    d = between(o, p)
+    t = max(0.0, dot(d, axis))
+    c = cross(z, axis)
     return bool(
-        np.sum((d - t * axis) ** 2) <= tolerance * tolerance
-        and np.sum(c * c) <= AXIS_TOLERANCE**2
-        and np.sum(z * axis) > 0.0
+        gap2((t * axis[0], t * axis[1], t * axis[2]), d) <= tolerance * tolerance
+        and dot(c, c) <= AXIS_TOLERANCE**2
+        and dot(z, axis) > 0.0
     )
 
 
-@numba.njit(cache=True)
+@part
 def _retracts(
     x: Array, zx: Array, i: int, first: int, last: int, p: Array, z: Array, kind: NDArray[np.int8], tolerance: float
 ) -> bool:
@@ -174,18 +177,18 @@ def _retracts(
     stay. A PTP in between begins and ends there.
     """
     o, axis = x[i], zx[i]
-    if last - first < 2 or np.sum((p[first] - o) ** 2) > tolerance * tolerance:
+    if last - first < 2 or gap2(o, p[first]) > tolerance * tolerance:
         return False
     clear = -np.inf
     for k in range(x.shape[0]):
-        clear = max(clear, np.sum(x[k] * axis))
+        clear = max(clear, dot(x[k], axis))
     out = first
-    while np.sum(p[out] * axis) < clear + tolerance:
+    while dot(p[out], axis) < clear + tolerance:
         out += 1
         if out >= last or kind[out] != Motion.LIN or not _on_ray(p[out], z[out], o, axis, tolerance):
             return False
     back = last
-    while np.sum(p[back] * axis) < clear + tolerance:
+    while dot(p[back], axis) < clear + tolerance:
         if kind[back] != Motion.LIN or not _on_ray(p[back], z[back], o, axis, tolerance):
             return False
         back -= 1
@@ -194,12 +197,12 @@ def _retracts(
     for k in range(out + 1, back + 1):
         if kind[k] == Motion.PTP_AXES or kind[k] == Motion.PTP_POSE:
             continue
-        if min(np.sum(p[k] * axis), np.sum(p[k - 1] * axis)) < clear:
+        if min(dot(p[k], axis), dot(p[k - 1], axis)) < clear:
             return False
     return True
 
 
-@numba.njit(cache=True)
+@kernel
 def _cover(
     x: Array, zx: Array, region: NDArray[np.int64], p: Array, z: Array, kind: NDArray[np.int8], tolerance: float,
     motion: NDArray[np.int64], leaves: NDArray[np.int64], error: Array, axis_error: Array, stray: Array,
@@ -240,7 +243,7 @@ def _cover(
                         if m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE:
                             at = m.found[2]
                             stray[i] = _stray(x[i - 1], x[i], other, motion[i], share, p, kind, m)
-                            begins = np.sum((p[other - 1] - x[i - 1]) ** 2) <= tolerance * tolerance
+                            begins = gap2(x[i - 1], p[other - 1]) <= tolerance * tolerance
                             leaves[i - 1] = other - 1 if begins else other
                             if _retracts(x, zx, i - 1, motion[i - 1], leaves[i - 1], p, z, kind, tolerance):
                                 break

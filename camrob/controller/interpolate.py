@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.controller.pose_kernel import circle, foot, rotation_vector, turned
 from camrob.kinematics.kernels import ChainArrays, forward
 from camrob.kinematics.spherical_wrist import BRANCH_OK, SphericalArm, solve_arm
@@ -90,7 +90,7 @@ class Pieces(NamedTuple):
     first: Indices
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def lay_motions(motions: Motions, via: Array, sweep: Array, length: Array, turn: Array) -> None:
     """Fill w, center, u, v, angle of motions and their length and turn (M,), m and rad, from their ends.
 
@@ -116,7 +116,7 @@ def lay_motions(motions: Motions, via: Array, sweep: Array, length: Array, turn:
             length[m] = np.sqrt(np.sum((p1 - p0) ** 2))
 
 
-@numba.njit(cache=True)
+@part
 def _point(motions: Motions, m: int, share: float, p: Array) -> None:
     """Position of the tool at a share of motion m."""
     if motions.kind[m] == ARC:
@@ -129,7 +129,7 @@ def _point(motions: Motions, m: int, share: float, p: Array) -> None:
             p[r] = motions.p[m, r] + share * (motions.p[m + 1, r] - motions.p[m, r])
 
 
-@numba.njit(cache=True)
+@part
 def _on_motion(motions: Motions, m: int, s: float, p: Array, R: Array, e: Array) -> None:
     """Pose and external axes at s of motion m, which is no PTP."""
     share = s / motions.size[m]
@@ -139,7 +139,7 @@ def _on_motion(motions: Motions, m: int, s: float, p: Array, R: Array, e: Array)
         e[i] = motions.e[m, i] + share * (motions.e[m + 1, i] - motions.e[m, i])
 
 
-@numba.njit(cache=True)
+@part
 def _in_blend(motions: Motions, m: int, d: float, tau: float, p: Array, R: Array, e: Array) -> None:
     """Pose and external axes at tau of the rounding, reaching d to both sides, of the corner behind motion m."""
     p1, R1, e1, turn = np.empty(3), np.empty((3, 3)), np.empty(e.shape[0]), np.empty((3, 3))
@@ -158,7 +158,7 @@ def _in_blend(motions: Motions, m: int, d: float, tau: float, p: Array, R: Array
         e[i] += e1[i] - motions.e[m + 1, i]
 
 
-@numba.njit(cache=True)
+@part
 def _ptp(motions: Motions, m: int, d: float, s: float, q: Array) -> None:
     """Posture at s of PTP m, or at s from the beginning of the rounding between it and the next."""
     before = motions.size[m] - (2.0 * d - s) ** 2 / (4.0 * d) if d > 0.0 else s
@@ -170,7 +170,7 @@ def _ptp(motions: Motions, m: int, d: float, s: float, q: Array) -> None:
             q[i] += after * (motions.q[m + 2, i] - motions.q[m + 1, i])
 
 
-@numba.njit(cache=True)
+@part
 def _place(
     machine: Machine, motions: Motions, pieces: Pieces, k: int, s: float, near: Array, q: Array, p: Array, R: Array
 ) -> float:
@@ -216,7 +216,7 @@ def _place(
     return nearest
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def trace(
     machine: Machine, motions: Motions, pieces: Pieces, start_q: Array, jump: float, q: Array, p: Array
 ) -> tuple[int, int]:
@@ -242,7 +242,7 @@ def trace(
     return REACHED, pieces.motion.shape[0]
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def postures(
     machine: Machine,
     motions: Motions,
@@ -265,7 +265,7 @@ def postures(
     return int(piece.shape[0])
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def nearest_to_corner(motions: Motions, blend: Array) -> Array:
     """How far (M,) the rounding behind each motion, reaching blend (M,) to both sides, keeps from its corner, m."""
     out = np.zeros(blend.shape[0])
@@ -286,7 +286,7 @@ def nearest_to_corner(motions: Motions, blend: Array) -> Array:
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def to_world(
     carrier: ChainArrays, fixed: Array, zero: Array, q: Array, turning: NDArray[np.bool_], p: Array, R: Array
 ) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.compiled import kernel
 from camrob.controller.interpolate import PTP, Pieces
 from camrob.controller.layout import Layout
 from camrob.controller.motion_settings import MotionSettings
@@ -67,7 +67,7 @@ def _straight(cell: Cell, layout: Layout, settings: MotionSettings) -> tuple[Arr
     return out[0], out[1]
 
 
-@numba.njit(cache=True)
+@kernel
 def _cut(
     size: Array, reach: Array, speed: Array, push: Array, fine: Array,
     motion: Indices, blend: Array, start: Array, length: Array, count: Indices,

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import inlined
 from camrob.frame_steps import compose, move_joint
 from camrob.kinematics.kernels import ChainArrays
+from camrob.triples import between, cross, dot
 
 __all__ = ["circle", "foot", "rotation_vector", "turned"]
 
 Array = NDArray[np.float64]
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def rotation_vector(A: Array, B: Array, out: Array) -> None:
     """out <- rotation vector of A^T B, in A's axes."""
     m = np.empty((3, 3))
@@ -30,53 +31,58 @@ def rotation_vector(A: Array, B: Array, out: Array) -> None:
     elif cosine > 0.0:
         out[0], out[1], out[2] = v0, v1, v2
     else:  # half a turn: the controller may take either way; the axis with the largest share decides
-        i = int(np.argmax(np.array([m[0, 0], m[1, 1], m[2, 2]])))
+        i = 0
+        for r in range(1, 3):
+            if m[r, r] > m[i, i]:
+                i = r
         norm = np.sqrt(max(1e-12, 0.5 * (1.0 + m[i, i])))
         for r in range(3):
             out[r] = np.pi * (norm if r == i else 0.5 * m[r, i] / norm)
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def turned(A: Array, w: Array, s: float, out: Array) -> None:
     """out <- A exp(s w)."""
     angle = s * np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
     if angle < 1e-12:
-        out[:] = A
+        for r in range(3):
+            for col in range(3):
+                out[r, col] = A[r, col]
         return
     k = s / angle
     x, y, z = w[0] * k, w[1] * k, w[2] * k
     c, si = np.cos(angle), np.sin(angle)
     t = 1.0 - c
-    e = np.array(
-        [
-            [c + x * x * t, x * y * t - z * si, x * z * t + y * si],
-            [y * x * t + z * si, c + y * y * t, y * z * t - x * si],
-            [z * x * t - y * si, z * y * t + x * si, c + z * z * t],
-        ]
-    )
+    e00, e01, e02 = c + x * x * t, x * y * t - z * si, x * z * t + y * si
+    e10, e11, e12 = y * x * t + z * si, c + y * y * t, y * z * t - x * si
+    e20, e21, e22 = z * x * t - y * si, z * y * t + x * si, c + z * z * t
     for r in range(3):
-        for col in range(3):
-            out[r, col] = A[r, 0] * e[0, col] + A[r, 1] * e[1, col] + A[r, 2] * e[2, col]
+        a, b, d = A[r, 0], A[r, 1], A[r, 2]
+        out[r, 0] = a * e00 + b * e10 + d * e20
+        out[r, 1] = a * e01 + b * e11 + d * e21
+        out[r, 2] = a * e02 + b * e12 + d * e22
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def circle(a: Array, via: Array, b: Array, center: Array, u: Array, v: Array) -> float:
     """Centre and axes u, v: the arc from a over via to b is centre + cos u + sin v; returns its angle, 0 if flat."""
-    ab, ac = via - a, b - a
-    normal = np.cross(ab, ac)
-    n2 = np.sum(normal * normal)
+    ab, ac = between(a, via), between(a, b)
+    normal = cross(ab, ac)
+    n2 = dot(normal, normal)
     if n2 < 1e-20:
         return 0.0
-    center[:] = a + (np.sum(ab * ab) * np.cross(ac, normal) + np.sum(ac * ac) * np.cross(normal, ab)) / (2.0 * n2)
-    normal = normal / np.sqrt(n2)
-    u[:] = a - center
-    v[:] = np.cross(normal, u)
-    d = b - center
-    angle = np.arctan2(np.sum(d * v), np.sum(d * u))
+    to_b, to_via, ab2, ac2 = cross(ac, normal), cross(normal, ab), dot(ab, ab), dot(ac, ac)
+    for r in range(3):
+        center[r] = a[r] + (ab2 * to_b[r] + ac2 * to_via[r]) / (2.0 * n2)
+        u[r] = a[r] - center[r]
+    size = np.sqrt(n2)
+    v[0], v[1], v[2] = cross((normal[0] / size, normal[1] / size, normal[2] / size), u)
+    d = between(center, b)
+    angle = np.arctan2(dot(d, v), dot(d, u))
     return float(angle if angle > 0.0 else angle + 2.0 * np.pi)
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def foot(chain: ChainArrays, fixed: Array, q: Array, R: Array, p: Array) -> None:
     """Pose of the arm's foot in `base`: the joints before the arm, with `fixed` (arm_start + 1, 4, 4) around them."""
     for r in range(3):

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import inlined, kernel
 from camrob.controller.pose_kernel import circle, foot, rotation_vector, turned
 from camrob.kinematics.arm import nearest_branch
 from camrob.kinematics.kernels import ChainArrays, forward, inverse_kf
 from camrob.kinematics.spherical_wrist import SphericalArm
+from camrob.triples import between, cross, dot, gap2
 
 __all__ = ["CODES", "ReplayArm", "ReplayRun", "replay_run"]
 
@@ -46,9 +47,8 @@ class ReplayArm(NamedTuple):
 
     chain: ChainArrays
     fixed: Array  # (arm_start + 1, 4, 4) before, between and behind the joints that carry the foot
-    closed: bool
-    closed_form: SphericalArm
-    arm_chain: ChainArrays
+    closed: SphericalArm
+    arm_chain: ChainArrays | None  # where there is no closed form
     lower: Array
     upper: Array
 
@@ -80,7 +80,13 @@ class _Motion(NamedTuple):
     plate: Array
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
+def _put(source: Array, out: Array) -> None:
+    for i in range(out.shape[0]):
+        out[i] = source[i]
+
+
+@inlined
 def _motion(start_q: Array, start_R: Array, start_p: Array, arm_start: int) -> _Motion:
     n = start_q.shape[0]
     return _Motion(
@@ -91,7 +97,7 @@ def _motion(start_q: Array, start_R: Array, start_p: Array, arm_start: int) -> _
     )  # fmt: skip
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _sample(arm: ReplayArm, m: _Motion, s: float, angle: float, p_end: Array, external: Array) -> None:
     """Put the sample at the share s of the motion: tool pose, external axes, and the tool seen from the foot."""
     if angle > 0.0:
@@ -113,28 +119,28 @@ def _sample(arm: ReplayArm, m: _Motion, s: float, angle: float, p_end: Array, ex
             m.R_arm[r, c] = m.R_foot[0, r] * m.R[0, c] + m.R_foot[1, r] * m.R[1, c] + m.R_foot[2, r] * m.R[2, c]
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _watch(arm: ReplayArm, m: _Motion, row: int, out: ReplayRun) -> None:
     """Take the sample's posture into the row's least margins, 1/k_F and bend."""
     chain = arm.chain
     forward(chain, m.q, m.Z, m.P, m.R_tool, m.p_tool, m.plate)
     out.inv_kf[row] = min(out.inv_kf[row], inverse_kf(chain, m.Z, m.P, m.plate))
     a4, a6 = m.Z[chain.arm_start + 3], m.Z[chain.arm_start + 5]
-    cross = np.cross(a4, a6)
-    out.bend[row] = min(out.bend[row], np.sqrt(np.sum(cross * cross)))
+    across = cross(a4, a6)
+    out.bend[row] = min(out.bend[row], np.sqrt(dot(across, across)))
     for i in range(m.q.shape[0]):
         out.lower_margin[row, i] = min(out.lower_margin[row, i], m.q[i] - arm.lower[i])
         out.upper_margin[row, i] = min(out.upper_margin[row, i], arm.upper[i] - m.q[i])
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _samples(
     arm: ReplayArm, m: _Motion, angle: float, R_end: Array, p_end: Array, external: Array, steps: Array
 ) -> int:
     """How many samples a motion takes; m.w becomes its rotation."""
     rotation_vector(m.R0, R_end, m.w)
     turn = np.sqrt(m.w[0] * m.w[0] + m.w[1] * m.w[1] + m.w[2] * m.w[2])
-    length = np.sqrt(np.sum((p_end - m.p0) ** 2)) if angle == 0.0 else angle * np.sqrt(np.sum(m.u * m.u))
+    length = np.sqrt(gap2(m.p0, p_end)) if angle == 0.0 else angle * np.sqrt(dot(m.u, m.u))
     count = max(int(steps[2]), int(np.ceil(length / steps[0])), int(np.ceil(turn / steps[1])))
     for i in range(arm.chain.arm_start):
         span = abs(external[i] - m.e0[i])
@@ -142,7 +148,7 @@ def _samples(
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def replay_run(
     arm: ReplayArm, start_q: Array, start_R: Array, start_p: Array, R: Array, p: Array, external: Array,
     via: NDArray[np.bool_], steps: Array, jump_limit: float, out: ReplayRun,
@@ -161,30 +167,36 @@ def replay_run(
         if last > k:
             angle = circle(m.p0, p[k], p[last], m.center, m.u, m.v)
             if angle > 0.0:
-                d = p[k] - m.center
-                at = np.arctan2(np.sum(d * m.v), np.sum(d * m.u))
+                d = between(m.center, p[k])
+                at = np.arctan2(dot(d, m.v), dot(d, m.u))
                 via_at = (at if at > 0.0 else at + 2.0 * np.pi) / angle
         count = _samples(arm, m, angle, R[last], p[last], external[last], steps)
         via_sample = max(1, min(count - 1, int(np.round(via_at * count))))
         out.inv_kf[last], out.bend[last], out.jump[last] = np.inf, np.inf, 0.0
-        out.lower_margin[last], out.upper_margin[last] = np.inf, np.inf
+        for i in range(m.q.shape[0]):
+            out.lower_margin[last, i], out.upper_margin[last, i] = np.inf, np.inf
         for j in range(1, count + 1):
             samples += 1
             _sample(arm, m, j / count, angle, p[last], external[last])
-            moved = nearest_branch(arm.closed, arm.closed_form, arm.arm_chain, m.R_arm, m.p_arm, m.near, m.Q, m.why)
+            moved = nearest_branch(arm.closed, arm.arm_chain, m.R_arm, m.p_arm, m.near, m.Q, m.why)
             if moved < 0.0:
                 return _OUT_OF_REACH, last, samples
             out.jump[last] = max(out.jump[last], moved)
             if moved > jump_limit:
                 return _JUMP, last, samples
-            m.q[arm.chain.arm_start : arm.chain.arm_stop] = m.near
+            for i in range(6):
+                m.q[arm.chain.arm_start + i] = m.near[i]
             _watch(arm, m, last, out)
             if last > k and j == via_sample:
-                out.q[k] = m.q
-        out.q[last] = m.q
+                _put(m.q, out.q[k])
+        _put(m.q, out.q[last])
         if last > k:
             out.inv_kf[k], out.bend[k], out.jump[k] = out.inv_kf[last], out.bend[last], out.jump[last]
-            out.lower_margin[k], out.upper_margin[k] = out.lower_margin[last], out.upper_margin[last]
-        m.R0[:], m.p0[:], m.e0[:] = R[last], p[last], external[last]
+            _put(out.lower_margin[last], out.lower_margin[k])
+            _put(out.upper_margin[last], out.upper_margin[k])
+        for r in range(3):
+            _put(R[last, r], m.R0[r])
+        _put(p[last], m.p0)
+        _put(external[last], m.e0)
         k = last + 1
     return _FOLLOWED, p.shape[0], samples

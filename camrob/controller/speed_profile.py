@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.controller.interpolate import Pieces
 
 __all__ = ["CAUSES", "FEED", "Bounds", "Course", "brake", "cruise", "look_ahead", "run_up", "where_at"]
@@ -68,7 +68,7 @@ class Course(NamedTuple):
     sharp: NDArray[np.bool_]
 
 
-@numba.njit(cache=True)
+@part
 def _rates(course: Course, k: int, j: int, A: Array, B: Array) -> None:
     """First (A) and second (B) derivatives of axes and tool (n + 3,) at node j of piece k."""
     n, first, count = course.q.shape[1], course.pieces.first[k], course.pieces.steps[k]
@@ -85,7 +85,7 @@ def _rates(course: Course, k: int, j: int, A: Array, B: Array) -> None:
         B[i] = bend / (h * h)
 
 
-@numba.njit(cache=True)
+@part
 def _tighten(room: Array, low: float, low_slope: float, high: float, high_slope: float) -> None:
     """Take the range low .. high, with its slopes over x, out of room (4,): low, high and their slopes."""
     if low > room[0]:
@@ -94,7 +94,7 @@ def _tighten(room: Array, low: float, low_slope: float, high: float, high_slope:
         room[1], room[3] = high, high_slope
 
 
-@numba.njit(cache=True)
+@part
 def _norm(a: Array, b: Array, x: float, limit: float, room: Array) -> None:
     """Tighten room to the u with |a u + b x| <= limit for vectors (3,); an empty range where there is none."""
     aa = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
@@ -114,7 +114,7 @@ def _norm(a: Array, b: Array, x: float, limit: float, room: Array) -> None:
     _tighten(room, (-ab * x - root) / aa, (slope - ab) / aa, (-ab * x + root) / aa, (-slope - ab) / aa)
 
 
-@numba.njit(cache=True)
+@part
 def _line(a: float, b: float, x: float, limit: float, room: Array) -> None:
     """Tighten room to the u with |a u + b x| <= limit."""
     if abs(a) < 1e-12:
@@ -125,7 +125,7 @@ def _line(a: float, b: float, x: float, limit: float, room: Array) -> None:
     _tighten(room, middle - half, slope, middle + half, slope)
 
 
-@numba.njit(cache=True)
+@part
 def _room(course: Course, bounds: Bounds, k: int, x: float, ends: Array, top: float, room: Array) -> bool:
     """Accelerations that a step of piece k which begins with square speed x may have; False where there is none.
 
@@ -153,7 +153,7 @@ def _room(course: Course, bounds: Bounds, k: int, x: float, ends: Array, top: fl
     return bool(room[0] <= room[1])
 
 
-@numba.njit(cache=True)
+@part
 def _ends(course: Course, k: int, j: int, ends: Array) -> None:
     """Derivatives (4, n + 6) at both ends of step j of piece k, for `_room`."""
     n, count = course.q.shape[1], course.pieces.steps[k]
@@ -166,13 +166,13 @@ def _ends(course: Course, k: int, j: int, ends: Array) -> None:
             ends[2 * end + 1, n + 3 + r] = (course.turn1[k, r] - course.turn0[k, r]) / length
 
 
-@numba.njit(cache=True)
+@part
 def _lower(cap: Array, cause: Indices, node: int, square: float, why: int) -> None:
     if square < cap[node]:
         cap[node], cause[node] = square, why
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def cruise(course: Course, bounds: Bounds) -> tuple[Array, Indices]:
     """Square speed (K,) that no node may pass, whatever is before or behind it, and its cause."""
     pieces, n, K = course.pieces, course.q.shape[1], course.q.shape[0]
@@ -209,7 +209,7 @@ def cruise(course: Course, bounds: Bounds) -> tuple[Array, Indices]:
     return cap, cause
 
 
-@numba.njit(cache=True)
+@part
 def _worst(course: Course, bounds: Bounds, k: int, ends: Array) -> int:
     """The cause that bends most against its acceleration in a step of piece k."""
     n = course.q.shape[1]
@@ -229,7 +229,7 @@ def _worst(course: Course, bounds: Bounds, k: int, ends: Array) -> int:
     return why
 
 
-@numba.njit(cache=True)
+@part
 def _step_back(course: Course, bounds: Bounds, k: int, cap: float, ends: Array, top: float, room: Array) -> float:
     """The highest square speed up to `cap` at the beginning of a step of piece k that may end with up to `top`.
 
@@ -253,7 +253,7 @@ def _step_back(course: Course, bounds: Bounds, k: int, cap: float, ends: Array, 
     return good
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def brake(course: Course, bounds: Bounds, cap: Array, cause: Indices) -> tuple[Array, Indices]:
     """Highest square speed (K,) at each node from which all that follows can be held, and its cause."""
     pieces = course.pieces
@@ -272,7 +272,7 @@ def brake(course: Course, bounds: Bounds, cap: Array, cause: Indices) -> tuple[A
     return x, why
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def look_ahead(
     course: Course, bounds: Bounds, x: Array, why: Indices, advance: int, last: Indices, piece: Indices
 ) -> tuple[Array, Indices]:
@@ -306,7 +306,7 @@ def look_ahead(
     return out, cause
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def run_up(course: Course, bounds: Bounds, most: Array, why: Indices) -> tuple[Array, Array, Indices]:
     """Square speed x (K,) from rest, as high as it may be below `most`; seconds (K - 1,) a step, and its cause."""
     pieces = course.pieces
@@ -330,7 +330,7 @@ def run_up(course: Course, bounds: Bounds, most: Array, why: Indices) -> tuple[A
     return x, seconds, cause
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def where_at(pieces: Pieces, x: Array, arrive: Array, leave: Array, t: Array) -> tuple[Indices, Array, Indices]:
     """Piece (N,), place in it (N,) and node before (N,) at times t (N,), rising, of nodes reached and left (K,) at times."""
     N, P = t.shape[0], pieces.motion.shape[0]

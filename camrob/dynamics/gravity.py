@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +16,7 @@ from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
 from camrob.cell.urdf import cell_urdf
 from camrob.cell.world import world_T_hall
+from camrob.compiled import kernel, part
 from camrob.frame_steps import compose, move_joint
 
 __all__ = ["GRAVITY", "GravityArrays", "gravity_arrays", "gravity_stiffness", "gravity_torques", "pinocchio_torques"]
@@ -75,7 +75,7 @@ def gravity_stiffness(arrays: GravityArrays, q: Array) -> Array:
     return np.asarray(_stiffness(arrays, np.ascontiguousarray(q, np.float64)))
 
 
-@numba.njit(cache=True)
+@part
 def _walk(arrays: GravityArrays, q: Array, Z: Array, P: Array, C: Array) -> None:
     """Axes Z and points P (n, 3) of the joints, centres C (M, 3) of the masses, in the frame that `up` is given in."""
     R, p = np.eye(3), np.zeros(3)
@@ -93,7 +93,7 @@ def _walk(arrays: GravityArrays, q: Array, Z: Array, P: Array, C: Array) -> None
         compose(R, p, arrays.after[i])
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _torques(arrays: GravityArrays, q: Array) -> Array:
     n, count = q.shape[1], arrays.joint.shape[0]
     Z, P, C = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((count, 3))
@@ -108,7 +108,7 @@ def _torques(arrays: GravityArrays, q: Array) -> Array:
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _stiffness(arrays: GravityArrays, q: Array) -> Array:
     n, count = q.shape[1], arrays.joint.shape[0]
     Z, P, C = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((count, 3))

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.compiled import kernel, part
 from camrob.kinematics.frames import base_T_root
 from camrob.kinematics.kernels import ChainArrays, chain_arrays, forward, jacobian
 from camrob.kinematics.spherical_wrist import (
@@ -22,11 +22,22 @@ from camrob.kinematics.spherical_wrist import (
     SphericalArm,
     nearest_turn,
     solve_arm,
+    solve_arm_many,
     spherical_arm,
 )
 from camrob.se3 import inverse
 
-__all__ = ["FOLLOWED", "FOLLOW_JUMP", "FOLLOW_LIMIT", "FOLLOW_UNREACHED", "Arm", "nearest_branch", "newton_arm"]
+__all__ = [
+    "FOLLOWED",
+    "FOLLOW_JUMP",
+    "FOLLOW_LIMIT",
+    "FOLLOW_UNREACHED",
+    "Arm",
+    "by_newton",
+    "nearest_branch",
+    "newton_arm",
+    "to_nearest_branch",
+]
 
 Array = NDArray[np.float64]
 
@@ -105,28 +116,27 @@ class Arm:
 
     def _solutions(self, foot_T_tool: Array, near: Array) -> list[Array]:
         """Postures (6,) whatever the limits."""
-        R, p = np.ascontiguousarray(foot_T_tool[:3, :3]), np.ascontiguousarray(foot_T_tool[:3, 3])
         if self.closed is not None:
-            Q, why = np.zeros((8, 6)), np.empty(8, np.int64)
-            solve_arm(self.closed, R, p, near, Q, why)
-            return [Q[k] for k in range(8) if why[k] == BRANCH_OK]
+            one = np.array(foot_T_tool, float, order="C")[None]
+            Q, why = solve_arm_many(self.closed, one, np.array(near, float)[None])
+            return [Q[0, k] for k in range(8) if why[0, k] == BRANCH_OK]
+        R, p = np.ascontiguousarray(foot_T_tool[:3, :3]), np.ascontiguousarray(foot_T_tool[:3, 3])
         starts = _low_discrepancy(_STARTS, self.lower, self.upper)
         starts[0] = near
         found: list[Array] = []
         for start in starts:
             q = start.copy()
-            if newton_arm(self.chain, R, p, q):
+            if by_newton(self.chain, R, p, q):
                 q = q + 2.0 * np.pi * np.round((near - q) / (2.0 * np.pi))
                 if all(np.max(np.abs(q - other)) > 1e-6 for other in found):
                     found.append(q)
         return found
 
-    def kernel(self) -> tuple[bool, SphericalArm, ChainArrays]:
-        """What `nearest_branch` needs: whether the closed form serves, that form (empty where not), the chain."""
+    def kernel(self) -> tuple[SphericalArm, ChainArrays | None]:
+        """What `nearest_branch` needs: the closed form and None, or an empty one and the chain."""
         if self.closed is not None:
-            return True, self.closed, self.chain
-        none = SphericalArm(np.zeros((6, 3)), np.zeros((6, 3)), np.zeros(3), np.eye(4))
-        return False, none, self.chain
+            return self.closed, None
+        return SphericalArm(np.zeros((6, 3)), np.zeros((6, 3)), np.zeros(3), np.eye(4)), self.chain
 
     def follow(self, foot_T_tool: Array, start: Array, *, step: float) -> tuple[Array, int, int]:
         """Follow poses (K, 4, 4) from posture `start` (6,) on its branch and turn: (postures (K, 6), code, number followed).
@@ -134,8 +144,8 @@ class Arm:
         code is FOLLOWED, or why the pose after the last one followed failed: out of reach, a limit, or a joint that would
         have to move more than `step` rad between neighbours.
         """
-        poses = np.ascontiguousarray(foot_T_tool)
-        Q, code, count = _follow(*self.kernel(), poses, start, self.lower, self.upper, step)
+        poses = np.array(foot_T_tool, float, order="C")  # a copy: frozen arrays would be compiled for separately
+        Q, code, count = _follow(*self.kernel(), poses, np.array(start, float), self.lower, self.upper, step)
         return Q, int(code), int(count)
 
 
@@ -159,7 +169,7 @@ def _low_discrepancy(count: int, lower: Array, upper: Array) -> Array:
     return np.asarray(np.maximum(lower, -np.pi) + u * span)
 
 
-@numba.njit(cache=True)
+@part
 def newton_arm(chain: ChainArrays, R_target: Array, p_target: Array, q: Array) -> bool:
     """Move q (6,) to the pose by damped Newton steps; True where it is met within 1e-11 m and rad."""
     Z, P = np.empty((6, 3)), np.empty((6, 3))
@@ -195,11 +205,16 @@ def newton_arm(chain: ChainArrays, R_target: Array, p_target: Array, q: Array) -
     return False
 
 
-@numba.njit(cache=True)
+@kernel
+def by_newton(chain: ChainArrays, R_target: Array, p_target: Array, q: Array) -> bool:
+    """`newton_arm`, for Python."""
+    return bool(newton_arm(chain, R_target, p_target, q))
+
+
+@part
 def nearest_branch(
-    closed: bool,
     arm: SphericalArm,
-    chain: ChainArrays,
+    chain: ChainArrays | None,
     R: Array,
     p: Array,
     near: Array,
@@ -208,9 +223,10 @@ def nearest_branch(
 ) -> float:
     """Move `near` (6,) to the branch and turn nearest to it that puts the tool at R (3, 3), p (3,), seen from the foot.
 
+    By the arm's closed form, or where `chain` is not None by Newton's method: code that the arm has no use for isn't compiled.
     Returns the farthest that a joint moved, -1 where no branch exists (`near` is then left alone). Q (8, 6), why (8,): scratch.
     """
-    if closed:
+    if chain is None:
         if solve_arm(arm, R, p, near, Q, why) == 0:
             return -1.0
     else:
@@ -236,7 +252,15 @@ def nearest_branch(
     return float(nearest)
 
 
-@numba.njit(cache=True)
+@kernel
+def to_nearest_branch(
+    arm: SphericalArm, chain: ChainArrays | None, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64]
+) -> float:
+    """`nearest_branch`, for Python."""
+    return float(nearest_branch(arm, chain, R, p, near, Q, why))
+
+
+@part
 def _within(q: Array, lower: Array, upper: Array) -> bool:
     for i in range(6):
         if q[i] < lower[i] - 1e-9 or q[i] > upper[i] + 1e-9:
@@ -244,11 +268,10 @@ def _within(q: Array, lower: Array, upper: Array) -> bool:
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _follow(
-    closed: bool,
     arm: SphericalArm,
-    chain: ChainArrays,
+    chain: ChainArrays | None,
     poses: Array,
     start: Array,
     lower: Array,
@@ -260,12 +283,13 @@ def _follow(
     near = start.copy()
     Q, why = np.empty((8, 6)), np.empty(8, np.int64)
     for k in range(K):
-        moved = nearest_branch(closed, arm, chain, poses[k, :3, :3], poses[k, :3, 3], near, Q, why)
+        moved = nearest_branch(arm, chain, poses[k, :3, :3], poses[k, :3, 3], near, Q, why)
         if moved < 0.0:
             return out, FOLLOW_UNREACHED, k
         if moved > step:
             return out, FOLLOW_JUMP, k
         if not _within(near, lower, upper):
             return out, FOLLOW_LIMIT, k
-        out[k] = near
+        for i in range(6):
+            out[k, i] = near[i]
     return out, FOLLOWED, K

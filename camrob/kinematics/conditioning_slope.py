@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import bare
 from camrob.kinematics.kernels import ChainArrays
 from camrob.kinematics.spherical_inverse import closed_inverse_kf, homogeneous_inverse
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 _LARGEST = 1e7  # k_F from where on an arm counts as singular
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def kf_and_slope(
     chain: ChainArrays, Z: Array, P: Array, plate: Array, slope: Array, H: Array, G: Array, L: Array
 ) -> float:
@@ -54,7 +54,7 @@ def kf_and_slope(
     return float(kf)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _columns(chain: ChainArrays, Z: Array, P: Array, plate: Array, H: Array) -> None:
     """H (6, m) <- the arm's homogeneous Jacobian at `plate`."""
     m, scale = chain.arm_stop - chain.arm_start, 1.0 / chain.length
@@ -68,7 +68,7 @@ def _columns(chain: ChainArrays, Z: Array, P: Array, plate: Array, H: Array) -> 
             H[3 + r, k] = Z[i, r]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def inverse_kf_within(chain: ChainArrays, Z: Array, P: Array, plate: Array, H: Array, G: Array, L: Array) -> float:
     """1/k_F alone, 0 where the arm is singular, with scratch as `kf_and_slope`'s: nothing is allocated."""
     if chain.spherical:
@@ -78,7 +78,7 @@ def inverse_kf_within(chain: ChainArrays, Z: Array, P: Array, plate: Array, H: A
     return float(6.0 / np.sqrt(trace * inverse_trace))
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _thrice(G: Array, L: Array) -> None:
     """G <- (L L^T L)^T, with L (6, 6) the inverse of H: the slope of its squared norm by H, over -2."""
     for k in range(6):
@@ -94,7 +94,7 @@ def _thrice(G: Array, L: Array) -> None:
             G[r, k] = p0 * L[0, r] + p1 * L[1, r] + p2 * L[2, r] + p3 * L[3, r] + p4 * L[4, r] + p5 * L[5, r]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _by_cholesky(H: Array, G: Array, L: Array, m: int) -> tuple[float, float]:
     """G <- (H H^T)^-2 H; the traces of H H^T and of its inverse, inf where it is singular."""
     trace = 0.0
@@ -116,7 +116,7 @@ def _by_cholesky(H: Array, G: Array, L: Array, m: int) -> tuple[float, float]:
     return trace, _inverse_twice(H, G, L, m)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _inverse_twice(H: Array, G: Array, L: Array, m: int) -> float:
     """G <- (L L^T)^-2 H; returns the trace of (L L^T)^-1."""
     trace = 0.0
@@ -146,7 +146,7 @@ def _inverse_twice(H: Array, G: Array, L: Array, m: int) -> float:
     return trace
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _contract(first: int, m: int, H: Array, G: Array, slope: Array) -> None:
     """slope of the arm's joints from the columns (v, z) in H and the slopes by them in G."""
     x = y = z = 0.0

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.compiled import bare, inlined, kernel, part
 from camrob.kinematics.spherical_inverse import closed_inverse_kf, sine_cosine, wrist_distance
 
 __all__ = [
@@ -78,7 +78,7 @@ def chain_arrays(cell: Cell) -> ChainArrays:
     )
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def forward(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array, plate: Array) -> None:
     """Forward kinematics of posture q (n,).
 
@@ -117,7 +117,7 @@ def forward(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array
     R[2, 0], R[2, 1], R[2, 2], p[2] = az, bz, cz, pz
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def jacobian(chain: ChainArrays, Z: Array, P: Array, point: Array, J: Array) -> None:
     """Geometric Jacobian J (6, n), rows (v, w), of a point (3,) of the tool, from the axes that `forward` filled."""
     for i in range(Z.shape[0]):
@@ -134,7 +134,7 @@ def jacobian(chain: ChainArrays, Z: Array, P: Array, point: Array, J: Array) -> 
                 J[3 + r, i] = Z[i, r]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@part
 def _inverse_kf_by_cholesky(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
     """`inverse_kf` of any arm, by the inverse's trace from a Cholesky factor."""
     m = chain.arm_stop - chain.arm_start
@@ -181,7 +181,7 @@ def _inverse_kf_by_cholesky(chain: ChainArrays, Z: Array, P: Array, plate: Array
     return float(6.0 / np.sqrt(trace * trace_inverse))
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy")
+@inlined
 def inverse_kf(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
     """1/k_F of the bare arm's homogeneous Jacobian at the mounting plate, 0 where it is singular.
 
@@ -193,7 +193,7 @@ def inverse_kf(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
     return float(_inverse_kf_by_cholesky(chain, Z, P, plate))
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def forward_many(chain: ChainArrays, q: Array) -> Array:
     """Tool poses (N, 4, 4) in `base` of postures q (N, n)."""
     n = q.shape[1]
@@ -202,13 +202,13 @@ def forward_many(chain: ChainArrays, q: Array) -> Array:
     out = np.zeros((q.shape[0], 4, 4))
     for k in range(q.shape[0]):
         forward(chain, q[k], Z, P, R, p, plate)
-        out[k, :3, :3] = R
-        out[k, :3, 3] = p
+        for r in range(3):
+            out[k, r, 0], out[k, r, 1], out[k, r, 2], out[k, r, 3] = R[r, 0], R[r, 1], R[r, 2], p[r]
         out[k, 3, 3] = 1.0
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def inverse_kf_many(chain: ChainArrays, q: Array) -> Array:
     """1/k_F (N,) of the bare arm in postures q (N, n)."""
     n = q.shape[1]

@@ -7,9 +7,10 @@ three floats, which the compiler keeps in registers.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import bare
 
 __all__ = ["closed_inverse_kf", "homogeneous_inverse", "inverse_blocks", "sine_cosine", "wrist_distance"]
 
@@ -40,7 +41,7 @@ def wrist_distance(before: Array, after: Array) -> float:
     return places[0] if abs(places[0] - places[1]) <= _MEET else float("nan")
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def sine_cosine(x: float) -> tuple[float, float]:
     """Sine and cosine within a unit in the last place for |x| up to a million; branch-free, unlike the library's two calls."""
     k = np.floor(x * 0.6366197723675814 + 0.5)
@@ -59,32 +60,32 @@ def sine_cosine(x: float) -> tuple[float, float]:
     return (-a if quarter & 2 else a), (-b if (quarter + 1) & 2 else b)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _row(M: Array, i: int) -> Vector:
     return M[i, 0], M[i, 1], M[i, 2]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _dot(a: Vector, b: Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _times(k: float, a: Vector) -> Vector:
     return k * a[0], k * a[1], k * a[2]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _minus(a: Vector, b: Vector) -> Vector:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _mix(m: Vector, a: Vector, b: Vector, c: Vector) -> Vector:
     """m0 a + m1 b + m2 c."""
     return (
@@ -94,14 +95,14 @@ def _mix(m: Vector, a: Vector, b: Vector, c: Vector) -> Vector:
     )
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _wrist(Z: Array, P: Array, start: int, wrist: float) -> Vector:
     """Where the last three axes meet."""
     i = start + 4
     return P[i, 0] + wrist * Z[i, 0], P[i, 1] + wrist * Z[i, 1], P[i, 2] + wrist * Z[i, 2]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _inverse(a: Vector, b: Vector, c: Vector) -> tuple[Vector, Vector, Vector, float]:
     """Rows of the inverse of the matrix with columns a, b, c, and its determinant over the columns' lengths (0: none)."""
     bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
@@ -113,7 +114,7 @@ def _inverse(a: Vector, b: Vector, c: Vector) -> tuple[Vector, Vector, Vector, f
     return _times(k, bc), _times(k, ca), _times(k, ab), abs(det) / size
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def inverse_blocks(Z: Array, P: Array, point: Array, start: int, wrist: float, rows: Array, lever: Array) -> bool:
     """rows (6, 3) <- rows of V^-1 and of B^-1; lever (3,) <- from `point` (3,) to the wrist. False near a singular posture."""
     c = _wrist(Z, P, start, wrist)
@@ -129,7 +130,7 @@ def inverse_blocks(Z: Array, P: Array, point: Array, start: int, wrist: float, r
     return bool(good > _REGULAR and fine > _REGULAR)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _put(H: Array, i: int, a: Vector, b: Vector) -> float:
     """H[i] <- (a, b); returns its square."""
     H[i, 0], H[i, 1], H[i, 2] = a
@@ -137,7 +138,7 @@ def _put(H: Array, i: int, a: Vector, b: Vector) -> float:
     return float(_dot(a, a) + _dot(b, b))
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def homogeneous_inverse(Z: Array, P: Array, plate: Array, start: int, wrist: float, length: float, H: Array) -> float:
     """H (6, 6) <- the inverse of the arm's homogeneous Jacobian at `plate` (eq. 15); its squared norm, or inf."""
     c = _wrist(Z, P, start, wrist)
@@ -160,7 +161,7 @@ def homogeneous_inverse(Z: Array, P: Array, plate: Array, start: int, wrist: flo
     return float(total)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _share(
     b: Vector, zs: tuple[Vector, Vector, Vector], rows: tuple[Vector, Vector, Vector], lever: Vector, square: float
 ) -> float:
@@ -170,7 +171,7 @@ def _share(
     return float(square * _dot(d, d) + _dot(turn, turn))
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def closed_inverse_kf(Z: Array, P: Array, plate: Array, start: int, wrist: float, length: float) -> float:
     """1/k_F (eq. 16) at `plate`, 0 where the arm is singular: 6 over the norms of the homogeneous Jacobian and its inverse."""
     c = _wrist(Z, P, start, wrist)

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.arm_axes import arm_axes
 from camrob.cell.cell import Cell
+from camrob.compiled import inlined, kernel
 from camrob.se3 import inverse
 
 __all__ = [
@@ -61,7 +61,7 @@ def spherical_arm(cell: Cell) -> SphericalArm | None:
     return SphericalArm(axes.h.copy(), axes.o.copy(), axes.wrist.copy(), np.ascontiguousarray(tool_T_foot))
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _rotate(h: Array, c: float, s: float, x: Array, out: Array) -> None:
     """out <- rotation of x about the unit axis h by the angle of cosine c and sine s."""
     k = (h[0] * x[0] + h[1] * x[1] + h[2] * x[2]) * (1.0 - c)
@@ -72,12 +72,12 @@ def _rotate(h: Array, c: float, s: float, x: Array, out: Array) -> None:
     out[1] = out1
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _dot(a: Array, b: Array) -> float:
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _triple(h: Array, x: Array, y: Array) -> float:
     """h . (x x y)."""
     return float(
@@ -85,7 +85,7 @@ def _triple(h: Array, x: Array, y: Array) -> float:
     )
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _cone(a: float, b: float, c: float, out: Array) -> bool:
     """The two angles with a cos + b sin = c into out; False where there is none."""
     r = np.sqrt(a * a + b * b)
@@ -98,30 +98,34 @@ def _cone(a: float, b: float, c: float, out: Array) -> bool:
     return True
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _turn_between(h: Array, x: Array, y: Array) -> float:
     """The angle about h that takes x's direction across h to y's."""
     hx, hy = _dot(h, x), _dot(h, y)
     return float(np.arctan2(_triple(h, x, y), _dot(x, y) - hx * hy))
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def nearest_turn(angle: float, near: float) -> float:
     """The angle plus whole turns that lies nearest to `near`."""
     return float(angle + 2.0 * np.pi * np.round((near - angle) / (2.0 * np.pi)))
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _first_axis(arm: SphericalArm, target: Array, out: Array) -> bool:
     """The two angles of the first axis into out: the wrist's component along axes 2 and 3, which they can't change."""
     h, o = arm.h, arm.o
     h2 = h[1]
     along = _dot(h[0], target)
-    c = _dot(h2, arm.wrist - o[1]) + _dot(h2, o[1] - o[0]) - along * _dot(h[0], h2)
+    upper, foot = h2[0] * (arm.wrist[0] - o[1, 0]), h2[0] * (o[1, 0] - o[0, 0])
+    for r in range(1, 3):
+        upper += h2[r] * (arm.wrist[r] - o[1, r])
+        foot += h2[r] * (o[1, r] - o[0, r])
+    c = upper + foot - along * _dot(h[0], h2)
     return bool(_cone(_dot(h2, target) - along * _dot(h[0], h2), -_triple(h2, h[0], target), c, out))
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def _elbow(h3: Array, a: Array, b: Array, v: Array, out: Array) -> bool:
     """The two angles of the third axis into out: the wrist's distance from the second axis's point. a, b: fore and upper arm."""
     a_h, b_h = _dot(h3, a), _dot(h3, b)
@@ -129,7 +133,7 @@ def _elbow(h3: Array, a: Array, b: Array, v: Array, out: Array) -> bool:
     return bool(_cone(_dot(b, a) - a_h * b_h, _triple(b, h3, a), c, out))
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def _wrist_rotation(h: Array, M: Array, c1: float, s1: float, q23: float, w: Array, W: Array) -> None:
     """W <- the rotation that is left to the wrist, (R1 R2 R3)^T M; w (3,) is scratch."""
     c23, s23 = np.cos(q23), np.sin(q23)
@@ -142,7 +146,7 @@ def _wrist_rotation(h: Array, M: Array, c1: float, s1: float, q23: float, w: Arr
             W[r, col] = w[r]
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int) -> int:
     """Rows k and k + 1 of Q, columns 3 to 5 <- the wrist's two ways to turn by W; how many there are. scratch: (4, 3)."""
     w, d, y, bend = scratch[0], scratch[1], scratch[2], scratch[3]
@@ -171,7 +175,7 @@ def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int) ->
     return 2
 
 
-@numba.njit(cache=True, forceinline=True)
+@inlined
 def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64]) -> int:
     """All branches of the arm whose tool stands at rotation R (3, 3) and position p (3,) in `foot`.
 
@@ -191,7 +195,9 @@ def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why:
         target[r] = p[r] - o[0, r]
         for c in range(3):
             target[r] += R[r, c] * arm.tool_T_foot[c, 3] + M[r, c] * arm.wrist[c]
-    a, b = arm.wrist - o[2], o[2] - o[1]
+    a, b = np.empty(3), np.empty(3)
+    for r in range(3):
+        a[r], b[r] = arm.wrist[r] - o[2, r], o[2, r] - o[1, r]
     for k in range(8):
         why[k] = BRANCH_OUT_OF_REACH
     first, elbow, v, y, W = np.empty(2), np.empty(2), np.empty(3), np.empty(3), np.empty((3, 3))
@@ -224,7 +230,7 @@ def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why:
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def solve_arm_many(arm: SphericalArm, foot_T_tool: Array, near: Array) -> tuple[Array, NDArray[np.int64]]:
     """`solve_arm` for poses (N, 4, 4) and postures `near` (N, 6): branches (N, 8, 6) and their states (N, 8)."""
     N = foot_T_tool.shape[0]

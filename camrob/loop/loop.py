@@ -17,7 +17,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.errors import CellError, JobError, UnreachableError
 from camrob.frozen import locked
-from camrob.kinematics.arm import Arm, nearest_branch
+from camrob.kinematics.arm import Arm, to_nearest_branch
 from camrob.kinematics.kernels import ChainArrays
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm_many
 from camrob.loop.case import RobotErrors, TrackerCase, TrackerNoise
@@ -213,7 +213,7 @@ class _Batch:
             lost = np.zeros(len(near), bool)
             for b in self.rows:
                 R, p = np.ascontiguousarray(foot_T_tool[b, :3, :3]), foot_T_tool[b, :3, 3].copy()
-                lost[b] = nearest_branch(*self.arm.kernel(), R, p, near[b], Q1, why1) < 0.0
+                lost[b] = to_nearest_branch(*self.arm.kernel(), R, p, near[b], Q1, why1) < 0.0
         if lost.any():
             name = self.runs[int(np.argmax(lost))].path.name
             raise UnreachableError(f"a corrected set-point of the {name} is out of reach in cycle {k}")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import kernel, part
 
 __all__ = ["BAD_COUNT", "BAD_NUMBER", "BLANK_LINE", "GOOD", "format_table", "parse_table"]
 
@@ -16,7 +17,7 @@ _COMMA, _NEWLINE, _RETURN, _SPACE, _TAB = 44, 10, 13, 32, 9  # ASCII
 _POWERS = np.array([10.0**k for k in range(23)])
 
 
-@numba.njit(cache=True)
+@part
 def _number(text: Bytes, begin: int, end: int) -> tuple[float, int]:
     """The decimal in text[begin:end] and 0; 1 where a slower reader has to look, 2 where the cell is empty.
 
@@ -51,7 +52,7 @@ def _number(text: Bytes, begin: int, end: int) -> tuple[float, int]:
     return (-value if negative else value), 0
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def parse_table(text: Bytes, start: int, out: Array, slow: NDArray[np.int64]) -> tuple[int, int, int, int]:
     """Read the table in text[start:] into out (rows, columns), NaN where a cell is empty.
 
@@ -97,7 +98,7 @@ def parse_table(text: Bytes, start: int, out: Array, slow: NDArray[np.int64]) ->
     return row, GOOD, 0, left
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def format_table(table: Array, decimals: NDArray[np.int64], out: Bytes) -> int:
     """Write a table (rows, columns) into `out` as comma-separated lines with so many decimals a column; NaN is empty.
 
@@ -114,7 +115,7 @@ def format_table(table: Array, decimals: NDArray[np.int64], out: Bytes) -> int:
     return at
 
 
-@numba.njit(cache=True)
+@part
 def _format(value: float, decimals: int, out: Bytes, at: int) -> int:
     """One number, rounded to its decimals; -0 is 0."""
     scaled = np.int64(np.floor(abs(value) * _POWERS[decimals] + 0.5))

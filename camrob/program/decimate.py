@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
+from camrob.triples import between, cross, dot, gap2
 
 __all__ = ["decimated"]
 
@@ -17,23 +18,23 @@ AXIS_TOLERANCE = 8.7e-5  # rad (0.005 degrees) that the tool axis may leave its 
 EXTERNAL_TOLERANCE = 1e-3  # rad, m that an external axis may leave its straight line: it moves the arm, not the tool
 
 
-@numba.njit(cache=True)
+@part
 def _passes(
     p: Array, z: Array, e: Array, start: int, trial: int, tolerance: float, turn: float, external: float
 ) -> bool:
     """Whether a straight motion from point `start` to `trial` passes all between, in order and within the tolerances."""
-    d = p[trial] - p[start]
-    n2 = np.sum(d * d)
+    d, turning = between(p[start], p[trial]), between(z[start], z[trial])
+    n2 = dot(d, d)
     last = 0.0
     for k in range(start + 1, trial):
-        s = np.sum((p[k] - p[start]) * d) / n2 if n2 > 0.0 else -1.0
+        s = dot(between(p[start], p[k]), d) / n2 if n2 > 0.0 else -1.0
         if not last <= s <= 1.0:
             return False
         last = s
-        off = p[start] + s * d - p[k]
-        axis = z[start] + s * (z[trial] - z[start])
-        across = np.cross(axis, z[k])
-        if np.sum(off * off) > tolerance * tolerance or np.sum(across * across) > turn * turn * np.sum(axis * axis):
+        here = p[start, 0] + s * d[0], p[start, 1] + s * d[1], p[start, 2] + s * d[2]
+        axis = z[start, 0] + s * turning[0], z[start, 1] + s * turning[1], z[start, 2] + s * turning[2]
+        across = cross(axis, z[k])
+        if gap2(here, p[k]) > tolerance * tolerance or dot(across, across) > turn * turn * dot(axis, axis):
             return False
         for i in range(e.shape[1]):
             if abs(e[start, i] + s * (e[trial, i] - e[start, i]) - e[k, i]) > external:
@@ -41,7 +42,7 @@ def _passes(
     return True
 
 
-@numba.njit(cache=True)
+@kernel
 def _greedy(
     p: Array, z: Array, e: Array, fixed: NDArray[np.bool_], tolerance: float, turn: float, external: float,
     keep: NDArray[np.bool_],

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import kernel
+from camrob.triples import between, copy3, cross, dot
 
 __all__ = ["refine", "rotation_minimising"]
 
 Array = NDArray[np.float64]
 
 
-@numba.njit(cache=True)
+@kernel
 def rotation_minimising(axis: Array, x_first: Array) -> Array:
     """Rotations (N, 3, 3) with z = axis (N, 3), unit, and x carried along by the least rotation from one z to the next.
 
@@ -21,60 +23,76 @@ def rotation_minimising(axis: Array, x_first: Array) -> Array:
     """
     N = axis.shape[0]
     out = np.empty((N, 3, 3))
-    x = x_first.copy()
+    x = (x_first[0], x_first[1], x_first[2])
     for k in range(N):
         z = axis[k]
         if k > 0:
             before = axis[k - 1]
-            v = np.cross(before, z)
+            v = cross(before, z)
             c = before[0] * z[0] + before[1] * z[1] + before[2] * z[2]
             if c > -1.0 + 1e-12:  # the rotation from one axis to the next; a half turn keeps x
-                cross = np.cross(v, x)
-                x = x + cross + np.cross(v, cross) / (1.0 + c)
+                once = cross(v, x)
+                twice = cross(v, once)
+                x = (
+                    x[0] + once[0] + twice[0] / (1.0 + c),
+                    x[1] + once[1] + twice[1] / (1.0 + c),
+                    x[2] + once[2] + twice[2] / (1.0 + c),
+                )
         along = x[0] * z[0] + x[1] * z[1] + x[2] * z[2]
-        x = x - along * z
+        x = x[0] - along * z[0], x[1] - along * z[1], x[2] - along * z[2]
         norm = np.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
         if norm < 1e-9:  # x_first lies along the first axis: any x across it
-            pick = np.zeros(3)
-            pick[int(np.argmin(np.abs(z)))] = 1.0
-            x = np.cross(pick, z)
+            least = 0
+            for r in range(1, 3):
+                if abs(z[r]) < abs(z[least]):
+                    least = r
+            x = cross((1.0 if least == 0 else 0.0, 1.0 if least == 1 else 0.0, 1.0 if least == 2 else 0.0), z)
             norm = np.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
-        x = x / norm
-        y = np.cross(z, x)
+        x = x[0] / norm, x[1] / norm, x[2] / norm
+        y = cross(z, x)
         for r in range(3):
             out[k, r, 0], out[k, r, 1], out[k, r, 2] = x[r], y[r], z[r]
     return out
 
 
-@numba.njit(cache=True)
+@kernel
 def refine(position: Array, axis: Array, step: float, angle: float) -> tuple[Array, Array, NDArray[np.int64]]:
     """Points (M, 3) and unit axes (M, 3) with others put between where neighbours are more than `step` m or `angle` rad apart.
 
     Returns also where (N,) the given points are among them. Axes go along the great arc.
     """
     N = position.shape[0]
-    counts = np.ones(N, np.int64)
-    for k in range(1, N):
-        length = np.sqrt(np.sum((position[k] - position[k - 1]) ** 2))
-        v = np.cross(axis[k - 1], axis[k])
-        turn = np.arctan2(np.sqrt(np.sum(v * v)), np.sum(axis[k - 1] * axis[k]))
-        counts[k] = max(1, int(np.ceil(max(length / step, turn / angle) - 1e-9)))
-    where = np.cumsum(counts) - 1
-    M = int(where[-1]) + 1
+    counts, where = np.ones(N, np.int64), np.empty(N, np.int64)
+    M = 1
+    for k in range(N):
+        if k > 0:
+            way = between(position[k - 1], position[k])
+            v = cross(axis[k - 1], axis[k])
+            turn = np.arctan2(np.sqrt(dot(v, v)), dot(axis[k - 1], axis[k]))
+            counts[k] = max(1, int(np.ceil(max(np.sqrt(dot(way, way)) / step, turn / angle) - 1e-9)))
+            M += counts[k]
+        where[k] = M - 1
     points, axes = np.empty((M, 3)), np.empty((M, 3))
-    points[0], axes[0] = position[0], axis[0]
+    copy3(position[0], points[0])
+    copy3(axis[0], axes[0])
     for k in range(1, N):
-        v = np.cross(axis[k - 1], axis[k])
-        sine = np.sqrt(np.sum(v * v))
-        turn = np.arctan2(sine, np.sum(axis[k - 1] * axis[k]))
-        side = np.cross(v / sine, axis[k - 1]) if sine > 1e-12 else np.zeros(3)
-        for j in range(1, counts[k] + 1):
+        way = between(position[k - 1], position[k])
+        v = cross(axis[k - 1], axis[k])
+        sine = np.sqrt(dot(v, v))
+        turn = np.arctan2(sine, dot(axis[k - 1], axis[k]))
+        side = (0.0, 0.0, 0.0)
+        if sine > 1e-12:
+            side = cross((v[0] / sine, v[1] / sine, v[2] / sine), axis[k - 1])
+        for j in range(1, counts[k]):
             s = j / counts[k]
             i = where[k] - counts[k] + j
-            if j == counts[k]:
-                points[i], axes[i] = position[k], axis[k]
-            else:
-                points[i] = position[k - 1] + s * (position[k] - position[k - 1])
-                axes[i] = np.cos(s * turn) * axis[k - 1] + np.sin(s * turn) * side
-                axes[i] /= np.sqrt(np.sum(axes[i] ** 2))
+            along, across = np.cos(s * turn), np.sin(s * turn)
+            for r in range(3):
+                points[i, r] = position[k - 1, r] + s * way[r]
+                axes[i, r] = along * axis[k - 1, r] + across * side[r]
+            norm = np.sqrt(dot(axes[i], axes[i]))
+            for r in range(3):
+                axes[i, r] /= norm
+        copy3(position[k], points[where[k]])
+        copy3(axis[k], axes[where[k]])
     return points, axes, where

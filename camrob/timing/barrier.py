@@ -10,10 +10,10 @@ Newton matrix has five diagonals and a step costs as much as the path is long.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import inlined, kernel, part
 from camrob.timing.path_spline import MotionBounds, axis_terms
 
 __all__ = ["RAMP", "centre", "merit", "squares_of_span"]
@@ -26,13 +26,13 @@ RAMP = 0.2  # c0 / c1 behind a start from rest with constant jerk over one span:
 _CENTRED = 1e-3  # of Newton's decrement per value: close enough to the middle
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def squares_of_span(c0: float, c1: float, c2: float) -> tuple[float, float, float]:
     """Bernstein coefficients of the square speed on a span."""
     return 0.5 * (c0 + c1), c1, 0.5 * (c1 + c2)
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _rows(control: Array, i: int, d: int, h: float, out: Array) -> None:
     """Rows out (7, 3) over (c0, c1, c2): four Bernstein coefficients of column d's acceleration, three of jerk / speed."""
     a0, a1, a2, e0, e1, f = axis_terms(control, i, d, h)
@@ -58,7 +58,7 @@ def _rows(control: Array, i: int, d: int, h: float, out: Array) -> None:
     out[6, 0], out[6, 1], out[6, 2] = b2 * j, -2.0 * b2 * j - 3.0 * e1 * w + 0.5 * f, b2 * j + 3.0 * e1 * w + 0.5 * f
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def merit(
     c: Array, t: float, weight: Array, caps: Array, ease: Array, control: Array, h: float, bounds: MotionBounds
 ) -> float:
@@ -111,7 +111,7 @@ def merit(
     return total
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def _add(grad: Array, H: Array, i: int, r0: float, r1: float, r2: float, first: float, second: float) -> None:
     """Add first * r to the gradient and second * r r^T to the banded Hessian, r over (c_i, c_i+1, c_i+2)."""
     grad[i] += first * r0
@@ -125,7 +125,7 @@ def _add(grad: Array, H: Array, i: int, r0: float, r1: float, r2: float, first: 
     H[i + 2, 0] += second * r2 * r2
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _add_axes(
     c: Array,
     i: int,
@@ -165,7 +165,7 @@ def _add_axes(
                 _add(grad, H, i, -r0 + f0, -r1 + f1, -r2 + f2, above, above * above)
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _add_norms(
     c: Array, i: int, last: bool, control: Array, h: float, bounds: MotionBounds, rows: Array, grad: Array, H: Array
 ) -> None:
@@ -192,7 +192,7 @@ def _add_norms(
             _add(grad, H, i, s0, s1, s2, 2.0 / slack, 4.0 / (slack * slack))
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _fold(grad: Array, H: Array, start: bool, end: bool) -> None:
     """Take out the outermost values where they hang on their neighbours (c0 = RAMP c1), so that their step is zero."""
     n = grad.shape[0]
@@ -208,7 +208,7 @@ def _fold(grad: Array, H: Array, start: bool, end: bool) -> None:
         grad[n - 1], H[n - 1, 0], H[n - 2, 1], H[n - 3, 2] = 0.0, 1.0, 0.0, 0.0
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _solve(H: Array, grad: Array, step: Array) -> None:
     """step = -H^-1 grad for the matrix with diagonals H (N, 3), factored in place as L D L^T."""
     n = grad.shape[0]
@@ -237,7 +237,7 @@ def _solve(H: Array, grad: Array, step: Array) -> None:
             step[i] -= H[i, 2] * step[i + 2]
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def centre(
     c: Array,
     t: float,

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
-from scipy.linalg import solveh_banded
-from scipy.ndimage import maximum_filter1d
+
+from camrob.compiled import inlined, kernel, part
 
 __all__ = ["MotionBounds", "axis_terms", "interpolated", "rounded", "smoothed", "speed_caps", "spline_at"]
 
@@ -61,6 +59,8 @@ def smoothed(length: Array, values: Array, count: int, reach: float, tolerance: 
     stiffness = (reach / (2.0 * np.pi * (grid[1] - grid[0]))) ** 6
     weight = np.ones(count + 1)
     weight[[0, -1]] = 1e6 * max(1.0, stiffness)
+    from scipy.ndimage import maximum_filter1d
+
     control = rounded(length, values, count)
     deviation = np.zeros((count + 1, 2))
     for _round in range(_ROUNDS):
@@ -77,6 +77,8 @@ def smoothed(length: Array, values: Array, count: int, reach: float, tolerance: 
 
 def _penalised(target: Array, weight: Array, stiffness: float) -> Array:
     """Control values of least sum of weight * distance^2 + stiffness * (third difference)^2; a matrix of seven diagonals."""
+    from scipy.linalg import solveh_banded
+
     n = len(target) + 2
     band = np.zeros((4, n))  # band[k, i]: entry (i, i + k)
     value, third = np.array([1.0, 4.0, 1.0]) / 6.0, np.array([-1.0, 3.0, -3.0, 1.0])
@@ -96,6 +98,8 @@ def _penalised(target: Array, weight: Array, stiffness: float) -> Array:
 
 def interpolated(values: Array, spacing: float) -> Array:
     """Control values (K + 3, D) of the spline through `values` (K + 1, D) at equal `spacing`, not-a-knot at its ends."""
+    from scipy.interpolate import make_interp_spline
+
     count = len(values) - 1
     knots = spacing * np.arange(count + 1)
     spline = make_interp_spline(knots, values, k=3)
@@ -114,7 +118,7 @@ def _beyond(at_end: Array, step: float) -> Array:
     return np.asarray(value - (at_end[2] + at_end[3] * step) * step**2 / 6.0)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def axis_terms(control: Array, i: int, d: int, h: float) -> tuple[float, float, float, float, float, float]:
     """First derivative of column d on span i as three Bernstein coefficients, the second at both ends, the third."""
     p0, p1, p2, p3 = control[i, d], control[i + 1, d], control[i + 2, d], control[i + 3, d]
@@ -124,7 +128,7 @@ def axis_terms(control: Array, i: int, d: int, h: float) -> tuple[float, float, 
     return a0, a0 + 0.5 * h * e0, (p3 - p1) / (2.0 * h), e0, e1, (e1 - e0) / h
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def spline_at(control: Array, h: float, i: int, w: float, order: int, out: Array) -> None:
     """Derivative of `order` (0 to 3) of all columns at the share w of span i."""
     if order == 0:
@@ -141,7 +145,7 @@ def spline_at(control: Array, h: float, i: int, w: float, order: int, out: Array
         out[d] = f0 * control[i, d] + f1 * control[i + 1, d] + f2 * control[i + 2, d] + f3 * control[i + 3, d]
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def speed_caps(control: Array, h: float, feed: Array, bounds: MotionBounds) -> Array:
     """Square of the top speed (K,) on every span: programmed feed (K,), rotation and axes, anywhere on the span."""
     count, width = control.shape[0] - 3, control.shape[1]

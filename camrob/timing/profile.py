@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
+from camrob.compiled import kernel
 from camrob.frozen import locked
 from camrob.timing.barrier import RAMP, centre, merit, squares_of_span
 from camrob.timing.path_spline import MotionBounds, axis_terms, speed_caps, spline_at
@@ -131,6 +130,8 @@ def _begin(fast: Array, first: int, last: int, caps: Array, start: bool, end: bo
         distance = np.minimum(distance, np.arange(n))
     if end:
         distance = np.minimum(distance, np.arange(n)[::-1])
+    from scipy.ndimage import minimum_filter1d, uniform_filter1d
+
     c = least.copy()
     for reach in (1, 2, 4, 8, 16):
         size = 2 * reach + 1
@@ -169,7 +170,7 @@ def _ramp_square(control: Array, span: int, h: float, bounds: MotionBounds) -> f
     return float(top)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _sample(c: Array, h: float, start: bool, end: bool, parts: int, v: Array, u: Array, jerk: Array, at: Array) -> None:
     """Fill speed, acceleration, jerk and time at every `parts`-th part of all spans; ends are kept, so F = K parts + 1."""
     first = 1 if start else 0
@@ -245,7 +246,7 @@ def worst_use(
     return use, which
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _use(
     control: Array,
     h: float,

@@ -8,10 +8,10 @@ hold all along a span, not at its ends only: they are put on the Bernstein coeff
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.timing.path_spline import MotionBounds, axis_terms
 
 __all__ = ["fastest_squares"]
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 _ROUNDS = 60  # an end for a speed that nothing can be reached from
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _span(control: Array, i: int, h: float, bounds: MotionBounds, lines: Array, cones: Array) -> tuple[int, int]:
     """Bounds of span i: lines (L, 2) with |u0 u + x0 x| <= 1, cones (C, 3) with uu u^2 + 2 ux u x + xx x^2 <= 1."""
     width = control.shape[1]
@@ -56,7 +56,7 @@ def _span(control: Array, i: int, h: float, bounds: MotionBounds, lines: Array, 
     return count, round_count
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _range(x: float, lines: Array, count: int, cones: Array, round_count: int, out: Array) -> bool:
     """Accelerations that x allows: out = lowest, its slope over x, highest, its slope. False where a cone allows none."""
     out[0], out[1], out[2], out[3] = -np.inf, 0.0, np.inf, 0.0
@@ -88,7 +88,7 @@ def _range(x: float, lines: Array, count: int, cones: Array, round_count: int, o
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _highest(top: float, following: float, h: float, lines: Array, count: int, cones: Array, round_count: int) -> float:
     """The largest x <= top from which some allowed u leads to 0 <= x + 2 h u <= following (Newton's method from above)."""
     x = top
@@ -116,7 +116,7 @@ def _highest(top: float, following: float, h: float, lines: Array, count: int, c
     return x * 0.999
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def fastest_squares(control: Array, h: float, caps: Array, bounds: MotionBounds, first: float, last: float) -> Array:
     """Squares of the fastest speeds (K + 1,) at the knots of a spline of K spans, from `first` to at most `last`.
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
-from scipy.linalg import solveh_banded
 
 __all__ = ["smooth_curves"]
 
@@ -56,6 +54,8 @@ def smooth_curves(known: Array, values: Array, parts: int, resolution: float) ->
             else:
                 high = power
         control[:, d] = _fit(data, stiff, 10.0**low, right[:, d])
+    from scipy.interpolate import BSpline
+
     knots = known[0] + h * np.arange(-3, spans + 4)
     curve = BSpline(knots, control, 3)
     grid = np.linspace(known[0], known[-1], parts + 1)
@@ -77,6 +77,8 @@ def _filled(known: Array, values: Array, h: float) -> tuple[Array, Array]:
 
 def _fit(data: Array, stiff: Array, weight: float, right: Array) -> Array:
     """Control values of the normal equations, a matrix of nine diagonals; a trace of stiffness fills empty spans."""
+    from scipy.linalg import solveh_banded
+
     band = data + weight * stiff
     band[0] += 1e-14
     lower = np.zeros_like(band)

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 from camrob.redundancy.path import ToolPathInBase
 from camrob.timing.path_spline import MotionBounds, smoothed
@@ -47,6 +46,8 @@ class SmoothRun(NamedTuple):
 
     def derivatives(self, at: Array) -> tuple[Array, Array]:
         """First and second derivative (F, 6 + n) over the length at places `at` (F,), m."""
+        from scipy.interpolate import BSpline
+
         count = len(self.feed)
         curve = BSpline(self.spacing * np.arange(-3, count + 4), self.control, 3)
         inside = np.clip(at, 0.0, self.spacing * count)

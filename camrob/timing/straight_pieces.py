@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.compiled import kernel, part
 from camrob.kinematics.kernels import chain_arrays, forward_many
 from camrob.redundancy.path import ToolPathInBase
 from camrob.units import deg_to_rad, mm_to_m
@@ -77,7 +77,7 @@ def path_rates(cell: Cell, path: ToolPathInBase, q: Array) -> PathRates:
     )
 
 
-@numba.njit(cache=True, nogil=True)
+@part
 def _turn(A: Array, B: Array, out: Array) -> float:
     """Rotation vector out (3,) that takes frame A to B, both (4, 4), in the axes they are seen in; its angle."""
     out[:] = 0.0
@@ -98,7 +98,7 @@ def _turn(A: Array, B: Array, out: Array) -> float:
     return float(angle)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _rates(tip: Array, frames: Array, q: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Length (N - 1,) of every piece, 0 where nothing moves; rates (N - 1, 6 + n); whether the tip moves (N - 1,)."""
     count, n = max(tip.shape[0] - 1, 0), q.shape[1]

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.compiled import kernel
 from camrob.frozen import locked
 from camrob.redundancy.path import ToolPathInBase
 from camrob.timing.losses import FeedLoss, feed_losses, lost_by_axis
@@ -110,7 +110,7 @@ def program_time(
     return Timing(float(at[-1]) if len(at) else 0.0, at, at_point, mean, why, causes, losses)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _ceilings(rates: PathRates, feed: Array, stop: NDArray[np.bool_]) -> tuple[Array, Indices, Array, Array, Indices]:
     """Top speed (M,) with its cause, acceleration along the path (M,), and speed of the M + 1 ends with its cause."""
     count, width = rates.rate.shape
@@ -154,7 +154,7 @@ def _ceilings(rates: PathRates, feed: Array, stop: NDArray[np.bool_]) -> tuple[A
     return top, top_cause, push, corner, corner_cause
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _trapezoids(
     length: Array, top: Array, top_cause: Indices, push: Array, corner: Array, corner_cause: Indices
 ) -> tuple[Array, Array, NDArray[np.int16]]:

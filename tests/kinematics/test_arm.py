@@ -12,7 +12,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.status_turn import StatusTurn
 from camrob.errors import CellError
-from camrob.kinematics.arm import FOLLOW_JUMP, FOLLOW_LIMIT, FOLLOW_UNREACHED, FOLLOWED, Arm, newton_arm
+from camrob.kinematics.arm import FOLLOW_JUMP, FOLLOW_LIMIT, FOLLOW_UNREACHED, FOLLOWED, Arm, by_newton
 from camrob.kinematics.frames import base_T_root, base_T_tool
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm_many, spherical_arm
 from camrob.se3 import inverse
@@ -101,13 +101,13 @@ def test_newton_meets_or_says_no() -> None:
     for q in postures(30, seed=6):
         pose = foot_T_tool(q)
         start = q[PART] + 0.1
-        if newton_arm(ARM.chain, np.ascontiguousarray(pose[:3, :3]), np.ascontiguousarray(pose[:3, 3]), start):
+        if by_newton(ARM.chain, np.ascontiguousarray(pose[:3, :3]), np.ascontiguousarray(pose[:3, 3]), start):
             whole = q.copy()
             whole[PART] = start
             np.testing.assert_allclose(foot_T_tool(whole), pose, atol=1e-9)
     pose = foot_T_tool(CELL.q_home)
     pose[:3, 3] += 9.0
-    assert not newton_arm(ARM.chain, np.ascontiguousarray(pose[:3, :3]), np.ascontiguousarray(pose[:3, 3]), start)
+    assert not by_newton(ARM.chain, np.ascontiguousarray(pose[:3, :3]), np.ascontiguousarray(pose[:3, 3]), start)
 
 
 @pytest.mark.parametrize("arm", [ARM, NUMERIC], ids=["closed", "numeric"])

@@ -22,7 +22,7 @@ __all__ = [
 
 # from the top down; a row imports only from rows below it, and the members of a row don't import each other
 ROWS = (
-    ("cli",),
+    ("cli", "warm"),
     ("jobs",),
     ("report",),
     ("studies",),
@@ -35,10 +35,10 @@ ROWS = (
     ("bodies",),
     ("kinematics", "dynamics"),
     ("cell", "toolpath", "measurement"),
-    ("se3", "frame_steps", "summaries"),
+    ("se3", "frame_steps", "triples", "summaries"),
     ("frozen", "findings", "shipped"),
-    ("errors",),
-    ("units", "text", "progress"),
+    ("errors", "compiled"),
+    ("units", "text", "progress", "compiling"),
 )
 RANK = {room: i for i, row in enumerate(ROWS) for room in row}
 

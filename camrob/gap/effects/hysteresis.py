@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
+from camrob.compiled import kernel
 from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
@@ -66,7 +66,7 @@ def dahl(values: Array, pieces: Sequence[slice], reach: float) -> Array:
     return out
 
 
-@numba.njit(cache=True)
+@kernel
 def _dahl(u: Array, reach: float) -> Array:
     out = np.zeros(len(u))
     z = 0.0

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+
+from camrob.compiled import kernel
 
 __all__ = ["delayed", "derivative", "first_order", "pieces_of", "play", "play_at_rest", "robust_sigma"]
 
@@ -69,7 +70,7 @@ def first_order(
     return out
 
 
-@numba.njit(cache=True)
+@kernel
 def _lag(u: Array, begin: Array, h: float, tau: float, cyclic: bool) -> Array:
     out = np.empty_like(u)
     count, width = u.shape
@@ -118,7 +119,7 @@ def play(values: Array, t: Array, pieces: tuple[slice, ...], width: float) -> Ar
     return out
 
 
-@numba.njit(cache=True)
+@kernel
 def _play(u: Array, width: float) -> Array:
     half = 0.5 * width
     first = 0.0

@@ -5,10 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from camrob.progress import Progress
-from camrob.redundancy.following.follower import track
 
 __all__ = ["Watch"]
 
@@ -19,13 +17,12 @@ class Watch:
     def __init__(self, progress: Progress | None) -> None:
         self._progress = progress
         self._name = ""
-        self._note = " (compiling, this once)" if _kernels_missing() else ""
         self.seconds: dict[str, float] = {}
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Time one stage."""
-        self._name = name + self._note
+        self._name = name
         self.share(0.0)
         start = time.perf_counter()
         yield
@@ -35,9 +32,3 @@ class Watch:
         """How much of the stage is done, 0 to 1."""
         if self._progress is not None:
             self._progress(self._name, done)
-
-
-def _kernels_missing() -> bool:
-    """True where the solver's kernels have yet to be compiled on this machine, which takes a minute, once."""
-    cache = track._cache.cache_path  # Numba has no public way to ask
-    return not any(Path(cache).glob(f"{track.__module__.rpartition('.')[2]}.track-*.nbi"))

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import bare
 from camrob.kinematics.kernels import ChainArrays
 
 __all__ = ["NearWork", "TrackerWork", "clear", "curvature", "largest", "pose_error", "put", "tracker_work"]
@@ -74,7 +74,6 @@ class TrackerWork(NamedTuple):
     near: NearWork
 
 
-@numba.njit(cache=True)
 def tracker_work(n: int) -> TrackerWork:
     """Arrays for a chain of n joints."""
     return TrackerWork(
@@ -90,13 +89,13 @@ def tracker_work(n: int) -> TrackerWork:
     )  # fmt: skip
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _dot(A: Array, i: int, B: Array, k: int) -> float:
     """Row i of A times row k of B."""
     return float(A[i, 0] * B[k, 0] + A[i, 1] * B[k, 1] + A[i, 2] * B[k, 2])
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def pose_error(R: Array, p: Array, R_target: Array, p_target: Array, error: Array) -> None:
     """error (6,) <- (position, rotation vector) in `base` from (R, p) to the target; a logarithm, exact at any angle."""
     for r in range(3):
@@ -125,7 +124,7 @@ def pose_error(R: Array, p: Array, R_target: Array, p_target: Array, error: Arra
             error[3 + r] = np.pi * (norm if r == i else 0.5 * column[r] / norm)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def curvature(chain: ChainArrays, m: int, scale: float, multipliers: Array, w: TrackerWork) -> None:
     """w.C[:m, :m] <- sum of multiplier times second derivative of the task (v scaled, rotation as logarithm)."""
     lx, ly, lz = multipliers[0] * scale, multipliers[1] * scale, multipliers[2] * scale
@@ -147,7 +146,7 @@ def curvature(chain: ChainArrays, m: int, scale: float, multipliers: Array, w: T
             w.C[b, a] = w.C[a, b]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def largest(error: Array) -> float:
     """The largest component (6,) of a pose error."""
     worst = 0.0
@@ -156,14 +155,14 @@ def largest(error: Array) -> float:
     return float(worst)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def put(source: Array, out: Array) -> None:
     """out (n,) <- source (n,)."""
     for i in range(out.shape[0]):
         out[i] = source[i]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def clear(out: Array) -> None:
     """out (n,) <- 0."""
     for i in range(out.shape[0]):

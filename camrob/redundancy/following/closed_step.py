@@ -8,10 +8,10 @@ as tuples, which the compiler keeps in registers.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import bare
 from camrob.kinematics.kernels import ChainArrays
 from camrob.kinematics.spherical_inverse import inverse_blocks
 from camrob.redundancy.following.chain_work import TrackerWork
@@ -24,23 +24,23 @@ Four = tuple[float, float, float, float]
 Three = tuple[float, float, float]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _row(A: Array, i: int) -> Four:
     return A[i, 0], A[i, 1], A[i, 2], A[i, 3]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _put(A: Array, i: int, x: Four) -> None:
     A[i, 0], A[i, 1], A[i, 2], A[i, 3] = x
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _plus(x: Four, k: float, y: Four) -> Four:
     """x + k y."""
     return x[0] + k * y[0], x[1] + k * y[1], x[2] + k * y[2], x[3] + k * y[3]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _mix(a: float, x: Four, b: float, y: Four, c: float, z: Four) -> Four:
     """a x + b y + c z."""
     return (
@@ -51,7 +51,7 @@ def _mix(a: float, x: Four, b: float, y: Four, c: float, z: Four) -> Four:
     )
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def split_task(
     chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork
 ) -> int:  # fmt: skip
@@ -95,13 +95,13 @@ def split_task(
     return m
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _twists(r: int, i0: int, i1: int, i2: int, k0: float, k1: float, k2: float, w: TrackerWork) -> Four:
     """Component r of the twists that the arm has to answer: the task's, and what the other joints do, taken back."""
     return w.error[r], -k0 * w.J[r, i0], -k1 * w.J[r, i1], -k2 * w.J[r, i2]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _arm_steps(start: int, i0: int, i1: int, i2: int, k0: float, k1: float, k2: float, w: TrackerWork) -> None:
     """w.U's rows of the arm <- the arm's steps for the task and for the joints i0 .. i2 outside (k 0 where there is none)."""
     lx, ly, lz, rows, Z = w.lever[0], w.lever[1], w.lever[2], w.rows, w.Z
@@ -128,7 +128,7 @@ def _arm_steps(start: int, i0: int, i1: int, i2: int, k0: float, k1: float, k2: 
     _put(w.U, start + 5, u5)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _gram(n: int, r: int, w: TrackerWork) -> Three:
     """w.F <- the Cholesky factor of N^T N (diagonal inverted; unused vectors as if they stood alone).
 
@@ -158,7 +158,7 @@ def _gram(n: int, r: int, w: TrackerWork) -> Three:
     return y0, y1, y2
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _forward_gram(F: Array, y0: float, y1: float, y2: float) -> Three:
     """L^-1 y."""
     y0 = y0 * F[0]
@@ -166,7 +166,7 @@ def _forward_gram(F: Array, y0: float, y1: float, y2: float) -> Three:
     return y0, y1, (y2 - F[4] * y0 - F[5] * y1) * F[2]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _back_gram(F: Array, y0: float, y1: float, y2: float) -> Three:
     """L^-T y."""
     y2 = y2 * F[2]
@@ -174,7 +174,7 @@ def _back_gram(F: Array, y0: float, y1: float, y2: float) -> Three:
     return (y0 - F[3] * y1 - F[4] * y2) * F[0], y1, y2
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _solve_gram(F: Array, y0: float, y1: float, y2: float) -> Three:
     """(L L^T)^-1 y."""
     y0, y1, y2 = _forward_gram(F, y0, y1, y2)
@@ -182,7 +182,7 @@ def _solve_gram(F: Array, y0: float, y1: float, y2: float) -> Three:
     return y
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def split_multipliers(chain: ChainArrays, n: int, multipliers: Array, w: TrackerWork) -> None:
     """multipliers (6,) <- those with which the task's rows (v over the length) meet w.g best over the free joints.
 
@@ -214,13 +214,13 @@ def split_multipliers(chain: ChainArrays, n: int, multipliers: Array, w: Tracker
     )
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _met(i: int, y: Three, w: TrackerWork) -> float:
     """Joint i's gradient less its part in the null space."""
     return float(w.g[i] - w.U[i, 1] * y[0] - w.U[i, 2] * y[1] - w.U[i, 3] * y[2])
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _curved(chain: ChainArrays, n: int, scale: float, multipliers: Array, w: TrackerWork) -> None:
     """w.V (n, 4) <- minus the task's second derivatives times the multipliers, times w.U, without that matrix.
 
@@ -252,7 +252,7 @@ def _curved(chain: ChainArrays, n: int, scale: float, multipliers: Array, w: Tra
             sx, sy, sz = _plus(sx, Z[i, 0], u), _plus(sy, Z[i, 1], u), _plus(sz, Z[i, 2], u)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def split_self_motion(
     chain: ChainArrays, joint_axis: NDArray[np.int64], condition_axis: NDArray[np.int64], n: int, m: int, acting: bool,
     gradient: bool, shift: float, multipliers: Array, exact: bool, w: TrackerWork,
@@ -283,7 +283,7 @@ def split_self_motion(
     return float(_step(m, shift, m0, m1, m2, w))
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _step(m: int, shift: float, m0: Four, m1: Four, m2: Four, w: TrackerWork) -> float:
     """w.s[:m] <- the step from the reduced curvature m0, m1, m2 (first column: of x_p), in an orthonormal basis; the shift."""
     F, y0, y1, y2 = w.F, w.z[0], w.z[1], w.z[2]  # w.x = x_p - N y
@@ -307,7 +307,7 @@ def _step(m: int, shift: float, m0: Four, m1: Four, m2: Four, w: TrackerWork) ->
     return shift
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def split_share(m: int, q: Array, q_before: Array, w: TrackerWork) -> None:
     """w.s[:m] <- the part of the motion from q_before to q that is self-motion."""
     a0 = a1 = a2 = 0.0

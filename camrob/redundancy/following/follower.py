@@ -15,10 +15,10 @@ are an active set: a joint at its limit leaves the problem and comes back when t
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import bare, kernel
 from camrob.kinematics.conditioning_slope import inverse_kf_within
 from camrob.kinematics.kernels import ChainArrays, forward, jacobian
 from camrob.redundancy.following.chain_work import TrackerWork, clear, largest, pose_error, put, tracker_work
@@ -56,7 +56,7 @@ _ITERATIONS = 60
 _STEP = 0.3  # rad or m that a joint moves in one iteration at most
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
     """Shrink the self-motion w.s so that no joint's sum of it passes `limit` (n,); returns its largest component."""
     share = 1.0
@@ -74,7 +74,7 @@ def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
     return largest
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: TrackerWork) -> bool:
     """Free the joints at a limit that the optimum draws inwards; returns whether there were any."""
     freed = False
@@ -85,7 +85,7 @@ def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, 
     return freed
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64], w: TrackerWork) -> None:
     """Take the steps w.x (bounded) and w.s; a joint that would pass its limit stays there and leaves the problem."""
     step = 0.0
@@ -101,7 +101,7 @@ def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64
             q[i], side[i] = settings.upper[i], 1
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _solve_point(
     chain: ChainArrays, settings: TrackerSettings, R_target: Array, p_target: Array, q: Array, q_reference: Array,
     state: TrackState, limit: Array, w: TrackerWork,
@@ -143,12 +143,12 @@ def _solve_point(
     return FAILED_NOT_REACHED
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@kernel(nogil=True, error_model="numpy", _nrt=False)
 def _follow(
     chain: ChainArrays, settings: TrackerSettings, targets: Array, q_reference: Array, state: TrackState, limits: Array,
     out: Array, inv_kf: Array, q_before: Array, w: TrackerWork, h: History,
 ) -> tuple[int, int]:  # fmt: skip
-    """`track`, with all the scratch that it needs: nothing is allocated from here on, and no references are counted."""
+    """`track`, with all the scratch that it needs: nothing is allocated here, and no references are counted."""
     N, n = out.shape
     q = state.q
     t = 0.0
@@ -188,7 +188,6 @@ def _follow(
     return TRACKED, N
 
 
-@numba.njit(cache=True, nogil=True)
 def track(
     chain: ChainArrays, settings: TrackerSettings, targets: Array, q_reference: Array, state: TrackState, limits: Array,
     out: Array, inv_kf: Array,
@@ -203,4 +202,4 @@ def track(
     code, reached = _follow(
         chain, settings, targets, q_reference, state, limits, out, inv_kf, np.empty(n), tracker_work(n), history(n)
     )
-    return code, reached
+    return int(code), int(reached)

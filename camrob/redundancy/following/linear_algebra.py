@@ -7,9 +7,10 @@ the multipliers.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import bare
 
 __all__ = ["apply_q", "apply_q_transposed", "qr_six", "solve_positive", "solve_r", "solve_r_transposed", "solve_stable"]
 
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 _CLEAR = 1e-3  # of a matrix's norm, by which its eigenvalues have to clear the imaginary axis
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def qr_six(A: Array, m: int, tau: Array) -> float:
     """Factor A[:m, :6] in place: R above the diagonal, reflectors below it, their factors in tau (6,).
 
@@ -52,7 +53,7 @@ def qr_six(A: Array, m: int, tau: Array) -> float:
     return float(least / most)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _reflect(A: Array, m: int, tau: Array, j: int, x: Array) -> None:
     s = x[j]
     for i in range(j + 1, m):
@@ -63,21 +64,21 @@ def _reflect(A: Array, m: int, tau: Array, j: int, x: Array) -> None:
         x[i] -= s * A[i, j]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def apply_q(A: Array, m: int, tau: Array, x: Array) -> None:
     """x[:m] <- Q x, in place."""
     for j in range(5, -1, -1):
         _reflect(A, m, tau, j, x)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def apply_q_transposed(A: Array, m: int, tau: Array, x: Array) -> None:
     """x[:m] <- Q^T x, in place."""
     for j in range(6):
         _reflect(A, m, tau, j, x)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def solve_r(A: Array, x: Array) -> None:
     """x[:6] <- R^-1 x, in place."""
     for i in range(5, -1, -1):
@@ -87,7 +88,7 @@ def solve_r(A: Array, x: Array) -> None:
         x[i] = s / A[i, i]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def solve_r_transposed(A: Array, x: Array) -> None:
     """x[:6] <- R^-T x, in place."""
     for i in range(6):
@@ -97,14 +98,14 @@ def solve_r_transposed(A: Array, x: Array) -> None:
         x[i] = s / A[i, i]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _stable(h00: float, h11: float, h22: float, minors: float, det: float) -> bool:
     """Whether all eigenvalues of a 3x3 matrix lie right of the imaginary axis (Hurwitz), from its invariants."""
     trace = h00 + h11 + h22
     return bool(trace > 0.0 and det > 0.0 and trace * minors > det)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def solve_stable(
     h: tuple[float, float, float, float, float, float, float, float, float], b: tuple[float, float, float], r: int,
     shift: float,
@@ -146,7 +147,7 @@ def solve_stable(
     )
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def solve_positive(M: Array, r: int, shift: float, W: Array, x: Array) -> float:
     """x[:r] <- (M + s I)^-1 x, with the least s >= shift of a rising row that makes it stable; returns s.
 

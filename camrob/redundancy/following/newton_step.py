@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import bare
 from camrob.kinematics.conditioning_slope import kf_and_slope
 from camrob.kinematics.kernels import ChainArrays, forward
 from camrob.redundancy.following.chain_work import TrackerWork, curvature, put
@@ -69,7 +69,7 @@ class TrackState(NamedTuple):
     flags: NDArray[np.int64]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _from(q: float, reference: float, endless: bool) -> float:
     """q - reference, to the nearest turn where the joint is endless."""
     d = q - reference
@@ -78,7 +78,7 @@ def _from(q: float, reference: float, endless: bool) -> float:
     return float(d)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def criterion(
     settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: TrackerWork
 ) -> None:
@@ -105,7 +105,7 @@ def criterion(
                 w.slope_cond[a, i] *= kf * d
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _down_the_gradient(settings: TrackerSettings, q: Array, kf: float, chain: ChainArrays, w: TrackerWork) -> None:
     """Add h_cond in its gradient form to w.g, with its derivative in w.kf_bend and w.slope_cond.
 
@@ -137,7 +137,7 @@ def _down_the_gradient(settings: TrackerSettings, q: Array, kf: float, chain: Ch
             w.kf_bend[i, k] = w.weight_cond[i] * (w.kf_slope[i] * w.kf_slope[k] + excess * bend)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _add_slopes(axis: NDArray[np.int64], m: int, slope: Array, w: TrackerWork) -> None:
     """Add the derivative of the weights to w.C, in the columns of the axes that they depend on."""
     for b in range(m):
@@ -147,7 +147,7 @@ def _add_slopes(axis: NDArray[np.int64], m: int, slope: Array, w: TrackerWork) -
                     w.C[a, b] += slope[k, w.free[a]]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _add_condition(settings: TrackerSettings, m: int, exact: bool, w: TrackerWork) -> None:
     """Add the derivative of h_cond to w.C, but for its weights' part of the diagonal."""
     _add_slopes(settings.condition_weights.axis, m, w.slope_cond, w)
@@ -161,7 +161,7 @@ def _add_condition(settings: TrackerSettings, m: int, exact: bool, w: TrackerWor
                 w.C[a, b] += w.kf_part[w.free[a]] * w.kf_slope[w.free[b]]
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, exact: bool, w: TrackerWork) -> float:
     """w.s[:m] <- Newton step of the reduced criterion in the null space, the task's step (w.x) taken into account.
 
@@ -200,7 +200,7 @@ def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, ex
     return shift
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def task_step(
     chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork
 ) -> int:  # fmt: skip
@@ -234,7 +234,7 @@ def task_step(
     return int(m)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def inwards(i: int, side: int, multipliers: Array, scale: float, w: TrackerWork) -> bool:
     """Whether the optimum draws joint i, at a limit on that side, inwards."""
     pull = w.g[i]
@@ -243,7 +243,7 @@ def inwards(i: int, side: int, multipliers: Array, scale: float, w: TrackerWork)
     return bool(pull * side > 0.0)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def gradient_and_multipliers(
     settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, m: int,
     multipliers: Array, w: TrackerWork,
@@ -262,7 +262,7 @@ def gradient_and_multipliers(
     solve_r(w.A, multipliers)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def self_motion(
     chain: ChainArrays, settings: TrackerSettings, m: int, acting: bool, shift: float, multipliers: Array, exact: bool,
     w: TrackerWork,
@@ -280,7 +280,7 @@ def self_motion(
     return float(_self_step(settings, m, acting, shift, exact, w))
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def self_share(m: int, q: Array, q_before: Array, w: TrackerWork) -> None:
     """w.s[:m] <- the part of the motion from q_before to q that is self-motion, by the last step's null space."""
     if w.split[0]:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import bare
 from camrob.kinematics.kernels import ChainArrays, forward, jacobian
 from camrob.redundancy.following.chain_work import TrackerWork, clear, largest, pose_error
 from camrob.redundancy.following.newton_step import (
@@ -50,13 +50,12 @@ class History(NamedTuple):
     known: NDArray[np.int64]
 
 
-@numba.njit(cache=True)
 def history(n: int) -> History:
     """A history of nothing, for a chain of n joints."""
     return History(np.zeros((4, n)), np.zeros(4), np.zeros((4, n)), np.zeros(12), np.zeros(2, np.int64))
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def foretell(h: History, before: Array, target: Array, length: float, q: Array) -> float:
     """q (n,) <- the posture expected at `target` (4, 4), which comes after the pose `before`. Returns its place t.
 
@@ -93,7 +92,7 @@ def foretell(h: History, before: Array, target: Array, length: float, q: Array) 
     return float(t)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def remember(h: History, t: float, q: Array) -> None:
     """Put the posture q (n,) found at place t on top of the history, and note which order had foretold it best."""
     known = h.known[0]
@@ -110,7 +109,7 @@ def remember(h: History, t: float, q: Array) -> None:
     h.known[0] = min(4, known + 1)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def quick_point(
     chain: ChainArrays, settings: TrackerSettings, target: Array, q: Array, q_before: Array, q_reference: Array,
     state: TrackState, limit: Array, w: TrackerWork,
@@ -153,7 +152,7 @@ def quick_point(
     return False
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _within(m: int, q: Array, q_before: Array, limit: Array, w: TrackerWork) -> bool:
     """Whether the part of the point's motion that is self-motion stays clear of its bound."""
     self_share(m, q, q_before, w)

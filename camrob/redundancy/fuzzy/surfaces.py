@@ -12,12 +12,12 @@ import itertools
 from functools import lru_cache
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.redundancy_settings import EVEN, FuzzyEngine
+from camrob.compiled import bare, kernel
 from camrob.errors import CellError
 from camrob.frozen import locked
 from camrob.redundancy.fuzzy.fis import FuzzySystem, FuzzyVariable, read_fis
@@ -158,7 +158,7 @@ def _check(cell: Cell, engine: FuzzyEngine, system: FuzzySystem) -> None:
             raise CellError(f"has no output {output!r} for {joint}", cure=f"use one of {', '.join(names)}", path=path)
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _place_of(nodes: Array, origin: float, step: float, x: float) -> tuple[int, float, float]:
     """The interval of the nodes that x lies in, the share of it, and one over its length; 0 beyond the nodes."""
     last = nodes.shape[0] - 1
@@ -185,7 +185,7 @@ def _place_of(nodes: Array, origin: float, step: float, x: float) -> tuple[int, 
     return low, (x - nodes[low]) * per, per
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def _bilinear(table: Array, i: int, j: int, h: int, k: int, u: float, v: float) -> tuple[float, float, float]:
     """Value and slopes by u and v in the plane h of the table's column k."""
     a, b, c, d = table[i, j, h, k], table[i, j + 1, h, k], table[i + 1, j, h, k], table[i + 1, j + 1, h, k]
@@ -193,7 +193,7 @@ def _bilinear(table: Array, i: int, j: int, h: int, k: int, u: float, v: float) 
     return low + u * (high - low), high - low, (b + u * (d - b)) - (a + u * (c - a))
 
 
-@numba.njit(cache=True)
+@kernel
 def _read_many(table: Array, nodes0: Array, nodes1: Array, nodes2: Array, x: Array, out: Array) -> None:
     """out (N, outputs) <- the table at x (N, 3)."""
     for row in range(x.shape[0]):
@@ -207,7 +207,7 @@ def _read_many(table: Array, nodes0: Array, nodes1: Array, nodes2: Array, x: Arr
             out[row, k] = value
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def weights_at(surface: WeightSurface, q: Array, out: Array) -> None:
     """Weights (n,) of posture q (n,) into out; beyond the grid the border holds."""
     i, u, _per0 = _place_of(surface.nodes0, surface.origin[0], surface.step[0], q[surface.axis[0]])
@@ -219,7 +219,7 @@ def weights_at(surface: WeightSurface, q: Array, out: Array) -> None:
             out[k] += t * (_bilinear(surface.table, i, j, h + 1, k, u, v)[0] - out[k])
 
 
-@numba.njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+@bare
 def weights_and_slopes(surface: WeightSurface, q: Array, out: Array, slope: Array) -> None:
     """As `weights_at`, with the derivatives (3, n) by the q of the surface's axes."""
     i, u, per0 = _place_of(surface.nodes0, surface.origin[0], surface.step[0], q[surface.axis[0]])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
 from camrob.redundancy.planning.certificate import Certificate, Survey
 from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work, pose_in_foot
@@ -97,7 +97,7 @@ def _kept(external: Array, price: Array) -> Ints:
     return np.lexsort((price, rank))[:NODES]
 
 
-@numba.njit(cache=True)
+@part
 def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
     """Fill variants (27, 6) with q and its whole turns within limits; returns their number, 0 where q itself is outside."""
     for i in range(6):
@@ -118,7 +118,7 @@ def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _layer(
     space: PlanSpace, objective: Objective, frame: Array, grid: Array, exact: bool, best: Array, rolls: int
 ) -> tuple[Array, Array, Ints, Array]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.frozen import locked
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot, posture
@@ -151,7 +151,7 @@ def representatives(base_T_tip: Array, count: int) -> tuple[Ints, Ints]:
     return np.array(chosen, np.int64), nearest
 
 
-@numba.njit(cache=True)
+@part
 def _inside(space: PlanSpace, q: Array) -> bool:
     for i in range(6):
         if q[i] < space.lower[i] or q[i] > space.upper[i]:
@@ -159,7 +159,7 @@ def _inside(space: PlanSpace, q: Array) -> bool:
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def scan(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> NDArray[np.float32]:
     """1/k_F (M, rolls, 8) of every external posture, roll (a turn's share; one where there is no roll) and branch; 0: none."""
     M, E = grid.shape
@@ -212,7 +212,7 @@ def _basins(space: PlanSpace, frame: Array, grid: Array, found: NDArray[np.float
             count += 1
 
 
-@numba.njit(cache=True)
+@part
 def _value(space: PlanSpace, frame: Array, u: Array, branch: int, q: Array, work: PlanWork) -> float:
     """1/k_F on the turns in the middle of the ranges; 0 out of reach or limits."""
     for i in range(u.shape[0]):
@@ -223,7 +223,7 @@ def _value(space: PlanSpace, frame: Array, u: Array, branch: int, q: Array, work
     return float(conditioning(space, q, work))
 
 
-@numba.njit(cache=True)
+@part
 def climb(space: PlanSpace, frame: Array, u: Array, branch: int, first: float, last: float, work: PlanWork) -> float:
     """Move u (F,) uphill on 1/k_F by a compass search with pattern moves; returns the value, 0 if it starts outside."""
     F = u.shape[0]
@@ -257,7 +257,7 @@ def climb(space: PlanSpace, frame: Array, u: Array, branch: int, first: float, l
     return float(best)
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _climb_basins(space: PlanSpace, frames: Array, u: Array, branch: Ints) -> None:
     """Climb the basins u (A, S, F) of frames (A, 4, 4): the best comes first, one that ends in another's top is dropped (-1)."""
     A, S, _F = u.shape
@@ -281,7 +281,7 @@ def _climb_basins(space: PlanSpace, frames: Array, u: Array, branch: Ints) -> No
                     break
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _climb_all(
     space: PlanSpace, frames: Array, anchors: Ints, nearest: Ints, starts: Array, branches: Ints
 ) -> tuple[Array, Array, Ints]:
@@ -314,7 +314,7 @@ def _climb_all(
     return value, u, branch
 
 
-@numba.njit(cache=True)
+@part
 def _spin(one: Array, other: Array) -> float:
     """What to add to the roll so that x points alike from one frame (4, 4) to another."""
     c = s = 0.0

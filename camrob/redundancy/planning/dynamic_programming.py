@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import kernel, part
 
 __all__ = ["Layers", "Way", "cheapest_way"]
 
@@ -48,7 +49,7 @@ class Way(NamedTuple):
     reached: int
 
 
-@numba.njit(cache=True)
+@part
 def _edge(layers: Layers, t: int, j: int, k: int) -> float:
     """Price of the way from node j to node k of layer t, inf where a coordinate would move too far."""
     total = 0.0
@@ -66,7 +67,7 @@ def _edge(layers: Layers, t: int, j: int, k: int) -> float:
     return total
 
 
-@numba.njit(cache=True)
+@part
 def _arrive(layers: Layers, t: int, leave: Array, arrive: Array, back: Ints) -> None:
     """arrive (K,) <- the cheapest price at which each node of layer t is come to, and back (M,) from where."""
     before, start, stop = layers.offset[t - 1], layers.offset[t], layers.offset[t + 1]
@@ -91,7 +92,7 @@ def _arrive(layers: Layers, t: int, leave: Array, arrive: Array, back: Ints) -> 
         arrive[k - start] = best
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def cheapest_way(layers: Layers) -> Way:
     """Viterbi's algorithm with banded transitions; memory of two indices a node, time linear in the layers.
 

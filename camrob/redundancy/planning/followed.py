@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from camrob.cell.cell import Cell
 from camrob.redundancy.path import ToolPathInBase
@@ -98,6 +97,8 @@ def _references(
     """Reference postures (stop - start, n) at the path's points: freedoms by monotone cubics, exactly constant where the
     waypoints about them are; the arm in closed form.
     """
+    from scipy.interpolate import PchipInterpolator
+
     at = w.s[draft.index[part]]
     place = np.clip(w.place[start:stop], at[0], at[-1])
     last = np.append(np.diff(at) > 0.0, True)
@@ -111,7 +112,7 @@ def _references(
     n = len(place)
     u[0] = draft.u[part][0]
     course = Course(
-        np.ascontiguousarray(path.base_T_tip[start:stop]),
+        np.array(path.base_T_tip[start:stop], order="C"),
         np.full(n, draft.branch[part.start]),
         np.ones(n),
         np.ones(n),

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.compiled import kernel, part
 from camrob.errors import CellError
 from camrob.frame_steps import compose, move_joint
 from camrob.kinematics.arm import Arm
@@ -97,7 +97,7 @@ def plan_space(cell: Cell) -> PlanSpace:
     )
 
 
-@numba.njit(cache=True)
+@kernel
 def plan_work() -> PlanWork:
     """Arrays for one thread."""
     return PlanWork(
@@ -106,7 +106,7 @@ def plan_work() -> PlanWork:
     )  # fmt: skip
 
 
-@numba.njit(cache=True)
+@part
 def _place_foot(space: PlanSpace, u: Array, R: Array, p: Array) -> None:
     """R, p <- pose of the arm's foot in `base`."""
     for r in range(3):
@@ -118,7 +118,7 @@ def _place_foot(space: PlanSpace, u: Array, R: Array, p: Array) -> None:
         compose(R, p, space.after[i])
 
 
-@numba.njit(cache=True)
+@part
 def pose_in_foot(space: PlanSpace, base_T_tip: Array, u: Array, work: PlanWork) -> None:
     """work.Rt, work.pt <- the tool, roll taken off, seen from the foot."""
     _place_foot(space, u, work.R, work.p)
@@ -139,7 +139,7 @@ def pose_in_foot(space: PlanSpace, base_T_tip: Array, u: Array, work: PlanWork) 
         work.pt[r] = d
 
 
-@numba.njit(cache=True)
+@part
 def posture(space: PlanSpace, base_T_tip: Array, u: Array, branch: int, near: Array, q: Array, work: PlanWork) -> bool:
     """q (6,) <- the arm's posture at a pose (4, 4) with freedoms u on a branch, turns nearest to `near`; False out of reach."""
     pose_in_foot(space, base_T_tip, u, work)
@@ -151,7 +151,7 @@ def posture(space: PlanSpace, base_T_tip: Array, u: Array, branch: int, near: Ar
     return True
 
 
-@numba.njit(cache=True)
+@kernel
 def conditioning(space: PlanSpace, q: Array, work: PlanWork) -> float:
     """1/k_F of the arm in posture q (6,)."""
     forward(space.chain, q, work.Z, work.P, work.R, work.p, work.plate)

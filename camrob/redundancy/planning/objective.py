@@ -27,11 +27,11 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.compiled import kernel, part
 from camrob.errors import CellError
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning
 from camrob.units import deg_to_rad, mm_to_m
@@ -131,7 +131,7 @@ class Objective(NamedTuple):
         )  # fmt: skip
 
 
-@numba.njit(cache=True)
+@part
 def _margin_price(d: float, m: float) -> float:
     """The barrier of a joint that lies d inside its limit and shall keep m."""
     if m <= 0.0 or d >= 2.0 * m:
@@ -147,7 +147,7 @@ def _wrist_zero(space: PlanSpace) -> float:
     return float(np.arctan2(h[4] @ np.cross(h[5], h[3]), h[5] @ h[3] - (h[4] @ h[5]) * (h[4] @ h[3])))
 
 
-@numba.njit(cache=True)
+@kernel
 def posture_features(wrist_zero: float, q: Array) -> Array:
     """What an arm's posture q (6,) looks like (7,), A1 apart: alike for whole turns and for both wrists of one pose."""
     bend = q[4] - wrist_zero
@@ -155,7 +155,7 @@ def posture_features(wrist_zero: float, q: Array) -> Array:
     return np.array([q[1], q[2], np.cos(bend), s * np.cos(q[3]), s * np.sin(q[3]), s * np.cos(q[5]), s * np.sin(q[5])])
 
 
-@numba.njit(cache=True)
+@part
 def posture_price(space: PlanSpace, objective: Objective, u: Array, q: Array, value: float) -> tuple[float, float]:
     """Price of a metre cut in a posture u (F,), q (6,) whose 1/k_F is `value`: its conditioning, its limit margins."""
     x = max(value, 0.02)
@@ -177,7 +177,7 @@ def posture_price(space: PlanSpace, objective: Objective, u: Array, q: Array, va
     return objective.conditioning * (objective.threshold / x) ** objective.power, objective.margin_price * margins
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def prices(
     space: PlanSpace, objective: Objective, u: Array, q: Array, weight: Array, ds: Array, dt: Array, travel: Array,
     joined: NDArray[np.bool_], work: PlanWork,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, posture
 from camrob.redundancy.planning.objective import BEYOND, Objective, posture_price
 
@@ -39,7 +39,7 @@ class Course(NamedTuple):
     stiff: Array
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def arm_along(space: PlanSpace, course: Course, u: Array, start: Array) -> tuple[Array, NDArray[np.bool_]]:
     """The arm's postures (W, 6) along freedoms u (W, F), and where (W,) they exist.
 
@@ -60,7 +60,7 @@ def arm_along(space: PlanSpace, course: Course, u: Array, start: Array) -> tuple
     return q, good
 
 
-@numba.njit(cache=True)
+@part
 def _local(
     space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, q: Array, work: PlanWork
 ) -> float:
@@ -72,7 +72,7 @@ def _local(
     return float(a + b)
 
 
-@numba.njit(cache=True)
+@part
 def _coupling(objective: Objective, course: Course, k: int, d: Array) -> float:
     """Price of moving the freedoms by d (F,) on the way to waypoint k, arm apart."""
     total = 0.0
@@ -86,7 +86,7 @@ def _coupling(objective: Objective, course: Course, k: int, d: Array) -> float:
     return total
 
 
-@numba.njit(cache=True)
+@part
 def _total(
     space: PlanSpace, objective: Objective, course: Course, u: Array, near: Array, q: Array, work: PlanWork
 ) -> float:
@@ -104,7 +104,7 @@ def _total(
     return total
 
 
-@numba.njit(cache=True)
+@part
 def _differences(
     space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, weight: float, g: Array,
     H: Array, J: Array, work: PlanWork,
@@ -148,7 +148,7 @@ def _differences(
                 H[i, j] += vectors[i, r] * abs(values[r]) * vectors[j, r]
 
 
-@numba.njit(cache=True)
+@part
 def _assemble(
     space: PlanSpace,
     objective: Objective,
@@ -201,7 +201,7 @@ def _assemble(
                     B[k, i, j] -= a * J[r, i] * J_before[r, j]
 
 
-@numba.njit(cache=True)
+@part
 def _solve_blocks(g: Array, D: Array, B: Array, shift: float, held: NDArray[np.bool_], step: Array) -> None:
     """step (W, F) <- -(H + shift I)^-1 g of the block-tridiagonal H, freedoms that are `held` (F,) left alone."""
     W, F = g.shape
@@ -233,7 +233,7 @@ def _solve_blocks(g: Array, D: Array, B: Array, shift: float, held: NDArray[np.b
         step[k] = np.linalg.solve(S[k], rhs[k])
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def refine_course(
     space: PlanSpace, objective: Objective, course: Course, u: Array, q: Array, held: NDArray[np.bool_], iterations: int
 ) -> float:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
 from camrob.redundancy.planning.freedoms import PlanSpace, plan_work, pose_in_foot
 
@@ -18,7 +18,7 @@ Score = Callable[[Array], Array]
 """1/k_F (K,) of the bare arm's postures (K, 6), rad, in one batch: `BatchedKinematics.arm_inverse_kf`."""
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _postures(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> tuple[Array, NDArray[np.bool_]]:
     """Arm postures (M, rolls, 4, 6) of every external posture, roll and pair of wrist branches, and which of both (..., 4, 2)
     lie within the limits; a pair's two branches share 1/k_F, so that one posture stands for both.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel
 from camrob.frozen import locked
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
@@ -128,7 +128,7 @@ def _corners(path: ToolPathInBase) -> NDArray[np.bool_]:
     return must
 
 
-@numba.njit(cache=True)
+@kernel
 def _thin(place: Array, must: NDArray[np.bool_], spacing: float) -> Ints:
     """Indices of the points to keep: all that must be, and others about `spacing` apart."""
     keep = np.empty(place.shape[0], np.int64)

@@ -6,12 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.compiled import kernel
 from camrob.errors import JobError
 from camrob.findings import Finding, Severity
 from camrob.kinematics.arm import Arm
@@ -224,7 +224,7 @@ def standing_joints(cell: Cell) -> NDArray[np.bool_]:
     return np.array([j.role is Role.WORKPIECE and not cell.base_follows_table for j in cell.joints])
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _self_motion_bounds(
     points: Array, axes: Array, feed: Array, where: NDArray[np.int64], slides: NDArray[np.bool_], length: float,
     speed: Array, out: Array,

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import kernel
 
 __all__ = ["Facets", "fill", "render", "screen_R_world"]
 
@@ -56,7 +57,7 @@ def screen_R_world(towards_eye: Array) -> Array:
     return np.stack([right, np.cross(back, right), back])
 
 
-@numba.njit(cache=True)
+@kernel
 def fill(corners: Array, depth: Array, owner: NDArray[np.int32]) -> None:
     """Draws triangles (M, 3, 3) of (column, row, nearness) into depth (H, W) and owner (H, W), the nearest one wins.
 

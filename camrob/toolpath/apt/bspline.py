@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 from camrob.errors import ToolpathError
+
+if TYPE_CHECKING:  # SciPy is loaded where a curve is: most files hold none, and it takes a third of a second
+    from scipy.interpolate import BSpline
 
 __all__ = ["clamped_spline", "sample_spline"]
 
@@ -27,6 +31,8 @@ def clamped_spline(control: NDArray[np.float64], knots: NDArray[np.float64]) -> 
     degree = k - n - 1 if whole else n - k - 1
     if not 1 <= degree <= _HIGHEST_DEGREE:
         raise ToolpathError(f"a NURBS of {n} control points does not fit its {k} knots", cure="output it as points")
+    from scipy.interpolate import BSpline
+
     vector = knots if whole else np.concatenate([np.zeros(degree + 1), knots, np.ones(degree + 1)])
     return BSpline(vector, control, degree)
 

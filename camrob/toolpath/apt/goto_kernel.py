@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import kernel, part
 
 __all__ = ["ROWS", "scan_gotos"]
 
@@ -14,14 +15,14 @@ _EXACT = 1 << 53  # integers up to here, and powers of ten up to 1e22, are exact
 _POWERS = 10.0 ** np.arange(23)
 
 
-@numba.njit(cache=True)
+@part
 def _skip_blanks(data: NDArray[np.uint8], pos: int, end: int) -> int:
     while pos < end and (data[pos] == 32 or data[pos] == 9):
         pos += 1
     return pos
 
 
-@numba.njit(cache=True)
+@part
 def _matches(data: NDArray[np.uint8], pos: int, end: int, word: NDArray[np.uint8]) -> bool:
     """Whether the upper-case `word` stands at `pos`, in any case."""
     if pos + len(word) > end:
@@ -35,7 +36,7 @@ def _matches(data: NDArray[np.uint8], pos: int, end: int, word: NDArray[np.uint8
     return True
 
 
-@numba.njit(cache=True)
+@part
 def _line_end(data: NDArray[np.uint8], pos: int, end: int) -> int:
     """Where the next line starts when only blanks are left on this one, -1 otherwise."""
     pos = _skip_blanks(data, pos, end)
@@ -44,7 +45,7 @@ def _line_end(data: NDArray[np.uint8], pos: int, end: int) -> int:
     return pos + 1 if pos < end and data[pos] == 10 else -1
 
 
-@numba.njit(cache=True)
+@part
 def _number(data: NDArray[np.uint8], pos: int, end: int) -> tuple[float, int]:
     """The plain decimal at `pos` and where it ends; -1 where there is none that can be read exactly here."""
     negative = False
@@ -74,7 +75,7 @@ def _number(data: NDArray[np.uint8], pos: int, end: int) -> tuple[float, int]:
     return (-value if negative else value), pos
 
 
-@numba.njit(cache=True)
+@part
 def _goto_numbers(data: NDArray[np.uint8], pos: int, end: int, row: NDArray[np.float64]) -> tuple[int, int, int]:
     """The numbers after the slash of a GOTO: how many (0 where this is no plain one), the next line, lines passed."""
     count = 0
@@ -109,7 +110,7 @@ _GOTO = np.frombuffer(b"GOTO", dtype=np.uint8)
 _RAPID = np.frombuffer(b"RAPID", dtype=np.uint8)
 
 
-@numba.njit(cache=True)
+@kernel
 def scan_gotos(
     data: NDArray[np.uint8],
     pos: int,

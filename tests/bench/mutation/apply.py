@@ -85,12 +85,12 @@ def load(only: Container[str] | None = None) -> Package:
 def _kernels(package: Package) -> None:
     for module in modules():
         for thing in vars(module).values():
-            python = getattr(thing, "py_func", None)
+            python = getattr(thing, "py_func", thing if hasattr(thing, "part_of_kernels") else None)
             if python is not None and python.__module__ == module.__name__:
                 package.kernels[f"{module.__name__}:{python.__qualname__}"] = thing
     names = {id(thing): name for name, thing in package.kernels.items()}
     for name, thing in package.kernels.items():
-        python = thing.py_func
+        python = _python(thing)
         for used in python.__code__.co_names:
             called = names.get(id(python.__globals__.get(used)))
             if called is not None:
@@ -116,7 +116,7 @@ def touched_kernels(package: Package, mutant: Mutant) -> frozenset[str]:
     old = getattr(sys.modules[mutant.module], mutant.name, None)
     found: frozenset[str] = frozenset()
     for name, thing in package.kernels.items():
-        python = thing.py_func
+        python = _python(thing)
         if mutant.name in python.__code__.co_names and python.__globals__.get(mutant.name) is old:
             found |= chain(package, name)
     return found
@@ -144,9 +144,7 @@ def interpret(package: Package, names: frozenset[str], compiled: bool = False) -
     new: dict[int, Any] = {}
     for name in names:
         old = package.kernels[name]
-        new[id(old)] = _compiled(old) if compiled else old.py_func
-        if not compiled:
-            old.py_func._cache = old._cache  # whoever asks whether a kernel has been compiled
+        new[id(old)] = _compiled(old) if compiled else _python(old)
     for module in modules():
         for key, value in list(vars(module).items()):
             if id(value) in new:
@@ -157,9 +155,19 @@ def interpret(package: Package, names: frozenset[str], compiled: bool = False) -
                         value[k] = new[id(v)]
 
 
+def _python(kernel: Any) -> Any:
+    """The Python function of a kernel or a part of one, which is itself."""
+    return getattr(kernel, "py_func", kernel)
+
+
 def _compiled(dispatcher: Any) -> Any:
     import numba
 
+    from camrob.compiled import part
+
+    if hasattr(dispatcher, "part_of_kernels"):  # another function: what Numba knows of this one, it keeps
+        f = dispatcher
+        return part(types.FunctionType(f.__code__, f.__globals__, f.__name__, f.__defaults__, f.__closure__))
     options = {
         k: v for k, v in dispatcher.targetoptions.items() if k in ("nogil", "fastmath", "error_model", "boundscheck")
     }
@@ -209,7 +217,7 @@ def python_callers(package: Package, kernels: frozenset[str]) -> set[tuple[str, 
     """Functions in Python that call one of the kernels."""
     if kernels not in package.callers_in_python:
         wanted = {id(package.kernels[name]) for name in kernels}
-        of_kernels = {id(thing.py_func) for thing in package.kernels.values()}
+        of_kernels = {id(_python(thing)) for thing in package.kernels.values()}
         package.callers_in_python[kernels] = {
             place for place, held in package.functions.items() for f in held
             if id(f) not in of_kernels and any(id(f.__globals__.get(n)) in wanted for n in package.names[place])

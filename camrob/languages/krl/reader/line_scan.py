@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.compiled import kernel, part
 
 __all__ = ["COMPONENTS", "Scan", "scan_lines"]
 
@@ -65,7 +66,7 @@ def scan_lines(data: bytes) -> Scan:
     )
 
 
-@numba.njit(cache=True)
+@part
 def _blanks(text, at, end):  # type: ignore[no-untyped-def]
     """The first place from `at` that is no blank."""
     while at < end and (text[at] == 32 or text[at] == 9):
@@ -73,7 +74,7 @@ def _blanks(text, at, end):  # type: ignore[no-untyped-def]
     return at
 
 
-@numba.njit(cache=True)
+@part
 def _number(text, at, end):  # type: ignore[no-untyped-def]
     """The number at `at`: (place behind it, value); place -1 where it is not written the usual way."""
     negative = False
@@ -106,7 +107,7 @@ def _number(text, at, end):  # type: ignore[no-untyped-def]
     return at, -value if negative and (point or whole > 0) else value  # the integer -0 is 0
 
 
-@numba.njit(cache=True)
+@part
 def _component(text, at, end):  # type: ignore[no-untyped-def]
     """The component named at `at`: (place behind its name and a blank, column); place -1 for any other name."""
     column = -1
@@ -123,7 +124,7 @@ def _component(text, at, end):  # type: ignore[no-untyped-def]
     return _blanks(text, at, end), column
 
 
-@numba.njit(cache=True)
+@part
 def _is(text, at, end, word):  # type: ignore[no-untyped-def]
     """Whether `word` stands at `at`."""
     if at + len(word) > end:
@@ -140,7 +141,7 @@ _WORD_SPEED = np.frombuffer(b"$VEL.CP", dtype=np.uint8)
 _WORDS_C = np.frombuffer(b"C_DISC_VELC_ORI", dtype=np.uint8).reshape(3, 5)
 
 
-@numba.njit(cache=True)
+@part
 def _lin(text, at, end, row):  # type: ignore[no-untyped-def]
     """Reads the aggregate and the approximation behind LIN into `row`: the approximation, -1 where it is not usual."""
     at = _blanks(text, at, end)
@@ -174,7 +175,7 @@ def _lin(text, at, end, row):  # type: ignore[no-untyped-def]
     return approximation if at >= end or text[at] == 59 else -1
 
 
-@numba.njit(cache=True)
+@kernel
 def _scan(text, starts, kind, values, approximation, speed):  # type: ignore[no-untyped-def]
     """Sorts all lines; the counts of usual LINs and of usual speeds."""
     rows = 0

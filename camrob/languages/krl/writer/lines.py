@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.compiled import kernel, part
 from camrob.program.motion import Motion
 
 __all__ = ["LineBlock", "format_lines", "speed_line"]
@@ -70,7 +70,7 @@ def _pieces(texts: Sequence[str]) -> tuple[Bytes, Integers]:
     return joined, np.concatenate(([0], np.cumsum([len(t) for t in texts]))).astype(np.int64)
 
 
-@numba.njit(cache=True)
+@part
 def _put(out: Bytes, at: int, pieces: Bytes, bounds: Integers, piece: int) -> int:
     """Copies a piece; the place behind it."""
     for i in range(bounds[piece], bounds[piece + 1]):
@@ -79,7 +79,7 @@ def _put(out: Bytes, at: int, pieces: Bytes, bounds: Integers, piece: int) -> in
     return at
 
 
-@numba.njit(cache=True)
+@part
 def _put_number(out: Bytes, at: int, scaled: int, decimals: int) -> int:
     """Prints scaled / 10 ** decimals; the place behind it. Zero has no sign, since an integer zero has none."""
     if scaled < 0:
@@ -105,7 +105,7 @@ def _put_number(out: Bytes, at: int, scaled: int, decimals: int) -> int:
     return at + width
 
 
-@numba.njit(cache=True)
+@kernel
 def _format(kind, values, decimals, speed, speed_decimals, speak, approximate, pieces, bounds, out, ends):  # type: ignore[no-untyped-def]
     """Prints all motions into `out`; the length of the longest line without its line end."""
     at = 0

@@ -1,0 +1,1 @@
+"""All kernels compiled ahead of time: `python -m camrob.warm`."""
