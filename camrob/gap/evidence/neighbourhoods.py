@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["neighbourhoods"]
+__all__ = ["neighbourhoods", "neighbours_in_row"]
 
 _STRETCHES = 4  # of a path, a neighbourhood: what the path comes back to is withheld with it
 _TRACK = 0.5  # m of a sliding axis that count as a rad
