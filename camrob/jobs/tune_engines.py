@@ -38,7 +38,7 @@ __all__ = ["TuneEnginesResult", "tune_engines"]
 Fitted = FittedConstant | FittedEngine
 
 _SUFFIXES = (".cls", ".apt", ".aptsource", ".ncl", ".nc", ".ngc", ".clt")
-_WAYS = {"constant": "constant weights, fitted", "engine": "rules, fitted"}
+_WAYS = {"constant": "constants, fitted", "engine": "rules, fitted"}
 _RULES = "the cell's own rules"
 _MOST_BUDGET, _MOST_SEEDS, _MOST_POINTS = 100_000, 100, 100_000  # days of one core: beyond is a slip of the pen
 
@@ -148,7 +148,7 @@ def tune_engines(
         withheld=tuple(f.name for f in _clfiles(withheld)),
         ways=ways,
         best=min(ways, key=lambda way: getattr(way, by).price).way,
-        judged_by="the samples withheld" if withheld else "the samples that were fitted to: withhold some to know more",
+        judged_by="the samples withheld" if withheld else "the samples fitted to (withhold some to know more)",
         table_error_percent=round(100.0 * error, 2),
         table_error_at={v.name: round(float(x), 2) for v, x in zip(system.inputs, where, strict=True)},
         files=(names["engine"], names["constant"], "tune.json"),
