@@ -195,7 +195,9 @@ class _Judge(Whereabouts):
         is all one.
         """
         wanted = self.do.get(gap, [])
-        same = next((k for k, (a, b) in enumerate(zip(wanted, found, strict=False)) if a != b), min(len(wanted), len(found)))
+        same = next(
+            (k for k, (a, b) in enumerate(zip(wanted, found, strict=False)) if a != b), min(len(wanted), len(found))
+        )
         begun, wanted, found = wanted[:same], wanted[same:], found[same:]
         left = [token for token in wanted if token not in found]
         if {kind for kind, _ in [*left, *found]} <= {"off", "dry"}:
