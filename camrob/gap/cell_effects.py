@@ -36,8 +36,8 @@ _VALUE = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
 _TAKEN = ("unknown", "nuisance")
 _RUNGS = ("setpoint_to_encoder", "encoder_to_tcp")
 _REGIMES = ("position", "direction", "speed", "acceleration", "load", "force", "time")
-_MOST_FILES, _MOST_PARAMETERS, _MOST_TRIALS = 32, 12, 12
-_STILL = 1e-9
+_MOST_FILES, _MOST_PARAMETERS, _MOST_TRIALS = 32, 12, 12  # a cell's own, before a search takes minutes
+_STILL = 1e-9  # in its own unit: a formula that gives no more than that does not show
 
 
 @dataclass(frozen=True, slots=True)

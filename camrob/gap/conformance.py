@@ -12,7 +12,7 @@ from camrob.gap.observation.scene import Scene
 
 __all__ = ["effect_faults"]
 
-_MOST_ACCURACY = 0.2
+_MOST_ACCURACY = 0.2  # a description that is wrong by more describes nothing
 
 
 def effect_faults(effect: Effect, scenes: Sequence[Scene], state: State | None = None) -> list[str]:

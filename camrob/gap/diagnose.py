@@ -92,14 +92,15 @@ def diagnose(
     alignment = align([s for s in scenes if s.tracked])
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
-    model = compare(scenes, [e for e in effects if not (in_world and e.name == "measurement_frame")])
+    twins = {e.twin_in_world for e in effects}
+    model = compare(scenes, [e for e in effects if not (in_world and e.name in twins)])
     model = with_whole_postures(model)
     tell("withholding", 0.7)
     trial = frozen_frames(model, trial_of(model, kept_out))
     verdict = judge_effects(model, trial, effects, in_world=in_world)
     model = verdict.model
     tell("locating", 0.85)
-    corners = judge_corners(tracks, model.noise, known=any(e.name == "corner_rounding" for e in effects))
+    corners = judge_corners(tracks, model.noise, known=any("program_to_setpoint" in e.rungs for e in effects))
     summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
     summary |= {"axes_report": axes_report(scenes), "added_load": load_from_drives(scenes)}
     summary |= {"where": {**summary["where"], "timing": timings}, "effects": _with_unusual(summary["effects"], model)}
@@ -152,7 +153,7 @@ def _climbed(
 def _started(effects: Sequence[Effect], lost: Mapping[str, float]) -> tuple[Effect, ...]:
     """The library, with the zeros of axes that are off by degrees where they were found."""
     zeros = {f"{axis}_deg": value for axis, value in lost.items()}
-    return tuple(replace(e, start=zeros) if zeros and e.name == "joint_offset" else e for e in effects)
+    return tuple(replace(e, start=zeros) if zeros and e.zeros else e for e in effects)
 
 
 def _taking_part(

@@ -18,8 +18,8 @@ __all__ = ["FUNCTIONS", "Expression", "parse_expression"]
 Array = NDArray[np.float64]
 Value = Array | float
 
-_LONGEST, _MOST_NODES, _DEEPEST = 400, 120, 24
-_MOST_POWER = 8.0
+_LONGEST, _MOST_NODES, _DEEPEST = 400, 120, 24  # characters, parts, parts in parts: longer is no formula of physics
+_MOST_POWER = 8.0  # higher ones overflow on ordinary values
 
 _BINARY: dict[type[ast.operator], Callable[[Value, Value], Value]] = {
     ast.Add: operator.add,

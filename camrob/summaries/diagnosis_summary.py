@@ -259,7 +259,9 @@ class ExperimentWritten(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExperimentFigures(OpenSummary):
-    """The motion to run next, and the sets that it tells apart; separation: None where it isolates what is unexplained."""
+    """The motion to run next, and the sets that it tells apart; separation: mm by which they lie
+    apart on it, or that what is unexplained moves the tool by.
+    """
 
     motion: str
     rivals: tuple[tuple[str, ...], ...]
@@ -336,3 +338,8 @@ class DiagnosisSummary(OpenSummary):
     def claimed(self) -> tuple[EffectFound, ...]:
         """The effects that are claimed."""
         return tuple(e for e in self.effects if e.claimed)
+
+    @property
+    def blamed_axes(self) -> tuple[str, ...]:
+        """Axes of the effects that are claimed, then those at which what is unknown sits: what every chart begins with."""
+        return tuple(dict.fromkeys([*(a for e in self.claimed for a in e.axes), *self.unknown.where.axes]))

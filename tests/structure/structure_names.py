@@ -18,8 +18,6 @@ _HOMES = {
     "camrob.toolpath.apt.dialects": ("Dialect", ("camrob.toolpath.apt.dialects", "camrob.witness")),
 }
 PLAIN = {-1, 0, 1, 2, 0.5}  # numbers that need no reason
-# rooms that still know effects by name, and hold numbers without a reason
-OWED_ROOMS = ("camrob.gap.",)
 
 
 def registered_faults(tree: Iterable[Module]) -> list[str]:
@@ -29,7 +27,7 @@ def registered_faults(tree: Iterable[Module]) -> list[str]:
     for folder, (maker, homes) in _HOMES.items():
         names = {name for m in tree if m.name.startswith(f"{folder}.") for name in _registered(m, maker)}
         for module in tree:
-            if not module.name.startswith((*homes, *OWED_ROOMS)):
+            if not module.name.startswith(homes):
                 faults += [f"{module.at(node)}: {node.value!r} is known by name" for node in _asked(module, names)]
     return faults
 
@@ -68,7 +66,7 @@ def _asked(module: Module, names: set[str]) -> Iterator[ast.Constant]:
 
 def number_faults(tree: Iterable[Module]) -> list[str]:
     """Module-level numbers without a reason or a source: a comment on the line or above it, or a docstring below."""
-    return [fault for module in tree if not module.name.startswith(OWED_ROOMS) for fault in _unexplained(module)]
+    return [fault for module in tree for fault in _unexplained(module)]
 
 
 def _unexplained(module: Module) -> Iterator[str]:

@@ -16,6 +16,7 @@ __all__ = [
     "ANGLE",
     "LENGTH",
     "PLACES",
+    "PPM",
     "TOOL_ANGLE",
     "arm_axes",
     "constant",
@@ -25,6 +26,8 @@ __all__ = [
 ]
 
 PLACES = ("x", "y", "z", "rx", "ry", "rz")
+PPM = 1e6
+"""Parts of a million in one."""
 LENGTH, ANGLE, TOOL_ANGLE = mm_to_m(0.6), deg_to_rad(0.04), deg_to_rad(0.06)
 _MOST = 20.0  # times the ordinary size: no longer plausible
 _STILL = 1e-4  # rad or m: an axis that moves less stands

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.gap.observation.scene import Scene
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "no_refinement", "no_terms"]
+__all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "all_seen", "no_refinement", "no_terms"]
 
 Array = NDArray[np.float64]
 State = Mapping[str, float]
@@ -66,11 +66,18 @@ Units = Callable[[Sequence[Scene], State], tuple[Unit, ...]]
 Columns = Callable[[Scene, Unit, State], tuple[Column, ...]]
 Terms = Callable[[Unit, State], tuple[str, ...]]
 Refine = Callable[[State, Mapping[str, float]], dict[str, float]]
+Seen = Callable[[Sequence[Scene], Unit, State], bool]
+Accuses = Callable[[Mapping[str, float], Sequence[str]], str]
 
 
 def no_refinement(state: State, values: Mapping[str, float]) -> dict[str, float]:
     """The state of an effect that is linear in all its parameters."""
     return dict(state)
+
+
+def all_seen(scenes: Sequence[Scene], unit: Unit, state: State) -> bool:
+    """An effect whose pattern is a whole on any log that shows it."""
+    return True
 
 
 def no_terms(unit: Unit, state: State) -> tuple[str, ...]:
@@ -89,6 +96,12 @@ class Effect:
     itself the description may be wrong. terms: the names of a unit's parameters in the one error model (`calibrate.terms`)
     that calibrate, compensate and diagnose share, in their order; () where it can't be said there. compensable: it has
     such, so that `compensate` can correct it.
+
+    Traits that the engine asks for, instead of names. orders: its state holds orders of gears, which a residual suggests. zeros:
+    its state holds axes' zeros, which a log may show to be lost by degrees. twin_in_world: the effect that shows the same where
+    the measured frame is `world`. of_instrument: what it says of the instrument, for a person, from its values by parameter and
+    from what these logs can't tell it from. whole: whether these logs show all of a unit's pattern; a part of a period is any
+    smooth function, so that its name is no more than likely.
     """
 
     name: str
@@ -103,6 +116,11 @@ class Effect:
     trials: tuple[State, ...] = ()
     accuracy: float = 0.01
     terms: Terms = no_terms
+    orders: bool = False
+    zeros: bool = False
+    twin_in_world: str = ""
+    of_instrument: Accuses | None = None
+    whole: Seen = all_seen
 
     @property
     def compensable(self) -> bool:

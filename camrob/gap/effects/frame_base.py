@@ -35,4 +35,5 @@ EFFECT = Effect(
     columns=_columns,
     accuracy=0.0,
     terms=_terms,
+    twin_in_world="measurement_frame",
 )

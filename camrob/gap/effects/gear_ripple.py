@@ -64,6 +64,12 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     )
 
 
+def _whole(scenes: Sequence[Scene], unit: Unit, state: State) -> bool:
+    """True where the axis passes a cycle."""
+    travel = max(float(np.ptp(s.link[:, s.index(unit.axis)])) for s in scenes)
+    return _order(unit, state) * travel >= 2.0 * np.pi
+
+
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:
     orders = [f"{times * _order(unit, state):.4f}" for times, _ in _HARMONICS]
     return tuple(f"{unit.axis}.{wave}{order}" for order in orders for wave in ("cos", "sin"))
@@ -79,4 +85,6 @@ EFFECT = Effect(
     columns=_columns,
     accuracy=0.02,
     terms=_terms,
+    orders=True,
+    whole=_whole,
 )

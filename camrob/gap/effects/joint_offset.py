@@ -53,4 +53,5 @@ EFFECT = Effect(
     refine=_refine,
     accuracy=0.0,
     terms=_terms,
+    zeros=True,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +62,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return tuple(Column(tcp=twists[:, :, k] * course[:, None]) for k in range(6))
 
 
+def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
+    return "it moved, or its target slipped, while it measured"
+
+
 EFFECT = Effect(
     name="measurement_drift",
     physics="The instrument's frame moves steadily while it measures, or its target slips on the tool at one moment.",
@@ -71,4 +75,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.02,
+    of_instrument=_accuses,
 )

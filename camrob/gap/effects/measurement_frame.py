@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, place_parameters
 from camrob.gap.effects.effect import Column, Effect, State, Unit
@@ -23,6 +23,10 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return tuple(Column(tcp=twists[:, :, k].copy()) for k in range(6))
 
 
+def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
+    return "its frame is not where it was said to be"
+
+
 EFFECT = Effect(
     name="measurement_frame",
     physics="What the instrument calls world (or base) is another frame: a rigid motion on the left of all that it measures.",
@@ -32,4 +36,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.0,
+    of_instrument=_accuses,
 )

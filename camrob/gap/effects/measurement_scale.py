@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from camrob.gap.effects.common import PPM
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
 
@@ -38,6 +39,15 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return tuple(Column(tcp=twists[:, :, k] - twists[:, :, 2]) for k in range(2))
 
 
+def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
+    if "scale" not in values:
+        return ""
+    here = f" (here: {', '.join(alike)})" if alike else ""
+    return (
+        f"its lengths are {PPM * values['scale']:+.0f} ppm off; a track's scale and longer links would look alike{here}"
+    )
+
+
 EFFECT = Effect(
     name="measurement_scale",
     physics="All lengths that the instrument measures are too long by one share, or by a share of each axis of its frame.",
@@ -47,4 +57,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.01,
+    of_instrument=_accuses,
 )

@@ -25,7 +25,7 @@ __all__ = ["compare", "panels_for"]
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 7
+_ROUNDS = 7  # at the most: a round that changes nothing is the last
 _BLOCKS = 10  # a log
 _SIZINGS = 3  # times that the discrepancy's size and the temperature, which depend on each other, are found in turn
 _SAME_HEAT = 1.2  # times it, another temperature is as good as it

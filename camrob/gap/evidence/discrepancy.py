@@ -26,7 +26,7 @@ __all__ = ["PARTS", "FieldGram", "Integrated", "SmoothBasis", "smooth_basis"]
 
 Array = NDArray[np.float64]
 
-PARTS = ("posture", "direction", "force", "time", "track")
+PARTS = ("posture", "direction", "force", "time", "travel")
 """What the discrepancy is a function of, each with a size of its own."""
 
 _LENGTHS = (0.4, 0.8, 1.6)  # rad over which an axis's errors change: a gear's few cycles, a bearing, a link that bends

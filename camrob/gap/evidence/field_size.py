@@ -22,7 +22,7 @@ _SMALLEST, _LARGEST = 0.15, 2e4  # times the noise of one row of the twist
 _STEPS = (4.0, 2.0, 1.4)  # factors by which a size is tried larger and smaller, one after the other
 _TURNS = 2
 _FACTORS = (0.0, 0.5, 0.7, 1.0, 1.4, 2.0)  # of the likeliest sizes, over which sets are weighed
-_STAND_INS, _STANDS = (PARTS.index("time"), PARTS.index("track")), 0.5  # parts, and their size in that of posture's
+_STAND_INS, _STANDS = (PARTS.index("time"), PARTS.index("travel")), 0.5  # parts, and their size in that of posture's
 _WEIGHED, _CLOSE = 16, 9.0  # sets that are, at the most, and log units below the best
 _APPEARS = 3.0  # log odds against a part of the discrepancy being there at all
 

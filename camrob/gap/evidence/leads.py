@@ -16,8 +16,8 @@ __all__ = ["look"]
 
 Array = NDArray[np.float64]
 
-_MOST_SHAPES = 4
-_SAME_ORDER = 2e-3
+_MOST_SHAPES = 4  # at a time: a person looks at no more
+_SAME_ORDER = 2e-3  # share by which an order differs where it is another one
 _OTHER_ORDER = 0.1  # share by which a second order of an axis differs from its first
 _RAW_SHARE = 0.3  # of what an axis would have to do for the whole gap: what a single order must show of it
 _LEAST_NOISE, _LEAST_GAP = 0.5, 0.012  # of the noise and of the gap: what is unknown and less isn't worth a word
@@ -27,8 +27,9 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
     """Offer what the residual's shape suggests (raw: the whole gap's, before anything explains it); True where something was."""
     offered = False
     heat = 1.0 if raw else model.evidence.temperature
-    if "gear_ripple" in states:
-        offered = _look_for_orders(model, states, left, heat, raw=raw)
+    for effect in model.effects:
+        if effect.orders:
+            offered |= _look_for_orders(model, effect.name, states, left, heat, raw=raw)
     servo = [
         None if p.servo is None or p.y_servo is None else p.y_servo - p.servo @ model.best.mean[p.servo_columns]
         for p in model.panels
@@ -48,26 +49,28 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
     ]
     least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * model.gap, 0.0 if raw else 2.0 * max(inexact, default=0.0))
     found = shapes(model.panels, left, servo, heat, least)[: 2 * _MOST_SHAPES]
-    for shape in [s for s in found if not covered(s, model.panels, model.design)][: max(room, 0)]:
+    for shape in [s for s in found if not covered(s, model)][: max(room, 0)]:
         key = f"{shape.target}|{shape.quantity}"
         if f"{key}|lower" not in states["unknown"]:
             offered = True
         kept[f"{key}|lower"], kept[f"{key}|upper"] = shape.lower, shape.upper
-    for place in uncovered_constants(model.panels, model.design) if raw else ():
+    for place in uncovered_constants(model) if raw else ():
         kept[f"{place}|{CONSTANT}|lower"] = kept[f"{place}|{CONSTANT}|upper"] = 0.0
         offered = True
     states["unknown"] = kept
     return offered
 
 
-def _look_for_orders(model: Model, states: dict[str, State], left: Sequence[Array], heat: float, *, raw: bool) -> bool:
+def _look_for_orders(
+    model: Model, name: str, states: dict[str, State], left: Sequence[Array], heat: float, *, raw: bool
+) -> bool:
     """Offer the gears' orders that the residual shows, what is unknown and ripples themselves put back, then further ones of
     the same axes; True where any is new.
     """
-    own = {i: u for i, u in enumerate(model.units) if u.effect == "gear_ripple"}
+    own = {i: u for i, u in enumerate(model.units) if u.effect == name}
     inside = {u.key for i, u in own.items() if i in model.best.members}
     tried = {u.key for u in own.values()}
-    orders = {k: v for k, v in states["gear_ripple"].items() if k in inside or k not in tried}
+    orders = {k: v for k, v in states[name].items() if k in inside or k not in tried}
     smooth = frozenset([*own, *(i for i, u in enumerate(model.units) if u.effect == UNKNOWN.name)])
     back = [
         r if raw else r + p.tcp @ model.values(smooth & model.best.members, model.best)
@@ -83,5 +86,5 @@ def _look_for_orders(model: Model, states: dict[str, State], left: Sequence[Arra
         if key not in orders or abs(orders[key] - order) > _SAME_ORDER * order:
             orders[key] = order
             offered = True
-    states["gear_ripple"] = orders
+    states[name] = orders
     return offered

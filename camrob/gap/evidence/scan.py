@@ -8,19 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.evidence.design import LEVER, NUISANCE, Design, Panel
+from camrob.gap.evidence.design import LEVER, NUISANCE, Panel
+from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.unknown import CONSTANT, UNKNOWN, basis, constants, quantities, targets
 
 __all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_constants"]
 
 Array = NDArray[np.float64]
 
-_HIGHEST_ORDER = 400.0
+_HIGHEST_ORDER = 400.0  # cycles a turn of the axis: two a turn of its motor, behind a gear of 200
 _CYCLES = 1.2  # an order is only one where the axis passes as many of its cycles
 _RIDGE = 1e-9
 _SMALL_UNIT, _COVERED = 3, 0.85  # columns that a unit has at most, and the share of a shape's energy that it shows
 _SAME = 0.9999  # share of the energy of a constant from which it is another's
 _RIGID = 6  # columns of a place that is elsewhere and turned
+_FORCE = "force"  # a regime, and the first word of a quantity
 _GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
 
 
@@ -138,10 +140,12 @@ def shapes(
     return sorted(found, key=lambda s: -s.gain)
 
 
-def covered(shape: Shape, panels: Sequence[Panel], design: Design) -> bool:
+def covered(shape: Shape, model: Model) -> bool:
     """True where the library has nearly the same, so that the shape is nothing unknown: one small unit, or all that an effect
     has on the axes that the shape names.
     """
+    panels, design = model.panels, model.design
+    pushed = {e.name for e in model.effects if _FORCE in e.regimes}
     kind, _, part = shape.target.rpartition(" ")
     ends = np.cumsum([len(p.scene) for p in panels])[:-1]
     total, b = 0.0, np.zeros(len(design.owner))
@@ -163,20 +167,22 @@ def covered(shape: Shape, panels: Sequence[Panel], design: Design) -> bool:
         if unit.effect not in (NUISANCE, "unknown"):
             c = np.flatnonzero(design.owner == i).tolist()
             sets[f"{i}"] = c if len(c) <= _SMALL_UNIT else []
-            own = unit.axis in named or (unit.effect == "cutting_force" and "force" in named)
+            own = unit.axis in named or (unit.effect in pushed and _FORCE in named)
             sets.setdefault(unit.effect, []).extend(c if own else [])
     A = design.A.sum(axis=0)
     return any(c and _shown(A, np.array(c), b[:, None])[0] > _COVERED * total for c in sets.values())
 
 
-def uncovered_constants(panels: Sequence[Panel], design: Design) -> list[str]:
+def uncovered_constants(model: Model) -> list[str]:
     """Places whose being elsewhere no unit of the library shows that is as small as such a place: what a broad effect would
     otherwise mimic.
     """
+    panels, design = model.panels, model.design
     A = design.A.sum(axis=0)
+    apart = {NUISANCE, UNKNOWN.name, *(e.name for e in model.effects if e.orders)}
     small = [
         c for i, u in enumerate(design.units)
-        if u.effect not in (NUISANCE, UNKNOWN.name, "gear_ripple") and len(c := np.flatnonzero(design.owner == i)) <= _RIGID
+        if u.effect not in apart and len(c := np.flatnonzero(design.owner == i)) <= _RIGID
     ]  # fmt: skip
     found = []
     for place in (c for c in constants(panels[0].scene) if all(c in constants(p.scene) for p in panels)):

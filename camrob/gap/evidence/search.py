@@ -14,7 +14,7 @@ __all__ = ["explore", "posterior"]
 
 Set = frozenset[int]
 
-_MOST_FITS = 90
+_MOST_FITS = 90  # at the most, for the time it takes: most searches end by themselves
 _CLOSE = 9.0  # log units below the best: not worth a look any more
 _HOLLOW = 0.12  # of the noise
 _SURE = 0.02  # probability that is as good as none

@@ -21,7 +21,7 @@ __all__ = ["Shrinkage", "Trial", "expected", "figures", "predicted_shrink", "set
 Array = NDArray[np.float64]
 Set = frozenset[int]
 
-_DRAWS = 400
+_DRAWS = 400  # of blocks, for an interval
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ __all__ = ["CONSTANT", "DEGREE", "UNKNOWN", "basis", "constants", "quantities", 
 
 Array = NDArray[np.float64]
 
-DEGREE = 5
+DEGREE = 5  # of a shape: bends three times, and no more
 CONSTANT = "constant"
 """The quantity's name where there is none: a place that is elsewhere or turned, always alike."""
 _CHOICES = 150  # places and quantities that could have been picked
-_STILL = 1e-6
-_PLAY = deg_to_rad(0.02)
+_STILL = 1e-6  # in its own unit: does not change
+_PLAY = deg_to_rad(0.02)  # way after which an axis counts as having turned round
 
 
 def quantities(scene: Scene) -> dict[str, Array]:

@@ -9,7 +9,7 @@ from typing import Any
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.model import Model
 from camrob.gap.experiment.motions import TrialMotion, single_axis, trial_motions
-from camrob.gap.experiment.separation import Rivals, Separation, rivals_of, separation
+from camrob.gap.experiment.separation import Rivals, Separation, rivals_of, separation, unknown_on
 from camrob.units import m_to_mm
 
 __all__ = ["Experiment", "next_experiment", "plan_experiment"]
@@ -56,9 +56,7 @@ def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str, *, 
     """
     longest = max(model.scenes, key=len)
     if unknown_axis and not longest.poses and len(longest) >= 300:
-        motion = single_axis(longest, unknown_axis)
-        text = f"Isolate what is unexplained: run {motion.text}, and measure."
-        return Experiment((motion,), text, {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": None})
+        return _isolating(model, single_axis(longest, unknown_axis))
     if unknown and not claimed:
         return None  # no two names are worth telling apart while neither explains the gap
     rivals = rivals_of(model, claimed)
@@ -70,6 +68,16 @@ def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str, *, 
     if not clear:
         return None
     return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _summary(rivals, told, again))
+
+
+def _isolating(model: Model, motion: TrialMotion) -> Experiment:
+    """The motion on which what is unexplained stands alone, with the answer that is expected of it."""
+    size = m_to_mm(unknown_on(model, motion))
+    answer = (
+        f"{size:.3f} mm rms about its mean if it sits there, the noise ({m_to_mm(model.noise):.3f} mm) if it does not"
+    )
+    text = f"Isolate what is unexplained: run {motion.text}, and measure: expected {answer}."
+    return Experiment((motion,), text, {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": size})
 
 
 def _words(rivals: Rivals, best: Separation, again: Separation) -> str:

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 _MOST = 600  # samples that a motion is judged with
 _SLOWER = 2.0
-_HOUR = 3600.0
+_HOUR = 3600.0  # s
 _WARMER = 12.0  # kelvin
 _LOAD = 5.0  # kg
 _JUMP = 0.35  # rad between samples

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from camrob.gap.evidence.design import Panel, make_panel
 from camrob.gap.evidence.evidence import Fitted
 from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.experiment.motions import TrialMotion
 
-__all__ = ["Rivals", "Separation", "rivals_of", "separation"]
+__all__ = ["Rivals", "Separation", "rivals_of", "separation", "unknown_on"]
 
 Array = NDArray[np.float64]
 
@@ -93,6 +94,22 @@ def separation(model: Model, rivals: Rivals, motion: TrialMotion) -> Separation:
     apart = panel.moves(first.mean) - panel.moves(np.where(np.isin(np.arange(len(mimic)), free), mimic, 0.0))
     # parameters of what is out of a set are all but 0; they belong to neither prediction
     return Separation(motion, float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))), float(np.sqrt(left @ left)))
+
+
+def unknown_on(model: Model, motion: TrialMotion) -> float:
+    """m (rms about the mean) by which what is unexplained is expected to move the TCP on a motion: its shapes as fitted,
+    or where it has none the discrepancy as it is known there.
+    """
+    kept = np.ones(len(motion.scene), bool)
+    panel = make_panel(
+        motion.scene, 0, model.units, model.effects, model.states, model.noises[0], kept, 10, 0, model.basis
+    )
+    shapes = frozenset(i for i in model.best.members if model.units[i].effect == UNKNOWN.name)
+    moved = panel.moves(model.values(shapes, model.best))
+    field, sizes = model.evidence.field, model.evidence.sizes
+    if not shapes and field is not None and sizes is not None and panel.smooth is not None:
+        moved = panel.smooth @ field.fitted(model.best.mean, sizes)[:, :3]
+    return float(np.sqrt(np.mean(np.sum((moved - moved.mean(axis=0)) ** 2, axis=1))))
 
 
 def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Array]:

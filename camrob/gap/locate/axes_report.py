@@ -16,7 +16,7 @@ __all__ = ["axes_report"]
 
 Array = NDArray[np.float64]
 
-_MOST_ROWS = 4000
+_MOST_ROWS = 4000  # tell a pattern well enough
 _REST = 0.02  # of an axis's ordinary speed: slower is at rest
 _ORDERS = 300  # periods that are tried
 _FEWEST_CYCLES, _PER_CYCLE = 2.0, 6.0  # of a period within the travel, and samples a cycle

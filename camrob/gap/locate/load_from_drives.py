@@ -50,8 +50,7 @@ def load_from_drives(scenes: Sequence[Scene]) -> dict[str, Any] | None:
     spread = float(np.sum(weight * (mass - joint) ** 2)) / max(len(mass) - 1, 1)
     std_joint = float(np.sqrt(max(spread, 1.0) / weight.sum()))
     told = {
-        a: {"mass_kg": o["mass"], "std": o["std"], "friction": o["friction"], "unit": _UNITS[kind]}
-        for a, o in found.items()
+        a: {"mass_kg": o["mass"], "std": o["std"], "friction": o["dry"], "unit": _UNITS[kind]} for a, o in found.items()
     }
     return {"from": "torques" if kind == "T" else "currents", "mass_kg": joint, "std": std_joint, "axes": told}
 
@@ -69,11 +68,11 @@ def _axis(logged: Sequence[tuple[Scene, Array]], axis: str, k: int, *, known: bo
         # of torques only the sign is free: which way the controller counts them
         sign = 1.0 if solved[0] >= 0.0 else -1.0
         solved, cov = _fit(X[:, 1:], y - sign * own)
-        return {"mass": sign * float(solved[0]), "std": float(np.sqrt(cov[0, 0])), "friction": abs(float(solved[1]))}
+        return {"mass": sign * float(solved[0]), "std": float(np.sqrt(cov[0, 0])), "dry": abs(float(solved[1]))}
     factor = float(solved[0])
     slope = np.array([-solved[1] / factor**2, 1.0 / factor])
     std = float(np.sqrt(max(slope @ cov[:2, :2] @ slope, 0.0)))
-    return {"mass": float(solved[1]) / factor, "std": std, "friction": abs(float(solved[2]))}
+    return {"mass": float(solved[1]) / factor, "std": std, "dry": abs(float(solved[2]))}
 
 
 def _rows(scene: Scene, values: Array, axis: str, k: int) -> tuple[Array, Array, Array, Array]:

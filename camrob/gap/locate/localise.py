@@ -34,7 +34,7 @@ REGIMES = ("position", "direction", "speed", "acceleration", "load", "time")
 FURTHER = ("force", "temperature", "track", "table")
 """Regimes that not every log or cell has."""
 
-_MOST_SEGMENTS, _MOST_LINES = 24, 200
+_MOST_SEGMENTS, _MOST_LINES = 24, 200  # that a page holds
 _PARTS = 5  # that a stretch is cut into, to see how well its mean is known
 _SURE = 4.0  # standard errors that a mean has to change by
 _NEAR = np.array([1.0] * 4 + [0.0] + [1.0] * 4)  # samples from which an axis's shift at the one between is told
@@ -298,8 +298,9 @@ def _features(scene: Scene, regime: str) -> Array:
     x = scene.link - scene.link.mean(axis=0)
     if regime == "position":
         return np.concatenate([x, x**2, x[:, :-1] * x[:, 1:], np.sin(3.0 * x), np.cos(3.0 * x)], axis=1)
-    if regime in ("track", "table"):
-        role = Role.CARRIAGE if regime == "track" else Role.WORKPIECE
+    roles = {"track": Role.CARRIAGE, "table": Role.WORKPIECE}
+    if regime in roles:
+        role = roles[regime]
         own = [k for k, a in enumerate(scene.axes) if scene.cell.joints[scene.cell.index(a)].role is role]
         return np.concatenate([x[:, own], x[:, own] ** 2, x[:, own] ** 3], axis=1)
     if regime == "force":

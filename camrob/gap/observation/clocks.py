@@ -13,7 +13,7 @@ from camrob.gap.observation.scene import Scene
 
 __all__ = ["Alignment", "align"]
 
-_BLOCKS = 10
+_BLOCKS = 10  # a log, for the interval
 _LEAST_SPEED = 1e-4  # m/s: without motion a latency doesn't show
 
 

@@ -13,7 +13,7 @@ __all__ = ["Frames", "fit_frames", "left_twists", "right_twists"]
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 60
+_ROUNDS = 60  # at the most: it ends where a step is nothing
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ class Belief:
     same; far_more: times a shape of the unknown that an effect has to move the tool by to stand by it; by_noise, by_field,
     by_doubt: of the noise, of the discrepancy, and of what the fit leaves open, what may stay on withheld logs beyond what was
     predicted before every name is doubtful; doubtful: what is then left of it; beside_more: what is left of one that moves the
-    tool by less than what stays unexplained.
+    tool by less than what stays unexplained; part_seen: of one of whose pattern the logs show a part.
     """
 
     slope: float
@@ -44,6 +44,7 @@ class Belief:
     by_doubt: float
     doubtful: float
     beside_more: float
+    part_seen: float
 
     def effect(self, probability: float, *, impossible: bool = False) -> float:
         """Probability of an effect, from that of the sets that hold it."""
@@ -64,5 +65,5 @@ class Belief:
 BELIEF = Belief(
     slope=0.81, surest=0.97, impossible=0.05, stays=0.585, share=0.026, steep=7.8, nothing_else=0.55, read_off=0.95,
     first_of_twins=0.85, far_more=4.0, by_noise=0.5, by_field=0.8, by_doubt=2.0, doubtful=0.5,
-    beside_more=0.8,
+    beside_more=0.8, part_seen=0.8,
 )  # fmt: skip

@@ -13,7 +13,7 @@ from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["implausible", "unknown_shapes", "unknown_text", "unusual"]
 
-_SIGMAS = 4.0
+_SIGMAS = 4.0  # of the fit, that a value may be beyond its range by chance
 _PLACES = {"foot": "the robot's foot", "tool": "the tool"}
 
 

@@ -25,12 +25,11 @@ __all__ = ["Verdict", "judge_effects"]
 
 Set = frozenset[int]
 
-_WORTH_A_LINE = 0.02
+_WORTH_A_LINE = 0.02  # of probability
 _REPORTED = 0.97  # of the probability: the likeliest sets that hold as much are told
 _TRIES, _LIKELY = 3, 0.02
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
 _MOST_PART = 0.1  # of the withheld gap's energy: an unknown with less leaves a gap explained
-_TWINS = {"frame_base": "measurement_frame"}  # alike where measured in `world`
 _OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
@@ -55,6 +54,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         model = _without_harmful(model, trial)
     reasons = implausible(model)
     probability = {e.name: BELIEF.effect(p, impossible=e.name in reasons) for e, p in _evidence(model, library)}
+    probability |= {n: probability[n] * BELIEF.part_seen for n in _partly_seen(model, library)}
     model = _holding(model, frozenset(n for n, p in probability.items() if p >= 0.5))
     worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
@@ -98,7 +98,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         },
         "alternatives": _alternatives(model.sets),
         "unknown": {**stays, "implausible": reasons},
-        "aliases": _alias_lists(model, in_world),
+        "aliases": _alias_lists(model, library, in_world),
         "residual": {
             "rms_mm": m_to_mm(together.rms_after), "noise_mm": m_to_mm(model.noise), "structured_mm": m_to_mm(structure),
             "discrepancy_mm": m_to_mm(model.discrepancy), "structure": regimes,
@@ -135,6 +135,24 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     seen = {e.name for e in library if e.rungs == ("setpoint_to_encoder",)}
     sure = seen if all(p.servo is not None for p in model.panels) else set()
     return {n: p * (BELIEF.doubtful if doubtful and n not in sure else 1.0) for n, p in probability.items()}
+
+
+def _partly_seen(model: Model, library: Sequence[Effect]) -> list[str]:
+    """Effects of the best set of whose pattern these logs show a part, in most of what they move the tool by."""
+    found = []
+    for effect in library:
+        own = [i for i in model.best.members if model.units[i].effect == effect.name]
+        parts = frozenset(i for i in own if not effect.whole(model.scenes, model.units[i], model.states[effect.name]))
+        energy = [_energy(model, members) for members in (parts, frozenset(own) - parts)]
+        if parts and energy[0] > energy[1]:
+            found.append(effect.name)
+    return found
+
+
+def _energy(model: Model, members: Set) -> float:
+    """m2, summed over all samples, by which some units move the TCP."""
+    values = model.values(members, model.best)
+    return sum(float(np.sum(p.moves(values) ** 2)) for p in model.panels)
 
 
 def _claims(model: Model, probability: Mapping[str, float]) -> Set:
@@ -245,9 +263,10 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
     return model
 
 
-def _alias_lists(model: Model, in_world: bool) -> list[list[str]]:
+def _alias_lists(model: Model, library: Sequence[Effect], in_world: bool) -> list[list[str]]:
     groups = [list(g) for g in alias_groups(model.design, model.design.A.sum(axis=0))]
-    return groups + ([["frame_base", "measurement_frame"]] if in_world else [])
+    pairs = [[e.name, e.twin_in_world] for e in library if e.twin_in_world]
+    return groups + (pairs if in_world else [])
 
 
 def _structure(shrunk: Shrinkage) -> float:
@@ -323,8 +342,8 @@ def _entries(
         last = shrinkage(model, trial, rest, rest - own)
         everything = shrinkage(model, trial, rest, rest)
         twins = list(covered_by(model.design, total, model.values(own, model.best), effect.name))
-        if in_world and effect.name in _TWINS:
-            twins.append(_TWINS[effect.name])
+        if in_world and effect.twin_in_world:
+            twins.append(effect.twin_in_world)
             p *= BELIEF.first_of_twins
         alike = {effect.name, *twins}
         evidence, of_class = (
@@ -349,7 +368,7 @@ def _axes(model: Model, own: Set) -> list[str]:
     for i in own:
         axis = model.units[i].axis
         values = model.values(frozenset([i]), model.best)
-        energy = sum(float(np.sum(p.moves(values) ** 2)) for p in model.panels)
+        energy = _energy(model, frozenset([i]))
         turned = sum(float(np.sum((p.tcp[:, 3:] @ values) ** 2)) for p in model.panels)
         moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
     alike = moved.pop("", 0.0)

@@ -23,12 +23,17 @@ def place_charts(summary: DiagnosisSummary) -> list[Chart]:
     """The gap by rung (mm), by axis and by regime (%), each with its 90 % interval."""
     where = summary.where
     rungs = {_arrow(k, summary): (v, where.rung_intervals[k]) for k, v in where.rungs.items()}
-    axes = {k: (v, where.axis_intervals[k]) for k, v in where.axes.items()}
+    blamed = [a for a in summary.blamed_axes if a in where.axes]
+    order = [*blamed, *(a for a in where.axes if a not in blamed)]
+    axes = {k: (where.axes[k], where.axis_intervals[k]) for k in order}
+    # a shift of an axis that nothing is blamed on may mimic the gap too: that is no cause
+    colors = [AFTER if a in blamed or not blamed else NOISE for a in order]
+    title = "By axis, those that are blamed first" if blamed else "By axis"
     told = {**where.regimes, **{k: v for k, v in where.further_regimes.items() if v}}
     regimes = {k: (v, where.regime_intervals[k]) for k, v in told.items()}
     return [
         _bars("by-rung", "By rung", "rms [mm]", rungs, BEFORE, 1.0),
-        _bars("by-axis", "By axis", "share of the gap's energy [%]", axes, AFTER, 100.0),
+        _bars("by-axis", title, "share of the gap's energy [%]", axes, colors, 100.0),
         _bars("by-regime", "By regime", "share of the gap's energy [%]", regimes, _GREEN, 100.0),
     ]
 
@@ -42,7 +47,7 @@ def _bars(
     title: str,
     unit: str,
     values: Mapping[str, tuple[float | None, Sequence[float] | None]],
-    color: str,
+    color: str | Sequence[str],
     factor: float,
 ) -> Chart:
     """Bars with intervals; where there is no value, words say so."""

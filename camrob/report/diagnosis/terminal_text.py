@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -73,7 +73,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     ]
     rows = [("by rung", ", ".join(rungs))]
     if summary.status != "no gap":  # shares of noise say nothing
-        rows += [("by axis", _largest(where.axes)), ("by regime", _largest(where.regimes))]
+        rows += [("by axis", _largest(where.axes, summary.blamed_axes)), ("by regime", _largest(where.regimes))]
     if summary.claimed:
         rows.append(("together", f"{sizes_text(summary.together)}; the noise {mm(summary.gap.noise_mm)}"))
     rows += [("mind", text) for text in (careful_text(summary),) if text]
@@ -97,8 +97,8 @@ def _facts(summary: DiagnosisSummary) -> Table:
     return table
 
 
-def _largest(shares: Mapping[str, float]) -> str:
-    """The largest shares of the gap's energy that one axis or regime explains alone."""
-    order = sorted(shares, key=lambda k: -shares[k])[:_MOST]
+def _largest(shares: Mapping[str, float], first: Sequence[str] = ()) -> str:
+    """The largest shares of the gap's energy that one axis or regime explains alone; those named `first` before all others."""
+    order = sorted(shares, key=lambda k: (k not in first, -shares[k]))[:_MOST]
     told = [f"{name} {share(shares[name])}" for name in order if shares[name] >= 0.05]
     return ", ".join(told) + " (each alone)" if told else "none stands out"
