@@ -55,7 +55,7 @@ def base_T_root(cell: Cell, q: Array) -> Array:
 
 
 def world_T_base(cell: Cell, q: Array) -> Array:
-    """Pose (..., 4, 4) of `base` in `world`; `world` stands in the hall where `base` is when all workpiece axes are at 0."""
+    """Pose (..., 4, 4) of `base` in `world`; `world` stands on the floor, where `base` is when all workpiece axes are at 0."""
     workpiece = cell.indices(Role.WORKPIECE)
     if not workpiece:
         return np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))

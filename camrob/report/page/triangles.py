@@ -64,12 +64,12 @@ def thinned(mesh: trimesh.Trimesh, faces: int) -> trimesh.Trimesh:
 
 
 def role_of(cell: Cell, frame: str) -> str:
-    """What a frame's bodies are, for their colour: "hall", "table", "carriage", "arm", "spindle" or "tool"."""
-    named = {"world": "hall", "base": "table", "root": "carriage", "flange": "spindle", "tool": "tool"}
+    """What a frame's bodies are, for their colour: "floor", "table", "carriage", "arm", "spindle" or "tool"."""
+    named = {"world": "floor", "base": "table", "root": "carriage", "flange": "spindle", "tool": "tool"}
     if frame in named:
         return named[frame]
     role = cell.joints[cell.index(frame)].role
-    return {Role.WORKPIECE: "hall", Role.CARRIAGE: "carriage", Role.ARM: "arm", Role.ROLL: "tool"}[role]
+    return {Role.WORKPIECE: "floor", Role.CARRIAGE: "carriage", Role.ARM: "arm", Role.ROLL: "tool"}[role]
 
 
 def world_T_frames(cell: Cell, q: Array) -> dict[str, Array]:

@@ -25,7 +25,7 @@ __all__ = ["ROLE_COLORS", "Stop", "scene_data", "stops"]
 Array = NDArray[np.float64]
 
 ROLE_COLORS = {
-    "hall": "#b4bcc6",
+    "floor": "#b4bcc6",
     "table": "#8d97a5",
     "carriage": "#76818e",
     "arm": "#ee7d25",

@@ -196,7 +196,7 @@ def _scene_section(cell: Cell, *, with_part: bool) -> str:
         endless = cell.joints[cell.index(name)].endless
         gauge = '<div class="gauge endless" title="endless"></div>' if endless else '<div class="gauge"><i></i></div>'
         rows.append(f'<div class="axis" id="axis-{k}"><b>{escape(name)}</b>{gauge}<span class="v"></span></div>')
-    roles = ["arm", "spindle", "tool", "carriage", "table", "hall", *(["part"] if with_part else [])]
+    roles = ["arm", "spindle", "tool", "carriage", "table", "floor", *(["part"] if with_part else [])]
     legend = "".join(f'<span><i style="background:{ROLE_COLORS[role]}"></i>{_ROLE_TEXT[role]}</span>' for role in roles)
     return (
         '<section><h2>The cell at a point of the path</h2><div class="stage"><div><div id="view"></div>'
@@ -209,7 +209,7 @@ def _scene_section(cell: Cell, *, with_part: bool) -> str:
         "one.</p></div></div>"
         '<p class="caption">The path is coloured by 1/k<sub>F</sub>: blue and green well conditioned, amber at the '
         "threshold, red below. Move the slider (arrow keys work too) to see the robot there; table, part and path turn "
-        "with it, the hall stands. Look for red stretches, and for the arm coming near the table or the part. The "
+        "with it, the floor stands still. Look for red stretches, and for the arm coming near the table or the part. The "
         "bodies are the cell's collision shapes.</p></section>"
     )
 
@@ -220,6 +220,6 @@ _ROLE_TEXT = {
     "tool": "tool",
     "carriage": "robot's foot and carriage",
     "table": "table",
-    "hall": "hall",
+    "floor": "floor and what stands on it",
     "part": "part",
 }
