@@ -260,7 +260,7 @@ def test_a_single_point_and_a_path_without_feed():
     charts = next(json.loads(t) for a, t in _read(page).scripts if a.get("id") == "charts")
     assert [c["id"] for c in charts] == ["conditioning", "axes", "external", "weights"]
     assert {t["name"] for t in charts[-1]["traces"]} >= {"E2", "E1", "A3", "A5"}  # what the cell's engine weighs
-    assert "of the cutting points the posture lags behind" in page
+    assert "the posture lag" in page and "pulls each axis to its reference posture" in page
 
 
 def test_gaps_in_a_comparison_and_wrong_lengths(made):

@@ -196,7 +196,7 @@ def regions_table(summary: PostSummary, path: ToolPathInBase, solution: Solution
         low = "low" if lowest[k] < threshold else ""
         change = f"{number(r.inv_kf_before, 3)} → {number(r.inv_kf_after, 3)}" if r.revised else "–"
         rows.append(
-            f'<tr><td class="n">{k}</td><td class="text">{escape(r.name)}</td>'
+            f'<tr><td class="n">{k + 1}</td><td class="text">{escape(r.name)}</td>'
             f'<td class="n">{escape(r.first_line)} – {escape(r.last_line)}</td>'
             f'<td class="n">{number(r.points, 0)}</td><td class="n">{number(float(length_mm[k]), 0)}</td>'
             f'<td class="n {low}">{number(float(lowest[k]), 3)}</td><td class="n">{number(float(mean[k]), 3)}</td>'

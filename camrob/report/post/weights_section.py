@@ -45,20 +45,40 @@ def weights_chart(cell: Cell, along: Along, path: ToolPathInBase, found: Equilib
         traces.append(
             along.curve(mark, "self-motion bounded", template="<extra></extra>", color="#d64545", line={"width": 4})
         )
-    share = 100.0 * bounded.sum() / max(1, cutting.sum())
-    acting = 100.0 * (np.asarray(found.acting) & cutting).sum() / max(1, cutting.sum())
-    text = (
-        f"At {number(share, 1)} % of the cutting points the posture lags behind the equilibrium of the published loop (red): "
-        "there the loop's own posture folds over, and unbounded the external axes would jump; camrob bounds self-motion by the "
-        f"tool's own motion and half of the axes' speeds. h<sub>cond</sub> acts at {number(acting, 1)} % of them."
-    )
+    end = float(along.s_mm[-1]) if len(along.s_mm) else 0.0
     layout = {
-        "height": 300,
+        "height": 330,
         "margin": {"l": 64, "r": 16, "t": 24, "b": 46},
         "hovermode": "x unified",
-        "xaxis": {"title": {"text": "way along the path, mm"}},
-        "yaxis": {"title": {"text": "weight in h_jnt"}},
-        "legend": {"orientation": "h", "y": 1.15},
+        "xaxis": {
+            "range": [0.0, end or 1.0],
+            "title": {"text": "path length of the tool tip [mm]"},
+            "tickformat": ",~f",
+        },
+        "yaxis": {"title": {"text": "weight in h_jnt [–]"}},
+        "legend": {"orientation": "h", "y": -0.25, "yanchor": "top", "x": 0},
         "shapes": along.bands([""]),
+        "annotations": along.band_names(),
     }
+    text = _caption(
+        100.0 * bounded.sum() / max(1, cutting.sum()),
+        100.0 * (np.asarray(found.acting) & cutting).sum() / max(1, cutting.sum()),
+    )
     return {"traces": traces, "layout": layout}, text
+
+
+def _caption(bounded: float, acting: float) -> str:
+    """What the chart shows. bounded: % of the cutting points where self-motion is; acting: % where h_cond pulls."""
+    lag = (
+        f"At {number(bounded, 1)} % of the cutting points (red) the posture lags behind the equilibrium of the published loop: "
+        "there the loop's own posture folds over, and unbounded the external axes would jump; camrob bounds self-motion by the "
+        "tool's own motion and half of the axes' speeds. "
+        if bounded
+        else "Nowhere does the posture lag behind the equilibrium of the published loop. "
+    )
+    pull = f"pulls at {number(acting, 1)} % of the cutting points" if acting else "pulls nowhere"
+    return (
+        "How strongly the method pulls each axis to its reference posture while it cuts; the rest of the free motion goes to "
+        f"the axes with the least weight. Look for the axes whose weights change: they give way there. {lag}h<sub>cond</sub>, "
+        f"which pulls away from ill-conditioned postures, {pull}."
+    )
