@@ -16,6 +16,7 @@ from camrob.gap.evidence.shrink import Shrinkage, Trial, expected, figures, pred
 from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.belief import BELIEF
+from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
 from camrob.gap.verdict.remains import left_panels, remains, residual_regimes
 from camrob.gap.verdict.within import BEYOND, drives_beyond, stages_within
@@ -49,7 +50,7 @@ class Verdict:
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
     """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
     blocks = frozen_frames(model, trial_of(model, ())) if trial.named else trial
-    model = _without_harmful(_without_implausible(model), blocks)
+    model = _without_harmful(without_idle_shapes(_without_implausible(model), blocks), blocks)
     if trial.named:
         model = _without_harmful(model, trial)
     reasons = implausible(model)
@@ -63,7 +64,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     members = _claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
     if members:
-        probability = _beside_more(model, together, probability)
+        probability = _beside_more(model, trial, together, probability)
     if (left_over := _claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     structure, unknown = _something_stays(model, trial, reasons)
@@ -160,13 +161,15 @@ def _claims(model: Model, probability: Mapping[str, float]) -> Set:
     return frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
 
 
-def _beside_more(model: Model, together: Shrinkage, probability: Mapping[str, float]) -> dict[str, float]:
+def _beside_more(model: Model, trial: Trial, together: Shrinkage, probability: Mapping[str, float]) -> dict[str, float]:
     """Probabilities of effects that move the tool by less than what stays beside all claims (`together`): such a one may be a
-    likeness of that.
+    likeness of that, and is, as likely as not, where withheld samples don't surely get better by it.
     """
     stays = float(np.sqrt(max(together.rms_after**2 - model.noise**2, 0.0)))
-    small = {n for n in probability if effect_rms(model, model.panels, n) < stays}
-    return {n: p * (BELIEF.beside_more if n in small else 1.0) for n, p in probability.items()}
+    held = dict(probability)
+    for n in (n for n, p in probability.items() if p >= 0.5 and effect_rms(model, model.panels, n) < stays):
+        held[n] *= BELIEF.beside_more * (1.0 if _gain(model, trial, n)[0] > 0.0 else BELIEF.doubtful)
+    return held
 
 
 def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float]:
@@ -200,14 +203,15 @@ def _holding(model: Model, claimed: frozenset[str]) -> Model:
 
 def _worse(model: Model, trial: Trial, names: Sequence[str]) -> list[str]:
     """Those effects that, taken away last, surely make withheld samples worse: claims to be withdrawn."""
+    return [name for name in names if _gain(model, trial, name)[1] < 0.0]
+
+
+def _gain(model: Model, trial: Trial, name: str) -> tuple[float, float]:
+    """90 % of the share that an effect takes from withheld samples when it is taken away last."""
     everything = shrinkage(model, trial, model.best.members)
-    found = []
-    for name in names:
-        own = frozenset(i for i in model.best.members if model.units[i].effect == name)
-        last = shrinkage(model, trial, model.best.members, model.best.members - own)
-        if own and Shrinkage(last.after, everything.after, everything.block).interval()[1] < 0.0:
-            found.append(name)
-    return found
+    own = frozenset(i for i in model.best.members if model.units[i].effect == name)
+    last = shrinkage(model, trial, model.best.members, model.best.members - own)
+    return Shrinkage(last.after, everything.after, everything.block).interval() if own else (0.0, 0.0)
 
 
 def _worse_together(model: Model, trial: Trial, probability: Mapping[str, float]) -> list[str]:
