@@ -92,8 +92,7 @@ def diagnose(
     alignment = align([s for s in scenes if s.tracked])
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
-    twins = {e.twin_in_world for e in effects}
-    model = compare(scenes, [e for e in effects if not (in_world and e.name in twins)])
+    model = compare(scenes, [e for e in effects if not (in_world and e.hidden_in_world)])
     model = with_whole_postures(model)
     tell("withholding", 0.7)
     trial = frozen_frames(model, trial_of(model, kept_out))

@@ -97,11 +97,12 @@ class Effect:
     that calibrate, compensate and diagnose share, in their order; () where it can't be said there. compensable: it has
     such, so that `compensate` can correct it.
 
-    Traits that the engine asks for, instead of names. orders: its state holds orders of gears, which a residual suggests. zeros:
-    its state holds axes' zeros, which a log may show to be lost by degrees. twin_in_world: the effect that shows the same where
-    the measured frame is `world`. of_instrument: what it says of the instrument, for a person, from its values by parameter and
-    from what these logs can't tell it from. whole: whether these logs show all of a unit's pattern; a part of a period is any
-    smooth function, so that its name is no more than likely.
+    Traits that the engine asks for, instead of names. orders: its state holds orders of gears, which a residual suggests.
+    zeros: its state holds axes' zeros, which a log may show to be lost by degrees. twin_in_world: the effect that shows the
+    same where the measured frame is `world`. hidden_in_world: it is the other one of such a pair, and not looked for there.
+    of_instrument: what it says of the instrument, for a person, from its values by parameter and from what these logs can't
+    tell it from. whole: whether these logs show all of a unit's pattern; a part of a period is any smooth function, so that its
+    name is no more than likely.
     """
 
     name: str
@@ -119,6 +120,7 @@ class Effect:
     orders: bool = False
     zeros: bool = False
     twin_in_world: str = ""
+    hidden_in_world: bool = False
     of_instrument: Accuses | None = None
     whole: Seen = all_seen
 

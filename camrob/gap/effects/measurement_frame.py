@@ -36,5 +36,6 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.0,
+    hidden_in_world=True,
     of_instrument=_accuses,
 )

@@ -14,14 +14,15 @@ __all__ = ["without_idle_shapes"]
 
 
 def without_idle_shapes(model: Model, trial: Trial) -> Model:
-    """The model without shapes of the unknown in its best set, where the named effects alone take far more from withheld samples
-    than the shapes take beside them. What then stays is told by where it is found, not by a shape.
+    """The model without shapes of the unknown in its best set, where the names take far more from withheld samples beside the
+    shapes than the shapes beside the names. What then stays is told by where it is found, not by a shape.
     """
     shapes = frozenset(i for i in model.best.members if model.units[i].effect == "unknown")
-    named = model.best.members - shapes
-    if not shapes or not model.evidence.effects_of(named):
+    bare = model.best.members - shapes
+    effects = model.evidence.effects_of(bare)
+    if not shapes or not effects:
         return model
-    whole, bare = (shrinkage(model, trial, m, m) for m in (model.best.members, named))
-    by_shapes = float(np.sqrt(max(bare.rms_after**2 - whole.rms_after**2, 0.0)))
-    by_names = float(np.sqrt(max(bare.rms_before**2 - bare.rms_after**2, 0.0)))
-    return replace(model, best=model.evidence.fit(named)) if by_names >= BELIEF.far_more * by_shapes else model
+    unnamed = frozenset(i for i in model.best.members if model.units[i].effect not in effects)
+    whole, by_names, by_shapes = (shrinkage(model, trial, m, m).rms_after for m in (model.best.members, bare, unnamed))
+    shapes_take, names_take = (float(np.sqrt(max(rms**2 - whole**2, 0.0))) for rms in (by_names, by_shapes))
+    return replace(model, best=model.evidence.fit(bare)) if names_take >= BELIEF.far_more * shapes_take else model
