@@ -120,6 +120,8 @@ def test_a_case_that_can_t_be_read_is_refused(tmp_path: Path, capsys) -> None:
     both = ["calibrate", "--published", str(CASE), "--harmonics", "2", "--cell", str(FOLDER)]
     assert run([*both, "--out", str(tmp_path / "C.toml")]) == 2
     assert "published.toml: says itself what is measured and fitted" in capsys.readouterr().err
+    for name in ("M.csv", "P.src"):
+        (tmp_path / name).touch()
     unused = ["calibrate", str(tmp_path / "M.csv"), "--for", str(tmp_path / "P.src"), "--cell", str(FOLDER)]
     assert run([*unused, "--out", str(tmp_path / "C.toml")]) == 2
     assert "give --next N with it" in capsys.readouterr().err
