@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.errors import SingularError
-from camrob.kinematics.frames import base_T_joint_frames, base_T_tool
+from camrob.kinematics.frames import base_T_joint_axes, base_T_tool
 
 __all__ = ["CurveInJoints", "follow_points", "joint_derivatives", "point_jacobians", "printed_derivatives"]
 
@@ -43,15 +43,10 @@ def point_jacobians(cell: Cell, q: Array, rate: Array, second: Array) -> tuple[A
 
     Exact: axes and points on them are carried through the chain with their first two derivatives.
     """
-    frames = base_T_joint_frames(cell, q)
+    axes = base_T_joint_axes(cell, q)
     tip = base_T_tool(cell, q)[..., :3, 3]
     count, n = q.shape
-    first = np.broadcast_to(cell.base_T_first, (count, 4, 4))
-    z, p = np.empty((n, count, 3)), np.empty((n, count, 3))
-    for i, joint in enumerate(cell.joints):
-        carrier = first if i == 0 else _carrier(cell, frames, i)
-        axis_frame = carrier @ joint.before
-        z[i], p[i] = axis_frame[:, :3, 2], axis_frame[:, :3, 3]
+    z, p = axes[..., :3, 2], axes[..., :3, 3]
     z1, z2, p1, p2 = (np.zeros((n + 1, count, 3)) for _ in range(4))
     points = np.concatenate([p, tip[None]])
     omega, alpha = np.zeros((count, 3)), np.zeros((count, 3))
@@ -78,13 +73,6 @@ def point_jacobians(cell: Cell, q: Array, rate: Array, second: Array) -> tuple[A
         J1[:, :, i] = np.cross(z1[i], r) + np.cross(z[i], r1)
         J2[:, :, i] = np.cross(z2[i], r) + 2.0 * np.cross(z1[i], r1) + np.cross(z[i], r2)
     return J, J1, J2
-
-
-def _carrier(cell: Cell, frames: Array, i: int) -> Array:
-    """The frame (N, 4, 4) that joint i's own row begins in: where the row before ends, behind the tool for a roll."""
-    if i - 1 == cell.arm_slice.stop - 1:
-        return np.asarray(frames[i - 1] @ cell.wrist_T_flange @ cell.flange_T_tool)
-    return np.asarray(frames[i - 1])
 
 
 def joint_derivatives(cell: Cell, q: Array, x1: Array, x2: Array, x3: Array) -> CurveInJoints:

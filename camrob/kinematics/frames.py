@@ -9,7 +9,16 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.se3 import inverse
 
-__all__ = ["base_T_flange", "base_T_joint_frames", "base_T_root", "base_T_tool", "seen_by_program", "world_T_base"]
+__all__ = [
+    "base_T_flange",
+    "base_T_joint_axes",
+    "base_T_joint_frames",
+    "base_T_root",
+    "base_T_tool",
+    "seen_by_program",
+    "tool_jacobians",
+    "world_T_base",
+]
 
 Array = NDArray[np.float64]
 
@@ -28,6 +37,26 @@ def base_T_joint_frames(cell: Cell, q: Array, *, first: int | None = None) -> Ar
         if i == last_of_arm:
             T = T @ cell.wrist_T_flange @ cell.flange_T_tool
     return np.stack(frames)
+
+
+def base_T_joint_axes(cell: Cell, q: Array) -> Array:
+    """Frames (n, ..., 4, 4) about or along whose z the joints move, seen from `base`, of postures q (..., n)."""
+    frames = base_T_joint_frames(cell, q)
+    rows = np.concatenate([np.broadcast_to(cell.base_T_first, frames[:1].shape), frames[:-1]])  # where each begins
+    if roll := cell.indices(Role.ROLL):
+        rows[roll[0]] = rows[roll[0]] @ cell.wrist_T_flange @ cell.flange_T_tool
+    return np.stack([row @ joint.before for row, joint in zip(rows, cell.joints, strict=True)])
+
+
+def tool_jacobians(cell: Cell, q: Array) -> Array:
+    """Geometric Jacobians (N, 6, n) of the tool's tip in `base`, rows (v, w), of postures q (N, n)."""
+    tip = base_T_tool(cell, q)[:, :3, 3]
+    columns = []
+    for joint, axis in zip(cell.joints, base_T_joint_axes(cell, q), strict=True):
+        z, p = axis[:, :3, 2], axis[:, :3, 3]
+        v, w = (z, np.zeros_like(z)) if joint.prismatic else (np.cross(z, tip - p), z)
+        columns.append(np.concatenate([v, w], axis=1))
+    return np.stack(columns, axis=2)
 
 
 def base_T_tool(cell: Cell, q: Array) -> Array:

@@ -18,9 +18,10 @@ from scipy.ndimage import gaussian_filter1d
 from camrob.cell.cell import Cell
 from camrob.errors import JobError
 from camrob.frozen import locked
+from camrob.kinematics.frames import tool_jacobians
 from camrob.loop.analysis import JointLoop, Margins
 from camrob.loop.case import TrackerCase
-from camrob.loop.identified_joints import JointLags, joint_errors, path_jacobians
+from camrob.loop.identified_joints import JointLags, joint_errors
 from camrob.loop.loop import LoopLog
 
 __all__ = ["GainChoice", "GainNeed", "check_gain", "choose_gain", "gain_needs", "joint_loops", "worst_margins"]
@@ -169,7 +170,7 @@ def _expected(cell: Cell, log: LoopLog, loops: Sequence[JointLoop], gains: Array
     before = joint_errors(cell, path, true)
     taken = at(true, -late) if aligned else at(true, -late) + wanted - at(wanted, -late)
     entering = joint_errors(cell, path, taken)
-    J = path_jacobians(cell, np.asarray(path.q))[:, :3]
+    J = tool_jacobians(cell, np.asarray(path.q))[:, :3]
     out = np.empty(len(gains))
     for g, gain in enumerate(gains):
         moved = np.column_stack([loop.motion(float(gain), entering[:, i]) for i, loop in enumerate(loops)])

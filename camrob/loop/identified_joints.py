@@ -18,13 +18,13 @@ from scipy.signal import lfilter
 from camrob.cell.cell import Cell
 from camrob.errors import JobError
 from camrob.frozen import locked
-from camrob.kinematics.frames import base_T_joint_frames, base_T_tool
+from camrob.kinematics.frames import tool_jacobians
 from camrob.loop.case import TrackerCase
 from camrob.loop.loop import LoopLog
 from camrob.loop.paths import TestPath
 from camrob.loop.robot import friction_state
 
-__all__ = ["JointLags", "ahead_of", "identify_lags", "joint_errors", "path_jacobians"]
+__all__ = ["JointLags", "ahead_of", "identify_lags", "joint_errors"]
 
 Array = NDArray[np.float64]
 
@@ -56,19 +56,6 @@ class JointLags:
         return np.asarray(np.maximum(self.late - (case.robot.delay + case.latency + 0.5) * cycle, 0.0))
 
 
-def path_jacobians(cell: Cell, q: Array) -> Array:
-    """Jacobians (N, 6, 6) of an arm alone, rows (v, w) of the tool in the base frame, in postures q (N, 6)."""
-    frames = base_T_joint_frames(cell, q)
-    tip = base_T_tool(cell, q)[:, :3, 3]
-    J = np.empty((len(q), 6, 6))
-    for i, joint in enumerate(cell.joints):
-        before = np.broadcast_to(cell.base_T_first, frames[0].shape) if i == 0 else frames[i - 1]
-        axis = before @ joint.before
-        J[:, :3, i] = np.cross(axis[:, :3, 2], tip - axis[:, :3, 3])
-        J[:, 3:, i] = axis[:, :3, 2]
-    return J
-
-
 def _turns(wanted: Array) -> Array:
     """Matrices (N, 3, 3) from changes of A, B, C to turns about the base's axes, at set-points (N, 6)."""
     a, b = wanted[:, 3], wanted[:, 4]
@@ -83,7 +70,7 @@ def joint_errors(cell: Cell, path: TestPath, error: Array) -> Array:
     """The joints' parts (N, 6), rad, of errors (N, 6) in x, y, z, A, B, C, m and rad: what the joints would have to move."""
     twist = np.array(error)
     twist[:, 3:] = np.einsum("nij,nj->ni", _turns(np.asarray(path.wanted)), error[:, 3:])
-    return np.asarray(np.linalg.solve(path_jacobians(cell, np.asarray(path.q)), twist[..., None])[..., 0])
+    return np.asarray(np.linalg.solve(tool_jacobians(cell, np.asarray(path.q)), twist[..., None])[..., 0])
 
 
 def identify_lags(cell: Cell, case: TrackerCase, logs: Sequence[LoopLog]) -> JointLags:

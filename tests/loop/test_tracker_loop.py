@@ -16,11 +16,11 @@ from camrob.cell.read_cell import read_cell
 from camrob.cli.app import run
 from camrob.errors import CellError, InputError, JobError, SingularError, UnreachableError
 from camrob.jobs.tracker import tracker
-from camrob.kinematics.frames import base_T_tool
+from camrob.kinematics.frames import base_T_tool, tool_jacobians
 from camrob.loop.analysis import JointLoop
 from camrob.loop.case import TrackerNoise, read_tracker_case
 from camrob.loop.gain import check_gain, choose_gain, joint_loops
-from camrob.loop.identified_joints import JointLags, ahead_of, identify_lags, joint_errors, path_jacobians
+from camrob.loop.identified_joints import JointLags, ahead_of, identify_lags, joint_errors
 from camrob.loop.learning import best_lead, contraction
 from camrob.loop.loop import LoopRun, measured_noise, simulate
 from camrob.loop.measures import Size, across, measure_run, off_path, reversals
@@ -302,7 +302,7 @@ def test_a_link_is_lost_twice_at_a_reversal_and_never_runs_backwards():
 
 def test_joint_errors_are_those_of_the_jacobian():
     path = small_paths()[1]
-    J = path_jacobians(CELL, np.asarray(path.q[::500]))
+    J = tool_jacobians(CELL, np.asarray(path.q[::500]))
     h = 1e-6
     for i in range(6):
         step = np.zeros(6)

@@ -16,7 +16,7 @@ from scipy.interpolate import RegularGridInterpolator
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.frozen import locked
-from camrob.kinematics.frames import base_T_joint_frames, base_T_tool
+from camrob.kinematics.frames import tool_jacobians
 from camrob.redundancy.fuzzy.surfaces import WeightSurface
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.published.virtual_joint import standing_joints
@@ -62,7 +62,7 @@ def equilibrium(cell: Cell, path: ToolPathInBase, solution: Solution) -> Equilib
     free = (q > cell.q_lower + _AT_LIMIT) & (q < cell.q_upper - _AT_LIMIT) | cell.endless
     free &= ~standing_joints(cell)
     h = np.where(free, -weights * apart, 0.0)
-    rows = _jacobians(cell, q) * free[:, None, :]
+    rows = tool_jacobians(cell, q) * free[:, None, :]
     unseen = h - np.einsum("kij,kj->ki", np.linalg.pinv(rows), np.einsum("kij,kj->ki", rows, h))
     left = np.linalg.norm(unseen, axis=1)
     before = np.concatenate([[np.inf], np.asarray(solution.inv_kf)[:-1]])
@@ -98,19 +98,3 @@ def _references(cell: Cell, path: ToolPathInBase, solution: Solution) -> Array:
             else:
                 reference[after, external] = revision.q[-1, external]
     return reference
-
-
-def _jacobians(cell: Cell, q: Array) -> Array:
-    """Geometric Jacobians (N, 6, n) of the tool's tip, rows (v, w)."""
-    frames = base_T_joint_frames(cell, q)
-    tip = base_T_tool(cell, q)[:, :3, 3]
-    last = cell.indices(Role.ARM)[-1]
-    columns = []
-    base_T_row = np.broadcast_to(cell.base_T_first, (len(q), 4, 4))  # frames: row is first
-    for i, joint in enumerate(cell.joints):
-        base_T_joint = base_T_row @ joint.before  # frames: row ends where the joint begins
-        z, p = base_T_joint[:, :3, 2], base_T_joint[:, :3, 3]
-        v = z if joint.prismatic else np.cross(z, tip - p)
-        columns.append(np.concatenate([v, np.zeros_like(z) if joint.prismatic else z], axis=1))
-        base_T_row = frames[i] if i != last else frames[i] @ cell.wrist_T_flange @ cell.flange_T_tool
-    return np.stack(columns, axis=2)
