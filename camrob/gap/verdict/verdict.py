@@ -152,8 +152,7 @@ def _partly_seen(model: Model, library: Sequence[Effect]) -> list[str]:
 
 def _energy(model: Model, members: Set) -> float:
     """m2, summed over all samples, by which some units move the TCP."""
-    values = model.values(members, model.best)
-    return sum(float(np.sum(p.moves(values) ** 2)) for p in model.panels)
+    return sum(float(np.sum(p.moves(model.values(members, model.best)) ** 2)) for p in model.panels)
 
 
 def _claims(model: Model, probability: Mapping[str, float]) -> Set:
@@ -166,10 +165,9 @@ def _beside_more(model: Model, trial: Trial, together: Shrinkage, probability: M
     likeness of that, and is, as likely as not, where withheld samples don't surely get better by it.
     """
     stays = float(np.sqrt(max(together.rms_after**2 - model.noise**2, 0.0)))
-    held = dict(probability)
-    for n in (n for n, p in probability.items() if p >= 0.5 and effect_rms(model, model.panels, n) < stays):
-        held[n] *= BELIEF.beside_more * (1.0 if _gain(model, trial, n)[0] > 0.0 else BELIEF.doubtful)
-    return held
+    small = [n for n, p in probability.items() if p >= 0.5 and effect_rms(model, model.panels, n) < stays]
+    left = {n: 1.0 if least > 0.0 else BELIEF.doubtful for n, (least, _) in _gains(model, trial, small).items()}
+    return {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
 
 
 def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float]:
@@ -203,15 +201,18 @@ def _holding(model: Model, claimed: frozenset[str]) -> Model:
 
 def _worse(model: Model, trial: Trial, names: Sequence[str]) -> list[str]:
     """Those effects that, taken away last, surely make withheld samples worse: claims to be withdrawn."""
-    return [name for name in names if _gain(model, trial, name)[1] < 0.0]
+    return [name for name, (_, most) in _gains(model, trial, names).items() if most < 0.0]
 
 
-def _gain(model: Model, trial: Trial, name: str) -> tuple[float, float]:
-    """90 % of the share that an effect takes from withheld samples when it is taken away last."""
-    everything = shrinkage(model, trial, model.best.members)
-    own = frozenset(i for i in model.best.members if model.units[i].effect == name)
-    last = shrinkage(model, trial, model.best.members, model.best.members - own)
-    return Shrinkage(last.after, everything.after, everything.block).interval() if own else (0.0, 0.0)
+def _gains(model: Model, trial: Trial, names: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """90 % of the share that each of these effects takes from withheld samples when it is taken away last."""
+    whole = shrinkage(model, trial, model.best.members)
+    found = dict.fromkeys(names, (0.0, 0.0))
+    for name in model.evidence.effects_of(model.best.members).intersection(names):
+        others = frozenset(i for i in model.best.members if model.units[i].effect != name)
+        last = shrinkage(model, trial, model.best.members, others)
+        found[name] = Shrinkage(last.after, whole.after, whole.block).interval()
+    return found
 
 
 def _worse_together(model: Model, trial: Trial, probability: Mapping[str, float]) -> list[str]:
