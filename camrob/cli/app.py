@@ -18,6 +18,7 @@ from camrob.cli.console import error_line, job_of, perform, renderer
 from camrob.cli.options import CellOption, Device, Feed, JsonOption, Method, QuietOption, SetupOption, Units
 from camrob.cli.real import calibrate, compensate, diagnose, simulate, tracker
 from camrob.cli.start import cell_app, samples
+from camrob.cli.study import has_become, study
 from camrob.cli.tuning import tune_engines
 from camrob.progress import Progress
 
@@ -171,7 +172,9 @@ def feed(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Feed, time and torque on a cell's weld seam, or the derivatives of machine coordinates along a path."""
+    """Speed, acceleration and jerk of the machine's coordinates along a program or a solved path."""
+    if solution is None and calibration is None:
+        has_become("weld` or `camrob study line", quiet)
 
     def job(progress: Progress) -> Any:
         return job_of("feed")(
@@ -265,6 +268,7 @@ def build_app() -> typer.Typer:
     for verb in VERBS:
         if importlib.util.find_spec(f"camrob.jobs.{verb.__name__}") is not None:
             app.command(verb.__name__.replace("_", "-"))(verb)
+    app.command("study")(study)
     app.command("samples")(samples)
     app.add_typer(cell_app(), name="cell")
     return app

@@ -25,6 +25,7 @@ from camrob.cli.options import (
     RealtimeOption,
     SenTypeOption,
 )
+from camrob.cli.study import has_become
 from camrob.errors import InputError
 from camrob.progress import Progress
 
@@ -113,6 +114,8 @@ def calibrate(
     quiet: QuietOption = False,
 ) -> int:
     """Fit a cell's error parameters to measured poses."""
+    if published is not None:
+        has_become("calibration", quiet)
 
     def job(progress: Progress) -> Any:
         if published is not None:
@@ -245,7 +248,7 @@ def tracker(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Study a cell's tracker loop, or with --listen be the loop: serve a controller that speaks RSI."""
+    """With --listen, be the tracker's loop: serve a controller that speaks RSI. Else the study of a cell's loop."""
     said = {
         "mode": None if mode is None else mode.value,
         "gain": gain,
@@ -255,6 +258,8 @@ def tracker(
         "corrected": corrected,
         "sen_type": sen_type,
     }
+    if listen is None:
+        has_become("tracker", quiet)
 
     def job(progress: Progress) -> Any:
         if listen is None:
