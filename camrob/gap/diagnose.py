@@ -43,6 +43,7 @@ from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.clocks import Alignment, align
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene
+from camrob.gap.path_errors import fitted_errors, withheld_errors
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, with_whole_postures, withheld_scene
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
 from camrob.gap.verdict.plausible import unusual
@@ -115,10 +116,9 @@ def diagnose(
         summary |= {"next_experiment": planned.text, "experiment": dict(planned.summary)}
     tell("done", 1.0)
     claimed = tuple(e["effect"] for e in summary["effects"] if e["probability"] >= 0.5)
-    paths = _paths(model, verdict)
-    summary["standards"] = _standards(model, paths)
+    summary["standards"] = _standards(model, fitted_errors(model, verdict.members))
     motions = () if planned is None else planned.motions
-    return Diagnosis(summary, claimed, paths, motions, handed.calibration)
+    return Diagnosis(summary, claimed, withheld_errors(trial, verdict.together), motions, handed.calibration)
 
 
 def _planned(model: Model, verdict: Verdict) -> Experiment | None:
@@ -264,28 +264,6 @@ def _rungs(ladders: Sequence[Ladder], good: Sequence[NDArray[np.bool_]]) -> dict
         absent = any(p is None for p in parts)
         out[name] = None if absent else rms_of(*([x[g] for x, g in zip(y, good, strict=True)] for y in (parts, blocks)))
     return out
-
-
-def _paths(model: Model, verdict: Verdict) -> tuple[PathError, ...]:
-    """What pictures are drawn from: every log, before and after all claimed effects."""
-    out = []
-    for p in model.panels:
-        good = np.flatnonzero(p.w_tcp[:, 0] > 0.0)
-        before = whole_gap(p)
-        after = before - p.moves(model.values(verdict.members, model.best))
-        line = p.scene.log.line if p.scene.log.has("line") else np.zeros(len(p.scene), np.int64)
-        out.append(
-            PathError(
-                p.scene.name,
-                p.scene.nominal[good, :3, 3],
-                before[good],
-                after[good],
-                p.scene.t[good],
-                line[good],
-                p.scene.poses,
-            )
-        )
-    return tuple(out)
 
 
 def _standards(model: Model, paths: Sequence[PathError]) -> list[dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64decode
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from camrob.calibration.error_model import ErrorModel
 from camrob.errors import LogError
+from camrob.gap.diagnose import diagnose
 from camrob.gap.effects.registry import library
 from camrob.gap.evidence.comparison import compare
 from camrob.gap.evidence.model import whole_gap
@@ -21,6 +23,7 @@ from camrob.gap.observation.scene import make_scene
 from camrob.gap.pose_sets import frozen_frames, with_whole_postures, withheld_scene
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
+from camrob.report.diagnosis.charts import space_charts
 
 UNKNOWN = {"measured_frame": MeasuredFrame.UNKNOWN, "target": Target.UNKNOWN, "poses": True}
 ZEROS = {"A2.zero": 1.2e-3, "A3.zero": -0.8e-3, "A4.zero": 1e-3}
@@ -162,3 +165,25 @@ def test_targets_on_the_same_postures_are_withheld_together() -> None:
     # what is summed by block is what stands there
     assert twice.design.yy.sum() == pytest.approx(float(np.sum((twice.panels[0].y_tcp * twice.panels[0].w_tcp) ** 2)))
     assert np.isfinite(whole_gap(twice.panels[0])).all()
+
+
+def sizes_drawn(found, which: str) -> np.ndarray:
+    """mm: the errors that the page's picture is coloured by."""
+    charts = space_charts(found.paths, claimed=True)
+    (chart,) = [c for c in charts if c["id"] == f"space-{which}"]
+    return np.concatenate([np.frombuffer(b64decode(t["marker"]["color"]["bdata"]), "<f4") for t in chart["traces"]])
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_the_pictures_show_the_errors_that_the_sentence_tells(named: bool) -> None:
+    """Frames that nobody told are fitted with the claimed zeros; a picture without that shows errors that are not there."""
+    asked = seen_from(postures(30, 2), seed=5, same_frame_as="set.csv", same_target_as="set.csv")
+    found = diagnose([seen_from(postures(60, 1))], ur10(), withheld=[asked] if named else [])
+    assert "joint_offset" in found.claimed
+    together = found.summary["together"]
+    assert together["rms_after_mm"] < 0.1 * together["rms_before_mm"]
+    for which in ("before", "after"):
+        drawn = sizes_drawn(found, which)
+        assert len(drawn) == (30 if named else 60)
+        assert np.sqrt(np.mean(drawn**2)) == pytest.approx(together[f"rms_{which}_mm"], rel=1e-3)
+        assert drawn.max() == pytest.approx(together[f"max_{which}_mm"], rel=1e-3)

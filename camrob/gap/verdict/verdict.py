@@ -38,12 +38,13 @@ _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 @dataclass(frozen=True)
 class Verdict:
     """model: without what is implausible or harms; claimed: effects with a probability of 0.5 or more; members: their units;
-    summary: the part of the JSON object.
+    together: the gap on withheld samples without and with all of them; summary: the part of the JSON object.
     """
 
     model: Model
     claimed: tuple[str, ...]
     members: Set
+    together: Shrinkage
     summary: dict[str, Any]
 
 
@@ -85,7 +86,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         stays["where"] = {"rung": "setpoint_to_encoder", "axes": [drive], "regimes": []}
         stays["text"] = "; ".join(t for t in (words, stays["text"]) if t)
     sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
-    return Verdict(model, claimed, members, {
+    return Verdict(model, claimed, members, together, {
         "status": _status(within, claimed, stays),
         "within": within,
         "effects": entries,
@@ -290,11 +291,9 @@ def _structure(shrunk: Shrinkage) -> float:
 def _removed(shrunk: Shrinkage, noise: float) -> float | None:
     """Share of the removable gap (before less noise) that is removed; None where nothing is removable."""
     removable = shrunk.rms_before - noise
-    return (
-        None
-        if removable < 0.2 * noise
-        else float(np.clip((shrunk.rms_before - shrunk.rms_after) / removable, -9.0, 1.0))
-    )
+    if removable < 0.2 * noise:
+        return None
+    return float(np.clip((shrunk.rms_before - shrunk.rms_after) / removable, -9.0, 1.0))
 
 
 def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Mapping[str, Any]) -> str:

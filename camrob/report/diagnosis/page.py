@@ -47,7 +47,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _head(summary),
             _cards(summary),
             _unexplained(summary),
-            section(f"The {what}, coloured by the error", _pair(space), _space_caption(claimed=claimed)),
+            section(f"The {what}, coloured by the error", _pair(space), _space_caption(summary, claimed=claimed)),
             section(
                 "Where the gap lies",
                 _pair(places),
@@ -67,7 +67,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             timing_section(summary),
             *(section(str(c["title"]), _chart(c)) for c in along[1:]),
             "<footer>Made by camrob. Shrinkage is told on samples that took no part in choosing or fitting; the pictures show "
-            "the logs that did. This page loads nothing and sends nothing.</footer></main>",
+            "those. This page loads nothing and sends nothing.</footer></main>",
         ]
     )
     charts = [*space, *places, *shrunk, *along, stays]
@@ -137,8 +137,12 @@ def _unexplained(summary: DiagnosisSummary) -> str:
     return section("What is unexplained", _bullets(told), note)
 
 
-def _space_caption(*, claimed: bool) -> str:
-    scale = "Both pictures share one scale." if claimed else "No effect is claimed, so there is no picture of an after."
+def _space_caption(summary: DiagnosisSummary, *, claimed: bool) -> str:
+    scale = "No effect is claimed, so there is no picture of an after."
+    if claimed:
+        scale = (
+            f"Both pictures share one scale. Errors {withheld_text(summary)}: those that the figures above are told of."
+        )
     return _caption(f"Nominal TCP in the measured frame, to scale. {scale}")
 
 
