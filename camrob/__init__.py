@@ -17,6 +17,14 @@ Verbs: files in, files out, and a result; `help(camrob.post)` says the rest.
     track_live      serve a controller with corrections from a laser tracker
     published_case  repeat a published calibration
 
+On objects: what readers give goes in, arrays and objects come out, without files.
+
+    resolve        a Toolpath in a Cell, Resolved: what post does first
+    fit            error parameters from logs; correct: postures for them
+    explain        where and why logs deviate, a Diagnosis
+    replay         what a ProgramText does on a Cell, a Replay: postures, findings
+    base_T_tool    the tool's poses (..., 4, 4) in postures q (..., n)
+
 Readers: a file in, an object in SI out (m, rad, s).
 
     read_cell, read_setup    Cell, Setup: the machine, and what is mounted on it
@@ -50,6 +58,7 @@ if TYPE_CHECKING:
     from camrob.cell.read_cell import read_cell
     from camrob.cell.read_setup import read_setup
     from camrob.cell.setup import Setup
+    from camrob.controller.replay import Replay, replay
     from camrob.errors import (
         CamrobError,
         CellError,
@@ -68,11 +77,13 @@ if TYPE_CHECKING:
         VerificationError,
     )
     from camrob.findings import Finding, Severity
+    from camrob.gap.diagnosis import Diagnosis
     from camrob.jobs.batch import BatchResult, batch
     from camrob.jobs.calibrate import CalibrateResult, calibrate
     from camrob.jobs.compensate import CompensateResult, compensate
     from camrob.jobs.diagnose import DiagnoseResult, diagnose
     from camrob.jobs.feed import FeedResult, feed
+    from camrob.jobs.objects.on_objects import Resolved, correct, explain, fit, resolve
     from camrob.jobs.place import PlaceResult, place
     from camrob.jobs.post import PostResult, post
     from camrob.jobs.published_case import PublishedResult, published_case
@@ -83,6 +94,7 @@ if TYPE_CHECKING:
     from camrob.jobs.tracker import TrackerResult, tracker
     from camrob.jobs.tune_engines import TuneEnginesResult, tune_engines
     from camrob.jobs.verify import VerifyResult, verify
+    from camrob.kinematics.frames import base_T_tool
     from camrob.languages import read_program
     from camrob.measurement.log import MeasurementLog
     from camrob.measurement.read_log import read_log
@@ -122,6 +134,7 @@ __all__ = [
     "CompensateResult",
     "CompensateSummary",
     "DiagnoseResult",
+    "Diagnosis",
     "DiagnosisSummary",
     "FeedResult",
     "FeedSummary",
@@ -145,6 +158,8 @@ __all__ = [
     "Region",
     "RegressResult",
     "RegressSummary",
+    "Replay",
+    "Resolved",
     "Setup",
     "SetupError",
     "Severity",
@@ -165,11 +180,15 @@ __all__ = [
     "VerificationError",
     "VerifyResult",
     "VerifySummary",
+    "base_T_tool",
     "batch",
     "calibrate",
     "compensate",
+    "correct",
     "diagnose",
+    "explain",
     "feed",
+    "fit",
     "place",
     "post",
     "published_case",
@@ -179,6 +198,8 @@ __all__ = [
     "read_setup",
     "read_toolpath",
     "regress",
+    "replay",
+    "resolve",
     "shipped_cell",
     "simulate",
     "track_live",
@@ -196,6 +217,7 @@ _HOME = {
     "CompensateResult": "camrob.jobs.compensate",
     "CompensateSummary": "camrob.summaries.compensate_summary",
     "DiagnoseResult": "camrob.jobs.diagnose",
+    "Diagnosis": "camrob.gap.diagnosis",
     "DiagnosisSummary": "camrob.summaries.diagnosis_summary",
     "FeedResult": "camrob.jobs.feed",
     "FeedSummary": "camrob.summaries.feed_summary",
@@ -213,6 +235,8 @@ _HOME = {
     "Region": "camrob.toolpath.region",
     "RegressResult": "camrob.jobs.regress",
     "RegressSummary": "camrob.summaries.regress_summary",
+    "Replay": "camrob.controller.replay",
+    "Resolved": "camrob.jobs.objects.on_objects",
     "Setup": "camrob.cell.setup",
     "Severity": "camrob.findings",
     "SimulateResult": "camrob.jobs.simulate",
@@ -227,11 +251,15 @@ _HOME = {
     "TuneSummary": "camrob.summaries.tune_summary",
     "VerifyResult": "camrob.jobs.verify",
     "VerifySummary": "camrob.summaries.verify_summary",
+    "base_T_tool": "camrob.kinematics.frames",
     "batch": "camrob.jobs.batch",
     "calibrate": "camrob.jobs.calibrate",
     "compensate": "camrob.jobs.compensate",
+    "correct": "camrob.jobs.objects.on_objects",
     "diagnose": "camrob.jobs.diagnose",
+    "explain": "camrob.jobs.objects.on_objects",
     "feed": "camrob.jobs.feed",
+    "fit": "camrob.jobs.objects.on_objects",
     "place": "camrob.jobs.place",
     "post": "camrob.jobs.post",
     "published_case": "camrob.jobs.published_case",
@@ -241,6 +269,8 @@ _HOME = {
     "read_setup": "camrob.cell.read_setup",
     "read_toolpath": "camrob.toolpath.read",
     "regress": "camrob.jobs.regress",
+    "replay": "camrob.controller.replay",
+    "resolve": "camrob.jobs.objects.on_objects",
     "shipped_cell": "camrob.shipped",
     "simulate": "camrob.jobs.simulate",
     "track_live": "camrob.jobs.track_live",

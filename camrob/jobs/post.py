@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,11 +21,11 @@ from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs
 from camrob.jobs.files.mounting import mounted_loads
 from camrob.jobs.release.opinion import SLOWER_BY_PLAN, hold_to_witness, manifest_of
-from camrob.jobs.release.release import ReadBack, check_release, named_region, path_margins, read_back
+from camrob.jobs.release.release import ReadBack, check_release, path_margins, read_back
 from camrob.jobs.release.summary import post_summary
-from camrob.jobs.solving.device import batch_score, check_device
+from camrob.jobs.solving.device import check_device
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
-from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
+from camrob.jobs.solving.resolved_job import METHODS, Residual, ResolvedJob, check_method, resolve_job
 from camrob.jobs.solving.watch import Watch
 from camrob.languages import language_named
 from camrob.program.assemble import assemble_program
@@ -34,35 +33,20 @@ from camrob.program.decimate import decimated
 from camrob.program.language import Language
 from camrob.program.process import Process, plan_process
 from camrob.program.program import Program
-from camrob.progress import Progress, Share
+from camrob.progress import Progress
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Solution
-from camrob.redundancy.stretches import Stretch, joined_solutions
 from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
 from camrob.witness.judge import Verdict, judge
 
-__all__ = ["FEEDS", "METHODS", "PostResult", "post"]
+__all__ = ["FEEDS", "PostResult", "post"]
 
 Array = NDArray[np.float64]
-Residual = tuple[Array, Array]
 
 COMPARED = 20_000  # points up to which the report shows the path resolved in other ways beside
-TRACKING_TOLERANCE = 1e-9  # m and rad: the solver's promise before rounding, 1e-6 mm and 1e-6 rad
-
-METHODS: Mapping[str, Mapping[str, Callable[..., Solution]]] = {
-    "vjm": {"published": resolve_vjm},
-    "planned": {
-        "knee": partial(resolve_planned, mode="knee"),
-        "still": partial(resolve_planned, mode="still"),
-        "flowing": partial(resolve_planned, mode="flowing"),
-        "published": resolve_vjm,
-    },
-}
-"""The ways of each method, tried in turn until one keeps free of collisions."""
 FEEDS = ("program", "optimal")
 
 
@@ -174,15 +158,6 @@ class _Order:
 
 
 @dataclass(frozen=True, slots=True)
-class _Resolved:
-    """A solution, what it leaves of the poses (m, rad), and the inputs with the path that it belongs to."""
-
-    inputs: JobInputs
-    solution: Solution
-    residual: Residual
-
-
-@dataclass(frozen=True, slots=True)
 class _Made:
     """A program in the staging folder, fit for release."""
 
@@ -205,9 +180,9 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
     Raises the error of the first way where all collide.
     """
     first: JobError | None = None
-    for way, resolve in METHODS[order.method].items():
+    for way in METHODS[order.method]:
         with watch.stage("resolve"):
-            resolved = _resolve(inputs, resolve, watch.share, order.device)
+            resolved = resolve_job(inputs, order.method, way, watch.share, order.device)
         try:
             made = _made(order, resolved, folder, watch)
         except (CollisionError, VerificationError) as error:
@@ -220,7 +195,7 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
     raise first or VerificationError(f"method {order.method} has no way to go")
 
 
-def _made(order: _Order, resolved: _Resolved, folder: Path, watch: Watch) -> _Made:
+def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _Made:
     """Write a solution into the staging folder, read back, check; raises what stands against the release."""
     inputs, solution = resolved.inputs, resolved.solution
     language = language_named(inputs.cell.controller.language)
@@ -257,48 +232,9 @@ def _made(order: _Order, resolved: _Resolved, folder: Path, watch: Watch) -> _Ma
 
 
 def _check_choices(method: str, feed: str) -> None:
-    if method not in METHODS:
-        raise InputError(f"--method {method!r} is unknown", cure=f"use {' or '.join(METHODS)}")
+    check_method(method)
     if feed not in FEEDS:
         raise InputError(f"--feed {feed!r} is unknown", cure=f"use {' or '.join(FEEDS)}")
-
-
-def _resolve(inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str = "cpu") -> _Resolved:
-    """A solution, held to its promise by forward kinematics; the stretches between tool changes one after the other."""
-    made: list[Stretch] = []
-    residuals: list[Residual] = []
-    last: Array | None = None
-    total = len(inputs.path)
-    for k, where in enumerate(inputs.path.stretches):
-        here = inputs.of_stretch(k, last)
-
-        def share(done: float, begin: int = where.start, size: int = where.stop - where.start) -> None:
-            progress((begin + done * size) / total)
-
-        try:
-            solution = _solved(here, resolve, share, device)
-        except JobError as e:
-            raise named_region(e, inputs) from None
-        path = here.path if solution.path is None else solution.path
-        solution = free_routes(here, path, solution)
-        position, axis = solution.residual(here.cell, path)
-        if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
-            off = m_to_mm(float(position.max()))
-            raise VerificationError(f"the solver strays by {off:.2e} mm; please report this file")
-        made.append(Stretch(path, solution))
-        residuals.append((position, axis))
-        last = here.cell.to_axis_values(np.asarray(solution.q[-1]))
-    path, solution = joined_solutions(inputs.cell, made)
-    position, axis = (np.concatenate(column) for column in zip(*residuals, strict=True))
-    return _Resolved(replace(inputs, path=path), solution, (position, axis))
-
-
-def _solved(inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str) -> Solution:
-    """The solution of one stretch."""
-    if resolve is resolve_vjm:
-        return resolve_vjm(inputs.cell, inputs.path, progress=progress)
-    score = batch_score(inputs.cell, device)
-    return resolve(inputs.cell, inputs.path, obstacles=job_obstacles(inputs), score=score, progress=progress)
 
 
 def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:

@@ -27,6 +27,10 @@ VERBS = (
     "tracker",
     "track_live",
     "published_case",
+    "resolve",
+    "fit",
+    "correct",
+    "explain",
 )
 
 

@@ -89,5 +89,5 @@ def test_help_is_an_overview_with_a_line_for_each_verb() -> None:
 
 
 def test_a_name_that_camrob_has_not_is_refused() -> None:
-    with pytest.raises(AttributeError, match="resolve"):
-        getattr(camrob, "resolve")  # noqa: B009
+    with pytest.raises(AttributeError, match="solve"):
+        getattr(camrob, "solve")  # noqa: B009

@@ -26,7 +26,7 @@ from camrob.toolpath.read import read_toolpath
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import mm_min_to_m_s, mm_to_m
 
-__all__ = ["JobInputs", "program_name", "read_inputs"]
+__all__ = ["JobInputs", "inputs_of", "program_name", "read_inputs"]
 
 Array = NDArray[np.float64]
 
@@ -104,6 +104,11 @@ def read_inputs(
         progress=progress,
         **tolerance,
     )
+    return inputs_of(toolpath, machine, job)
+
+
+def inputs_of(toolpath: Toolpath, machine: Cell, job: Setup) -> JobInputs:
+    """A job's inputs from what was read: tools mounted, the path laid into `base`. Raises InputError and its kin."""
     changes = tool_changes(toolpath.regions)
     mounted, told = mounted_tools(toolpath.regions, changes, job, machine)
     machine = mounted[0].cell

@@ -1,0 +1,96 @@
+"""A job's path, resolved: postures along it, held to its promise by forward kinematics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.errors import InputError, JobError, VerificationError
+from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.release.release import named_region
+from camrob.jobs.solving.device import batch_score
+from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
+from camrob.progress import Share
+from camrob.redundancy.planning.planned import resolve_planned
+from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.solution import Solution
+from camrob.redundancy.stretches import Stretch, joined_solutions
+from camrob.units import m_to_mm
+
+__all__ = ["METHODS", "Residual", "ResolvedJob", "check_method", "resolve_job"]
+
+Array = NDArray[np.float64]
+Residual = tuple[Array, Array]
+
+TRACKING_TOLERANCE = 1e-9  # m and rad: the solver's promise before rounding, 1e-6 mm and 1e-6 rad
+
+METHODS: Mapping[str, Mapping[str, Callable[..., Solution]]] = {
+    "vjm": {"published": resolve_vjm},
+    "planned": {
+        "knee": partial(resolve_planned, mode="knee"),
+        "still": partial(resolve_planned, mode="still"),
+        "flowing": partial(resolve_planned, mode="flowing"),
+        "published": resolve_vjm,
+    },
+}
+"""The ways of each method, tried in turn until one keeps free of collisions."""
+
+
+@dataclass(frozen=True, slots=True)
+class ResolvedJob:
+    """A solution, what it leaves of the poses (m, rad), and the inputs with the path that it belongs to."""
+
+    inputs: JobInputs
+    solution: Solution
+    residual: Residual
+
+
+def check_method(method: str) -> None:
+    """Raise InputError for a method that there isn't."""
+    if method not in METHODS:
+        raise InputError(f"--method {method!r} is unknown", cure=f"use {' or '.join(METHODS)}")
+
+
+def resolve_job(inputs: JobInputs, method: str, way: str, progress: Share, device: str = "cpu") -> ResolvedJob:
+    """A solution by one of METHODS' ways, held to its promise by forward kinematics; the stretches between tool changes one
+    after the other. Raises JobError and its kin, VerificationError where the promise is broken.
+    """
+    resolve = METHODS[method][way]
+    made: list[Stretch] = []
+    residuals: list[Residual] = []
+    last: Array | None = None
+    total = len(inputs.path)
+    for k, where in enumerate(inputs.path.stretches):
+        here = inputs.of_stretch(k, last)
+
+        def share(done: float, begin: int = where.start, size: int = where.stop - where.start) -> None:
+            progress((begin + done * size) / total)
+
+        try:
+            solution = _solved(here, resolve, share, device)
+        except JobError as e:
+            raise named_region(e, inputs) from None
+        path = here.path if solution.path is None else solution.path
+        solution = free_routes(here, path, solution)
+        position, axis = solution.residual(here.cell, path)
+        if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
+            off = m_to_mm(float(position.max()))
+            raise VerificationError(f"the solver strays by {off:.2e} mm; please report this file")
+        made.append(Stretch(path, solution))
+        residuals.append((position, axis))
+        last = here.cell.to_axis_values(np.asarray(solution.q[-1]))
+    path, solution = joined_solutions(inputs.cell, made)
+    position, axis = (np.concatenate(column) for column in zip(*residuals, strict=True))
+    return ResolvedJob(replace(inputs, path=path), solution, (position, axis))
+
+
+def _solved(inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str) -> Solution:
+    """The solution of one stretch."""
+    if resolve is resolve_vjm:
+        return resolve_vjm(inputs.cell, inputs.path, progress=progress)
+    score = batch_score(inputs.cell, device)
+    return resolve(inputs.cell, inputs.path, obstacles=job_obstacles(inputs), score=score, progress=progress)
