@@ -133,7 +133,7 @@ def test_one_work_frame(tell):
 
 @pytest.mark.parametrize(
     ("on", "off"),
-    [("G68 X0 Y0 R30", "G69"), ("G51 P2", "G50"), ("G92 X0", "G92.1"), ("G68.2 X1 Q123", "G69")],
+    [("G68 X0 Y0 R30", "G69"), ("G51 P2", "G50"), ("G92 A5", "G92.1"), ("G68.2 X1 Q123", "G69")],
 )
 def test_frames_that_are_moved_hide_what_lies_in_them(tell, on, off):
     story = tell(START + f"{on}\nG1 X1 Y1 Z1 F60\nX2\n{off}\nG0 X3 Y3 Z3\n")
@@ -147,6 +147,25 @@ def test_a_shift_by_g52(tell):
     assert mm(story) == [[0, 0, 50], [101, 0, 50], [2, 0, 50], [2, 9, 50], [3, 9, 50], [5, 0, 50]]
     inch = tell("G20 G0 X0 Y0 Z2\nG52 Z1\nG1 Z0.5 F5\n")
     assert mm(inch)[1] == pytest.approx([0, 0, 38.1])
+
+
+def test_the_point_where_the_tool_stands_is_numbered_anew_by_g92(tell):
+    """As LinuxCNC's manual has it: G92 X Y Z gives the current point these coordinates, and nothing moves."""
+    story = tell(START + "G1 X10 Y5 F60\nG92 X0 Z20\nX5\nZ0\nG91 Y2\nM30\n")
+    assert story.complete and story.joined.tolist()[1:] == [True] * 4
+    assert mm(story) == [[0, 0, 50], [10, 5, 50], [15, 5, 50], [15, 5, 30], [15, 7, 30]]
+    inch = tell("G20 G0 X1 Y0 Z2\nG92 X0\nG1 X1 F5\n")
+    assert mm(inch)[1] == pytest.approx([50.8, 0, 50.8])
+
+
+def test_g92_before_the_first_move_says_where_the_tool_stands(tell):
+    story = tell("G21 G92 X0 Y0 Z50\nG0 X7\nG1 Z2 F60\n")
+    assert story.complete and mm(story) == [[7, 0, 50], [7, 0, 2]]
+
+
+def test_a_shift_behind_g92_is_not_known(tell):
+    story = tell(START + "G92 X1\nG52 X5\nG1 X1 F60\n")
+    assert mm(story) == [[0, 0, 50]] and not story.complete
 
 
 def test_cycles_and_arcs_behind_g52(tell):

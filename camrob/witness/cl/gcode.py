@@ -225,13 +225,13 @@ class GcodeReader:
         if code == "69" and stand.tilted:
             stand.untilt()
             self._heights = {}
-        if code == "52" and not hidden and not any(float(words.get(axis, "0")) for axis in "ABC"):
+        if code == "52" and not hidden and not stand.preset and not any(float(words.get(axis, "0")) for axis in "ABC"):
             shift = stand.shift | {axis: float(words[axis]) * self._scale for axis in "XYZ" if axis in words}
             if stand.tilted and shift != stand.shift:
                 hidden["52"] = (line, "G52 in a tilted plane: whether it is that frame's isn't known")
                 self._forget()
             stand.shift = shift
-        elif code == "68.2" and stand.tilt(words, self._scale):
+        elif code in ("68.2", "92") and stand.set_frame(code, words, self._scale, begun=bool(self._tell.n)):
             self._heights = {}
         elif code in ("92.1", "92.2") and any(stand.shift.values()):  # LinuxCNC drops G52 with them, Fanuc doesn't
             hidden["52"] = (line, f"G{code}: whether G52 holds behind it isn't known")

@@ -37,13 +37,14 @@ _ZERO = 1e-9  # degrees: nearer to whole turns than this is at zero
 class Standing:
     """at: X, Y, Z in m, in the frame of the program's points, and A, B, C in degrees; None where not known.
 
-    shift: m, of G52: `at` is where the tool is without it. used: the rotary letters that the program has named. unnamed: what is
-    not known has not been named, since the start or a machine position.
+    shift: m, of G52 or G92: `at` is where the tool is without it. preset: some of it is G92's. used: the rotary letters that the
+    program has named. unnamed: what is not known has not been named, since the start or a machine position.
     """
 
     def __init__(self) -> None:
         self.at: dict[str, float | None] = {**dict.fromkeys("XYZ"), **dict.fromkeys("ABC", 0.0)}
         self.shift = dict.fromkeys("XYZ", 0.0)
+        self.preset = False
         self.used: set[str] = set()
         self.unnamed = True
         self._tcp: set[str] = set()  # what holds the tool centre point: "G" (G43.4), "M" (M128, M428)
@@ -96,6 +97,26 @@ class Standing:
             self.forget()
             self._along = self._along and bool(axes) and not axes & set("ABC")
 
+    def set_frame(self, code: str, words: Words, scale: float, *, begun: bool) -> bool:
+        """G68.2 or G92; begun: the tool has been in the part. False where it is not understood, and nothing has changed."""
+        return self._tilt(words, scale) if code == "68.2" else self._renumber(words, scale, begun)
+
+    def _renumber(self, words: Words, scale: float, begun: bool) -> bool:
+        """G92: the point where the tool stands has these coordinates from here on (LinuxCNC, G92; Fanuc alike). Where nothing has
+        moved yet, they are the part's own.
+        """
+        axes = set(words) & set("XYZABC")
+        lost = begun and any(self.at[letter] is None for letter in axes)
+        if self.tilted or lost or not axes <= _LINEAR:
+            return False
+        for letter in axes:
+            value, stands = float(words[letter]) * scale, self.at[letter]
+            if stands is None:
+                self.at[letter] = value
+            else:
+                self.shift[letter], self.preset = stands - value, True
+        return True
+
     def target(self, axes: set[str], words: Words, scale: float, absolute: bool) -> dict[str, float | None]:
         """Where a block with these axes ends; scale: metres in one of its units."""
         at = dict(self.at)
@@ -140,8 +161,8 @@ class Standing:
 
     # -- tilted planes
 
-    def tilt(self, words: Words, scale: float) -> bool:
-        """G68.2; False where it is not understood, and nothing has changed."""
+    def _tilt(self, words: Words, scale: float) -> bool:
+        """G68.2."""
         order = f"{float(words.get('Q', '313')):g}"
         if self._tcp or any(self.shift.values()) or set(words) - _OF_PLANE:
             return False
