@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from mutation.jobs import Job
 from mutation.posting import Outcome
 from mutation.truth import RUSH, Rules, Verdict, judge
 
+SOLVED_DEG = 0.02  # what printing leaves of a posture
 PART = "verified-in-part"  # the finding of a program that says itself that it was not judged everywhere
 
 
@@ -104,7 +107,7 @@ def classify(result: Result, job: Job, baseline: Baseline, outcome: Outcome) -> 
         result.note(status, job.name, f"{job.name} is released")
         return status == "wrong"
     verdict = judge(outcome.files, job.program, baseline.rules, known=baseline.verdict)
-    faults = verdict.faults or _other(verdict, baseline.verdict)
+    faults = verdict.faults or _other(verdict, baseline.verdict, outcome)
     if faults:
         status = "wrong in part" if PART in outcome.said and PART in baseline.said else "wrong"
         result.fault = faults[0][0]
@@ -115,17 +118,21 @@ def classify(result: Result, job: Job, baseline: Baseline, outcome: Outcome) -> 
     return False
 
 
-def _other(verdict: Verdict, before: Verdict | None) -> list[tuple[str, str]]:
+def _other(verdict: Verdict, before: Verdict | None, outcome: Outcome) -> list[tuple[str, str]]:
     """What is wrong only beside the unmutated program."""
     if before is not None and verdict.rush > max(RUSH, RUSH * before.rush):
         return [("feed", f"an axis would have to run at {verdict.rush:.1f} times its speed in the cut")]
-    return _only_turned(verdict, before)
+    return _only_turned(verdict, before, outcome)
 
 
-def _only_turned(verdict: Verdict, before: Verdict | None) -> list[tuple[str, str]]:
-    """S and T that changed while every pose stayed: they are not those of the posture that was solved."""
+def _only_turned(verdict: Verdict, before: Verdict | None, outcome: Outcome) -> list[tuple[str, str]]:
+    """S and T that changed while every pose stayed, and are not those of the postures that were solved."""
     if before is None or verdict.turns == before.turns or verdict.printed != before.printed:
         return []
+    if outcome.solved is not None:
+        apart = np.abs(outcome.solved[:, None] - np.array(verdict.posture)[None, :, :6]).max(axis=2).min(axis=1)
+        if apart.max() < SOLVED_DEG:
+            return []
     return [("status-turn", f"{verdict.turns} for {before.turns}")]
 
 

@@ -10,6 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mutation import cells
 from mutation.jobs import Job
 
@@ -19,7 +22,7 @@ class Outcome:
     """status: `released`, `refused`, `crashed`, or `same`: the bytes that were expected were written, and nothing was asked
     of them any more. files: what was released; written: what the writer had written at last.
 
-    left: names of program files that lie in the folder after a refusal.
+    left: names of program files that lie in the folder after a refusal. solved: degrees of A1 .. A6 (N, 6) at the file's points.
     """
 
     status: str
@@ -29,6 +32,7 @@ class Outcome:
     left: tuple[str, ...] = ()
     seconds: float = 0.0
     said: str = ""
+    solved: NDArray[np.float64] | None = None
 
 
 class Bench:
@@ -66,7 +70,9 @@ class Bench:
                 made = post(self.files[name], cell=self.cell[job.cell], out=out, report=False, **job.options)
             files = {f.name: f.read_bytes() for f in sorted(out.iterdir()) if f.suffix in (".src", ".dat")}
             said = ",".join(w.code for w in made.summary.warnings)
-            return Outcome("released", files, written, seconds=time.perf_counter() - started, said=said)
+            path = next(name for name in made.files if name.endswith(".path.npz"))
+            solved = np.load(out / path)["axis_values"][:, :6]
+            return Outcome("released", files, written, seconds=time.perf_counter() - started, said=said, solved=solved)
         except _SameBytes:
             return Outcome("same", seconds=time.perf_counter() - started)
         except CamrobError as error:
