@@ -145,6 +145,7 @@ def effect_found(name: str, axes: list[str], parameters: dict[str, float], **oth
         "implausible": "",
         "compensable": True,
         "rungs": ["encoder_to_tcp"],
+        "regimes": ["direction"],
         "unusual": "",
     } | other
 
@@ -200,7 +201,7 @@ DIAGNOSIS: dict[str, Any] = {
         "probability": 0.01,
         "rms_mm": 0.0,
         "share": 0.0,
-        "where": {"rung": None, "axes": [], "regimes": []},
+        "where": {"rung": None, "axes": [], "regimes": [], "comes_back": ""},
         "text": "",
         "shapes": [],
         "implausible": {},

@@ -47,13 +47,14 @@ from camrob.gap.path_errors import fitted_errors, withheld_errors
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, with_whole_postures, withheld_scene
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
 from camrob.gap.verdict.plausible import unusual
+from camrob.gap.verdict.remains import suspects
 from camrob.gap.verdict.verdict import Verdict, judge_effects
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, silent
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["diagnose"]
 
@@ -125,8 +126,11 @@ def _planned(model: Model, verdict: Verdict) -> Experiment | None:
     if len(model.scenes[0].cell.indices(Role.ARM)) != _ARM or not all(s.tracked for s in model.scenes):
         return None  # no motion of such an arm can be reckoned, or none would be measured
     stays = verdict.summary["unknown"]
-    axis = next(iter(stays["where"]["axes"]), "")
-    return plan_experiment(model, verdict.claimed, axis, unknown=stays["probability"] >= 0.5)
+    where, likely = stays["where"], stays["probability"] >= 0.5
+    by_time = where["regimes"][:1] == ["time"]
+    returning = mm_to_m(stays["rms_mm"]) if where["comes_back"] else 0.0
+    axes = suspects(model, stays)
+    return plan_experiment(model, verdict.claimed, axes, unknown=likely, by_time=by_time, returning=returning)
 
 
 def _climbed(

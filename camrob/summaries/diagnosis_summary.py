@@ -92,6 +92,7 @@ class EffectFound(OpenSummary):
 
     alike: it and what these logs can't tell from it, with the probability of one of them; evidence: of the sets that hold it.
     implausible, unusual: what speaks against its values, "" for nothing. compensable: whether `compensate` can correct it.
+    regimes: what such an effect follows.
     """
 
     effect: str
@@ -116,6 +117,7 @@ class EffectFound(OpenSummary):
     implausible: str
     compensable: bool
     rungs: tuple[str, ...]
+    regimes: tuple[str, ...]
     corner: CornerFigures | None = spread()
     unusual: str
 
@@ -182,11 +184,14 @@ class UnknownShape(OpenSummary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnknownPlace(OpenSummary):
-    """Where what is unknown sits: its rung (None for nowhere), axes, and what it follows."""
+    """Where what is unknown sits: its rung (None for nowhere), axes, what it follows, and how it comes back, "" where not:
+    "every 1.14 s", "every 90 mm of E1".
+    """
 
     rung: str | None
     axes: tuple[str, ...]
     regimes: tuple[str, ...]
+    comes_back: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -260,7 +265,7 @@ class ExperimentWritten(Summary):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExperimentFigures(OpenSummary):
     """The motion to run next, and the sets that it tells apart; separation: mm by which they lie
-    apart on it, or that what is unexplained moves the tool by.
+    apart on it, or that what is unexplained moves the tool by; expected: mm rms that each of the two expects there.
     """
 
     motion: str
@@ -268,6 +273,7 @@ class ExperimentFigures(OpenSummary):
     separation_mm: float | None
     separation_sigmas: float | None = left_out()
     again_sigmas: float | None = left_out()
+    expected_mm: tuple[float, ...] | None = left_out()
     considered: tuple[ConsideredMotion, ...] | None = left_out()
     written: ExperimentWritten | None = left_out()
 
@@ -343,3 +349,8 @@ class DiagnosisSummary(OpenSummary):
     def blamed_axes(self) -> tuple[str, ...]:
         """Axes of the effects that are claimed, then those at which what is unknown sits: what every chart begins with."""
         return tuple(dict.fromkeys([*(a for e in self.claimed for a in e.axes), *self.unknown.where.axes]))
+
+    @property
+    def blamed_regimes(self) -> tuple[str, ...]:
+        """What the effects that are claimed follow, then what the unknown does."""
+        return tuple(dict.fromkeys([*(r for e in self.claimed for r in e.regimes), *self.unknown.where.regimes]))

@@ -123,7 +123,11 @@ def test_a_plan_to_isolate_the_unknown_says_what_answer_it_expects() -> None:
         world.after = world.after + 0.3e-3 * np.exp(-4.0 * x**2)[:, None] * np.array([0.0, 1.0, 0.0])
 
     model = compare([make_scene(simulated(bent, sigma_mm=0.02), kr15())], library())
-    planned = plan_experiment(model, (), "A2", unknown=True)
+    planned = plan_experiment(model, (), ["A1", "A2"], unknown=True)
     assert planned is not None
     assert planned.summary["separation_mm"] > 0.0
     assert f"{planned.summary['separation_mm']:.3f} mm rms about its mean if it sits there" in planned.text
+    # what follows A2 shows where A2 moves, whatever it moves itself
+    assert planned.motions[0].axis == "A2"
+    shown = {c["motion"]: c["separation_mm"] for c in planned.summary["considered"]}
+    assert shown["one axis A2"] > 3.0 * shown["one axis A1"]

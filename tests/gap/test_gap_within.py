@@ -33,7 +33,7 @@ def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is
     assert on_work == pytest.approx(np.sqrt(np.mean(distance**2)) * np.deg2rad(BEHIND), rel=0.02)
     assert found["status"] == "unexplained"
     assert found["within"] == {"encoder_to_tcp": "noise", "setpoint_to_encoder": "beyond"}
-    assert found["unknown"]["where"] == {"rung": "setpoint_to_encoder", "axes": ["E2"], "regimes": []}
+    assert found["unknown"]["where"] == {"rung": "setpoint_to_encoder", "axes": ["E2"], "regimes": [], "comes_back": ""}
     assert found["unknown"]["text"].startswith("between set-point and encoder, E2 is off its set-point by 2.4 degrees")
     assert "E2" in found["next_experiment"]
 

@@ -120,7 +120,7 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
         "rms_mm": 0.198,
         "share": 0.436,
         "text": "between encoder and TCP, A1 …",
-        "where": {"rung": "encoder_to_tcp", "axes": ["A1"], "regimes": ["position"]},
+        "where": {"rung": "encoder_to_tcp", "axes": ["A1"], "regimes": ["position"], "comes_back": ""},
         "shapes": [SHAPE],
         "implausible": {"lean": "9 where 5 is"},
     }
@@ -151,7 +151,7 @@ def test_what_stays_without_a_shape_is_the_second_statement() -> None:
         "rms_mm": 0.198,
         "share": 0.436,
         "text": "0.198 mm rms, 6.6 times the noise, stays unexplained",
-        "where": {"rung": "encoder_to_tcp", "axes": [], "regimes": ["position"]},
+        "where": {"rung": "encoder_to_tcp", "axes": [], "regimes": ["position"], "comes_back": ""},
     }
     assert sentence(summary([BACKLASH], unknown=unknown)).endswith(
         "0.198 mm, 7 times the noise, stays and is unknown; it follows position. That is 44 % of the gap's energy."

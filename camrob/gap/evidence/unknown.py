@@ -52,10 +52,12 @@ def quantities(scene: Scene) -> dict[str, Array]:
 
 
 def basis(values: Array, lower: float, upper: float, name: str) -> Array:
-    """(N, d) Legendre polynomials 1 .. DEGREE of a quantity over its range; the first alone for a direction."""
+    """(N, d) Legendre polynomials 1 .. DEGREE of a quantity over its range; the first alone for a direction. Beyond the range,
+    where nothing is known, they stay as they are at its end.
+    """
     x = 2.0 * (values - lower) / max(upper - lower, 1e-12) - 1.0
     degree = 1 if name.startswith("direction") else DEGREE
-    return np.asarray(np.polynomial.legendre.legvander(np.clip(x, -1.5, 1.5), degree)[:, 1:])
+    return np.asarray(np.polynomial.legendre.legvander(np.clip(x, -1.0, 1.0), degree)[:, 1:])
 
 
 def targets(scene: Scene) -> tuple[str, ...]:

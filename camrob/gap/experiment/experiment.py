@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.model import Model
-from camrob.gap.experiment.motions import TrialMotion, single_axis, trial_motions
+from camrob.gap.experiment.motions import TrialMotion, single_axis, standing_still, trial_motions
 from camrob.gap.experiment.separation import Rivals, Separation, rivals_of, separation, unknown_on
 from camrob.units import m_to_mm
 
@@ -16,6 +18,7 @@ __all__ = ["Experiment", "next_experiment", "plan_experiment"]
 
 _CLEAR = 5.0  # sigmas: a motion that tells less is not worth its time
 _ENOUGH = 100.0  # sigmas: more of them say no more
+_STILL = 1e-3  # rad or m: an axis that the run moved by less can't be asked by moving it through its range
 _BETTER = 1.5  # times what the same again would tell: then it tells something new
 
 
@@ -49,14 +52,28 @@ def next_experiment(
     return f"To confirm {first.name}: {first.experiment}."
 
 
-def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str, *, unknown: bool) -> Experiment | None:
+def plan_experiment(
+    model: Model,
+    claimed: Sequence[str],
+    suspects: Sequence[str],
+    *,
+    unknown: bool,
+    by_time: bool = False,
+    returning: float = 0.0,
+) -> Experiment | None:
     """The motions that would tell most, reckoned on the fitted model; None where there is nothing to tell apart.
 
-    unknown: something unexplained is likely; unknown_axis: the axis at which it sits, to be moved alone, "" where it is none.
+    unknown: something unexplained is likely; suspects: axes at which it sits or that it follows; by_time: it follows the time;
+    returning: m (rms), what of it comes back with a period of the time, or of the first suspect's position.
     """
     longest = max(model.scenes, key=len)
-    if unknown_axis and not longest.poses and len(longest) >= 300:
-        return _isolating(model, single_axis(longest, unknown_axis))
+    if unknown and not longest.poses and (suspects or by_time or not claimed):
+        axes = suspects or ([] if by_time else longest.axes)
+        motions = [single_axis(longest, a) for a in axes if np.ptp(longest.command[:, longest.index(a)]) > _STILL]
+        if by_time:
+            motions.insert(0, standing_still(longest))
+        shown = [(max(unknown_on(model, m), returning if k == 0 else 0.0), m) for k, m in enumerate(motions)]
+        return _isolating(model, shown)
     if unknown and not claimed:
         return None  # no two names are worth telling apart while neither explains the gap
     rivals = rivals_of(model, claimed)
@@ -70,14 +87,31 @@ def plan_experiment(model: Model, claimed: Sequence[str], unknown_axis: str, *, 
     return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _summary(rivals, told, again))
 
 
-def _isolating(model: Model, motion: TrialMotion) -> Experiment:
-    """The motion on which what is unexplained stands alone, with the answer that is expected of it."""
-    size = m_to_mm(unknown_on(model, motion))
-    answer = (
-        f"{size:.3f} mm rms about its mean if it sits there, the noise ({m_to_mm(model.noise):.3f} mm) if it does not"
-    )
-    text = f"Isolate what is unexplained: run {motion.text}, and measure: expected {answer}."
-    return Experiment((motion,), text, {"motion": motion.key, "rivals": [["unknown"], []], "separation_mm": size})
+def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Experiment | None:
+    """The motion on which most of what is unexplained (m, rms) stands alone, with the answer that is expected of it; None where
+    none would show it above the noise.
+    """
+    told = sorted(shown, key=lambda x: -x[0])
+    if not told or told[0][0] < model.noise:
+        return None
+    size, noise = m_to_mm(told[0][0]), m_to_mm(model.noise)
+    best = told[0][1]
+    answer = f"{size:.3f} mm rms about its mean if it sits there, the noise ({noise:.3f} mm) if it does not"
+    text = f"Isolate what is unexplained: {'run' if best.axis else 'hold'} {best.text}, and measure: expected {answer}."
+    considered = [
+        {
+            "motion": f"{m.key} {m.axis}".rstrip(),
+            "text": m.text,
+            "separation_mm": m_to_mm(rms),
+            "separation_sigmas": rms / model.noise * float(np.sqrt(len(m.scene))),
+        }
+        for rms, m in told
+    ]
+    summary = {
+        "motion": best.key, "rivals": [["unknown"], []], "separation_mm": size, "expected_mm": [size, noise],
+        "considered": considered,
+    }  # fmt: skip
+    return Experiment(tuple(m for _, m in told if m.axis), text, summary)
 
 
 def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
@@ -92,10 +126,18 @@ def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
     if first and second and again.sigmas >= _CLEAR and best.sigmas < _BETTER * again.sigmas:
         return (
             f"These logs tell {first} from its closest rival, {second}, already; to confirm it run {run}: "
-            f"expected to set them apart by {told}"
+            f"expected to set them apart by {told} {_answers(rivals, best)}"
         )
     aim = f"tell {first} from {second}" if first and second else f"see whether {first or second} is at work too"
-    return f"To {aim}, run {run}: expected to set the answers apart by {told}"
+    return f"To {aim}, run {run}: expected to set the answers apart by {told} {_answers(rivals, best)}"
+
+
+def _answers(rivals: Rivals, on: Separation) -> str:
+    """The gap that each rival expects on a motion, in words."""
+    first, second = (" with ".join(names) for names in (rivals.first, rivals.second))
+    cases = (first or f"it is not {second}", second or f"it is not {first}")
+    told = (f"{m_to_mm(rms):.3f} mm rms if {who}" for rms, who in zip(on.answers, cases, strict=True))
+    return f"Expected there: {', '.join(told)}."
 
 
 def _sigmas(apart: Separation) -> str:
@@ -110,6 +152,7 @@ def _summary(rivals: Rivals, told: Sequence[Separation], again: Separation) -> d
         "separation_mm": m_to_mm(told[0].rms),
         "separation_sigmas": told[0].sigmas,
         "again_sigmas": again.sigmas,
+        "expected_mm": [m_to_mm(rms) for rms in told[0].answers],
         "considered": [
             {
                 "motion": s.motion.key,

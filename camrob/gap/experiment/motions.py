@@ -20,7 +20,7 @@ from camrob.measurement.log import FORCE, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
 from camrob.units import deg_to_rad, m_to_mm, rad_to_deg
 
-__all__ = ["TrialMotion", "single_axis", "trial_motions"]
+__all__ = ["TrialMotion", "single_axis", "standing_still", "trial_motions"]
 
 Array = NDArray[np.float64]
 
@@ -110,9 +110,21 @@ def single_axis(scene: Scene, axis: str) -> TrialMotion:
     path[:, k] = np.concatenate([half, half[::-1]])
     q = cell.to_q(_edge(cell, scene.axes, path))
     t = np.concatenate([[0.0], np.cumsum(np.full(_SWEEP_ROWS - 1, (high - low) / (_SWEEP_ROWS // 2) / pace))])
-    made = make_scene(_log(scene.log.select(np.arange(_SWEEP_ROWS)), scene, cell, q, t, 0.0, False), cell)
+    made = make_scene(_log(scene.log, scene, cell, q, t, 0.0, False), cell)
     text = f"{axis} alone through its range, both ways, the others at rest"
     return TrialMotion("one axis", text, "", q, float(t[-1]), made, axis)
+
+
+def standing_still(scene: Scene) -> TrialMotion:
+    """The arm at rest in the middle posture of a run, for as long as that took."""
+    cell = scene.cell
+    middle = np.asarray(scene.command)[len(scene) // 2]
+    q = cell.to_q(_edge(cell, scene.axes, np.tile(middle, (_SWEEP_ROWS, 1))))
+    t = np.linspace(0.0, float(np.ptp(scene.t)), _SWEEP_ROWS)
+    text = f"the arm at rest in one posture for {t[-1]:.0f} s"
+    return TrialMotion(
+        "at rest", text, "", q, float(t[-1]), make_scene(_log(scene.log, scene, cell, q, t, 0.0, False), cell)
+    )
 
 
 def _edge(cell: Cell, axes: Sequence[str], values: Array) -> Array:

@@ -33,12 +33,14 @@ class Rivals:
 @dataclass(frozen=True, slots=True)
 class Separation:
     """What a motion would tell: rms in m at the TCP that the first explanation moves it by and the second can't, whatever its
-    values; sigmas: the same over all its samples in the instrument's noise.
+    values; sigmas: the same over all its samples in the instrument's noise. answers: m (rms), the gap that each is expected to
+    show there, the noise in it.
     """
 
     motion: TrialMotion
     rms: float
     sigmas: float
+    answers: tuple[float, float]
 
 
 def rivals_of(model: Model, claimed: Sequence[str]) -> Rivals | None:
@@ -93,7 +95,18 @@ def separation(model: Model, rivals: Rivals, motion: TrialMotion) -> Separation:
     left = y - X @ (now + change)
     apart = panel.moves(first.mean) - panel.moves(np.where(np.isin(np.arange(len(mimic)), free), mimic, 0.0))
     # parameters of what is out of a set are all but 0; they belong to neither prediction
-    return Separation(motion, float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))), float(np.sqrt(left @ left)))
+    answers = [_rms_of(panel.moves(_effects_of(model, fitted)), model.noise) for fitted in rivals.fits]
+    return Separation(motion, _rms_of(apart), float(np.sqrt(left @ left)), (answers[0], answers[1]))
+
+
+def _effects_of(model: Model, fitted: Fitted) -> Array:
+    """(K,) fitted values of a set's effects, without frames that nobody told."""
+    return model.values(fitted.members - model.evidence.always, fitted)
+
+
+def _rms_of(moved: Array, noise: float = 0.0) -> float:
+    """m: rms of vectors (N, 3), with that of the noise."""
+    return float(np.sqrt(np.mean(np.sum(moved**2, axis=1)) + noise**2))
 
 
 def unknown_on(model: Model, motion: TrialMotion) -> float:
@@ -109,7 +122,7 @@ def unknown_on(model: Model, motion: TrialMotion) -> float:
     field, sizes = model.evidence.field, model.evidence.sizes
     if not shapes and field is not None and sizes is not None and panel.smooth is not None:
         moved = panel.smooth @ field.fitted(model.best.mean, sizes)[:, :3]
-    return float(np.sqrt(np.mean(np.sum((moved - moved.mean(axis=0)) ** 2, axis=1))))
+    return _rms_of(moved - moved.mean(axis=0))
 
 
 def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Array]:

@@ -136,6 +136,7 @@ def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, aske
         **told, "alone": told, "added_last": told, "moves_mm": told["rms_before_mm"],
         "indistinguishable_from": [], "class": [EFFECT.name], "class_probability": probability, "evidence": probability,
         "implausible": "", "compensable": EFFECT.compensable, "rungs": list(EFFECT.rungs),
+        "regimes": list(EFFECT.regimes),
         "programmed_cdis_mm": asked,
     }  # fmt: skip
 

@@ -52,12 +52,13 @@ def unusual(model: Model) -> dict[str, str]:
 
 
 def unknown_shapes(model: Model) -> list[dict[str, Any]]:
-    """The unexplained, shape by shape: its rung, what moves, what that follows and how far it swings, in `unit`."""
+    """The unexplained, shape by shape: its rung, what moves, what that follows and how far it swings, in `unit`; those first that
+    move the TCP most.
+    """
     shapes = []
-    for i in sorted(model.best.members):
+    own = (i for i in model.best.members if model.units[i].effect == "unknown")
+    for i in sorted(own, key=lambda i: (-_energy(model, i), i)):
         unit = model.units[i]
-        if unit.effect != "unknown":
-            continue
         target, _, quantity = unit.key.partition("|")
         state = model.states["unknown"]
         columns = np.flatnonzero(model.design.owner == i)
@@ -74,6 +75,12 @@ def unknown_shapes(model: Model) -> list[dict[str, Any]]:
             "swing": m_to_mm(swing) if linear else rad_to_deg(swing), "unit": "mm" if linear else "degrees",
         })  # fmt: skip
     return shapes
+
+
+def _energy(model: Model, unit: int) -> float:
+    """m2, summed over all samples, by which a unit of the best set moves the TCP."""
+    values = model.values(frozenset([unit]), model.best)
+    return sum(float(np.sum(p.moves(values) ** 2)) for p in model.panels)
 
 
 def unknown_text(model: Model, shapes: Sequence[Mapping[str, Any]]) -> str:

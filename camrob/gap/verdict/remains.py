@@ -9,18 +9,23 @@ from typing import Any
 import numpy as np
 
 from camrob.gap.evidence.design import Panel
-from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.discrepancy import PARTS
+from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage
+from camrob.gap.evidence.unknown import CONSTANT
 from camrob.gap.locate.localise import axes_of, regimes_of
+from camrob.gap.locate.periodic import TIME, periodic
 from camrob.gap.verdict.plausible import unknown_text
-from camrob.units import m_to_mm
+from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["left_panels", "remains", "residual_regimes"]
+__all__ = ["left_panels", "remains", "residual_regimes", "suspects"]
 
 Set = frozenset[int]
 
 _CLEAR = 0.05  # p value under which what stays follows something
 _WORTH = 0.1  # share of its energy from which that is worth a word
+_LEAST_FIELD = 0.5  # of the noise: a discrepancy that is smaller tells nothing
+_REGIME_OF = {"posture": "position", "direction": "direction", "force": "load", "time": "time", "travel": "position"}
 _OF_AXIS = 0.5  # share of its energy that one axis has to explain to be named
 
 
@@ -56,18 +61,78 @@ def remains(
     share = min(1.0, (rms / max(together.rms_before, 1e-12)) ** 2)
     told = {"probability": probability, "rms_mm": m_to_mm(rms), "share": share}
     if probability < 0.5:
-        return {**told, "where": {"rung": None, "axes": [], "regimes": []}, "text": "", "shapes": []}
+        nowhere: dict[str, Any] = {"rung": None, "axes": [], "regimes": [], "comes_back": ""}
+        return {**told, "where": nowhere, "text": "", "shapes": []}
     follows = sorted((r for r in regimes if r["p_value"] < _CLEAR and r["share"] > _WORTH), key=lambda r: -r["share"])
-    names = [str(r["regime"]) for r in follows]
-    where: dict[str, Any] = {"rung": _rung(panels, model), "axes": _axis(panels), "regimes": names}
+    names = _first(_of_field(model), [str(r["regime"]) for r in follows])
+    where: dict[str, Any] = {"rung": _rung(panels, model), "axes": _axis(panels), "regimes": names, "comes_back": ""}
+    if not shapes:
+        where |= _returning(panels, model, names, float(follows[0]["share"]) if follows else 0.0)
     text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
-    text += f", and follows {' and '.join(names[:2])}" if names else ""
+    text += f", and comes back {where['comes_back']}" if where["comes_back"] else ""
+    text += f", and follows {' and '.join(names[:2])}" if names and not where["comes_back"] else ""
     if shapes:
-        axes = model.scenes[0].axes
-        moved = dict.fromkeys(str(s["moves"]) for s in shapes)
-        where |= {"rung": shapes[0]["rung"], "axes": [a for a in moved if a in axes]}
+        # the largest shape first; what moves the foot sits at the axis that it follows
+        told_by = [_followed(s) if s["moves"] not in model.scenes[0].axes else s["moves"] for s in shapes]
+        at = [a for a in dict.fromkeys(told_by) if a in model.scenes[0].axes]
+        kinds = [k for k in dict.fromkeys(_regime(s) for s in shapes) if k]
+        where |= {"rung": shapes[0]["rung"], "axes": at, "regimes": kinds}
         text = unknown_text(model, shapes)
     return {**told, "where": where, "text": text, "shapes": list(shapes)}
+
+
+def _of_field(model: Model) -> str:
+    """The regime that most of the discrepancy beside the best set is a function of; "" where there is none."""
+    field, sizes = model.evidence.field, model.evidence.sizes
+    if field is None or sizes is None:
+        return ""
+    weights = field.fitted(model.best.mean, sizes)[:, :3]
+    moved = dict.fromkeys(_REGIME_OF, 0.0)
+    for k, part in enumerate(PARTS):
+        own = model.basis.part == k
+        for p in model.panels:
+            if p.smooth is not None:
+                moved[part] += float(np.sum((p.smooth[:, own] @ weights[own]) ** 2))
+    rows = sum(len(p.scene) for p in model.panels)
+    most = max(moved, key=lambda n: moved[n])
+    return _REGIME_OF[most] if moved[most] > rows * (_LEAST_FIELD * model.noise) ** 2 else ""
+
+
+def _first(name: str, names: Sequence[str]) -> list[str]:
+    """Names with one of them before all others, where it is among them."""
+    return [name, *(n for n in names if n != name)] if name in names else list(names)
+
+
+def _returning(panels: Sequence[Panel], model: Model, names: Sequence[str], share: float) -> dict[str, Any]:
+    """The place of what comes back with a period, where that explains more than any smooth function does (`share`)."""
+    found = periodic(panels, model.noise)
+    if found is None or found.share < max(_OF_AXIS, share + _WORTH):
+        return {}
+    if found.quantity == TIME:
+        return {"axes": [], "regimes": ["time"], "comes_back": f"every {found.period:.3g} s"}
+    linear = model.scenes[0].cell.joints[model.scenes[0].cell.index(found.quantity)].prismatic
+    period = f"{m_to_mm(found.period):.3g} mm" if linear else f"{rad_to_deg(found.period):.3g} degrees"
+    rest = [n for n in names if n != "position"]
+    comes_back = f"every {period} of {found.quantity}"
+    return {"axes": [found.quantity], "regimes": ["position", *rest], "comes_back": comes_back}
+
+
+def suspects(model: Model, unknown: Mapping[str, Any]) -> list[str]:
+    """Axes whose own motion may show what is unexplained: those that it moves, and those that it follows."""
+    told = [a for s in unknown["shapes"] for a in (str(s["moves"]), _followed(s))]
+    return [a for a in dict.fromkeys([*told, *unknown["where"]["axes"]]) if a in model.scenes[0].axes]
+
+
+def _followed(shape: Mapping[str, Any]) -> str:
+    """The axis that a shape follows, itself or in its speed, direction or torque."""
+    return str(shape["follows"]).rpartition(" ")[2]
+
+
+def _regime(shape: Mapping[str, Any]) -> str:
+    """What a shape follows, as one of the regimes; "" for a constant."""
+    kind, _, axis = str(shape["follows"]).rpartition(" ")
+    named = {"torque on": "load", "force": "force"}.get(kind, kind.removesuffix(" of"))
+    return named or {CONSTANT: "", "time": "time", "temperature": "temperature"}.get(axis, "position")
 
 
 def _rung(panels: Sequence[Panel], model: Model) -> str:
@@ -82,7 +147,11 @@ def _rung(panels: Sequence[Panel], model: Model) -> str:
 
 
 def _axis(panels: Sequence[Panel]) -> list[str]:
-    """The axis whose shift explains most of what stays, [] where that is not the most part."""
+    """The axis whose shift explains most of what stays; [] where that is not the most part, or where a shift in one direction,
+    whatever moves it, explains as much.
+    """
     shares = axes_of(panels)
     best = max(shares, key=lambda a: shares[a].value, default="")
-    return [best] if best and shares[best].value > _OF_AXIS else []
+    gap = np.concatenate([whole_gap(p)[p.w_tcp[:, 0] > 0.0] for p in panels])
+    along = float(np.linalg.eigvalsh(gap.T @ gap)[-1]) / max(float(np.sum(gap**2)), 1e-30)
+    return [best] if best and shares[best].value > max(_OF_AXIS, along) else []

@@ -18,7 +18,7 @@ from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
-from camrob.gap.verdict.remains import left_panels, remains, residual_regimes
+from camrob.gap.verdict.remains import left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.within import BEYOND, drives_beyond, stages_within
 from camrob.units import m_to_mm
 
@@ -83,7 +83,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes)
     if drive:
-        stays["where"] = {"rung": "setpoint_to_encoder", "axes": [drive], "regimes": []}
+        stays["where"] = {"rung": "setpoint_to_encoder", "axes": [drive], "regimes": [], "comes_back": ""}
         stays["text"] = "; ".join(t for t in (words, stays["text"]) if t)
     sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
     return Verdict(model, claimed, members, together, {
@@ -106,7 +106,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
             "discrepancy_mm": m_to_mm(model.discrepancy), "structure": regimes,
         },
         "next_experiment": next_experiment(
-            claimed, probability, sizes, library, _suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
+            claimed, probability, sizes, library, suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
         ),
     })  # fmt: skip
 
@@ -125,8 +125,9 @@ def _evidence(model: Model, library: Sequence[Effect]) -> list[tuple[Effect, flo
 
 
 def _held(model: Model, trial: Trial, probability: Mapping[str, float], library: Sequence[Effect]) -> dict[str, float]:
-    """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy foretell, none of
-    the names has shown that it is more than a likeness; but for those of the drives, where the logs hold both ends.
+    """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy foretell, a name
+    has not shown that it is more than a likeness; but for one that moves the tool there by far more than that, and those of the
+    drives, where the logs hold both ends.
     """
     members = _claims(model, probability)
     if not members or not trial.named:
@@ -136,7 +137,11 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     doubtful = BELIEF.surprised(beyond, model.noise, model.discrepancy, reached.doubt)
     seen = {e.name for e in library if e.rungs == ("setpoint_to_encoder",)}
     sure = seen if all(p.servo is not None for p in model.panels) else set()
-    return {n: p * (BELIEF.doubtful if doubtful and n not in sure else 1.0) for n, p in probability.items()}
+    if not doubtful:
+        return dict(probability)
+    stands = BELIEF.far_more * float(np.sqrt(beyond))
+    sure |= {n for n in probability if effect_rms(model, trial.panels, n) >= stands}
+    return {n: p * (1.0 if n in sure else BELIEF.doubtful) for n, p in probability.items()}
 
 
 def _partly_seen(model: Model, library: Sequence[Effect]) -> list[str]:
@@ -183,13 +188,6 @@ def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> 
     stays = BELIEF.unknown(beyond / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
     shaped = sum(p for names, p in model.sets.items() if "unknown" in names)
     return structure, max(stays, shaped, BELIEF.nothing_else if reasons and not shaped else 0.0)
-
-
-def _suspects(model: Model, stays: Mapping[str, Any]) -> list[str]:
-    """Axes that something unexplained moves, or follows where it sits in the foot; those of its place, without a shape."""
-    shapes = stays["shapes"]
-    told = (str(s["follows"]).rpartition(" ")[2] if "foot" in s["moves"] else str(s["moves"]) for s in shapes)
-    return list(dict.fromkeys(n for n in (*told, *stays["where"]["axes"]) if n in model.scenes[0].axes))
 
 
 def _holding(model: Model, claimed: frozenset[str]) -> Model:
@@ -360,7 +358,7 @@ def _entries(
             "moves_mm": m_to_mm(effect_rms(model, model.panels, effect.name)),
             "indistinguishable_from": twins, "class": sorted(alike), "class_probability": max(p, BELIEF.effect(of_class)),
             "evidence": evidence, "implausible": reasons.get(effect.name, ""), "compensable": effect.compensable,
-            "rungs": list(effect.rungs),
+            "rungs": list(effect.rungs), "regimes": list(effect.regimes),
         })  # fmt: skip
     entries.sort(key=lambda e: (-float(str(e["probability"])), -float(str(e["shrink"]))))
     return entries, tuple(str(e["effect"]) for e in entries if float(str(e["probability"])) >= 0.5)

@@ -28,13 +28,17 @@ def place_charts(summary: DiagnosisSummary) -> list[Chart]:
     axes = {k: (where.axes[k], where.axis_intervals[k]) for k in order}
     # a shift of an axis that nothing is blamed on may mimic the gap too: that is no cause
     colors = [AFTER if a in blamed or not blamed else NOISE for a in order]
+    unit = "share of the gap's energy [%]"
     title = "By axis, those that are blamed first" if blamed else "By axis"
     told = {**where.regimes, **{k: v for k, v in where.further_regimes.items() if v}}
-    regimes = {k: (v, where.regime_intervals[k]) for k, v in told.items()}
+    follow = [r for r in summary.blamed_regimes if r in told]
+    kinds = [*follow, *(r for r in told if r not in follow)]
+    regimes = {k: (told[k], where.regime_intervals[k]) for k in kinds}
+    shades = [_GREEN if k in follow or not follow else NOISE for k in kinds]
     return [
         _bars("by-rung", "By rung", "rms [mm]", rungs, BEFORE, 1.0),
-        _bars("by-axis", title, "share of the gap's energy [%]", axes, colors, 100.0),
-        _bars("by-regime", "By regime", "share of the gap's energy [%]", regimes, _GREEN, 100.0),
+        _bars("by-axis", title, unit, axes, colors, 100.0),
+        _bars("by-regime", "By regime, what is blamed first" if follow else "By regime", unit, regimes, shades, 100.0),
     ]
 
 

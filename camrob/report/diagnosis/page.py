@@ -173,7 +173,7 @@ def _causes(summary: DiagnosisSummary) -> str:
     shown = table(head, rows, left=4, whole=True) if rows else "<p>No effect of the library is worth a line.</p>"
     note = _caption(
         f"Bold: claimed. Sizes {withheld_text(summary)}. Alone: nothing else is fitted; added last: to all else that the best "
-        "set holds. No effect is called more than 98 % sure: so often clear answers were right on simulated cells."
+        "set holds. No effect is called more than 97 % sure: so often clear answers were right on simulated cells."
     )
     return section("Causes", shown, note if rows else "", _sets(summary))
 
@@ -246,7 +246,9 @@ def _next(summary: DiagnosisSummary) -> str:
         [escape(c.text), escape(mm(c.separation_mm)), _sigmas(c.separation_sigmas)]
         for c in (() if told is None else told.considered or ())
     ]
-    shown = table(("run", "sets the rivals apart by", "sigmas"), rows, whole=True) if rows else ""
+    alone = told is not None and ("unknown",) in told.rivals
+    what = "shows of what is unexplained" if alone else "sets the rivals apart by"
+    shown = table(("run", what, "sigmas"), rows, whole=True) if rows else ""
     written = None if told is None else told.written
     note = f"<p>Written as a checked program: {escape(written.file)}.</p>" if written else ""
     return section("Next experiment", f"<p>{escape(summary.next_experiment)}</p>", shown, note)

@@ -204,8 +204,9 @@ def _part(value: float) -> str:
 
 
 def _follows(summary: DiagnosisSummary, claimed: Sequence[EffectFound]) -> str:
-    """What the gap depends on most; "" where that is not clear."""
-    shares = summary.where.regimes
+    """What the gap depends on most, of what its causes follow where any is told; "" where that is not clear."""
+    shares, blamed = summary.where.regimes, summary.blamed_regimes
+    shares = {k: v for k, v in shares.items() if k in blamed} or shares
     most = max(shares, key=lambda k: shares[k], default="")
     if most not in _FOLLOWS or shares[most] <= 0.5:
         return ""
@@ -270,6 +271,8 @@ def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
         text += ": " + "; ".join(parts)
     elif told and (told[0].startswith("Between") or unknown.implausible):
         text += f": {told[0][0].lower()}{told[0][1:]}"
+    elif unknown.where.comes_back:
+        text += f"{'; it' if claimed else ', and'} comes back {unknown.where.comes_back}"
     elif unknown.where.regimes:
         text += f"{'; it' if claimed else ', and'} follows {_listed(unknown.where.regimes[:2])}"
     elif not claimed:

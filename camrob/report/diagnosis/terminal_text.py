@@ -73,7 +73,10 @@ def _facts(summary: DiagnosisSummary) -> Table:
     ]
     rows = [("by rung", ", ".join(rungs))]
     if summary.status != "no gap":  # shares of noise say nothing
-        rows += [("by axis", _largest(where.axes, summary.blamed_axes)), ("by regime", _largest(where.regimes))]
+        rows += [
+            ("by axis", _largest(where.axes, summary.blamed_axes)),
+            ("by regime", _largest(where.regimes, summary.blamed_regimes)),
+        ]
     if summary.claimed:
         rows.append(("together", f"{sizes_text(summary.together)}; the noise {mm(summary.gap.noise_mm)}"))
     rows += [("mind", text) for text in (careful_text(summary),) if text]
