@@ -76,6 +76,10 @@ def _headline(f):
             "none",
             percent(out["one name above 0.8 that the path could separate"]),
         ),
+        *[
+            (f"... place right: {k}", "90 %" if k == "all three" else "-", percent(v))
+            for k, v in out["place right"].items()
+        ],
         ("false unknowns", "at most 5 %", percent(f["false unknowns"])),
         ("calibration error: sets; effects", "0.05", "; ".join(errors)),
         ("removable gap removed on the withheld run: median; 10th percentile", "97 %; -", removable),

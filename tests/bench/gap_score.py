@@ -16,6 +16,12 @@ REGIMES = {
     "acceleration_error": {"acceleration"}, "joint_compliance": {"load", "position"}, "payload": {"load", "position"},
     "lean": {"load", "position"}, "thermal_drift": {"time", "position"},
 }  # fmt: skip
+# of what is outside the library: what it follows, and the axes that may be named where the label names none
+PLACES = {
+    "bent_axis": ({"position"}, ()), "rack_pitch": ({"position"}, ()), "hose": ({"position"}, ()),
+    "wrist_curve": ({"position"}, ()), "creep": ({"direction", "speed"}, ()), "slip": ({"time"}, ()),
+    "vibration": ({"time"}, ()), "loose_tool": ({"position"}, ("A6",)),
+}  # fmt: skip
 
 
 def share(hits, count):
@@ -174,6 +180,26 @@ def _localised(rows):
     }
 
 
+def placed(row):
+    """Whether stage, axis, and what it follows are said rightly of what is outside the library, each where it is said first."""
+    ((kind, facts),) = row.label["effects"].items()
+    follows, others = PLACES[kind]
+    where = row.said["unknown"].get("where", {"rung": None, "axes": [], "regimes": []})
+    axes = where["axes"][:1]
+    own = facts.get("axes")
+    return {
+        "stage": where["rung"] == "encoder_to_tcp",
+        "axis": bool(axes) and axes[0] in own if own else not axes or axes[0] in others,
+        "what it follows": bool(where["regimes"]) and where["regimes"][0] in follows,
+    }
+
+
+def _places(rows):
+    told = [placed(r) for r in rows]
+    parts = {k: of(t[k] for t in told) for k in ("stage", "axis", "what it follows")}
+    return {"all three": of(all(t.values()) for t in told), **parts}
+
+
 def _confusion(rows):
     table = defaultdict(lambda: defaultdict(int))
     for r in rows:
@@ -255,6 +281,7 @@ def score(rows):
             "one name above 0.8 that the path could separate": of(
                 any(e["probability"] > 0.8 for e in r.said["effects"]) and not r.within() for r in kinds["outside"]
             ),
+            "place right": _places(kinds["outside"]),
             "by kind": {
                 n: {"flagged": of(r.flagged for r in own), "or inseparable": of(r.flagged or r.within() for r in own)}
                 for n, own in ((n, [r for r in kinds["outside"] if n in r.sizes]) for n in outside)

@@ -17,7 +17,7 @@ import gap_benchmark
 import gap_maker
 from gap_draws import shift
 from gap_motions import read_motion
-from gap_score import Row, calibration, score, share, upper_bound
+from gap_score import Row, calibration, placed, score, share, upper_bound
 from gap_separable import Separation
 
 
@@ -159,6 +159,25 @@ def test_the_scorer_counts_alarms_hits_and_unknowns() -> None:
     assert figures["size of the reported set"]["groups"] == 1.0
     assert figures["false unknowns"]["hits"] == 0
     json.dumps(figures, default=float)
+
+
+def test_the_scorer_judges_the_place_of_what_is_foreign() -> None:
+    """Stage, first axis, and what it follows first; an axis named where none is to blame is wrong."""
+    rig = {"noise_mm": 0.03, "lacks": "", "poses": False, "in_base": False, "position_only": False}
+
+    def told(kind, said_axes, regimes, rung="encoder_to_tcp", **facts):
+        label = {"kind": "outside", "effects": {kind: {"size": 3.0, **facts}}, **rig}
+        where = {"rung": rung, "axes": said_axes, "regimes": regimes}
+        return placed(Row("mix", {"seed": 1}, label, said(unknown={"probability": 1.0, "where": where})))
+
+    assert all(told("bent_axis", ["A1"], ["position"], axes=["A1"]).values())
+    assert not told("bent_axis", ["A2", "A1"], ["position"], axes=["A1"])["axis"]
+    assert not told("bent_axis", [], ["position"], axes=["A1"])["axis"]
+    assert all(told("slip", [], ["time", "position"]).values())
+    assert not told("slip", ["E1"], ["time"])["axis"]
+    assert not told("slip", [], ["position", "time"])["what it follows"]
+    assert not told("vibration", [], [], rung="setpoint_to_encoder")["stage"]
+    assert all(told("loose_tool", ["A6"], ["position"]).values())
 
 
 def test_intervals_and_calibration_against_known_numbers() -> None:
