@@ -795,6 +795,16 @@ def test_text_of_other_systems(tmp_path):
     assert made.exact.tolist() == [True, False, True]
 
 
+def test_a_header_line_belongs_into_the_opening(tmp_path):
+    path = tmp_path / "job.src"
+    path.write_text(f"&ACCESS RVP\n; a word\n\n&REL 1\nDEF JOB()\n{FRAMES}{HOME}END\n")
+    assert not run_program(path, MACHINE).gaps
+    path.write_text(f"DEF JOB()\n&ACCESS RVP\n{FRAMES}{HOME}END\n")
+    with pytest.raises(KrlError, match=r"header line \(&ACCESS RVP\) behind its first statement") as refused:
+        run_program(path, MACHINE)
+    assert refused.value.line == 2
+
+
 # rows read as columns
 
 

@@ -101,8 +101,10 @@ def split_comment(text: str) -> tuple[str, str]:
     return text, ""
 
 
-def _statement(number: int, raw: bytes, above: tuple[str, ...]) -> Line:
-    """The statement on a line; its code is empty for blank lines, comments and the editor's header lines (&ACCESS)."""
+def _statement(number: int, raw: bytes, above: tuple[str, ...], *, opening: bool) -> Line:
+    """The statement on a line; its code is empty for blank lines, comments and, in a file's opening, the editor's header lines
+    (&ACCESS), which no controller takes anywhere else.
+    """
     try:
         text = raw.decode("utf-8")
     except UnicodeDecodeError:
@@ -111,7 +113,7 @@ def _statement(number: int, raw: bytes, above: tuple[str, ...]) -> Line:
     parts = code.split('"')
     parts[::2] = [" ".join(part.upper().split()) if i else part.upper() for i, part in enumerate(parts[::2])]
     code = " ".join(parts[0].split()) if len(parts) == 1 else '"'.join(parts).strip()
-    return Line(number, "" if code.startswith("&") else code, comment.strip(), text.strip(), above)
+    return Line(number, "" if opening and code.startswith("&") else code, comment.strip(), text.strip(), above)
 
 
 def _columns(block: bytes, count: int) -> Array | None:
@@ -192,7 +194,7 @@ def _read_piece(piece: bytes, start: int, pieces: _Pieces) -> int:
     above: tuple[str, ...] = ()
     last = -1
     for i in np.sort(np.concatenate(slow)).tolist() if slow else ():
-        line = _statement(i + start, raw[i], above if i == last + 1 else ())
+        line = _statement(i + start, raw[i], above if i == last + 1 else (), opening=not pieces.lines)
         if line.code:
             pieces.lines.append(line)
         above = () if line.code else (*line.above[-_ABOVE:], line.comment)
@@ -201,7 +203,7 @@ def _read_piece(piece: bytes, start: int, pieces: _Pieces) -> int:
 
 
 def read_source(path: Path) -> Source:
-    """Reads one .src or .dat file. Raises KrlError where it can't be read or is no text."""
+    """Reads one .src or .dat file. Raises KrlError where it can't be read, is no text, or has a header line where none may be."""
     try:
         text = path.read_bytes()
     except OSError as failure:
@@ -224,6 +226,10 @@ def read_source(path: Path) -> Source:
         end = len(text) if end < 0 else end
         count += _read_piece(text[at:end], count + 1, pieces)
         at = end + 1
+    late = next((line for line in pieces.lines if line.code.startswith("&")), None)
+    if late is not None:
+        what = f"has a header line ({late.code[:40]}) behind its first statement"
+        raise KrlError(what, cure="move it to the top of the file", path=path, line=late.number)
     empty = (np.empty(0, dtype=np.int64), np.empty((0, 6)), np.empty((0, 6)), 0)
     rows = pieces.rows or [empty]
     line = np.concatenate([row[0] for row in rows])

@@ -247,7 +247,8 @@ class _Judge(Whereabouts):
             if came:
                 self._in_air(move)
                 self._clear_link(move, goal)
-            elif self._in_cut(before) and self._moves(move):  # by less than the way along a curve can be told
+            elif self._ends_a_row(move) or (self._in_cut(before) and self._moves(move)):
+                # by less than the way along a curve can be told, or than a point is wide
                 self._feed(move, self.story.spans[int(np.ceil(before))].feed or 0.0)
                 return True
             elif self._in_cut(before):
@@ -276,6 +277,11 @@ class _Judge(Whereabouts):
             self._in_air(move)
             return True
         return False
+
+    def _ends_a_row(self, move: Move) -> bool:
+        """The last of ever so short steps of a cut, within the tolerance about the point that the one before came to."""
+        length = float(np.linalg.norm(move.base_T_tip[-1, :3, 3] - move.base_T_tip[0, :3, 3]))
+        return bool(self.cutting) and self.cutting[-1] and 0.0 < length <= TIP_MM
 
     @staticmethod
     def _moves(move: Move) -> bool:

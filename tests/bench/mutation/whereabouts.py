@@ -56,6 +56,7 @@ class Whereabouts:
             at = span - 1 + share
             if (
                 share < 1.0
+                and np.linalg.norm(tip - move.base_T_tip[0, :3, 3]) > NEAR_MM  # not one of a row of ever so short steps
                 and min(np.linalg.norm(self.story.spans[span].place(e) - tip) for e in (0.0, 1.0)) <= NEAR_MM
             ):
                 continue  # at a point of the file's, or nowhere
