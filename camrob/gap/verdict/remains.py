@@ -147,11 +147,16 @@ def _rung(panels: Sequence[Panel], model: Model) -> str:
 
 
 def _axis(panels: Sequence[Panel]) -> list[str]:
-    """The axis whose shift explains most of what stays; [] where that is not the most part, or where a shift in one direction,
-    whatever moves it, explains as much.
+    """The axis whose shift explains most of what stays; [] where that is not the most part, or where it slides and a shift in one
+    direction, whatever moves it, explains as much.
     """
     shares = axes_of(panels)
     best = max(shares, key=lambda a: shares[a].value, default="")
+    if not best or shares[best].value <= _OF_AXIS:
+        return []
+    scene = panels[0].scene
+    if not scene.cell.joints[scene.cell.index(best)].prismatic:
+        return [best]
     gap = np.concatenate([whole_gap(p)[p.w_tcp[:, 0] > 0.0] for p in panels])
     along = float(np.linalg.eigvalsh(gap.T @ gap)[-1]) / max(float(np.sum(gap**2)), 1e-30)
-    return [best] if best and shares[best].value > max(_OF_AXIS, along) else []
+    return [best] if shares[best].value > along else []
