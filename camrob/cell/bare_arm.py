@@ -21,6 +21,7 @@ __all__ = ["BareArm", "read_bare_arm"]
 Array = NDArray[np.float64]
 
 _MOST = 7  # axes that a log names
+_WHOLE_ARM = 6  # turning axes that reach every pose of a place
 _LARGEST = 10_000_000  # bytes of a URDF, without its meshes
 _MOVING = ("revolute", "continuous", "prismatic")
 
@@ -134,9 +135,22 @@ def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
             raise table.fail("urdf", f"has a joint of type {str(kind)[:20]!r}", "make it revolute, prismatic or fixed")
         if joints and child in links:
             masses += _mass_of(links[child], joints[-1].name, moved_T_link)
-    if not 1 <= len(joints) <= _MOST:
+    joints, masses = _lifted(joints, masses)
+    if not 1 <= sum(j.role is Role.ARM for j in joints) <= _MOST:
         raise table.fail("urdf", f"has {len(joints)} moving joints up to its tip", f"name a tip behind 1 to {_MOST}")
     return BareArm(tuple(joints), tuple(masses), moved_T_link)
+
+
+def _lifted(joints: list[Joint], masses: list[PointMass]) -> tuple[list[Joint], list[PointMass]]:
+    """Sliding axes beneath an arm of six that turn or more (a lift, a track) are external, E1 ..; the arm's are counted anew."""
+    slides = next((k for k, j in enumerate(joints) if not j.prismatic), 0)
+    if not slides or len(joints) - slides < _WHOLE_ARM or any(j.prismatic for j in joints[slides:]):
+        return joints, masses
+    names = [f"E{k + 1}" for k in range(slides)] + [f"A{k + 1}" for k in range(len(joints) - slides)]
+    known = {j.name: name for j, name in zip(joints, names, strict=True)}
+    roles = [Role.CARRIAGE] * slides + [Role.ARM] * (len(joints) - slides)
+    named = [replace(j, name=n, role=r) for j, n, r in zip(joints, names, roles, strict=True)]
+    return named, [replace(m, after=known[m.after]) for m in masses]
 
 
 def _joint_of(element: ElementTree.Element, name: str, before: Array) -> Joint:

@@ -1,7 +1,8 @@
 """The arm alone: poses of the tool seen from the robot's foot to its six axes, closed form where the geometry allows.
 
-`Arm` hides which of the two serves: the eight branches of a spherical-wrist arm, or Newton's method from many starts for
-any other six-axis arm (a calibrated one, say). Angles are the chain's q.
+`Arm` hides which of three serves: the eight branches of an arm whose shoulder and wrist are a machine tool builder's
+(`spherical_wrist`), those of the families of `screw_arm`, or Newton's method from many starts for any other six axes.
+Angles are the chain's q.
 """
 
 from __future__ import annotations
@@ -16,15 +17,17 @@ from camrob.cell.joint import Role
 from camrob.compiled import kernel, part
 from camrob.kinematics.frames import base_T_root
 from camrob.kinematics.kernels import ChainArrays, chain_arrays, forward, jacobian
+from camrob.kinematics.screw_arm import ScrewArm, solve_screws, solve_screws_many
+from camrob.kinematics.screw_families import screw_arm
 from camrob.kinematics.spherical_wrist import (
     BRANCH_OK,
     BRANCH_OUT_OF_REACH,
     SphericalArm,
-    nearest_turn,
     solve_arm,
     solve_arm_many,
     spherical_arm,
 )
+from camrob.kinematics.subproblems import nearest_turn
 from camrob.se3 import inverse
 
 __all__ = [
@@ -32,31 +35,40 @@ __all__ = [
     "FOLLOW_JUMP",
     "FOLLOW_LIMIT",
     "FOLLOW_UNREACHED",
+    "NO_SPHERE",
+    "STARTS",
     "Arm",
     "by_newton",
     "nearest_branch",
     "newton_arm",
+    "reach",
     "to_nearest_branch",
 ]
 
 Array = NDArray[np.float64]
 
+NO_SPHERE = SphericalArm(np.zeros((6, 3)), np.zeros((6, 3)), np.zeros(3), np.eye(4))
+"""Stands where an arm has no spherical wrist."""
 FOLLOWED = 0
 FOLLOW_UNREACHED = 1
 FOLLOW_LIMIT = 2
 FOLLOW_JUMP = 3
-_STARTS = 96  # of Newton's method for the branches of an arm without closed form
+STARTS = 96
+"""Of Newton's method, for the branches of an arm without closed form."""
 
 
 @dataclass(frozen=True)
 class Arm:
-    """A cell's arm. `closed` is None for an arm without closed form; `chain` is the arm alone, foot to tool without roll."""
+    """A cell's arm. `closed`: the closed form of a spherical wrist, else None; `screws`: another one, where that is None and
+    there is one; `chain` is the arm alone, foot to tool without roll.
+    """
 
     cell: Cell
     closed: SphericalArm | None
     chain: ChainArrays
     lower: Array
     upper: Array
+    screws: ScrewArm | None = None
 
     @classmethod
     def of(cls, cell: Cell) -> Arm:
@@ -69,7 +81,9 @@ class Arm:
             after[-1] = after[-1] @ cell.joints[rolls[0]].after
         chain = ChainArrays(joints[0].before.copy(), after, np.zeros(6, np.bool_), whole.plate, 0, 6, *whole[6:])
         part = cell.arm_slice
-        return cls(cell, spherical_arm(cell), chain, cell.q_lower[part].copy(), cell.q_upper[part].copy())
+        closed = spherical_arm(cell)
+        screws = None if closed is not None else _screws(chain)
+        return cls(cell, closed, chain, cell.q_lower[part].copy(), cell.q_upper[part].copy(), screws)
 
     def foot_T_tool(self, base_T_tool: Array, q: Array) -> Array:
         """Poses (..., 4, 4) of the tool, roll taken off, seen from the foot, of its poses in `base` and postures (..., n).
@@ -105,7 +119,7 @@ class Arm:
         tally: dict[str, int] = {}
         solutions = self._solutions(foot_T_tool, near)
         if not solutions:
-            tally["out of reach"] = 8 if self.closed is not None else 1
+            tally["out of reach"] = 1 if self.searched else 8
         for q in solutions:
             fitted = _fit_turns(q, self.lower, self.upper)
             beyond = np.flatnonzero((fitted < self.lower - 1e-9) | (fitted > self.upper + 1e-9))
@@ -114,14 +128,23 @@ class Arm:
                 tally[key] = tally.get(key, 0) + 1
         return tally
 
+    @property
+    def searched(self) -> bool:
+        """Whether postures are searched for from many starts, so that none found is no proof that there is none."""
+        return self.closed is None and self.screws is None
+
     def _solutions(self, foot_T_tool: Array, near: Array) -> list[Array]:
         """Postures (6,) whatever the limits."""
         if self.closed is not None:
             one = np.array(foot_T_tool, float, order="C")[None]
             Q, why = solve_arm_many(self.closed, one, np.array(near, float)[None])
             return [Q[0, k] for k in range(8) if why[0, k] == BRANCH_OK]
+        if self.screws is not None:
+            one = np.array(foot_T_tool, float, order="C")[None]
+            Q, why = solve_screws_many(self.screws, one, np.array(near, float)[None])
+            return [Q[0, k] for k in range(8) if why[0, k] == BRANCH_OK]
         R, p = np.ascontiguousarray(foot_T_tool[:3, :3]), np.ascontiguousarray(foot_T_tool[:3, 3])
-        starts = _low_discrepancy(_STARTS, self.lower, self.upper)
+        starts = _low_discrepancy(STARTS, self.lower, self.upper)
         starts[0] = near
         found: list[Array] = []
         for start in starts:
@@ -136,7 +159,7 @@ class Arm:
         """What `nearest_branch` needs: the closed form and None, or an empty one and the chain."""
         if self.closed is not None:
             return self.closed, None
-        return SphericalArm(np.zeros((6, 3)), np.zeros((6, 3)), np.zeros(3), np.eye(4)), self.chain
+        return NO_SPHERE, self.chain
 
     def follow(self, foot_T_tool: Array, start: Array, *, step: float) -> tuple[Array, int, int]:
         """Follow poses (K, 4, 4) from posture `start` (6,) on its branch and turn: (postures (K, 6), code, number followed).
@@ -147,6 +170,33 @@ class Arm:
         poses = np.array(foot_T_tool, float, order="C")  # a copy: frozen arrays would be compiled for separately
         Q, code, count = _follow(*self.kernel(), poses, np.array(start, float), self.lower, self.upper, step)
         return Q, int(code), int(count)
+
+
+def _screws(chain: ChainArrays) -> ScrewArm | None:
+    """The closed form of an arm of six turning axes by its screw axes, where it has one."""
+    if len(chain.after) != 6 or np.any(chain.prismatic):
+        return None
+    Z, P, R, p, plate = np.empty((6, 3)), np.empty((6, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    _stand(chain, np.zeros(6), Z, P, R, p, plate)
+    foot_T_tool = np.eye(4)
+    foot_T_tool[:3, :3], foot_T_tool[:3, 3] = R, p
+    return screw_arm(Z, P, foot_T_tool)
+
+
+@kernel
+def _stand(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array, plate: Array) -> None:
+    """`forward`, for Python."""
+    forward(chain, q, Z, P, R, p, plate)
+
+
+@part
+def reach(
+    arm: SphericalArm, screws: ScrewArm | None, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64]
+) -> int:
+    """All postures by the one closed form or the other: `solve_arm`, or where `screws` is not None `solve_screws`."""
+    if screws is None:
+        return int(solve_arm(arm, R, p, near, Q, why))
+    return int(solve_screws(screws, R, p, near, Q, why))
 
 
 def _fit_turns(q: Array, lower: Array, upper: Array) -> Array:

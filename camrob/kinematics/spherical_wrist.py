@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from camrob.cell.arm_axes import arm_axes
 from camrob.cell.cell import Cell
 from camrob.compiled import inlined, kernel
+from camrob.kinematics.subproblems import cone, dot, nearest_turn, rotate, triple, turn_between
 from camrob.se3 import inverse
 
 __all__ = [
     "BRANCH_OK",
     "BRANCH_OUT_OF_REACH",
     "SphericalArm",
-    "nearest_turn",
     "solve_arm",
     "solve_arm_many",
     "spherical_arm",
@@ -33,7 +33,6 @@ Array = NDArray[np.float64]
 BRANCH_OK = 0
 BRANCH_OUT_OF_REACH = 1  # the wrist's centre is too far, too near, or too close to the first axis
 _WRIST_SINGULAR = 1e-9  # sine of the fifth axis's bend below which axes 4 and 6 are one
-_REACH_SLACK = 1e-12  # rounding allowed to put a cosine beyond 1
 
 
 class SphericalArm(NamedTuple):
@@ -62,75 +61,25 @@ def spherical_arm(cell: Cell) -> SphericalArm | None:
 
 
 @inlined
-def _rotate(h: Array, c: float, s: float, x: Array, out: Array) -> None:
-    """out <- rotation of x about the unit axis h by the angle of cosine c and sine s."""
-    k = (h[0] * x[0] + h[1] * x[1] + h[2] * x[2]) * (1.0 - c)
-    out0 = c * x[0] + s * (h[1] * x[2] - h[2] * x[1]) + k * h[0]
-    out1 = c * x[1] + s * (h[2] * x[0] - h[0] * x[2]) + k * h[1]
-    out[2] = c * x[2] + s * (h[0] * x[1] - h[1] * x[0]) + k * h[2]
-    out[0] = out0
-    out[1] = out1
-
-
-@inlined
-def _dot(a: Array, b: Array) -> float:
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-@inlined
-def _triple(h: Array, x: Array, y: Array) -> float:
-    """h . (x x y)."""
-    return float(
-        h[0] * (x[1] * y[2] - x[2] * y[1]) + h[1] * (x[2] * y[0] - x[0] * y[2]) + h[2] * (x[0] * y[1] - x[1] * y[0])
-    )
-
-
-@inlined
-def _cone(a: float, b: float, c: float, out: Array) -> bool:
-    """The two angles with a cos + b sin = c into out; False where there is none."""
-    r = np.sqrt(a * a + b * b)
-    if r == 0.0 or abs(c) > r * (1.0 + _REACH_SLACK):
-        return False
-    base = np.arctan2(b, a)
-    half = np.arccos(min(1.0, max(-1.0, c / r)))
-    out[0] = base + half
-    out[1] = base - half
-    return True
-
-
-@inlined
-def _turn_between(h: Array, x: Array, y: Array) -> float:
-    """The angle about h that takes x's direction across h to y's."""
-    hx, hy = _dot(h, x), _dot(h, y)
-    return float(np.arctan2(_triple(h, x, y), _dot(x, y) - hx * hy))
-
-
-@inlined
-def nearest_turn(angle: float, near: float) -> float:
-    """The angle plus whole turns that lies nearest to `near`."""
-    return float(angle + 2.0 * np.pi * np.round((near - angle) / (2.0 * np.pi)))
-
-
-@inlined
 def _first_axis(arm: SphericalArm, target: Array, out: Array) -> bool:
     """The two angles of the first axis into out: the wrist's component along axes 2 and 3, which they can't change."""
     h, o = arm.h, arm.o
     h2 = h[1]
-    along = _dot(h[0], target)
+    along = dot(h[0], target)
     upper, foot = h2[0] * (arm.wrist[0] - o[1, 0]), h2[0] * (o[1, 0] - o[0, 0])
     for r in range(1, 3):
         upper += h2[r] * (arm.wrist[r] - o[1, r])
         foot += h2[r] * (o[1, r] - o[0, r])
-    c = upper + foot - along * _dot(h[0], h2)
-    return bool(_cone(_dot(h2, target) - along * _dot(h[0], h2), -_triple(h2, h[0], target), c, out))
+    c = upper + foot - along * dot(h[0], h2)
+    return bool(cone(dot(h2, target) - along * dot(h[0], h2), -triple(h2, h[0], target), c, out))
 
 
 @inlined
 def _elbow(h3: Array, a: Array, b: Array, v: Array, out: Array) -> bool:
     """The two angles of the third axis into out: the wrist's distance from the second axis's point. a, b: fore and upper arm."""
-    a_h, b_h = _dot(h3, a), _dot(h3, b)
-    c = 0.5 * (_dot(v, v) - _dot(a, a) - _dot(b, b)) - a_h * b_h
-    return bool(_cone(_dot(b, a) - a_h * b_h, _triple(b, h3, a), c, out))
+    a_h, b_h = dot(h3, a), dot(h3, b)
+    c = 0.5 * (dot(v, v) - dot(a, a) - dot(b, b)) - a_h * b_h
+    return bool(cone(dot(b, a) - a_h * b_h, triple(b, h3, a), c, out))
 
 
 @inlined
@@ -140,8 +89,8 @@ def _wrist_rotation(h: Array, M: Array, c1: float, s1: float, q23: float, w: Arr
     for col in range(3):
         for r in range(3):
             w[r] = M[r, col]
-        _rotate(h[0], c1, -s1, w, w)
-        _rotate(h[1], c23, -s23, w, w)
+        rotate(h[0], c1, -s1, w, w)
+        rotate(h[1], c23, -s23, w, w)
         for r in range(3):
             W[r, col] = w[r]
 
@@ -152,26 +101,26 @@ def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int) ->
     w, d, y, bend = scratch[0], scratch[1], scratch[2], scratch[3]
     for r in range(3):
         w[r] = W[r, 0] * h[5, 0] + W[r, 1] * h[5, 1] + W[r, 2] * h[5, 2]
-    along5 = _dot(h[4], h[5]) * _dot(h[3], h[4])
-    along4 = _dot(h[3], w)
+    along5 = dot(h[4], h[5]) * dot(h[3], h[4])
+    along4 = dot(h[3], w)
     c = min(1.0, max(-1.0, along4)) - along5
-    if not _cone(_dot(h[3], h[5]) - along5, _triple(h[3], h[4], h[5]), c, bend):
+    if not cone(dot(h[3], h[5]) - along5, triple(h[3], h[4], h[5]), c, bend):
         return 0
     for i in range(2):
         c5, s5 = np.cos(bend[i]), np.sin(bend[i])
-        _rotate(h[4], c5, s5, h[5], d)
+        rotate(h[4], c5, s5, h[5], d)
         if 1.0 - along4 * along4 < _WRIST_SINGULAR * _WRIST_SINGULAR:
             q4 = near[3]
         else:
-            q4 = _turn_between(h[3], d, w)
+            q4 = turn_between(h[3], d, w)
         # sixth: what takes a vector across it to where W asks for it
         for r in range(3):
             y[r] = W[r, 0] * h[4, 0] + W[r, 1] * h[4, 1] + W[r, 2] * h[4, 2]
-        _rotate(h[3], np.cos(q4), -np.sin(q4), y, y)
-        _rotate(h[4], c5, -s5, y, y)
+        rotate(h[3], np.cos(q4), -np.sin(q4), y, y)
+        rotate(h[4], c5, -s5, y, y)
         Q[k + i, 3] = nearest_turn(q4, near[3])
         Q[k + i, 4] = nearest_turn(bend[i], near[4])
-        Q[k + i, 5] = nearest_turn(_turn_between(h[5], h[4], y), near[5])
+        Q[k + i, 5] = nearest_turn(turn_between(h[5], h[4], y), near[5])
     return 2
 
 
@@ -205,19 +154,19 @@ def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why:
     if not _first_axis(arm, target, first):
         return 0
     count = 0
-    side = 1.0 if _dot(h[2], h[1]) > 0.0 else -1.0
+    side = 1.0 if dot(h[2], h[1]) > 0.0 else -1.0
     for i1 in range(2):
         c1, s1 = np.cos(first[i1]), np.sin(first[i1])
-        _rotate(h[0], c1, -s1, target, v)
+        rotate(h[0], c1, -s1, target, v)
         for r in range(3):
             v[r] += o[0, r] - o[1, r]
         if not _elbow(h[2], a, b, v, elbow):
             continue
         for i3 in range(2):
-            _rotate(h[2], np.cos(elbow[i3]), np.sin(elbow[i3]), a, y)
+            rotate(h[2], np.cos(elbow[i3]), np.sin(elbow[i3]), a, y)
             for r in range(3):
                 y[r] += b[r]
-            q2 = _turn_between(h[1], y, v)
+            q2 = turn_between(h[1], y, v)
             _wrist_rotation(h, M, c1, s1, q2 + side * elbow[i3], scratch[0], W)
             k = 4 * i1 + 2 * i3
             found = _wrist(h, W, near, scratch, Q, k)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.errors import JobError, LimitError, SingularError, UnreachableError
-from camrob.kinematics.arm import Arm
+from camrob.kinematics.arm import STARTS, Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.redundancy.following.follower import FAILED_SINGULAR, TrackState
 from camrob.redundancy.path import ToolPathInBase
@@ -18,6 +18,8 @@ __all__ = ["explain_failure", "tally_postures"]
 
 Array = NDArray[np.float64]
 
+_TURN, _SPAN = 12, 9  # values of an endless axis, and of one with limits, that a scan goes through
+
 
 def tally_postures(cell: Cell, arm: Arm, base_T_tip: Array, near: Array) -> dict[str, int]:
     """What an even scan over external axes, roll and branches meets at a pose: reason to count, "in reach" among them."""
@@ -26,9 +28,9 @@ def tally_postures(cell: Cell, arm: Arm, base_T_tip: Array, near: Array) -> dict
         if joint.role is Role.ARM:
             continue
         if joint.endless:
-            grids.append((i, np.linspace(-np.pi, np.pi, 12, endpoint=False)))
+            grids.append((i, np.linspace(-np.pi, np.pi, _TURN, endpoint=False)))
         else:
-            grids.append((i, np.linspace(joint.q_lower, joint.q_upper, 9)))
+            grids.append((i, np.linspace(joint.q_lower, joint.q_upper, _SPAN)))
     tally: dict[str, int] = {}
     mesh = np.meshgrid(*[g for _, g in grids], indexing="ij") if grids else []
     count = mesh[0].size if grids else 1
@@ -43,6 +45,16 @@ def tally_postures(cell: Cell, arm: Arm, base_T_tip: Array, near: Array) -> dict
         for reason, number in arm.reasons(poses[k], near[cell.arm_slice]).items():
             tally[reason] = tally.get(reason, 0) + number
     return tally
+
+
+def _tried(cell: Cell, arm: Arm) -> str:
+    """How it is known that no posture reaches a point: by what is closed over a lattice, or by a search, which proves nothing."""
+    axes = [j for j in cell.joints if j.role is not Role.ARM]
+    values = int(np.prod([_TURN if j.endless else _SPAN for j in axes]))
+    where = f" at each of {values} values of {', '.join(j.name for j in axes)}" if axes else ""
+    if arm.searched:
+        return f"searched from {STARTS} starts{where}, which is no proof"
+    return f"all branches by closed form{where}"
 
 
 def explain_failure(
@@ -66,7 +78,7 @@ def explain_failure(
         )
     if not tally.get("in reach"):
         return UnreachableError(
-            f"no posture of the cell reaches this point; {short}; place the part elsewhere (part_in_base)",
+            f"no posture of the cell reaches this point ({_tried(cell, arm)}); {short}; place the part elsewhere (part_in_base)",
             line=line,
             region=region,
             reasons=tally,

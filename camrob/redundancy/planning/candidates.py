@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
-from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
+from camrob.kinematics.arm import reach
+from camrob.kinematics.spherical_wrist import BRANCH_OK
 from camrob.redundancy.planning.certificate import Certificate, Survey
 from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work, pose_in_foot
 from camrob.redundancy.planning.objective import Objective, posture_price
@@ -145,7 +146,7 @@ def _layer(
                 u[F - 1] = angle[k]
             price[k] = np.inf
             pose_in_foot(space, frame, u, work)
-            if solve_arm(space.arm, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
+            if reach(space.arm, space.screws, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
                 continue
             for b in range(8):
                 if work.why[b] == BRANCH_OK:

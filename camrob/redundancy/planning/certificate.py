@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
 from camrob.frozen import locked
-from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
+from camrob.kinematics.arm import reach
+from camrob.kinematics.spherical_wrist import BRANCH_OK
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot, posture
 from camrob.redundancy.planning.scan_batched import Score, scan_batched
 
@@ -99,7 +100,7 @@ def survey_poses(space: PlanSpace, base_T_tip: Array, score: Score | None = None
     for k, anchor in enumerate(anchors):
         found = (
             scan(space, frames[anchor], grid, ROLLS)
-            if score is None
+            if score is None or space.alike == 1  # the batches hold one posture for both of a wrist's branches
             else scan_batched(space, frames[anchor], grid, ROLLS, score)
         )
         best[k] = found.max(axis=(1, 2))
@@ -174,16 +175,16 @@ def scan(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> NDArra
             if space.roll == 1:
                 u[F - 1] = -np.pi + 2.0 * np.pi * k / rolls
             pose_in_foot(space, base_T_tip, u, work)
-            if solve_arm(space.arm, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
+            if reach(space.arm, space.screws, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
                 continue
-            for b in range(0, 8, 2):  # the wrist's two branches share 1/k_F
+            for b in range(0, 8, 2):  # the two branches of a spherical wrist share 1/k_F
                 value = -1.0
                 for side in range(2):
                     if work.why[b + side] == BRANCH_OK:
                         for i in range(6):
                             q[i] = work.Q[b + side, i]
                         if _inside(space, q):
-                            if value < 0.0:
+                            if value < 0.0 or space.alike == 1:
                                 value = conditioning(space, q, work)
                             out[m, k, b + side] = value
     return out
@@ -205,7 +206,7 @@ def _basins(space: PlanSpace, frame: Array, grid: Array, found: NDArray[np.float
         for j in range(count):
             apart = np.abs(candidate - u[j])
             apart[space.u_endless] = np.abs((apart[space.u_endless] + np.pi) % (2.0 * np.pi) - np.pi)
-            if branch[j] // 2 == b[i] // 2 and np.all(apart < 0.8):
+            if branch[j] // space.alike == b[i] // space.alike and np.all(apart < 0.8):
                 break
         else:
             u[count], branch[count] = candidate, b[i]
@@ -276,7 +277,10 @@ def _climb_basins(space: PlanSpace, frames: Array, u: Array, branch: Ints) -> No
         value = value[order].copy()
         for s in range(1, S):
             for other in range(s):
-                if branch[a, s] // 2 == branch[a, other] // 2 and np.max(np.abs(u[a, s] - u[a, other])) < 0.05:
+                if (
+                    branch[a, s] // space.alike == branch[a, other] // space.alike
+                    and np.max(np.abs(u[a, s] - u[a, other])) < 0.05
+                ):
                     branch[a, s] = -1
                     break
 

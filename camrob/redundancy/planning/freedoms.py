@@ -16,9 +16,10 @@ from camrob.cell.joint import Role
 from camrob.compiled import kernel, part
 from camrob.errors import CellError
 from camrob.frame_steps import compose, move_joint
-from camrob.kinematics.arm import Arm
+from camrob.kinematics.arm import NO_SPHERE, Arm, reach
 from camrob.kinematics.kernels import ChainArrays, forward, inverse_kf
-from camrob.kinematics.spherical_wrist import BRANCH_OK, SphericalArm, solve_arm
+from camrob.kinematics.screw_arm import ScrewArm
+from camrob.kinematics.spherical_wrist import BRANCH_OK, SphericalArm
 
 __all__ = ["PlanSpace", "PlanWork", "conditioning", "plan_space", "plan_work", "pose_in_foot", "posture"]
 
@@ -29,7 +30,8 @@ class PlanSpace(NamedTuple):
     """The cell as the planner's kernels need it.
 
     first (4, 4), after (E, 4, 4), prismatic (E,): the chain to the arm's foot. roll: 1 where the last of u is the roll.
-    arm, chain: the arm alone, closed form and screw chain. lower, upper, center (6,): its limits. u_lower, u_upper (F,);
+    alike: how many neighbouring branches share 1/k_F (the two of a spherical wrist). arm, screws, chain: the arm alone, its
+    closed form (one of the two) and its chain. lower, upper, center (6,): its limits. u_lower, u_upper (F,);
     u_endless (F,). free (F,): where u stands in the chain's q.
     """
 
@@ -37,7 +39,9 @@ class PlanSpace(NamedTuple):
     after: Array
     prismatic: NDArray[np.bool_]
     roll: int
+    alike: int
     arm: SphericalArm
+    screws: ScrewArm | None
     chain: ChainArrays
     lower: Array
     upper: Array
@@ -65,10 +69,9 @@ class PlanWork(NamedTuple):
 def plan_space(cell: Cell) -> PlanSpace:
     """The planner's view of a cell. Raises CellError where the arm has no closed form."""
     arm = Arm.of(cell)
-    if arm.closed is None:
-        raise CellError(
-            f"cell {cell.name}: planned postures need an arm with a spherical wrist", cure="use --method vjm"
-        )
+    if arm.searched:
+        what = f"cell {cell.name}: a plan needs all postures of a pose, and this arm's geometry has no closed form for them"
+        raise CellError(what, cure="use --method vjm")
     joints = cell.joints
     start = cell.indices(Role.ARM)[0]
     first = np.array(cell.base_T_first)
@@ -85,7 +88,9 @@ def plan_space(cell: Cell) -> PlanSpace:
         after,
         np.array([j.prismatic for j in joints[:start]], np.bool_),
         len(cell.indices(Role.ROLL)),
-        arm.closed,
+        1 if arm.closed is None else 2,
+        NO_SPHERE if arm.closed is None else arm.closed,
+        arm.screws,
         arm.chain,
         lower,
         upper,
@@ -143,7 +148,7 @@ def pose_in_foot(space: PlanSpace, base_T_tip: Array, u: Array, work: PlanWork) 
 def posture(space: PlanSpace, base_T_tip: Array, u: Array, branch: int, near: Array, q: Array, work: PlanWork) -> bool:
     """q (6,) <- the arm's posture at a pose (4, 4) with freedoms u on a branch, turns nearest to `near`; False out of reach."""
     pose_in_foot(space, base_T_tip, u, work)
-    solve_arm(space.arm, work.Rt, work.pt, near, work.Q, work.why)
+    reach(space.arm, space.screws, work.Rt, work.pt, near, work.Q, work.why)
     if work.why[branch] != BRANCH_OK:
         return False
     for i in range(6):

@@ -146,9 +146,10 @@ def _resolved(
             plan = _plan(cell, path, space, objective, mode, score, told)
     if not isinstance(plan, _Plan):
         return _published(cell, given, "no candidate postures lead through the whole path", told)
-    solution = _served(cell, path, plan, told)
-    if solution is None:
-        return _published(cell, given, "the tracker could not follow the plan", told)
+    try:
+        solution = _served(cell, path, plan, told)
+    except JobError as error:
+        return _published(cell, given, f"the tracker could not follow the plan ({error.what})", told)
     return (
         solution
         if path is given
@@ -242,15 +243,12 @@ def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobErr
     return explain_failure(cell, Arm.of(cell), path, point, base_T_target, FAILED_NOT_REACHED, state)
 
 
-def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Share) -> Solution | None:
-    """The solution that the tracker makes of the plan."""
+def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Share) -> Solution:
+    """The solution that the tracker makes of the plan. Raises JobError where it can't follow it."""
     name, draft, point = plan.curve[plan.choice.curve_index]
     prismatic = np.array([j.prismatic for j in cell.joints])
     margin = np.where(prismatic, mm_to_m(plan.weights.margin_mm), deg_to_rad(plan.weights.margin_deg))
-    try:
-        served = serve(cell, path, plan.space, plan.w, draft, still=name == "still", margin=margin)
-    except JobError:
-        return None
+    served = serve(cell, path, plan.space, plan.w, draft, still=name == "still", margin=margin)
     told(0.95)
     w = plan.w
     bound = np.maximum(plan.certificate.along(w.s, w.place), served.inv_kf)
@@ -304,7 +302,11 @@ def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
 
 
 def _published(cell: Cell, path: ToolPathInBase, why: str, told: Share) -> Solution:
-    """The published method in the planner's place."""
-    solution = resolve_vjm(cell, path, progress=told)
+    """The published method in the planner's place. Raises JobError where it fails too, which then says why there is no plan."""
+    try:
+        solution = resolve_vjm(cell, path, progress=told)
+    except JobError as error:
+        error.what = f"{error.what} (by the published method; there is no plan: {why})"
+        raise
     note = Finding("plan-fell-back", f"postures follow the published method, not a plan: {why}", Severity.WARNING)
     return replace(solution, findings=(*solution.findings, note))

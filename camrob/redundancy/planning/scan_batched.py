@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import kernel
-from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm
+from camrob.kinematics.arm import reach
+from camrob.kinematics.spherical_wrist import BRANCH_OK
 from camrob.redundancy.planning.freedoms import PlanSpace, plan_work, pose_in_foot
 
 __all__ = ["Score", "scan_batched"]
@@ -36,7 +37,7 @@ def _postures(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> t
             if space.roll == 1:
                 u[F - 1] = -np.pi + 2.0 * np.pi * k / rolls
             pose_in_foot(space, base_T_tip, u, work)
-            if solve_arm(space.arm, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
+            if reach(space.arm, space.screws, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
                 continue
             for pair in range(4):
                 for side in range(1, -1, -1):  # the first side last: it stands for both where both are good
