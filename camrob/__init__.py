@@ -8,6 +8,7 @@ Verbs: files in, files out, and a result; `help(camrob.post)` says the rest.
     diagnose        where and why logs of the real cell deviate
     calibrate       a cell's error parameters from measured poses
     compensate      rewrite a program so that the calibrated robot meets its poses
+    predict         the part as the machine as diagnosed would cut it
     place           where on the table a part is worked best
     batch           many jobs on all cores, or on a cluster
     regress         post every sample and compare it with its golden files
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     from camrob.jobs.objects.on_objects import Resolved, correct, explain, fit, resolve
     from camrob.jobs.place import PlaceResult, place
     from camrob.jobs.post import PostResult, post
+    from camrob.jobs.predict import PredictResult, predict
     from camrob.jobs.published_case import PublishedResult, published_case
     from camrob.jobs.regress import RegressResult, regress
     from camrob.jobs.simulate import SimulateResult, simulate
@@ -111,6 +113,7 @@ if TYPE_CHECKING:
     from camrob.summaries.live_summary import TrackLiveSummary
     from camrob.summaries.place_summary import PlaceSummary
     from camrob.summaries.post_summary import PostSummary
+    from camrob.summaries.predict_summary import PredictSummary
     from camrob.summaries.regress_summary import RegressSummary
     from camrob.summaries.simulate_summary import SimulateSummary
     from camrob.summaries.tracker_summary import TrackerSummary
@@ -150,6 +153,8 @@ __all__ = [
     "PlaceSummary",
     "PostResult",
     "PostSummary",
+    "PredictResult",
+    "PredictSummary",
     "Program",
     "ProgramError",
     "ProgramText",
@@ -191,6 +196,7 @@ __all__ = [
     "fit",
     "place",
     "post",
+    "predict",
     "published_case",
     "read_cell",
     "read_log",
@@ -228,6 +234,8 @@ _HOME = {
     "PlaceSummary": "camrob.summaries.place_summary",
     "PostResult": "camrob.jobs.post",
     "PostSummary": "camrob.summaries.post_summary",
+    "PredictResult": "camrob.jobs.predict",
+    "PredictSummary": "camrob.summaries.predict_summary",
     "Program": "camrob.program.program",
     "ProgramText": "camrob.program.program_text",
     "Progress": "camrob.progress",
@@ -262,6 +270,7 @@ _HOME = {
     "fit": "camrob.jobs.objects.on_objects",
     "place": "camrob.jobs.place",
     "post": "camrob.jobs.post",
+    "predict": "camrob.jobs.predict",
     "published_case": "camrob.jobs.published_case",
     "read_cell": "camrob.cell.read_cell",
     "read_log": "camrob.measurement.read_log",

@@ -112,6 +112,7 @@ def _tool(table: TableReader, cell: Cell, *, numbered: bool) -> ToolSetup:
         flange_T_tool=cell.flange_T_tool if flange_T_tool is None else flange_T_tool,
         diameter=_number(table, "diameter_mm", 1e-3, 1000.0, mm_to_m) or 0.0,
         length=_number(table, "length_mm", 1e-3, 2000.0, mm_to_m) or 0.0,
+        corner=_number(table, "corner_radius_mm", 0.0, 500.0, mm_to_m),
         mass=mass,
         center_of_mass=center,
     )

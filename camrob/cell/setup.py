@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 class ToolSetup:
     """A tool as it is mounted. `number` is None for one that serves whatever number the CL file names.
 
-    flange_T_tool: (4, 4), `$TOOL`. diameter, length (from the tip to where the holder begins): m, 0.0 where not given.
+    flange_T_tool: (4, 4), `$TOOL`. corner: m, the radius of the edge's rounding (of a ball half the diameter), None where not
+    given. diameter, length (from the tip to where the holder begins): m, 0.0 where not given.
     mass: kg of all that hangs on the flange with this tool, None where not given; center_of_mass: (3,) its centre in `flange`, m.
     """
 
@@ -29,6 +30,7 @@ class ToolSetup:
     flange_T_tool: Array
     diameter: float = 0.0
     length: float = 0.0
+    corner: float | None = None
     mass: float | None = None
     center_of_mass: Array = field(default_factory=lambda: np.zeros(3))
 
@@ -75,7 +77,7 @@ class Setup:
         [tool]                         one tool for all numbers; or [[tool]] for each, with number = 1
         name = "ball 6"
         flange_to_tool = [X, Y, Z, A, B, C]      the cell's `$TOOL` where it is left out
-        diameter_mm = 6                length_mm = 45
+        diameter_mm = 6                length_mm = 45           corner_radius_mm = 3      for `camrob predict`: 0 of a flat one
         mass_kg = 38.5                 of spindle, holder and tool together: the program then sets the controller's load data
         center_of_mass_mm = [X, Y, Z]            its centre in the flange's frame; both or neither, for every tool or for none
         [part]                         likewise [stock]: in the CL data's frame

@@ -16,7 +16,7 @@ import typer
 
 from camrob.cli.console import error_line, job_of, perform, renderer
 from camrob.cli.options import CellOption, Device, Feed, JsonOption, Method, QuietOption, SetupOption, Units
-from camrob.cli.real import calibrate, compensate, diagnose, simulate, tracker
+from camrob.cli.real import calibrate, compensate, diagnose, predict, simulate, tracker
 from camrob.cli.start import cell_app, samples
 from camrob.cli.study import has_become, study
 from camrob.cli.tuning import tune_engines
@@ -32,6 +32,7 @@ __all__ = [
     "main",
     "place",
     "post",
+    "predict",
     "regress",
     "run",
     "samples",

@@ -29,7 +29,7 @@ from camrob.cli.study import has_become
 from camrob.errors import InputError
 from camrob.progress import Progress
 
-__all__ = ["calibrate", "compensate", "diagnose", "simulate", "tracker"]
+__all__ = ["calibrate", "compensate", "diagnose", "predict", "simulate", "tracker"]
 
 _WithheldOption = Annotated[
     list[Path] | None,
@@ -223,6 +223,51 @@ def diagnose(
         )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_diagnosis)
+
+
+def predict(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
+    cell: CellOption,
+    calibration: Annotated[
+        Path,
+        typer.Option("--calibration", metavar="FITTED.toml", help="What `calibrate` or `diagnose --calibration` wrote."),
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="The folder that receives predict.json, .html and surface.npz.")
+    ],
+    diagnosis: Annotated[
+        Path | None,
+        typer.Option("--diagnosis", metavar="DIR", help="The diagnosis that wrote FITTED.toml: play, lag, doubt too."),
+    ] = None,
+    setup: Annotated[
+        Path | None,
+        typer.Option("--setup", metavar="SETUP.toml", help="Stock and cutter. Default: setup.toml beside the program."),
+    ] = None,
+    pitch_mm: Annotated[
+        float, typer.Option("--pitch-mm", min=0.01, max=10.0, metavar="MM", help="Between rays of material.")
+    ] = 0.2,
+    cycle_ms: Annotated[
+        float, typer.Option("--cycle-ms", min=1.0, max=100.0, metavar="MS", help="A row of the simulated run.")
+    ] = 4.0,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Show the part as the machine as diagnosed would cut it: deviation, how sure, the worst places and why."""
+
+    def job(progress: Progress) -> Any:
+        return job_of("predict")(
+            program,
+            cell=cell,
+            calibration=calibration,
+            out=out,
+            diagnosis=diagnosis,
+            setup=setup,
+            pitch_mm=pitch_mm,
+            cycle_ms=cycle_ms,
+            progress=progress,
+        )
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
 
 
 def tracker(

@@ -22,7 +22,7 @@ from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
 from camrob.errors import InputError, LogError
 from camrob.jobs.files.files import check_calibration_name, staged_output
-from camrob.jobs.measuring import plan_measuring
+from camrob.jobs.solving.measuring import plan_measuring
 from camrob.languages import language_of_file
 from camrob.measurement.read_log import read_log
 from camrob.progress import Progress, silent

@@ -17,7 +17,7 @@ from camrob.cli.app import run
 from camrob.controller.judge import judge
 from camrob.controller.replay import replay
 from camrob.errors import CollisionError
-from camrob.jobs.measuring import plan_measuring
+from camrob.jobs.solving.measuring import plan_measuring
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.measurement.write_log import write_log
 

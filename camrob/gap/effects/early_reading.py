@@ -57,4 +57,5 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.1,
+    of_machine=False,
 )

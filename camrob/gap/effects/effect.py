@@ -101,8 +101,8 @@ class Effect:
     zeros: its state holds axes' zeros, which a log may show to be lost by degrees. twin_in_world: the effect that shows the
     same where the measured frame is `world`. hidden_in_world: it is the other one of such a pair, and not looked for there.
     of_instrument: what it says of the instrument, for a person, from its values by parameter and from what these logs can't
-    tell it from. whole: whether these logs show all of a unit's pattern; a part of a period is any smooth function, so that its
-    name is no more than likely.
+    tell it from. of_machine: False where the tool itself is not elsewhere, only the reading of it. whole: whether these logs show
+    all of a unit's pattern; a part of a period is any smooth function, so that its name is no more than likely.
     """
 
     name: str
@@ -123,6 +123,7 @@ class Effect:
     hidden_in_world: bool = False
     of_instrument: Accuses | None = None
     whole: Seen = all_seen
+    of_machine: bool = True
 
     @property
     def compensable(self) -> bool:

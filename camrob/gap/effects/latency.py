@@ -40,4 +40,5 @@ EFFECT = Effect(
     columns=_columns,
     refine=_refine,
     accuracy=0.01,
+    of_machine=False,
 )

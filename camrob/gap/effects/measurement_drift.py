@@ -76,4 +76,5 @@ EFFECT = Effect(
     columns=_columns,
     accuracy=0.02,
     of_instrument=_accuses,
+    of_machine=False,
 )

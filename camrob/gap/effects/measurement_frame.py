@@ -38,4 +38,5 @@ EFFECT = Effect(
     accuracy=0.0,
     hidden_in_world=True,
     of_instrument=_accuses,
+    of_machine=False,
 )

@@ -58,4 +58,5 @@ EFFECT = Effect(
     columns=_columns,
     accuracy=0.01,
     of_instrument=_accuses,
+    of_machine=False,
 )

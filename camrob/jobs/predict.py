@@ -1,0 +1,286 @@
+"""`camrob predict`: the part as it would come out, before it is cut."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.bodies.meshes import body_triangles
+from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration_file import read_calibration
+from camrob.cell.cell import Cell
+from camrob.cell.read_setup import read_setup
+from camrob.cell.setup import Setup
+from camrob.controller.replay import program_cell
+from camrob.controller.simulate import simulate as run
+from camrob.cutting.cutter import Cutter
+from camrob.cutting.dexels import Dexels, block, of_mesh
+from camrob.errors import InputError, SetupError
+from camrob.findings import collapse
+from camrob.gap.cell_effects import cell_effects
+from camrob.gap.effects.registry import library
+from camrob.gap.fitted_units import FittedUnits, fitted_units
+from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.files.files import staged_output
+from camrob.kinematics.frames import base_T_tool
+from camrob.languages import language_of_file
+from camrob.predict.surface import PredictedSurface, predict_surface
+from camrob.predict.true_path import TruePath, true_path
+from camrob.program.motion import Blend
+from camrob.program.program_text import ProgramText
+from camrob.progress import Progress, stage_of
+from camrob.report.predict.page import predict_report
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
+from camrob.summaries.predict_summary import (
+    DeviationSize,
+    PredictedPlace,
+    PredictedRegion,
+    PredictSeconds,
+    PredictSummary,
+)
+from camrob.summaries.remarks import Remark
+from camrob.units import m_to_mm, mm_to_m, ms_to_s
+
+__all__ = ["PredictResult", "predict"]
+
+Array = NDArray[np.float64]
+
+_PERCENTILES = (1, 5, 25, 50, 75, 95, 99)  # of the deviations, with their signs
+_PLACES = 10  # the worst ones, as the contract says
+_APART = 3.0  # mm between two of them: nearer ones are one place
+_ROUNDING = "corner_rounding"
+_NOT_JUDGED = ("deflection under the cutting force", "run-out and wear of the tool", "chatter", "the holder")
+
+
+@dataclass(frozen=True, slots=True)
+class PredictResult:
+    """The summary, the surface with its points in `part` (SI), and the tool's path behind it."""
+
+    summary: PredictSummary
+    surface: PredictedSurface
+    path: TruePath
+
+
+def predict(
+    program: Path,
+    *,
+    cell: Path,
+    calibration: Path,
+    out: Path,
+    diagnosis: Path | None = None,
+    setup: Path | None = None,
+    pitch_mm: float = 0.2,
+    cycle_ms: float = 4.0,
+    progress: Progress | None = None,
+) -> PredictResult:
+    """Cut the stock on the machine as diagnosed: predict.json, surface.npz and predict.html appear in `out`.
+
+    Args:
+        program: the program's main file; it sets one tool.
+        cell: the cell's folder.
+        calibration: the constants of its chain, by `calibrate` or `diagnose --calibration`.
+        out: the folder to write into.
+        diagnosis: the folder of the diagnosis that wrote the calibration: play, lag and all else that was found, and its doubt.
+        setup: the set-up with the stock and the cutter; None: setup.toml beside the program.
+        pitch_mm: mm between the rays on which material is kept.
+        cycle_ms: ms from row to row of the simulated run.
+        progress: is told a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        The summary, the surface and the path (SI).
+
+    Raises:
+        ProgramError, CellError, LogError, SetupError, StaleInputError, InputError: input that is wrong.
+        UnreachableError: a program that can't be run.
+    """
+    start = time.perf_counter()
+    program = Path(program)
+    text = language_of_file(program).read(program)
+    machine = cell_for("simulate", cell)
+    found = read_calibration(calibration, machine)
+    held = _set_up(program, setup, machine)
+    cutter, stock = _cutter(held), _stock(held, mm_to_m(pitch_mm))
+    units, rest = _diagnosed(diagnosis, found, cell, machine)
+    tooled, findings = program_cell(text, machine)
+    ran = run(text, machine, cycle=ms_to_s(cycle_ms), progress=stage_of(progress, "simulate"))
+    exact = replace(text, blend=np.full(len(text), Blend.EXACT, np.int8))
+    plain = run(exact, machine, cycle=ms_to_s(cycle_ms), progress=stage_of(progress, "simulate"))
+    simulated = time.perf_counter()
+    path = true_path(ran.log, tooled, found, units, rest=rest)
+    programmed = base_T_tool(tooled, tooled.to_q(plain.log.axes(tooled.axis_names)))
+    reckoned = time.perf_counter()
+    surface = predict_surface(stock, cutter, np.asarray(held.base_T_part), path, programmed)
+    if len(surface.point) == 0:
+        cure = "give the set-up that the program was posted with (--setup)"
+        raise InputError("the program cuts nothing of the stock", cure=cure, path=program)
+    done = time.perf_counter()
+    said = collapse([*text.findings, *ran.findings, *findings])
+    summary = PredictSummary(
+        program=program.stem,
+        cell=machine.name,
+        calibration=Path(calibration).name,
+        diagnosis="" if diagnosis is None else Path(diagnosis).name,
+        pitch_mm=pitch_mm,
+        **_size(surface.deviation).to_json(),
+        band_mm=m_to_mm(float(np.median(surface.band))),
+        band_p95_mm=m_to_mm(float(np.quantile(surface.band, 0.95))),
+        percentiles_mm={str(p): m_to_mm(float(np.quantile(surface.deviation, p / 100.0))) for p in _PERCENTILES},
+        causes=_causes(surface, path),
+        rest_mm=m_to_mm(rest),
+        places=_places(surface, path),
+        regions=_regions(surface, path, text, ran.motion),
+        not_met=surface.not_met,
+        not_reckoned=path.not_reckoned,
+        not_judged=_NOT_JUDGED,
+        warnings=tuple(Remark(line=f.line, code=f.code, text=f.text, count=f.count) for f in said),
+        files=("predict.json", "surface.npz", "predict.html"),
+        seconds=PredictSeconds(
+            simulate=round(simulated - start, 3),
+            path=round(reckoned - simulated, 3),
+            cut=round(done - reckoned, 3),
+            whole=round(time.perf_counter() - start, 3),
+        ),
+    )
+    _write(out, summary, surface, path)
+    return PredictResult(summary, surface, path)
+
+
+def _write(out: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath) -> None:
+    with staged_output(out) as folder:
+        text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
+        (folder / "predict.json").write_text(text + "\n", encoding="utf-8")
+        arrays = {
+            "points": m_to_mm(surface.point),
+            "normals": surface.normal,
+            "deviation": m_to_mm(surface.deviation),
+            "band": m_to_mm(surface.band),
+            "rounding": m_to_mm(surface.rounding),
+            "causes": m_to_mm(surface.shares),
+            "line": path.line[surface.row + 1],
+            "cause_names": np.array([c.name for c in path.causes], dtype=np.str_),
+        }
+        np.savez_compressed(folder / "surface.npz", **arrays)  # type: ignore[arg-type]
+        (folder / "predict.html").write_text(predict_report(summary, surface), encoding="utf-8")
+
+
+def _set_up(program: Path, setup: Path | None, machine: Cell) -> Setup:
+    beside = program.parent / "setup.toml"
+    if setup is None and not beside.is_file():
+        raise InputError("nobody says what is cut, and by which cutter", cure="give --setup SETUP.toml", path=program)
+    return read_setup(setup or beside, machine)
+
+
+def _cutter(setup: Setup) -> Cutter:
+    """The set-up's one cutter. Raises SetupError where it does not say what its shape is."""
+    tool = setup.tool()
+    if not tool.diameter or tool.corner is None or not tool.length:
+        what = "does not say the cutter's shape"
+        raise SetupError(what, cure="give [tool] diameter_mm, corner_radius_mm and length_mm", path=setup.path)
+    if tool.corner > 0.5 * tool.diameter or tool.corner > tool.length:
+        raise SetupError(
+            "has a corner_radius_mm that no cutter has", cure="give half the diameter at most", path=setup.path
+        )
+    return Cutter(0.5 * tool.diameter, tool.corner, tool.length)
+
+
+def _stock(setup: Setup, pitch: float) -> Dexels:
+    body = setup.stock
+    if body is None:
+        raise SetupError("names no stock", cure="add [stock] with box_mm or mesh", path=setup.path)
+    if body.mesh is None:
+        return block(body.lower, body.upper, pitch)
+    return of_mesh(body_triangles(body), pitch)
+
+
+def _diagnosed(
+    folder: Path | None, calibration: Calibration, cell: Path, machine: Cell
+) -> tuple[FittedUnits | None, float]:
+    """What a diagnosis found, None without one, and m in one direction that stays unexplained on withheld samples."""
+    if folder is None:
+        size = calibration.errors.get("calibrated/withheld")
+        if size is None:
+            cure = "calibrate with withheld poses, or give --diagnosis"
+            raise InputError("the calibration does not say how far it is off", cure=cure)
+        return None, size.rms / np.sqrt(3.0)
+    file = Path(folder) / "diagnosis.json"
+    try:
+        said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise InputError(
+            "is no diagnosis", cure="give the folder that `camrob diagnose --out` wrote", path=file
+        ) from error
+    if said.fitted is None:
+        raise InputError("holds no fitted units", cure="diagnose again with this camrob", path=file)
+    left = max(said.together.rms_after_mm**2 - said.gap.noise_mm**2, 0.0)
+    return fitted_units(said.fitted, library(extra=cell_effects(cell, machine))), mm_to_m(float(np.sqrt(left / 3.0)))
+
+
+def _size(deviation: Array) -> DeviationSize:
+    size = np.abs(deviation)
+    return DeviationSize(
+        points=len(size),
+        rms_mm=m_to_mm(float(np.sqrt(np.mean(size**2)))),
+        p95_mm=m_to_mm(float(np.quantile(size, 0.95))),
+        worst_mm=m_to_mm(float(size.max())),
+        mean_mm=m_to_mm(float(np.mean(deviation))),
+    )
+
+
+def _named(surface: PredictedSurface, path: TruePath) -> tuple[list[str], Array]:
+    """Causes with the controller's rounding, and their parts of the deviations (P, C + 1)."""
+    return [*(c.name for c in path.causes), _ROUNDING], np.column_stack([surface.shares, surface.rounding])
+
+
+def _causes(surface: PredictedSurface, path: TruePath) -> dict[str, float]:
+    names, parts = _named(surface, path)
+    sizes = np.sqrt(np.mean(parts**2, axis=0))
+    return {names[k]: m_to_mm(float(sizes[k])) for k in np.argsort(-sizes)}
+
+
+def _places(surface: PredictedSurface, path: TruePath) -> tuple[PredictedPlace, ...]:
+    """The worst places, each the worst within some mm."""
+    names, parts = _named(surface, path)
+    left = np.abs(surface.deviation).copy()
+    found = []
+    for _ in range(_PLACES):
+        k = int(np.argmax(left))
+        if left[k] <= 0.0:
+            break
+        cause = int(np.argmax(np.abs(parts[k])))
+        x, y, z = m_to_mm(surface.point[k]).tolist()
+        found.append(
+            PredictedPlace(
+                x_mm=x,
+                y_mm=y,
+                z_mm=z,
+                line=int(path.line[surface.row[k] + 1]),
+                deviation_mm=m_to_mm(float(surface.deviation[k])),
+                band_mm=m_to_mm(float(surface.band[k])),
+                cause=names[cause],
+                cause_mm=m_to_mm(float(parts[k, cause])),
+                share=float(np.abs(parts[k, cause]) / max(float(np.abs(parts[k]).sum()), 1e-12)),
+            )
+        )
+        left[np.linalg.norm(surface.point - surface.point[k], axis=1) < mm_to_m(_APART)] = 0.0
+    return tuple(found)
+
+
+def _regions(
+    surface: PredictedSurface, path: TruePath, text: ProgramText, motion: NDArray[np.int64]
+) -> tuple[PredictedRegion, ...]:
+    """What each file of the program cuts."""
+    file, line = np.asarray(text.file)[motion[surface.row + 1]], path.line[surface.row + 1]
+    return tuple(
+        PredictedRegion(
+            file=text.files[int(k)],
+            first_line=int(line[file == k].min()),
+            last_line=int(line[file == k].max()),
+            size=_size(surface.deviation[file == k]),
+        )
+        for k in np.unique(file)
+    )

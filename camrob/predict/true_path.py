@@ -1,0 +1,190 @@
+"""Where the tool of the machine as diagnosed would truly go on a program's run, why, and how sure that is.
+
+The effects' own code is evaluated on the run of the simulated controller: first what happens between set-points and encoders,
+then, on the encoders that this gives, what happens behind them. Constants of the chain are the calibration's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.calibration.calibration import Calibration
+from camrob.calibration.error_model import ErrorModel
+from camrob.cell.cell import Cell
+from camrob.errors import InputError
+from camrob.gap.effects.effect import Column
+from camrob.gap.fitted_units import FittedUnits
+from camrob.gap.observation.scene import Scene, make_scene
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import LogInfo, MeasuredFrame
+from camrob.se3 import rotation_exp
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["Cause", "TruePath", "true_path"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What moves the tool: its name, and the twist (N, 6) in `base` by which it does, m and rad."""
+
+    name: str
+    twist: Array
+
+
+@dataclass(frozen=True)
+class TruePath:
+    """The run, a row a cycle. ideal, true: (N, 4, 4) tool in `base`, as the simulated controller and as the machine goes.
+
+    causes: what lies between the two. spread: (N, 6, K) twists of a standard deviation in K independent directions of what was
+    fitted; doubt: (N, 6) further standard deviations of the twist, of descriptions that may be wrong by a share of themselves;
+    rest: m, the standard deviation in any one direction of what no cause explains. not_reckoned: what was found and moves the
+    tool by what this run doesn't tell.
+    """
+
+    t: Array
+    line: NDArray[np.int64]
+    ideal: Array
+    true: Array
+    causes: tuple[Cause, ...]
+    spread: Array
+    doubt: Array
+    rest: float
+    not_reckoned: tuple[str, ...]
+
+
+def true_path(
+    run: MeasurementLog, cell: Cell, calibration: Calibration, found: FittedUnits | None, *, rest: float
+) -> TruePath:
+    """The machine's path on a run of the simulated controller.
+
+    cell: with the tool that the program sets. found: what the diagnosis claims, None for the calibration's constants alone.
+    rest: m (one direction) that stays unexplained. Raises InputError where the calibration is not that of the diagnosis.
+    """
+    scene = _scene(run, cell)
+    model, constants = calibration.model(cell, in_base=True)
+    if found is None:
+        return _calibrated(run, scene, model, constants, rest)
+    _same_constants(found, model)
+    first = _columns(scene, found)
+    moved = np.zeros_like(scene.command)
+    for value, column in zip(found.values, first, strict=True):
+        for axis, signal in ({} if column is None else column.servo).items():
+            moved[:, scene.index(axis)] += value * signal
+    behind = _scene(run, cell, moved) if moved.any() else scene
+    second = _columns(behind, found) if moved.any() else first
+    twists = np.zeros((len(scene), 6, len(found.values)))
+    doubts = np.zeros_like(twists)
+    for k, (a, b) in enumerate(zip(first, second, strict=True)):
+        unit = found.effects[int(found.owner[k])]
+        if a is None or b is None or not unit.of_machine:
+            continue
+        for axis, signal in a.servo.items():
+            twists[:, :, k] += scene.shift(axis, signal)
+        if b.tcp is not None:
+            twists[:, :, k] += b.tcp
+        share = np.full(len(scene), unit.accuracy) if b.doubt is None else np.maximum(unit.accuracy, b.doubt)
+        doubts[:, :, k] = found.values[k] * twists[:, :, k] * np.minimum(share, 1.0)[:, None]
+    true = model.poses(constants, cell.to_q(_edge(behind, behind.link)))
+    constant = np.array([bool(e.terms(u, s)) for u, e, s in zip(found.units, found.effects, found.states, strict=True)])
+    further = np.zeros((len(scene), 6))
+    for k, (column, own) in enumerate(zip(second, found.owner.tolist(), strict=True)):
+        if column is not None and column.tcp is not None and not constant[own] and found.effects[own].of_machine:
+            further += found.values[k] * column.tcp
+    return TruePath(
+        t=np.asarray(run.t),
+        line=run.line,
+        ideal=np.asarray(scene.nominal),
+        true=_moved(true, further),
+        causes=_causes(found, twists),
+        spread=np.einsum("nik,kl->nil", twists, _root(found.cov)),
+        doubt=np.sqrt(np.sum(doubts**2, axis=2)),
+        rest=rest,
+        not_reckoned=_left(found, first),
+    )
+
+
+def _scene(run: MeasurementLog, cell: Cell, moved: Array | None = None) -> Scene:
+    """The run as the diagnosis lays logs out, seen from `base`; moved: (N, k) by which encoders are beyond their set-points."""
+    columns = {name: run.columns[name] for name in ("t", "line")}
+    setpoints = run.setpoints(cell.axis_names)
+    columns |= {f"c{a}": setpoints[:, k] for k, a in enumerate(cell.axis_names)}
+    linear = np.array([cell.joints[cell.index(a)].prismatic for a in cell.axis_names])
+    beyond = 0.0 if moved is None else np.where(linear, m_to_mm(moved), rad_to_deg(moved))
+    columns |= {a: (setpoints + beyond)[:, k] for k, a in enumerate(cell.axis_names)}
+    return make_scene(MeasurementLog(columns, LogInfo(measured_frame=MeasuredFrame.BASE)), cell)
+
+
+def _edge(scene: Scene, values: Array) -> Array:
+    """Axis values (N, k), SI, in degrees and mm."""
+    linear = np.array([scene.cell.joints[scene.cell.index(a)].prismatic for a in scene.axes])
+    return np.where(linear, m_to_mm(values), rad_to_deg(values))
+
+
+def _columns(scene: Scene, found: FittedUnits) -> list[Column | None]:
+    """A column a parameter; None of units that a run without temperature, force or masses does not tell."""
+    out: list[Column | None] = []
+    for unit, effect, state in zip(found.units, found.effects, found.states, strict=True):
+        told = effect.columns(scene, unit, state)
+        out += told if len(told) == len(unit.parameters) else [None] * len(unit.parameters)
+    return out
+
+
+def _left(found: FittedUnits, columns: Sequence[Column | None]) -> tuple[str, ...]:
+    lacking = {int(o) for o, c in zip(found.owner, columns, strict=True) if c is None}
+    return tuple(_name(found, i) for i in sorted(lacking))
+
+
+def _name(found: FittedUnits, i: int) -> str:
+    unit = found.units[i]
+    return f"{unit.effect} of {unit.axis}" if unit.axis else unit.effect
+
+
+def _same_constants(found: FittedUnits, model: ErrorModel) -> None:
+    """Raise InputError where calibration and diagnosis don't hold the same constants of the chain."""
+    terms = {
+        name
+        for unit, effect, state in zip(found.units, found.effects, found.states, strict=True)
+        for name in effect.terms(unit, state)
+    }
+    if terms != set(model.names):
+        other = sorted(terms ^ set(model.names))[0]
+        cure = "give the file that `camrob diagnose --calibration` wrote with that diagnosis"
+        raise InputError(f"the calibration is not that of the diagnosis: {other} is in one of them only", cure=cure)
+
+
+def _causes(found: FittedUnits, twists: Array) -> tuple[Cause, ...]:
+    sums: dict[str, Array] = {}
+    for k, own in enumerate(found.owner.tolist()):
+        if found.effects[own].of_machine:
+            name = _name(found, own)
+            sums[name] = sums.get(name, 0.0) + found.values[k] * twists[:, :, k]
+    return tuple(Cause(name, twist) for name, twist in sums.items())
+
+
+def _root(cov: Array) -> Array:
+    """L with L L' = cov, of a matrix that may be singular."""
+    values, vectors = np.linalg.eigh(0.5 * (cov + cov.T))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _moved(poses: Array, twist: Array) -> Array:
+    out = poses.copy()
+    out[:, :3, 3] += twist[:, :3]
+    out[:, :3, :3] = rotation_exp(twist[:, 3:]) @ poses[:, :3, :3]
+    return out
+
+
+def _calibrated(run: MeasurementLog, scene: Scene, model: ErrorModel, constants: Array, rest: float) -> TruePath:
+    """The path of a calibrated chain; what is left on withheld poses holds all doubt, as a file keeps no covariance."""
+    q = scene.cell.to_q(_edge(scene, scene.link))
+    ideal, J = model.poses_and_jacobian(np.zeros(len(constants)), q)
+    causes = tuple(Cause(n, v * J[:, :, k]) for k, (n, v) in enumerate(zip(model.names, constants, strict=True)))
+    none = np.zeros((len(q), 6))
+    true = model.poses(constants, q)
+    return TruePath(np.asarray(run.t), run.line, ideal, true, causes, none[:, :, None], none, rest, ())

@@ -1,0 +1,170 @@
+"""The page of a predicted part: the part coloured by its error, percentiles, causes, the worst places."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from camrob.predict.surface import PredictedSurface
+from camrob.report.page.html import escape, number, page
+from camrob.report.page.pack import packed_floats
+from camrob.report.page.parts import card_row, figure, section, table
+from camrob.summaries.predict_summary import PredictSummary
+from camrob.units import m_to_mm
+
+__all__ = ["predict_report"]
+
+_POINTS = 60_000  # in the picture: what a browser turns without effort
+_SCALE = 0.98  # of the deviations lie within the ends of the colours
+_SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to show
+
+
+def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
+    """The page as text."""
+    picture, spread = _picture(surface), _spread(surface)
+    known = f"and the diagnosis in <b>{escape(summary.diagnosis)}</b>" if summary.diagnosis else "alone"
+    body = "\n".join(
+        [
+            "<main>",
+            f'<header><h1>The part that {escape(summary.program)} would cut</h1><p class="made">on the cell '
+            f"<b>{escape(summary.cell)}</b>, by the calibration <b>{escape(summary.calibration)}</b> {known}</p></header>",
+            _cards(summary),
+            figure(picture),
+            _places(summary),
+            _causes(summary),
+            figure(spread),
+            _left_out(summary),
+            "<footer>Made by camrob. A prediction: what the machine truly does is measured, not computed. This page is complete "
+            "in itself: it loads nothing and sends nothing.</footer></main>",
+        ]
+    )
+    charts = [{k: c[k] for k in ("id", "traces", "layout", "own")} for c in (picture, spread)]
+    return page(f"The part that {summary.program} would cut", body, {"names": {}, "charts": charts})
+
+
+def _cards(summary: PredictSummary) -> str:
+    first = next(iter(summary.causes), "")
+    cards = [
+        ("Error, rms", number(summary.rms_mm, 3, "mm"), f"mean {summary.mean_mm:+.3f} mm; above 0 material stands"),
+        ("95 % are within", number(summary.p95_mm, 3, "mm"), f"{summary.points:,} points of the surface"),
+        (
+            "Worst",
+            number(summary.worst_mm, 3, "mm"),
+            f"line {summary.places[0].line} of the program" if summary.places else "",
+        ),
+        ("How sure", f"± {number(summary.band_mm, 3, 'mm')}", "95 % band of a point, the middle one of all"),
+    ]
+    if first:
+        cards.append(("Most of it", escape(_words(first)), f"{summary.causes[first]:.3f} mm rms"))
+    return card_row(cards)
+
+
+def _words(cause: str) -> str:
+    return cause.replace("_", " ")
+
+
+def _places(summary: PredictSummary) -> str:
+    rows = [
+        [
+            escape(_words(p.cause)),
+            f"{p.line}",
+            number(p.deviation_mm, 3),
+            f"± {number(p.band_mm, 3)}",
+            number(p.cause_mm, 3),
+            number(100.0 * p.share, 0, "%"),
+            *(number(v, 1) for v in (p.x_mm, p.y_mm, p.z_mm)),
+        ]
+        for p in summary.places
+    ]
+    head = ("largest cause", "line", "error mm", "95 % mm", "of that the cause", "share", "x mm", "y", "z")
+    note = "One place stands for all within 3 mm of it. A share is that of the sizes of all causes, which may cancel each other."
+    return section("The ten worst places", table(head, rows), f'<p class="caption">{note}</p>')
+
+
+def _causes(summary: PredictSummary) -> str:
+    rows = [[escape(_words(name)), number(value, 4)] for name, value in summary.causes.items()]
+    left = [["what nothing explains, in any one direction", number(summary.rest_mm, 4)]]
+    regions = [
+        [escape(r.file), f"{r.first_line}–{r.last_line}", number(r.size.rms_mm, 3), number(r.size.p95_mm, 3)]
+        for r in summary.regions
+    ]
+    parts = [table(("cause", "rms mm along the surface's normal"), rows + left)]
+    if len(regions) > 1:
+        parts.append(table(("file", "lines", "rms mm", "95 % mm"), regions))
+    return section("Causes", *parts)
+
+
+def _left_out(summary: PredictSummary) -> str:
+    notes = [f"not judged: {escape(', '.join(summary.not_judged))}"]
+    if summary.not_reckoned:
+        notes.append(f"found by the diagnosis, and not told by this run: {escape(', '.join(summary.not_reckoned))}")
+    if summary.not_met:
+        notes.append(f"{summary.not_met:,} points are left out, as another wall stands where theirs would")
+    notes += [escape(f"line {w.line}: {w.text}" if w.line else w.text) for w in summary.warnings]
+    return section("What this does not say", "<ul>" + "".join(f"<li>{n}</li>" for n in notes) + "</ul>")
+
+
+def _picture(surface: PredictedSurface) -> dict[str, Any]:
+    """The surface's points, coloured by their error."""
+    step = max(1, len(surface.point) // _POINTS)
+    worst = np.argsort(-np.abs(surface.deviation))[:200]
+    some = np.union1d(np.arange(0, len(surface.point), step), worst)
+    p, e = m_to_mm(surface.point[some]), m_to_mm(surface.deviation[some])
+    end = max(float(np.quantile(np.abs(e), _SCALE)), _SCALE_LEAST_MM)
+    x, y, z = (packed_floats(p[:, k]) for k in range(3))
+    trace = {
+        "type": "scatter3d",
+        "mode": "markers",
+        "x": x,
+        "y": y,
+        "z": z,
+        "marker": {
+            "size": 2,
+            "color": packed_floats(e),
+            "cmin": -end,
+            "cmax": end,
+            "colorscale": [[0.0, "#2166ac"], [0.25, "#67a9cf"], [0.5, "#d9d9d9"], [0.75, "#ef8a62"], [1.0, "#b2182b"]],
+            "colorbar": {"title": {"text": "mm"}, "thickness": 14},
+        },
+        "hovertemplate": "%{x:.1f}, %{y:.1f}, %{z:.1f} mm<br>error %{marker.color:.3f} mm<extra></extra>",
+    }
+    scene = {"aspectmode": "data", **{f"{a}axis": {"title": {"text": f"{a} mm"}} for a in "xyz"}}
+    layout = {"height": 640, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "scene": scene}
+    return {
+        "id": "part",
+        "title": "The part, coloured by its error",
+        "caption": "Red: material stands beyond what was programmed; blue: cut too deep. Turn it with the mouse.",
+        "traces": [trace],
+        "layout": layout,
+        "own": True,
+    }
+
+
+def _spread(surface: PredictedSurface) -> dict[str, Any]:
+    """How many points are off by how much, the middle 98 % with the rest in the end bars."""
+    e = m_to_mm(surface.deviation)
+    end = max(float(np.quantile(np.abs(e), 0.995)), _SCALE_LEAST_MM)
+    counts, edges = np.histogram(np.clip(e, -end, end), bins=80, range=(-end, end))
+    trace = {
+        "type": "bar",
+        "x": [float(f"{v:.5g}") for v in 0.5 * (edges[1:] + edges[:-1])],
+        "y": [float(f"{v:.4g}") for v in 100.0 * counts / len(e)],
+        "hovertemplate": "%{x:.3f} mm: %{y:.2f} %<extra></extra>",
+    }
+    layout = {
+        "height": 300,
+        "margin": {"l": 64, "r": 16, "t": 8, "b": 46},
+        "shapes": [],
+        "bargap": 0,
+        "xaxis": {"title": {"text": "error along the normal, mm"}},
+        "yaxis": {"title": {"text": "% of the points"}},
+    }
+    return {
+        "id": "spread",
+        "title": "How the errors are spread",
+        "caption": "The bars at the ends hold all that lies beyond.",
+        "traces": [trace],
+        "layout": layout,
+        "own": True,
+    }

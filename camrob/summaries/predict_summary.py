@@ -1,0 +1,94 @@
+"""What `camrob predict` says: predict.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from camrob.summaries.base import Summary
+from camrob.summaries.remarks import Remark
+
+__all__ = ["DeviationSize", "PredictSeconds", "PredictSummary", "PredictedPlace", "PredictedRegion"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeviationSize(Summary):
+    """Deviations of a surface from the programmed one, along its normal: rms, the 95th percentile and the largest of their sizes,
+    and their mean with its sign (above 0: material stands).
+    """
+
+    points: int
+    rms_mm: float
+    p95_mm: float
+    worst_mm: float
+    mean_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictedPlace(Summary):
+    """One of the worst places: where in the part (mm), the program's line, the deviation and its 95 % band, the largest cause
+    with its part of the deviation (mm), and which share of the sizes of all causes that is.
+    """
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    line: int
+    deviation_mm: float
+    band_mm: float
+    cause: str
+    cause_mm: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictedRegion(Summary):
+    """A file of the program: what it cuts."""
+
+    file: str
+    first_line: int
+    last_line: int
+    size: DeviationSize
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictSeconds(Summary):
+    """How long the stages took."""
+
+    simulate: float
+    path: float
+    cut: float
+    whole: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictSummary(Summary):
+    """The part as it would come out. band_mm: 95 % of a deviation's doubt lie within it, either way, the middle one of all
+    points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in one direction of what nothing explains.
+    not_met: points left out, as another wall stands there. not_reckoned: causes that were found and this run does not tell.
+    not_judged: what else a real cut has.
+    """
+
+    program: str
+    cell: str
+    calibration: str
+    diagnosis: str
+    pitch_mm: float
+    points: int
+    rms_mm: float
+    p95_mm: float
+    worst_mm: float
+    mean_mm: float
+    band_mm: float
+    band_p95_mm: float
+    percentiles_mm: Mapping[str, float]
+    causes: Mapping[str, float]
+    rest_mm: float
+    places: tuple[PredictedPlace, ...]
+    regions: tuple[PredictedRegion, ...]
+    not_met: int
+    not_reckoned: tuple[str, ...]
+    not_judged: tuple[str, ...]
+    warnings: tuple[Remark, ...]
+    files: tuple[str, ...]
+    seconds: PredictSeconds
