@@ -230,7 +230,9 @@ def predict(
     cell: CellOption,
     calibration: Annotated[
         Path,
-        typer.Option("--calibration", metavar="FITTED.toml", help="What `calibrate` or `diagnose --calibration` wrote."),
+        typer.Option(
+            "--calibration", metavar="FITTED.toml", help="What `calibrate` or `diagnose --calibration` wrote."
+        ),
     ],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", help="The folder that receives predict.json, .html and surface.npz.")

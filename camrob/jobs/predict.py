@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from camrob.controller.simulate import simulate as run
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Dexels, block, of_mesh
 from camrob.errors import InputError, SetupError
-from camrob.findings import collapse
+from camrob.findings import Finding, collapse
 from camrob.gap.cell_effects import cell_effects
 from camrob.gap.effects.registry import library
 from camrob.gap.fitted_units import FittedUnits, fitted_units
@@ -29,8 +30,8 @@ from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import staged_output
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
-from camrob.predict.surface import PredictedSurface, predict_surface
-from camrob.predict.true_path import TruePath, true_path
+from camrob.prediction.surface import PredictedSurface, predict_surface
+from camrob.prediction.true_path import TruePath, true_path
 from camrob.program.motion import Blend
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, stage_of
@@ -97,6 +98,13 @@ def predict(
     Raises:
         ProgramError, CellError, LogError, SetupError, StaleInputError, InputError: input that is wrong.
         UnreachableError: a program that can't be run.
+
+    Example:
+        >>> cell, fitted = Path("cells/kr15_track_table"), Path("out/calibration.toml")
+        >>> program, setup = Path("out/engraving.src"), Path("toolpaths/engraving/setup.toml")
+        >>> result = camrob.predict(program, cell=cell, calibration=fitted, setup=setup, out=Path("out/part"), pitch_mm=1.0)
+        >>> result.summary.p95_mm < 5.0
+        True
     """
     start = time.perf_counter()
     program = Path(program)
@@ -119,7 +127,6 @@ def predict(
         cure = "give the set-up that the program was posted with (--setup)"
         raise InputError("the program cuts nothing of the stock", cure=cure, path=program)
     done = time.perf_counter()
-    said = collapse([*text.findings, *ran.findings, *findings])
     summary = PredictSummary(
         program=program.stem,
         cell=machine.name,
@@ -137,7 +144,7 @@ def predict(
         not_met=surface.not_met,
         not_reckoned=path.not_reckoned,
         not_judged=_NOT_JUDGED,
-        warnings=tuple(Remark(line=f.line, code=f.code, text=f.text, count=f.count) for f in said),
+        warnings=_remarks([*text.findings, *ran.findings, *findings]),
         files=("predict.json", "surface.npz", "predict.html"),
         seconds=PredictSeconds(
             simulate=round(simulated - start, 3),
@@ -166,6 +173,10 @@ def _write(out: Path, summary: PredictSummary, surface: PredictedSurface, path: 
         }
         np.savez_compressed(folder / "surface.npz", **arrays)  # type: ignore[arg-type]
         (folder / "predict.html").write_text(predict_report(summary, surface), encoding="utf-8")
+
+
+def _remarks(findings: Sequence[Finding]) -> tuple[Remark, ...]:
+    return tuple(Remark(line=f.line, code=f.code, text=f.text, count=f.count) for f in collapse(findings))
 
 
 def _set_up(program: Path, setup: Path | None, machine: Cell) -> Setup:

@@ -64,9 +64,9 @@ class PredictSeconds(Summary):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictSummary(Summary):
     """The part as it would come out. band_mm: 95 % of a deviation's doubt lie within it, either way, the middle one of all
-    points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in one direction of what nothing explains.
-    not_met: points left out, as another wall stands there. not_reckoned: causes that were found and this run does not tell.
-    not_judged: what else a real cut has.
+    points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in one direction of what nothing
+    explains. not_met: points left out, as another wall stands there. not_reckoned: causes that were found and this run does not
+    tell. not_judged: what else a real cut has.
     """
 
     program: str

@@ -102,7 +102,16 @@ def _vertices(body: Body) -> Array:
 
 def _tool(fields: Fields) -> Tool:
     """One [tool]."""
-    fields.none_but("number", "name", "flange_to_tool", "diameter_mm", "length_mm", "mass_kg", "center_of_mass_mm")
+    fields.none_but(
+        "number",
+        "name",
+        "flange_to_tool",
+        "diameter_mm",
+        "length_mm",
+        "corner_radius_mm",
+        "mass_kg",
+        "center_of_mass_mm",
+    )
     diameter, length = fields.maybe("diameter_mm"), fields.maybe("length_mm")
     for key, value in (("diameter_mm", diameter), ("length_mm", length)):
         if value is not None and value <= 0.0:

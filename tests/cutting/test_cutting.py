@@ -8,7 +8,7 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import Moves, block, of_mesh
+from camrob.cutting.dexels import Moves, block, deviation, of_mesh
 from camrob.errors import InputError
 
 MM = 1e-3
@@ -139,10 +139,26 @@ def test_normals_are_those_of_the_surface() -> None:
     push = np.array([4.0, -7.0, 5.0]) * 1e-6
     other = plate()
     other.carve(Moves(moves.tip + push, moves.axis, moves.cutter, moves.cutters))
-    ends, _ = other.nearest_end(cut)
-    rows = np.arange(len(ends))
-    moved = (ends - cut.point[rows, cut.direction]) * cut.normal[rows, cut.direction]
-    assert np.quantile(np.abs(moved - cut.normal @ push), 0.98) < 0.3e-6
+    moved = deviation(cut, Moves(moves.tip + push, moves.axis, moves.cutter, moves.cutters), other, farthest=1e-3)
+    assert np.nanquantile(np.abs(moved - cut.normal @ push), 0.98) < 0.3e-6
+
+
+def test_a_groove_that_is_cut_deeper_is_off_by_that_along_its_normals() -> None:
+    """A ball that goes 0.3 mm too deep: a point's distance to the circle below it, which no single ray tells."""
+    centre, R, deeper = np.array([10.0, 12.0]) * MM, 5 * MM, 0.3 * MM
+    stock, moves = plate(), straight([[-10, 10, 7], [30, 10, 7]], of(5, 5))
+    low = straight([[-10, 10, 6.7], [30, 10, 6.7]], of(5, 5))
+    other = plate()
+    stock.carve(moves)
+    other.carve(low)
+    cut = stock.surface(moves)
+    off = deviation(cut, low, other, farthest=1e-3)
+    # from a point inwards along its normal, out of the material, back to the circle below
+    n, p = cut.normal[:, 1:], cut.point[:, 1:] - (centre - [0.0, deeper])
+    along = np.sum(n * p, axis=1)
+    true = -along - np.sqrt(along**2 - np.sum(p * p, axis=1) + R**2)
+    good = np.isfinite(off)
+    assert good.mean() > 0.95 and np.abs(off[good] - true[good]).max() < 0.025 * deeper
 
 
 def test_the_axis_may_turn_along_a_move() -> None:

@@ -25,7 +25,7 @@ ROWS = (
     ("cli", "warm"),
     ("jobs",),
     ("report",),
-    ("predict", "studies"),
+    ("prediction", "studies"),
     ("gap", "loop"),
     ("controller", "witness"),
     ("languages",),

@@ -19,6 +19,7 @@ VERBS = (
     "diagnose",
     "calibrate",
     "compensate",
+    "predict",
     "feed",
     "batch",
     "place",

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camrob.predict.surface import PredictedSurface
+from camrob.prediction.surface import PredictedSurface
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.pack import packed_floats
 from camrob.report.page.parts import card_row, figure, section, table

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import CutSurface, Dexels, Moves
-from camrob.predict.true_path import TruePath
+from camrob.cutting.dexels import CutSurface, Dexels, Moves, deviation
+from camrob.prediction.true_path import TruePath
 from camrob.se3 import inverse
 
 __all__ = ["PredictedSurface", "predict_surface"]
@@ -56,12 +56,9 @@ def predict_surface(
         left.carve(moves)
         carved.append(left)
     surface = carved[1].surface(meant)
-    rows = np.arange(len(surface.point))
-    own = surface.point[rows, surface.direction]
-    ends = [one.nearest_end(surface)[0] for one in (carved[0], carved[2])]
-    along = surface.normal[rows, surface.direction]
-    met = np.all([np.abs(e - own) < _FARTHEST for e in ends], axis=0)
-    rounding, moved = (own - ends[0]) * along, (ends[1] - own) * along
+    rounding = -deviation(surface, asked, carved[0], farthest=_FARTHEST)
+    moved = deviation(surface, real, carved[2], farthest=_FARTHEST)
+    met = np.isfinite(rounding) & np.isfinite(moved)
     keep = np.flatnonzero(met)
     twists = np.stack([c.twist for c in path.causes], axis=2) if path.causes else np.zeros((len(path.t), 6, 0))
     shares, band = _reckoned(surface, keep, path, twists, part_T_base)
@@ -99,12 +96,14 @@ def _reckoned(
         wrench = np.concatenate([wrench[:, :3] @ part_T_base[:3, :3], wrench[:, 3:] @ part_T_base[:3, :3]], axis=1)
         here = slice(start, start + len(some))
 
-        def felt(x: Array, row: Array = row, at: Array = at, wrench: Array = wrench) -> Array:
-            between = x[row] * (1.0 - at[:, :, None]) + x[row + 1] * at[:, :, None]
-            return np.asarray(np.einsum("pi,pik->pk", wrench, between))
-
-        shares[here] = felt(twists)
-        variance = np.sum(felt(path.spread) ** 2, axis=1) + path.rest**2
-        variance += np.sum((wrench * (path.doubt[row] * (1.0 - at) + path.doubt[row + 1] * at)) ** 2, axis=1)
+        shares[here] = np.einsum("pi,pik->pk", wrench, _between(twists, row, at))
+        variance = np.sum(np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at)) ** 2, axis=1) + path.rest**2
+        variance += np.sum((wrench * _between(path.doubt, row, at)) ** 2, axis=1)
         band[here] = _NORMAL * np.sqrt(variance)
     return shares, band
+
+
+def _between(values: Array, row: NDArray[np.int64], at: Array) -> Array:
+    """Values (N, ...) of the run between its rows: (P, ...) at shares (P, 1) of the way to the next."""
+    share = at.reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(values[row] * (1.0 - share) + values[row + 1] * share)

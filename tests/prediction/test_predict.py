@@ -1,0 +1,127 @@
+"""The predicted part: what a known push of the machine does to a surface, and files that say so."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camrob.calibration.calibration import Calibration, ErrorSize, robot_digest
+from camrob.calibration.calibration_file import calibration_text
+from camrob.calibration.parameters import ParameterSet
+from camrob.calibration.terms import parameter_of
+from camrob.cell.read_cell import read_cell
+from camrob.cutting.cutter import Cutter
+from camrob.cutting.dexels import block
+from camrob.errors import InputError, SetupError
+from camrob.jobs.predict import predict
+from camrob.prediction.surface import predict_surface
+from camrob.prediction.true_path import Cause, TruePath
+
+ROOT = Path(__file__).resolve().parents[2]
+CELL = ROOT / "cells" / "kr15_track_table"
+MM = 1e-3
+
+
+def level_path(count: int = 41) -> np.ndarray:
+    """A ball's tip, 3 mm deep in a plate of 10, straight along x."""
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    poses[:, :3, 3] = np.c_[np.linspace(-10, 30, count), np.full(count, 10.0), np.full(count, 7.0)] * MM
+    return poses
+
+
+def test_a_push_is_told_by_cause_and_its_doubt_by_the_band() -> None:
+    ideal = level_path()
+    true, push = ideal.copy(), np.array([0.0, 8e-6, -20e-6, 0.0, 0.0, 0.0])
+    true[:, :3, 3] += push[:3]
+    count = len(ideal)
+    twist = np.tile(push, (count, 1))
+    sigma = np.zeros((count, 6, 1))
+    sigma[:, 2, 0] = 3e-6
+    path = TruePath(
+        np.arange(count) * 0.004,
+        np.arange(count),
+        ideal,
+        true,
+        (Cause("push", twist),),
+        sigma,
+        np.zeros((count, 6)),
+        4e-6,
+        (),
+    )
+    found = predict_surface(block(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 40 * MM),
+                            np.eye(4), path, ideal)  # fmt: skip
+    assert len(found.point) > 1000
+    assert np.abs(found.rounding).max() < 1e-9
+    assert np.allclose(found.shares[:, 0], found.normal @ push[:3], atol=1e-9)
+    assert np.quantile(np.abs(found.deviation - found.shares[:, 0]), 0.98) < 0.2e-6
+    assert found.deviation.min() < -19e-6  # cut too deep
+    expected = 1.96 * np.sqrt((3e-6 * found.normal[:, 2]) ** 2 + 4e-6**2)
+    assert found.band == pytest.approx(expected, rel=1e-3)
+
+
+def calibration(file: Path, values: dict[str, float], *, withheld: bool = True) -> Path:
+    cell = read_cell(CELL)
+    parameters = ParameterSet.of(parameter_of(cell, n) for n in values).with_values(
+        np.array(list(values.values())), np.full(len(values), 1e-6)
+    )
+    size = ErrorSize.of(np.full(50, 30e-6), np.zeros(50), oriented=False)
+    made = Calibration(
+        cell_name=cell.name, cell_digest=robot_digest(cell), parameters=parameters,
+        errors={"calibrated/withheld": size} if withheld else {}, condition=10.0, observability=(1.0,) * 5,
+        scatter_position=2e-5, logs=(("log.csv", "0"),), rows=50, outliers=0, oriented=False, warnings=(),
+    )  # fmt: skip
+    file.write_text(calibration_text(made), encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory) -> Path:
+    """A few grooves of the engraving, which is what a test can wait for."""
+    folder = tmp_path_factory.mktemp("program")
+    lines = (ROOT / "toolpaths/engraving/golden/engraving.src").read_text(encoding="latin-1").split("\n")
+    kept = [*lines[:43], *lines[-1:]] if "END" in lines[-1] else [*lines[:43], "END", ""]
+    file = folder / "engraving.src"
+    file.write_text("\n".join(kept), encoding="latin-1")
+    return file
+
+
+def test_a_tool_that_is_too_long_cuts_too_deep(program: Path, tmp_path: Path) -> None:
+    fitted = calibration(tmp_path / "fitted.toml", {"tool.z": -0.05e-3})
+    setup = ROOT / "toolpaths/engraving/setup.toml"
+    made = predict(
+        program, cell=CELL, calibration=fitted, setup=setup, out=tmp_path / "out", pitch_mm=0.4, cycle_ms=12.0
+    )
+    said = json.loads((tmp_path / "out" / "predict.json").read_text(encoding="utf-8"))
+    assert said == made.summary.to_json()
+    surface = np.load(tmp_path / "out" / "surface.npz")
+    rounded = np.abs(surface["rounding"]) < 1e-4
+    # the tool's z points to the holder, the grooves are cut from above: all of it shows on their floors
+    floor = rounded & (surface["normals"][:, 2] > 0.99)
+    assert floor.any() and surface["deviation"][floor] == pytest.approx(-0.05, abs=2e-3)
+    assert surface["causes"][floor, 0] == pytest.approx(-0.05, abs=1e-3)
+    assert said["causes"]["tool.z"] > 0.0 and said["rest_mm"] == pytest.approx(0.03 / np.sqrt(3))
+    assert said["places"][0]["line"] in range(20, 45)
+    page = (tmp_path / "out" / "predict.html").read_text(encoding="utf-8")
+    assert "The ten worst places" in page and "tool.z" in page
+
+
+def test_what_is_missing_is_asked_for(program: Path, tmp_path: Path) -> None:
+    fitted = calibration(tmp_path / "fitted.toml", {"tool.z": 1e-4}, withheld=False)
+    setup = tmp_path / "setup.toml"
+    asked = {"cell": CELL, "calibration": fitted, "out": tmp_path / "out"}
+    with pytest.raises(InputError, match="--setup"):
+        predict(program, **asked)
+    setup.write_text(
+        "[tool]\ndiameter_mm = 3\nlength_mm = 40\n[stock]\nbox_mm = [0, 0, 0, 1, 1, 1]\n", encoding="utf-8"
+    )
+    with pytest.raises(SetupError, match="corner_radius_mm"):
+        predict(program, setup=setup, **asked)
+    setup.write_text("[tool]\ndiameter_mm = 3\nlength_mm = 40\ncorner_radius_mm = 0\n", encoding="utf-8")
+    with pytest.raises(SetupError, match="no stock"):
+        predict(program, setup=setup, **asked)
+    with pytest.raises(InputError, match="how far it is off"):
+        predict(program, setup=ROOT / "toolpaths/engraving/setup.toml", **asked)
+    assert not (tmp_path / "out").exists()
