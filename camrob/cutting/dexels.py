@@ -30,6 +30,9 @@ _OFF = (
     0.5 + 1.2345e-4
 )  # of the pitch from the block's face to the first ray: no ray lies in a face or on an edge of the CAD's
 _STOCK = -1
+_ALIKE = (
+    0.8  # cosine between normals of two surfaces that are one; others are another wall, or the other side of a ridge
+)
 _LEAKS = 1e-3  # of the rays: as many meet a closed mesh in a seam
 
 
@@ -195,7 +198,7 @@ class Dexels:
 
 def deviation(surface: CutSurface, moves: Moves, other: Dexels, *, farthest: float) -> Array:
     """By how much material `other`, cut by `moves`, stands beyond a surface, along its normals: (P,) m, NaN where its rays meet
-    nothing cut within `farthest` m.
+    nothing cut within `farthest` m, or a wall that looks elsewhere.
 
     What a ray says of the distance between two surfaces depends on their slopes: the mean of both is taken, which leaves an error
     of third order in the distance over the cutter's radius.
@@ -208,8 +211,9 @@ def deviation(surface: CutSurface, moves: Moves, other: Dexels, *, farthest: flo
     there[np.arange(len(met)), surface.direction[met]] = value[met]
     _, into = contacts(there, move[met].astype(np.int32), moves.tip, moves.axis, moves.shape)
     slopes = surface.normal[met] - into
+    same = -np.sum(surface.normal[met] * into, axis=1) > _ALIKE
     out = np.full(len(rows), np.nan)
-    out[met] = way[met] * 0.5 * slopes[np.arange(len(met)), surface.direction[met]]
+    out[met[same]] = (way[met] * 0.5 * slopes[np.arange(len(met)), surface.direction[met]])[same]
     return out
 
 

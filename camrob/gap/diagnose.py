@@ -21,7 +21,6 @@ from camrob.gap.evidence.comparison import compare
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import trial_of
 from camrob.gap.experiment.experiment import Experiment, plan_experiment
-from camrob.gap.fitted_units import fitted_model
 from camrob.gap.handover import hand_over
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.by_stage import RUNGS, Ladder, lacking, ladder
@@ -109,7 +108,6 @@ def diagnose(
     summary["instrument"] = instrument_suspect(model, summary["effects"])
     handed = hand_over(model, trial, verdict.claimed, verdict.members)
     summary["compensable"] = dict(handed.summary)
-    summary["fitted"] = fitted_model(model, verdict.members).to_json()
     summary["together"] = {
         **summary["together"],
         "compensable_mm": handed.summary["rms_before_mm"] - handed.summary["rms_after_mm"],

@@ -15,6 +15,7 @@ from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.terms import parameter_of
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import Shrinkage, Trial, shrinkage
+from camrob.gap.fitted_units import fitted_model
 from camrob.units import m_to_mm
 
 __all__ = ["Handover", "hand_over"]
@@ -56,6 +57,7 @@ def hand_over(model: Model, trial: Trial, claimed: Sequence[str], members: Set) 
         "rms_after_mm": m_to_mm(shrunk.rms_after),
         "shrink": shrunk.shrink,
         "shrink_interval": list(shrunk.interval()),
+        "fitted": fitted_model(model, members).to_json(),
     }
     if not handed or summary["shrink_interval"][0] <= 0.0:
         # of causes that mimic each other's shape, a part by itself may make things worse

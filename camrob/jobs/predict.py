@@ -123,9 +123,7 @@ def predict(
     programmed = base_T_tool(tooled, tooled.to_q(plain.log.axes(tooled.axis_names)))
     reckoned = time.perf_counter()
     surface = predict_surface(stock, cutter, np.asarray(held.base_T_part), path, programmed)
-    if len(surface.point) == 0:
-        cure = "give the set-up that the program was posted with (--setup)"
-        raise InputError("the program cuts nothing of the stock", cure=cure, path=program)
+    _demand_cut(surface, program)
     done = time.perf_counter()
     summary = PredictSummary(
         program=program.stem,
@@ -173,6 +171,12 @@ def _write(out: Path, summary: PredictSummary, surface: PredictedSurface, path: 
         }
         np.savez_compressed(folder / "surface.npz", **arrays)  # type: ignore[arg-type]
         (folder / "predict.html").write_text(predict_report(summary, surface), encoding="utf-8")
+
+
+def _demand_cut(surface: PredictedSurface, program: Path) -> None:
+    if len(surface.point) == 0:
+        cure = "give the set-up that the program was posted with (--setup)"
+        raise InputError("the program cuts nothing of the stock", cure=cure, path=program)
 
 
 def _remarks(findings: Sequence[Finding]) -> tuple[Remark, ...]:
@@ -225,10 +229,12 @@ def _diagnosed(
         raise InputError(
             "is no diagnosis", cure="give the folder that `camrob diagnose --out` wrote", path=file
         ) from error
-    if said.fitted is None:
+    if said.compensable.fitted is None:
         raise InputError("holds no fitted units", cure="diagnose again with this camrob", path=file)
     left = max(said.together.rms_after_mm**2 - said.gap.noise_mm**2, 0.0)
-    return fitted_units(said.fitted, library(extra=cell_effects(cell, machine))), mm_to_m(float(np.sqrt(left / 3.0)))
+    return fitted_units(said.compensable.fitted, library(extra=cell_effects(cell, machine))), mm_to_m(
+        float(np.sqrt(left / 3.0))
+    )
 
 
 def _size(deviation: Array) -> DeviationSize:

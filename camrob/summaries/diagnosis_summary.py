@@ -233,8 +233,40 @@ class Residual(OpenSummary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class UnitParameter(OpenSummary):
+    """A parameter as `camrob predict` needs it: its ordinary size and fitted value in SI; unit: that of the trade."""
+
+    name: str
+    unit: str
+    usual: float
+    value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedUnit(OpenSummary):
+    """A claimed unit: its effect, axis and kind, its parameters, and the state in which it was fitted."""
+
+    effect: str
+    axis: str
+    key: str
+    parameters: tuple[UnitParameter, ...]
+    state: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedModel(OpenSummary):
+    """What is claimed, to be reckoned on other paths; covariance: (K, K) of all parameters in order, SI."""
+
+    units: tuple[FittedUnit, ...]
+    covariance: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Compensable(OpenSummary):
-    """What of the claimed effects `compensate` can correct, what it leaves, and the calibration that was written for it."""
+    """What of the claimed effects `compensate` can correct, what it leaves, and the calibration that was written for it.
+
+    fitted: all that is claimed, for `predict`; None in files of before 2026-11-22.
+    """
 
     effects: tuple[str, ...]
     left: tuple[str, ...]
@@ -243,6 +275,7 @@ class Compensable(OpenSummary):
     shrink: float
     shrink_interval: Interval
     written: str | None = left_out()
+    fitted: FittedModel | None = left_out()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -312,42 +345,13 @@ class InstrumentSuspect(OpenSummary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UnitParameter(OpenSummary):
-    """A parameter as `camrob predict` needs it: its ordinary size and fitted value in SI; unit: that of the trade."""
-
-    name: str
-    unit: str
-    usual: float
-    value: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FittedUnit(OpenSummary):
-    """A claimed unit: its effect, axis and kind, its parameters, and the state in which it was fitted."""
-
-    effect: str
-    axis: str
-    key: str
-    parameters: tuple[UnitParameter, ...]
-    state: Mapping[str, float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FittedModel(OpenSummary):
-    """What is claimed, to be reckoned on other paths; covariance: (K, K) of all parameters in order, SI."""
-
-    units: tuple[FittedUnit, ...]
-    covariance: tuple[tuple[float, ...], ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosisSummary(OpenSummary):
     """The diagnosis: the gap, where it lies, the effects that cause it, how far it shrinks, and what stays unknown.
 
     status: "explained", "partly explained", "unexplained" or "no gap". within: by logged rung, what the gap is within, "noise" or
     "tolerance", or "beyond". aliases: effects that these logs can't tell apart.
     axes_report: axes of which both ends are logged. added_load: None where no drive tells it. experiment: None where there is
-    nothing to tell apart. fitted: None in files of before 2026-11-22.
+    nothing to tell apart.
     """
 
     cell: str
@@ -370,7 +374,6 @@ class DiagnosisSummary(OpenSummary):
     instrument: InstrumentSuspect
     compensable: Compensable
     experiment: ExperimentFigures | None = left_out()
-    fitted: FittedModel | None = left_out()
     standards: tuple[Standard, ...]
 
     @property
