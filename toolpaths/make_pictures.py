@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from camrob.cell.read_cell import read_cell
 from camrob.jobs.files.inputs import read_inputs
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
@@ -18,12 +19,13 @@ from camrob.report.page.figures import figure_conditioning, figure_overview
 
 HERE = Path(__file__).resolve().parent
 CELL = HERE.parent / "cells" / "kr15_track_table"
-SAMPLES = ("carving", "relief", "engraving")
+SAMPLES = ("carving", "relief", "engraving", "globe")
 
 
 def main() -> None:
+    machine = read_cell(CELL)
     for name in SAMPLES:
-        job = read_inputs(HERE / name / f"{name}.cls", CELL, None)
+        job = read_inputs(HERE / name / f"{name}.cls", machine, None)
         solution = resolve_vjm(job.cell, job.path)
         others = {
             "all weights alike": np.asarray(resolve_vjm(job.cell, job.path, weighting=even_weights(job.cell)).inv_kf),

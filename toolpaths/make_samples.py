@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from making import carving, engraving, relief
+from making import carving, engraving, globe, relief
 from making.texts import READMES, SETUPS
 
 __all__ = ["files"]
 
-SAMPLES = {"carving": carving, "relief": relief, "engraving": engraving}
-MESHES = {"carving": "part.stl", "relief": "part.stl", "engraving": "stock.stl"}
+SAMPLES = {"carving": carving, "relief": relief, "engraving": engraving, "globe": globe}
+MESHES = {"carving": "part.stl", "relief": "part.stl", "engraving": "stock.stl", "globe": "part.stl"}
 
 
 def files(name: str) -> dict[str, bytes]:

@@ -71,7 +71,7 @@ def test_it_is_said_first_and_the_program_is_the_files(tmp_path: Path) -> None:
     assert "rapid-in-stock" not in [w.code for w in bare.summary.warnings]
 
 
-@pytest.mark.parametrize("name", ["engraving", "carving", "relief"])
+@pytest.mark.parametrize("name", ["engraving", "carving", "relief", "globe"])
 def test_the_samples_raise_no_alarm(name: str) -> None:
     inputs = read_inputs(ROOT / "toolpaths" / name / f"{name}.cls", cell_for("post", KR15), None)
     assert "rapid-in-stock" not in [f.code for f in inputs.urgent]

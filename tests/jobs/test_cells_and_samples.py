@@ -114,7 +114,7 @@ def test_a_urdf_that_is_no_arm_leaves_nothing_behind(tmp_path: Path, text: str, 
 
 def test_samples_are_listed_and_copied(tmp_path: Path) -> None:
     listed = {one.name: one for one in samples().summary.samples}
-    assert set(listed) == {"carving", "engraving", "relief"}
+    assert set(listed) == {"carving", "engraving", "globe", "relief"}
     assert listed["engraving"].title == "a name plate in single strokes"
     copied = samples(out=tmp_path / "parts").summary
     for one in copied.samples:
@@ -155,7 +155,7 @@ def test_the_wheel_holds_cells_and_samples(tmp_path: Path) -> None:
     said = subprocess.run([sys.executable, "-c", ask], cwd=built, capture_output=True, text=True, check=True).stdout
     found = [Path(line) for line in said.splitlines()]
     assert all(folder.is_relative_to(built) for folder in found)
-    assert {f.name for f in found} == {f.name for f in (ROOT / "cells").iterdir()} | {"carving", "engraving", "relief"}
+    assert {f.name for f in found} == {f.name for f in (ROOT / "cells").iterdir()} | {"carving", "engraving", "globe", "relief"}
     for folder in found:
         kept = {f.name for f in folder.iterdir()}
         assert {"README.md"} < kept and not any(f.is_dir() for f in folder.iterdir())

@@ -124,7 +124,7 @@ def _repeated(text: str, rng: np.random.Generator, share: float) -> str:
 
 
 @pytest.mark.parametrize("share", [1.0, 0.2])
-@pytest.mark.parametrize("name", ["engraving", "carving", "relief"])
+@pytest.mark.parametrize("name", ["engraving", "carving", "relief", "globe"])
 def test_the_samples_paths_do_not_change(tmp_path: Path, name: str, share: float) -> None:
     folder = ROOT / "toolpaths" / name
     content = (folder / f"{name}.cls").read_text()

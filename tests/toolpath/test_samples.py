@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -73,7 +74,7 @@ def test_sizes_and_counts(name):
     assert stated[f"triangles of `{mesh.name}"] == (mesh.stat().st_size - 84) // 50
     assert mesh.stat().st_size < 500_000
     assert (folder / f"{name}.cls").stat().st_size < 1_000_000
-    low, high = {"carving": (3000, 8000), "relief": (5000, 10000), "engraving": (50, 1500)}[name]
+    low, high = {"carving": (3000, 8000), "relief": (5000, 10000), "engraving": (50, 1500), "globe": (450, 550)}[name]
     assert low <= stated["points (GOTO)"] <= high
 
 
@@ -90,8 +91,19 @@ def test_reads_without_a_finding_and_sets_up(name):
         cutting = region.move == Move.CUT
         assert np.all(region.feed[cutting] > 0)
     setup = read_setup(ROOT / "toolpaths" / name / "setup.toml", read_cell(ROOT / "cells" / "kr15_track_table"))
-    assert setup.base_T_part[2, 3] == pytest.approx(0.2)
+    assert setup.base_T_part[2, 3] == pytest.approx(0.0 if name == "globe" else 0.2)
     assert (setup.part or setup.stock) is not None
+
+
+def test_the_globe_alone_crosses_the_threshold_of_the_condition_term():
+    threshold = read_cell(ROOT / "cells" / "kr15_track_table").resolve.threshold
+    least = {
+        name: json.loads((ROOT / "toolpaths" / name / "golden" / f"{name}.json").read_text())["conditioning"][
+            "inv_kf_min"
+        ]
+        for name in NAMES
+    }
+    assert [name for name, value in least.items() if value < threshold] == ["globe"]
 
 
 @pytest.mark.parametrize("name", NAMES)

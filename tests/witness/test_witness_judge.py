@@ -14,7 +14,7 @@ from camrob.witness.manifest import check_manifest, make_manifest
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"
-SAMPLES = ("engraving", "carving", "relief")
+SAMPLES = ("engraving", "carving", "relief", "globe")
 
 
 def golden(name: str, folder: Path) -> Path:

@@ -898,7 +898,7 @@ def test_rows_keep_external_axes_that_they_leave_out(tmp_path):
 # whole programs
 
 
-@pytest.mark.parametrize("name", ["carving", "engraving", "relief"])
+@pytest.mark.parametrize("name", ["carving", "engraving", "globe", "relief"])
 def test_golden_programs(tmp_path, name):
     golden = ROOT / "toolpaths" / name / "golden"
     shutil.copy(golden / f"{name}.dat", tmp_path)
@@ -914,7 +914,7 @@ def test_golden_programs(tmp_path, name):
     assert np.allclose(base_T_tool[:, :3, 3], made.path.tip, atol=1e-8)
     assert {event.kind for event in made.events} == {Kind.SPINDLE_ON, Kind.SPINDLE_OFF, Kind.COOLANT_OFF}
     spindle = [event.value for event in made.events if event.kind is Kind.SPINDLE_ON]
-    assert spindle == {"carving": [9000, 9000], "engraving": [18000, 12000], "relief": [12000]}[name]
+    assert spindle == {"carving": [9000, 9000], "engraving": [18000, 12000], "globe": [9000], "relief": [12000]}[name]
 
 
 @pytest.mark.skipif(not CORPUS.is_dir(), reason="../shared is not here")

@@ -53,6 +53,20 @@ length_mm = 80
 [stock]
 mesh = "stock.stl"
 """,
+    "globe": """\
+# The column stands on the table, 250 mm off its middle, so that the ball keeps clear of the spindle at HOME.
+part_in_base = [0, -250, 0, 0, 0, 0]
+clearance_mm = 60
+rapid_feed_mm_min = 12000
+
+[tool]
+name = "ball 10"
+diameter_mm = 10
+length_mm = 120
+
+[part]
+mesh = "part.stl"
+""",
 }
 
 _ORIGIN = """
@@ -112,6 +126,15 @@ pins, cut 0.8 mm deep with a ball-end mill of 3 mm.
   1500.
 - The holes are a drilling cycle (`CYCLE/DRILL` to `CYCLE/OFF`), 6 mm deep.
 - The MSYS lies in the middle of the plate's top.
+""",
+    "globe": """\
+# globe: a ball on a column, past the level and with the arm nearly stretched
+A ball of 260 mm whose middle is 800 mm over the table, finished with a ball-end mill of 10 mm along three
+meridians, from the pole to 15 degrees under the equator and back, the tool normal to the ball all the way.
+
+- So high up the arm is nearly stretched, and leaning past the level it has little choice: 1/k_F falls below
+  the cell's threshold, where the condition term (h_cond) begins to act. On the other samples it never does.
+- The tool's axis turns by 105 degrees down each meridian, evenly but for the ends.
 """,
 }
 for _name in READMES:
