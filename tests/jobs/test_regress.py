@@ -197,7 +197,7 @@ def test_summaries_by_meaning() -> None:
 
 
 def test_the_shipped_samples_come_out_as_their_golden_files() -> None:
-    """Whole programs and summaries of all three samples; `camrob regress toolpaths --update` makes a meant change golden."""
+    """Whole programs and summaries of all samples; `camrob regress toolpaths --update` makes a meant change golden."""
     root = Path(__file__).resolve().parents[2]
     result = regress(root / "toolpaths", cell=root / "cells" / "kr15_track_table")
     assert result.ok, result.summary
