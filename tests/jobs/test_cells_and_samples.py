@@ -155,7 +155,12 @@ def test_the_wheel_holds_cells_and_samples(tmp_path: Path) -> None:
     said = subprocess.run([sys.executable, "-c", ask], cwd=built, capture_output=True, text=True, check=True).stdout
     found = [Path(line) for line in said.splitlines()]
     assert all(folder.is_relative_to(built) for folder in found)
-    assert {f.name for f in found} == {f.name for f in (ROOT / "cells").iterdir()} | {"carving", "engraving", "globe", "relief"}
+    assert {f.name for f in found} == {f.name for f in (ROOT / "cells").iterdir()} | {
+        "carving",
+        "engraving",
+        "globe",
+        "relief",
+    }
     for folder in found:
         kept = {f.name for f in folder.iterdir()}
         assert {"README.md"} < kept and not any(f.is_dir() for f in folder.iterdir())
