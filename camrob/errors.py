@@ -56,25 +56,25 @@ class CamrobError(Exception):
 class InputError(CamrobError):
     """An input is wrong: names the file, the line, what is wrong and what to do.
 
-    Attributes: `path` (or None), `line` (1-based, 0 where a line has no meaning), `what`, `cure`.
+    Attributes: `path` (or None), `line` (1-based, 0 where a line has no meaning), `what`, `hint`.
     """
 
-    def __init__(self, what: str, *, cure: str = "", path: str | Path | None = None, line: int = 0) -> None:
+    def __init__(self, what: str, *, hint: str = "", path: str | Path | None = None, line: int = 0) -> None:
         self.path = None if path is None else Path(path)
         self.line = line
         self.what = one_line(what, _WHAT)
-        self.cure = one_line(cure, _CURE)
+        self.hint = one_line(hint, _CURE)
         super().__init__(str(self))
 
     def __str__(self) -> str:
         where = (
             "" if self.path is None else one_line(str(self.path), _PATH) + (f":{self.line}" if self.line else "") + ": "
         )
-        return where + self.what + (f"; {self.cure}" if self.cure else "")
+        return where + self.what + (f"; {self.hint}" if self.hint else "")
 
     def at(self, path: str | Path, line: int = 0) -> InputError:
         """The same error with its place, where it had none yet."""
-        return type(self)(self.what, cure=self.cure, path=self.path or path, line=self.line or line)
+        return type(self)(self.what, hint=self.hint, path=self.path or path, line=self.line or line)
 
 
 class CellError(InputError):

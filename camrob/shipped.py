@@ -25,7 +25,7 @@ def shipped_cell(name: str) -> Path:
     """The folder of a cell that comes with camrob, for `cell=`. Raises InputError for another name."""
     cells = shipped_cells()
     if name not in cells:
-        raise InputError(f"no cell {name[:60]!r} comes with camrob", cure=f"take one of {', '.join(cells)}")
+        raise InputError(f"no cell {name[:60]!r} comes with camrob", hint=f"take one of {', '.join(cells)}")
     return cells[name]
 
 

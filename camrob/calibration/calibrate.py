@@ -145,8 +145,8 @@ def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:
     if rows >= 2 * len(names):
         return
     poses = sum(len(part.data) for part in prepared)
-    cure = f"{len(names)} parameters need {-(-2 * len(names) * poses // rows)} at the least"
-    raise LogError(f"holds {poses} poses to fit", cure=cure, path=prepared[0].data.name)
+    hint = f"{len(names)} parameters need {-(-2 * len(names) * poses // rows)} at the least"
+    raise LogError(f"holds {poses} poses to fit", hint=hint, path=prepared[0].data.name)
 
 
 def _believable(cell: Cell, frames: Fit, data: Measurements) -> None:
@@ -158,12 +158,12 @@ def _believable(cell: Cell, frames: Fit, data: Measurements) -> None:
         return
     seen = f'"{"base" if data.in_base else "world"}"'
     if known and (not scattered or _fits_elsewhere(cell, data)):
-        cure = 'say measured_frame = "unknown" and target = "unknown" in LOG.toml, or give the poses of the tip'
-        raise LogError(f"holds poses of another frame or target than {seen} and the tool", cure=cure, path=data.name)
+        hint = 'say measured_frame = "unknown" and target = "unknown" in LOG.toml, or give the poses of the tip'
+        raise LogError(f"holds poses of another frame or target than {seen} and the tool", hint=hint, path=data.name)
     place, turn = m_to_mm(frames.scatter_position), rad_to_deg(frames.scatter_angle)
     what = f"{data.name or 'the poses'} can't be this cell's: with base and tool fitted, {place:.1f} mm"
-    cure = "check the cell, the axes' signs, the units and measured_frame"
-    raise JobError(f"{what} and {turn:.2f} degrees an axis remain; {cure}")
+    hint = "check the cell, the axes' signs, the units and measured_frame"
+    raise JobError(f"{what} and {turn:.2f} degrees an axis remain; {hint}")
 
 
 def _fits_elsewhere(cell: Cell, data: Measurements) -> bool:

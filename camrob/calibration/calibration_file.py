@@ -136,7 +136,7 @@ def calibration_text(calibration: Calibration) -> str:
 
 
 def read_calibration(path: str | Path, cell: Cell) -> Calibration:
-    """The calibration in a file, for a cell. Raises LogError naming file, key and cure, StaleInputError for another
+    """The calibration in a file, for a cell. Raises LogError naming file, key and hint, StaleInputError for another
     cell.
     """
     path = Path(path)

@@ -65,7 +65,7 @@ class ErrorModel:
         """
         if len(set(names)) < len(names):
             twice = next(n for n in names if names.count(n) > 1)
-            raise LogError(f"the parameter {twice} is there twice", cure="name it once")
+            raise LogError(f"the parameter {twice} is there twice", hint="name it once")
         terms = tuple(term_of(cell, name) for name in names)
         return cls(cell, terms, in_base, _arrays(cell, in_base, left, right), gravity_arrays(cell))
 
@@ -154,7 +154,7 @@ class ErrorModel:
         if term.by in self.cell.axis_names:
             other = self.cell.index(term.by)
             return self.cell.joints[other].axis_value(q[:, other])
-        raise LogError(f"{term.name} needs a quantity {term.by!r}", cure="give it with the postures")
+        raise LogError(f"{term.name} needs a quantity {term.by!r}", hint="give it with the postures")
 
     def _shifts(self, values: Array, factors: Array, q: Array) -> Array:
         moving = [k for k, t in enumerate(self.terms) if t.kind is not TermKind.PLACE]

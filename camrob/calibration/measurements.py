@@ -76,23 +76,23 @@ def measurements_of(log: MeasurementLog, cell: Cell) -> Measurements:
     for name in strange:
         values = log.columns.get(name, log.columns.get(f"c{name}", np.zeros(1)))
         if np.nanmax(values) - np.nanmin(values) > 1e-6:
-            cure = f"give the cell of this log; {cell.name} has {', '.join(names)}"
-            raise LogError(f"moves {name}, which cell {cell.name} lacks", cure=cure, path=log.path, line=1)
+            hint = f"give the cell of this log; {cell.name} has {', '.join(names)}"
+            raise LogError(f"moves {name}, which cell {cell.name} lacks", hint=hint, path=log.path, line=1)
     reported = log.has(*names)
     if not reported and not log.has(*(f"c{n}" for n in names)):
         missing = next(n for n in names if not log.has(n))
-        cure = f"the cell's axes are {', '.join(names)}"
-        raise LogError(f"has no column {missing}", cure=cure, path=log.path, line=1)
+        hint = f"the cell's axes are {', '.join(names)}"
+        raise LogError(f"has no column {missing}", hint=hint, path=log.path, line=1)
     if not log.has_position:
-        raise LogError("holds no measured position", cure="give x, y, z", path=log.path, line=1)
+        raise LogError("holds no measured position", hint="give x, y, z", path=log.path, line=1)
     axes = log.axes(names) if reported else log.setpoints(names)
     oriented = log.has_orientation and bool(log.complete(ORIENTATION).any())
     whole = log.complete(POSITION) & ~np.isnan(axes).any(axis=1)
     if oriented:
         whole &= log.complete(ORIENTATION)
     if not whole.any():
-        cure = "every row lacks a position or an axis value"
-        raise LogError("holds no whole row", cure=cure, path=log.path)
+        hint = "every row lacks a position or an axis value"
+        raise LogError("holds no whole row", hint=hint, path=log.path)
     position, rotation = log.position[whole], log.rotation[whole] if oriented else np.eye(3)
     info = log.info
     return Measurements(

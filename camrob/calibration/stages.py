@@ -60,8 +60,8 @@ def carried_over(
     Raises LogError for too few poses.
     """
     if len(data) < _FEWEST:
-        cure = f"{_FEWEST} are needed, since its instrument is placed on half of them"
-        raise LogError(f"holds {len(data)} whole poses", cure=cure, path=data.name)
+        hint = f"{_FEWEST} are needed, since its instrument is placed on half of them"
+        raise LogError(f"holds {len(data)} whole poses", hint=hint, path=data.name)
     half = np.random.default_rng(1).permutation(len(data)) < len(data) // 2
     models = []
     for known in (ParameterSet.of(()), robot):

@@ -85,8 +85,8 @@ class Cell:
         return self
 
     def _lacks(self, section: str, verb: str) -> CellError:
-        cure = "add it; the README.md of cells/kr15_track_table explains its keys"
-        return CellError(f"has no [{section}], which {verb} needs", cure=cure, path=self.folder / "cell.toml")
+        hint = "add it; the README.md of cells/kr15_track_table explains its keys"
+        return CellError(f"has no [{section}], which {verb} needs", hint=hint, path=self.folder / "cell.toml")
 
     def __len__(self) -> int:
         return len(self.joints)

@@ -85,7 +85,7 @@ class ControllerSettings:
             _check_number(name, getattr(self, name), above=0.0)
         _check_number("apo_cdis_mm", self.apo_cdis_mm)
         if self.ptp_velocity_percent > 100.0:
-            raise CellError(f"ptp_velocity_percent is {self.ptp_velocity_percent}", cure="100 is the axes' top speed")
+            raise CellError(f"ptp_velocity_percent is {self.ptp_velocity_percent}", hint="100 is the axes' top speed")
         for name, least, most in (
             ("advance", 0, 5),
             ("act_ex_ax", 0, 6),
@@ -101,18 +101,18 @@ class ControllerSettings:
             for value in self.spindle_rpm:
                 _check_number("spindle_rpm", value)
             if len(self.spindle_rpm) != 2 or self.spindle_rpm[0] > self.spindle_rpm[1]:
-                raise CellError(f"spindle_rpm is {list(self.spindle_rpm)}", cure="give [least, most]")
+                raise CellError(f"spindle_rpm is {list(self.spindle_rpm)}", hint="give [least, most]")
         if self.tool_change_pose is not None and not all(math.isfinite(v) for v in self.tool_change_pose):
-            raise CellError("tool_change_pose holds a number that is not finite", cure="give degrees and mm")
+            raise CellError("tool_change_pose holds a number that is not finite", hint="give degrees and mm")
         usual = self.language == DEFAULT_LANGUAGE
         if usual:
             self._check_words()
         hooks: dict[str, tuple[str, ...]] = {}
         for name, lines in self.hooks.items():
             if name not in HOOK_PLACEHOLDERS:
-                raise CellError(f"hook {name!r} is unknown", cure="the hooks are " + ", ".join(HOOK_PLACEHOLDERS))
+                raise CellError(f"hook {name!r} is unknown", hint="the hooks are " + ", ".join(HOOK_PLACEHOLDERS))
             if isinstance(lines, str):
-                raise CellError(f"hook {name} is a text", cure="write a list of lines")
+                raise CellError(f"hook {name} is a text", hint="write a list of lines")
             hooks[name] = tuple(lines)
             for line in hooks[name]:
                 _check_line(f"hook {name}", line, HOOK_PLACEHOLDERS[name], self.max_line_length)
@@ -124,13 +124,13 @@ class ControllerSettings:
     def _check_words(self) -> None:
         """Raise CellError for what is no word of the usual language."""
         if self.ori_type not in _ORI_TYPES:
-            raise CellError(f"ori_type is {self.ori_type!r}", cure="write one of " + ", ".join(_ORI_TYPES))
+            raise CellError(f"ori_type is {self.ori_type!r}", hint="write one of " + ", ".join(_ORI_TYPES))
         if self.circ_type not in _CIRC_TYPES:
-            raise CellError(f"circ_type is {self.circ_type!r}", cure="write one of " + ", ".join(_CIRC_TYPES))
+            raise CellError(f"circ_type is {self.circ_type!r}", hint="write one of " + ", ".join(_CIRC_TYPES))
         if self.base_template:
             _check_line("base_template", self.base_template, ("base",), self.max_line_length)
             if self.base_template.count("{base}") != 1:
-                raise CellError("base_template does not name {base} once", cure="write EK(..., ..., {base})")
+                raise CellError("base_template does not name {base} once", hint="write EK(..., ..., {base})")
 
     def check_base(self, *, follows_table: bool) -> None:
         """Raise CellError where `$BASE` would not be printed as what `base_follows_table` makes of it.
@@ -140,20 +140,20 @@ class ControllerSettings:
         found = _EK.match(self.base_template)
         if not follows_table:
             if found:
-                cure = "take base_template away, or set base_follows_table"
+                hint = "take base_template away, or set base_follows_table"
                 raise CellError(
-                    "base_template writes a base that follows the table, and base_follows_table is false", cure=cure
+                    "base_template writes a base that follows the table, and base_follows_table is false", hint=hint
                 )
             return
         if not found:
             shown = repr(self.base_template) if self.base_template else "missing"
-            cure = "write EK(MACHINE_DEF[n].ROOT, MACHINE_DEF[n].MECH_TYPE, {base})"
-            raise CellError(f"base_follows_table is true, but base_template is {shown}, which stands still", cure=cure)
+            hint = "write EK(MACHINE_DEF[n].ROOT, MACHINE_DEF[n].MECH_TYPE, {base})"
+            raise CellError(f"base_follows_table is true, but base_template is {shown}, which stands still", hint=hint)
         numbers = {int(n) for n in re.findall(r"MACHINE_DEF\s*\[\s*(\d+)\s*\]", self.base_template, re.IGNORECASE)}
         if len(numbers | ({self.act_ex_ax} if self.act_ex_ax else set())) > 1 and numbers:
             told = " and ".join(f"MACHINE_DEF[{n}]" for n in sorted(numbers))
             what = f"base_template names {told} where act_ex_ax is {self.act_ex_ax}"
-            raise CellError(what, cure="name the mechanism that carries the part in all places")
+            raise CellError(what, hint="name the mechanism that carries the part in all places")
 
     def hook_lines(self, name: str, value: float = 0.0) -> tuple[str, ...]:
         """Lines of hook `name`, its placeholder filled with `value`; empty where the cell gives no template.
@@ -176,7 +176,7 @@ def _check_number(name: str, value: float, above: float | None = None) -> None:
     good = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
     if not good or (value <= above if above is not None else value < 0.0):
         raise CellError(
-            f"{name} is {value!r}", cure="write a " + ("positive number" if above is not None else "number from 0")
+            f"{name} is {value!r}", hint="write a " + ("positive number" if above is not None else "number from 0")
         )
 
 
@@ -185,16 +185,16 @@ def _check_integer(name: str, value: int, least: int, most: int | None) -> None:
     good = isinstance(value, int) and not isinstance(value, bool)
     if not good or value < least or (most is not None and value > most):
         span = f"from {least}" + (f" to {most}" if most is not None else "")
-        raise CellError(f"{name} is {value!r}", cure=f"write a whole number {span}")
+        raise CellError(f"{name} is {value!r}", hint=f"write a whole number {span}")
 
 
 def _check_line(name: str, line: str, placeholders: tuple[str, ...], longest: int) -> None:
     """Raises CellError unless `line` is one printable 7-bit line with no other placeholders."""
     if not isinstance(line, str) or not line.isascii() or not (line.isprintable() or line == ""):
-        raise CellError(f"{name} holds a line that is not plain 7-bit text: {line!r}", cure="one KRL line a list entry")
+        raise CellError(f"{name} holds a line that is not plain 7-bit text: {line!r}", hint="one KRL line a list entry")
     if len(line) > longest:
-        raise CellError(f"{name} holds a line of {len(line)} characters", cure=f"max_line_length is {longest}")
+        raise CellError(f"{name} holds a line of {len(line)} characters", hint=f"max_line_length is {longest}")
     for found in _PLACEHOLDER.findall(line):
         if found not in placeholders:
             known = ", ".join("{" + p + "}" for p in placeholders) or "none"
-            raise CellError(f"{name} holds the placeholder {{{found}}}", cure=f"it may hold: {known}")
+            raise CellError(f"{name} holds the placeholder {{{found}}}", hint=f"it may hold: {known}")

@@ -40,5 +40,5 @@ def check_statement(name: str, line: str) -> None:
     elif found := _LEAVES.match(statement):
         what = f"leaves the program's course ({found[1].upper()})"
     if what:
-        cure = "leave it to camrob, or to a subprogram that puts back what it changes"
-        raise CellError(f"hook {name} {what}: {line.strip()[:60]!r}", cure=cure)
+        hint = "leave it to camrob, or to a subprogram that puts back what it changes"
+        raise CellError(f"hook {name} {what}: {line.strip()[:60]!r}", hint=hint)

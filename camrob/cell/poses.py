@@ -57,8 +57,8 @@ class _Row:
             raise self.fail(f"gives {given[0]} without {missing}", "fill in both, or neither", path)
         return np.array([self.numbers[c] for c in columns]) if given else None
 
-    def fail(self, what: str, cure: str, path: Path) -> CellError:
-        return CellError(f"pose {self.name[:40]!r} {what}", cure=cure, path=path, line=self.line)
+    def fail(self, what: str, hint: str, path: Path) -> CellError:
+        return CellError(f"pose {self.name[:40]!r} {what}", hint=hint, path=path, line=self.line)
 
 
 def check_poses(cell: Cell, path: Path, bounds: PoseBounds) -> None:
@@ -71,7 +71,7 @@ def check_poses(cell: Cell, path: Path, bounds: PoseBounds) -> None:
         return
     rows = list(_rows(cell, path))
     if not rows:
-        raise CellError("holds no pose", cure="write a row for each, or take the file away", path=path)
+        raise CellError("holds no pose", hint="write a row for each, or take the file away", path=path)
     q = np.stack([_posture(cell, row, path, bounds) for row in rows])
     base_T_tool, inverse_kf = _walk(cell, q)
     status, turn = _status_of(cell, q)
@@ -99,11 +99,11 @@ def _rows(cell: Cell, path: Path) -> Iterator[_Row]:
         data = path.read_bytes()
         text = data[:_LARGEST].decode("utf-8-sig")
     except OSError as e:
-        raise CellError(f"can't be read ({e.strerror})", cure="check the file", path=path) from None
+        raise CellError(f"can't be read ({e.strerror})", hint="check the file", path=path) from None
     except UnicodeDecodeError:
-        raise CellError("is no UTF-8 text", cure="save it as UTF-8", path=path) from None
+        raise CellError("is no UTF-8 text", hint="save it as UTF-8", path=path) from None
     if len(data) > _LARGEST:
-        raise CellError(f"is larger than {_LARGEST // 10**6} MB", cure="keep some dozen poses", path=path)
+        raise CellError(f"is larger than {_LARGEST // 10**6} MB", hint="keep some dozen poses", path=path)
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     header: list[str] | None = None
     seen: set[str] = set()
@@ -120,7 +120,7 @@ def _rows(cell: Cell, path: Path) -> Iterator[_Row]:
             seen.add(row.name)
             yield row
     except csv.Error as e:
-        raise CellError(f"is no CSV: {e}", cure="mend that line", path=path, line=reader.line_num) from None
+        raise CellError(f"is no CSV: {e}", hint="mend that line", path=path, line=reader.line_num) from None
 
 
 def _axis_columns(cell: Cell) -> tuple[str, ...]:
@@ -140,14 +140,14 @@ def _header(cell: Cell, names: list[str], path: Path, line: int) -> list[str]:
     for k, name in enumerate(names):
         if name not in known:
             raise CellError(
-                f"{name[:40]!r} is no column for this cell", cure=f"use {', '.join(known)}", path=path, line=line
+                f"{name[:40]!r} is no column for this cell", hint=f"use {', '.join(known)}", path=path, line=line
             )
         if name in names[:k]:
-            raise CellError(f"the column {name} is there twice", cure="leave one", path=path, line=line)
+            raise CellError(f"the column {name} is there twice", hint="leave one", path=path, line=line)
     for name in ("name", *_PLACE, *_TURN):
         if name not in names:
             raise CellError(
-                f"the column {name} is missing", cure=f"give name, {', '.join((*_PLACE, *_TURN))}", path=path, line=line
+                f"the column {name} is missing", hint=f"give name, {', '.join((*_PLACE, *_TURN))}", path=path, line=line
             )
     return names
 
@@ -156,11 +156,11 @@ def _row(header: list[str], cells: list[str], path: Path, line: int) -> _Row:
     """One row's numbers."""
     if len(cells) != len(header):
         what = f"has {len(cells)} columns where the first line has {len(header)}"
-        raise CellError(what, cure="mend that line", path=path, line=line)
+        raise CellError(what, hint="mend that line", path=path, line=line)
     entries = {name: entry.strip() for name, entry in zip(header, cells, strict=True)}
     row = _Row(line, entries["name"], {})
     if not row.name:
-        raise CellError("a pose has no name", cure="give it one", path=path, line=line)
+        raise CellError("a pose has no name", hint="give it one", path=path, line=line)
     for name, entry in entries.items():
         if name in _TEXTS or not entry:
             continue

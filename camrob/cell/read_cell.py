@@ -47,16 +47,16 @@ def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, obje
     try:
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as e:
-        raise error(f"can't be read ({e.strerror})", cure="check the path", path=path) from None
+        raise error(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
     except UnicodeDecodeError:
-        raise error("is no UTF-8 text", cure="save it as UTF-8", path=path) from None
+        raise error("is no UTF-8 text", hint="save it as UTF-8", path=path) from None
     except tomllib.TOMLDecodeError as e:
         found = re.search(r" \(at line (\d+), column (\d+)\)$", str(e))
         what = str(e)[: found.start()] + f" at column {found[2]}" if found else str(e)
         line = int(found[1]) if found else 0
-        raise error(f"is no valid TOML: {what[:200]}", cure="mend that place", path=path, line=line) from None
+        raise error(f"is no valid TOML: {what[:200]}", hint="mend that place", path=path, line=line) from None
     except (RecursionError, ValueError) as e:
-        raise error(f"is no valid TOML: {str(e)[:200]}", cure="mend that place", path=path) from None
+        raise error(f"is no valid TOML: {str(e)[:200]}", hint="mend that place", path=path) from None
 
 
 def frame_of(xyzabc_mm_deg: Array) -> Array:
@@ -67,7 +67,7 @@ def frame_of(xyzabc_mm_deg: Array) -> Array:
 def read_cell(path: str | Path) -> Cell:
     """The cell in a folder (or of a cell.toml), held against the poses.csv beside it.
 
-    Raises CellError naming file, key and cure, or the pose of poses.csv that the cell misses.
+    Raises CellError naming file, key and hint, or the pose of poses.csv that the cell misses.
     """
     path = Path(path)
     file = path if path.suffix == ".toml" and not os.path.isdir(path) else path / "cell.toml"
@@ -143,12 +143,12 @@ class _Faults:
         first, *more = self.found
         if not more:
             raise first
-        told = "; ".join(f"{e.what} ({e.cure})" for e in more[:_MOST_TOLD])
-        what = f"{first.what} ({first.cure}); {told}" + (
+        told = "; ".join(f"{e.what} ({e.hint})" for e in more[:_MOST_TOLD])
+        what = f"{first.what} ({first.hint}); {told}" + (
             f"; and {len(more) - _MOST_TOLD} more" if len(more) > _MOST_TOLD else ""
         )
         raise CellError(
-            f"{len(self.found)} things are wrong: {what}", cure="mend them all", path=first.path, line=first.line
+            f"{len(self.found)} things are wrong: {what}", hint="mend them all", path=first.path, line=first.line
         )
 
 
@@ -300,8 +300,8 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
     arm_names = [j.name for j in arm]
     counted = arm_names == [f"A{i}" for i in range(1, len(arm) + 1)] and 1 <= len(arm) <= MOST_ARM
     if not counted and arm_names != ["E1"]:
-        cure = f"name the joints of role arm A1, A2 .. in order, {MOST_ARM} at the most; a column or a track alone is one, E1"
-        raise table.fail("joint", "the arm's joints are not A1, A2 ..", cure)
+        hint = f"name the joints of role arm A1, A2 .. in order, {MOST_ARM} at the most; a column or a track alone is one, E1"
+        raise table.fail("joint", "the arm's joints are not A1, A2 ..", hint)
     for section in ("controller", "resolve"):
         if section in table and (len(arm) != POSTED_ARM or any(j.prismatic for j in arm)):
             what = f"is given, and the arm's {len(arm)} axes are not six that turn"

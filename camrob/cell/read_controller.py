@@ -50,7 +50,7 @@ def read_controller(table: TableReader, joints: tuple[Joint, ...], *, follows_ta
         if usual and any(j.role is Role.WORKPIECE for j in joints):
             settings.check_base(follows_table=follows_table)
     except CellError as e:
-        raise table.fail("", e.what, e.cure) from None
+        raise table.fail("", e.what, e.hint) from None
     table.finish()
     return settings
 

@@ -33,7 +33,7 @@ _MESH_UNITS = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
 def read_setup(path: str | Path | None, cell: Cell) -> Setup:
     """The set-up in a file; without one (None) the part's frame is `base` and the tool the cell's own.
 
-    Raises SetupError naming file, key and cure.
+    Raises SetupError naming file, key and hint.
     """
     own_tool = ToolSetup(None, "", cell.flange_T_tool)
     if path is None:

@@ -112,7 +112,7 @@ class Setup:
                 return tool
         known = ", ".join(str(t.number) for t in self.tools)
         what = f"tool {number} is not set up" if number else "the CL file names no tool and several are set up"
-        raise SetupError(what, cure=f"add it as [[tool]]; there are: {known}", path=self.path)
+        raise SetupError(what, hint=f"add it as [[tool]]; there are: {known}", path=self.path)
 
     @property
     def digest(self) -> str:

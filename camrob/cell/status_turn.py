@@ -41,7 +41,7 @@ class StatusTurn:
         arm = arm_axes(cell)
         if arm is None:
             raise CellError(
-                f"cell {cell.name}: Status and Turn need an arm with a spherical wrist", cure="use PTP by axes"
+                f"cell {cell.name}: Status and Turn need an arm with a spherical wrist", hint="use PTP by axes"
             )
         joints = cell.joints[cell.arm_slice]
         h, o = arm.h, arm.o

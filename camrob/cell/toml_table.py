@@ -83,9 +83,9 @@ class TableReader:
         """The dotted name of a key, of the table itself for ""."""
         return f"{self.key}.{key}" if self.key and key else self.key or key
 
-    def fail(self, key: str, what: str, cure: str) -> InputError:
+    def fail(self, key: str, what: str, hint: str) -> InputError:
         """The error to raise for a key."""
-        return self.error(f"{self.place(key)}: {what}", cure=cure, path=self.path)
+        return self.error(f"{self.place(key)}: {what}", hint=hint, path=self.path)
 
     def __contains__(self, key: str) -> bool:
         return key in self._data

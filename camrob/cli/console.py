@@ -221,11 +221,11 @@ def _refuse_missing(inputs: tuple[Any, ...], options: Mapping[str, Any]) -> None
     """Raise CellError or InputError for the first input that is not there."""
     cell = options.get("cell")
     if isinstance(cell, Path) and not cell.exists():
-        raise CellError("can't be read: no such file or directory", cure="check the path", path=cell)
+        raise CellError("can't be read: no such file or directory", hint="check the path", path=cell)
     for given in (*inputs, *(options.get(name) for name in ("setup", "against", "log"))):
         for path in given if isinstance(given, list | tuple) else (given,):
             if isinstance(path, Path) and not path.exists():
-                raise InputError("can't be read: no such file or directory", cure="check the path", path=path)
+                raise InputError("can't be read: no such file or directory", hint="check the path", path=path)
 
 
 def renderer(module: str, name: str) -> Callable[[Any], Any]:

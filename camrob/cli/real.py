@@ -122,8 +122,8 @@ def calibrate(
             _alone(published, measured or withheld or parameter or harmonics or poses or path)
             return job_of("published_case")(published, cell=cell, out=out, progress=progress)
         if not measured:
-            cure = "give MEASURED.csv, or --published CASE.toml"
-            raise InputError("what shall be calibrated from?", cure=cure)
+            hint = "give MEASURED.csv, or --published CASE.toml"
+            raise InputError("what shall be calibrated from?", hint=hint)
         return job_of("calibrate")(
             measured[0],
             more=measured[1:],
@@ -145,7 +145,7 @@ def _alone(case: Path, others: object) -> None:
     """Raise InputError where a published case is asked for along with what it says itself."""
     if others:
         what = "says itself what is measured and fitted"
-        raise InputError(what, cure="leave logs and other options out", path=case)
+        raise InputError(what, hint="leave logs and other options out", path=case)
 
 
 def compensate(
@@ -314,10 +314,10 @@ def tracker(
             live = [name for name, value in {**said, **own}.items() if value is not None and name != "gain"]
             if live:
                 option = live[0].replace("_", "-")
-                raise InputError(f"--{option} has no meaning here", cure="give --listen HOST:PORT with it")
+                raise InputError(f"--{option} has no meaning here", hint="give --listen HOST:PORT with it")
             return job_of("tracker")(cell=cell, out=out, gain=gain, laps=3 if laps is None else laps, progress=progress)
         if laps is not None:
-            raise InputError("--laps has no meaning with --listen", cure="leave one of them out")
+            raise InputError("--laps has no meaning with --listen", hint="leave one of them out")
         return job_of("track_live")(
             listen=listen,
             instrument=instrument or "127.0.0.1:59153",

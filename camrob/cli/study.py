@@ -89,7 +89,7 @@ def study(
 
     def job(progress: Progress) -> Any:
         if name not in STUDIES:
-            raise InputError(f"no study {name[:60]!r} comes with camrob", cure=f"take one of {', '.join(STUDIES)}")
+            raise InputError(f"no study {name[:60]!r} comes with camrob", hint=f"take one of {', '.join(STUDIES)}")
         from camrob.shipped import shipped_cell
 
         return STUDIES[name].run(cell if cell is not None else shipped_cell(STUDIES[name].cell), out, progress)

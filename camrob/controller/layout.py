@@ -66,7 +66,7 @@ def machine_of(cell: Cell) -> Machine:
     """A cell for the kernels. Raises CellError for an arm without closed form."""
     closed = Arm.of(cell).closed
     if closed is None:
-        raise CellError(f"cell {cell.name}: the arm has no closed form", cure="give the nominal cell")
+        raise CellError(f"cell {cell.name}: the arm has no closed form", hint="give the nominal cell")
     carrying = cell.arm_slice.start
     held = np.full(carrying, np.nan)
     if not cell.base_follows_table:

@@ -62,9 +62,9 @@ def motion_settings(program: ProgramText, cell: Cell) -> MotionSettings:
     unset = np.flatnonzero(np.isnan(speed))
     if len(unset):
         row = int(unset[0])
-        cure = "set the path's speed (m/s) before it"
+        hint = "set the path's speed (m/s) before it"
         raise ProgramError(
-            "a CP motion without a speed", cure=cure, path=_file(program, row), line=int(program.line[row])
+            "a CP motion without a speed", hint=hint, path=_file(program, row), line=int(program.line[row])
         )
 
     def number(name: str, default: float, most: float = np.inf) -> float:
@@ -73,7 +73,7 @@ def motion_settings(program: ProgramText, cell: Cell) -> MotionSettings:
         if isinstance(value, (bool, str)) or not 0.0 < value <= most:
             raise ProgramError(
                 f"{name if told is None else told.name} = {value}",
-                cure="write a positive number that the controller takes",
+                hint="write a positive number that the controller takes",
                 path=program.files[0],
             )
         return float(value)
@@ -110,7 +110,7 @@ def _advance(program: ProgramText, default: int) -> int:
     if told is None:
         return default
     if isinstance(told.value, (bool, str)) or not 0 <= told.value <= 5:
-        raise ProgramError(f"{told.name} = {told.value}", cure="write 0 to 5", path=program.files[0])
+        raise ProgramError(f"{told.name} = {told.value}", hint="write 0 to 5", path=program.files[0])
     return int(told.value)
 
 

@@ -81,8 +81,8 @@ class Replay:
 
 
 def _several_tools(program: ProgramText) -> ProgramError:
-    cure = "give the operations of each tool by themselves"
-    return ProgramError("sets more than one tool frame", cure=cure, path=program.files[0])
+    hint = "give the operations of each tool by themselves"
+    return ProgramError("sets more than one tool frame", hint=hint, path=program.files[0])
 
 
 def program_cell(program: ProgramText, cell: Cell) -> tuple[Cell, list[Finding]]:
@@ -175,13 +175,13 @@ def _is_ptp(program: ProgramText) -> NDArray[np.bool_]:
 
 def _check_axes(program: ProgramText, cell: Cell) -> None:
     if len(program) == 0:
-        raise ProgramError("holds no motion", cure="give the main program", path=program.files[0])
+        raise ProgramError("holds no motion", hint="give the main program", path=program.files[0])
     strange = [n for n in program.external_names if n not in cell.external_names]
     if strange and np.any(
         np.nan_to_num(np.asarray(program.external)[:, [program.external_names.index(n) for n in strange]])
     ):
         raise ProgramError(
-            f"moves {', '.join(strange)}, which cell {cell.name} lacks", cure="give its cell", path=program.files[0]
+            f"moves {', '.join(strange)}, which cell {cell.name} lacks", hint="give its cell", path=program.files[0]
         )
 
 
@@ -238,7 +238,7 @@ class _Run:
             line = int(self.program.line[begin + int(change[0])])
             raise ProgramError(
                 "sets more than one tool frame, this one before a LIN or CIRC",
-                cure="begin with a PTP behind each change",
+                hint="begin with a PTP behind each change",
                 path=self.program.files[0],
                 line=line,
             )

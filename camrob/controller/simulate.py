@@ -220,7 +220,7 @@ class _Run:
         duration = float(self.leave[-1])
         if duration / self.cycle > _MOST_ROWS:
             what = f"takes {duration:.3g} s, which is more than {_MOST_ROWS} rows"
-            raise ProgramError(what, cure="check speeds and waits, or use a longer cycle", path=self.program.files[0])
+            raise ProgramError(what, hint="check speeds and waits, or use a longer cycle", path=self.program.files[0])
         count = int(np.ceil(duration / self.cycle - 1e-9)) + 1
         t = np.asarray(self.cycle * np.arange(count), float)
         q, position, rotation = np.zeros((count, len(self.cell))), np.zeros((count, 3)), np.zeros((count, 3, 3))

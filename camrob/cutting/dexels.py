@@ -86,9 +86,9 @@ class Dexels:
         self.lower, self.upper, self.pitch = np.asarray(lower, float), np.asarray(upper, float), float(pitch)
         size = np.maximum(1, np.ceil((self.upper - self.lower) / pitch).astype(np.int64))
         if not np.all(self.upper > self.lower) or pitch <= 0.0:
-            raise InputError("the stock has no volume", cure="give a box whose corners differ, and a pitch above 0")
+            raise InputError("the stock has no volume", hint="give a box whose corners differ, and a pitch above 0")
         if max(size[0] * size[1], size[1] * size[2], size[2] * size[0]) > _MOST_RAYS:
-            raise InputError(f"{size} rays are more than fit", cure="use a wider pitch, or smaller stock")
+            raise InputError(f"{size} rays are more than fit", hint="use a wider pitch, or smaller stock")
         shapes = [(int(size[u]), int(size[v])) for u, v in map(self.others, range(3))]
         self.count = [np.ones(s, np.int32) for s in shapes]
         self.owner = [np.full((*s, 2 * _ROOM), _STOCK, np.int32) for s in shapes]
@@ -238,7 +238,7 @@ def of_mesh(triangles: Array, pitch: float, *, lower: Array | None = None, upper
             found, count = crossings_of_mesh(turned, out.grid(d), U, V, room)
         odd = int(np.count_nonzero(count % 2))
         if odd > _LEAKS * max(int(np.count_nonzero(count)), 1):
-            raise InputError(f"{odd} rays end inside the mesh", cure="close its holes: the mesh has to bound a body")
+            raise InputError(f"{odd} rays end inside the mesh", hint="close its holes: the mesh has to bound a body")
         count[count % 2 == 1] = 0  # a ray through a seam
         out.edge[d], out.count[d] = found, (count // 2).astype(np.int32)
         out.owner[d] = np.full(found.shape, _STOCK, np.int32)

@@ -63,7 +63,7 @@ def cell_effects(folder: Path, cell: Cell) -> tuple[Effect, ...]:
     home = folder / FOLDER if folder.is_dir() else folder.parent / FOLDER
     files = sorted(home.glob("*.toml")) if home.is_dir() else []
     if len(files) > _MOST_FILES:
-        raise CellError(f"{FOLDER} holds {len(files)} effects", cure=f"keep {_MOST_FILES}", path=home)
+        raise CellError(f"{FOLDER} holds {len(files)} effects", hint=f"keep {_MOST_FILES}", path=home)
     return tuple(_read(path, cell) for path in files)
 
 
@@ -128,8 +128,8 @@ def _part(table: TableReader, cell: Cell, names: set[str]) -> _Part:
     moves = table.text("moves")
     linear = _is_linear(moves, cell)
     if linear is None:
-        cure = "name an axis, drive AXIS, or a place such as root.z, tool.rx, A3.ry"
-        raise table.fail("moves", f"{moves[:40]!r} is nothing that moves", cure)
+        hint = "name an axis, drive AXIS, or a place such as root.z, tool.rx, A3.ry"
+        raise table.fail("moves", f"{moves[:40]!r} is nothing that moves", hint)
     usual = table.number("usual", lower=1e-12, upper=1e6)
     low, high = table.number("lower", lower=-1e6, upper=0.0), table.number("upper", lower=0.0, upper=1e6)
     unit = table.text("unit", choices=("mm",) if linear else ("deg",))

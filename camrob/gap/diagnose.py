@@ -83,7 +83,7 @@ def diagnose(
     InputError for an unknown effect, CellError for an effect of the cell that breaks its promises on these logs.
     """
     if not logs:
-        raise LogError("no log was given", cure="give at least one --log")
+        raise LogError("no log was given", hint="give at least one --log")
     tell = progress or silent
     tell("reading the gap", 0.05)
     told, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
@@ -167,7 +167,7 @@ def _taking_part(
     for effect in extra:
         faults = effect_faults(effect, [*scenes, *kept_out])
         if faults:
-            raise CellError(f"its effect {effect.name} {faults[0]}", cure="mend or remove its file")
+            raise CellError(f"its effect {effect.name} {faults[0]}", hint="mend or remove its file")
     return taken
 
 
@@ -177,8 +177,8 @@ def _seen_by(scenes: Sequence[Scene], effects: Sequence[Effect]) -> tuple[Effect
         return tuple(effects)
     for scene in scenes:
         if scene.tracked:
-            cure = "diagnose logs with measured positions, and those without, apart"
-            raise LogError("has measured positions, another log has none", cure=cure, path=scene.log.path)
+            hint = "diagnose logs with measured positions, and those without, apart"
+            raise LogError("has measured positions, another log has none", hint=hint, path=scene.log.path)
     return tuple(e for e in effects if "setpoint_to_encoder" in e.rungs)
 
 

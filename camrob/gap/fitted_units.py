@@ -59,8 +59,8 @@ def fitted_units(found: FittedModel, library: Sequence[Effect]) -> FittedUnits:
     by_name = {e.name: e for e in library}
     for unit in found.units:
         if unit.effect not in by_name:
-            cure = "give the cell that it was made with (its effects/ folder), or diagnose again"
-            raise InputError(f"the diagnosis found {unit.effect!r}, which is no effect here", cure=cure)
+            hint = "give the cell that it was made with (its effects/ folder), or diagnose again"
+            raise InputError(f"the diagnosis found {unit.effect!r}, which is no effect here", hint=hint)
     units = tuple(
         Unit(
             u.effect,

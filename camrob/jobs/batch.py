@@ -72,7 +72,7 @@ def batch(
     """
     start = time.perf_counter()
     if workers is not None and (workers < 1 or scheduler is not None):
-        raise InputError(f"--workers {workers} makes no sense here", cure="give 1 or more, and no --scheduler")
+        raise InputError(f"--workers {workers} makes no sense here", hint="give 1 or more, and no --scheduler")
     listed = read_jobs(Path(jobs), out)
     crew = workers or cores()
     view = _View(listed, progress)

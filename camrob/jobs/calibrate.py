@@ -137,10 +137,10 @@ def _check(out: Path, share: float, poses: int, path: Path | None) -> None:
     check_calibration_name(out)
     if path is not None and poses == 0:
         raise InputError(
-            "--for says which program poses are chosen for, and none are wanted", cure="give --next N with it"
+            "--for says which program poses are chosen for, and none are wanted", hint="give --next N with it"
         )
     if not 0.0 <= share < 1.0:
-        raise InputError(f"a share of {share:g} can't be withheld", cure="give a number from 0 to below 1")
+        raise InputError(f"a share of {share:g} can't be withheld", hint="give a number from 0 to below 1")
 
 
 def _read(logs: Sequence[Path], cell: Cell) -> list[Measurements]:
@@ -153,7 +153,7 @@ def _once(fitted: Sequence[Path], withheld: Sequence[Path]) -> None:
     seen: set[Path] = set()
     for path in (*fitted, *withheld):
         if path.resolve() in seen:
-            raise LogError("is given twice", cure="give each log once, to fit or to withhold", path=path)
+            raise LogError("is given twice", hint="give each log once, to fit or to withhold", path=path)
         seen.add(path.resolve())
 
 

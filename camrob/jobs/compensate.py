@@ -98,7 +98,7 @@ def compensate(
     start = time.perf_counter()
     program, out = Path(program), Path(out)
     if out.is_dir() and out.resolve() == program.resolve().parent:
-        raise InputError("is the program's own folder", cure="choose another --out: the original must stay", path=out)
+        raise InputError("is the program's own folder", hint="choose another --out: the original must stay", path=out)
     machine = cell_for("compensate", cell)
     found = read_calibration(calibration, machine)
     check_feed(program, feed)
@@ -274,7 +274,7 @@ def _patched(
             old = wanted[name].setdefault(line, new)
             if _apart(old, new):
                 what = "the motion runs several times and needs another correction each time"
-                raise ProgramError(what, cure="write the loop out", path=folder / name, line=line)
+                raise ProgramError(what, hint="write the loop out", path=folder / name, line=line)
         row += count
     for name, source in sources.items():
         try:

@@ -53,17 +53,17 @@ def coordinates_of(file: Path, cell: Cell) -> Coordinates:
         found = Coordinates(*_solved(file), _SOLVED, file.name)
     q = found.q
     if q.ndim != 2 or q.shape[1] != len(cell) or found.line.shape != (len(q),) or not np.all(np.isfinite(q)):
-        raise InputError("holds postures of another cell", cure=f"post it for {cell.name}", path=file)
+        raise InputError("holds postures of another cell", hint=f"post it for {cell.name}", path=file)
     if len(np.unique(q, axis=0)) < 8:
-        raise InputError("holds fewer than 8 different postures", cure="give a longer path", path=file)
+        raise InputError("holds fewer than 8 different postures", hint="give a longer path", path=file)
     return found
 
 
 def _solved(file: Path) -> tuple[Array, NDArray[np.int64]]:
-    cure = "give the NAME.path.npz that camrob post wrote, or a program"
-    q, line = read_arrays(file, "q", "line", cure=cure)
+    hint = "give the NAME.path.npz that camrob post wrote, or a program"
+    q, line = read_arrays(file, "q", "line", hint=hint)
     if q.dtype.kind != "f" or line.dtype.kind != "i":
-        raise InputError("is no solved path", cure=cure, path=file)
+        raise InputError("is no solved path", hint=hint, path=file)
     return np.asarray(q, float), np.asarray(line, np.int64)
 
 

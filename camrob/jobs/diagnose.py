@@ -79,7 +79,7 @@ def diagnose(
     if calibration is not None:
         check_file_name(calibration.name)
         if calibration.suffix.lower() != ".toml":
-            raise InputError(f"--calibration {calibration.name!r} is no calibration's name", cure="end it with .toml")
+            raise InputError(f"--calibration {calibration.name!r} is no calibration's name", hint="end it with .toml")
     machine = read_cell(cell)
     logs = [read_log(path) for path in log]
     kept_out = [read_log(path) for path in withheld]
@@ -128,13 +128,13 @@ def _told_once(logs: Sequence[MeasurementLog], withheld: Sequence[MeasurementLog
         first, before = seen.setdefault(log.digest, (log, kept_out))
         if first is log:
             continue
-        cure = (
+        hint = (
             "give it once"
             if first.path == log.path
             else f"it has the rows of {first.path.name if first.path else 'another'}"
         )
         what = "is given twice" if kept_out is before else "is both diagnosed and withheld"
-        raise LogError(what, cure=cure, path=log.path)
+        raise LogError(what, hint=hint, path=log.path)
 
 
 def _hand_over(found: Diagnosis, told: Compensable, file: Path) -> None:

@@ -42,13 +42,13 @@ def check_experiment_name(file: Path) -> None:
     """Raises InputError for a name that can't be a program's."""
     check_file_name(file.name)
     if file.suffix.lower() not in program_suffixes():
-        cure = "end it with " + " or ".join(program_suffixes())
-        raise InputError(f"--write-experiment {file.name!r} is no program's name", cure=cure)
+        hint = "end it with " + " or ".join(program_suffixes())
+        raise InputError(f"--write-experiment {file.name!r} is no program's name", hint=hint)
     language = language_of_file(file)
     if language.program_name(file.stem).lower() != file.stem.lower():
         raise InputError(
             f"--write-experiment {file.name!r} can't be a program's name on the controller",
-            cure=f"use {language.naming}, a letter first",
+            hint=f"use {language.naming}, a letter first",
         )
 
 

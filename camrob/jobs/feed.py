@@ -92,7 +92,7 @@ def feed(
     """
     machine = read_cell(cell)
     if compensated is not None and solution is None:
-        raise InputError("--compensated has nothing to stand beside", cure="give the nominal path with --solution")
+        raise InputError("--compensated has nothing to stand beside", hint="give the nominal path with --solution")
     (progress or silent)("feed", 0.1)
     summary: FeedSummary
     if solution is None and calibration is None and (machine.folder / "seam.toml").is_file():
@@ -113,7 +113,7 @@ def _coordinates(
 ) -> tuple[list[Coordinates], bool]:
     """Nominal coordinates, compensated ones where there are any, and whether they are the published line."""
     if other is not None and calibration is not None:
-        raise InputError("--compensated and --calibration say two things", cure="give one of them")
+        raise InputError("--compensated and --calibration say two things", hint="give one of them")
     if solution is not None:
         both = [coordinates_of(solution, machine)]
         if other is not None:
@@ -122,8 +122,8 @@ def _coordinates(
         nominal, drawn = published_line(machine)
         both = [nominal] if calibration is not None else [nominal, drawn]
     else:
-        cure = "give a solved path or a program with --solution"
-        raise InputError("this cell has no weld seam and no published line", cure=cure, path=machine.folder)
+        hint = "give a solved path or a program with --solution"
+        raise InputError("this cell has no weld seam and no published line", hint=hint, path=machine.folder)
     if calibration is not None:
         both.append(calibrated(machine, both[0], calibration))
     return both, solution is None
@@ -134,13 +134,13 @@ def _derivatives(
 ) -> tuple[DerivativeSummary, str]:
     """Summary and page of a derivative analysis."""
     if not (np.isfinite(rate) and rate > 0.0):
-        raise InputError(f"--rate {rate:g} is no rate", cure="give a positive number, rad/s")
+        raise InputError(f"--rate {rate:g} is no rate", hint="give a positive number, rad/s")
     both, published = found
     analyses = analyses_of(machine, both)
     known = analyses["smooth"][0].axes
     shown = known if axis == "all" else (axis if axis is not None else machine.names[machine.arm_slice.start],)
     if shown[0] not in known:
-        raise InputError(f"--axis {axis!r} is no axis of this cell", cure=f"use {', '.join(known)} or all")
+        raise InputError(f"--axis {axis!r} is no axis of this cell", hint=f"use {', '.join(known)} or all")
     statements: tuple[Statement, ...] = ()
     if published:
         tips = base_T_tool(machine, both[0].q)[:, :3, 3]

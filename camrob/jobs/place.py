@@ -80,7 +80,7 @@ def place(
     """
     freedom = (x_mm, y_mm, z_mm)
     if not all(np.isfinite(v) and 0.0 <= v <= 1e4 for v in freedom):
-        raise InputError(f"a freedom of {freedom} mm makes no sense", cure="give numbers of millimetres from 0 up")
+        raise InputError(f"a freedom of {freedom} mm makes no sense", hint="give numbers of millimetres from 0 up")
     machine = cell_for("place", cell)
     name = program_name(Path(clfile), None, language_of(machine))
     inputs = read_inputs(Path(clfile), machine, setup)

@@ -234,7 +234,7 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
 def _check_choices(method: str, feed: str) -> None:
     check_method(method)
     if feed not in FEEDS:
-        raise InputError(f"--feed {feed!r} is unknown", cure=f"use {' or '.join(FEEDS)}")
+        raise InputError(f"--feed {feed!r} is unknown", hint=f"use {' or '.join(FEEDS)}")
 
 
 def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:

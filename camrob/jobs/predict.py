@@ -175,8 +175,8 @@ def _write(out: Path, summary: PredictSummary, surface: PredictedSurface, path: 
 
 def _demand_cut(surface: PredictedSurface, program: Path) -> None:
     if len(surface.point) == 0:
-        cure = "give the set-up that the program was posted with (--setup)"
-        raise InputError("the program cuts nothing of the stock", cure=cure, path=program)
+        hint = "give the set-up that the program was posted with (--setup)"
+        raise InputError("the program cuts nothing of the stock", hint=hint, path=program)
 
 
 def _remarks(findings: Sequence[Finding]) -> tuple[Remark, ...]:
@@ -186,7 +186,7 @@ def _remarks(findings: Sequence[Finding]) -> tuple[Remark, ...]:
 def _set_up(program: Path, setup: Path | None, machine: Cell) -> Setup:
     beside = program.parent / "setup.toml"
     if setup is None and not beside.is_file():
-        raise InputError("nobody says what is cut, and by which cutter", cure="give --setup SETUP.toml", path=program)
+        raise InputError("nobody says what is cut, and by which cutter", hint="give --setup SETUP.toml", path=program)
     return read_setup(setup or beside, machine)
 
 
@@ -195,10 +195,10 @@ def _cutter(setup: Setup) -> Cutter:
     tool = setup.tool()
     if not tool.diameter or tool.corner is None or not tool.length:
         what = "does not say the cutter's shape"
-        raise SetupError(what, cure="give [tool] diameter_mm, corner_radius_mm and length_mm", path=setup.path)
+        raise SetupError(what, hint="give [tool] diameter_mm, corner_radius_mm and length_mm", path=setup.path)
     if tool.corner > 0.5 * tool.diameter or tool.corner > tool.length:
         raise SetupError(
-            "has a corner_radius_mm that no cutter has", cure="give half the diameter at most", path=setup.path
+            "has a corner_radius_mm that no cutter has", hint="give half the diameter at most", path=setup.path
         )
     return Cutter(0.5 * tool.diameter, tool.corner, tool.length)
 
@@ -206,7 +206,7 @@ def _cutter(setup: Setup) -> Cutter:
 def _stock(setup: Setup, pitch: float) -> Dexels:
     body = setup.stock
     if body is None:
-        raise SetupError("names no stock", cure="add [stock] with box_mm or mesh", path=setup.path)
+        raise SetupError("names no stock", hint="add [stock] with box_mm or mesh", path=setup.path)
     if body.mesh is None:
         return block(body.lower, body.upper, pitch)
     return of_mesh(body_triangles(body), pitch)
@@ -219,18 +219,18 @@ def _diagnosed(
     if folder is None:
         size = calibration.errors.get("calibrated/withheld")
         if size is None:
-            cure = "calibrate with withheld poses, or give --diagnosis"
-            raise InputError("the calibration does not say how far it is off", cure=cure)
+            hint = "calibrate with withheld poses, or give --diagnosis"
+            raise InputError("the calibration does not say how far it is off", hint=hint)
         return None, size.rms / np.sqrt(3.0)
     file = Path(folder) / "diagnosis.json"
     try:
         said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:
         raise InputError(
-            "is no diagnosis", cure="give the folder that `camrob diagnose --out` wrote", path=file
+            "is no diagnosis", hint="give the folder that `camrob diagnose --out` wrote", path=file
         ) from error
     if said.compensable.fitted is None:
-        raise InputError("holds no fitted units", cure="diagnose again with this camrob", path=file)
+        raise InputError("holds no fitted units", hint="diagnose again with this camrob", path=file)
     left = max(said.together.rms_after_mm**2 - said.gap.noise_mm**2, 0.0)
     return fitted_units(said.compensable.fitted, library(extra=cell_effects(cell, machine))), mm_to_m(
         float(np.sqrt(left / 3.0))

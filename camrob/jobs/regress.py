@@ -100,16 +100,16 @@ def regress(
 def _samples(toolpaths: Path) -> list[_Sample]:
     """The samples of a folder, by name."""
     if not toolpaths.is_dir():
-        raise InputError("is no folder", cure="give the folder that holds the samples", path=toolpaths)
+        raise InputError("is no folder", hint="give the folder that holds the samples", path=toolpaths)
     files = [f for f in sorted(toolpaths.glob("*/*")) if f.suffix.lower() in _SUFFIXES and f.is_file()]
     if not files:
         raise InputError(
-            "holds no samples", cure="put every CL file with its setup.toml into a folder of its own", path=toolpaths
+            "holds no samples", hint="put every CL file with its setup.toml into a folder of its own", path=toolpaths
         )
     folders = [f.parent for f in files]
     twice = next((f for f in folders if folders.count(f) > 1), None)
     if twice is not None:
-        raise InputError("holds several CL files", cure="give each sample a folder of its own", path=twice)
+        raise InputError("holds several CL files", hint="give each sample a folder of its own", path=twice)
     return [_Sample(f) for f in files]
 
 
@@ -152,7 +152,7 @@ def _read(golden: Path) -> dict[str, str]:
             data = gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes()
             out[file.name.removesuffix(".gz")] = data.decode("ascii")
         except (OSError, EOFError, ValueError):
-            raise InputError("can't be read as a golden file", cure="make it again with --update", path=file) from None
+            raise InputError("can't be read as a golden file", hint="make it again with --update", path=file) from None
     return out
 
 
@@ -173,7 +173,7 @@ def _compare(sample: _Sample) -> None:
             except ValueError:
                 before = None
             if not isinstance(before, dict):
-                raise InputError("holds no summary", cure="make it again with --update", path=sample.golden / name)
+                raise InputError("holds no summary", hint="make it again with --update", path=sample.golden / name)
             sample.differences += [f"{name}: {line}" for line in compare_summary(before, sample.summary)]
         else:
             found = compare_program(name, golden[name], sample.made[name])

@@ -127,13 +127,13 @@ def _check(out: Path, cycle_ms: float) -> None:
     """Raise InputError for a cycle or a file that can't be."""
     if not _CYCLES_MS[0] <= cycle_ms <= _CYCLES_MS[1]:
         raise InputError(
-            f"--cycle-ms is {cycle_ms:g}", cure=f"use {_CYCLES_MS[0]:g} to {_CYCLES_MS[1]:g}, such as 12 or 4"
+            f"--cycle-ms is {cycle_ms:g}", hint=f"use {_CYCLES_MS[0]:g} to {_CYCLES_MS[1]:g}, such as 12 or 4"
         )
     check_file_name(out.name)
     if out.suffix.lower() not in _SUFFIXES:
-        raise InputError(f"--out {out.name!r} is no log's name", cure="end it with .csv or .parquet", path=None)
+        raise InputError(f"--out {out.name!r} is no log's name", hint="end it with .csv or .parquet", path=None)
     if out.stem.lower() in _TAKEN:
-        raise InputError(f"--out {out.name!r} would replace {out.stem}.toml", cure="give the log another name")
+        raise InputError(f"--out {out.name!r} would replace {out.stem}.toml", hint="give the log another name")
 
 
 def _beside(program: Path, folder: Path) -> str:

@@ -100,7 +100,7 @@ def track_live(
     options = live_options(options, cell, said or {})
     settings = options.settings()
     if duration_s is not None and not 0.0 < duration_s < float("inf"):
-        raise InputError(f"the duration is {duration_s} s", cure="give a positive number of seconds")
+        raise InputError(f"the duration is {duration_s} s", hint="give a positive number of seconds")
     start = time.monotonic()
     with RsiServer(settings, listen=_address(listen), instrument=_address(instrument)) as server:
         heard = ", ".join(options.allow) or "whoever sends first"
@@ -122,7 +122,7 @@ def _address(text: str) -> Address:
     """HOST:PORT, an IPv4 address or a name."""
     match = re.fullmatch(r"([A-Za-z0-9_.\-]{1,253}):([0-9]{1,5})", text)
     if match is None or int(match[2]) > 65535:
-        raise InputError(f"{text!r} is no address", cure="give HOST:PORT, such as 127.0.0.1:59152")
+        raise InputError(f"{text!r} is no address", hint="give HOST:PORT, such as 127.0.0.1:59152")
     return match[1], int(match[2])
 
 

@@ -68,12 +68,12 @@ class LiveOptions:
     def settings(self) -> LinkSettings:
         """The same in SI. Raises InputError for a value that makes no sense."""
         if self.cycle_ms not in _CYCLES_MS:
-            raise InputError(f"the cycle is {self.cycle_ms:g} ms", cure="RSI knows 4 (#IPO_FAST) and 12 (#IPO)")
+            raise InputError(f"the cycle is {self.cycle_ms:g} ms", hint="RSI knows 4 (#IPO_FAST) and 12 (#IPO)")
         frame = np.array(self.tracker_in_base, dtype=float)
         if frame.shape != (6,) or not np.isfinite(frame).all():
-            raise InputError("the tracker's frame isn't six numbers", cure="give X,Y,Z,A,B,C in mm and degrees")
+            raise InputError("the tracker's frame isn't six numbers", hint="give X,Y,Z,A,B,C in mm and degrees")
         if not 0.0 <= self.noise_mm < np.inf:
-            raise InputError(f"the instrument's noise is {self.noise_mm} mm", cure="give 0 where it isn't known")
+            raise InputError(f"the instrument's noise is {self.noise_mm} mm", hint="give 0 where it isn't known")
         law = CorrectionLaw(
             gain=self.gain,
             limit_m=mm_to_m(self.limit_mm),
@@ -113,18 +113,18 @@ def live_options(options: LiveOptions | None, cell: Path | None, said: Mapping[s
     for pair in values.pop("bounds", ()):
         name, equals, text = pair.partition("=")
         if not equals or name not in _SET:
-            raise InputError(f"{pair!r} sets nothing", cure="give NAME=VALUE, NAME one of " + ", ".join(_SET))
+            raise InputError(f"{pair!r} sets nothing", hint="give NAME=VALUE, NAME one of " + ", ".join(_SET))
         try:
             values[name] = _SET[name](text)
         except ValueError:
             kind = "whole number" if _SET[name] is int else "number"
-            raise InputError(f"{pair!r} gives no {kind}", cure=f"give NAME=VALUE, VALUE a {kind}") from None
+            raise InputError(f"{pair!r} gives no {kind}", hint=f"give NAME=VALUE, VALUE a {kind}") from None
     if isinstance(frame := values.get("tracker_in_base"), str):
         try:
             values["tracker_in_base"] = tuple(float(v) for v in frame.split(","))
         except ValueError:
             raise InputError(
-                "the tracker's frame isn't six numbers", cure="give X,Y,Z,A,B,C in mm and degrees"
+                "the tracker's frame isn't six numbers", hint="give X,Y,Z,A,B,C in mm and degrees"
             ) from None
     return replace(options, **values)
 

@@ -83,13 +83,13 @@ def tracker(
         camrob.errors.InputError: ...this cell has no tracker loop; add tracker.toml, as in cells/rx160_tracker
     """
     if cell is None:
-        raise InputError("no cell is given", cure="give --cell, a folder with cell.toml and tracker.toml")
+        raise InputError("no cell is given", hint="give --cell, a folder with cell.toml and tracker.toml")
     if out is None:
-        raise InputError("no folder for the report is given", cure="give --out DIR")
+        raise InputError("no folder for the report is given", hint="give --out DIR")
     machine = read_cell(cell)
     if not (machine.folder / "tracker.toml").is_file():
         raise InputError(
-            "this cell has no tracker loop", cure="add tracker.toml, as in cells/rx160_tracker", path=machine.folder
+            "this cell has no tracker loop", hint="add tracker.toml, as in cells/rx160_tracker", path=machine.folder
         )
     study = study_tracker(machine, read_tracker_case(machine.folder), laps=laps, gain=gain, progress=progress)
     summary = _summary(machine, study)

@@ -163,14 +163,14 @@ def tune_engines(
 
 def _check(engine: str, budget: int, seeds: int, points: int) -> None:
     if engine not in ENGINES:
-        raise InputError(f"no engine is called {engine!r}", cure=f"use {' or '.join(ENGINES)}")
+        raise InputError(f"no engine is called {engine!r}", hint=f"use {' or '.join(ENGINES)}")
     for name, value, most in (
         ("budget", budget, _MOST_BUDGET),
         ("seeds", seeds, _MOST_SEEDS),
         ("points", points, _MOST_POINTS),
     ):
         if not 1 <= value <= most:
-            raise InputError(f"{name} {value} makes no sense", cure=f"give a whole number from 1 to {most}")
+            raise InputError(f"{name} {value} makes no sense", hint=f"give a whole number from 1 to {most}")
 
 
 def _clfiles(samples: Sequence[Path]) -> list[Path]:
@@ -181,7 +181,7 @@ def _clfiles(samples: Sequence[Path]) -> list[Path]:
             inside = [f for f in sorted((*sample.glob("*"), *sample.glob("*/*"))) if f.suffix.lower() in _SUFFIXES]
             found += [f for f in inside if f.is_file()]
             if not inside:
-                raise InputError("holds no samples", cure="give CL files, or folders that hold them", path=sample)
+                raise InputError("holds no samples", hint="give CL files, or folders that hold them", path=sample)
         else:
             found.append(sample)
     return found
@@ -190,7 +190,7 @@ def _clfiles(samples: Sequence[Path]) -> list[Path]:
 def _judge(machine: Cell, clfiles: Sequence[Path], points: int) -> Judge:
     """The samples' paths, thinned, each with the tools that it is cut with."""
     if not clfiles:
-        raise InputError("no samples to fit to", cure="name CL files, or folders that hold them, with --on")
+        raise InputError("no samples to fit to", hint="name CL files, or folders that hold them, with --on")
     paths = []
     for clfile in clfiles:
         inputs = read_inputs(clfile, machine, None)

@@ -87,7 +87,7 @@ def freed_chains(cell: Cell) -> list[FreedChain]:
         found.append((worth, chain))
     if not found:
         what = f"cell {cell.name}: no six of its turning axes have a closed form for all their postures"
-        raise CellError(what, cure="use --method vjm")
+        raise CellError(what, hint="use --method vjm")
     return [chain for _, chain in sorted(found, key=lambda one: -one[0])]
 
 

@@ -41,7 +41,7 @@ def language_named(name: str) -> Language:
     """The language that a cell's controller takes. Raises CellError for one that is not known."""
     if name not in LANGUAGES:
         raise CellError(
-            f"controller.language is {name[:40]!r}", cure="the languages are " + ", ".join(sorted(LANGUAGES))
+            f"controller.language is {name[:40]!r}", hint="the languages are " + ", ".join(sorted(LANGUAGES))
         )
     return cast(Language, import_module(LANGUAGES[name].module).LANGUAGE)
 
@@ -52,7 +52,7 @@ def language_of_file(path: Path) -> Language:
     found = next((name for name, one in LANGUAGES.items() if suffix == one.suffixes[0]), None)
     if found is None:
         raise InputError(
-            "is no robot program", cure="name a file that ends with " + " or ".join(program_suffixes()), path=path
+            "is no robot program", hint="name a file that ends with " + " or ".join(program_suffixes()), path=path
         )
     return language_named(found)
 

@@ -98,7 +98,7 @@ class TrackerCase:
 
 
 def read_tracker_case(folder: Path) -> TrackerCase:
-    """The case of a cell's folder. Raises CellError, with key and cure, where tracker.toml is wrong or absent."""
+    """The case of a cell's folder. Raises CellError, with key and hint, where tracker.toml is wrong or absent."""
     file = folder / "tracker.toml"
     table = TableReader(read_toml(file), file, standings=True)
     tracker, motion = table.table("tracker"), table.table("motion")
@@ -176,7 +176,7 @@ def _rsi(table: TableReader) -> dict[str, Any]:
             try:
                 read_sender(sender)
             except InputError as error:
-                raise own.fail("allow", error.what, error.cure) from None
+                raise own.fail("allow", error.what, error.hint) from None
     own.finish()
     return found
 

@@ -51,17 +51,17 @@ class CorrectionLaw:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.gain <= 1.0:
-            raise InputError(f"the gain is {self.gain}", cure="give more than 0 and at most 1; the paper's is 0.01")
+            raise InputError(f"the gain is {self.gain}", hint="give more than 0 and at most 1; the paper's is 0.01")
         for name in ("limit_m", "limit_rad", "cycle_s"):
             if not 0.0 < getattr(self, name) < math.inf:
-                raise InputError(f"the law's {name} is {getattr(self, name)}", cure="give a positive number")
+                raise InputError(f"the law's {name} is {getattr(self, name)}", hint="give a positive number")
         for name in ("step_m", "step_rad"):
             if not getattr(self, name) > 0.0:
-                raise InputError(f"the law's {name} is {getattr(self, name)}", cure="give a positive number")
+                raise InputError(f"the law's {name} is {getattr(self, name)}", hint="give a positive number")
         if self.mode not in ("absolute", "relative"):
-            raise InputError(f"the law's mode is {self.mode!r}", cure="give absolute or relative")
+            raise InputError(f"the law's mode is {self.mode!r}", hint="give absolute or relative")
         if self.stale_after_cycles < 1 or self.stop_after_cycles < 1:
-            raise InputError("the law's counts of cycles are below 1", cure="give whole numbers from 1 on")
+            raise InputError("the law's counts of cycles are below 1", hint="give whole numbers from 1 on")
 
     def is_stale(self, age_s: float) -> bool:
         """True for a measurement too old to be used: older than `stale_after_cycles` cycles, or of no known age."""
@@ -131,7 +131,7 @@ def step(law: CorrectionLaw, state: LawState, error: ArrayLike | None) -> LawSte
     e = np.asarray(error, dtype=float)
     if e.shape != (6,) or not np.isfinite(e).all():
         raise InputError(
-            "an error of the tracker loop isn't six finite numbers", cure="check the measurement and the set-point"
+            "an error of the tracker loop isn't six finite numbers", hint="check the measurement and the set-point"
         )
     total, change = accumulate(law, state.total, e)
     # the change is compared, not the clip's own tests: one rounding of the sum apart is no saturation

@@ -85,7 +85,7 @@ def check_arm_alone(cell: Cell) -> None:
     if cell.indices(Role.WORKPIECE) or cell.indices(Role.CARRIAGE) or cell.indices(Role.ROLL):
         raise CellError(
             "the tracker loop is for an arm alone, and this cell has other joints",
-            cure="give a cell of six arm joints, such as cells/rx160_tracker",
+            hint="give a cell of six arm joints, such as cells/rx160_tracker",
             path=cell.folder,
         )
 

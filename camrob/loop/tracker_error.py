@@ -56,14 +56,14 @@ def tracker_pose(reading: TrackerReading) -> Array:
     """
     r, theta, alpha, q = (np.asarray(part, float) for part in reading)
     if not (np.isfinite(r).all() and np.isfinite(theta).all() and np.isfinite(alpha).all() and np.isfinite(q).all()):
-        raise InputError("the tracker's measurement is not a number", cure="check the beam and the target")
+        raise InputError("the tracker's measurement is not a number", hint="check the beam and the target")
     if not (r > 0.0).all():
-        raise InputError("the tracker's distance is not above 0", cure="check the beam and the target")
+        raise InputError("the tracker's distance is not above 0", hint="check the beam and the target")
     length = np.linalg.norm(q, axis=-1)
     if (np.abs(length - 1.0) > _UNIT).any():
         raise InputError(
             f"the tracker's quaternion has length {float(np.ravel(length)[0]):.4f}, not 1",
-            cure="give q_r, q_i, q_j, q_k of a rotation",
+            hint="give q_r, q_i, q_j, q_k of a rotation",
         )
     qr, qi, qj, qk = np.moveaxis(q / length[..., None], -1, 0)
     T = np.zeros((*r.shape, 4, 4))
@@ -140,6 +140,6 @@ def setpoint_error(wanted: Array, measured: Array) -> Array:
     """e = p* - p of eq. 3, (..., 6), the angles within half a turn. Raises InputError for anything that is no number."""
     e = np.asarray(wanted, float) - np.asarray(measured, float)
     if not np.isfinite(e).all():
-        raise InputError("an error of the tracker loop is not a number", cure="check the measurement and the set-point")
+        raise InputError("an error of the tracker loop is not a number", hint="check the measurement and the set-point")
     e[..., 3:] -= 2.0 * np.pi * np.round(e[..., 3:] / (2.0 * np.pi))
     return np.asarray(e)

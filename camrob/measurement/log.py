@@ -63,12 +63,12 @@ class MeasurementLog:
 
     def __post_init__(self) -> None:
         if "t" not in self.columns:
-            raise LogError("has no column t", cure="give the time in seconds", path=self.path)
+            raise LogError("has no column t", hint="give the time in seconds", path=self.path)
         count = len(self.columns["t"])
         unknown = sorted(set(self.columns) - set(COLUMNS))
         if unknown:
             raise LogError(
-                f"{unknown[0][:40]!r} is no column of a log", cure=f"use {', '.join(COLUMNS)}", path=self.path
+                f"{unknown[0][:40]!r} is no column of a log", hint=f"use {', '.join(COLUMNS)}", path=self.path
             )
         ordered = {n: locked(self.columns[n], shape=(count,), name=n) for n in COLUMNS if n in self.columns}
         object.__setattr__(self, "columns", MappingProxyType(ordered))
@@ -84,8 +84,8 @@ class MeasurementLog:
         """Columns (N, k) in the units of the file. Raises LogError where one is absent."""
         for name in names:
             if name not in self.columns:
-                cure = f"this needs the columns {', '.join(names)}"
-                raise LogError(f"has no column {name}", cure=cure, path=self.path, line=1 if self.path else 0)
+                hint = f"this needs the columns {', '.join(names)}"
+                raise LogError(f"has no column {name}", hint=hint, path=self.path, line=1 if self.path else 0)
         return np.stack([self.columns[name] for name in names], axis=1) if names else np.zeros((len(self), 0))
 
     @property

@@ -80,7 +80,7 @@ _KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, "poses")
 def read_info(path: Path) -> LogInfo:
     """The facts in a LOG.toml. Keys that are not the format's are left aside, unless they look like a misspelt one.
 
-    Raises LogError naming file, line (of broken TOML) or key, and cure.
+    Raises LogError naming file, line (of broken TOML) or key, and hint.
     """
     data = _load(path)
     values: dict[str, Any] = {}
@@ -106,18 +106,18 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as e:
-        raise LogError(f"can't be read ({e.strerror})", cure="check the path", path=path) from None
+        raise LogError(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
     except UnicodeDecodeError:
-        raise LogError("is no UTF-8 text", cure="save it as UTF-8", path=path) from None
+        raise LogError("is no UTF-8 text", hint="save it as UTF-8", path=path) from None
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
         found = re.search(r" \(at line (\d+), column \d+\)$", str(e))
         what = str(e)[: found.start()] if found else str(e)
         line = int(found[1]) if found else 0
-        raise LogError(f"is no valid TOML: {what[:200]}", cure="mend that place", path=path, line=line) from None
+        raise LogError(f"is no valid TOML: {what[:200]}", hint="mend that place", path=path, line=line) from None
 
 
-def _wrong(path: Path, key: str, what: str, cure: str) -> LogError:
-    return LogError(f"{key}: {what}", cure=cure, path=path)
+def _wrong(path: Path, key: str, what: str, hint: str) -> LogError:
+    return LogError(f"{key}: {what}", hint=hint, path=path)
 
 
 def _choice(path: Path, key: str, value: Any) -> StrEnum:

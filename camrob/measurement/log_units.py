@@ -47,7 +47,7 @@ def check_plausible(columns: Mapping[str, Array], path: Path, first: int) -> Non
             beyond = np.abs(columns[name]) > largest
             if beyond.any():
                 row = int(np.argmax(beyond))
-                raise LogError(f"{name} is {columns[name][row]:g}", cure=_CURE, path=path, line=row + first)
+                raise LogError(f"{name} is {columns[name][row]:g}", hint=_CURE, path=path, line=row + first)
     if "x" not in columns:
         return
     prefix = "" if "A1" in columns or "E1" in columns else "c"
@@ -59,11 +59,11 @@ def check_plausible(columns: Mapping[str, Array], path: Path, first: int) -> Non
     carried += sum(max(travel[n], float(deg_to_rad(travel[n])) * _REACH_MM) for n in travel if n in EXTERNAL)
     if extent > 1.5 * carried + 20.0:
         what = f"the tool travels {extent:.0f} mm while the axes move only {max(travel.values()):.3g} degrees"
-        raise LogError(what, cure="are the angles in radians? give degrees", path=path, line=first)
+        raise LogError(what, hint="are the angles in radians? give degrees", path=path, line=first)
     farthest = max(float(np.max(np.abs(columns[n][seen]), initial=0.0)) for n in POSITION)
     if seen.any() and farthest < _METRES and sum(travel.get(n, 0.0) for n in AXES[:3]) > _GROSS_DEG:
         what = f"the tool stays within {farthest:.3g} mm of the origin while the arm moves"
-        raise LogError(what, cure="are the positions in metres? give mm", path=path, line=first)
+        raise LogError(what, hint="are the positions in metres? give mm", path=path, line=first)
 
 
 def _extent(values: Array) -> float:

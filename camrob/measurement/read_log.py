@@ -64,23 +64,23 @@ def _check_names(names: Sequence[str], path: Path) -> None:
         shown = repr(name[:40])
         bare = re.split(r"[ _\[(]", name.strip('"'))[0].lower()
         if re.fullmatch(r"[cC]?[AE]\d+", name):
-            raise LogError(f"has an axis {shown}", cure="the format knows A1..A7 and E1..E6", path=path, line=1)
+            raise LogError(f"has an axis {shown}", hint="the format knows A1..A7 and E1..E6", path=path, line=1)
         if bare in known:
             raise LogError(
-                f"has a column {shown}", cure=f"name it {known[bare]}, in the format's unit", path=path, line=1
+                f"has a column {shown}", hint=f"name it {known[bare]}, in the format's unit", path=path, line=1
             )
-        raise LogError(f"has a column {shown}", cure=f"the format has {', '.join(COLUMNS)}", path=path, line=1)
+        raise LogError(f"has a column {shown}", hint=f"the format has {', '.join(COLUMNS)}", path=path, line=1)
     for name in names:
         if names.count(name) > 1:
-            raise LogError(f"has the column {name} twice", cure="leave one", path=path, line=1)
+            raise LogError(f"has the column {name} twice", hint="leave one", path=path, line=1)
     if "t" not in names:
-        raise LogError("has no column t", cure="give the time in seconds", path=path, line=1)
+        raise LogError("has no column t", hint="give the time in seconds", path=path, line=1)
     for group in _TOGETHER:
         missing = [n for n in group if n not in names]
         if missing and len(missing) < len(group):
             here = next(n for n in group if n in names)
-            cure = f"{', '.join(group)} belong together"
-            raise LogError(f"has a column {here} but no column {missing[0]}", cure=cure, path=path, line=1)
+            hint = f"{', '.join(group)} belong together"
+            raise LogError(f"has a column {here} but no column {missing[0]}", hint=hint, path=path, line=1)
     _check_axes(names, path)
 
 
@@ -90,17 +90,17 @@ def _check_axes(names: Sequence[str], path: Path) -> None:
         count = max((k + 1 for k, n in enumerate(row) if n in names), default=0)
         missing = [n for n in row[:count] if n not in names]
         if missing:
-            cure = f"give {row[0]} .. {row[count - 1]}, none left out"
-            raise LogError(f"has a column {row[count - 1]} but no column {missing[0]}", cure=cure, path=path, line=1)
+            hint = f"give {row[0]} .. {row[count - 1]}, none left out"
+            raise LogError(f"has a column {row[count - 1]} but no column {missing[0]}", hint=hint, path=path, line=1)
     places = (*AXES, *EXTERNAL)
     if not any(n in names or f"c{n}" in names for n in places):
-        raise LogError("has no axis values", cure="give A1.. (encoders) or cA1.. (set-points)", path=path, line=1)
+        raise LogError("has no axis values", hint="give A1.. (encoders) or cA1.. (set-points)", path=path, line=1)
     if not any(n in names for n in places):
         return
     for name in places:
         if f"c{name}" in names and name not in names:
-            cure = f"give {name} beside c{name}"
-            raise LogError(f"has a column c{name} but no column {name}", cure=cure, path=path, line=1)
+            hint = f"give {name} beside c{name}"
+            raise LogError(f"has a column c{name} but no column {name}", hint=hint, path=path, line=1)
 
 
 def _read_csv(path: Path) -> tuple[list[str], Array]:
@@ -108,20 +108,20 @@ def _read_csv(path: Path) -> tuple[list[str], Array]:
     try:
         raw = path.read_bytes()
     except OSError as e:
-        raise LogError(f"can't be read ({e.strerror})", cure="check the path", path=path) from None
+        raise LogError(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
     begin = 3 if raw.startswith(b"\xef\xbb\xbf") else 0
     end = raw.find(b"\n", begin)
     end = len(raw) if end < 0 else end
     try:
         header = raw[begin:end].decode("utf-8").rstrip("\r")
     except UnicodeDecodeError:
-        raise LogError("is no UTF-8 text", cure="save it as UTF-8", path=path, line=1) from None
+        raise LogError("is no UTF-8 text", hint="save it as UTF-8", path=path, line=1) from None
     if not header.strip():
-        raise LogError("is empty", cure="give a header row and samples", path=path, line=1)
+        raise LogError("is empty", hint="give a header row and samples", path=path, line=1)
     for other, word in ((";", "semicolons"), ("\t", "tabs")):
         if other in header and "," not in header:
-            cure = "separate columns by commas, decimals by a point"
-            raise LogError(f"separates columns by {word}", cure=cure, path=path, line=1)
+            hint = "separate columns by commas, decimals by a point"
+            raise LogError(f"separates columns by {word}", hint=hint, path=path, line=1)
     names = [name.strip().strip('"') for name in header.split(",")]
     _check_names(names, path)
     text = np.frombuffer(raw, np.uint8)
@@ -131,15 +131,15 @@ def _read_csv(path: Path) -> tuple[list[str], Array]:
     for row, at, first, last in slow[:left].tolist():
         table[row, at] = _slow_number(raw[first:last], names[at], path, row + 2)
     if code == BAD_COUNT:
-        cure = f"the header names {len(names)} columns"
-        raise LogError("has more or fewer cells than the header", cure=cure, path=path, line=rows + 2)
+        hint = f"the header names {len(names)} columns"
+        raise LogError("has more or fewer cells than the header", hint=hint, path=path, line=rows + 2)
     if code == BLANK_LINE:
-        raise LogError("there is an empty line within the table", cure="remove it", path=path, line=rows + 2)
+        raise LogError("there is an empty line within the table", hint="remove it", path=path, line=rows + 2)
     if code == BAD_NUMBER:
-        cure = "write plain decimals"
-        raise LogError(f"{names[column]} is not written as a plain number", cure=cure, path=path, line=rows + 2)
+        hint = "write plain decimals"
+        raise LogError(f"{names[column]} is not written as a plain number", hint=hint, path=path, line=rows + 2)
     if rows == 0:
-        raise LogError("holds no samples", cure="give rows behind the header", path=path, line=1)
+        raise LogError("holds no samples", hint="give rows behind the header", path=path, line=1)
     return names, table[:rows]
 
 
@@ -149,8 +149,8 @@ def _slow_number(cell: bytes, name: str, path: Path, line: int) -> float:
     if _NUMBER.fullmatch(text) and np.isfinite(float(text)):
         return float(text)
     shown = repr(text[:30].decode("utf-8", "replace"))
-    cure = "leave a cell empty that was not measured, else give a finite number with a decimal point"
-    raise LogError(f"{name} is {shown}", cure=cure, path=path, line=line)
+    hint = "leave a cell empty that was not measured, else give a finite number with a decimal point"
+    raise LogError(f"{name} is {shown}", hint=hint, path=path, line=line)
 
 
 def _read_parquet(path: Path) -> tuple[list[str], Array]:
@@ -158,28 +158,28 @@ def _read_parquet(path: Path) -> tuple[list[str], Array]:
     try:
         from pyarrow import parquet
     except ImportError:
-        raise LogError("reading Parquet needs pyarrow", cure="pip install pyarrow, or save as CSV", path=path) from None
+        raise LogError("reading Parquet needs pyarrow", hint="pip install pyarrow, or save as CSV", path=path) from None
     try:
         data: Any = parquet.read_table(path)
     except OSError as e:
-        raise LogError(f"can't be read ({e.strerror or 'no Parquet'})", cure="check the file", path=path) from None
+        raise LogError(f"can't be read ({e.strerror or 'no Parquet'})", hint="check the file", path=path) from None
     except Exception as e:  # pyarrow's errors share no root but Exception
-        raise LogError(f"is no Parquet file ({type(e).__name__})", cure="check the file", path=path) from None
+        raise LogError(f"is no Parquet file ({type(e).__name__})", hint="check the file", path=path) from None
     names = [str(n) for n in data.column_names]
     _check_names(names, path)
     if data.num_rows == 0:
-        raise LogError("holds no samples", cure="give rows", path=path)
+        raise LogError("holds no samples", hint="give rows", path=path)
     table = np.empty((data.num_rows, len(names)))
     for k, name in enumerate(names):
         column = data.column(k)
         try:
             values = column.to_numpy().astype(np.float64)
         except (ValueError, TypeError):
-            raise LogError(f"{name} is of type {column.type}", cure="store numbers", path=path) from None
+            raise LogError(f"{name} is of type {column.type}", hint="store numbers", path=path) from None
         bad = np.isinf(values) | (np.isnan(values) & ~np.asarray(column.is_null()))
         if bad.any():
-            cure = "store null where nothing was measured"
-            raise LogError(f"{name} is {values[bad][0]}", cure=cure, path=path, line=int(np.argmax(bad)) + 1)
+            hint = "store null where nothing was measured"
+            raise LogError(f"{name} is {values[bad][0]}", hint=hint, path=path, line=int(np.argmax(bad)) + 1)
         table[:, k] = values
     return names, table
 
@@ -188,12 +188,12 @@ def _check_time(t: Array, path: Path, first: int) -> None:
     """Every row has its time, and time advances."""
     if np.isnan(t).any():
         raise LogError(
-            "t is empty", cure="give every row its time", path=path, line=int(np.argmax(np.isnan(t))) + first
+            "t is empty", hint="give every row its time", path=path, line=int(np.argmax(np.isnan(t))) + first
         )
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         row = int(back[0]) + 1
         what = f"t is {t[row]:g} after {t[row - 1]:g}"
         raise LogError(
-            what, cure="time has to advance from row to row: sort or split the log", path=path, line=row + first
+            what, hint="time has to advance from row to row: sort or split the log", path=path, line=row + first
         )

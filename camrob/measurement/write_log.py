@@ -37,7 +37,7 @@ def write_log(log: MeasurementLog, path: str | Path) -> None:
         table = log.matrix(names)
         decimals = np.array([_DECIMALS.get(n, 4) for n in names])
         if np.any(np.abs(table) * 10.0**decimals >= 2.0**53):
-            raise LogError("holds values too large for the log format", cure="check their units", path=path)
+            raise LogError("holds values too large for the log format", hint="check their units", path=path)
         buffer = np.empty(_CHUNK * len(names) * _BYTES_A_CELL, np.uint8)
         with path.open("wb") as file:
             file.write((",".join(names) + "\n").encode())
@@ -53,6 +53,6 @@ def _write_parquet(log: MeasurementLog, path: Path) -> None:
         import pyarrow
         from pyarrow import parquet
     except ImportError:
-        raise LogError("writing Parquet needs pyarrow", cure="pip install pyarrow, or write CSV", path=path) from None
+        raise LogError("writing Parquet needs pyarrow", hint="pip install pyarrow, or write CSV", path=path) from None
     arrays = {name: pyarrow.array(np.array(values), from_pandas=True) for name, values in log.columns.items()}
     parquet.write_table(pyarrow.table(arrays), path)

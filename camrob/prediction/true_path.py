@@ -154,8 +154,8 @@ def _same_constants(found: FittedUnits, model: ErrorModel) -> None:
     }
     if terms != set(model.names):
         other = sorted(terms ^ set(model.names))[0]
-        cure = "give the file that `camrob diagnose --calibration` wrote with that diagnosis"
-        raise InputError(f"the calibration is not that of the diagnosis: {other} is in one of them only", cure=cure)
+        hint = "give the file that `camrob diagnose --calibration` wrote with that diagnosis"
+        raise InputError(f"the calibration is not that of the diagnosis: {other} is in one of them only", hint=hint)
 
 
 def _causes(found: FittedUnits, twists: Array) -> tuple[Cause, ...]:

@@ -335,10 +335,10 @@ class _Planner:
             )
         if not self._hook(SPINDLE_HOOKS[sense]):
             what = f"the file asks for the spindle {way}, for which cell {name} has no hook"
-            cure = (
+            hint = (
                 f"add {SPINDLE_HOOKS[sense]} to [controller.hooks] if the spindle can do it, else change the operation"
             )
-            raise JobError(f"{what}; {cure}", line=event.line)
+            raise JobError(f"{what}; {hint}", line=event.line)
         if limits is not None and not limits[0] <= event.value <= limits[1]:
             span = f"{limits[0]:g} to {limits[1]:g} rev/min"
             what = f"the spindle of cell {name} turns at {span}; change the speed in the CAM system"

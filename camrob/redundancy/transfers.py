@@ -82,7 +82,7 @@ def build_path(
     """
     regions = [r for r in toolpath.regions if len(r)]
     if not regions:
-        raise ToolpathError("holds no motion", cure="give a file with GOTO points", path=toolpath.source)
+        raise ToolpathError("holds no motion", hint="give a file with GOTO points", path=toolpath.source)
     changes = changes or {}
     stretch_of = np.cumsum([k in changes for k in range(len(regions))])
     worked = [_worked(r, k, base_T_part, int(stretch_of[k])) for k, r in enumerate(regions)]

@@ -124,7 +124,7 @@ def study_tracker(
     gain that makes the loop unstable, and what the paths raise.
     """
     if not 0 <= laps <= _MOST_LAPS:
-        raise InputError(f"{laps} laps can't be learned from", cure=f"give 0 to {_MOST_LAPS}")
+        raise InputError(f"{laps} laps can't be learned from", hint=f"give 0 to {_MOST_LAPS}")
     check_arm_alone(cell)
     asked = None if gain is None else replace(case.law, gain=gain)
     for law in (case.law, asked):
@@ -134,7 +134,7 @@ def study_tracker(
     square, circle = square_path(cell, case), circle_path(cell, case)
     if case.switched_on + SETTLED >= float(square.time[square.corners[-1]]):
         raise InputError(
-            "the correction is switched on after the square's end", cure="mend square.on_s in tracker.toml"
+            "the correction is switched on after the square's end", hint="mend square.on_s in tracker.toml"
         )
     tell("the tests as published", 0.02)
     begin = round(case.switched_on / case.law.cycle_s)

@@ -63,10 +63,10 @@ class PublishedCase:
 
 
 def read_published(path: Path, cell: Cell) -> PublishedCase:
-    """The case in a file, for a cell without external axes. Raises InputError naming file, key and cure."""
+    """The case in a file, for a cell without external axes. Raises InputError naming file, key and hint."""
     if cell.external_names:
-        cure = "give a cell without external axes"
-        raise InputError(f"is of an arm alone, and {cell.name} has external axes", cure=cure, path=path)
+        hint = "give a cell without external axes"
+        raise InputError(f"is of an arm alone, and {cell.name} has external axes", hint=hint, path=path)
     table = TableReader(read_toml(path, InputError), path, error=InputError)
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
     title, source = table.text("title"), table.text("source")

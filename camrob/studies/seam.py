@@ -54,7 +54,7 @@ class Seam:
 
 
 def read_seam(path: Path) -> Seam:
-    """The seam of a cell's folder. Raises CellError, with key and cure, where seam.toml is wrong or absent."""
+    """The seam of a cell's folder. Raises CellError, with key and hint, where seam.toml is wrong or absent."""
     file = path / "seam.toml"
     table = TableReader(read_toml(file), file)
     seam = Seam(

@@ -43,8 +43,8 @@ def check_feed(speed: float, line: int, stated: int) -> float:
         return speed
     what = f"the feed is {m_s_to_mm_min(speed):g} mm/min" + (f" (line {stated})" if stated != line and stated else "")
     if speed < SLOWEST:
-        raise ToolpathError(f"{what}, too slow to be written", cure="give 0.06 mm/min or more", line=line)
-    raise ToolpathError(f"{what}, faster than any controller takes", cure="give 180000 mm/min at most", line=line)
+        raise ToolpathError(f"{what}, too slow to be written", hint="give 0.06 mm/min or more", line=line)
+    raise ToolpathError(f"{what}, faster than any controller takes", hint="give 180000 mm/min at most", line=line)
 
 
 def feed_finding(feed: float, line: int) -> Finding:

@@ -14,8 +14,8 @@ _PATH = "make a toolpath of it in the CAM system, and output that as CL data (AP
 _PROGRAM = "give the CL file that it was made from; 'camrob verify' judges programs"
 # what a file begins with, or holds; what it is called; what to do
 _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
-    (re.compile(pattern, re.I | re.M), what, cure)
-    for pattern, what, cure in (
+    (re.compile(pattern, re.I | re.M), what, hint)
+    for pattern, what, hint in (
         (rb"^[ \t]*(?:\d+[ \t]+)?BEGIN PGM ", "a Heidenhain program in plain language", _POST),
         (rb"\A\s*(?:&ACCESS|DEF(?:DAT)?[ \t]+\w+[ \t]*\()", "a KRL program", _PROGRAM),
         (rb"\A(?:\s*%%%[^%]*%%%)?\s*MODULE[ \t]+\w+", "an ABB RAPID program", _PROGRAM),
@@ -38,11 +38,11 @@ _POINTS = re.compile(rb"^\s*GOTO\s*/\s*[-+.\d]", re.I | re.M)
 def refuse_foreign(data: bytes) -> None:
     """Raises ToolpathError for the bytes of a file that is known to be something else than CL data or G-code."""
     head = data[:_HEAD]
-    for pattern, what, cure in _KINDS:
+    for pattern, what, hint in _KINDS:
         if pattern.search(head):
-            raise ToolpathError(f"this is {what}", cure=cure)
+            raise ToolpathError(f"this is {what}", hint=hint)
     if _GEOMETRY.search(head) and not _POINTS.search(head):
         raise ToolpathError(
             "this is APT source, a part program with its geometry, not the path that a processor makes of it",
-            cure="run it through the APT processor, and give its CLDATA as text",
+            hint="run it through the APT processor, and give its CLDATA as text",
         )

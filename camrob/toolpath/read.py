@@ -41,14 +41,14 @@ def read_toolpath(
     `chord_tolerance` (m) and `angle_tolerance` (rad). `feed` (m/s) and `spindle_rpm` (rev/min) serve where the file states
     no feed or starts no spindle before its first cut, each with a finding; `diameters` (m, by tool number, 0: any) for surface
     speeds where the file names no cutter. `progress` is told the share done (0..1).
-    Raises ToolpathError, naming file, line and cure, for what can't be read honestly.
+    Raises ToolpathError, naming file, line and hint, for what can't be read honestly.
     """
     from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
 
     place = Path(path)
     if dialect is not None and dialect not in DIALECTS and not dialect.startswith("gcode"):
         known = ", ".join([*DIALECTS, "gcode"])
-        raise ToolpathError(f"there is no dialect {dialect!r}", cure=f"choose one of {known}", path=place)
+        raise ToolpathError(f"there is no dialect {dialect!r}", hint=f"choose one of {known}", path=place)
     data = _bytes(place)
     if dialect is None:
         try:
@@ -95,7 +95,7 @@ def _in_the_hall(toolpath: Toolpath, path: Path) -> Toolpath:
             away = float(np.abs(np.asarray(region.position)[far[0]]).max())
             raise ToolpathError(
                 f"a point lies {away:.3g} m away",
-                cure="correct the coordinate, or the units",
+                hint="correct the coordinate, or the units",
                 path=path,
                 line=int(region.line[far[0]]),
             )
@@ -107,8 +107,8 @@ def _bytes(path: Path) -> bytes:
     try:
         size = path.stat().st_size
         if size > _LARGEST_BYTES:
-            raise ToolpathError(f"the file has {size >> 20} MiB, more than 1024", cure="split it", path=path)
+            raise ToolpathError(f"the file has {size >> 20} MiB, more than 1024", hint="split it", path=path)
         return path.read_bytes()
     except OSError as error:
         why = (error.strerror or "it can't be opened").lower()
-        raise ToolpathError(f"can't be read: {why}", cure="check the path", path=path) from error
+        raise ToolpathError(f"can't be read: {why}", hint="check the path", path=path) from error

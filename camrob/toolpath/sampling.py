@@ -44,7 +44,7 @@ def arc_angle(start: ArrayLike, end: ArrayLike, center: ArrayLike, axis: ArrayLi
     c, a = np.asarray(center, np.float64), np.asarray(axis, np.float64)
     u, v = _in_plane(start, c, a), _in_plane(end, c, a)
     if min(np.linalg.norm(u), np.linalg.norm(v)) < _CLOSED:
-        raise ToolpathError("an arc starts or ends at its own centre", cure="check the arc's centre in the CAM system")
+        raise ToolpathError("an arc starts or ends at its own centre", hint="check the arc's centre in the CAM system")
     if float(np.linalg.norm(v - u)) < _CLOSED:
         return math.tau * (1 + turns)
     angle = math.atan2(float(_cross(u, v) @ a), float(u @ v))
@@ -79,7 +79,7 @@ def sample_arc(
     if not step > 0.0 or angle / step > _MOST_POINTS:
         raise ToolpathError(
             f"an arc of {angle / math.tau:.1f} turns would need more than {_MOST_POINTS} points",
-            cure="check its number of turns, or choose a coarser chord tolerance",
+            hint="check its number of turns, or choose a coarser chord tolerance",
         )
     n = max(1, math.ceil(angle / step - 1e-9))
     share = np.arange(1, n + 1, dtype=np.float64) / n

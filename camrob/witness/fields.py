@@ -24,7 +24,7 @@ class Fields:
 
     def wrong(self, key: str, what: str, hint: str = "") -> InputError:
         """The error to raise for `key`."""
-        return self.error(f"{self.name}{key} {what}", cure=hint, path=self.path)
+        return self.error(f"{self.name}{key} {what}", hint=hint, path=self.path)
 
     def __contains__(self, key: str) -> bool:
         return key in self.table

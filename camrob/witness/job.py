@@ -94,9 +94,9 @@ def _vertices(body: Body) -> Array:
         mesh = trimesh.load(str(body.file), force="mesh")
         points = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
     except (OSError, ValueError, IndexError, KeyError, TypeError, AttributeError) as failure:
-        raise SetupError(f"the mesh can't be read ({failure})", cure="give an STL file", path=body.file) from failure
+        raise SetupError(f"the mesh can't be read ({failure})", hint="give an STL file", path=body.file) from failure
     if not len(points) or not np.isfinite(points).all():
-        raise SetupError("the mesh has no points, or some that are no numbers", cure="give an STL file", path=body.file)
+        raise SetupError("the mesh has no points, or some that are no numbers", hint="give an STL file", path=body.file)
     return points * body.scale
 
 

@@ -49,8 +49,8 @@ def without(folder: Path, *sections: str, cell: str = "kr15_track_table") -> Pat
 def refused(cell: Path, section: str, verb: str, job: Callable[..., object], *given: object, **named: object) -> None:
     with pytest.raises(CellError) as caught:
         job(*given, cell=cell, **named)
-    cure = "add it; the README.md of cells/kr15_track_table explains its keys"
-    assert str(caught.value) == f"{cell / 'cell.toml'}: has no [{section}], which camrob {verb} needs; {cure}"
+    hint = "add it; the README.md of cells/kr15_track_table explains its keys"
+    assert str(caught.value) == f"{cell / 'cell.toml'}: has no [{section}], which camrob {verb} needs; {hint}"
 
 
 @pytest.fixture(scope="module")

@@ -222,9 +222,9 @@ def test_what_could_not_be_judged_is_status_1_unless_it_may_be(
 
 
 STATUSES = [
-    (errors.InputError("is wrong", cure="mend it", path="a.cls", line=7), 2, "a.cls:7: is wrong; mend it"),
+    (errors.InputError("is wrong", hint="mend it", path="a.cls", line=7), 2, "a.cls:7: is wrong; mend it"),
     (errors.CellError("key is missing", path="cell.toml"), 2, "cell.toml: key is missing"),
-    (errors.ToolpathError("no units", cure="say --units"), 2, "camrob: no units; say --units"),
+    (errors.ToolpathError("no units", hint="say --units"), 2, "camrob: no units; say --units"),
     (errors.StaleInputError("the calibration is another cell's"), 2, "camrob: the calibration is another cell's"),
     (
         errors.LimitError("A5 would pass its limit", line=33, axis="A5"),

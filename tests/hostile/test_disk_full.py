@@ -44,8 +44,8 @@ def test_while_files_are_written(tmp_path: Path, number: int, named: bool) -> No
     with pytest.raises(InputError) as caught, staged_output(out) as folder:
         (folder / "a.src").write_text("half")
         raise full(number, *([str(folder / "a.src")] if named else []))
-    cure = "free some space there and where temporary files are kept, or choose another --out"
-    assert str(caught.value) == f"{out}: can't be written: disk full ({os.strerror(number)}); {cure}"
+    hint = "free some space there and where temporary files are kept, or choose another --out"
+    assert str(caught.value) == f"{out}: can't be written: disk full ({os.strerror(number)}); {hint}"
     assert not out.exists()
 
 

@@ -86,7 +86,7 @@ def test_numbers_are_those_of_python(tmp_path: Path) -> None:
 def test_rows_that_are_refused(tmp_path: Path, change, told: str) -> None:
     with pytest.raises(LogError, match=told) as caught:
         read_log(written(tmp_path, change(ROWS)))
-    assert "\n" not in str(caught.value) and caught.value.cure
+    assert "\n" not in str(caught.value) and caught.value.hint
 
 
 @pytest.mark.parametrize(

@@ -182,7 +182,7 @@ def refused(tmp_path: Path, text: str | bytes) -> CellError:
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(CellError) as error:
         read_fis(file)
-    assert str(error.value).isprintable() and "engine.fis" in str(error.value) and error.value.cure
+    assert str(error.value).isprintable() and "engine.fis" in str(error.value) and error.value.hint
     return error.value
 
 

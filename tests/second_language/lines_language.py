@@ -58,11 +58,11 @@ class Lines:
 
     def settings(self, controller):
         if set(controller.own) - {"remark"}:
-            raise CellError(f"controller.{min(controller.own)} is nothing that Lines takes", cure="leave it out")
+            raise CellError(f"controller.{min(controller.own)} is nothing that Lines takes", hint="leave it out")
         for name, lines in controller.hooks.items():
             for line in lines:
                 if not re.match(r"(do|wait) ", line):
-                    raise CellError(f"hook {name} is no `do` or `wait`", cure="write `do ...`")
+                    raise CellError(f"hook {name} is no `do` or `wait`", hint="write `do ...`")
 
     def check(self, program, controller):
         writer.check(program, controller)

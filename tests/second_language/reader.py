@@ -71,7 +71,7 @@ class _Reader:
         self.files.append(path.name)
         words = [line.split() for line in lines]
         if not words[0][:1] == ["program"] or ["end"] not in words:
-            raise ProgramError("has no program and end", cure="the file is damaged", path=path)
+            raise ProgramError("has no program and end", hint="the file is damaged", path=path)
         for number, line in enumerate(lines, start=1):
             try:
                 if self.line(path, index, number, line, depth):

@@ -31,7 +31,7 @@ def refused(text: str, line: int, match: str, dialect: str = "apt", **defaults: 
     with pytest.raises(ToolpathError, match=match) as error:
         read(text, dialect, **defaults)
     assert (error.value.line, error.value.path) == (line, Path("part.apt"))
-    assert error.value.cure and "\n" not in str(error.value)
+    assert error.value.hint and "\n" not in str(error.value)
 
 
 def course(region: Region) -> list[str]:

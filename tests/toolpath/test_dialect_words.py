@@ -19,7 +19,7 @@ FILE = "UNITS/MM\nLOADTL/1\nSPINDL/1000,RPM,CLW\nFEDRAT/100,MMPM\nGOTO/0,0,10\nB
 def breathe(machine, statement) -> None:
     """BREATHE/seconds: the tool rests."""
     if not statement.numbers:
-        raise ToolpathError("BREATHE needs a time", cure="give it in seconds")
+        raise ToolpathError("BREATHE needs a time", hint="give it in seconds")
     machine.event(EventKind.DWELL, statement.numbers[0], "", statement.line)
 
 

@@ -61,7 +61,7 @@ def refused(text: str | bytes, *, line: int, match: str, **options: object) -> T
         read(text, **options)
     assert caught.value.line == line, str(caught.value)
     assert caught.value.path == Path("part.nc")
-    assert caught.value.cure
+    assert caught.value.hint
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 300
     return caught.value

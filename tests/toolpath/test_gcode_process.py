@@ -39,7 +39,7 @@ def refused(text: str, line: int, match: str, **defaults: float) -> None:
     with pytest.raises(ToolpathError, match=match) as error:
         read(text, **defaults)
     assert (error.value.line, error.value.path) == (line, Path("part.nc"))
-    assert error.value.cure and "\n" not in str(error.value)
+    assert error.value.hint and "\n" not in str(error.value)
 
 
 # ---- machine positions

@@ -34,12 +34,12 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
     lost: dict[str, float] = {}
     for scene in scenes:
         if float(np.ptp(scene.link, axis=0).max()) < _STILL:
-            raise LogError("in it no axis moves", cure="log a run, or poses that differ", path=scene.log.path)
+            raise LogError("in it no axis moves", hint="log a run, or poses that differ", path=scene.log.path)
         step = float(np.median(np.diff(scene.t)))
         if step > _SLOWEST and not scene.poses:
             what = f"its rows are {step:.3g} s apart"
-            cure = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
-            raise LogError(what, cure=cure, path=scene.log.path)
+            hint = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
+            raise LogError(what, hint=hint, path=scene.log.path)
         size = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
         turned = scene.seen[:, 3:].all(axis=1)
         angle = float(np.median(np.linalg.norm(scene.tcp_gap[turned, 3:], axis=1))) if turned.any() else 0.0
@@ -51,15 +51,15 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
             continue
         mixed_up = mistaken(scene)
         if mixed_up:
-            raise LogError(mixed_up, cure="mend the log, and diagnose it again", path=scene.log.path)
+            raise LogError(mixed_up, hint="mend the log, and diagnose it again", path=scene.log.path)
         if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
-            cure = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
-            raise LogError(what, cure=cure, path=scene.log.path)
+            hint = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
+            raise LogError(what, hint=hint, path=scene.log.path)
         what = (
             f"the measured tool is turned by {rad_to_deg(angle):.1f} degrees from where the axis values put it (median)"
         )
-        raise LogError(what, cure="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", path=scene.log.path)
+        raise LogError(what, hint="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", path=scene.log.path)
     return lost
 
 

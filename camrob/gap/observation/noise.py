@@ -92,7 +92,7 @@ def noise_left(columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array
         freedom = 1.0 - U.shape[1] / len(y)
         if freedom < _LEAST_FREEDOM:
             what = f"the noise of its {len(seen)} single poses is not told, and they are too few to show it"
-            raise LogError(what, cure="write sigma_mm (and sigma_deg) of the instrument into its .toml", path=path)
+            raise LogError(what, hint="write sigma_mm (and sigma_deg) of the instrument into its .toml", path=path)
         left = (y * w - U @ (U.T @ (y * w))) / w
         parts = [left[~turned], left[turned]]
         sigma = np.array(

@@ -103,7 +103,7 @@ def track_of(scene: Scene, program: ProgramText) -> ProgramTrack:
     size = float(np.median(np.linalg.norm(found.offset(found.path(0.0)), axis=1)))
     if size > _STRANGE:
         what = f"its set-points lie {m_to_mm(size):.0f} mm off the path of {program.name} (median)"
-        raise LogError(what, cure="give the program that was run, with --program", path=scene.log.path)
+        raise LogError(what, hint="give the program that was run, with --program", path=scene.log.path)
     return found
 
 

@@ -175,10 +175,10 @@ def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, 
         lacking = next(a for a in axes if (not log.has(a) and not log.has(f"c{a}")) or given[""])
         missing = [a for a in axes if not log.has(a)]
         what = f"lacks the axis {missing[0] if missing else lacking} of cell {cell.name}"
-        raise LogError(what, cure="give every axis of the cell, by encoder or by set-point", path=log.path)
+        raise LogError(what, hint="give every axis of the cell, by encoder or by set-point", path=log.path)
     if not log.has_position and (not all(usable.values()) or log.info.poses):
-        cure = "give x, y, z of the instrument, or a run's set-points beside its encoders"
-        raise LogError("has no measured position", cure=cure, path=log.path)
+        hint = "give x, y, z of the instrument, or a run's set-points beside its encoders"
+        raise LogError("has no measured position", hint=hint, path=log.path)
     kinds = [kind for kind in ("", "c") if usable[kind]]
     whole = np.ones(len(log), bool)
     for kind in kinds:
@@ -192,7 +192,7 @@ def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, 
     )
     fewest = LEAST if any(free) else least
     if whole.sum() < fewest:
-        raise LogError(f"holds {int(whole.sum())} whole samples", cure=f"give at least {fewest}", path=log.path)
+        raise LogError(f"holds {int(whole.sum())} whole samples", hint=f"give at least {fewest}", path=log.path)
     kept = log.select(np.flatnonzero(whole))
     return _lay_out(kept, cell, axes, usable, told)
 

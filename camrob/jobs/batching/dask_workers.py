@@ -39,7 +39,7 @@ def run_cluster(
     there is no scheduler, no worker within half a minute, or a worker without the same camrob.
     """
     if importlib.util.find_spec("distributed") is None:
-        raise InputError("--scheduler needs dask.distributed", cure='install it with: pip install "camrob[cluster]"')
+        raise InputError("--scheduler needs dask.distributed", hint='install it with: pip install "camrob[cluster]"')
     from distributed import as_completed
 
     topic = f"camrob-batch-{uuid4().hex}"
@@ -150,18 +150,18 @@ def _connected(address: str) -> Iterator[Any]:
         client = Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         what = f"--scheduler {address!r} does not answer ({type(error).__name__})"
-        raise InputError(what, cure="give an address such as tcp://host:8786, and see that it runs") from None
+        raise InputError(what, hint="give an address such as tcp://host:8786, and see that it runs") from None
     try:
         try:
             client.wait_for_workers(1, timeout=_PATIENCE)
         except OSError:  # TimeoutError is one
-            cure = f"start one with: dask worker {address} --nthreads 1"
-            raise InputError(f"--scheduler {address!r} has no worker", cure=cure) from None
+            hint = f"start one with: dask worker {address} --nthreads 1"
+            raise InputError(f"--scheduler {address!r} has no worker", hint=hint) from None
         mine = camrob_digest()
         for worker, theirs in client.run(camrob_digest, on_error="return").items():
             if theirs != mine:
                 has = "another camrob or Python than this" if isinstance(theirs, str) else "no camrob that runs"
-                raise InputError(f"worker {worker} has {has}", cure="install the same there, or stop that worker")
+                raise InputError(f"worker {worker} has {has}", hint="install the same there, or stop that worker")
         yield client
     finally:
         with suppress(Exception):  # closing what is broken

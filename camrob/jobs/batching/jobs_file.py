@@ -44,7 +44,7 @@ def read_jobs(path: Path, out: Path | None = None) -> tuple[BatchJob, ...]:
     """The jobs of a file, globs spread out, in the order of the file and of the names.
 
     Inputs are relative to the file; outputs are relative to `out` (without it, to the file) and stay below it.
-    Raises InputError naming file, key and cure.
+    Raises InputError naming file, key and hint.
     """
     path = Path(path)
     table = TableReader(read_toml(path, InputError), path, error=InputError)
@@ -52,7 +52,7 @@ def read_jobs(path: Path, out: Path | None = None) -> tuple[BatchJob, ...]:
     entries = table.tables("job")
     table.finish()
     if not entries:
-        raise InputError("holds no jobs", cure="write a [[job]] with a clfile for each", path=path)
+        raise InputError("holds no jobs", hint="write a [[job]] with a clfile for each", path=path)
     verbs = [_verb(entry, defaults) for entry in entries]
     _known(defaults, {key for verb in verbs for key in verb.keys} | {"verb"}, "any of these jobs")
     shared = {verb.name: _values(defaults, verb) for verb in verbs}
@@ -185,7 +185,7 @@ def _target(entry: TableReader, verb: Verb, text: str | None, first: Path, about
         for part in target.parts:
             check_file_name(part)
     except InputError as error:
-        raise entry.fail("out", error.what, error.cure) from None
+        raise entry.fail("out", error.what, error.hint) from None
     if not (root / target).resolve().is_relative_to(root):
         raise entry.fail("out", f"{text[:60]!r} leads out of the batch's folder by a link", "give another")
     return (root / target).resolve() if verb.writes is Writes.FOLDER else (root / target.parent).resolve() / target.name
@@ -208,7 +208,7 @@ def _product(
             languages[cell] = language_for(cell)
         return program_name(about, arguments.get("name"), languages[cell])
     except InputError as error:
-        raise entry.fail("name", error.what, error.cure) from None
+        raise entry.fail("name", error.what, error.hint) from None
 
 
 def _apart(path: Path, jobs: list[BatchJob]) -> None:
@@ -221,6 +221,6 @@ def _apart(path: Path, jobs: list[BatchJob]) -> None:
         if other is not job:
             raise InputError(
                 f"{other.verb.name} of {other.label} and {job.verb.name} of {job.label} would both write {job.product}",
-                cure='give them an out of their own (such as out = "{folder}"), or names',
+                hint='give them an out of their own (such as out = "{folder}"), or names',
                 path=path,
             )

@@ -120,7 +120,7 @@ def _cell(path: Path) -> Iterator[Path]:
             continue
         size += file.stat().st_size
         if size > MOST_BYTES:
-            raise InputError("is too large for a cell's folder", cure="is another folder meant?", path=folder)
+            raise InputError("is too large for a cell's folder", hint="is another folder meant?", path=folder)
         yield file
 
 

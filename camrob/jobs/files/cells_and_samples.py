@@ -114,7 +114,7 @@ def cell_from_urdf(urdf: Path, *, name: str | None = None, tip: str | None = Non
     """
     urdf = Path(urdf)
     if not os.path.isfile(urdf):
-        raise InputError("is no file", cure="give a URDF", path=urdf)
+        raise InputError("is no file", hint="give a URDF", path=urdf)
     name = re.sub(r"\W+", "_", urdf.stem).strip("_") if name is None else name
     folder = _free(Path(out), name)
     lines = [
@@ -146,7 +146,7 @@ def _free(out: Path, name: str) -> Path:
     """The folder to make. Raises InputError where it is there, or can't be."""
     folder = out / check_file_name(name)
     if os.path.lexists(folder):
-        raise InputError("is there already", cure="choose another name", path=folder)
+        raise InputError("is there already", hint="choose another name", path=folder)
     return folder
 
 
@@ -182,7 +182,7 @@ def samples(*, out: Path | None = None) -> SamplesResult:
     if out is not None:
         taken = [Path(out) / name for name in found if os.path.lexists(Path(out) / name)]
         if taken:
-            raise InputError("is there already", cure="name another folder with --out", path=taken[0])
+            raise InputError("is there already", hint="name another folder with --out", path=taken[0])
         found = {name: _copy_sample(folder, Path(out) / name) for name, folder in found.items()}
     listed = tuple(_listed_sample(name, folder) for name, folder in found.items())
     return SamplesResult(SamplesSummary(samples=listed, copied=out is not None))

@@ -26,16 +26,16 @@ _LONGEST = 200  # characters of a file's name: what every file system takes, wit
 def check_file_name(name: str) -> str:
     """The name itself, where it is good as a file's name on any system. Raises InputError where it isn't."""
     if not name or len(name) > _LONGEST or not name.isprintable() or re.search(r'[/\\:*?"<>|]', name):
-        raise InputError(f"{name!r} can't be a file's name", cure="use letters, digits, - and _")
+        raise InputError(f"{name!r} can't be a file's name", hint="use letters, digits, - and _")
     if name[0] in ".-" or name[-1] in ". " or name.partition(".")[0].upper() in _RESERVED:
-        raise InputError(f"{name!r} can't be a file's name", cure="use letters, digits, - and _, a letter first")
+        raise InputError(f"{name!r} can't be a file's name", hint="use letters, digits, - and _, a letter first")
     return name
 
 
 def check_calibration_name(out: Path) -> None:
     """Raise InputError where a path can't be CALIBRATION.toml's."""
     if out.suffix.lower() != ".toml":
-        raise InputError(f"{out.name!r} is no .toml", cure="name the file CALIBRATION.toml", path=out)
+        raise InputError(f"{out.name!r} is no .toml", hint="name the file CALIBRATION.toml", path=out)
     check_file_name(out.name)
 
 
@@ -139,13 +139,13 @@ def _clear_abandoned(out: Path) -> None:
 def _failed(out: Path, error: OSError) -> InputError:
     """The error of a folder that can't be written."""
     if disk_full(error):
-        cure = "free some space there and where temporary files are kept, or choose another --out"
-        return InputError(f"can't be written: disk full ({error.strerror})", cure=cure, path=out)
+        hint = "free some space there and where temporary files are kept, or choose another --out"
+        return InputError(f"can't be written: disk full ({error.strerror})", hint=hint, path=out)
     if not out.exists():
-        return InputError("the folder vanished while it was being written", cure="run the command again", path=out)
+        return InputError("the folder vanished while it was being written", hint="run the command again", path=out)
     return InputError(
         f"can't be written ({error.strerror or error})",
-        cure="check the folder and its permissions",
+        hint="check the folder and its permissions",
         path=out,
     )
 
@@ -160,11 +160,11 @@ def _make_folder(out: Path) -> list[Path]:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise InputError("is a file, not a folder", cure="choose another --out", path=out) from None
+        raise InputError("is a file, not a folder", hint="choose another --out", path=out) from None
     except OSError as error:
         if disk_full(error):
             raise _failed(out, error) from None
-        raise InputError(f"can't be made ({error.strerror})", cure="choose another --out", path=out) from None
+        raise InputError(f"can't be made ({error.strerror})", hint="choose another --out", path=out) from None
     return missing
 
 

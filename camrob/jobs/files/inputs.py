@@ -76,7 +76,7 @@ def program_name(clfile: Path, name: str | None, language: Language) -> str:
         what = f"--name {name!r} can't be a {language.title} module"
         if name[:1].isalpha() and language.program_name(f"P_{name}") == f"P_{name}":
             what += f": {language.title} uses that word itself"
-        raise InputError(what, cure=f"use {language.naming}, such as {plain}")
+        raise InputError(what, hint=f"use {language.naming}, such as {plain}")
     return name
 
 
@@ -89,7 +89,7 @@ def read_inputs(
     units: str | None = None,
     progress: Share | None = None,
 ) -> JobInputs:
-    """Read all that a job needs beside its cell, `machine`. Raises InputError and its kin, naming file, line and cure."""
+    """Read all that a job needs beside its cell, `machine`. Raises InputError and its kin, naming file, line and hint."""
     if setup is None and (clfile.parent / "setup.toml").is_file():
         setup = clfile.parent / "setup.toml"
     job = read_setup(setup, machine)

@@ -68,8 +68,8 @@ def _loads_told(mounted: Sequence[MountedTool], setup: Setup, line: int) -> Iter
     stated = [m.label for m in mounted if m.tool.mass is not None]
     if silent and stated:
         what = f"the set-up states a mass for {stated[0]} and none for {silent[0]}, which would run with the load of the other"
-        cure = "give mass_kg and center_of_mass_mm for every [[tool]] of the job, or for none"
-        raise SetupError(what, cure=cure, path=setup.path)
+        hint = "give mass_kg and center_of_mass_mm for every [[tool]] of the job, or for none"
+        raise SetupError(what, hint=hint, path=setup.path)
     if silent and len({m.label for m in mounted}) > 1:
         text = (
             "the set-up states no mass of the tools: the controller's load data stay those that were set before, for each of "
@@ -102,6 +102,6 @@ def one_frame(mounted: Sequence[MountedTool], setup: Setup, what: str) -> None:
         if not np.allclose(other.tool.flange_T_tool, first.tool.flange_T_tool, atol=SAME_FRAME):
             raise SetupError(
                 f"{first.label} and {other.label} have different frames, and {what}",
-                cure="give the operations of each tool by themselves",
+                hint="give the operations of each tool by themselves",
                 path=setup.path,
             )

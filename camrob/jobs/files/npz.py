@@ -36,15 +36,15 @@ _DAMAGED = (
 )
 
 
-def read_arrays(path: Path, *names: str, cure: str) -> list[NDArray[Any]]:
+def read_arrays(path: Path, *names: str, hint: str) -> list[NDArray[Any]]:
     """The arrays of those names. Raises InputError, naming the file, where it isn't a .npz that holds them plainly."""
     try:
         with ZipFile(path) as packed:
             if sum(member.file_size for member in packed.infolist()) > _LARGEST_BYTES:
-                raise InputError("would unpack to more than 1024 MiB", cure=cure, path=path)
+                raise InputError("would unpack to more than 1024 MiB", hint=hint, path=path)
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # a header of a kind that only old programs wrote
             with np.load(path, allow_pickle=False) as data:
                 return [np.asarray(data[name]) for name in names]
     except (*_DAMAGED, Warning):
-        raise InputError("is no solved path", cure=cure, path=path) from None
+        raise InputError("is no solved path", hint=hint, path=path) from None

@@ -35,24 +35,24 @@ def check_feed(path: Path, feed: float | None) -> None:
     """Raise InputError unless a solution has a feed, and a program, which writes its own, has none."""
     if not is_solution(path):
         if feed is not None:
-            raise InputError("writes its own speeds", cure="leave --feed out", path=path)
+            raise InputError("writes its own speeds", hint="leave --feed out", path=path)
         return
     if feed is None:
-        raise InputError("holds no speeds", cure="give --feed in mm/min, or the program itself", path=path)
+        raise InputError("holds no speeds", hint="give --feed in mm/min, or the program itself", path=path)
     if not 0.0 < feed <= _FASTEST_MM_MIN:
-        raise InputError(f"a feed of {feed:g} mm/min can't be run", cure=f"give 0 to {_FASTEST_MM_MIN:g}", path=path)
+        raise InputError(f"a feed of {feed:g} mm/min can't be run", hint=f"give 0 to {_FASTEST_MM_MIN:g}", path=path)
 
 
 def read_solution(path: Path, cell: Cell) -> tuple[Array, NDArray[np.int64]]:
     """Postures (N, n) and lines (N,) of a NAME.path.npz. Raises InputError."""
-    q, line, axes = read_arrays(path, "q", "line", "axes", cure="give the NAME.path.npz that camrob post wrote")
+    q, line, axes = read_arrays(path, "q", "line", "axes", hint="give the NAME.path.npz that camrob post wrote")
     alike = q.dtype.kind == "f" and line.dtype.kind == "i" and axes.dtype.kind == "U" and axes.ndim == 1
     alike = alike and q.ndim == 2 and q.shape[1] == len(cell) and line.shape == (len(q),)
     alike = alike and tuple(axes.tolist()) == tuple(cell.names)
     if not alike or not np.all(np.isfinite(q)):
-        raise InputError("holds postures of another cell", cure=f"post it for {cell.name}", path=path)
+        raise InputError("holds postures of another cell", hint=f"post it for {cell.name}", path=path)
     if len(q) < 2:
-        raise InputError("holds fewer than 2 postures", cure="give a longer path", path=path)
+        raise InputError("holds fewer than 2 postures", hint="give a longer path", path=path)
     return np.asarray(q, float), np.asarray(line, np.int64)
 
 

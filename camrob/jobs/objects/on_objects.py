@@ -119,7 +119,7 @@ def fit(
         'kr15_track_table'
     """
     if not logs:
-        raise LogError("no log was given", cure="give at least one")
+        raise LogError("no log was given", hint="give at least one")
     others = [measurements_of(log, cell) for log in withheld]
     names = tuple(dict.fromkeys(parameters)) or None
     return study_cell(

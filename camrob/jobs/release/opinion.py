@@ -72,9 +72,9 @@ def hold_to_witness(verdict: Verdict, folder: Path) -> list[Finding]:
             unit=objection.unit,
         )
     for text in verdict.unjudged:
-        for unread, cure in _NEVER.items():
+        for unread, hint in _NEVER.items():
             if unread in text:
-                raise VerificationError(f"the program was not released: {text}; {cure}")
+                raise VerificationError(f"the program was not released: {text}; {hint}")
     findings = [_finding(o, o.text, o.cl_line) for o in verdict.warnings]
     if not verdict.complete:
         spans = "; ".join(_not_judged(verdict)[:3])

@@ -15,12 +15,12 @@ _CHUNK = 65_536  # postures that go to a GPU at a time: some hundred MB there
 def check_device(device: str) -> None:
     """Raises InputError for a device that is unknown or not there. torch is imported for a GPU only."""
     if device not in DEVICES:
-        raise InputError(f"--device {device!r} is unknown", cure=f"use {' or '.join(DEVICES)}")
+        raise InputError(f"--device {device!r} is unknown", hint=f"use {' or '.join(DEVICES)}")
     if device == "cuda":
         import torch
 
         if not torch.cuda.is_available():
-            raise InputError("--device cuda: there is no GPU that torch can use", cure="leave --device out")
+            raise InputError("--device cuda: there is no GPU that torch can use", hint="leave --device out")
 
 
 def batch_score(cell: Cell, device: str) -> Score | None:

@@ -52,7 +52,7 @@ class ResolvedJob:
 def check_method(method: str) -> None:
     """Raise InputError for a method that there isn't."""
     if method not in METHODS:
-        raise InputError(f"--method {method!r} is unknown", cure=f"use {' or '.join(METHODS)}")
+        raise InputError(f"--method {method!r} is unknown", hint=f"use {' or '.join(METHODS)}")
 
 
 def resolve_job(inputs: JobInputs, method: str, way: str, progress: Share, device: str = "cpu") -> ResolvedJob:

@@ -38,7 +38,7 @@ def _line(line: str, targets: Sequence[NewTarget], number: int) -> str:
     found = list(_AGGREGATE.finditer(code)) if _STATEMENT.match(code) else []
     if len(found) != len(targets):
         what = "the motion's target is not written in the statement"
-        raise KrlError(what, cure="give a program with literal targets", line=number)
+        raise KrlError(what, hint="give a program with literal targets", line=number)
     out, at = [], 0
     for match, target in zip(found, targets, strict=True):
         out += [code[at : match.start()], _aggregate(match[0], target, number)]
@@ -64,10 +64,10 @@ def _aggregate(text: str, target: NewTarget, number: int) -> str:
     named = {m.upper() for m in re.findall(r"(?<![A-Za-z0-9_])([A-Za-z]\d?)(?=[\s+\-.])", text)} & set(names)
     if named != seen:
         what = f"{', '.join(sorted(named - seen))} is no plain number"
-        raise KrlError(what, cure="give a program with literal targets", line=number)
+        raise KrlError(what, hint="give a program with literal targets", line=number)
     missing = [n for n in names if n not in seen]
     if len(missing) == len(names):
-        raise KrlError("the target holds no pose", cure="give a program with literal targets", line=number)
+        raise KrlError("the target holds no pose", hint="give a program with literal targets", line=number)
     added = "".join(f",{n} {_printed(values[n], _LEAST[n])}" for n in missing)
     return f"{body[:-1].rstrip()}{added}}}" if added else body
 

@@ -61,27 +61,27 @@ class LinkSettings:
         object.__setattr__(self, "base_T_tracker", locked(self.base_T_tracker, shape=(4, 4), name="base_T_tracker"))
         check_sen_type(self.sen_type)
         if not -0.2 <= self.latency_s <= 0.2:
-            raise InputError(f"the instrument's latency is {self.latency_s} s", cure="give up to 200 ms")
+            raise InputError(f"the instrument's latency is {self.latency_s} s", hint="give up to 200 ms")
         oldest = self.law.stale_after_cycles + max(self.latency_s, 0.0) / self.law.cycle_s
         if oldest >= HISTORY_CYCLES:
             raise InputError(
                 f"measurements may be {oldest:.0f} cycles old, and set-points are kept for {HISTORY_CYCLES}",
-                cure="give fewer cycles for which a measurement counts, or less latency",
+                hint="give fewer cycles for which a measurement counts, or less latency",
             )
         if self.clock not in ("own", "shared"):
-            raise InputError(f"the instrument's clock is {self.clock!r}", cure="give own or shared")
+            raise InputError(f"the instrument's clock is {self.clock!r}", hint="give own or shared")
         if self.clock == "shared" and self.latency_s != 0.0:
             raise InputError(
                 "a latency is given for an instrument that shares the clock",
-                cure="leave it out (its stamps say it), or give clock = own",
+                hint="leave it out (its stamps say it), or give clock = own",
             )
         if not 0.0 <= self.drift <= 0.01:
-            raise InputError(f"the clock's drift is {self.drift * 1e6:g} ppm", cure="give 0 to 10000")
+            raise InputError(f"the clock's drift is {self.drift * 1e6:g} ppm", hint="give 0 to 10000")
         bounds = (self.error_m, self.error_rad, self.jump_m, self.jump_rad)
         if not (
             all(0.0 < bound < np.inf for bound in bounds) and min(self.late_stop_cycles, self.saturated_cycles) >= 1
         ):
-            raise InputError("a bound of the tracker's session isn't above 0", cure="give positive numbers")
+            raise InputError("a bound of the tracker's session isn't above 0", hint="give positive numbers")
 
     def hears(self, sender: Address) -> bool:
         """Whether anything from there is looked at."""
@@ -94,6 +94,6 @@ def read_sender(text: str) -> Sender:
     parts = [] if match is None else [int(part) for part in match[1].split(".")]
     port = None if match is None or match[2] == "*" else int(match[2])
     if not parts or max(parts) > 255 or (port is not None and not 0 < port < 65536):
-        cure = "give ADDRESS:PORT in numbers, such as 192.168.1.15:49152, or ADDRESS:*"
-        raise InputError(f"{text!r} is no sender's address", cure=cure)
+        hint = "give ADDRESS:PORT in numbers, such as 192.168.1.15:49152, or ADDRESS:*"
+        raise InputError(f"{text!r} is no sender's address", hint=hint)
     return ".".join(map(str, parts)), port

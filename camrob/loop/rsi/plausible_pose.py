@@ -63,12 +63,12 @@ class StillPose:
         Raises InputError for a frozen one. A quaternion and its negative are the same orientation.
         """
         moved, turned = self._place.moved(pose[:3, 3], way.length), self._turn.moved(pose[:3, :3], way.angle)
-        cure = "check that the instrument still sees its target, and that what sends its data still gets new ones"
+        hint = "check that the instrument still sees its target, and that what sends its data still gets new ones"
         frozen = self._place.count >= _REPEATS and moved > _MOVED.length
         if frozen or (self._turn.count >= _REPEATS and turned > _MOVED.angle):
-            raise InputError(_FROZEN, cure=cure)
+            raise InputError(_FROZEN, hint=hint)
         if self._noisy and self._place.count >= _REPEATS:
-            raise InputError(_TOO_STILL, cure=cure)
+            raise InputError(_TOO_STILL, hint=hint)
 
 
 class _Believed(NamedTuple):

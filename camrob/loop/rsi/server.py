@@ -185,7 +185,7 @@ def _bound(address: Address) -> socket.socket:
         what = getattr(error, "strerror", None) or "no such port"
         raise InputError(
             f"{address[0]}:{address[1]} can't be listened on ({what})",
-            cure="choose an address of this machine, a free port",
+            hint="choose an address of this machine, a free port",
         ) from None
     return made
 
@@ -212,14 +212,14 @@ def _first_in_line(asked: bool) -> Iterator[None]:
     if not asked:
         yield
         return
-    cure = "run as root or with CAP_SYS_NICE on Linux, or leave the option out"
+    hint = "run as root or with CAP_SYS_NICE on Linux, or leave the option out"
     if not hasattr(os, "sched_setscheduler"):
-        raise InputError("this system has no real-time threads", cure=cure)
+        raise InputError("this system has no real-time threads", hint=hint)
     before = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     except OSError as error:
-        raise InputError(f"real-time priority isn't given ({error.strerror})", cure=cure) from None
+        raise InputError(f"real-time priority isn't given ({error.strerror})", hint=hint) from None
     try:
         yield
     finally:

@@ -51,10 +51,10 @@ class StampClock:
         Raises InputError, and remembers nothing of it, where the stamp isn't later than the one before, or later than it can be.
         """
         if not stamp_s > self._stamp_s:
-            raise InputError(_NOT_GROWING, cure=_CURE)
+            raise InputError(_NOT_GROWING, hint=_CURE)
         age = wall_s - stamp_s if self.shared else self._growth(at_s - stamp_s, at_s)
         if age < -self._slack_s:
-            raise InputError(_AHEAD, cure=_CURE)
+            raise InputError(_AHEAD, hint=_CURE)
         self._stamp_s = stamp_s
         return max(age, 0.0)
 

@@ -87,12 +87,12 @@ def write_sen(ipoc: str, correction: ArrayLike, sen_type: str = "ImFree") -> byt
     """
     values = np.asarray(correction, dtype=float)
     if values.shape != (6,) or not np.isfinite(values).all():
-        raise InputError("a correction isn't six finite numbers", cure="nothing is sent in its place")
+        raise InputError("a correction isn't six finite numbers", hint="nothing is sent in its place")
     printed = [*m_to_mm(values[:3]), *rad_to_deg(values[3:])]
     if max(abs(v) for v in printed) > _WIDEST_DEG:
-        raise InputError("a correction is beyond any correction's range", cure="nothing is sent in its place")
+        raise InputError("a correction is beyond any correction's range", hint="nothing is sent in its place")
     if _COUNTER.fullmatch(ipoc) is None:
-        raise InputError("an IPOC is no counter", cure="answer with the one that came")
+        raise InputError("an IPOC is no counter", hint="answer with the one that came")
     # + 0.0 turns the -0.0 that rounding may leave into 0.0
     pairs = " ".join(f'{name}="{round(v, 6) + 0.0:.6f}"' for name, v in zip("XYZABC", printed, strict=True))
     return f'<Sen Type="{check_sen_type(sen_type)}"><RKorr {pairs} /><IPOC>{ipoc}</IPOC></Sen>'.encode("ascii")
@@ -101,12 +101,12 @@ def write_sen(ipoc: str, correction: ArrayLike, sen_type: str = "ImFree") -> byt
 def check_sen_type(sen_type: str) -> str:
     """The name itself, where it can be SENTYPE's. Raises InputError where it can't."""
     if _SEN_TYPE.fullmatch(sen_type) is None:
-        raise InputError(f"{sen_type!r} can't be SENTYPE", cure="use letters, digits, - and _, as in the configuration")
+        raise InputError(f"{sen_type!r} can't be SENTYPE", hint="use letters, digits, - and _, as in the configuration")
     return sen_type
 
 
 def _refused(what: str) -> InputError:
-    return InputError(what, cure=_CURE)
+    return InputError(what, hint=_CURE)
 
 
 def _children(text: str) -> list[tuple[str, dict[str, str], str]]:

@@ -198,7 +198,7 @@ def read_fis(path: Path) -> FuzzySystem:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError):
-        raise CellError("can't be read", cure="put the engine's .fis file into the cell's folder", path=path) from None
+        raise CellError("can't be read", hint="put the engine's .fis file into the cell's folder", path=path) from None
     sections = _sections(lines, path)
     system = _Section(sections.get("System", {}), path, "System")
     for key, allowed in (("Type", tuple(_METHODS)), *_METHODS.get(system.text("Type"), {}).items()):
@@ -241,13 +241,13 @@ def _sections(lines: list[str], path: Path) -> dict[str, dict[str, tuple[str, in
             name = text[1:-1]
             current = sections.setdefault(name, {})
         elif current is None:
-            raise CellError("text before the first section", cure="begin with [System]", path=path, line=number)
+            raise CellError("text before the first section", hint="begin with [System]", path=path, line=number)
         elif name == "Rules":
             current[str(number)] = (text, number)
         else:
             key, equals, value = text.partition("=")
             if not equals:
-                raise CellError(f"{text!r} is no key=value", cure="write key=value", path=path, line=number)
+                raise CellError(f"{text!r} is no key=value", hint="write key=value", path=path, line=number)
             current[key.strip()] = (value.strip(), number)
     return sections
 
@@ -258,8 +258,8 @@ class _Section:
     def __init__(self, data: dict[str, tuple[str, int]], path: Path, name: str) -> None:
         self.data, self.path, self.name = data, path, name
 
-    def fail(self, key: str, what: str, cure: str) -> CellError:
-        return CellError(f"[{self.name}] {key} {what}", cure=cure, path=self.path, line=self.data.get(key, ("", 0))[1])
+    def fail(self, key: str, what: str, hint: str) -> CellError:
+        return CellError(f"[{self.name}] {key} {what}", hint=hint, path=self.path, line=self.data.get(key, ("", 0))[1])
 
     def raw(self, key: str) -> str:
         if key not in self.data:
@@ -330,7 +330,7 @@ def _rule(
         if fits and all(0 <= t <= len(v.terms) for t, v in zip(outs, outputs, strict=True)):
             return FuzzyRule(ins, outs, float(match[3]), match[4] == "1")
     raise CellError(
-        f"{text!r} is no rule", cure="write terms of inputs, outputs (weight) : 1 or 2", path=path, line=line
+        f"{text!r} is no rule", hint="write terms of inputs, outputs (weight) : 1 or 2", path=path, line=line
     )
 
 
@@ -346,14 +346,14 @@ def _check_covered(system: FuzzySystem, path: Path) -> None:
         fired = strengths[:, concluding].max(axis=1) if concluding else np.zeros(len(x))
         if np.any(fired < 1e-6):
             where = ", ".join(f"{v.name} {g:g}" for v, g in zip(system.inputs, x[int(np.argmin(fired))], strict=True))
-            raise CellError(f"no rule gives {output.name} at {where}", cure="cover the whole range by rules", path=path)
+            raise CellError(f"no rule gives {output.name} at {where}", hint="cover the whole range by rules", path=path)
     if system.kind == "sugeno":
         values = system.evaluate_grid(x)
         least = np.unravel_index(int(np.argmin(values)), values.shape)
         if not values[least] > 0.0:
             where = ", ".join(f"{v.name} {g:g}" for v, g in zip(system.inputs, x[least[0]], strict=True))
             what = f"{system.outputs[int(least[1])].name} is {values[least]:g} at {where}"
-            raise CellError(what, cure="a weight is above 0: raise the terms", path=path)
+            raise CellError(what, hint="a weight is above 0: raise the terms", path=path)
 
 
 def _check_terms(output: FuzzyVariable, used: set[int], path: Path) -> None:
@@ -362,4 +362,4 @@ def _check_terms(output: FuzzyVariable, used: set[int], path: Path) -> None:
     for term in (output.terms[t - 1] for t in used):
         if term(universe).max() < 1e-3:
             what = f"term {term.name!r} of {output.name} lies outside of its Range"
-            raise CellError(what, cure="move it inside", path=path)
+            raise CellError(what, hint="move it inside", path=path)

@@ -71,7 +71,7 @@ def plan_space(cell: Cell) -> PlanSpace:
     arm = Arm.of(cell)
     if arm.searched:
         what = f"cell {cell.name}: a plan needs all postures of a pose, and this arm's geometry has no closed form for them"
-        raise CellError(what, cure="use --method vjm")
+        raise CellError(what, hint="use --method vjm")
     joints = cell.joints
     start = cell.indices(Role.ARM)[0]
     first = np.array(cell.base_T_first)

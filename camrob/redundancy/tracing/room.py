@@ -52,7 +52,7 @@ def cell_room(cell: Cell) -> Room:
     bodies = cell_bodies(cell)
     if any(b.triangles is not None for b in bodies):
         raise CellError(
-            "has meshes among its bodies", cure="give boxes, cylinders and capsules for what is planned with"
+            "has meshes among its bodies", hint="give boxes, cylinders and capsules for what is planned with"
         )
     pairs = [
         (i, j)
@@ -62,7 +62,7 @@ def cell_room(cell: Cell) -> Room:
     ]
     pieces, roots = join_pieces([b.pieces for b in bodies]) if bodies else (None, None)
     if pieces is None or roots is None:
-        raise CellError("has no bodies", cure="give it [[shape]]s, or plan without room")
+        raise CellError("has no bodies", hint="give it [[shape]]s, or plan without room")
     riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
     return Room(chain_links(cell), riders, np.array(pairs, np.int64).reshape(-1, 2))
 

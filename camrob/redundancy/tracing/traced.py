@@ -249,8 +249,8 @@ def _nowhere(task: _Task, point: int, lost: Array, tried: int) -> UnreachableErr
     what = f"pose {point} has no posture with all of closed form's branches at each of {tried} values of {_axes(task)}"
     if past + cramped:
         what += f": {past} pass a joint's limit, {cramped} have no room"
-    cure = "clear the way for the arm" if cramped else "place the part elsewhere, or widen the limits"
-    return UnreachableError(f"{what}; {cure}")
+    hint = "clear the way for the arm" if cramped else "place the part elsewhere, or widen the limits"
+    return UnreachableError(f"{what}; {hint}")
 
 
 def _torn(task: _Task, before: int, after: int, tried: int) -> UnreachableError:

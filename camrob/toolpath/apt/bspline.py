@@ -26,11 +26,11 @@ def clamped_spline(control: NDArray[np.float64], knots: NDArray[np.float64]) -> 
     """
     n, k = len(control), len(knots)
     if n < 2 or np.any(np.diff(knots) < 0.0) or (k and not (knots[0] >= 0.0 and knots[-1] <= 1.0)):
-        raise ToolpathError("a NURBS has knots out of order or too few control points", cure="output it as points")
+        raise ToolpathError("a NURBS has knots out of order or too few control points", hint="output it as points")
     whole = k > n and bool(knots[0] == knots[1] and knots[-1] == knots[-2])
     degree = k - n - 1 if whole else n - k - 1
     if not 1 <= degree <= _HIGHEST_DEGREE:
-        raise ToolpathError(f"a NURBS of {n} control points does not fit its {k} knots", cure="output it as points")
+        raise ToolpathError(f"a NURBS of {n} control points does not fit its {k} knots", hint="output it as points")
     from scipy.interpolate import BSpline
 
     vector = knots if whole else np.concatenate([np.zeros(degree + 1), knots, np.ones(degree + 1)])

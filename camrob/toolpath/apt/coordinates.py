@@ -21,9 +21,9 @@ _CURE = "output the frame again from the CAM system"
 def _rotation(R: NDArray[np.float64], line: int) -> NDArray[np.float64]:
     """The rotation nearest to a printed one. Raises ToolpathError when that is no rotation (mirrored, skew, scaled)."""
     if not np.all(np.isfinite(R)) or np.max(np.abs(R.T @ R - np.eye(3))) > _SLACK:
-        raise ToolpathError("a frame's axes are not unit vectors at right angles", cure=_CURE, line=line)
+        raise ToolpathError("a frame's axes are not unit vectors at right angles", hint=_CURE, line=line)
     if np.linalg.det(R) < 0.0:
-        raise ToolpathError("a frame is mirrored (left-handed)", cure=_CURE, line=line)
+        raise ToolpathError("a frame is mirrored (left-handed)", hint=_CURE, line=line)
     if np.array_equal(R.T @ R, np.eye(3)):
         return R
     u, _, vt = np.linalg.svd(R)
@@ -47,7 +47,7 @@ def msys(m: Machine, s: Statement) -> None:
     """NX: origin, X axis and Y axis of the machining frame in the part's; the points are in that frame."""
     v = np.array(s.numbers)
     if len(v) != 9:
-        raise ToolpathError(f"MSYS has {len(v)} numbers, not 9", cure=_CURE, line=s.line)
+        raise ToolpathError(f"MSYS has {len(v)} numbers, not 9", hint=_CURE, line=s.line)
     x, y = v[3:6], v[6:9]
     set_frame(m, _rotation(np.column_stack([x, y, np.cross(x, y)]), s.line), v[:3] * m.scale, s.line)
 
@@ -55,7 +55,7 @@ def msys(m: Machine, s: Statement) -> None:
 def _matrix(numbers: list[float], word: str, line: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Rotation and translation (file's unit) of a frame printed as three rows of four."""
     if len(numbers) != 12:
-        raise ToolpathError(f"{word} has {len(numbers)} numbers, not 12", cure=_CURE, line=line)
+        raise ToolpathError(f"{word} has {len(numbers)} numbers, not 12", hint=_CURE, line=line)
     rows = np.array(numbers).reshape(3, 4)
     return _rotation(rows[:, :3], line), rows[:, 3]
 
@@ -64,7 +64,7 @@ def trntyp(m: Machine, s: Statement) -> None:
     """CAMWorks: which frame the points are in. Only the world's is known, with no shift."""
     if "WORLD" not in s.words or any(s.numbers):
         raise ToolpathError(
-            f"TRNTYP/{s.text.strip()} is not known: only points in WORLD are", cure="output in world frame", line=s.line
+            f"TRNTYP/{s.text.strip()} is not known: only points in WORLD are", hint="output in world frame", line=s.line
         )
     m.world_points = True
 
@@ -78,13 +78,13 @@ def csys(m: Machine, s: Statement) -> None:
     if not m.dialect.csys_sets_axis and not np.allclose(s.numbers, np.eye(3, 4).ravel(), atol=1e-9):
         raise ToolpathError(
             "CSYS turns or shifts the frame, and this dialect does not say in which frame the points are",
-            cure="force the dialect (camworks-apt has world points), or output without CSYS",
+            hint="force the dialect (camworks-apt has world points), or output without CSYS",
             line=s.line,
         )
     if m.dialect.csys_sets_axis and not m.world_points:
         raise ToolpathError(
             "CSYS stands without TRNTYP/WORLD, so it is unknown in which frame the points are",
-            cure="output TRNTYP/WORLD",
+            hint="output TRNTYP/WORLD",
             line=s.line,
         )
     m.announce("")
@@ -134,14 +134,14 @@ class Table:
         """One ROTABL: the angle is added to what the table has turned."""
         name = next((w[0] for w in s.words if w in ("AAXIS", "BAXIS", "CAXIS")), "")
         if not name or not s.numbers:
-            raise ToolpathError(f"ROTABL/{s.text.strip()} names no axis or angle", cure="output it again", line=s.line)
+            raise ToolpathError(f"ROTABL/{s.text.strip()} names no axis or angle", hint="output it again", line=s.line)
         self.angles[name] += s.numbers[0]
         self.machine.settle = self.settle
 
     def axis(self, s: Statement) -> None:
         """One TLAXIS: the tool axis in the part's frame."""
         if len(s.numbers) != 3:
-            raise ToolpathError("TLAXIS needs three numbers", cure="output it again", line=s.line)
+            raise ToolpathError("TLAXIS needs three numbers", hint="output it again", line=s.line)
         self.part_axis = unit_axis(np.array(s.numbers), s.line)
         self.machine.settle = self.settle
 
@@ -165,7 +165,7 @@ class Table:
         elif not np.allclose(self.used, R, atol=1e-4):
             raise ToolpathError(
                 "the table turns between operations, and the file does not say where its centre is",
-                cure="output one file for each position of the table",
+                hint="output one file for each position of the table",
                 line=line,
             )
         if not np.allclose(R, m.part_R_cl, atol=1e-12):
@@ -185,6 +185,6 @@ class Table:
                     return exact
         raise ToolpathError(
             "the table's turns (ROTABL) and the tool axis (TLAXIS) do not fit each other",
-            cure="output the path in the part's frame, with i, j, k in each GOTO",
+            hint="output the path in the part's frame, with i, j, k in each GOTO",
             line=line,
         )

@@ -31,14 +31,14 @@ def circle(m: Machine, s: Statement) -> None:
     if "TIMES" in s.words:
         turns = round(v.pop())
     if len(v) < 6 or not 0 <= turns <= _MOST_TURNS or isinstance(s.args[0], str):
-        raise ToolpathError("CIRCLE needs centre, axis and at most 1000 turns", cure="output it again", line=s.line)
+        raise ToolpathError("CIRCLE needs centre, axis and at most 1000 turns", hint="output it again", line=s.line)
     if m.settle is not None:
         m.settle(s.line)
     center = m.to_part(np.array(v[:3]))
     normal = np.array(v[3:6])
     length = float(np.linalg.norm(normal))
     if not abs(length - 1.0) <= 1e-3:
-        raise ToolpathError(f"CIRCLE's axis has the length {length:.4f}", cure="output it again", line=s.line)
+        raise ToolpathError(f"CIRCLE's axis has the length {length:.4f}", hint="output it again", line=s.line)
     axis = m.part_R_cl @ normal / length
     left_handed = m.dialect.left_handed_arcs
     if left_handed is None:  # eleven numbers are NX's and Makino's way of writing it
@@ -70,14 +70,14 @@ def arc_to(
     Raises ToolpathError where there is no start, or where start and end don't lie on one circle.
     """
     if m.position is None:
-        raise ToolpathError("an arc has no start: no point stands before it", cure="start with a GOTO", line=line)
+        raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=line)
     start, feed = m.position, m.cut_feed(line)
     r0, r1 = arc_radius(start, center, axis), arc_radius(end, center, axis)
     slack = max(mm_to_m(_MISFIT_MM), 1e-4 * r0)
     if abs(r0 - r1) > slack or (radius > 0.0 and abs(r0 - radius) > slack):
         raise ToolpathError(
             f"an arc's start, end and radius do not lie on one circle (radii {r0:.6f}, {r1:.6f} m)",
-            cure="a point before it is missing, or the centre is wrong; output the path again",
+            hint="a point before it is missing, or the centre is wrong; output the path again",
             line=line,
         )
     rise = float((end - start) @ axis)
@@ -94,7 +94,7 @@ def arc_to(
         if length.min() < 1e-6:
             raise ToolpathError(
                 "the tool turns upside down along an arc, and which way is not said",
-                cure="output points between",
+                hint="output points between",
                 line=line,
             )
         m.builder.points(points, tools / length, feed, Move.CUT, line)
@@ -104,7 +104,7 @@ def arc_to(
 def indirv(m: Machine, s: Statement) -> None:
     """CATIA: the direction in which the following TLON,GOFWD leaves its start."""
     if len(s.numbers) != 3:
-        raise ToolpathError("INDIRV needs three numbers", cure="output it again", line=s.line)
+        raise ToolpathError("INDIRV needs three numbers", hint="output it again", line=s.line)
     m.direction = m.part_R_cl @ np.array(s.numbers)
 
 
@@ -116,11 +116,11 @@ def tlon(m: Machine, s: Statement) -> None:
     if len(fields) != 10 or len(numbers) != 10 or m.direction is None:
         raise ToolpathError(
             "TLON,GOFWD is known only as (CIRCLE/x,y,z,r),ON,(LINE/...) after INDIRV",
-            cure="switch circular output off in the CAM system",
+            hint="switch circular output off in the CAM system",
             line=s.line,
         )
     if m.position is None:
-        raise ToolpathError("an arc has no start: no point stands before it", cure="start with a GOTO", line=s.line)
+        raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=s.line)
     center, end = m.to_part(np.array(numbers[:3])), m.to_part(np.array(numbers[7:]))
     normal = m.position_axis
     ahead = float(np.cross(normal, m.position - center) @ m.direction)
@@ -141,18 +141,18 @@ class Nurbs:
     def add(self, s: Statement) -> None:
         """A KNOT or CNTRL statement."""
         if s.words or not s.numbers:
-            raise ToolpathError(f"{s.word}/ holds something else than numbers", cure="output it again", line=s.line)
+            raise ToolpathError(f"{s.word}/ holds something else than numbers", hint="output it again", line=s.line)
         if s.word == "KNOT":
             self.knots += s.numbers
         elif len(s.numbers) % 3:
-            raise ToolpathError("CNTRL needs three numbers a point (weights are not known)", cure="", line=s.line)
+            raise ToolpathError("CNTRL needs three numbers a point (weights are not known)", hint="", line=s.line)
         else:
             self.control += s.numbers
 
     def finish(self, m: Machine) -> None:
         """The curve as cutting points from where the tool is; its end is the last control point."""
         if m.position is None or not self.control:
-            raise ToolpathError("a NURBS has no start or no control points", cure="output it again", line=self.line)
+            raise ToolpathError("a NURBS has no start or no control points", hint="output it again", line=self.line)
         if m.settle is not None:
             m.settle(self.line)
         control = m.to_part(np.array(self.control).reshape(-1, 3))

@@ -106,7 +106,7 @@ def check_words(s: Statement) -> None:
     if words & {"BACK", "MANUAL"} or ("TAP" in words and words & {"DEEP", "BRKCHP", "STEP", "PECKING"}):
         raise ToolpathError(
             f"cycle {s.text.strip()[:60]} is not known",
-            cure="output its moves as GOTO from the CAM system",
+            hint="output its moves as GOTO from the CAM system",
             line=s.line,
         )
 
@@ -125,7 +125,7 @@ def peck_depths(depth: float, first: float, step: float) -> NDArray[np.float64]:
     if not first > 0.0 or first >= depth:
         return np.array([depth])
     if not step > 0.0 or (depth - first) / step > _MOST_PECKS:
-        raise ToolpathError(f"pecks of {step:g} for a hole of {depth:g}", cure="correct the cycle's peck in the CAM")
+        raise ToolpathError(f"pecks of {step:g} for a hole of {depth:g}", hint="correct the cycle's peck in the CAM")
     n = int(np.ceil((depth - first) / step - _SLIVER))
     return np.append(first + step * np.arange(n), depth)
 
@@ -209,7 +209,7 @@ def _tap(
 ) -> None:
     """In at the feed, the spindle reversed, out at the feed, the spindle forward again; its sense is that of SPINDL."""
     if not machine.turning:
-        raise ToolpathError("tapping while the spindle stands", cure="put SPINDL before the cycle", line=line)
+        raise ToolpathError("tapping while the spindle stands", hint="put SPINDL before the cycle", line=line)
     machine.find(
         "tap-cycle",
         "tapping is written as feed in, spindle reversed, feed out: the robot's feed is not coupled to its spindle, "
@@ -228,8 +228,8 @@ def _all_known(name: str, fields: dict[str, float], loose: Sequence[float], line
     """Refuse a number that may mean motion, and whose meaning is not known: of another dialect, or of a cycle of its own."""
     strange = [f"{word},{value:g}" for word, value in fields.items() if word not in _VALUED] + [f"{v:g}" for v in loose]
     if strange:
-        cure = "output the cycle's moves as GOTO from the CAM system, or force the dialect that it is of"
-        raise ToolpathError(f"cycle {name}: what {strange[0]} means is not known in this dialect", cure=cure, line=line)
+        hint = "output the cycle's moves as GOTO from the CAM system, or force the dialect that it is of"
+        raise ToolpathError(f"cycle {name}: what {strange[0]} means is not known in this dialect", hint=hint, line=line)
 
 
 def _named_pecks(fields: dict[str, float]) -> tuple[float, float]:
@@ -253,20 +253,20 @@ def keyed_cycle(
     if kind is not None:
         _all_known(name, fields, loose, line)
         if depth is None:
-            cure = "output it again with its depth, or its moves as GOTO"
-            raise ToolpathError(f"cycle {name} names no depth that this dialect knows", cure=cure, line=line)
+            hint = "output it again with its depth, or its moves as GOTO"
+            raise ToolpathError(f"cycle {name} names no depth that this dialect knows", hint=hint, line=line)
     first, peck = _named_pecks(fields)
     if kind == "drill" and (first or peck):
         kind = "peck"
     elif kind == "bore" and (first or peck):
         what = f"cycle {name} peck by peck is not known"
-        raise ToolpathError(what, cure="output its moves as GOTO from the CAM system", line=line)
+        raise ToolpathError(what, hint="output its moves as GOTO from the CAM system", line=line)
     if kind is None:
         raise ToolpathError(
-            f"cycle {name or '(no name)'} is not known", cure="output its moves as GOTO from the CAM system", line=line
+            f"cycle {name or '(no name)'} is not known", hint="output its moves as GOTO from the CAM system", line=line
         )
     if depth is None or not depth >= 0.0:
-        raise ToolpathError(f"cycle {name} has a depth of {depth:g}, out of the part", cure="correct it", line=line)
+        raise ToolpathError(f"cycle {name} has a depth of {depth:g}, out of the part", hint="correct it", line=line)
     retract = fields.get("RTRCTO", fields.get("RETURN"))
     return Cycle(
         kind=kind,

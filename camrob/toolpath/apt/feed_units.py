@@ -23,7 +23,7 @@ def unit_name(word: str, line: int = 0) -> str:
     """What a file or a user calls a unit, as "mm" or "inch". Raises ToolpathError for anything else."""
     name = _UNIT_NAMES.get(word.strip().upper(), "")
     if not name:
-        raise ToolpathError(f"unit {word.strip()!r} is not known", cure="use mm or inch", line=line)
+        raise ToolpathError(f"unit {word.strip()!r} is not known", hint="use mm or inch", line=line)
     return name
 
 
@@ -77,7 +77,7 @@ class FeedReader:
         if any(w.startswith("INV") or w in ("FRN", "RAPID") for w in words) or not numbers:
             raise ToolpathError(
                 f"FEDRAT/{statement.text.strip()} gives no feed in length per minute or per revolution",
-                cure="output the feed as MMPM, IPM, MMPR or IPR",
+                hint="output the feed as MMPM, IPM, MMPR or IPR",
                 line=statement.line,
             )
         known = [w for w in words if w in _PER_MINUTE or w in _PER_TURN]
@@ -85,7 +85,7 @@ class FeedReader:
         if not known and self.forced is None and (_PER_MINUTE.get(last) or self.units) != self.units:
             raise ToolpathError(
                 f"FEDRAT/{statement.text.strip()} names no unit: the last feed was in {last}, and lengths are in {self.units}",
-                cure="output each feed with its unit",
+                hint="output each feed with its unit",
                 line=statement.line,
             )
         self.modal = Feed(numbers[0], known[0] if known else "", statement.line)
@@ -104,13 +104,13 @@ class FeedReader:
                 return self.defaults.feed
             raise ToolpathError(
                 "the cut has no feed",
-                cure="put a FEDRAT before the first cut, or feed_mm_min into setup.toml",
+                hint="put a FEDRAT before the first cut, or feed_mm_min into setup.toml",
                 line=line,
             )
         if not 0.0 < feed.value < 1e9:
             raise ToolpathError(
                 f"the feed is {feed.value:g} (line {feed.line})",
-                cure="give a feed above zero before the cut",
+                hint="give a feed above zero before the cut",
                 line=line,
             )
         value, unit = feed.value, _PER_MINUTE.get(feed.word, "")
@@ -118,7 +118,7 @@ class FeedReader:
             if not self.rpm > 0.0:
                 raise ToolpathError(
                     f"the feed is per revolution (line {feed.line}) but no spindle speed in rev/min stands before it",
-                    cure="put SPINDL/RPM before the cut, or output the feed per minute",
+                    hint="put SPINDL/RPM before the cut, or output the feed per minute",
                     line=line,
                 )
             value, unit = value * self.rpm, _PER_TURN[feed.word]

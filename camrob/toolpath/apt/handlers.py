@@ -112,7 +112,7 @@ class Interpreter:
             text, line = m.sections[-1]
             raise ToolpathError(
                 f"the file ends before {text} of line {line} is closed: it was cut off",
-                cure="get the whole file from the CAM system",
+                hint="get the whole file from the CAM system",
                 line=last_line,
             )
         if not self.ended and m.dialect.must_end:
@@ -120,7 +120,7 @@ class Interpreter:
             if cutting or not ends_in_line:
                 raise ToolpathError(
                     "the file ends while cutting, without FINI: it was cut off",
-                    cure="get the whole file",
+                    hint="get the whole file",
                     line=last_line,
                 )
             m.find("no-end", "the file ends without FINI: it may have been cut off", last_line)
@@ -137,14 +137,14 @@ class Interpreter:
             nurbs.finish(self.m)
         if self.matrix is not None:
             if self.matrix:
-                raise ToolpathError("CATIA0 has less than three rows of four numbers", cure="output the file again")
+                raise ToolpathError("CATIA0 has less than three rows of four numbers", hint="output the file again")
             self.matrix = None
 
     def _check_arc(self) -> None:
         if self.m.curve is not None:
             raise ToolpathError(
                 "CIRCLE has no GOTO behind it that says where it ends",
-                cure="the file was cut; get it again",
+                hint="the file was cut; get it again",
                 line=self.m.curve_line,
             )
 
@@ -152,7 +152,7 @@ class Interpreter:
         if self.ended and word in _MOTION:
             raise ToolpathError(
                 f"there is motion after the program's end in line {self.ended}",
-                cure="give one program a file",
+                hint="give one program a file",
                 line=line,
             )
 
@@ -201,7 +201,7 @@ class Interpreter:
             return
         if "ON" in s.words:
             raise ToolpathError(
-                f"{s.word}/ON may retract the tool anywhere behind it", cure="output the retracts as GOTO", line=s.line
+                f"{s.word}/ON may retract the tool anywhere behind it", hint="output the retracts as GOTO", line=s.line
             )
         text = f"{s.word} names no point: the tool is taken out by the cell's own retract"
         self.m.find("home", text, s.line, Severity.INFO)
@@ -213,7 +213,7 @@ class Interpreter:
         values = coordinates(s, (1, 3))
         self._settled(s.line)
         if m.position is None:
-            raise ToolpathError("GODLTA has no point to start from", cure="put FROM or GOTO before it", line=s.line)
+            raise ToolpathError("GODLTA has no point to start from", hint="put FROM or GOTO before it", line=s.line)
         axis = m.tool_axis(s.line)
         step = axis * values[0] if len(values) == 1 else m.part_R_cl @ np.array(values)
         rapid, m.rapid = m.rapid, False
@@ -232,8 +232,8 @@ class Interpreter:
             m.cycle = m.dialect.cycle(s)
             if re.search(r"\bRTRCTO\s*,\s*AUTO\b", s.text, re.IGNORECASE):
                 if m.position is None:
-                    cure = "output the tool's place before the cycle, or RTRCTO with a distance"
-                    raise ToolpathError("RTRCTO,AUTO where nobody knows the tool's place", cure=cure, line=s.line)
+                    hint = "output the tool's place before the cycle, or RTRCTO with a distance"
+                    raise ToolpathError("RTRCTO,AUTO where nobody knows the tool's place", hint=hint, line=s.line)
                 m.cycle = replace(m.cycle, began=m.position)
             if not m.cycle.depth > 0.0:
                 m.find("cycle-depth", "a cycle has no depth: the tool only touches the hole's point", s.line)
@@ -242,7 +242,7 @@ class Interpreter:
         if s.word == "NURBS":
             self.nurbs = Nurbs(s.line)
         elif self.nurbs is None:
-            raise ToolpathError(f"{s.word}/ stands outside a NURBS", cure="output the path again", line=s.line)
+            raise ToolpathError(f"{s.word}/ stands outside a NURBS", hint="output the path again", line=s.line)
         else:
             self.nurbs.add(s)
 
@@ -289,7 +289,7 @@ class Interpreter:
         elif not s.numbers or any(s.numbers):
             raise ToolpathError(
                 "ROTABL turns the table, and this dialect does not say in which frame the points are then",
-                cure="output i, j, k in each GOTO instead of table turns",
+                hint="output i, j, k in each GOTO instead of table turns",
                 line=s.line,
             )
 
@@ -300,7 +300,7 @@ class Interpreter:
 
     def _set(self, s: Statement) -> None:
         if "INCR" in s.words:
-            raise ToolpathError("incremental points are not read", cure="output absolute points", line=s.line)
+            raise ToolpathError("incremental points are not read", hint="output absolute points", line=s.line)
         if not set(s.words) <= {"MODE", "ABSOL", "MILL"}:
             self.strangers.take(s)
 

@@ -129,7 +129,7 @@ class Lexer:
             if len(self.data) - start > _LONGEST_LINE:
                 raise ToolpathError(
                     f"a line of more than {_LONGEST_LINE} bytes is no CL data",
-                    cure="give the CL file itself, as text",
+                    hint="give the CL file itself, as text",
                     line=self.line,
                 )
             stop = len(self.data)
@@ -149,7 +149,7 @@ class Lexer:
             parts.append(body)
             size += len(body)
             if size > _LONGEST_STATEMENT:
-                raise ToolpathError("a statement goes on over too many lines", cure="look for a stray $", line=line)
+                raise ToolpathError("a statement goes on over too many lines", hint="look for a stray $", line=line)
             if not more:
                 break
             text = self._continued(line)
@@ -168,7 +168,7 @@ class Lexer:
             if not text.lstrip().startswith("$$"):
                 return text
         raise ToolpathError(
-            "the file ends in the middle of a statement", cure="it was cut off; get it again from the CAM", line=line
+            "the file ends in the middle of a statement", hint="it was cut off; get it again from the CAM", line=line
         )
 
     def _comment(self, text: str, line: int) -> Statement:
@@ -204,11 +204,11 @@ def _check_text(data: bytes) -> None:
     """Refuse what is no text at all, from a look at its first bytes."""
     head = data[:_LONGEST_LINE]
     if not head.strip():
-        raise ToolpathError("the file is empty", cure="write the CL data again from the CAM system")
+        raise ToolpathError("the file is empty", hint="write the CL data again from the CAM system")
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise ToolpathError("the file is in UTF-16", cure="save it as plain text (ASCII or UTF-8)")
+        raise ToolpathError("the file is in UTF-16", hint="save it as plain text (ASCII or UTF-8)")
     if b"\x00" in head or len(_CONTROL.findall(head)) > 8 + len(head) // 100:
-        raise ToolpathError("the file is binary, not text", cure="write the CL data as text (APT), not in binary form")
+        raise ToolpathError("the file is binary, not text", hint="write the CL data as text (APT), not in binary form")
 
 
 def _encoding(data: bytes) -> str:

@@ -70,7 +70,7 @@ class Strangers:
         if len(numbers) >= 3 or s.word.startswith("GO"):
             raise ToolpathError(
                 f"{s.word[:40]} is not known and its numbers may mean motion",
-                cure="output it as GOTO from the CAM system, or delete the line where it means nothing",
+                hint="output it as GOTO from the CAM system, or delete the line where it means nothing",
                 line=s.line,
             )
         name = s.word[:40]
@@ -88,6 +88,6 @@ class Strangers:
             return
         raise ToolpathError(
             f"{s.word} {_MOVING[s.word]}: that may mean motion elsewhere, and is not done",
-            cure="output the points as they are to be cut from the CAM system",
+            hint="output the points as they are to be cut from the CAM system",
             line=s.line,
         )

@@ -67,7 +67,7 @@ def _read(
     progress: Share | None,
 ) -> Toolpath:
     if not chord > 0.0 or not angle > 0.0:
-        raise ToolpathError("chord and angle tolerance must be above zero", cure="choose 0.01 mm and 5 degrees")
+        raise ToolpathError("chord and angle tolerance must be above zero", hint="choose 0.01 mm and 5 degrees")
     lexer = Lexer(data)
     chosen = choose_dialect(lexer.data[:_HEAD].decode("latin-1").replace("\r", ""), dialect)
     feeds = FeedReader(forced=None if units is None else unit_name(units), defaults=defaults)
@@ -79,7 +79,7 @@ def _read(
     _walk(lexer, interpreter, progress)
     interpreter.finish(lexer.line - 1, lexer.data.endswith((b"\n", b"\x1a")))
     if not any(len(r) for r in machine.regions):
-        raise ToolpathError("the file holds no motion", cure="give a CL file with GOTO statements")
+        raise ToolpathError("the file holds no motion", hint="give a CL file with GOTO statements")
     findings = [unit_finding("units-assumed", assumed, feeds.units, machine.regions, 0)] if assumed else []
     if defaults.feed is not None and feeds.defaulted:
         findings.append(feed_finding(defaults.feed, feeds.defaulted))

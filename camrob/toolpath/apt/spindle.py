@@ -29,7 +29,7 @@ def spindl(m: Machine, s: Statement) -> None:
     words = s.words
     for word in words:
         if word[0] in "+-.0123456789":
-            raise ToolpathError(f"the spindle speed is {word[:20]!r}", cure="correct SPINDL", line=s.line)
+            raise ToolpathError(f"the spindle speed is {word[:20]!r}", hint="correct SPINDL", line=s.line)
         if word not in _KNOWN:
             m.find("spindle-word", f"{word} in SPINDL is not known and was skipped", s.line)
     if not _OFF.isdisjoint(words):
@@ -38,7 +38,7 @@ def spindl(m: Machine, s: Statement) -> None:
     speeds, most = _speeds(s)
     if len(speeds) > 1 or any(v < 0.0 for v in speeds):
         text = " and ".join(f"{v:g}" for v in speeds)
-        raise ToolpathError(f"the spindle speed is {text}", cure="correct SPINDL", line=s.line)
+        raise ToolpathError(f"the spindle speed is {text}", hint="correct SPINDL", line=s.line)
     sense = next((_SENSES[w] for w in words if w in _SENSES), m.spindle or "CLW")
     if speeds == [0.0]:
         m.find("spindle-zero", "SPINDL states 0 rev/min: the spindle stands", s.line)
@@ -76,7 +76,7 @@ def _surface(m: Machine, s: Statement, speed: float) -> float:
     if not rpm:
         raise ToolpathError(
             "the spindle's surface speed needs a cutter diameter, which is missing",
-            cure="output the speed in rev/min, or put diameter_mm of [tool] or spindle_rpm into setup.toml",
+            hint="output the speed in rev/min, or put diameter_mm of [tool] or spindle_rpm into setup.toml",
             line=s.line,
         )
     m.find(
@@ -106,7 +106,7 @@ def auxfun(m: Machine, s: Statement) -> None:
     elif code in (2, 6, 21, 22, 23, 30, 98, 99):
         raise ToolpathError(
             f"AUXFUN/{code:g} writes M{code:g}, which is not read",
-            cure="say it in APT words (LOADTL, FINI)",
+            hint="say it in APT words (LOADTL, FINI)",
             line=s.line,
         )
     else:

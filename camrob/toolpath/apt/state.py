@@ -31,7 +31,7 @@ def unit_axis(values: NDArray[np.float64], line: int) -> NDArray[np.float64]:
     length = float(np.linalg.norm(values))
     if not abs(length - 1.0) <= AXIS_TOLERANCE:
         raise ToolpathError(
-            f"the tool axis has the length {length:.4f}, not 1", cure="correct i, j, k in the CAM system", line=line
+            f"the tool axis has the length {length:.4f}, not 1", hint="correct i, j, k in the CAM system", line=line
         )
     return values / length
 
@@ -114,7 +114,7 @@ class Machine:
         if self.unloaded:
             raise ToolpathError(
                 f"a cut without a tool: it was put away in line {self.unloaded}",
-                cure="load a tool before it",
+                hint="load a tool before it",
                 line=line,
             )
         rpm = self.feeds.defaults.spindle_rpm
@@ -136,7 +136,7 @@ class Machine:
             if not rpm:
                 raise ToolpathError(
                     "the spindle is switched on, and its speed is stated nowhere before",
-                    cure="state it in SPINDL, or put spindle_rpm into setup.toml",
+                    hint="state it in SPINDL, or put spindle_rpm into setup.toml",
                     line=line,
                 )
             text = f"the spindle is switched on without a speed: spindle_rpm of the set-up serves, {rpm:g} rev/min"
@@ -256,7 +256,7 @@ class Machine:
         if self.axis_lost:
             raise ToolpathError(
                 "the frame has changed while the tool was tilted, and the tool axis is not stated again",
-                cure="output i, j, k on the first GOTO of each operation",
+                hint="output i, j, k on the first GOTO of each operation",
                 line=line,
             )
         if self.axis_inherited:
@@ -322,7 +322,7 @@ class Machine:
         large = np.flatnonzero(np.max(np.abs(rows.values[:, :3]), axis=1) > LARGEST)
         if len(large):
             raise ToolpathError(
-                "GOTO holds a number out of range", cure="get the file again", line=int(rows.lines[large[0]])
+                "GOTO holds a number out of range", hint="get the file again", line=int(rows.lines[large[0]])
             )
         points = self.to_part(rows.values[:, :3])
         axes = np.broadcast_to(axes, points.shape)

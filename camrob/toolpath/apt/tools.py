@@ -23,7 +23,7 @@ def load(m: Machine, s: Statement) -> None:
     if s.word == "LOAD" and "TOOL" not in s.words:
         return
     if not s.numbers:
-        raise ToolpathError(f"{s.word} names no tool number", cure="give the tool a number in the CAM", line=s.line)
+        raise ToolpathError(f"{s.word} names no tool number", hint="give the tool a number in the CAM", line=s.line)
     _change(m, s.numbers[0], s.line)
 
 
@@ -49,7 +49,7 @@ def _change(m: Machine, value: float, line: int) -> None:
     """A change to the tool of that number, unless it is in the spindle already."""
     number = int(value)
     if number != value or number < 0:
-        raise ToolpathError(f"{value:g} is no tool number", cure="a whole number from 0", line=line)
+        raise ToolpathError(f"{value:g} is no tool number", hint="a whole number from 0", line=line)
     m.unloaded = 0
     name, m.next_tool_name = m.next_tool_name, ""
     for n, (kind, _, text, first) in enumerate(m.pending):
@@ -93,10 +93,10 @@ def coolnt(m: Machine, s: Statement) -> None:
 def delay(m: Machine, s: Statement) -> None:
     """DELAY/seconds, or DELAY/n,REV: n revolutions of the spindle."""
     if not s.numbers or not s.numbers[0] >= 0.0:
-        raise ToolpathError("DELAY needs a time", cure="give it in seconds", line=s.line)
+        raise ToolpathError("DELAY needs a time", hint="give it in seconds", line=s.line)
     seconds = s.numbers[0]
     if "REV" in s.words:
         if not m.rpm > 0.0:
-            raise ToolpathError("DELAY in revolutions without a spindle speed", cure="give it in seconds", line=s.line)
+            raise ToolpathError("DELAY in revolutions without a spindle speed", hint="give it in seconds", line=s.line)
         seconds = 60.0 * seconds / m.rpm
     m.event(EventKind.DWELL, seconds, "", s.line)

@@ -22,15 +22,15 @@ def coordinates(s: Statement, counts: tuple[int, ...]) -> list[float]:
     for arg in s.args[: len(s.args) - (len(s.args) > 1 and s.args[-1] == "")]:
         if isinstance(arg, str):
             if _NO_NUMBER.fullmatch(arg):
-                raise ToolpathError(f"{s.word} holds {arg}", cure="output the path again", line=s.line)
+                raise ToolpathError(f"{s.word} holds {arg}", hint="output the path again", line=s.line)
             if re.match(r"[A-Z(]", arg):
                 raise source_refusal(s.line)
-            raise ToolpathError(f"{s.word} holds {arg!r}, no number", cure="the line is damaged", line=s.line)
+            raise ToolpathError(f"{s.word} holds {arg!r}, no number", hint="the line is damaged", line=s.line)
         values.append(arg)
     if len(values) not in counts:
         raise ToolpathError(
             f"{s.word} has {len(values)} numbers, not {' or '.join(map(str, counts))}",
-            cure="the line is damaged or cut off; get the file again",
+            hint="the line is damaged or cut off; get the file again",
             line=s.line,
         )
     return values
@@ -40,25 +40,25 @@ def all_numbers(s: Statement) -> None:
     """Refuse a statement that holds not-a-number or infinity where a number belongs."""
     for word in s.words:
         if _NO_NUMBER.fullmatch(word):
-            raise ToolpathError(f"{s.word} holds {word}", cure="output the path again", line=s.line)
+            raise ToolpathError(f"{s.word} holds {word}", hint="output the path again", line=s.line)
 
 
 def in_range(numbers: list[float]) -> None:
     """Refuse numbers that no machine has use for, and infinity."""
     for value in numbers:
         if not abs(value) <= LARGEST:
-            raise ToolpathError(f"the number {value:g} is out of range", cure="the line is damaged; get the file again")
+            raise ToolpathError(f"the number {value:g} is out of range", hint="the line is damaged; get the file again")
 
 
 def placed(error: ToolpathError, line: int) -> ToolpathError:
     """The same error with its line, where it had none."""
-    return ToolpathError(error.what, cure=error.cure, path=error.path, line=error.line or line)
+    return ToolpathError(error.what, hint=error.hint, path=error.path, line=error.line or line)
 
 
 def source_refusal(line: int) -> ToolpathError:
     """The refusal of a part program."""
     return ToolpathError(
         "this is an APT or NCL part program (source with names and geometry), not cutter data",
-        cure="process it with its APT system and give camrob the CL file that it writes",
+        hint="process it with its APT system and give camrob the CL file that it writes",
         line=line,
     )

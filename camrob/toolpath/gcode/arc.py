@@ -37,17 +37,17 @@ def circle(
     normal[normal_index] = 1.0
     if "R" in words:
         if any(letter in words for letter in _OFFSETS):
-            raise ToolpathError("an arc with both R and a centre (I, J, K)", cure="keep one of them")
+            raise ToolpathError("an arc with both R and a centre (I, J, K)", hint="keep one of them")
         center = _center_of_radius(words["R"] * scale, start, end, first, second, normal, clockwise)
     else:
         if not any(_OFFSETS[i] in words for i in (first, second)):
-            raise ToolpathError("an arc without centre (I, J, K) or radius (R) in its plane", cure="check the plane")
+            raise ToolpathError("an arc without centre (I, J, K) or radius (R) in its plane", hint="check the plane")
         center = start.copy()
         for i in (first, second):
             value = words.get(_OFFSETS[i])
             if absolute_center:
                 if value is None:
-                    raise ToolpathError(f"G90.1 asks for {_OFFSETS[i]} in every arc", cure="name both centre words")
+                    raise ToolpathError(f"G90.1 asks for {_OFFSETS[i]} in every arc", hint="name both centre words")
                 center[i] = value * scale
             elif value is not None:
                 center[i] += value * scale
@@ -55,7 +55,7 @@ def circle(
     if min(radii) < 1e-9 or abs(radii[0] - radii[1]) > _ROUNDING + _SLACK * max(radii):
         raise ToolpathError(
             f"an arc's start and end lie {abs(radii[0] - radii[1]):.6f} m apart in radius about its centre",
-            cure="check whether I, J, K are incremental (G91.1) or absolute (G90.1), and the arc's plane",
+            hint="check whether I, J, K are incremental (G91.1) or absolute (G90.1), and the arc's plane",
         )
     return center, -normal if clockwise else normal, _turns(words)
 
@@ -73,10 +73,10 @@ def _center_of_radius(
     du, dv = end[first] - start[first], end[second] - start[second]
     chord = math.hypot(du, dv)
     if chord < 1e-9:
-        raise ToolpathError("a full circle can't be given by R", cure="give its centre by I, J, K")
+        raise ToolpathError("a full circle can't be given by R", hint="give its centre by I, J, K")
     square = radius * radius - 0.25 * chord * chord
     if square < -(_ROUNDING + _SLACK * abs(radius)) * chord:
-        raise ToolpathError("an arc's radius is smaller than half the way to its end", cure="check R")
+        raise ToolpathError("an arc's radius is smaller than half the way to its end", hint="check R")
     height = math.sqrt(max(square, 0.0))
     if (radius > 0.0) == clockwise:
         height = -height
@@ -91,5 +91,5 @@ def _turns(words: dict[str, float]) -> int:
     """Further full turns: P counts all of them, the broken one included."""
     count = words.get("P", 1.0)
     if count != int(count) or not 1 <= count <= 100_000:
-        raise ToolpathError(f"P{count:g} in an arc is no number of turns", cure="a whole number from 1")
+        raise ToolpathError(f"P{count:g} in an arc is no number of turns", hint="a whole number from 1")
     return int(count) - 1

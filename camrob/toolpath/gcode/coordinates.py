@@ -195,7 +195,7 @@ class ToolFrame:
         """Set a tilted plane (G68.2): program coordinates are its own from here on."""
         if self.tcp:
             raise ToolpathError(
-                "a tilted plane (G68.2) while the tool centre point is on", cure="use one of the two, or switch TCP off"
+                "a tilted plane (G68.2) while the tool centre point is on", hint="use one of the two, or switch TCP off"
             )
         self._leave_plane()
         self.plane = (rotation, origin)
@@ -209,7 +209,7 @@ class ToolFrame:
     def orient(self) -> None:
         """Turn the tool onto the tilted plane's normal (G53.1): where the tip goes meanwhile isn't known."""
         if self.plane is None:
-            raise ToolpathError("G53.1 without a tilted plane", cure="set the plane with G68.2 first")
+            raise ToolpathError("G53.1 without a tilted plane", hint="set the plane with G68.2 first")
         self.on_plane = True
         if not self._stands():
             tilting = "B" if self.kinematics == "xyzbc" else "A"
@@ -219,7 +219,7 @@ class ToolFrame:
     def set_shift(self, shift: list[float]) -> None:
         """Set a local shift (G52); the tool stays where it is."""
         if self.plane is not None:
-            raise ToolpathError("G52 in a tilted plane is not read", cure="put the shift into G68.2's origin")
+            raise ToolpathError("G52 in a tilted plane is not read", hint="put the shift into G68.2's origin")
         self.xyz = [v + old - new for v, old, new in zip(self.xyz, self.shift, shift, strict=True)]
         self.shift = shift
 

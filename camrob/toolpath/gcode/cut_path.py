@@ -152,7 +152,7 @@ class PathGrower:
         _check(to.tip)
         last = self._last
         if last is None:
-            raise ToolpathError("an arc from an unknown place", cure="name X, Y and Z in a move before it")
+            raise ToolpathError("an arc from an unknown place", hint="name X, Y and Z in a move before it")
         self._begin(line)
         start, end = np.array(last.tip), np.array(to.tip)
         rise = float((end - start) @ normal)
@@ -190,7 +190,7 @@ class PathGrower:
         if steps > _MOST_STEPS:
             raise ToolpathError(
                 f"a rotary move through {way / math.tau:.0f} turns would need more than {_MOST_STEPS} points",
-                cure="check the rotary words, or choose a coarser angle tolerance",
+                hint="check the rotary words, or choose a coarser angle tolerance",
             )
         if steps == 1:
             self._builder.point(to.tip, to.axis, feed, move, line)
@@ -225,7 +225,7 @@ class PathGrower:
         """Tool axes (N, 3) at shares of the way, with the rotary angles in proportion; the last is exact."""
         if not (last.rotary and to.rotary):
             raise ToolpathError(
-                "the tool turns during a cut between a tilted plane and rotary words", cure="turn it in a rapid move"
+                "the tool turns during a cut between a tilted plane and rotary words", hint="turn it in a rapid move"
             )
         before, after = np.array(last.angles), np.array(to.angles)
         axes = rotary_axes(self._kinematics, before + share[:, None] * (after - before))
@@ -267,7 +267,7 @@ class PathGrower:
         self.close()
         if not self._regions:
             raise ToolpathError(
-                "nothing is cut: the program has no G1, G2, G3 or cycle", cure="check that it is complete"
+                "nothing is cut: the program has no G1, G2, G3 or cycle", hint="check that it is complete"
             )
         left = self._builder.finish("")
         if left.events:
@@ -287,5 +287,5 @@ def _check(tip: Triple) -> None:
     x, y, z = tip
     if not (-_FAR < x < _FAR and -_FAR < y < _FAR and -_FAR < z < _FAR):
         raise ToolpathError(
-            "a point more than a kilometre away from the origin", cure="check the coordinates and units"
+            "a point more than a kilometre away from the origin", hint="check the coordinates and units"
         )

@@ -34,7 +34,7 @@ def hole(code: int, retract: float, bottom: float, end: float, peck: float, dwel
     Raises ToolpathError for a bottom above the retract height and for a peck that is missing or absurd.
     """
     if bottom > retract:
-        raise ToolpathError("a cycle's depth Z lies above its retract height R", cure="check Z, R and G90/G91")
+        raise ToolpathError("a cycle's depth Z lies above its retract height R", hint="check Z, R and G90/G91")
     steps: list[tuple[Step, float]] = []
     if code in (730, 830):
         steps += _pecks(code, retract, bottom, peck)
@@ -56,7 +56,7 @@ def hole(code: int, retract: float, bottom: float, end: float, peck: float, dwel
 def _pecks(code: int, retract: float, bottom: float, peck: float) -> list[tuple[Step, float]]:
     """Bites down to the bottom: G83 clears the hole between them, G73 only breaks the chip."""
     if not peck > 0.0 or (retract - bottom) / peck > _MOST_PECKS:
-        raise ToolpathError("a peck cycle without a sensible bite Q", cure="give Q as a positive depth for each peck")
+        raise ToolpathError("a peck cycle without a sensible bite Q", hint="give Q as a positive depth for each peck")
     steps: list[tuple[Step, float]] = []
     depth = retract - peck
     while depth > bottom + max(_SLIVER * peck, 1e-12):

@@ -34,9 +34,9 @@ class Drill:
         self._keep(block, code)
         count = words.get("L", words.get("K", 1.0))
         if count != int(count) or not 0 <= count <= _MOST_HOLES:
-            raise ToolpathError(f"{count:g} repeats of a cycle", cure="a whole number up to 10000")
+            raise ToolpathError(f"{count:g} repeats of a cycle", hint="a whole number up to 10000")
         if "Z" not in modal.cycle or "R" not in modal.cycle:
-            raise ToolpathError("a cycle without depth Z or retract height R", cure="name both in its first block")
+            raise ToolpathError("a cycle without depth Z or retract height R", hint="name both in its first block")
         lateral = {k: words[k] for k in "XY" if k in words}
         retract, bottom = modal.cycle["R"], modal.cycle["Z"]
         for _ in range(int(count) if modal.incremental else min(int(count), 1)):
@@ -90,15 +90,15 @@ class Drill:
         """
         name, sense, process = f"G{code // 10}", TAPS[code], self.process
         if self.modal.cycle.get("Q", 0.0) > 0.0 and self.modal.cycle["tap"]:  # Q of G73 or G83 is none of a tap's
-            raise ToolpathError(f"tapping ({name}) by pecks (Q) is not read", cure="tap in one go")
+            raise ToolpathError(f"tapping ({name}) by pecks (Q) is not read", hint="tap in one go")
         if process.turning and self.modal.spindle != sense:
             raise ToolpathError(
                 f"tapping ({name}) with the spindle turning {self.modal.spindle}",
-                cure="a right-hand thread is G84 with M3, a left-hand one G74 with M4",
+                hint="a right-hand thread is G84 with M3, a left-hand one G74 with M4",
             )
         rpm = process.rpm()
         if not rpm > 0.0:
-            raise ToolpathError(f"tapping ({name}) without a spindle speed", cure="program S before it")
+            raise ToolpathError(f"tapping ({name}) without a spindle speed", hint="program S before it")
         self.path.note(
             "tap-cycle",
             "tapping is written as feed in, spindle reversed, feed out: the robot's feed is not coupled to its spindle, "
@@ -114,15 +114,15 @@ class Drill:
         """Refuse a cycle that isn't along the tool, in an unknown place or in inverse time."""
         modal, frame = self.modal, self.frame
         if any(letter in words for letter in "ABC"):
-            raise ToolpathError("rotary words in a drilling cycle's block", cure="turn the tool in a block before it")
+            raise ToolpathError("rotary words in a drilling cycle's block", hint="turn the tool in a block before it")
         if not frame.known and any(v != v and a not in words for a, v in zip("XY", frame.xyz, strict=False)):
-            raise ToolpathError("a drilling cycle in an unknown place", cure="name X, Y and Z in a rapid before it")
+            raise ToolpathError("a drilling cycle in an unknown place", hint="name X, Y and Z in a rapid before it")
         if frame.xyz[2] != frame.xyz[2] or modal.cycle_start != modal.cycle_start:
-            raise ToolpathError("a drilling cycle from an unknown height", cure="name Z in a rapid move before it")
+            raise ToolpathError("a drilling cycle from an unknown height", hint="name Z in a rapid move before it")
         tool_axis = np.array(frame.axis())
         if modal.plane != 170 or float(tool_axis @ frame.direction(np.array([0.0, 0.0, 1.0]))) < 1.0 - 1e-7:
             raise ToolpathError(
-                "a drilling cycle that isn't along the tool", cure="use G17, and a tilted plane (G68.2, G53.1) for it"
+                "a drilling cycle that isn't along the tool", hint="use G17, and a tilted plane (G68.2, G53.1) for it"
             )
         if modal.feed_mode == 930:
-            raise ToolpathError("a drilling cycle in inverse-time feed (G93)", cure="switch to G94 before it")
+            raise ToolpathError("a drilling cycle in inverse-time feed (G93)", hint="switch to G94 before it")

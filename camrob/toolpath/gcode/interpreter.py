@@ -81,7 +81,7 @@ class Interpreter:
             if code in _MOTION or code == 800:
                 if named is not None and named != code and 800 not in (named, code):
                     raise ToolpathError(
-                        f"G{named / 10:g} and G{code / 10:g} in one block", cure="keep one motion code a block"
+                        f"G{named / 10:g} and G{code / 10:g} in one block", hint="keep one motion code a block"
                     )
                 named = code if named in (None, 800) else named
             elif code != 40:
@@ -108,13 +108,13 @@ class Interpreter:
         for letter in ("U", "V", "W"):
             if letter in words and 40 not in block.g:
                 raise ToolpathError(
-                    f"a {letter} word: secondary axes and lathe increments are not read", cure="export X, Y, Z, A, B, C"
+                    f"a {letter} word: secondary axes and lathe increments are not read", hint="export X, Y, Z, A, B, C"
                 )
         if "O" in words:
             if len(words) > 1 or block.g or block.m or modal.named or modal.moved:
                 raise ToolpathError(
                     "O-words (subprograms, or several programs in one file) are not read",
-                    cure="have the CAM system write one program with plain blocks",
+                    hint="have the CAM system write one program with plain blocks",
                 )
             modal.named = True
 
@@ -124,12 +124,12 @@ class Interpreter:
         """Move as the modal motion code says."""
         if motion is None:
             raise ToolpathError(
-                "coordinates before any of G0, G1, G2, G3 (or after G80)", cure="name the kind of motion in the block"
+                "coordinates before any of G0, G1, G2, G3 (or after G80)", hint="name the kind of motion in the block"
             )
         modal, frame, words = self.modal, self.frame, block.words
         if motion == 10 and not _CORNER.isdisjoint(words):
             raise ToolpathError(
-                "a straight cut with R, I, J or K (a rounded or chamfered corner)", cure="write the corner out as moves"
+                "a straight cut with R, I, J or K (a rounded or chamfered corner)", hint="write the corner out as moves"
             )
         modal.first_move(block.line)
         self.process.settle()
@@ -160,7 +160,7 @@ class Interpreter:
         """A circle or helix of a G2 or G3 block."""
         modal, frame = self.modal, self.frame
         if not np.isfinite(before).all() or self.path.place is None:
-            raise ToolpathError("an arc from an unknown place", cure="name X, Y and Z in a move before the arc")
+            raise ToolpathError("an arc from an unknown place", hint="name X, Y and Z in a move before the arc")
         center, normal, turns = circle(
             block.words,
             before,

@@ -46,12 +46,12 @@ def decode(data: bytes, path: Path) -> list[str]:
     """
     body = data.removeprefix(b"\xef\xbb\xbf").rstrip(b"\x1a")
     if not body.strip():
-        raise ToolpathError("the file is empty", cure="export it again", path=path)
+        raise ToolpathError("the file is empty", hint="export it again", path=path)
     if len(body.translate(None, _CONTROL)) != len(body):
         place = next(i for i, byte in enumerate(body) if byte in _CONTROL)
         raise ToolpathError(
             "this is binary data, not G-code text",
-            cure="hand over the text file that the machine's post-processor writes (ASCII or UTF-8)",
+            hint="hand over the text file that the machine's post-processor writes (ASCII or UTF-8)",
             path=path,
             line=body.count(b"\n", 0, place) + 1,
         )
@@ -64,7 +64,7 @@ def decode(data: bytes, path: Path) -> list[str]:
         if len(line) > _LONGEST_LINE:
             raise ToolpathError(
                 f"a line of {len(line)} characters is no G-code block",
-                cure="check the file's line ends, or export it again",
+                hint="check the file's line ends, or export it again",
                 path=path,
                 line=number,
             )
@@ -105,7 +105,7 @@ def _nested(text: str) -> tuple[str, list[str]]:
         if depth < 0:
             break
     if depth:
-        raise ToolpathError("a comment's parenthesis has no partner", cure="close the comment, or remove it")
+        raise ToolpathError("a comment's parenthesis has no partner", hint="close the comment, or remove it")
     return "".join(bare), ["".join(inside).strip("() ")]
 
 
@@ -130,7 +130,7 @@ def _block(text: str, line: int) -> Block:
         return Block(line, {}, percent=True)
     bare, comment = strip_comments(text)
     if not bare.isascii():
-        raise ToolpathError("a character that no G-code block has", cure="put operator text in parentheses")
+        raise ToolpathError("a character that no G-code block has", hint="put operator text in parentheses")
     bare = bare.strip().upper()
     optional = bare[:1] == "/"
     if optional:
@@ -154,7 +154,7 @@ def _words(bare: str, line: int, comment: str, optional: bool) -> Block:
     for letter, digits in _WORD.findall(bare):
         value = float(digits)
         if not -_LARGEST < value < _LARGEST:
-            raise ToolpathError(f"{letter}{digits[:12]}... is out of all proportion", cure="check the exported number")
+            raise ToolpathError(f"{letter}{digits[:12]}... is out of all proportion", hint="check the exported number")
         if letter == "G":
             g.append(_code("G", value))
         elif letter == "M":
@@ -162,13 +162,13 @@ def _words(bare: str, line: int, comment: str, optional: bool) -> Block:
         elif letter == "N":
             continue
         elif letter in words:
-            raise ToolpathError(f"the word {letter} stands twice in one block", cure="split the block")
+            raise ToolpathError(f"the word {letter} stands twice in one block", hint="split the block")
         else:
             words[letter] = value
             whole_p = whole_p or (letter == "P" and "." not in digits)
     if "E" in words:
         raise ToolpathError(
-            "an E word, or a number with an exponent; G-code has neither", cure="export plain decimal numbers"
+            "an E word, or a number with an exponent; G-code has neither", hint="export plain decimal numbers"
         )
     return Block(line, words, tuple(g), tuple(m), comment, False, optional, whole_p)
 
@@ -177,7 +177,7 @@ def _code(letter: str, value: float) -> int:
     """A G or M number in tenths."""
     tenths = round(value * 10.0)
     if abs(tenths - value * 10.0) > 1e-6 or not 0 <= tenths < 100_000:
-        raise ToolpathError(f"{letter}{value:g} is no {letter} code", cure="check the block")
+        raise ToolpathError(f"{letter}{value:g} is no {letter} code", hint="check the block")
     return tenths
 
 
@@ -186,18 +186,18 @@ def _unreadable(bare: str) -> ToolpathError:
     if _PROGRAMMING.search(bare):
         return ToolpathError(
             "variables, expressions, loops and subprograms (#, [ ], O-words, WHILE, IF) are not read",
-            cure="have the CAM system or a G-code expander write the path out as plain blocks",
+            hint="have the CAM system or a G-code expander write the path out as plain blocks",
         )
     if "=" in bare:
         return ToolpathError(
-            "an assignment (=) is not read", cure="have the post-processor write plain words like X10.5"
+            "an assignment (=) is not read", hint="have the post-processor write plain words like X10.5"
         )
     match = _BLOCK.match(bare)
     rest = bare[match.end() if match else 0 :]
     if rest[:1] == ",":
-        return ToolpathError(f"a comma in a number ({rest[:12]!r})", cure="write decimals with a point")
+        return ToolpathError(f"a comma in a number ({rest[:12]!r})", hint="write decimals with a point")
     if rest[:1].isalpha() and not re.match(r"[A-Z][ \t]*[-+.0-9]", rest):
         return ToolpathError(
-            f"no number follows {rest[:1]} in {rest[:16]!r}", cure="every word is a letter and a number"
+            f"no number follows {rest[:1]} in {rest[:16]!r}", hint="every word is a letter and a number"
         )
-    return ToolpathError(f"{rest[:16]!r} is no G-code word", cure="every word is a letter and a plain decimal number")
+    return ToolpathError(f"{rest[:16]!r} is no G-code word", hint="every word is a letter and a plain decimal number")

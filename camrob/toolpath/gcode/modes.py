@@ -76,15 +76,15 @@ def apply_setup(codes: list[int], block: Block, modal: Modal, frame: ToolFrame, 
         if handler is not None:
             consumed = handler(code, block, modal, frame, path) or consumed
         elif code in _REFUSED:
-            what, cure = _REFUSED[code]
-            raise ToolpathError(f"{what} is not read", cure=cure)
+            what, hint = _REFUSED[code]
+            raise ToolpathError(f"{what} is not read", hint=hint)
         elif code in _NO_COORDINATES and not (code == 630 and _MOVES & set(block.g)):
             if not set("XYZABC").isdisjoint(block.words):
-                raise ToolpathError(f"{_NO_COORDINATES[code]} is not read", cure="write plain moves (G0, G1)")
+                raise ToolpathError(f"{_NO_COORDINATES[code]} is not read", hint="write plain moves (G0, G1)")
         elif code not in _SILENT:
             if not set("XYZABCIJKR").isdisjoint(block.words):
                 raise ToolpathError(
-                    f"G{code / 10:g} is not known here, and its block carries coordinates", cure="post without it"
+                    f"G{code / 10:g} is not known here, and its block carries coordinates", hint="post without it"
                 )
             path.note("unknown-g-code", f"G{code / 10:g} is not known here and is left out", block.line)
         if code == 690:
@@ -128,7 +128,7 @@ def _compensation(code: int, block: Block, modal: Modal, frame: ToolFrame, path:
 
 def _tcp(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     if code == 434 and frame.plane is not None:
-        raise ToolpathError("TCP (G43.4) in a tilted plane (G68.2)", cure="cancel the plane with G69 first")
+        raise ToolpathError("TCP (G43.4) in a tilted plane (G68.2)", hint="cancel the plane with G69 first")
     frame.switch_tcp(code == 434, by_m=False)
     return False
 
@@ -157,7 +157,7 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
     if code == 530 and not named:
         return False
     if code == 530 and {20, 30} & {modal.motion, *block.g}:
-        raise ToolpathError("an arc to a machine position (G53)", cure="use G0 or G1 with G53")
+        raise ToolpathError("an arc to a machine position (G53)", hint="use G0 or G1 with G53")
     if code != 530 and named:  # first to the point that the block names, which is one of the program's
         frame.move({k: v for k, v in block.words.items() if k in named}, modal.scale, _DEGREE, modal.incremental)
         if frame.placeable and frame.known:
@@ -178,11 +178,11 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
 
 def _shift(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     if any(letter in block.words for letter in "ABC"):
-        raise ToolpathError("G52 with rotary words is not read", cure="post without it")
+        raise ToolpathError("G52 with rotary words is not read", hint="post without it")
     shift = [block.words[a] * modal.scale if a in block.words else v for a, v in zip("XYZ", frame.shift, strict=True)]
     if shift != frame.shift:
         if not frame.placeable:
-            raise ToolpathError("G52 with turned axes and the tool centre point off", cure="post with TCP on")
+            raise ToolpathError("G52 with turned axes and the tool centre point off", hint="post with TCP on")
         frame.set_shift(shift)
     return True
 
@@ -193,7 +193,7 @@ def _origin(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathG
         return True
     if modal.moved:
         raise ToolpathError(
-            f"G{code / 10:g} moves the origin in the middle of the program", cure="post with one work offset"
+            f"G{code / 10:g} moves the origin in the middle of the program", hint="post with one work offset"
         )
     path.note(
         "origin-set",
@@ -213,7 +213,7 @@ def _unmirror(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Pat
 
 def _cancel_origin(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     if modal.moved:
-        raise ToolpathError(f"G{code / 10:g} in the middle of the program", cure="post with one work offset")
+        raise ToolpathError(f"G{code / 10:g} in the middle of the program", hint="post with one work offset")
     return False
 
 
@@ -222,9 +222,9 @@ def _tilt(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGro
     words = block.words
     order = f"{words.get('Q', 313.0):g}"
     if words.get("P", 0.0) != 0.0 or order not in _PLANE_ORDERS or not set("ABCR").isdisjoint(words):
-        raise ToolpathError("a tilted plane (G68.2) other than by Euler angles", cure="post with G68.2 X Y Z I J K")
+        raise ToolpathError("a tilted plane (G68.2) other than by Euler angles", hint="post with G68.2 X Y Z I J K")
     if frame.shift != [0.0, 0.0, 0.0]:
-        raise ToolpathError("a tilted plane (G68.2) on top of G52", cure="put the shift into G68.2's origin")
+        raise ToolpathError("a tilted plane (G68.2) on top of G52", hint="put the shift into G68.2's origin")
     angles = (words.get("I", 0.0), words.get("J", 0.0), words.get("K", 0.0))
     a, b, c = (deg_to_rad(value) for value in angles)
     origin = np.array([words.get(letter, 0.0) * modal.scale for letter in "XYZ"])
@@ -235,7 +235,7 @@ def _tilt(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGro
 def _orient(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     """G53.1, G53.6: tool onto the tilted plane's normal; G53.3 with a move to X Y Z of the plane."""
     if any(letter in block.words for letter in "ABC"):
-        raise ToolpathError("G53.1 with rotary words", cure="the control finds the angles itself: leave them out")
+        raise ToolpathError("G53.1 with rotary words", hint="the control finds the angles itself: leave them out")
     path.lose()
     frame.orient()
     return False

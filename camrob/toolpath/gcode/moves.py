@@ -65,21 +65,21 @@ class Motions:
         if not frame.placeable:
             if frame.plane is not None:
                 raise ToolpathError(
-                    "a cut in a tilted plane (G68.2) with the tool not turned onto it", cure="put G53.1 behind G68.2"
+                    "a cut in a tilted plane (G68.2) with the tool not turned onto it", hint="put G53.1 behind G68.2"
                 )
             if frame.tcp:
                 raise ToolpathError(
                     "a cut with rotary angles that only the control knows (G53.1, G69)",
-                    cure="name both rotary axes in a rapid move before the cut",
+                    hint="name both rotary axes in a rapid move before the cut",
                 )
             raise ToolpathError(
                 "a cut with turned rotary axes while the tool centre point is off",
-                cure="post with TCP on (G43.4, M128, M428 or TRAORI): without it X Y Z are machine axes, not the tip",
+                hint="post with TCP on (G43.4, M128, M428 or TRAORI): without it X Y Z are machine axes, not the tip",
             )
         if not frame.known:
             missing = " and ".join(a for a, v in zip("XYZ", frame.xyz, strict=True) if v != v)
             raise ToolpathError(
-                f"a cut while {missing} has no known value", cure=f"name {missing} in a rapid move before the cut"
+                f"a cut while {missing} has no known value", hint=f"name {missing} in a rapid move before the cut"
             )
 
     def feed(self, block: Block, length: float, to: Stance) -> float:
@@ -106,24 +106,24 @@ class Motions:
         if modal.feed is None or not modal.feed > 0.0:
             raise ToolpathError(
                 "a cut without a feed",
-                cure="program F above zero before the first cut, or put feed_mm_min into setup.toml",
+                hint="program F above zero before the first cut, or put feed_mm_min into setup.toml",
             )
         feed = mm_min_to_m_s(m_to_mm(modal.feed * modal.feed_scale))
         if modal.feed_mode != 950:
             return feed
         rpm = self.process.rpm()
         if not rpm > 0.0:
-            raise ToolpathError("feed per revolution (G95) without a spindle speed", cure="program S before it")
+            raise ToolpathError("feed per revolution (G95) without a spindle speed", hint="program S before it")
         return feed * rpm
 
     def _inverse_time(self, block: Block, length: float, to: Stance) -> float:
         """Speed (m/s) of a block that takes 1/F minutes (G93)."""
         rate = block.words.get("F", 0.0)
         if not rate > 0.0:
-            raise ToolpathError("a cut in inverse-time feed (G93) without its own F", cure="every such block needs F")
+            raise ToolpathError("a cut in inverse-time feed (G93) without its own F", hint="every such block needs F")
         if math.isnan(length):
             raise ToolpathError(
-                "an inverse-time cut from an unknown place has no speed", cure="name X, Y and Z in a move before it"
+                "an inverse-time cut from an unknown place has no speed", hint="name X, Y and Z in a move before it"
             )
         place = self.path.place
         turns = place is not None and place.axis != to.axis
@@ -138,6 +138,6 @@ class Motions:
             )
             if not self._last_feed > 0.0:
                 raise ToolpathError(
-                    "the first cut only turns the tool, so it has no path speed", cure="turn in a rapid"
+                    "the first cut only turns the tool, so it has no path speed", hint="turn in a rapid"
                 )
         return self._last_feed

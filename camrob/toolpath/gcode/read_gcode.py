@@ -69,7 +69,7 @@ def read_gcode(
     line for anything that would make a wrong part.
     """
     if units not in (None, *SCALES):
-        raise ToolpathError(f"units {units!r}", cure="mm or inch", path=path)
+        raise ToolpathError(f"units {units!r}", hint="mm or inch", path=path)
     if not (chord_tolerance > 0.0 and angle_tolerance > 0.0):
         raise ToolpathError("chord and angle tolerance must be above zero", path=path)
     lines = decode(data, path)
@@ -136,13 +136,13 @@ def _run(lines: list[str], path: Path, grower: PathGrower, interpreter: Interpre
         if interpreter.ended:
             return
     if not blocks:
-        raise ToolpathError("no G-code in the file", cure="export it again", path=path)
+        raise ToolpathError("no G-code in the file", hint="export it again", path=path)
     if closed:
         return
     if opened or lines[-1].strip():
         raise ToolpathError(
             "the program has no end (M2, M30 or %), the file seems to be cut off",
-            cure="export it again, or end it with M30",
+            hint="export it again, or end it with M30",
             path=path,
             line=len(lines),
         )
@@ -154,19 +154,19 @@ def _run(lines: list[str], path: Path, grower: PathGrower, interpreter: Interpre
 def _kinematics(bare: str, wanted: str | None, path: Path) -> str:
     """Which machine the rotary words belong to: xyzac, xyzbc or 3axis."""
     if wanted not in (None, "xyzac", "xyzbc"):
-        raise ToolpathError(f"kinematics {wanted!r} is not known", cure="xyzac or xyzbc", path=path)
+        raise ToolpathError(f"kinematics {wanted!r} is not known", hint="xyzac or xyzbc", path=path)
     present = {a for a in "ABC" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0-9.]", bare)}
     moving = {a for a in "AB" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0.]*+[1-9]", bare)}
     if moving == {"A", "B"}:
         raise ToolpathError(
             "A and B both turn: a kinematics that is not known here",
-            cure="post for an XYZAC or XYZBC machine with TCP on, or export CL data",
+            hint="post for an XYZAC or XYZBC machine with TCP on, or export CL data",
             path=path,
         )
     if wanted is not None:
         stranger = "B" if wanted == "xyzac" else "A"
         if stranger in moving:
-            raise ToolpathError(f"{stranger} words in a program for {wanted}", cure="check the kinematics", path=path)
+            raise ToolpathError(f"{stranger} words in a program for {wanted}", hint="check the kinematics", path=path)
         return wanted
     if "B" in moving or (not moving and "B" in present and "A" not in present):
         return "xyzbc"

@@ -41,7 +41,7 @@ class Process:
     def tool_word(self, value: float, line: int) -> None:
         """A T word: the next tool, or the change itself in a program without M6."""
         if value != int(value) or not 0 <= value < 1e8:
-            raise ToolpathError(f"T{value:g} is no tool number", cure="a whole number")
+            raise ToolpathError(f"T{value:g} is no tool number", hint="a whole number")
         self.modal.next_tool = int(value)
         if self.modal.tool_by_t:
             self._change(int(value), line)
@@ -75,7 +75,7 @@ class Process:
         else:
             seconds = next((words[k] for k in "XUF" if k in words), -1.0)
         if seconds < 0.0:
-            raise ToolpathError("a dwell (G4) without its time", cure="name it by P")
+            raise ToolpathError("a dwell (G4) without its time", hint="name it by P")
         self.path.event(EventKind.DWELL, seconds, "", block.line)
 
     # -- words of a block --------------------------------------------------------------------------------------
@@ -86,7 +86,7 @@ class Process:
         self._refuse(block)
         if 60 in block.m:
             if modal.next_tool is None:
-                raise ToolpathError("M6 without a T word before it", cure="name the tool, for example T1 M6")
+                raise ToolpathError("M6 without a T word before it", hint="name the tool, for example T1 M6")
             if modal.next_tool != path.tool:
                 self._off_first(block)
             self._change(modal.next_tool, line)
@@ -126,19 +126,19 @@ class Process:
             if code in _SUBPROGRAM:
                 raise ToolpathError(
                     f"M{code / 10:g} calls or ends a subprogram, which is not read",
-                    cure="have the CAM system write one program without subprograms",
+                    hint="have the CAM system write one program without subprograms",
                 )
             if code == 4300:
-                raise ToolpathError("M430 selects a kinematics of the user's own", cure="use M428 with XYZAC or XYZBC")
+                raise ToolpathError("M430 selects a kinematics of the user's own", hint="use M428 with XYZAC or XYZBC")
             if code in _MIRROR:
                 raise ToolpathError(
                     f"M{code / 10:g} mirrors the part on some controls, which is not done",
-                    cure="let the CAM system mirror, or take it out where it means something else on the machine",
+                    hint="let the CAM system mirror, or take it out where it means something else on the machine",
                 )
             if code == 610:
-                raise ToolpathError("M61 names the tool without a change", cure="change it by T and M6")
+                raise ToolpathError("M61 names the tool without a change", hint="change it by T and M6")
         if len({_SPINDLE[code] for code in block.m if code in _SPINDLE}) > 1:
-            raise ToolpathError("M3 and M4 in one block", cure="keep one sense")
+            raise ToolpathError("M3 and M4 in one block", hint="keep one sense")
 
     def _off_first(self, block: Block) -> None:
         """M5 and M9 in the block of a tool change come before it."""
@@ -157,7 +157,7 @@ class Process:
     def _speed(self, speed: float, line: int, *, alone: bool) -> None:
         """An S word: the speed, from here on where the spindle turns (`alone`: no M3 or M4 beside it)."""
         if speed < 0.0:
-            raise ToolpathError("a negative spindle speed", cure="use M4 for the other direction")
+            raise ToolpathError("a negative spindle speed", hint="use M4 for the other direction")
         modal = self.modal
         changed = speed != modal.speed
         modal.speed = speed
@@ -190,7 +190,7 @@ class Process:
         if not rpm:
             raise ToolpathError(
                 "the spindle is switched on, and no S names its speed",
-                cure="program S before it, or put spindle_rpm into setup.toml",
+                hint="program S before it, or put spindle_rpm into setup.toml",
                 line=self._nameless,
             )
         text = f"the spindle is switched on without S: spindle_rpm of the set-up serves, {rpm:g} rev/min"
@@ -203,7 +203,7 @@ class Process:
         modal = self.modal
         if modal.unloaded:
             raise ToolpathError(
-                f"a cut without a tool: T0 put it away in line {modal.unloaded}", cure="load a tool before it"
+                f"a cut without a tool: T0 put it away in line {modal.unloaded}", hint="load a tool before it"
             )
         if not self._started and self.defaults.spindle_rpm:
             self.served = modal.speed or self.defaults.spindle_rpm

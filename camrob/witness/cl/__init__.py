@@ -43,7 +43,7 @@ def _named(dialect: str) -> str:
     for start in sorted(_NAMES, key=len, reverse=True):
         if name.startswith(start):
             return _NAMES[start]
-    raise ToolpathError(f"unknown dialect {dialect!r}", cure=f"one of {', '.join(sorted(set(_NAMES.values())))}")
+    raise ToolpathError(f"unknown dialect {dialect!r}", hint=f"one of {', '.join(sorted(set(_NAMES.values())))}")
 
 
 def _recognised(text: str) -> str:
@@ -52,7 +52,7 @@ def _recognised(text: str) -> str:
     if not _APT.search(head):
         if _GCODE.search(head):
             return "gcode"
-        raise ToolpathError("neither CL data nor G-code", cure="name a CL file, or say its dialect")
+        raise ToolpathError("neither CL data nor G-code", hint="name a CL file, or say its dialect")
     return next((name for name, mark in _MARKS if re.search(mark, head, re.I | re.M)), "apt")
 
 
@@ -85,10 +85,10 @@ def read_story(
     Raises ToolpathError for a file that can't be read at all; what can't be read of it otherwise is in `Story.gaps`.
     """
     if units not in (None, "mm", "inch"):
-        raise ToolpathError(f"units {units!r}", cure="mm or inch")
+        raise ToolpathError(f"units {units!r}", hint="mm or inch")
     for value in (default_feed, default_rpm):
         if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise ToolpathError(f"a default of {value}", cure="a number above 0")
+            raise ToolpathError(f"a default of {value}", hint="a number above 0")
     text = read_text(file)
     tell = Teller(default_feed, default_rpm)
     try:
@@ -101,7 +101,7 @@ def read_story(
         reader.read(text)
         story = tell.story(kind, reader.units)
         if story is None:
-            raise ToolpathError("no motion that can be read", cure="name a CL file with GOTO or G1 motions in numbers")
+            raise ToolpathError("no motion that can be read", hint="name a CL file with GOTO or G1 motions in numbers")
     except ToolpathError as error:
         raise error.at(file) from None
     return story

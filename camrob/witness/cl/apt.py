@@ -72,11 +72,11 @@ class AptReader:
             try:
                 self._read(statement)
             except ToolpathError as error:
-                raise ToolpathError(error.what, cure=error.cure, line=error.line or statement.line) from None
+                raise ToolpathError(error.what, hint=error.hint, line=error.line or statement.line) from None
         self._end_curve()
         if self._opened:
             what = f"the file ends inside the operation that line {self._opened} begins: it was cut off"
-            raise ToolpathError(what, cure="get the whole file from the CAM system", line=len(source.lines))
+            raise ToolpathError(what, hint="get the whole file from the CAM system", line=len(source.lines))
         if self._unknown:
             words = ", ".join(f"{word} ({count})" for word, count in self._unknown.items())
             self._tell.note(f"words that are not known and carry no coordinates, skipped: {words}")
@@ -101,7 +101,7 @@ class AptReader:
             self._words[s.major](s)
         elif DRIVE.fullmatch(s.major):
             raise ToolpathError(
-                f"{s.major}: an APT part program, not CL data", cure="run it through the APT processor first"
+                f"{s.major}: an APT part program, not CL data", hint="run it through the APT processor first"
             )
         elif len(s.numbers) >= 2 and not s.major.startswith("CSI_SET_"):  # CAMWorks' own settings
             strange = len(s.numbers) >= 3 and any(s.numbers)  # as three numbers are a place
@@ -138,7 +138,7 @@ class AptReader:
         read = [number(f) for f in s.fields]
         if None in read:
             what = f"{s.major} with {s.fields[read.index(None)]!r} where a number has to be"
-            raise ToolpathError(what, cure="APT part programs have to go through the APT processor first")
+            raise ToolpathError(what, hint="APT part programs have to go through the APT processor first")
         values = [v for v in read if v is not None]
         axis = unit(np.array(values[3:])) if len(values) == 6 else None
         if len(values) not in (3, 6) or (len(values) == 6 and axis is None):
@@ -222,7 +222,7 @@ class AptReader:
         circle, ends = ([v for v in part if v is not None] for part in parts or ([], []))
         if len(circle) != 4 or len(ends) != 6 or [len(p) for p in parts] != [4, 6]:
             what = "TLON,GOFWD with other curves than a circle and a line of numbers: an APT part program"
-            raise ToolpathError(what, cure="run it through the APT processor first")
+            raise ToolpathError(what, hint="run it through the APT processor first")
         way, self._rapid = Way.RAPID if self._rapid else Way.FEED, False
         place, here, side = self._place, self._tell.here, 0.0
         center, axis = place.point(circle[:3]), place.along()
@@ -267,7 +267,7 @@ class AptReader:
             return
         word = next(iter(s.words), "")
         if not word.startswith(("MM", "MILLI", "IN")):
-            raise ToolpathError(f"{s.major}/{word}: neither MM nor INCHES", cure="give the units")
+            raise ToolpathError(f"{s.major}/{word}: neither MM nor INCHES", hint="give the units")
         self._place.units = "inch" if word.startswith("IN") else "mm"
 
     # -- the process

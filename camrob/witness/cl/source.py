@@ -50,12 +50,12 @@ def read_text(path: Path) -> str:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise ToolpathError(f"can't be read: {error.strerror or error}", cure="name a CL file", path=path) from error
+        raise ToolpathError(f"can't be read: {error.strerror or error}", hint="name a CL file", path=path) from error
     data = data.rstrip(b"\x1a\r\n\t ")
     if not data:
-        raise ToolpathError("the file is empty", cure="post it again from the CAM system", path=path)
+        raise ToolpathError("the file is empty", hint="post it again from the CAM system", path=path)
     if len(data.translate(None, _CONTROL)) != len(data):
-        raise ToolpathError("binary, not text", cure="have the CAM system write the CL data as text", path=path)
+        raise ToolpathError("binary, not text", hint="have the CAM system write the CL data as text", path=path)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -164,7 +164,7 @@ class Source:
         if _DEFINITION.match(text):
             raise ToolpathError(
                 "a definition: this is an APT part program, not CL data",
-                cure="run it through the APT processor first",
+                hint="run it through the APT processor first",
                 line=first + 1,
             )
         major, _, rest = text.partition("/")

@@ -102,7 +102,7 @@ class _Builder:
         self.open: list[Block] = []
 
     def wrong(self, line: int, what: str, hint: str) -> KrlError:
-        return KrlError(what, cure=hint, path=self.source.path, line=line)
+        return KrlError(what, hint=hint, path=self.source.path, line=line)
 
     def add(self, node: Node) -> None:
         if self.open:

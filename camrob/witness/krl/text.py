@@ -209,12 +209,12 @@ def read_source(path: Path) -> Source:
     except OSError as failure:
         raise KrlError(f"can't be read ({failure.strerror or failure})", path=path) from failure
     if b"\0" in text:
-        raise KrlError("is no text: it holds bytes that are 0", cure="export the program as text", path=path)
+        raise KrlError("is no text: it holds bytes that are 0", hint="export the program as text", path=path)
     if b"\r" in text:
         text = text.replace(b"\r\n", b"\n")
         if b"\n\r" in text:
             what = "has line ends of two kinds, some the wrong way round (LF, CR)"
-            raise KrlError(what, cure="write CR, LF behind each line", path=path)
+            raise KrlError(what, hint="write CR, LF behind each line", path=path)
     text = text.removesuffix(b"\x1a")  # old systems end a file so
     odd = text.translate(None, _PLAIN)
     odd_line = text.partition(odd[:1])[0].count(b"\n") + 1 if odd else 0
@@ -229,7 +229,7 @@ def read_source(path: Path) -> Source:
     late = next((line for line in pieces.lines if line.code.startswith("&")), None)
     if late is not None:
         what = f"has a header line ({late.code[:40]}) behind its first statement"
-        raise KrlError(what, cure="move it to the top of the file", path=path, line=late.number)
+        raise KrlError(what, hint="move it to the top of the file", path=path, line=late.number)
     empty = (np.empty(0, dtype=np.int64), np.empty((0, 6)), np.empty((0, 6)), 0)
     rows = pieces.rows or [empty]
     line = np.concatenate([row[0] for row in rows])

@@ -85,7 +85,7 @@ class Expression:
     def expect(self, text: str) -> None:
         """Passes the sign `text`. Raises KrlError where something else stands."""
         if not self.accept(text):
-            raise KrlError(f"{text!r} is missing before {self.rest()!r}", cure="correct the statement")
+            raise KrlError(f"{text!r} is missing before {self.rest()!r}", hint="correct the statement")
 
     def rest(self) -> str:
         """What has not been read, for a message."""
@@ -119,13 +119,13 @@ class Expression:
         """A variable's name with fields and indices: `$VEL.CP`, `XP[3].X`; an index that is not known becomes `?`."""
         token = self.next
         if token.kind != "name":
-            raise KrlError(f"a name is missing before {self.rest()!r}", cure="correct the statement")
+            raise KrlError(f"a name is missing before {self.rest()!r}", hint="correct the statement")
         self.at += 1
         text = token.text
         while True:
             if self.accept("."):
                 if self.next.kind != "name":
-                    raise KrlError(f"a field's name is missing before {self.rest()!r}", cure="correct the statement")
+                    raise KrlError(f"a field's name is missing before {self.rest()!r}", hint="correct the statement")
                 text += "." + self.next.text
                 self.at += 1
             elif self.accept("["):
@@ -159,7 +159,7 @@ class Expression:
         """A literal, a variable, a call, an aggregate, a bracket, or one of these with a sign."""
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise KrlError("an expression is nested too deeply", cure="this is no ordinary KRL program")
+            raise KrlError("an expression is nested too deeply", hint="this is no ordinary KRL program")
         try:
             return self._unnested()
         finally:
@@ -189,7 +189,7 @@ class Expression:
             self.at += 1
             return token.text == "TRUE"
         if token.kind != "name":
-            raise KrlError(f"a value is missing before {self.rest()!r}", cure="correct the statement")
+            raise KrlError(f"a value is missing before {self.rest()!r}", hint="correct the statement")
         path = self.path()
         return self._called(path) if self.next.text == "(" else self._lookup(path)
 
@@ -212,7 +212,7 @@ class Expression:
         while True:
             name = self.path()
             if name in fields:
-                raise KrlError(f"{shown(name)} is given twice in one aggregate", cure="leave one of them")
+                raise KrlError(f"{shown(name)} is given twice in one aggregate", hint="leave one of them")
             fields[name] = self.value()
             if self.accept("}"):
                 return Aggregate(kind, fields)
@@ -255,7 +255,7 @@ def _arithmetic(operator: str, left: float, right: float) -> Value:
     """Comparisons and arithmetic; two integers divide to an integer, as KRL does."""
     if operator == "/":
         if right == 0:
-            raise KrlError("a division by zero", cure="correct the statement")
+            raise KrlError("a division by zero", hint="correct the statement")
         if isinstance(left, int) and isinstance(right, int):
             return abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1)
         return left / right
@@ -277,5 +277,5 @@ def _arithmetic(operator: str, left: float, right: float) -> Value:
 def _whole(value: int) -> int:
     """The same number. Raises KrlError where it is larger than KRL's, so that none grows without end."""
     if abs(value) > _LARGEST_INTEGER:
-        raise KrlError(f"a whole number gets larger than {_LARGEST_INTEGER}", cure="KRL's integers are smaller")
+        raise KrlError(f"a whole number gets larger than {_LARGEST_INTEGER}", hint="KRL's integers are smaller")
     return value

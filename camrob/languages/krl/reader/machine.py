@@ -63,7 +63,7 @@ class KrlMachine:
         if not np.all(speeds[1:] > 0.0):
             wrong = slow + int(np.argmin(speeds[1:] > 0.0))
             line = int(scan.speed_line[wrong]) + 1
-            raise KrlError(f"$VEL.CP = {scan.speed_value[wrong]}", cure="a speed is positive", line=line)
+            raise KrlError(f"$VEL.CP = {scan.speed_value[wrong]}", hint="a speed is positive", line=line)
         if first < last:
             lines = scan.lin_line[first:last]
             speed = speeds[scan.speed_line[slow:fast].searchsorted(lines)]
@@ -88,7 +88,7 @@ class KrlMachine:
         angle = float("nan")
         while expression.accept(","):
             if word != "CIRC" or not expression.accept("CA"):
-                raise KrlError(f"{expression.rest()!r} behind a target", cure="correct the statement")
+                raise KrlError(f"{expression.rest()!r} behind a target", hint="correct the statement")
             angle = _number(expression.value(), "CA")
         approximation = _approximation(expression)
         if word != "PTP":
@@ -117,7 +117,7 @@ class KrlMachine:
         start = expression.at
         value = expression.value()
         if expression.next.kind != "end":
-            raise KrlError(f"{expression.rest()!r} behind an assignment", cure="correct the statement")
+            raise KrlError(f"{expression.rest()!r} behind an assignment", hint="correct the statement")
         self.variables.assign(path, value)
         if path in ("$TOOL", "$BASE") or path.startswith(("$TOOL.", "$BASE.")):
             text = " ".join(t.text for t in expression.tokens[start:-1])
@@ -159,7 +159,7 @@ class KrlMachine:
         elif expression.accept("FOR"):
             self.find("wait-for", "WAIT FOR a condition: how long is not known", line, Severity.INFO)
         else:
-            raise KrlError("WAIT without SEC or FOR", cure="correct the statement")
+            raise KrlError("WAIT without SEC or FOR", hint="correct the statement")
 
     def _target(self, expression: Expression, word: str, line: int) -> Target | None:
         """The target that stands next; None for a null motion and for a home point that the program doesn't hold."""
@@ -180,7 +180,7 @@ class KrlMachine:
             return None
         what = shown(value.text) if isinstance(value, Unknown) else expression.tokens[start].text
         raise KrlError(
-            f"{word} {shown(what)}: the target's value is not in the program", cure="bring its .dat file along"
+            f"{word} {shown(what)}: the target's value is not in the program", hint="bring its .dat file along"
         )
 
     def _want_speed(self, speed: float, line: int) -> None:
@@ -200,7 +200,7 @@ class KrlMachine:
             else:
                 number = _number(part, name)
                 if number < 0.0 or (number == 0.0 and name != "$APO.CDIS"):
-                    raise KrlError(f"{name} = {number:g}", cure="write a positive value")
+                    raise KrlError(f"{name} = {number:g}", hint="write a positive value")
             setattr(self.rows.modal, _MODAL[name], number)
 
     def _inline_speed(self, value: Value, line: int) -> None:
@@ -248,7 +248,7 @@ class KrlMachine:
 def _number(value: Value, what: str) -> float:
     """The value as a finite number. Raises KrlError for anything else."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise KrlError(f"{what} has no number that is in the program", cure="write a number")
+        raise KrlError(f"{what} has no number that is in the program", hint="write a number")
     return float(value)
 
 
@@ -259,5 +259,5 @@ def _approximation(expression: Expression) -> int:
         found.append(int(_BLENDS[expression.next.text]))
         expression.at += 1
     if expression.next.kind != "end":
-        raise KrlError(f"{expression.rest()!r} behind a motion", cure="correct the statement")
+        raise KrlError(f"{expression.rest()!r} behind a motion", hint="correct the statement")
     return int(found[1] if len(found) > 1 else 0)

@@ -71,10 +71,10 @@ def read_bytes(path: Path) -> bytes:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise KrlError(f"can't be read: {error.strerror}", cure="check the path", path=path) from error
+        raise KrlError(f"can't be read: {error.strerror}", hint="check the path", path=path) from error
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
-        raise KrlError("this is a binary file", cure="name a KRL .src file", path=path, line=line)
+        raise KrlError("this is a binary file", hint="name a KRL .src file", path=path, line=line)
     # A lone CR ends a line too, so that no statement hides behind one in a comment.
     returns = data.count(b"\r")
     return data if returns == data.count(b"\r\n") else data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -92,7 +92,7 @@ def load_module(path: Path, index: int) -> Module:
             statements[line] = text
     routines = _routines(path, statements)
     if not routines:
-        raise KrlError("holds no DEF", cure="name a KRL .src file", path=path)
+        raise KrlError("holds no DEF", hint="name a KRL .src file", path=path)
     _check_outside(path, scan, statements, routines)
     return Module(path, index, scan, statements, routines, _blocks(path, statements, routines))
 
@@ -113,17 +113,17 @@ def _routines(path: Path, statements: Mapping[int, str]) -> dict[str, Routine]:
         if found is not None:
             if open_at is not None:
                 raise KrlError(
-                    f"DEF {shown(open_at[1])} has no END", cure="the file is damaged", path=path, line=open_at[0] + 1
+                    f"DEF {shown(open_at[1])} has no END", hint="the file is damaged", path=path, line=open_at[0] + 1
                 )
             open_at = (line, found[2].upper(), found[3] or "")
         elif word in ("DEF", "DEFFCT"):
-            raise KrlError(f"{shown(text)!r} is no DEF line", cure="write DEF NAME ( )", path=path, line=line + 1)
+            raise KrlError(f"{shown(text)!r} is no DEF line", hint="write DEF NAME ( )", path=path, line=line + 1)
         elif word in ("END", "ENDFCT") and text.upper() == word:
             if open_at is None:
-                raise KrlError(f"{word} without a DEF before it", cure="the file is damaged", path=path, line=line + 1)
+                raise KrlError(f"{word} without a DEF before it", hint="the file is damaged", path=path, line=line + 1)
             start, name, parameters = open_at
             if name in routines:
-                raise KrlError(f"{shown(name)} is defined twice", cure="rename one", path=path, line=start + 1)
+                raise KrlError(f"{shown(name)} is defined twice", hint="rename one", path=path, line=start + 1)
             pairs = [p.partition(":") for p in parameters.split(",") if p.strip()]
             names = tuple(p[0].strip().upper().removesuffix("[]") for p in pairs)
             outputs = frozenset(n for n, p in zip(names, pairs, strict=True) if p[2].strip().upper() == "OUT")
@@ -131,7 +131,7 @@ def _routines(path: Path, statements: Mapping[int, str]) -> dict[str, Routine]:
             open_at = None
     if open_at is not None:
         raise KrlError(
-            f"DEF {shown(open_at[1])} has no END", cure="the file is cut off", path=path, line=open_at[0] + 1
+            f"DEF {shown(open_at[1])} has no END", hint="the file is cut off", path=path, line=open_at[0] + 1
         )
     return routines
 
@@ -144,11 +144,11 @@ def _check_outside(path: Path, scan: Scan, statements: Mapping[int, str], routin
         inside = scan.lin_line.searchsorted([before + 1, after])
         if inside[0] < inside[1]:
             line = int(scan.lin_line[inside[0]])
-            raise KrlError("a LIN outside of DEF and END", cure="the file is damaged", path=path, line=line + 1)
+            raise KrlError("a LIN outside of DEF and END", hint="the file is damaged", path=path, line=line + 1)
         for line in scan.general[slice(*scan.general.searchsorted([before + 1, after]))].tolist():
             if line in statements:
                 what = f"{shown(statements[line])!r} stands outside of DEF and END"
-                raise KrlError(what, cure="is this a KRL .src file?", path=path, line=line + 1)
+                raise KrlError(what, hint="is this a KRL .src file?", path=path, line=line + 1)
 
 
 def _blocks(path: Path, statements: Mapping[int, str], routines: Mapping[str, Routine]) -> dict[int, Block]:
@@ -164,9 +164,9 @@ def _blocks(path: Path, statements: Mapping[int, str], routines: Mapping[str, Ro
             stack[-1] = (stack[-1][0], "IF", line)
         elif word in _CLOSERS:
             if not stack or _OPENERS[stack[-1][1]] != word:
-                raise KrlError(f"{word} without its beginning", cure="the file is damaged", path=path, line=line + 1)
+                raise KrlError(f"{word} without its beginning", hint="the file is damaged", path=path, line=line + 1)
             start, _, middle = stack.pop()
             blocks[start] = Block(start, middle, line)
         if line in ends and stack:
-            raise KrlError(f"{stack[-1][1]} has no end", cure="the file is damaged", path=path, line=stack[-1][0] + 1)
+            raise KrlError(f"{stack[-1][1]} has no end", hint="the file is damaged", path=path, line=stack[-1][0] + 1)
     return blocks

@@ -128,7 +128,7 @@ class _Reader:
         self._depth += 1
         self._pass()
         if self._depth > _DEEPEST_CALL:
-            raise KrlError(f"calls are nested more than {_DEEPEST_CALL} deep", cure="does a routine call itself?")
+            raise KrlError(f"calls are nested more than {_DEEPEST_CALL} deep", hint="does a routine call itself?")
         variables = self._machine.variables
         outside = variables.scopes
         local = {
@@ -144,14 +144,14 @@ class _Reader:
         """Counts calls and passes of loops, so that reading ends."""
         self._passes += 1
         if self._passes > _MOST_PASSES:
-            raise KrlError(f"more than {_MOST_PASSES} calls and passes of loops", cure="a loop runs away")
+            raise KrlError(f"more than {_MOST_PASSES} calls and passes of loops", hint="a loop runs away")
 
     def _spend(self, what: str, count: int) -> None:
         """Counts what is carried out against what is written, so that reading ends soon and fits into memory."""
         self._room[what] -= count
         if self._room[what] < 0:
             more = f"calls and passes of loops carry out many more {what} than are written"
-            raise KrlError(more, cure="if no loop runs away, post the program as a plain sequence")
+            raise KrlError(more, hint="if no loop runs away, post the program as a plain sequence")
 
     def _bulk(self, module: Module, start: int, end: int) -> None:
         """The usual lines among `start` to `end` (exclusive)."""
@@ -207,7 +207,7 @@ class _Reader:
         elif line in module.blocks and tokens[1].text != "=":
             return self._block(module, module.blocks[line], word, tokens)
         elif word in _UNREAD:
-            raise KrlError(f"{word} is not read here", cure="post the program without it")
+            raise KrlError(f"{word} is not read here", hint="post the program without it")
         elif word == "RETURN":
             machine.statements[word] += 1
             return -1
@@ -222,7 +222,7 @@ class _Reader:
             if word not in _DECLARED:
                 machine.act(text)
         elif word in _LATER:
-            raise KrlError(f"{word} without its beginning", cure="the file is damaged")
+            raise KrlError(f"{word} without its beginning", hint="the file is damaged")
         elif word and is_declaration(tokens):
             machine.statements["DECL"] += 1
             declare(tokens, machine.variables, machine.variables.scopes[0])
@@ -234,7 +234,7 @@ class _Reader:
         """A motion of the spline kind, as its plain twin."""
         word = tokens[0].text
         if any(token.text == "WITH" for token in tokens):
-            raise KrlError(f"{word} is not read here with WITH", cure="set what it changes before the motion")
+            raise KrlError(f"{word} is not read here with WITH", hint="set what it changes before the motion")
         if word == "SPL":
             text = "SPL is taken for a straight line: the curve between its points is not known"
             self._machine.find("spline-as-line", text, line + 1)
@@ -249,10 +249,10 @@ class _Reader:
             for block in module.blocks.values()
         )
         if len(marks) != 1 or outside:
-            raise KrlError(f"GOTO {shown(name)} leads to no mark that it may reach", cure="post a plain sequence")
+            raise KrlError(f"GOTO {shown(name)} leads to no mark that it may reach", hint="post a plain sequence")
         self._jumps += 1
         if self._jumps > _MOST_JUMPS:
-            raise KrlError(f"more than {_MOST_JUMPS} GOTOs are carried out", cure="the program may never end")
+            raise KrlError(f"more than {_MOST_JUMPS} GOTOs are carried out", hint="the program may never end")
         raise _JumpError(marks[0] + 1)
 
     def _other(self, module: Module, line: int, text: str, tokens: tuple[Token, ...]) -> None:
@@ -306,7 +306,7 @@ class _Reader:
         expression = Expression(tokens, self._machine.variables.lookup, 1)
         if word == "SPLINE":
             if expression.next.kind != "end":
-                raise KrlError("SPLINE WITH is not read here", cure="set what it changes before the block")
+                raise KrlError("SPLINE WITH is not read here", hint="set what it changes before the block")
             return block.end + 1 if self._run(module, block.start + 1, block.end) else -1
         if word == "FOR":
             return self._for(module, block, expression)
@@ -353,7 +353,7 @@ class _Reader:
                 moving = self._matters(tokens_of(text), self._machine.variables.assign)
         if moving:
             what = f"{word} whose course is not known, with motions or calls inside"
-            raise KrlError(what, cure="post the program as a plain sequence")
+            raise KrlError(what, hint="post the program as a plain sequence")
         text = f"{word} ... is passed over: it doesn't move, and its course is not known"
         self._machine.find("block-skipped", text, block.start + 1, Severity.INFO)
 

@@ -117,7 +117,7 @@ class KrlRows:
         if incomplete.any():
             row, column = np.argwhere(incomplete)[0]
             raise KrlError(
-                f"LIN gives no {COMPONENTS[column]} and none is known", cure="give X to C", line=int(line[row])
+                f"LIN gives no {COMPONENTS[column]} and none is known", hint="give X to C", line=int(line[row])
             )
         wait = np.zeros(count)
         wait[0] = modal.wait
@@ -170,7 +170,7 @@ class KrlRows:
         """Counts rows. Raises KrlError where loops make more of them than any controller would run."""
         self.count += count
         if self.count > _MOST_ROWS:
-            raise KrlError(f"more than {_MOST_ROWS} motions", cure="a loop runs away")
+            raise KrlError(f"more than {_MOST_ROWS} motions", hint="a loop runs away")
 
 
 def _kept(values: NDArray[np.float64], before: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -38,13 +38,13 @@ def target_of(aggregate: Aggregate, word: str, rows: KrlRows) -> Target:
         axes = word == "PTP" and rows.axes is not None
     types = _AXIS_TYPES if axes else _POSE_TYPES
     if aggregate.type and aggregate.type not in types:
-        raise KrlError(f"{shown(aggregate.type)} is no type of a target", cure="write E6POS or E6AXIS")
+        raise KrlError(f"{shown(aggregate.type)} is no type of a target", hint="write E6POS or E6AXIS")
     allowed = types[aggregate.type or ("E6AXIS" if axes else "E6POS")]
     for name in fields:
         if name not in allowed:
-            raise KrlError(f"a target has no component {shown(name)}", cure="the components are " + ", ".join(allowed))
+            raise KrlError(f"a target has no component {shown(name)}", hint="the components are " + ", ".join(allowed))
     if axes and word != "PTP":
-        raise KrlError(f"{word} to axis values", cure="only PTP runs to axis values")
+        raise KrlError(f"{word} to axis values", hint="only PTP runs to axis values")
     main = {name: _number(name, fields[name]) for name in (_AXES if axes else _POSE) if name in fields}
     external = {name: _number(name, fields[name]) for name in _EXTERNAL if name in fields}
     status, turn = (_bits(name, fields[name]) if name in fields else -1 for name in ("S", "T"))
@@ -61,7 +61,7 @@ def merged(rows: KrlRows, target: Target, word: str) -> None:
     values = []
     for index, name in enumerate(names):
         if name not in given and before is None:
-            raise KrlError(f"{word} gives no {name} and none is known", cure=f"give {names[0]} to {names[-1]}")
+            raise KrlError(f"{word} gives no {name} and none is known", hint=f"give {names[0]} to {names[-1]}")
         values.append(given[name] if name in given else (before or ())[index])
     rows.pose, rows.axes = (tuple(values), None) if target.axes is None else (None, tuple(values))
     if target.external:
@@ -72,7 +72,7 @@ def merged(rows: KrlRows, target: Target, word: str) -> None:
 def _number(name: str, value: Value) -> float:
     """The component as a number. Raises KrlError where it is none."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise KrlError(f"{name} has no number that is in the program", cure="write a number")
+        raise KrlError(f"{name} has no number that is in the program", hint="write a number")
     return float(value)
 
 
@@ -81,5 +81,5 @@ def _bits(name: str, value: Value) -> int:
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if isinstance(value, bool) or not isinstance(value, int) or not -1 <= value < 2**15:
-        raise KrlError(f"{name} is no whole number", cure=f"write {name} as a number or as bits, 'B010'")
+        raise KrlError(f"{name} is no whole number", hint=f"write {name} as a number or as bits, 'B010'")
     return value

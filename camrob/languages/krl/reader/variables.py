@@ -102,7 +102,7 @@ def load_data(path: Path, variables: Variables) -> dict[str, Value]:
             elif word == "ENDDAT":
                 closed = True
             elif not opened or closed:
-                raise KrlError(f"{shown(text)!r} stands outside of DEFDAT and ENDDAT", cure="is this a KRL .dat file?")
+                raise KrlError(f"{shown(text)!r} stands outside of DEFDAT and ENDDAT", hint="is this a KRL .dat file?")
             elif is_declaration(tokens):
                 declare(tokens, variables, scope)
             elif word not in _SKIPPED and tokens[0].text not in _PREFIXES:
@@ -110,7 +110,7 @@ def load_data(path: Path, variables: Variables) -> dict[str, Value]:
         except KrlError as error:
             raise error.at(path, number) from None
     if not closed:
-        raise KrlError("has no ENDDAT", cure="the file is cut off", path=path)
+        raise KrlError("has no ENDDAT", hint="the file is cut off", path=path)
     return scope
 
 

@@ -47,7 +47,7 @@ def _cycle_clt(statement: Statement) -> Cycle:
     behind = numbers[feed] if feed else []
     if not plane or len(behind) < 3:
         raise ToolpathError(
-            f"cycle {name} lacks its depth, feed, clearance or retract", cure="output it again", line=statement.line
+            f"cycle {name} lacks its depth, feed, clearance or retract", hint="output it again", line=statement.line
         )
     fields = {feed: behind[0], "CLEAR": behind[1], "RTRCTO": behind[2]}
     pecks = numbers.get("PECKING", [])

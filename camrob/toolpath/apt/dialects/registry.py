@@ -23,13 +23,13 @@ def choose_dialect(head: str, forced: str | None = None) -> Dialect:
     """
     if forced is not None:
         if forced not in DIALECTS:
-            raise ToolpathError(f"there is no dialect {forced!r}", cure="choose one of " + ", ".join(DIALECTS))
+            raise ToolpathError(f"there is no dialect {forced!r}", hint="choose one of " + ", ".join(DIALECTS))
         return DIALECTS[forced]
     best = max(DIALECTS.values(), key=lambda d: d.recognise(head))
     if best.recognise(head) == 0:
         raise ToolpathError(
             "this is no CL data of a kind that camrob knows",
-            cure="output CL data as text (NX: CLSF; Creo: ncl; CATIA: aptsource; others: APT); if it is, name its dialect: "
+            hint="output CL data as text (NX: CLSF; Creo: ncl; CATIA: aptsource; others: APT); if it is, name its dialect: "
             + ", ".join(DIALECTS),
         )
     return best
