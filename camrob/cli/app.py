@@ -223,6 +223,7 @@ VERBS: tuple[Callable[..., int], ...] = (
     regress,
     calibrate,
     compensate,
+    predict,
     feed,
     diagnose,
     tracker,

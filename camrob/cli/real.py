@@ -228,15 +228,15 @@ def diagnose(
 def predict(
     program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
     cell: CellOption,
-    calibration: Annotated[
-        Path,
-        typer.Option(
-            "--calibration", metavar="FITTED.toml", help="What `calibrate` or `diagnose --calibration` wrote."
-        ),
-    ],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", help="The folder that receives predict.json, .html and surface.npz.")
     ],
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            "--calibration", metavar="FITTED.toml", help="What `calibrate` or `diagnose --calibration` wrote."
+        ),
+    ] = None,
     diagnosis: Annotated[
         Path | None,
         typer.Option("--diagnosis", metavar="DIR", help="The diagnosis that wrote FITTED.toml: play, lag, doubt too."),

@@ -71,8 +71,8 @@ def predict(
     program: Path,
     *,
     cell: Path,
-    calibration: Path,
     out: Path,
+    calibration: Path | None = None,
     diagnosis: Path | None = None,
     setup: Path | None = None,
     pitch_mm: float = 0.2,
@@ -84,8 +84,8 @@ def predict(
     Args:
         program: the program's main file; it sets one tool.
         cell: the cell's folder.
-        calibration: the constants of its chain, by `calibrate` or `diagnose --calibration`.
         out: the folder to write into.
+        calibration: the constants of its chain, by `calibrate` or `diagnose --calibration`; None: a diagnosis found none.
         diagnosis: the folder of the diagnosis that wrote the calibration: play, lag and all else that was found, and its doubt.
         setup: the set-up with the stock and the cutter; None: setup.toml beside the program.
         pitch_mm: mm between the rays on which material is kept.
@@ -106,18 +106,40 @@ def predict(
         >>> result.summary.p95_mm < 5.0
         True
     """
+    with staged_output(out) as folder:
+        asked = _Asked(Path(program), cell, calibration, diagnosis, setup, pitch_mm, ms_to_s(cycle_ms))
+        made = _predicted(asked, progress)
+        _write(folder, made.summary, made.surface, made.path)
+    return made
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What was asked for; cycle: s."""
+
+    program: Path
+    cell: Path
+    calibration: Path | None
+    diagnosis: Path | None
+    setup: Path | None
+    pitch_mm: float
+    cycle: float
+
+
+def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
+    """The prediction, nothing of it written yet."""
     start = time.perf_counter()
-    program = Path(program)
+    program, diagnosis = asked.program, asked.diagnosis
     text = language_of_file(program).read(program)
-    machine = cell_for("simulate", cell)
-    found = read_calibration(calibration, machine)
-    held = _set_up(program, setup, machine)
-    cutter, stock = _cutter(held), _stock(held, mm_to_m(pitch_mm))
-    units, rest = _diagnosed(diagnosis, found, cell, machine)
+    machine = cell_for("simulate", asked.cell)
+    found = None if asked.calibration is None else read_calibration(asked.calibration, machine)
+    held = _set_up(program, asked.setup, machine)
+    cutter, stock = _cutter(held), _stock(held, mm_to_m(asked.pitch_mm))
+    units, rest = _diagnosed(diagnosis, found, asked.cell, machine)
     tooled, findings = program_cell(text, machine)
-    ran = run(text, machine, cycle=ms_to_s(cycle_ms), progress=stage_of(progress, "simulate"))
+    ran = run(text, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
     exact = replace(text, blend=np.full(len(text), Blend.EXACT, np.int8))
-    plain = run(exact, machine, cycle=ms_to_s(cycle_ms), progress=stage_of(progress, "simulate"))
+    plain = run(exact, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
     simulated = time.perf_counter()
     path = true_path(ran.log, tooled, found, units, rest=rest)
     programmed = base_T_tool(tooled, tooled.to_q(plain.log.axes(tooled.axis_names)))
@@ -128,9 +150,9 @@ def predict(
     summary = PredictSummary(
         program=program.stem,
         cell=machine.name,
-        calibration=Path(calibration).name,
+        calibration="" if asked.calibration is None else Path(asked.calibration).name,
         diagnosis="" if diagnosis is None else Path(diagnosis).name,
-        pitch_mm=pitch_mm,
+        pitch_mm=asked.pitch_mm,
         **_size(surface.deviation).to_json(),
         band_mm=m_to_mm(float(np.median(surface.band))),
         band_p95_mm=m_to_mm(float(np.quantile(surface.band, 0.95))),
@@ -151,26 +173,24 @@ def predict(
             whole=round(time.perf_counter() - start, 3),
         ),
     )
-    _write(out, summary, surface, path)
     return PredictResult(summary, surface, path)
 
 
-def _write(out: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath) -> None:
-    with staged_output(out) as folder:
-        text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
-        (folder / "predict.json").write_text(text + "\n", encoding="utf-8")
-        arrays = {
-            "points": m_to_mm(surface.point),
-            "normals": surface.normal,
-            "deviation": m_to_mm(surface.deviation),
-            "band": m_to_mm(surface.band),
-            "rounding": m_to_mm(surface.rounding),
-            "causes": m_to_mm(surface.shares),
-            "line": path.line[surface.row + 1],
-            "cause_names": np.array([c.name for c in path.causes], dtype=np.str_),
-        }
-        np.savez_compressed(folder / "surface.npz", **arrays)  # type: ignore[arg-type]
-        (folder / "predict.html").write_text(predict_report(summary, surface), encoding="utf-8")
+def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath) -> None:
+    text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
+    (folder / "predict.json").write_text(text + "\n", encoding="utf-8")
+    arrays = {
+        "points": m_to_mm(surface.point),
+        "normals": surface.normal,
+        "deviation": m_to_mm(surface.deviation),
+        "band": m_to_mm(surface.band),
+        "rounding": m_to_mm(surface.rounding),
+        "causes": m_to_mm(surface.shares),
+        "line": path.line[surface.row + 1],
+        "cause_names": np.array([c.name for c in path.causes], dtype=np.str_),
+    }
+    np.savez_compressed(folder / "surface.npz", **arrays)  # type: ignore[arg-type]
+    (folder / "predict.html").write_text(predict_report(summary, surface), encoding="utf-8")
 
 
 def _demand_cut(surface: PredictedSurface, program: Path) -> None:
@@ -213,10 +233,13 @@ def _stock(setup: Setup, pitch: float) -> Dexels:
 
 
 def _diagnosed(
-    folder: Path | None, calibration: Calibration, cell: Path, machine: Cell
+    folder: Path | None, calibration: Calibration | None, cell: Path, machine: Cell
 ) -> tuple[FittedUnits | None, float]:
     """What a diagnosis found, None without one, and m in one direction that stays unexplained on withheld samples."""
     if folder is None:
+        if calibration is None:
+            hint = "give --calibration FITTED.toml, --diagnosis DIR, or both where one command wrote them"
+            raise InputError("nobody says what is wrong with the machine", hint=hint)
         size = calibration.errors.get("calibrated/withheld")
         if size is None:
             hint = "calibrate with withheld poses, or give --diagnosis"

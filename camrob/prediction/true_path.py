@@ -59,15 +59,19 @@ class TruePath:
 
 
 def true_path(
-    run: MeasurementLog, cell: Cell, calibration: Calibration, found: FittedUnits | None, *, rest: float
+    run: MeasurementLog, cell: Cell, calibration: Calibration | None, found: FittedUnits | None, *, rest: float
 ) -> TruePath:
     """The machine's path on a run of the simulated controller.
 
-    cell: with the tool that the program sets. found: what the diagnosis claims, None for the calibration's constants alone.
+    cell: with the tool that the program sets. calibration: None for a chain that is as it should be. found: what the diagnosis
+    claims, None for the calibration's constants alone.
     rest: m (one direction) that stays unexplained. Raises InputError where the calibration is not that of the diagnosis.
     """
     scene = _scene(run, cell)
-    model, constants = calibration.model(cell, in_base=True)
+    if calibration is None:
+        model, constants = ErrorModel.of(cell, (), in_base=True), np.zeros(0)
+    else:
+        model, constants = calibration.model(cell, in_base=True)
     if found is None:
         return _calibrated(run, scene, model, constants, rest)
     _same_constants(found, model)

@@ -125,3 +125,44 @@ def test_what_is_missing_is_asked_for(program: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="how far it is off"):
         predict(program, setup=ROOT / "toolpaths/engraving/setup.toml", **asked)
     assert not (tmp_path / "out").exists()
+
+
+def test_nobody_says_what_is_wrong_with_the_machine(tmp_path: Path) -> None:
+    program = ROOT / "toolpaths" / "engraving" / "golden" / "engraving.src"
+    setup = ROOT / "toolpaths" / "engraving" / "setup.toml"
+    with pytest.raises(InputError, match="nobody says what is wrong with the machine; give --calibration"):
+        predict(program, cell=CELL, setup=setup, out=tmp_path / "out")
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="is a file, not a folder"):  # before anything is reckoned
+        predict(program, cell=CELL, calibration=tmp_path / "none.toml", setup=setup, out=tmp_path / "file")
+
+
+def test_where_grooves_cross_no_ray_runs_on_to_another_wall() -> None:
+    """Two grooves crosswise, the machine 0.2 mm aside: a ray in one of them may end in the other, millimetres away."""
+    along = level_path(61)
+    along[:, :3, 3] = np.c_[np.linspace(-10, 30, 61), np.full(61, 10.0), np.full(61, 7.0)] * MM
+    across = along.copy()
+    across[:, :3, 3] = along[:, [1, 0, 2], 3]
+    lifted = along[-1:].copy(), across[:1].copy()
+    for pose in lifted:
+        pose[:, 2, 3] = 40 * MM
+    ideal = np.concatenate([along, *lifted, across])
+    push = np.array([0.2e-3, 0.2e-3, 0.0, 0.0, 0.0, 0.0])
+    true = ideal.copy()
+    true[:, :3, 3] += push[:3]
+    count = len(ideal)
+    path = TruePath(
+        np.arange(count) * 0.004,
+        np.arange(count),
+        ideal,
+        true,
+        (Cause("push", np.tile(push, (count, 1))),),
+        np.zeros((count, 6, 1)),
+        np.zeros((count, 6)),
+        1e-6,
+        (),
+    )
+    found = predict_surface(block(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 30 * MM),
+                            np.eye(4), path, ideal)  # fmt: skip
+    assert len(found.point) > 1000 and found.not_met > 0
+    assert np.abs(found.deviation).max() < 0.32e-3  # no more than the push and what the ball's curvature adds

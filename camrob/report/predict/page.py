@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.prediction.surface import PredictedSurface
 from camrob.report.page.html import escape, number, page
@@ -15,20 +16,27 @@ from camrob.units import m_to_mm
 
 __all__ = ["predict_report"]
 
+Array = NDArray[np.float64]
+
 _POINTS = 60_000  # in the picture: what a browser turns without effort
 _SCALE = 0.98  # of the deviations lie within the ends of the colours
+_FROM = (0.0, -0.55, 0.75)  # of the longest side: from the front and above
 _SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to show
 
 
 def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
     """The page as text."""
     picture, spread = _picture(surface), _spread(surface)
-    known = f"and the diagnosis in <b>{escape(summary.diagnosis)}</b>" if summary.diagnosis else "alone"
+    known = " and ".join(
+        f"the {what} <b>{escape(name)}</b>"
+        for what, name in (("calibration", summary.calibration), ("diagnosis in", summary.diagnosis))
+        if name
+    )
     body = "\n".join(
         [
             "<main>",
             f'<header><h1>The part that {escape(summary.program)} would cut</h1><p class="made">on the cell '
-            f"<b>{escape(summary.cell)}</b>, by the calibration <b>{escape(summary.calibration)}</b> {known}</p></header>",
+            f"<b>{escape(summary.cell)}</b>, by {known}</p></header>",
             _cards(summary),
             figure(picture),
             _places(summary),
@@ -53,7 +61,7 @@ def _cards(summary: PredictSummary) -> str:
             number(summary.worst_mm, 3, "mm"),
             f"line {summary.places[0].line} of the program" if summary.places else "",
         ),
-        ("How sure", f"± {number(summary.band_mm, 3, 'mm')}", "95 % band of a point, the middle one of all"),
+        ("How sure", f"± {number(summary.band_mm, 3, 'mm')}", "95 % band; half of the points are surer"),
     ]
     if first:
         cards.append(("Most of it", escape(_words(first)), f"{summary.causes[first]:.3f} mm rms"))
@@ -105,6 +113,13 @@ def _left_out(summary: PredictSummary) -> str:
     return section("What this does not say", "<ul>" + "".join(f"<li>{n}</li>" for n in notes) + "</ul>")
 
 
+def _eye(size: Array) -> list[float]:
+    """Where the picture is looked from, so that a part of this size (3,) fits: plotly's unit is the sides' geometric mean."""
+    size = np.maximum(size, 1e-3 * size.max())  # a flat part has a thickness in the picture, too
+    away = float(size.max() / np.cbrt(np.prod(size)))
+    return [float(away * share) for share in _FROM]
+
+
 def _picture(surface: PredictedSurface) -> dict[str, Any]:
     """The surface's points, coloured by their error."""
     step = max(1, len(surface.point) // _POINTS)
@@ -129,7 +144,8 @@ def _picture(surface: PredictedSurface) -> dict[str, Any]:
         },
         "hovertemplate": "%{x:.1f}, %{y:.1f}, %{z:.1f} mm<br>error %{marker.color:.3f} mm<extra></extra>",
     }
-    scene = {"aspectmode": "data", **{f"{a}axis": {"title": {"text": f"{a} mm"}} for a in "xyz"}}
+    camera = {"eye": dict(zip("xyz", _eye(np.ptp(p, axis=0)), strict=True))}
+    scene = {"aspectmode": "data", "camera": camera, **{f"{a}axis": {"title": {"text": f"{a} mm"}} for a in "xyz"}}
     layout = {"height": 640, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "scene": scene}
     return {
         "id": "part",
