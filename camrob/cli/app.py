@@ -174,8 +174,6 @@ def feed(
     quiet: QuietOption = False,
 ) -> int:
     """Speed, acceleration and jerk of the machine's coordinates along a program or a solved path."""
-    if solution is None and calibration is None:
-        has_become("weld` or `camrob study line", quiet)
 
     def job(progress: Progress) -> Any:
         return job_of("feed")(
@@ -189,7 +187,9 @@ def feed(
             progress=progress,
         )
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_feed)
+    status = perform(job, as_json=as_json, quiet=quiet, render=_render_feed)
+    own = solution is None and calibration is None
+    return has_become("weld` or `camrob study line", status, quiet) if own else status
 
 
 def batch(

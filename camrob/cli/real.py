@@ -114,8 +114,6 @@ def calibrate(
     quiet: QuietOption = False,
 ) -> int:
     """Fit a cell's error parameters to measured poses."""
-    if published is not None:
-        has_become("calibration", quiet)
 
     def job(progress: Progress) -> Any:
         if published is not None:
@@ -138,7 +136,8 @@ def calibrate(
             progress=progress,
         )
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_calibration)
+    status = perform(job, as_json=as_json, quiet=quiet, render=_render_calibration)
+    return has_become("calibration", status, quiet) if published is not None else status
 
 
 def _alone(case: Path, others: object) -> None:
@@ -305,8 +304,6 @@ def tracker(
         "corrected": corrected,
         "sen_type": sen_type,
     }
-    if listen is None:
-        has_become("tracker", quiet)
 
     def job(progress: Progress) -> Any:
         if listen is None:
@@ -330,4 +327,5 @@ def tracker(
         )
 
     render = _render_tracker if listen is None else _render_plain
-    return perform(job, as_json=as_json, quiet=quiet, render=render, status=lambda result: int(result.status))
+    status = perform(job, as_json=as_json, quiet=quiet, render=render, status=lambda result: int(result.status))
+    return has_become("tracker", status, quiet) if listen is None else status

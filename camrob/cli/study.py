@@ -101,7 +101,8 @@ def study(
 study.__doc__ = f"{study.__doc__}\n\n{_listed()}"
 
 
-def has_become(name: str, quiet: bool) -> None:
-    """Say on standard error that what was asked for in other words is `camrob study NAME`."""
-    if not quiet:
+def has_become(name: str, status: int, quiet: bool) -> int:
+    """Say on standard error that what was done under other words is `camrob study NAME`; gives the status on."""
+    if status == 0 and not quiet:
         typer.echo(f"camrob: this is `camrob study {name}` now; the old words work for one version", err=True)
+    return status

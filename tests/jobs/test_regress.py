@@ -201,4 +201,4 @@ def test_the_shipped_samples_come_out_as_their_golden_files() -> None:
     root = Path(__file__).resolve().parents[2]
     result = regress(root / "toolpaths", cell=root / "cells" / "kr15_track_table")
     assert result.ok, result.summary
-    assert len(result.summary.samples) == 3
+    assert len(result.summary.samples) == 4

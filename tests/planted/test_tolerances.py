@@ -254,20 +254,20 @@ def test_both_sides(posted: Posted, name: str) -> None:
 
 @pytest.mark.parametrize(("share", "stands"), [(0.9, True), (1.1, False)])
 def test_the_solvers_promise(posted: Posted, monkeypatch: pytest.MonkeyPatch, share: float, stands: bool) -> None:
-    """post.TRACKING_TOLERANCE: how far the solution may be from the poses before rounding."""
+    """resolved_job.TRACKING_TOLERANCE: how far the solution may be from the poses before rounding."""
     from camrob.errors import VerificationError
-    from camrob.redundancy.published.virtual_joint import resolve_vjm
+    from camrob.jobs.solving import resolved_job
 
     def off(self: object, cell: object, path: object) -> tuple[np.ndarray, np.ndarray]:
         n = len(posted.solution)
-        return np.full(n, share * job.TRACKING_TOLERANCE), np.zeros(n)
+        return np.full(n, share * resolved_job.TRACKING_TOLERANCE), np.zeros(n)
 
     monkeypatch.setattr(type(posted.solution), "residual", off)
     if stands:
-        job._resolve(posted.inputs, resolve_vjm, lambda done: None)
+        resolved_job.resolve_job(posted.inputs, "vjm", "published", lambda done: None)
     else:
         with pytest.raises(VerificationError, match="strays"):
-            job._resolve(posted.inputs, resolve_vjm, lambda done: None)
+            resolved_job.resolve_job(posted.inputs, "vjm", "published", lambda done: None)
 
 
 @pytest.mark.parametrize(("share", "points"), [(0.9, 6), (1.1, 7)])

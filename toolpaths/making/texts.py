@@ -16,6 +16,7 @@ rapid_feed_mm_min = 12000
 name = "ball 10"
 diameter_mm = 10
 length_mm = 80
+corner_radius_mm = 5
 
 [part]
 mesh = "part.stl"
@@ -34,6 +35,7 @@ rapid_feed_mm_min = 12000
 name = "ball 10"
 diameter_mm = 10
 length_mm = 80
+corner_radius_mm = 5
 
 [part]
 mesh = "part.stl"
@@ -49,6 +51,7 @@ rapid_feed_mm_min = 12000
 name = "ball 3"
 diameter_mm = 3
 length_mm = 80
+corner_radius_mm = 1.5
 
 [stock]
 mesh = "stock.stl"
@@ -63,6 +66,7 @@ rapid_feed_mm_min = 12000
 name = "ball 10"
 diameter_mm = 10
 length_mm = 120
+corner_radius_mm = 5
 
 [part]
 mesh = "part.stl"
