@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 _POINTS = 60_000  # in the picture: what a browser turns without effort
 _SCALE = 0.98  # of the deviations lie within the ends of the colours
+_THINNEST = 0.01  # of the longest side: a flat part has no less in the picture
 _FROM = (0.0, -0.55, 0.75)  # of the longest side: from the front and above
 _SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to show
 
@@ -115,7 +116,7 @@ def _left_out(summary: PredictSummary) -> str:
 
 def _eye(size: Array) -> list[float]:
     """Where the picture is looked from, so that a part of this size (3,) fits: plotly's unit is the sides' geometric mean."""
-    size = np.maximum(size, 1e-3 * size.max())  # a flat part has a thickness in the picture, too
+    size = np.maximum(size, _THINNEST * size.max())  # a flat part has a thickness in the picture, too
     away = float(size.max() / np.cbrt(np.prod(size)))
     return [float(away * share) for share in _FROM]
 
