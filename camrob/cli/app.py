@@ -189,7 +189,7 @@ def feed(
 
     status = perform(job, as_json=as_json, quiet=quiet, render=_render_feed)
     own = solution is None and calibration is None
-    return has_become("weld` or `camrob study line", status, quiet) if own else status
+    return has_become(status, quiet, "weld", "line") if own else status
 
 
 def batch(

@@ -137,7 +137,7 @@ def calibrate(
         )
 
     status = perform(job, as_json=as_json, quiet=quiet, render=_render_calibration)
-    return has_become("calibration", status, quiet) if published is not None else status
+    return has_become(status, quiet, "calibration") if published is not None else status
 
 
 def _alone(case: Path, others: object) -> None:
@@ -328,4 +328,4 @@ def tracker(
 
     render = _render_tracker if listen is None else _render_plain
     status = perform(job, as_json=as_json, quiet=quiet, render=render, status=lambda result: int(result.status))
-    return has_become("tracker", status, quiet) if listen is None else status
+    return has_become(status, quiet, "tracker") if listen is None else status

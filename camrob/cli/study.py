@@ -26,8 +26,7 @@ class Study(NamedTuple):
 
 
 def _calibration(cell: Path, out: Path, progress: Progress) -> Any:
-    own = {"cell": cell, "out": out / "calibration.toml", "progress": progress}
-    return job_of("published_case")(_folder(cell) / "published.toml", **own)
+    return job_of("published_case")(cell=cell, out=out / "calibration.toml", progress=progress)
 
 
 def _line(cell: Path, out: Path, progress: Progress) -> Any:
@@ -40,11 +39,6 @@ def _weld(cell: Path, out: Path, progress: Progress) -> Any:
 
 def _tracker(cell: Path, out: Path, progress: Progress) -> Any:
     return job_of("tracker")(cell=cell, out=out, progress=progress)
-
-
-def _folder(cell: Path) -> Path:
-    """A cell may be named by its cell.toml."""
-    return cell.parent if cell.is_file() else cell
 
 
 _feed = renderer("feed.terminal_text", "render_feed")
@@ -71,16 +65,12 @@ def _listed() -> str:
     return "\b\n" + "\n".join(f"{name:12} {s.repeats} ({s.cell})" for name, s in STUDIES.items())
 
 
-def _known(asked: Path | None) -> Path | None:
-    return None if asked is None else known_cell(asked)
-
-
 def study(
     name: Annotated[str, typer.Argument(metavar="NAME", help=f"Which: {', '.join(STUDIES)}.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives report and figures.")],
     cell: Annotated[
         Path | None,
-        typer.Option("--cell", metavar="CELL", callback=_known, help="Another cell. Default: the paper's own."),
+        typer.Option("--cell", metavar="CELL", help="Another cell. Default: the paper's own."),
     ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -92,7 +82,8 @@ def study(
             raise InputError(f"no study {name[:60]!r} comes with camrob", hint=f"take one of {', '.join(STUDIES)}")
         from camrob.shipped import shipped_cell
 
-        return STUDIES[name].run(cell if cell is not None else shipped_cell(STUDIES[name].cell), out, progress)
+        machine = shipped_cell(STUDIES[name].cell) if cell is None else known_cell(cell)
+        return STUDIES[name].run(machine, out, progress)
 
     render = STUDIES[name].render if name in STUDIES else _feed
     return perform(job, as_json=as_json, quiet=quiet, render=render)
@@ -101,8 +92,9 @@ def study(
 study.__doc__ = f"{study.__doc__}\n\n{_listed()}"
 
 
-def has_become(name: str, status: int, quiet: bool) -> int:
-    """Say on standard error that what was done under other words is `camrob study NAME`; gives the status on."""
+def has_become(status: int, quiet: bool, *names: str) -> int:
+    """Say on standard error that what was done under other words is `camrob study NAME` for one of names; gives the status on."""
     if status == 0 and not quiet:
-        typer.echo(f"camrob: this is `camrob study {name}` now; the old words work for one version", err=True)
+        now = " or ".join(f"`camrob study {name}`" for name in names)
+        typer.echo(f"camrob: this is {now} now; the old words work for one version", err=True)
     return status

@@ -20,19 +20,17 @@ from camrob.cutting.cutter import Cutter
 from camrob.cutting.removal_kernel import carve, contacts, crossings_of_mesh
 from camrob.errors import InputError
 
-__all__ = ["CutSurface", "Dexels", "Moves", "block", "deviation", "of_mesh"]
+__all__ = ["CutSurface", "Dexels", "Moves", "deviation", "of_mesh"]
 
 Array = NDArray[np.float64]
 
 _ROOM = 4  # stretches that a ray has room for at first; it is doubled where a part needs more
 _MOST_RAYS = 40_000_000  # of one direction: some 4 GB
-_OFF = (
-    0.5 + 1.2345e-4
-)  # of the pitch from the block's face to the first ray: no ray lies in a face or on an edge of the CAD's
+# of the pitch from the block's face to the first ray: no ray lies in a face or on an edge of the CAD's
+_OFF = 0.5 + 1.2345e-4
 _STOCK = -1
-_ALIKE = (
-    0.8  # cosine between normals of two surfaces that are one; others are another wall, or the other side of a ridge
-)
+# cosine between normals of two surfaces that are one; others are another wall, or the other side of a ridge
+_ALIKE = 0.8
 _LEAKS = 1e-3  # of the rays: as many meet a closed mesh in a seam
 
 
@@ -79,7 +77,8 @@ class Dexels:
     """Material in a box, as stretches along rays of three directions; `carve` takes away, nothing gives back.
 
     lower, upper: (3,) of the box, m; pitch: m between rays. For each direction: edge (U, V, 2 M) ends of the stretches,
-    rising, owner (U, V, 2 M) numbers of the moves that made them (-1: the stock's own), count (U, V).
+    rising, owner (U, V, 2 M) numbers of the moves that made them (-1: the stock's own), count (U, V). Raises InputError for a box
+    without volume, or of too many rays.
     """
 
     def __init__(self, lower: Array, upper: Array, pitch: float) -> None:
@@ -217,17 +216,10 @@ def deviation(surface: CutSurface, moves: Moves, other: Dexels, *, farthest: flo
     return out
 
 
-def block(lower: Array, upper: Array, pitch: float) -> Dexels:
-    """A block of material. Raises InputError for one without volume, or of too many rays."""
-    return Dexels(lower, upper, pitch)
-
-
-def of_mesh(triangles: Array, pitch: float, *, lower: Array | None = None, upper: Array | None = None) -> Dexels:
-    """The inside of a closed mesh (T, 3, 3), m, in its own box or a given one. Raises InputError for one that isn't closed."""
+def of_mesh(triangles: Array, pitch: float) -> Dexels:
+    """The inside of a closed mesh (T, 3, 3), m. Raises InputError for one that isn't closed."""
     corners = triangles.reshape(-1, 3)
-    out = Dexels(
-        corners.min(axis=0) if lower is None else lower, corners.max(axis=0) if upper is None else upper, pitch
-    )
+    out = Dexels(corners.min(axis=0), corners.max(axis=0), pitch)
     for d in range(3):
         order = [*out.others(d), d]
         turned, room = np.ascontiguousarray(triangles[:, :, order]), 2 * _ROOM

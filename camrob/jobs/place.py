@@ -16,6 +16,7 @@ from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import program_name, read_inputs
 from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try_placements
+from camrob.product_grid import product_grid
 from camrob.progress import Progress, stage_of
 from camrob.redundancy.planning.placement import Placements, place_part
 from camrob.report.place_map import place_map
@@ -88,7 +89,7 @@ def place(
     axes = [np.linspace(-v, v, STEPS) if v > 0.0 else np.zeros(1) for v in freedom[:2]] + [
         np.linspace(0.0, z_mm, HEIGHTS) if z_mm > 0.0 else np.zeros(1)
     ]
-    shifts = mm_to_m(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3))
+    shifts = mm_to_m(product_grid(axes))
     shifts = shifts[np.any(shifts != 0.0, axis=1)]  # the set-up's own placement is looked at first
     base_T_part = np.asarray(inputs.setup.base_T_part)
     found = place_part(inputs.cell, inputs.path, base_T_part, shifts, progress=stage_of(progress, "place"))

@@ -20,7 +20,7 @@ from camrob.cell.setup import Setup
 from camrob.controller.replay import program_cell
 from camrob.controller.simulate import simulate as run
 from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import Dexels, block, of_mesh
+from camrob.cutting.dexels import Dexels, of_mesh
 from camrob.errors import InputError, SetupError
 from camrob.findings import Finding, collapse
 from camrob.gap.cell_effects import cell_effects
@@ -228,7 +228,7 @@ def _stock(setup: Setup, pitch: float) -> Dexels:
     if body is None:
         raise SetupError("names no stock", hint="add [stock] with box_mm or mesh", path=setup.path)
     if body.mesh is None:
-        return block(body.lower, body.upper, pitch)
+        return Dexels(body.lower, body.upper, pitch)
     return of_mesh(body_triangles(body), pitch)
 
 

@@ -51,14 +51,16 @@ class PublishedResult:
     summary: CalibrationSummary
 
 
-def published_case(case: Path, *, cell: Path, out: Path, progress: Progress | None = None) -> PublishedResult:
+def published_case(
+    case: Path | None = None, *, cell: Path, out: Path, progress: Progress | None = None
+) -> PublishedResult:
     """Repeat a published calibration and write its report.
 
     Written beside `out`, the calibration of the published size: NAME.html, NAME_extended.toml (the model that knows the
     rest, too), and the simulated logs NAME_measured.csv and NAME_withheld.csv, from which `calibrate` makes the same.
 
     Args:
-        case: published.toml.
+        case: published.toml; None for the cell's own.
         cell: the cell's folder.
         out: CALIBRATION.toml.
         progress: is told a stage and the share of it that is done, 0 to 1.
@@ -77,7 +79,7 @@ def published_case(case: Path, *, cell: Path, out: Path, progress: Progress | No
     tell = progress or silent
     check_calibration_name(out)
     machine = read_cell(cell)
-    told = read_published(case, machine)
+    told = read_published(machine.folder / "published.toml" if case is None else case, machine)
     errors = drawn_errors(told, machine)
     logs = {
         part: measured_poses(told, machine, errors, count, seed, f"{out.stem}_{part}.csv")

@@ -18,11 +18,10 @@ from camrob.cell.cell import Cell
 from camrob.errors import InputError
 from camrob.gap.effects.effect import Column
 from camrob.gap.fitted_units import FittedUnits
-from camrob.gap.observation.scene import Scene, make_scene
+from camrob.gap.observation.scene import Scene, axis_values, make_scene
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
 from camrob.se3 import rotation_exp
-from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["Cause", "TruePath", "true_path"]
 
@@ -94,7 +93,7 @@ def true_path(
             twists[:, :, k] += b.tcp
         share = np.full(len(scene), unit.accuracy) if b.doubt is None else np.maximum(unit.accuracy, b.doubt)
         doubts[:, :, k] = found.values[k] * twists[:, :, k] * np.minimum(share, 1.0)[:, None]
-    true = model.poses(constants, cell.to_q(_edge(behind, behind.link)))
+    true = model.poses(constants, behind.postures(behind.link))
     constant = np.array([bool(e.terms(u, s)) for u, e, s in zip(found.units, found.effects, found.states, strict=True)])
     further = np.zeros((len(scene), 6))
     for k, (column, own) in enumerate(zip(second, found.owner.tolist(), strict=True)):
@@ -118,16 +117,9 @@ def _scene(run: MeasurementLog, cell: Cell, moved: Array | None = None) -> Scene
     columns = {name: run.columns[name] for name in ("t", "line")}
     setpoints = run.setpoints(cell.axis_names)
     columns |= {f"c{a}": setpoints[:, k] for k, a in enumerate(cell.axis_names)}
-    linear = np.array([cell.joints[cell.index(a)].prismatic for a in cell.axis_names])
-    beyond = 0.0 if moved is None else np.where(linear, m_to_mm(moved), rad_to_deg(moved))
+    beyond = 0.0 if moved is None else axis_values(cell, cell.axis_names, moved)
     columns |= {a: (setpoints + beyond)[:, k] for k, a in enumerate(cell.axis_names)}
     return make_scene(MeasurementLog(columns, LogInfo(measured_frame=MeasuredFrame.BASE)), cell)
-
-
-def _edge(scene: Scene, values: Array) -> Array:
-    """Axis values (N, k), SI, in degrees and mm."""
-    linear = np.array([scene.cell.joints[scene.cell.index(a)].prismatic for a in scene.axes])
-    return np.where(linear, m_to_mm(values), rad_to_deg(values))
 
 
 def _columns(scene: Scene, found: FittedUnits) -> list[Column | None]:
@@ -186,7 +178,7 @@ def _moved(poses: Array, twist: Array) -> Array:
 
 def _calibrated(run: MeasurementLog, scene: Scene, model: ErrorModel, constants: Array, rest: float) -> TruePath:
     """The path of a calibrated chain; what is left on withheld poses holds all doubt, as a file keeps no covariance."""
-    q = scene.cell.to_q(_edge(scene, scene.link))
+    q = scene.postures(scene.link)
     ideal, J = model.poses_and_jacobian(np.zeros(len(constants)), q)
     causes = tuple(Cause(n, v * J[:, :, k]) for k, (n, v) in enumerate(zip(model.names, constants, strict=True)))
     none = np.zeros((len(q), 6))

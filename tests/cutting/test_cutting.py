@@ -8,7 +8,7 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import Moves, block, deviation, of_mesh
+from camrob.cutting.dexels import Dexels, Moves, deviation, of_mesh
 from camrob.errors import InputError
 
 MM = 1e-3
@@ -23,7 +23,7 @@ def straight(points, cutter, axis=UP):
 
 
 def plate(x=20.0, y=20.0, z=10.0, pitch=0.25):
-    return block(np.zeros(3), np.array([x, y, z]) * MM, pitch * MM)
+    return Dexels(np.zeros(3), np.array([x, y, z]) * MM, pitch * MM)
 
 
 def of(radius, corner, length=40.0):
@@ -195,6 +195,6 @@ def test_room_grows_where_a_ray_meets_many_walls() -> None:
 
 def test_what_has_no_volume_is_refused() -> None:
     with pytest.raises(InputError, match="no volume"):
-        block(np.zeros(3), np.zeros(3), 1e-4)
+        Dexels(np.zeros(3), np.zeros(3), 1e-4)
     with pytest.raises(ValueError, match="no cutter"):
         Cutter(1.0, 2.0, 3.0)

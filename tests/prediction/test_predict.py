@@ -14,7 +14,7 @@ from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.terms import parameter_of
 from camrob.cell.read_cell import read_cell
 from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import block
+from camrob.cutting.dexels import Dexels
 from camrob.errors import InputError, SetupError
 from camrob.jobs.predict import predict
 from camrob.prediction.surface import predict_surface
@@ -51,7 +51,7 @@ def test_a_push_is_told_by_cause_and_its_doubt_by_the_band() -> None:
         4e-6,
         (),
     )
-    found = predict_surface(block(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 40 * MM),
+    found = predict_surface(Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 40 * MM),
                             np.eye(4), path, ideal)  # fmt: skip
     assert len(found.point) > 1000
     assert np.abs(found.rounding).max() < 1e-9
@@ -162,7 +162,7 @@ def test_where_grooves_cross_no_ray_runs_on_to_another_wall() -> None:
         1e-6,
         (),
     )
-    found = predict_surface(block(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 30 * MM),
+    found = predict_surface(Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 30 * MM),
                             np.eye(4), path, ideal)  # fmt: skip
     assert len(found.point) > 1000 and found.not_met > 0
     assert np.abs(found.deviation).max() < 0.32e-3  # no more than the push and what the ball's curvature adds

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,7 +59,7 @@ def trial_motions(scene: Scene) -> tuple[TrialMotion, ...]:
     step = max(1, -(-len(scene) // _MOST))
     thin = scene.log.select(np.arange(0, len(scene), step))
     cell, t = scene.cell, scene.t - scene.t[0]
-    q = cell.to_q(_edge(cell, scene.axes, np.asarray(scene.command)))
+    q = scene.postures(np.asarray(scene.command))
     found = []
 
     def add(key: str, text: str, advice: str, q: Array, t: Array, *, of: Cell = cell,
@@ -108,7 +107,7 @@ def single_axis(scene: Scene, axis: str) -> TrialMotion:
     half = np.linspace(low, high, _SWEEP_ROWS // 2)
     path = np.tile(middle, (_SWEEP_ROWS, 1))
     path[:, k] = np.concatenate([half, half[::-1]])
-    q = cell.to_q(_edge(cell, scene.axes, path))
+    q = scene.postures(path)
     t = np.concatenate([[0.0], np.cumsum(np.full(_SWEEP_ROWS - 1, (high - low) / (_SWEEP_ROWS // 2) / pace))])
     made = make_scene(_log(scene.log, scene, cell, q, t, 0.0, False), cell)
     text = f"{axis} alone through its range, both ways, the others at rest"
@@ -119,18 +118,12 @@ def standing_still(scene: Scene) -> TrialMotion:
     """The arm at rest in the middle posture of a run, for as long as that took."""
     cell = scene.cell
     middle = np.asarray(scene.command)[len(scene) // 2]
-    q = cell.to_q(_edge(cell, scene.axes, np.tile(middle, (_SWEEP_ROWS, 1))))
+    q = scene.postures(np.tile(middle, (_SWEEP_ROWS, 1)))
     t = np.linspace(0.0, float(np.ptp(scene.t)), _SWEEP_ROWS)
     text = f"the arm at rest in one posture for {t[-1]:.0f} s"
     return TrialMotion(
         "at rest", text, "", q, float(t[-1]), make_scene(_log(scene.log, scene, cell, q, t, 0.0, False), cell)
     )
-
-
-def _edge(cell: Cell, axes: Sequence[str], values: Array) -> Array:
-    """SI axis values (N, k) as the controller tells them."""
-    linear = np.array([cell.joints[cell.index(a)].prismatic for a in axes])
-    return np.where(linear, m_to_mm(values), rad_to_deg(values))
 
 
 def _log(

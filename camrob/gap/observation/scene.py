@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from camrob.measurement.log_info import MeasuredFrame, Target
 from camrob.se3 import rotation_log
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
-__all__ = ["Scene", "make_scene"]
+__all__ = ["Scene", "axis_values", "make_scene"]
 
 Array = NDArray[np.float64]
 
@@ -103,12 +104,15 @@ class Scene:
         """(N, 6) twist where an axis stands `signal` (N,) beyond what is reported."""
         return self.places[f"{axis}.zero"] * signal[:, None]
 
+    def postures(self, values: Array) -> Array:
+        """(N, n) postures of axis values (N, k), SI."""
+        return self.cell.to_q(axis_values(self.cell, self.axes, values))
+
     def beyond(self, values: Array) -> Array:
         """(N, 6) twist from where the TCP nominally is to where it would be with axis values (N, k): exact, however far."""
-        prismatic = np.array([self.cell.joints[self.cell.index(a)].prismatic for a in self.axes])
         in_base = self.log.info.measured_frame is MeasuredFrame.BASE
         plain = ErrorModel.of(self.cell, [], in_base=in_base, left=self.frames.left, right=self.frames.right)
-        there = plain.poses(np.zeros(0), self.cell.to_q(np.where(prismatic, m_to_mm(values), rad_to_deg(values))))
+        there = plain.poses(np.zeros(0), self.postures(values))
         turned = rotation_log(there[:, :3, :3] @ self.nominal[:, :3, :3].swapaxes(1, 2))
         return np.concatenate([there[:, :3, 3] - self.nominal[:, :3, 3], turned], axis=1)
 
@@ -195,6 +199,12 @@ def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, 
         raise LogError(f"holds {int(whole.sum())} whole samples", hint=f"give at least {fewest}", path=log.path)
     kept = log.select(np.flatnonzero(whole))
     return _lay_out(kept, cell, axes, usable, told)
+
+
+def axis_values(cell: Cell, axes: Sequence[str], values: Array) -> Array:
+    """SI axis values (N, k) as the controller tells them, degrees and mm."""
+    prismatic = np.array([cell.joints[cell.index(a)].prismatic for a in axes])
+    return np.where(prismatic, m_to_mm(values), rad_to_deg(values))
 
 
 def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dict[str, bool], known: Frames) -> Scene:

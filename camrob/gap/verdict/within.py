@@ -94,17 +94,12 @@ def drives_on_work(scenes: Sequence[Scene]) -> dict[str, float]:
         if scene.servo_gap is None:
             continue
         rows = np.unique(np.linspace(0, len(scene) - 1, min(len(scene), _SOME)).astype(int))
-        prismatic = [scene.cell.joints[scene.cell.index(a)].prismatic for a in scene.axes]
-        at = base_T_tool(scene.cell, scene.cell.to_q(_edge(scene.link[rows], prismatic)))[:, :3, 3]
+        at = base_T_tool(scene.cell, scene.postures(scene.link[rows]))[:, :3, 3]
         for k, axis in enumerate(scene.axes):
             moved = scene.link[rows].copy()
             moved[:, k] += _STEP
-            there = base_T_tool(scene.cell, scene.cell.to_q(_edge(moved, prismatic)))[:, :3, 3]
+            there = base_T_tool(scene.cell, scene.postures(moved))[:, :3, 3]
             lever = np.linalg.norm(there - at, axis=1) / _STEP
             total[axis] += float(np.sum((lever * scene.servo_gap[rows, k]) ** 2))
         count += len(rows)
     return {a: float(np.sqrt(v / max(count, 1))) for a, v in total.items()}
-
-
-def _edge(values: Array, prismatic: Sequence[bool]) -> Array:
-    return np.where(np.array(prismatic), m_to_mm(values), rad_to_deg(values))

@@ -16,6 +16,7 @@ from camrob.compiled import kernel, part
 from camrob.frozen import locked
 from camrob.kinematics.arm import reach
 from camrob.kinematics.spherical_wrist import BRANCH_OK
+from camrob.product_grid import product_grid
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot, posture
 from camrob.redundancy.planning.scan_batched import Score, scan_batched
 
@@ -132,9 +133,7 @@ def external_grid(space: PlanSpace) -> Array:
         longest = int(np.argmax([len(a) for a in axes]))
         a = axes[longest]
         axes[longest] = np.linspace(a[0], a[-1], (len(a) + 1) // 2, endpoint=not space.u_endless[longest])
-    if not axes:
-        return np.zeros((1, 0))
-    return np.ascontiguousarray(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, count))
+    return product_grid(axes)
 
 
 def representatives(base_T_tip: Array, count: int) -> tuple[Ints, Ints]:

@@ -20,6 +20,7 @@ from camrob.cell.cell import Cell
 from camrob.errors import UnreachableError
 from camrob.frozen import locked
 from camrob.kinematics.freed_chain import FreedChain, freed_chains
+from camrob.product_grid import product_grid
 from camrob.redundancy.planning.dynamic_programming import Layers, cheapest_way
 from camrob.redundancy.tracing.lattice import lattice_postures
 from camrob.redundancy.tracing.room import Room, rooms
@@ -148,7 +149,7 @@ def _draft(task: _Task) -> Array:
         else:
             span = chain.upper[i] - chain.lower[i]
             axes.append(np.linspace(chain.lower[i], chain.upper[i], int(np.ceil(span / spacing)) + 1))
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes)) if axes else np.zeros((1, 0))
+    grid = product_grid(axes)
     lattice = _Lattice(at, np.tile(grid, (len(at), 1)), np.tile(chain.center, (len(at), 1)), np.inf, _LOOSE)
     q = _unwound(chain, _searched(task, lattice))
     return np.stack([np.interp(np.arange(T), at, column) for column in q.T], axis=1)
@@ -160,7 +161,7 @@ def _refined(task: _Task, q: Array) -> Array:
     k = len(chain.given)
     sides = _SIDES[0] if k == 1 else _SIDES[1]
     offset = np.arange(-sides, sides + 1) / sides
-    cube = np.stack(np.meshgrid(*[offset] * k, indexing="ij"), axis=-1).reshape(-1, k) if k else np.zeros((1, 0))
+    cube = product_grid([offset] * k)
     wide = 1.0
     while True:
         u = (q[:, None, chain.given] + cube * wide * task.spacing).reshape(-1, k)
