@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.compiled import kernel
 from camrob.errors import SingularError
 from camrob.kinematics.frames import base_T_joint_axes, base_T_tool
+from camrob.kinematics.kernels import ChainArrays, chain_arrays, forward, jacobian
 
 __all__ = ["CurveInJoints", "follow_points", "joint_derivatives", "point_jacobians", "printed_derivatives"]
 
@@ -133,39 +135,50 @@ def follow_points(cell: Cell, start: Array, points: Array, *, parts: int = 1) ->
     is missing until nothing is (Khang and others 2010). `parts`: straight parts that each step is cut into; the first
     posture is adjusted from `start` (n,). Raises SingularError where the adjustment does not settle.
     """
-    q = np.array(start, float)
+    chain, q = chain_arrays(cell), np.array(start, float)
     out, errors = np.empty((len(points), len(q))), np.empty(len(points))
     at = None
     for k, point in enumerate(points):
         ways = [point] if at is None else [at + (point - at) * (p + 1) / parts for p in range(parts)]
         for target in ways:
-            q, errors[k] = _adjusted(cell, q, target, first=at is None)
+            q, errors[k] = _adjusted(chain, q, target, first=at is None)
         at = point
         out[k] = q
     return out, errors
 
 
-def _adjusted(cell: Cell, q: Array, target: Array, *, first: bool) -> tuple[Array, float]:
+def _adjusted(chain: ChainArrays, q: Array, target: Array, *, first: bool) -> tuple[Array, float]:
     """One step of `follow_points`."""
+    tip, J = _tip_and_jacobian(chain, q)
     if not first:
-        missing = target - base_T_tool(cell, q)[:3, 3]
-        halfway = q + 0.5 * _increment(cell, q, missing)
-        q = q + _increment(cell, halfway, missing)
+        missing = target - tip
+        _, halfway = _tip_and_jacobian(chain, q + 0.5 * _increment(J, missing))
+        q = q + _increment(halfway, missing)
+        tip, J = _tip_and_jacobian(chain, q)
     for _ in range(_ADJUSTMENTS):
-        missing = target - base_T_tool(cell, q)[:3, 3]
-        error = float(np.linalg.norm(missing))
+        error = float(np.linalg.norm(target - tip))
         if error < _TOLERANCE:
             return q, error
-        q = q + _increment(cell, q, missing)
+        q = q + _increment(J, target - tip)
+        tip, J = _tip_and_jacobian(chain, q)
     raise SingularError(
         "the increments of the joints do not settle on the point", value=error, limit=_TOLERANCE, unit="m"
     )
 
 
-def _increment(cell: Cell, q: Array, missing: Array) -> Array:
-    zero = np.zeros((1, len(q)))
-    J = point_jacobians(cell, q[None], zero, zero)[0][0]
+def _increment(J: Array, missing: Array) -> Array:
     try:
         return np.asarray(J.T @ np.linalg.solve(J @ J.T, missing))
     except np.linalg.LinAlgError:
         raise SingularError("the arm can't move its tip in every direction on its way to the point") from None
+
+
+@kernel
+def _tip_and_jacobian(chain: ChainArrays, q: Array) -> tuple[Array, Array]:
+    """The tip (3,) in `base` of posture q (n,), and its Jacobian (3, n)."""
+    n = q.shape[0]
+    Z, P = np.empty((n, 3)), np.empty((n, 3))
+    R, p, plate, J = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, n))
+    forward(chain, q, Z, P, R, p, plate)
+    jacobian(chain, Z, P, p, J)
+    return p, J[:3].copy()
