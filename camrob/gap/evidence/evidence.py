@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import comb, log
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,7 +152,7 @@ class Evidence:
     def fit(self, members: Set) -> Fitted:
         """The posterior of a set, and its score, at the widths of its effects' priors that speak best for it."""
         out, usual = self._widths
-        inside = np.isin(self.design.owner, list(members))
+        inside = self._in(members)[self.design.owner]
         widths = np.where(inside, usual, out)
         columns = {name: c for name, c in self._owned(members).items() if name in self._least}
         own = np.flatnonzero(inside)
@@ -204,12 +205,21 @@ class Evidence:
         return Fitted(members, (mean - C[:, own] @ X[:, -1]) * scale, full, score, widths.copy(), dict(shares))
 
     @cached_property
-    def _batches(self) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-        """Candidates with equally many columns, and these columns (U, k)."""
+    def _batches(self) -> list[_Batch]:
+        """The candidates, by how many columns they have."""
         by_size: dict[int, list[int]] = {}
         for i in self.candidates:
             by_size.setdefault(len(self._columns[i]), []).append(i)
-        return [(np.array(units), np.stack([self._columns[i] for i in units])) for units in by_size.values()]
+        return [
+            _batch(self.design, np.array(u), np.stack([self._columns[i] for i in u]), self._least)
+            for u in by_size.values()
+        ]
+
+    def _in(self, members: Set) -> NDArray[np.bool_]:
+        """By unit, whether it is in a set."""
+        inside = np.zeros(len(self.design.units), bool)
+        inside[list(members)] = True
+        return inside
 
     def seen(self, fitted: Fitted) -> dict[str, float]:
         """Effects of a set, and how probable it is that each moves the TCP by enough to count."""
@@ -252,17 +262,15 @@ class Evidence:
         chosen = {name: sum(i in members for i in own) for name, own in self._effects.items()}
         choices = sum(log(self.design.units[i].choices) for i in members - self.always)
         priors: dict[tuple[str, int], float] = {}
-        for units, columns in self._batches:
-            entering = np.isin(units, list(members), invert=True)
+        inside = self._in(members)
+        for units, columns, names, ordinary in self._batches:
+            entering = ~inside[units]
             best, size = np.full(len(units), -np.inf), np.zeros(len(units))
-            names = [self.design.units[i].effect for i in units]
             # a unit of an effect that is in comes at its width, others at the best of a few
-            tried = np.array(
-                [
-                    [fitted.shares.get(n, max(share, self._least[n]) if n in self._least else 1.0) for n in names]
-                    for share in _SHARES
-                ]
-            )
+            tried = ordinary.copy()
+            for column, name in zip(tried.T, names, strict=True):
+                if name in fitted.shares:
+                    column[:] = fitted.shares[name]
             into = np.maximum(tried[..., None] * usual[columns], out[columns])
             to = np.where(entering[:, None], into, out[columns]).reshape(-1, columns.shape[1])
             change, moved = (
@@ -273,10 +281,10 @@ class Evidence:
                 best = np.maximum(best, one)
             for k in np.flatnonzero(np.isfinite(best)):
                 i, step = int(units[k]), 1 if entering[k] else -1
-                unit = self.design.units[i]
-                if (unit.effect, step) not in priors:
-                    priors[unit.effect, step] = self._prior({**chosen, unit.effect: chosen[unit.effect] + step})
-                prior = priors[unit.effect, step] - choices - step * log(unit.choices)
+                name = names[k]
+                if (name, step) not in priors:
+                    priors[name, step] = self._prior({**chosen, name: chosen[name] + step})
+                prior = priors[name, step] - choices - step * log(self.design.units[i].choices)
                 score = base + float(best[k]) + prior
                 scores[members | {i} if step > 0 else members - {i}] = score, float(size[k])
         return scores
@@ -300,6 +308,23 @@ class Evidence:
         G = self.design.moves[columns[:, :, None], columns[:, None, :]]
         moved = np.sqrt(np.maximum(np.einsum("uk,ukl,ul->u", then, G, then), 0.0))
         return np.where(told, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf), moved
+
+
+class _Batch(NamedTuple):
+    """U units with equally many columns (U, k), the names of their effects, and the shares (S, U) of the ordinary sizes that a
+    unit is tried with where its effect is not in.
+    """
+
+    units: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    names: list[str]
+    ordinary: Array
+
+
+def _batch(design: Design, units: NDArray[np.int64], columns: NDArray[np.int64], least: Mapping[str, float]) -> _Batch:
+    names = [design.units[i].effect for i in units]
+    shares = [[max(share, least[n]) if n in least else 1.0 for n in names] for share in _SHARES]
+    return _Batch(units, columns, names, np.array(shares))
 
 
 def _energy(values: Array, G: Array) -> float:

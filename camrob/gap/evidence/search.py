@@ -33,7 +33,7 @@ def explore(
     Climbs to a set that no single unit betters; then takes each of its effects out and climbs without it, as one effect may
     stand in for two others.
     """
-    met = _Met(evidence, {}, {}, set(), {})
+    met = _Met(evidence, {}, {}, set(), {}, [])
     for start in (evidence.always, *starts):
         met.look(start | evidence.always)
     met.climb(_MOST_FITS)
@@ -50,7 +50,8 @@ def explore(
 @dataclass(frozen=True, slots=True)
 class _Met:
     """Sets met so far. scores: of all; names: of their effects that count; hollow: with a last unit that
-    hardly moves the TCP, not worth a look; fits: of those looked at.
+    hardly moves the TCP, not worth a look; fits: of those looked at; waiting: a heap of (- score, order, set), which may hold
+    sets that were looked at since, or got another score.
     """
 
     evidence: Evidence
@@ -58,6 +59,7 @@ class _Met:
     names: dict[Set, Mapping[str, float]]
     hollow: set[Set]
     fits: dict[Set, Fitted]
+    waiting: list[tuple[float, int, Set]]
 
     @property
     def best(self) -> Fitted:
@@ -74,24 +76,39 @@ class _Met:
             self.names[members] = seen
             for other, (score, moved) in self.evidence.neighbours(fitted).items():
                 if other not in self.fits:
-                    self.scores[other] = score
-                    counts = float(moved >= COUNTS_FROM * self.evidence.noise)
-                    entered = self.evidence.effects_of(other - members)
-                    kept = self.evidence.effects_of(other) - entered
-                    self.names[other] = {n: seen[n] for n in kept} | {n: max(counts, seen.get(n, 0.0)) for n in entered}
-                    if moved < _HOLLOW * self.evidence.noise and other > members:
-                        self.hollow.add(other)
+                    self._meet(other, score, moved, members, seen)
         return self.fits[members]
+
+    def _meet(self, other: Set, score: float, moved: float, members: Set, seen: Mapping[str, float]) -> None:
+        """Note a neighbour of a set whose effects were seen to count by so much."""
+        self.scores[other] = score
+        heapq.heappush(self.waiting, (-score, len(self.scores), other))
+        (unit,) = other ^ members
+        name = self.evidence.design.units[unit].effect
+        if unit in members:
+            left = self.evidence.effects_of(other)
+            self.names[other] = {n: p for n, p in seen.items() if n in left}
+            return
+        counts = float(moved >= COUNTS_FROM * self.evidence.noise)
+        self.names[other] = {**seen, name: max(counts, seen.get(name, 0.0))}
+        if moved < _HOLLOW * self.evidence.noise:
+            self.hollow.add(other)
+
+    def _next(self) -> Set | None:
+        """The best set that was met and not looked at, where it is near the best of all."""
+        while self.waiting:
+            score, _, members = self.waiting[0]
+            if members not in self.fits and members not in self.hollow and self.scores[members] == -score:
+                return members if -score > max(self.scores.values()) - _CLOSE else None
+            heapq.heappop(self.waiting)
+        return None
 
     def climb(self, most: int) -> None:
         """Look at sets near the best, at `most` in all."""
         while len(self.fits) < most:
-            best = max(self.scores.values())
-            waiting = [
-                m for m, s in self.scores.items() if s > best - _CLOSE and m not in self.fits and m not in self.hollow
-            ]
-            if waiting:
-                self.look(max(waiting, key=lambda m: self.scores[m]))
+            promising = self._next()
+            if promising is not None:
+                self.look(promising)
                 continue
             leading = heapq.nlargest(_EXCHANGE, self.scores.keys() - self.hollow, key=lambda m: self.scores[m])
             always = self.evidence.always
