@@ -15,8 +15,9 @@ holds the keys which no field is there for (`further`).
 from __future__ import annotations
 
 import types
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
+from functools import cache
 from typing import Any, Self, Union, get_args, get_origin, get_type_hints
 
 from camrob.errors import InputError
@@ -107,9 +108,12 @@ def _plain(value: Any) -> Any:
     return [_plain(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
+_hints: Callable[[Any], dict[str, Any]] = cache(get_type_hints)
+
+
 def _keys(cls: type[Summary]) -> frozenset[str]:
     """All keys that the JSON object of a class may have."""
-    hints = get_type_hints(cls)
+    hints = _hints(cls)
     own = {f.metadata.get(_KEY, f.name) for f in fields(cls) if not {_SPREAD, _FURTHER} & set(f.metadata)}
     return frozenset(own.union(*(_keys(_summary_in(hints[f.name])) for f in fields(cls) if _SPREAD in f.metadata)))
 
@@ -121,7 +125,7 @@ def _summary_in(hint: Any) -> type[Summary]:
 
 def _arguments(cls: type[Summary], data: Mapping[str, Any]) -> dict[str, Any]:
     """The fields of a class by name, of a JSON object that has no keys but its own."""
-    hints, out = get_type_hints(cls), dict[str, Any]()
+    hints, out = _hints(cls), dict[str, Any]()
     for f in fields(cls):
         key, hint = f.metadata.get(_KEY, f.name), hints[f.name]
         if _SPREAD in f.metadata:
