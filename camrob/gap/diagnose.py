@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
@@ -59,11 +60,20 @@ from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 __all__ = ["diagnose"]
 
 Array = NDArray[np.float64]
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _BLOCKS = 10  # a log
 _ARM = 6  # axes of the arms whose motions are planned
 
 
+def _one_thread(function: _Function) -> _Function:
+    """Matrices here have some hundred rows: BLAS's threads gain nothing, and where other work wants the cores they wait for one
+    another (84 s of processor on two busy cores, 18 s with one thread).
+    """
+    return cast(_Function, threadpool_limits.wrap(limits=1, user_api="blas")(function))
+
+
+@_one_thread
 def diagnose(
     logs: Sequence[MeasurementLog],
     cell: Cell,

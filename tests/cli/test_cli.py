@@ -431,3 +431,17 @@ def test_text_that_the_terminal_cannot_show_is_no_error(tmp_path: Path) -> None:
     environment = {**ENVIRONMENT, "PYTHONIOENCODING": "ascii"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0 and done.stderr == "" and "\\u2014" in done.stdout
+
+
+@pytest.mark.parametrize(("before", "after"), [(None, "1"), ("4", "4")])
+def test_a_verb_keeps_blas_to_one_thread_where_the_user_says_nothing(before, after, monkeypatch):
+    from camrob.cli import app
+
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        monkeypatch.setenv(name, before or "")
+        if before is None:
+            monkeypatch.delenv(name)
+    monkeypatch.setattr(app, "run", lambda: 0)
+    with pytest.raises(SystemExit):
+        app.main()
+    assert {os.environ[n] for n in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")} == {after}
