@@ -241,8 +241,8 @@ def _arrays(cell: Cell, in_base: bool, left: Array | None, right: Array | None) 
         start=0 if in_base else workpiece,
         workpiece=workpiece,
         arm=cell.indices(Role.ARM)[0],
-        hall=np.ascontiguousarray(hall),
-        hall_inverse=np.ascontiguousarray(inverse(hall)),
+        hall=np.array(hall),  # a copy: frozen arrays would be compiled for separately
+        hall_inverse=np.array(inverse(hall)),
         root=np.ascontiguousarray(cell.foot_T_root),
         root_inverse=np.ascontiguousarray(inverse(np.asarray(cell.foot_T_root))),
         before=before,

@@ -268,7 +268,7 @@ def cover(
     tolerance = POSITION_TOLERANCE + chord_tolerance
     _cover(
         np.ascontiguousarray(base_T_tip[:, :3, 3]), np.ascontiguousarray(base_T_tip[:, :3, 2]), region.astype(np.int64),
-        np.ascontiguousarray(targets[:, :3, 3]), np.ascontiguousarray(targets[:, :3, 2]), kind, tolerance,
+        np.ascontiguousarray(targets[:, :3, 3]), np.ascontiguousarray(targets[:, :3, 2]), np.array(kind), tolerance,
         motion, leaves, error, axis_error, stray,
     )  # fmt: skip
     findings = []

@@ -60,19 +60,19 @@ def gravity_arrays(cell: Cell, masses: Sequence[PointMass] | None = None) -> Gra
         for i, m in zip(joints, loads, strict=True)
     ]
     return GravityArrays(
-        before, after, np.ascontiguousarray(up), first, np.array([j.prismatic for j in cell.joints]),
+        before, after, np.array(up), first, np.array([j.prismatic for j in cell.joints]),
         np.array(joints, np.int64), np.array([m.mass for m in loads], float), np.array(centers, float).reshape(-1, 3),
     )  # fmt: skip
 
 
 def gravity_torques(arrays: GravityArrays, q: Array) -> Array:
     """Torques (N, n), Nm, of postures q (N, n); about a microsecond each."""
-    return np.asarray(_torques(arrays, np.ascontiguousarray(q, np.float64)))
+    return np.asarray(_torques(arrays, np.array(q, np.float64, order="C")))
 
 
 def gravity_stiffness(arrays: GravityArrays, q: Array) -> Array:
     """How the torques change with the posture: d tau_i / d q_j (N, n, n), Nm/rad, symmetric."""
-    return np.asarray(_stiffness(arrays, np.ascontiguousarray(q, np.float64)))
+    return np.asarray(_stiffness(arrays, np.array(q, np.float64, order="C")))
 
 
 @part

@@ -18,6 +18,7 @@ from camrob.jobs.batching.parcel import Parcel, Place, pack_parcel
 from camrob.jobs.batching.work import Outcome
 from camrob.jobs.exit_status import DONE, failure_line, failure_status
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import program_suffixes
 from camrob.progress import Progress
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
@@ -38,6 +39,7 @@ class BatchResult:
         return self.status == DONE
 
 
+@takes_paths
 def batch(
     jobs: Path,
     *,

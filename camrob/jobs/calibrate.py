@@ -22,6 +22,7 @@ from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
 from camrob.errors import InputError, LogError
 from camrob.jobs.files.files import check_calibration_name, staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.measuring import plan_measuring
 from camrob.languages import language_of_file
 from camrob.measurement.read_log import read_log
@@ -41,6 +42,7 @@ class CalibrateResult:
     summary: CalibrationSummary
 
 
+@takes_paths
 def calibrate(
     measured: Path,
     *,

@@ -24,6 +24,7 @@ from camrob.findings import Finding, Severity
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.solution_program import check_feed, is_solution, program_of_solution, save_solution
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.compensation import (
     analyses_before_after,
     compensation_summary,
@@ -57,6 +58,7 @@ class CompensateResult:
     error_after: Array
 
 
+@takes_paths
 def compensate(
     program: Path,
     *,

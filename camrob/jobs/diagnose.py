@@ -16,6 +16,7 @@ from camrob.gap.diagnose import diagnose as run_diagnosis
 from camrob.gap.diagnosis import Diagnosis
 from camrob.jobs.experiment import check_experiment_name, write_experiment
 from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.read_log import read_log
@@ -35,6 +36,7 @@ class DiagnoseResult:
     summary: DiagnosisSummary
 
 
+@takes_paths
 def diagnose(
     *,
     cell: Path,

@@ -23,6 +23,7 @@ from camrob.jobs.derivatives import (
     published_line,
 )
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.kinematics.frames import base_T_tool
 from camrob.progress import Progress, silent
 from camrob.report.derivatives.page import derivative_report
@@ -58,6 +59,7 @@ class FeedResult:
     files: tuple[str, ...]
 
 
+@takes_paths
 def feed(
     solution: Path | None,
     *,

@@ -15,6 +15,7 @@ from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import program_name, read_inputs
 from camrob.jobs.files.mounting import one_frame
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try_placements
 from camrob.product_grid import product_grid
 from camrob.progress import Progress, stage_of
@@ -41,6 +42,7 @@ class PlaceResult:
     files: tuple[str, ...]
 
 
+@takes_paths
 def place(
     clfile: Path,
     *,

@@ -20,6 +20,7 @@ from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs
 from camrob.jobs.files.mounting import mounted_loads
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.opinion import SLOWER_BY_PLAN, hold_to_witness, manifest_of
 from camrob.jobs.release.release import ReadBack, check_release, path_margins, read_back
 from camrob.jobs.release.summary import post_summary
@@ -63,6 +64,7 @@ class PostResult:
     program: Program
 
 
+@takes_paths
 def post(
     clfile: Path,
     *,

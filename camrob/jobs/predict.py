@@ -28,6 +28,7 @@ from camrob.gap.effects.registry import library
 from camrob.gap.fitted_units import FittedUnits, fitted_units
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
 from camrob.prediction.surface import PredictedSurface, predict_surface
@@ -67,6 +68,7 @@ class PredictResult:
     path: TruePath
 
 
+@takes_paths
 def predict(
     program: Path,
     *,

@@ -18,6 +18,7 @@ from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.jobs.files.files import check_calibration_name, staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.kinematics.frames import base_T_tool
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo
@@ -51,6 +52,7 @@ class PublishedResult:
     summary: CalibrationSummary
 
 
+@takes_paths
 def published_case(
     case: Path | None = None, *, cell: Path, out: Path, progress: Progress | None = None
 ) -> PublishedResult:

@@ -14,6 +14,7 @@ from camrob.errors import CamrobError, InputError
 from camrob.jobs.files.compare_program import compare_program
 from camrob.jobs.files.compare_summary import comparable, compare_summary
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.post import post
 from camrob.languages import language_suffixes
 from camrob.progress import Progress, silent
@@ -52,6 +53,7 @@ class _Sample:
         return self.clfile.parent / GOLDEN
 
 
+@takes_paths
 def regress(
     toolpaths: Path,
     *,

@@ -13,6 +13,7 @@ from camrob.errors import InputError
 from camrob.findings import Finding, Severity, collapse
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
@@ -38,6 +39,7 @@ class SimulateResult:
     findings: tuple[Finding, ...]
 
 
+@takes_paths
 def simulate(
     program: Path,
     *,

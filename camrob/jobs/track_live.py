@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from camrob.errors import InputError
 from camrob.jobs.exit_status import DONE, NOT_SAFE
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.track_options import LiveOptions, live_options
 from camrob.loop.rsi.cycle_log import CycleLog, percentiles
 from camrob.loop.rsi.link import Address
@@ -58,6 +59,7 @@ class TrackLiveResult:
         return self.summary.stopped.fault
 
 
+@takes_paths
 def track_live(
     *,
     listen: str = "127.0.0.1:59152",

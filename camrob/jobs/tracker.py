@@ -12,6 +12,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.errors import InputError
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.loop.analysis import Margins
 from camrob.loop.case import read_tracker_case
 from camrob.loop.measures import RunMeasure, Size
@@ -56,6 +57,7 @@ class TrackerResult:
     status: int = 0
 
 
+@takes_paths
 def tracker(
     *,
     cell: Path | None,

@@ -15,6 +15,7 @@ from camrob.errors import InputError
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import read_inputs
+from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.thinned import thinned
 from camrob.progress import Progress, part_of, stage_of
 from camrob.redundancy.fuzzy.fis import read_fis
@@ -74,6 +75,7 @@ class _Judges:
         return TunedWay(way=name, tried=tried, trained=trained, withheld=withheld, weights=weights or {}, file=file)
 
 
+@takes_paths
 def tune_engines(
     cell: Path,
     *,
