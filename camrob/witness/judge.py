@@ -115,6 +115,8 @@ def judge(
     clock.lap("file")
     if not len(run):
         found = Comparison([Objection("motion-lost", "the program has no motion")], 0, 0, list(story.gaps))
+    elif not len(story.way):  # nothing of the file was read
+        found = Comparison([], 0, 0, list(story.gaps))
     else:
         found = compare(story, run, _terms(machine, job, slower_allowed))
     clock.lap("rules")

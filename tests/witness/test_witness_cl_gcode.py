@@ -11,7 +11,9 @@ from cl_stories import happened, mm, ways
 
 from camrob.errors import ToolpathError
 from camrob.witness.cl import read_story
+from camrob.witness.cl.gcode import COMPUTED
 from camrob.witness.cl.standing import TURNED
+from camrob.witness.cl.teller import UNREAD
 from camrob.witness.happenings import Story, Way
 
 
@@ -183,37 +185,38 @@ def test_a_shift_that_is_not_known_hides_what_lies_behind_it(tell, blocks):
 
 @pytest.mark.parametrize(
     "block",
-    ["#1=5", "G1 X#1", "X[1+2]", "M98 P1000", "G65 P9000 A1", "G33 Z1 K1", "G1 X1 X2", "U5", "O<a> CALL", "G38.2 Z1"],
+    ["G33 Z1 K1", "G1 X1 X2", "U5", "G38.2 Z1"],
 )
-def test_what_computes_or_is_not_known_is_a_gap(tell, block):
+def test_what_is_not_known_is_a_gap(tell, block):
     story = tell(START + f"{block}\nG0 X1 Y1 Z1\n")
     assert mm(story) == [[0, 0, 50], [1, 1, 1]] and [(g.before, g.first_line) for g in story.gaps] == [(1, 3)]
     assert story.joined.tolist() == [False, False]
 
 
 @pytest.mark.parametrize(
-    ("first", "last"),
-    [
-        ("O1 WHILE [#1 LT 5]", "O1 ENDWHILE"),
-        ("o<x> sub", "o<x> endsub"),
-        ("WHILE[#1LT5]DO2", "END2"),
-        ("O3 DO", "O3 WHILE[#1 LT 2]"),
-    ],
-)
-def test_loops_and_subprograms_are_gaps(tell, first, last):
-    story = tell(START + f"{first}\nG0 X5\nM3 S5\n{last}\nG0 X1 Y1 Z1\n")
-    assert mm(story) == [[0, 0, 50], [1, 1, 1]] and story.events == ()
-    assert [(g.first_line, g.last_line) for g in story.gaps] == [(3, 6)]
+    "block",
+    ["#1=5", "G1 X#1", "X[1+2]", "M98 P1000", "M97 P5", "G65 P9000 A1", "O<a> CALL", "O1 WHILE [#1 LT 5]", "o<x> sub",
+     "WHILE[#1LT5]DO2", "O3 DO", "IF [1 EQ 1] GOTO 5"],
+)  # fmt: skip
+def test_behind_what_computes_nothing_is_read_to_the_end_of_the_file(tell, block):
+    story = tell(START + f"{block}\nG0 X5\nM3 S5\nG0 X1 Y1 Z1\nM30\n\n")
+    assert mm(story) == [[0, 0, 50]] and story.events == ()
+    assert [(g.before, g.first_line, g.last_line, g.text) for g in story.gaps] == [(1, 3, 7, UNREAD + COMPUTED)]
 
 
 def test_behind_a_jump_nothing_is_read(tell):
     assert len(tell(START + "IF [#1 EQ 2] GOTO 10\nG0 X5\nN10 X6\n")) == 1
 
 
-@pytest.mark.parametrize("text", ["%\nM3 S500\nM30\n%\n", "O100 SUB\nG1 X1 Y1 Z1\nO100 ENDSUB\nM2\n", "G1 X1 F5\n"])
+@pytest.mark.parametrize("text", ["%\nM3 S500\nM30\n%\n", "G1 X1 F5\n"])
 def test_no_motion_is_no_story(tell, text):
     with pytest.raises(ToolpathError, match="no motion"):
         tell(text)
+
+
+def test_a_file_that_computes_from_its_first_line_on_is_a_story_without_motions(tell):
+    story = tell("O100 SUB\nG1 X1 Y1 Z1\nO100 ENDSUB\nM2\n")
+    assert len(story.way) == 0 and not story.complete and story.gaps[0].last_line == 4
 
 
 # -- the process

@@ -15,7 +15,6 @@ from camrob.languages import language_suffixes
 from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
 from camrob.witness.cl.drilling import UPWARD
-from camrob.witness.cl.gcode import COMPUTED
 from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.cl.teller import NO_CIRCLE
 from camrob.witness.cl.words import NO_AXIS, STRANGE
@@ -36,7 +35,6 @@ __all__ = [
 
 # gaps of files that camrob refuses: nothing that is made of one can be right
 _NEVER = {
-    COMPUTED: "camrob does not read files that compute, post it without macros",
     UPWARD: "NX counts depths below the point as negative numbers; output the operation again",
     NO_CIRCLE: "a point before it is missing, or the centre is wrong; output the path again",
     NO_AXIS: "correct i, j, k in the CAM system",

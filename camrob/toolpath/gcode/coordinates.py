@@ -16,21 +16,23 @@ _LINEAR = {"X": 0, "Y": 1, "Z": 2}
 _ROTARY = {"A": 0, "B": 1, "C": 2}
 _UPRIGHT = np.array([0.0, 0.0, 1.0])
 _TURNED = 1e-9  # rad: a rotary axis nearer to a whole turn than this counts as at zero
+_SHORTEST = 1e-3  # of a vector: a component is printed with three decimals at least
 _ALIGNED = math.cos(deg_to_rad(0.1))  # a tool within 0.1 degrees of a tilted plane's normal stands on it
 
 Triple = tuple[float, float, float]
 
 
 class Stance:
-    """A place of the tool: tip (m) and axis in the part, rotary angles (rad), and whether angles define the axis."""
+    """A place of the tool: tip (m) and axis in the part, rotary angles (rad), and whether angles define the axis, or a vector."""
 
-    __slots__ = ("angles", "axis", "rotary", "tip")
+    __slots__ = ("angles", "axis", "rotary", "tip", "vector")
 
-    def __init__(self, tip: Triple, axis: Triple, angles: Triple, rotary: bool) -> None:
+    def __init__(self, tip: Triple, axis: Triple, angles: Triple, rotary: bool, vector: bool = False) -> None:
         self.tip = tip
         self.axis = axis
         self.angles = angles
         self.rotary = rotary
+        self.vector = vector
 
 
 def rotary_axes(kinematics: str, angles: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -71,7 +73,7 @@ class ToolFrame:
     told without the machine's geometry. `angles` (A, B, C) in rad.
     """
 
-    __slots__ = ("angles", "kinematics", "on_plane", "plane", "shift", "tcp_g", "tcp_m", "xyz")
+    __slots__ = ("angles", "kinematics", "on_plane", "plane", "shift", "tcp_g", "tcp_m", "vector", "xyz")
 
     def __init__(self, kinematics: str) -> None:
         self.kinematics = kinematics
@@ -80,6 +82,7 @@ class ToolFrame:
         self.shift = [0.0, 0.0, 0.0]  # G52
         self.plane: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None  # part_R_plane, part_p_plane
         self.on_plane = False
+        self.vector: Triple | None = None  # the tool's axis in the program's frame, where a vector names it
         self.tcp_g = False  # G43.4, until G49
         self.tcp_m = False  # M128, M428, TRAORI, until M129, M429, TRAFOOF
 
@@ -105,8 +108,8 @@ class ToolFrame:
 
     @property
     def oriented(self) -> bool:
-        """Whether the rotary angles are known (a control that finds them itself, G53.1, doesn't name them)."""
-        return all(map(math.isfinite, self.angles))
+        """Whether angles or a vector say how the tool stands (a control that finds the angles itself, G53.1, names none)."""
+        return self.vector is not None or all(map(math.isfinite, self.angles))
 
     @property
     def known(self) -> bool:
@@ -119,6 +122,8 @@ class ToolFrame:
         if self.plane is not None and self.on_plane:
             x, y, z = self.plane[0][:, 2].tolist()
             return x, y, z
+        if self.vector is not None:
+            return self.vector
         a, b, c = self.angles
         if self.kinematics == "xyzac":
             return math.sin(a) * math.sin(c), math.sin(a) * math.cos(c), math.cos(a)
@@ -138,6 +143,8 @@ class ToolFrame:
         """Where the tool stands, as a place of the tool in the part."""
         if self.plane is not None:
             return Stance(self.tip(), self.axis(), (0.0, 0.0, 0.0), False)
+        if self.vector is not None:
+            return Stance(self.tip(), self.vector, (0.0, 0.0, 0.0), False, True)
         a, b, c = self.angles
         return Stance(self.tip(), self.axis(), (a, b, c), True)
 
@@ -162,9 +169,28 @@ class ToolFrame:
             if i is not None:
                 angles[i] = angles[i] + value * degree if incremental else value * degree
                 turned = True
+        if turned:
+            self.vector = None
         if turned and self.plane is not None and self.on_plane != self._stands():
             self.on_plane = not self.on_plane
             self.forget()
+
+    def aim(self, vector: tuple[float, float, float]) -> None:
+        """Name the tool's axis by a vector, tip to holder, of any length: the rotary angles are the control's own from here on.
+
+        Raises ToolpathError without the tool centre point, in a tilted plane, and for a vector without a length.
+        """
+        length = math.hypot(*vector)
+        if not self.tcp or self.plane is not None:
+            raise ToolpathError(
+                "a tool axis by a vector with the tool centre point off, or in a tilted plane",
+                hint="switch TCP on in the part's frame before it",
+            )
+        if not length > _SHORTEST:
+            raise ToolpathError("a tool axis without a length", hint="name all three components")
+        x, y, z = (v / length for v in vector)
+        self.vector = (x, y, z)
+        self.angles = [math.nan] * 3
 
     def _stands(self) -> bool:
         """Whether the named rotary angles put the tool on the tilted plane's normal."""
@@ -190,6 +216,8 @@ class ToolFrame:
             self.tcp_g = on
         if self.tcp != before and self.turned:
             self.forget()
+        if not self.tcp:
+            self.vector = None
 
     def tilt(self, rotation: NDArray[np.float64], origin: NDArray[np.float64]) -> None:
         """Set a tilted plane (G68.2): program coordinates are its own from here on."""

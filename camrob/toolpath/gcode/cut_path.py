@@ -223,6 +223,8 @@ class PathGrower:
 
     def _axes(self, last: Stance, to: Stance, share: NDArray[np.float64]) -> NDArray[np.float64]:
         """Tool axes (N, 3) at shares of the way, with the rotary angles in proportion; the last is exact."""
+        if to.vector:
+            return _great_arc(np.array(last.axis), np.array(to.axis), share)
         if not (last.rotary and to.rotary):
             raise ToolpathError(
                 "the tool turns during a cut between a tilted plane and rotary words", hint="turn it in a rapid move"
@@ -275,6 +277,20 @@ class PathGrower:
             late = tuple(dataclasses.replace(e, point=len(last), retracted=self._lost) for e in left.events)
             self._regions[-1] = dataclasses.replace(last, events=last.events + late)
         return tuple(self._regions)
+
+
+def _great_arc(start: NDArray[np.float64], end: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit vectors (N, 3) at shares (N,) of the turn from one unit vector to the other. Raises for opposite ones."""
+    across = np.cross(start, end)
+    sine, cosine = float(np.linalg.norm(across)), float(start @ end)
+    if sine < _STILL and cosine < 0.0:
+        raise ToolpathError("the tool turns right over: which way is not said", hint="name a direction between the two")
+    angle = math.atan2(sine, cosine)
+    if sine < _STILL:
+        return np.broadcast_to(end, (len(share), 3)).copy()
+    axes = (np.sin((1.0 - share) * angle)[:, None] * start + np.sin(share * angle)[:, None] * end) / sine
+    axes[-1] = end
+    return np.asarray(axes / np.linalg.norm(axes, axis=1, keepdims=True))
 
 
 def _dot(a: Triple, b: Triple) -> float:

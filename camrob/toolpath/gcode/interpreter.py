@@ -15,9 +15,9 @@ from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.cycles import CYCLES
 from camrob.toolpath.gcode.drill import Drill
 from camrob.toolpath.gcode.lexer import Block
-from camrob.toolpath.gcode.modes import apply_setup
+from camrob.toolpath.gcode.modes import aim, apply_setup
 from camrob.toolpath.gcode.moves import Motions
-from camrob.toolpath.gcode.state import Modal
+from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.tools import Process
 from camrob.toolpath.sampling import arc_angle, arc_radius
 from camrob.units import deg_to_rad
@@ -28,6 +28,7 @@ _MOTION = frozenset((0, 10, 20, 30)) | CYCLES
 _AXES = frozenset("XYZABC")
 _ARC_WORDS = frozenset("XYZABCIJKR")
 _CORNER = frozenset("IJKR")
+_VECTOR = frozenset("IJK")
 _DEGREE = deg_to_rad(1.0)
 _DWELLS = frozenset("PXU")  # a dwell's time; F only where it has none of them
 _LONG_WAY = math.pi * (1.0 + 1e-6)
@@ -49,11 +50,36 @@ class Interpreter:
         """Whether M2 or M30 has been read."""
         return self.process.ended
 
+    def state(self, name: str) -> float | None:
+        """What the program has set so far: "motion", "plane", "distance", "feed mode", "units", "return" as G numbers, "F", "S",
+        "X", "Y", "Z" as it would write them; None where it doesn't say, or for another name.
+        """
+        modal, frame = self.modal, self.frame
+        codes = {
+            "motion": modal.motion,
+            "plane": modal.plane,
+            "distance": 910 if modal.incremental else 900,
+            "feed mode": modal.feed_mode,
+            "units": (200 if modal.scale == SCALES["inch"] else 210) if modal.stated else None,
+            "return": 990 if modal.return_to_r else 980,
+        }
+        if name in codes:
+            code = codes[name]
+            return None if code is None else code / 10.0
+        if name in ("X", "Y", "Z"):
+            place = frame.xyz["XYZ".index(name)]
+            return place / modal.scale if math.isfinite(place) and not frame.turned else None
+        return {"F": modal.feed, "S": modal.speed}.get(name)
+
     def run(self, block: Block) -> None:
         """Carry one block out. Raises ToolpathError (without its place) for what can't be read honestly."""
         line, words, modal = block.line, block.words, self.modal
         if block.comment:
             self.path.comment(block.comment, line)
+        if block.again:
+            self.path.note(
+                "again-and-again", "M99 ends the main program, which would begin again: it is read once", line
+            )
         if block.optional:
             self.path.note("block-delete", "blocks behind a slash are taken as switched on", line)
         motion = modal.motion
@@ -66,7 +92,11 @@ class Interpreter:
         if 40 in block.g:
             self.process.dwell(block)
             consumed = True
-        if words and not consumed and not (_ARC_WORDS if motion in (20, 30) else _AXES).isdisjoint(words):
+        if (
+            words
+            and not consumed
+            and not (_ARC_WORDS if motion in (20, 30) or modal.vectors else _AXES).isdisjoint(words)
+        ):
             self._motion(block, motion)
         elif motion in CYCLES and "R" in words and not consumed:
             self._drill.run(block, motion)
@@ -127,7 +157,11 @@ class Interpreter:
                 "coordinates before any of G0, G1, G2, G3 (or after G80)", hint="name the kind of motion in the block"
             )
         modal, frame, words = self.modal, self.frame, block.words
-        if motion == 10 and not _CORNER.isdisjoint(words):
+        if modal.vectors and not _VECTOR.isdisjoint(words):
+            if motion not in (0, 10):
+                raise ToolpathError("I, J, K of an arc while they are the tool's axis (G43.5)", hint="export lines")
+            aim(block, modal, frame)
+        elif motion == 10 and not _CORNER.isdisjoint(words):
             raise ToolpathError(
                 "a straight cut with R, I, J or K (a rounded or chamfered corner)", hint="write the corner out as moves"
             )

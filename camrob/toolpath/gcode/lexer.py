@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from camrob.errors import ToolpathError
 
-__all__ = ["Block", "decode", "lex", "strip_comments"]
+__all__ = ["Block", "Word", "assemble", "block_of", "decode", "lex", "strip_comments"]
 
 _LONGEST_LINE = 10_000  # characters: real blocks stay under 256
 _LARGEST = 1e9  # of any number in a block
@@ -24,6 +24,8 @@ _PROGRAMMING = re.compile(
     r"[#\[\]]|\bO[ \t]*+<|\b(?:WHILE|IF|GOTO|GOTOF|GOTOB|DO|END|CALL|SUB|ENDSUB|REPEAT|LOOP|FOR|ENDIF)"
 )
 _SIEMENS = ((re.compile(r"\bTRAORI\b"), "M128 "), (re.compile(r"\bTRAFOOF\b"), "M129 "))
+Word = tuple[str, float, bool]
+"""A letter, its value, and whether it is written without a decimal point."""
 
 
 class Block(NamedTuple):
@@ -37,6 +39,7 @@ class Block(NamedTuple):
     percent: bool = False  # a line that begins with %
     optional: bool = False  # block delete: a slash in front
     whole_p: bool = False  # the P word has no decimal point
+    again: bool = False  # the program would begin again here (M99 in a main program)
 
 
 def decode(data: bytes, path: Path) -> list[str]:
@@ -119,13 +122,13 @@ def lex(lines: list[str], path: Path) -> Iterator[Block]:
         if not text:
             continue
         try:
-            yield _block(text, number)
+            yield block_of(text, number)
         except ToolpathError as error:
             raise error.at(path, number) from None
 
 
-def _block(text: str, line: int) -> Block:
-    """One line that is not blank as a block."""
+def block_of(text: str, line: int) -> Block:
+    """One line that is not blank as a block. Raises ToolpathError for whatever is not a letter followed by a plain number."""
     if text[0] == "%":
         return Block(line, {}, percent=True)
     bare, comment = strip_comments(text)
@@ -147,14 +150,19 @@ def _block(text: str, line: int) -> Block:
 
 def _words(bare: str, line: int, comment: str, optional: bool) -> Block:
     """The block of a line that is known to hold words only, without blanks."""
+    found = [(letter, float(digits), "." not in digits) for letter, digits in _WORD.findall(bare)]
+    return assemble(found, line, comment, optional)
+
+
+def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool = False) -> Block:
+    """The block of these words. Raises ToolpathError for a word that is said twice or out of all proportion."""
     words: dict[str, float] = {}
     g: list[int] = []
     m: list[int] = []
     whole_p = False
-    for letter, digits in _WORD.findall(bare):
-        value = float(digits)
+    for letter, value, is_whole in found:
         if not -_LARGEST < value < _LARGEST:
-            raise ToolpathError(f"{letter}{digits[:12]}... is out of all proportion", hint="check the exported number")
+            raise ToolpathError(f"{letter}{value:.6g} is out of all proportion", hint="check the exported number")
         if letter == "G":
             g.append(_code("G", value))
         elif letter == "M":
@@ -165,7 +173,7 @@ def _words(bare: str, line: int, comment: str, optional: bool) -> Block:
             raise ToolpathError(f"the word {letter} stands twice in one block", hint="split the block")
         else:
             words[letter] = value
-            whole_p = whole_p or (letter == "P" and "." not in digits)
+            whole_p = whole_p or (letter == "P" and is_whole)
     if "E" in words:
         raise ToolpathError(
             "an E word, or a number with an exponent; G-code has neither", hint="export plain decimal numbers"

@@ -15,13 +15,12 @@ from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.units import deg_to_rad
 
-__all__ = ["apply_setup"]
+__all__ = ["aim", "apply_setup"]
 
 _DEGREE = deg_to_rad(1.0)
 Handler = Callable[[int, Block, Modal, ToolFrame, PathGrower], bool]
 
 _REFUSED = {
-    51: ("a spline (G5.1)", "export lines and arcs"),
     52: ("a NURBS block (G5.2)", "export lines and arcs"),
     70: ("diameter programming (G7)", "export a milling program"),
     160: ("polar coordinates (G16)", "export X, Y, Z"),
@@ -30,11 +29,9 @@ _REFUSED = {
     161: ("polar coordinates (G16.1)", "export X, Y, Z"),
     330: ("threading (G33)", "mill the thread, or leave it out"),
     331: ("rigid tapping (G33.1): it needs a spindle coupled to the feed", "mill the thread, or leave it out"),
-    435: ("tool axis vectors (G43.5)", "post with rotary words and G43.4"),
+    2540: ("a work offset that turns with the table (G254)", "post with TCP on (G234, G43.4) or with G68.2 and G53.1"),
     510: ("scaling or mirroring (G51)", "let the CAM system do it"),
     511: ("mirroring (G51.1)", "let the CAM system do it"),
-    542: ("a fixture offset that turns (G54.2)", "post in the part's frame"),
-    544: ("a workpiece error compensation (G54.4)", "post in the part's frame"),
     650: ("a macro call (G65)", "have the CAM system write plain blocks"),
     660: ("a macro call (G66)", "have the CAM system write plain blocks"),
     680: ("a rotated frame (G68)", "let the CAM system turn the path, or use G68.2"),
@@ -59,8 +56,45 @@ _NO_COORDINATES = {
     500: "a block of G50 with coordinates",
     630: "tapping as a move (G63)",
 }
+# Fanuc's high-speed modes and look-ahead by their own letter: how fast the path is run, not where (B-63944EN, 20).
+_LOOK_AHEAD = {50: "P", 51: "Q", 80: "P"}
+# Offsets that are only cancelled by P0.
+_CANCELLED = {
+    542: "a fixture offset that turns (G54.2)",
+    544: "a workpiece error compensation (G54.4)",
+}
 # Path modes, exact stop, tool length, plain defaults: the cell decides, or nothing is to be done.
-_SILENT = frozenset((80, 90, 150, 281, 301, 400, 430, 431, 432, 500, 610, 611, 630, 640, 641, 670, 690, 970))
+_SILENT = frozenset(
+    (
+        80,
+        90,
+        150,
+        281,
+        301,
+        400,
+        430,
+        431,
+        432,
+        500,
+        610,
+        611,
+        630,
+        640,
+        641,
+        670,
+        690,
+        970,
+        131,
+        220,
+        230,
+        250,
+        260,
+        620,
+        1030,
+        1870,
+        2550,
+    )
+)
 _MOVES = frozenset((0, 10, 20, 30))
 _PLANE_ORDERS = frozenset(("121", "131", "212", "232", "313", "323"))
 
@@ -75,6 +109,13 @@ def apply_setup(codes: list[int], block: Block, modal: Modal, frame: ToolFrame, 
         handler = _HANDLERS.get(code)
         if handler is not None:
             consumed = handler(code, block, modal, frame, path) or consumed
+        elif code in _LOOK_AHEAD and _LOOK_AHEAD[code] in block.words:
+            if any(block.words.get(letter) for letter in "XYZABCIJK"):
+                raise ToolpathError(f"G{code / 10:g} with coordinates is not read", hint="export lines and arcs")
+            consumed = True
+        elif code in _CANCELLED:
+            if block.words.get("P") != 0.0:
+                raise ToolpathError(f"{_CANCELLED[code]} is not read", hint="post in the part's frame")
         elif code in _REFUSED:
             what, hint = _REFUSED[code]
             raise ToolpathError(f"{what} is not read", hint=hint)
@@ -82,11 +123,9 @@ def apply_setup(codes: list[int], block: Block, modal: Modal, frame: ToolFrame, 
             if not set("XYZABC").isdisjoint(block.words):
                 raise ToolpathError(f"{_NO_COORDINATES[code]} is not read", hint="write plain moves (G0, G1)")
         elif code not in _SILENT:
-            if not set("XYZABCIJKR").isdisjoint(block.words):
-                raise ToolpathError(
-                    f"G{code / 10:g} is not known here, and its block carries coordinates", hint="post without it"
-                )
-            path.note("unknown-g-code", f"G{code / 10:g} is not known here and is left out", block.line)
+            raise ToolpathError(
+                f"G{code / 10:g} is not known here: it may move the path", hint="post without it, or take it out"
+            )
         if code == 690:
             frame.untilt()
     return consumed
@@ -127,14 +166,24 @@ def _compensation(code: int, block: Block, modal: Modal, frame: ToolFrame, path:
 
 
 def _tcp(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
-    if code == 434 and frame.plane is not None:
-        raise ToolpathError("TCP (G43.4) in a tilted plane (G68.2)", hint="cancel the plane with G69 first")
-    frame.switch_tcp(code == 434, by_m=False)
+    if code != 490 and frame.plane is not None:
+        raise ToolpathError(f"TCP (G{code / 10:g}) in a tilted plane (G68.2)", hint="cancel the plane with G69 first")
+    modal.vectors = code == 435
+    frame.switch_tcp(code != 490, by_m=False)
+    if modal.vectors and any(letter in block.words for letter in "IJK"):
+        aim(block, modal, frame)
     return False
 
 
+def aim(block: Block, modal: Modal, frame: ToolFrame) -> None:
+    """The tool's axis by the I, J and K of a block (G43.5). Raises ToolpathError where they make none."""
+    if modal.incremental:
+        raise ToolpathError("a tool axis by I, J, K in G91", hint="post in absolute coordinates (G90)")
+    frame.aim((block.words.get("I", 0.0), block.words.get("J", 0.0), block.words.get("K", 0.0)))
+
+
 def _offset(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
-    key = (code, block.words.get("P", 0.0) if code == 541 else 0.0)
+    key = (code, block.words.get("P", 0.0) if code in (541, 1540) else 0.0)
     if modal.offset not in (None, key) and modal.moved:
         path.note(
             "several-work-offsets",
@@ -245,8 +294,8 @@ _HANDLERS: dict[int, Handler] = {
     **dict.fromkeys((200, 210), _units),
     **dict.fromkeys((170, 180, 190, 900, 910, 901, 911, 930, 940, 950, 980, 990), _modal),
     **dict.fromkeys((410, 420), _compensation),
-    **dict.fromkeys((434, 490), _tcp),
-    **dict.fromkeys((540, 541, 550, 560, 570, 580, 590, 591, 592, 593, *range(5050, 6000, 10)), _offset),
+    **dict.fromkeys((434, 435, 2340, 490), _tcp),
+    **dict.fromkeys((540, 541, 1540, 550, 560, 570, 580, 590, 591, 592, 593, *range(5050, 6000, 10)), _offset),
     **dict.fromkeys((280, 300, 530), _machine),
     520: _shift,
     **dict.fromkeys((100, 920), _origin),
@@ -274,8 +323,11 @@ _RANK = {
             490,
             430,
             434,
+            435,
+            2340,
             540,
             541,
+            1540,
             550,
             560,
             570,

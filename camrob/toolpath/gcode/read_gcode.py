@@ -11,10 +11,12 @@ import numpy as np
 from camrob.errors import ToolpathError
 from camrob.findings import Finding
 from camrob.toolpath.defaults import Defaults, feed_finding, unit_finding, with_spindle
+from camrob.toolpath.gcode.controls.control import Control
+from camrob.toolpath.gcode.controls.registry import choose_control
 from camrob.toolpath.gcode.coordinates import ToolFrame
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.interpreter import Interpreter
-from camrob.toolpath.gcode.lexer import decode, lex
+from camrob.toolpath.gcode.lexer import decode
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.region import Region
 from camrob.toolpath.toolpath import Tool, Toolpath
@@ -74,13 +76,14 @@ def read_gcode(
         raise ToolpathError("chord and angle tolerance must be above zero", path=path)
     lines = decode(data, path)
     bare = _COMMENT.sub("", "\n".join(lines)).upper()
+    control = choose_control(bare)
     machine = _kinematics(bare, kinematics, path)
     grower = PathGrower(machine, chord_tolerance, angle_tolerance)
     modal = Modal(tool_by_t=not _TOOL_CHANGE.search(bare))
     if units is not None:
         modal.scale, modal.forced = SCALES[units], True
     interpreter = Interpreter(grower, ToolFrame(machine), modal, defaults or Defaults())
-    _run(lines, path, grower, interpreter)
+    _run(control, lines, path, grower, interpreter)
     if machine != "3axis":
         _suspect_radians(bare, grower)
     try:
@@ -117,11 +120,11 @@ def _with_defaults(regions: tuple[Region, ...], interpreter: Interpreter) -> tup
     return regions, findings
 
 
-def _run(lines: list[str], path: Path, grower: PathGrower, interpreter: Interpreter) -> None:
+def _run(control: Control, lines: list[str], path: Path, grower: PathGrower, interpreter: Interpreter) -> None:
     """Carry the blocks out up to the program's end; refuse a file that is cut off."""
     opened = closed = False
     blocks = 0
-    for block in lex(lines, path):
+    for block in control.blocks(lines, path, interpreter.state):
         if block.percent:
             closed = blocks > 0
             opened = True

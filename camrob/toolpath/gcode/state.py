@@ -36,6 +36,7 @@ class Modal:
     coolant: bool = False
     next_tool: int | None = None
     tool_by_t: bool = False  # the program has no M6: T itself changes the tool
+    vectors: bool = False  # G43.5: I, J, K of a straight move are the tool's axis
     offset: tuple[int, float] | None = None  # the work offset: code and P
     moved: bool = False
     unit_line: int = 0  # of the first coordinate, where nobody had named the units by then

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from camrob.witness.cl.circles import centre_by_offsets, centre_by_radius, normal_of
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.standing import TURNED, Standing, Words
-from camrob.witness.cl.teller import Teller
+from camrob.witness.cl.teller import UNREAD, Teller
 from camrob.witness.cl.turning import on_the_way
 from camrob.witness.happenings import Kind, Pecks, Way
 from camrob.witness.units import INCH_MM, mm_to_m, ms_to_s
@@ -58,7 +58,6 @@ class GcodeReader:
         self._frame = "54"
         self._next_tool, self._spinning = 0.0, False
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
-        self._open: dict[str, int] = {}  # loops and the like, with their lines
         self._ended = False
 
     def read(self, text: str) -> None:
@@ -67,7 +66,10 @@ class GcodeReader:
             block = "".join(_COMMENT.sub("", line).upper().split())
             if block.startswith("%"):
                 self._ended = self._tell.n > 0
-            elif block and not self._flow(block, i):
+            elif block and self._computes(block):
+                self._gap(i, UNREAD + COMPUTED, last=text.rstrip().count("\n") + 1)
+                return
+            elif block and not self._another(block, i):
                 self._read(block, i)
             if self._ended:
                 return
@@ -77,28 +79,24 @@ class GcodeReader:
         self._stand.forget()
         self._tell.lose()
 
-    def _gap(self, line: int, text: str) -> None:
-        self._tell.gap(line, text)
+    def _gap(self, line: int, text: str, last: int = 0) -> None:
+        self._tell.gap(line, text, last=last)
         self._forget()
 
-    def _flow(self, block: str, line: int) -> bool:
-        """True where the block belongs to loops, branches or subprograms, or computes."""
-        found = _FLOW.match(block)
-        word = next((g for g in found.groups()[1:] if g and g.isalpha()), "") if found else ""
-        label = next((g for g in found.groups() if g and not g.isalpha()), "") if found else ""
-        if word in ("SUB", "WHILE", "DO", "IF", "REPEAT", "GOTO") and not (word == "WHILE" and label in self._open):
-            self._open.setdefault(label, line)
-        elif word.startswith("END") or (word == "WHILE" and label in self._open):
-            self._open.pop(label, None)
-        elif re.fullmatch(r"[O:]\d+|O?<[\w.-]*>", block):
-            if self._tell.n:
-                self._gap(line, "another program in the same file")
-            return True
-        computes = any(c in block for c in "#[=<")
-        if found or self._open or computes:
-            self._gap(line, COMPUTED)
-            return True
-        return False
+    def _computes(self, block: str) -> bool:
+        """Whether the block belongs to loops, branches or subprograms, or computes: all behind it hangs on its values."""
+        calls = re.search(r"M0*9[78](?![0-9.])|G0*6[56](?![0-9.])", block) or (block[-3:] == "M99" and not self._tell.n)
+        return bool(
+            _FLOW.match(block) or calls or (any(c in block for c in "#[=<") and not re.fullmatch(r"O?<[\w.-]*>", block))
+        )
+
+    def _another(self, block: str, line: int) -> bool:
+        """True where a program's name or number stands; behind motions it is another program's."""
+        if not re.fullmatch(r"[O:]\d+|O?<[\w.-]*>", block):
+            return False
+        if self._tell.n:
+            self._gap(line, "another program in the same file")
+        return True
 
     def _read(self, block: str, line: int) -> None:
         if block.startswith("/"):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.witness.happenings import Event, Gap, Kind, Path, Pecks, Stand, Story, Way
 
-__all__ = ["NO_CIRCLE", "Teller", "unit"]
+__all__ = ["NO_CIRCLE", "UNREAD", "Teller", "unit"]
 
 Array = NDArray[np.float64]
 
@@ -17,6 +17,8 @@ _SAME = 1e-9  # m, and of a unit vector: two places that are one
 _CLOSED = 1e-7  # m: ends of an arc that are one (CL files print 0.1 um)
 _ROUND = 2e-5  # m: by how much the radius at an arc's end may differ from that at its start
 _NO_CIRCLE = 1e-3  # m: by as much it differs where no circle is meant, or another one
+UNREAD = "not read by the second opinion: "
+"""How the gap begins that reaches to the end of a file."""
 NO_CIRCLE = "an arc whose ends lie on no circle about its centre"
 _NOWHERE = (math.nan,) * 7  # centre, normal and angle of a straight motion
 _CURVED = (*_NOWHERE[1:], 0.0)  # of a piece of a curve
@@ -290,11 +292,11 @@ class Teller:
         self.events.insert(place, Event(0, Kind.SPINDLE_ON, self.default_rpm, "CLW"))
 
     def story(self, dialect: str, units: str) -> Story | None:
-        """Everything that was collected; None where there is no motion."""
+        """Everything that was collected; None where there is no motion, and no gap that says why."""
         self._flush()
-        if not self._blocks:
+        if not self._blocks and not any(gap.text.startswith(UNREAD) for gap in self.gaps):
             return None
-        table = np.concatenate(self._blocks)
+        table = np.concatenate(self._blocks) if self._blocks else np.zeros((0, _COLUMNS))
         way = table[:, 14].astype(np.int8)
         self._start_spindle(way)
         return Story(

@@ -1,0 +1,1 @@
+"""The controls whose programs are read, one file each; `registry` lists them."""

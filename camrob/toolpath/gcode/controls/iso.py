@@ -1,0 +1,58 @@
+"""Controls that read ISO 6983 as Fanuc does: Fanuc itself, Haas, Mitsubishi, Mazak, Brother and most others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.controls.control import Control, State
+from camrob.toolpath.gcode.controls.fanuc_macro import SUBPROGRAMS, run_macro
+from camrob.toolpath.gcode.lexer import Block, lex, strip_comments
+
+__all__ = ["ISO"]
+
+_POINTED = re.compile(r"[XYZIJKR][ \t]*[-+]?[0-9]+\.(?![0-9])")
+_UNPOINTED = re.compile(r"(?<![A-Z#\[])([XYZABCIJK])[ \t]*([-+]?[0-9]*[1-9][0-9]*)(?![0-9.\]])")
+_PROGRAM = re.compile(r"^[ \t]*[O:][0-9]{1,8}\b", re.M)
+
+
+def _blocks(lines: list[str], path: Path, state: State) -> Iterator[Block]:
+    """The blocks of a program; it is run where it computes or calls, and only read where it does not."""
+    _check_points(lines, path)
+    bare = "\n".join(line for line in lines if not line.lstrip().startswith((";", "(")))
+    if SUBPROGRAMS.search(bare):
+        return run_macro(lines, path, state)
+    return lex(lines, path)
+
+
+def _check_points(lines: list[str], path: Path) -> None:
+    """Refuse a coordinate without decimal point among others that end in one: Fanuc counts it in thousandths.
+
+    A program that never ends a number in a bare point is of a control that reads 10 as ten. Raises ToolpathError.
+    """
+    text = "\n".join(lines).upper()
+    if not (_PROGRAM.search(text) and _POINTED.search(text)):
+        return
+    for number, raw in enumerate(lines, 1):
+        if "(" in raw or ";" in raw:
+            try:
+                raw = strip_comments(raw)[0]
+            except ToolpathError:  # said where the line is read
+                continue
+        upper = raw.upper()
+        if "G" in upper and re.search(r"G0*(?:65|66|4|10|5|05)(?![0-9])", upper):
+            continue
+        match = _UNPOINTED.search(upper)
+        if match:
+            raise ToolpathError(
+                f"{match[1]}{match[2]} has no decimal point, and other coordinates end in one:"
+                f" Fanuc's controls take it for {float(match[2]) / 1000.0:g}",
+                hint=f"write {match[1]}{match[2]}. where it is meant whole",
+                path=path,
+                line=number,
+            )
+
+
+ISO = Control("iso", "Fanuc, Haas, Mitsubishi and others that read ISO 6983 alike", lambda text: 1, _blocks)

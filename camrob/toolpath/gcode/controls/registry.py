@@ -1,0 +1,16 @@
+"""The controls whose programs camrob reads: a new one is a file and a line here."""
+
+from __future__ import annotations
+
+from camrob.toolpath.gcode.controls.control import Control
+from camrob.toolpath.gcode.controls.iso import ISO
+from camrob.toolpath.gcode.controls.linuxcnc import LINUXCNC
+
+__all__ = ["CONTROLS", "choose_control"]
+
+CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC)}
+
+
+def choose_control(text: str) -> Control:
+    """The control whose program the text looks most like: ISO's, where it has nothing that only another one has."""
+    return max(CONTROLS.values(), key=lambda c: c.recognise(text))

@@ -1,0 +1,1 @@
+"""What programs that compute have in common: expressions, words with values, bounds."""

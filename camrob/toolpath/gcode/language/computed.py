@@ -1,0 +1,46 @@
+"""Blocks whose words are computed: each letter with a number, a variable, a function or an expression in brackets."""
+
+from __future__ import annotations
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.language.expressions import NOTHING, Reader
+from camrob.toolpath.gcode.lexer import Block, Word, assemble
+
+__all__ = ["computed_block", "words_of"]
+
+
+def words_of(reader: Reader, *, stops: str = "") -> list[Word]:
+    """The words from where the reader stands to the end, or to one of the characters `stops`.
+
+    A variable without a value takes its letter along (Fanuc's rule). Raises ToolpathError for what is no word.
+    """
+    found: list[Word] = []
+    while reader.rest and reader.rest[0] not in stops:
+        letter = reader.rest[0]
+        if not ("A" <= letter <= "Z"):
+            raise ToolpathError(f"{reader.rest[:16]!r} is no G-code word", hint="every word is a letter and a value")
+        reader.at += 1
+        before = reader.at
+        negative = False
+        while reader.rest[:1] in ("+", "-") and reader.rest:
+            negative ^= reader.rest[0] == "-"
+            reader.at += 1
+        value = reader.operand()
+        if value is NOTHING:
+            raise ToolpathError(
+                f"no value follows {letter} in {reader.text[before - 1 :][:16]!r}", hint="check the block"
+            )
+        written = reader.text[before : reader.at]
+        if "ROUND[" in written and letter not in "GMNT":
+            raise ToolpathError(
+                f"ROUND in the word {letter}: what it rounds to is the control's least increment",
+                hint="round in an assignment, or write the value without ROUND",
+            )
+        if value is not None:
+            found.append((letter, -value if negative else value, "." not in written))
+    return found
+
+
+def computed_block(reader: Reader, line: int, comment: str, optional: bool) -> Block:
+    """The block of what the reader has before it."""
+    return assemble(words_of(reader), line, comment, optional)
