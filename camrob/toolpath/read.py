@@ -79,12 +79,23 @@ def read_toolpath(
                 chord_tolerance=chord_tolerance,
                 angle_tolerance=angle_tolerance,
                 defaults=Defaults(feed, spindle_rpm, diameters or {}),
-                kinematics={"gcode-xyzac": "xyzac", "gcode-xyzbc": "xyzbc"}.get(dialect or ""),
+                kinematics=_kinematics(dialect, place),
             ),
             place,
         )
     except InputError as error:
         raise error.at(place) from error
+
+
+def _kinematics(dialect: str | None, path: Path) -> str | None:
+    """The machine that a dialect of G-code names, None where it names none. Raises ToolpathError for one that isn't known."""
+    from camrob.toolpath.gcode.read_gcode import KINEMATICS
+
+    name = (dialect or "gcode").removeprefix("gcode").removeprefix("-")
+    if name not in ("", "3axis", "unknown", *KINEMATICS):
+        known = ", ".join(f"gcode-{k}" for k in KINEMATICS)
+        raise ToolpathError(f"there is no dialect {dialect!r}", hint=f"gcode, {known}", path=path)
+    return name if name in KINEMATICS else None
 
 
 def _in_the_hall(toolpath: Toolpath, path: Path) -> Toolpath:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.errors import ToolpathError
 from camrob.units import deg_to_rad
 
-__all__ = ["Stance", "ToolFrame", "Triple", "euler", "rotary_axes"]
+__all__ = ["Stance", "ToolFrame", "Triple", "euler", "rotary_axes", "unknown_axes"]
 
 _LINEAR = {"X": 0, "Y": 1, "Z": 2}
 _ROTARY = {"A": 0, "B": 1, "C": 2}
@@ -48,7 +48,18 @@ def rotary_axes(kinematics: str, angles: NDArray[np.float64]) -> NDArray[np.floa
     if kinematics == "xyzbc":
         b = angles[:, 1]
         return np.stack((-np.sin(b) * np.cos(c), np.sin(b) * np.sin(c), np.cos(b)), axis=1)
+    if kinematics == "unknown" and np.any(np.abs(np.sin(0.5 * angles)) > _TURNED):
+        raise unknown_axes()
     return np.broadcast_to(_UPRIGHT, (len(angles), 3)).copy()
+
+
+def unknown_axes() -> ToolpathError:
+    """That nobody has said how the rotary axes turn, as an error to be raised."""
+    return ToolpathError(
+        "which way the rotary axes turn the tool is the machine's own, and the program doesn't say it",
+        hint="--dialect gcode-xyzac-iso or gcode-xyzbc-iso (signs by ISO 841), gcode-xyzac or gcode-xyzbc (the table's own)"
+        ", or post tool vectors",
+    )
 
 
 def euler(order: str, angles: tuple[float, float, float]) -> NDArray[np.float64]:
@@ -73,10 +84,11 @@ class ToolFrame:
     told without the machine's geometry. `angles` (A, B, C) in rad.
     """
 
-    __slots__ = ("angles", "kinematics", "on_plane", "plane", "shift", "tcp_g", "tcp_m", "vector", "xyz")
+    __slots__ = ("angles", "kinematics", "on_plane", "plane", "sense", "shift", "tcp_g", "tcp_m", "vector", "xyz")
 
     def __init__(self, kinematics: str) -> None:
-        self.kinematics = kinematics
+        self.kinematics = kinematics.removesuffix("-iso")
+        self.sense = -1.0 if kinematics.endswith("-iso") else 1.0  # of rotary words beside LinuxCNC's
         self.xyz = [math.nan] * 3
         self.angles = [0.0, 0.0, 0.0]
         self.shift = [0.0, 0.0, 0.0]  # G52
@@ -125,6 +137,8 @@ class ToolFrame:
         if self.vector is not None:
             return self.vector
         a, b, c = self.angles
+        if self.kinematics == "unknown" and self.turned:
+            raise unknown_axes()
         if self.kinematics == "xyzac":
             return math.sin(a) * math.sin(c), math.sin(a) * math.cos(c), math.cos(a)
         if self.kinematics == "xyzbc":
@@ -167,7 +181,8 @@ class ToolFrame:
                 continue
             i = _ROTARY.get(letter)
             if i is not None:
-                angles[i] = angles[i] + value * degree if incremental else value * degree
+                angle = self.sense * value * degree
+                angles[i] = angles[i] + angle if incremental else angle
                 turned = True
         if turned:
             self.vector = None
@@ -195,6 +210,8 @@ class ToolFrame:
     def _stands(self) -> bool:
         """Whether the named rotary angles put the tool on the tilted plane's normal."""
         if self.plane is None or not self.oriented:
+            return False
+        if self.kinematics == "unknown" and self.turned:
             return False
         axis = rotary_axes(self.kinematics, np.array([self.angles]))[0]
         return float(axis @ self.plane[0][:, 2]) > _ALIGNED
@@ -242,6 +259,8 @@ class ToolFrame:
         if not self._stands():
             tilting = "B" if self.kinematics == "xyzbc" else "A"
             self.angles[_ROTARY[tilting]] = self.angles[_ROTARY["C"]] = math.nan
+            if self.kinematics == "unknown":
+                self.angles = [math.nan] * 3
         self.forget()
 
     def set_shift(self, shift: list[float]) -> None:

@@ -40,7 +40,7 @@ class PathGrower:
     """
 
     def __init__(self, kinematics: str, chord_tolerance: float, angle_tolerance: float) -> None:
-        self._kinematics = kinematics
+        self._kinematics = kinematics.removesuffix("-iso")
         self._chord = chord_tolerance
         self._angle = angle_tolerance
         self._builder = RegionBuilder()

@@ -14,7 +14,7 @@ from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.cycles import CYCLES
 from camrob.toolpath.gcode.drill import Drill
-from camrob.toolpath.gcode.lexer import Block
+from camrob.toolpath.gcode.lexer import Block, Plane
 from camrob.toolpath.gcode.modes import aim, apply_setup
 from camrob.toolpath.gcode.moves import Motions
 from camrob.toolpath.gcode.state import SCALES, Modal
@@ -80,19 +80,27 @@ class Interpreter:
             self.path.note(
                 "again-and-again", "M99 ends the main program, which would begin again: it is read once", line
             )
+        if block.note:
+            self.path.note("control-word", block.note, line)
+        if block.plane is not False:
+            self._plane(block.plane, aligned=block.aligned)
         if block.optional:
             self.path.note("block-delete", "blocks behind a slash are taken as switched on", line)
         motion = modal.motion
         consumed = False
         if block.g:
             motion, consumed = self._codes(block, motion)
+        if block.vector is not None:
+            self._aim(block)
         self._values(block)
         if block.m or "S" in words:
             self.process.before(block)
         if 40 in block.g:
             self.process.dwell(block)
             consumed = True
-        if (
+        if block.vector is not None and not consumed:
+            self._motion(block, motion)
+        elif (
             words
             and not consumed
             and not (_ARC_WORDS if motion in (20, 30) or modal.vectors else _AXES).isdisjoint(words)
@@ -102,6 +110,30 @@ class Interpreter:
             self._drill.run(block, motion)
         if block.m:
             self.process.after(block)
+
+    def _plane(self, plane: Plane, *, aligned: bool) -> None:
+        """A tilted plane of a control's own cycle, or none any more; `aligned`: its tool stands on it, wherever its tip went."""
+        frame = self.frame
+        frame.untilt()
+        if plane is not None:
+            rotation, origin = plane
+            frame.tilt(np.array(rotation).reshape(3, 3), np.array(origin) * self.modal.scale)
+        if aligned:
+            self.path.lose()
+            if plane is None:
+                frame.forget()
+                frame.angles = [math.nan if angle else 0.0 for angle in frame.angles]
+            else:
+                frame.orient()
+
+    def _aim(self, block: Block) -> None:
+        """The tool's axis by a vector of the block, with or without a move."""
+        if 1280 in block.m:  # TRAORI in the same block
+            self.frame.switch_tcp(True, by_m=True)
+        x, y, z = block.vector or (0.0, 0.0, 0.0)
+        if not _AXES.isdisjoint(block.words) and not {"A", "B", "C"}.isdisjoint(block.words):
+            raise ToolpathError("a tool axis by a vector and by angles in one block", hint="keep one of them")
+        self.frame.aim((x, y, z))
 
     def _codes(self, block: Block, motion: int | None) -> tuple[int | None, bool]:
         """Carry the G codes of a block out, except for motion: the motion code now, whether axis words are used up."""

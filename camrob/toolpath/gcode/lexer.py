@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from camrob.errors import ToolpathError
 
-__all__ = ["Block", "Word", "assemble", "block_of", "decode", "lex", "strip_comments"]
+__all__ = ["Block", "Plane", "Word", "assemble", "block_of", "decode", "lex", "strip_comments"]
 
 _LONGEST_LINE = 10_000  # characters: real blocks stay under 256
 _LARGEST = 1e9  # of any number in a block
@@ -28,6 +28,10 @@ Word = tuple[str, float, bool]
 """A letter, its value, and whether it is written without a decimal point."""
 
 
+Plane = tuple[tuple[float, ...], tuple[float, ...]] | None
+"""A plane's axes in the part, (9,) row by row of part_R_plane, and its origin, (3,) in the program's unit; None: no plane."""
+
+
 class Block(NamedTuple):
     """One block. `g` and `m` are codes in tenths (G43.4 is 434); `words` all other letters but N, as written."""
 
@@ -39,6 +43,10 @@ class Block(NamedTuple):
     percent: bool = False  # a line that begins with %
     optional: bool = False  # block delete: a slash in front
     whole_p: bool = False  # the P word has no decimal point
+    note: str = ""  # what a control's own word is taken for, to be said
+    vector: tuple[float, ...] | None = None  # the tool's axis, tip to holder
+    plane: Plane | Literal[False] = False  # a tilted plane from here on; None: none any more; False: nothing is said
+    aligned: bool = False  # the control turns the tool onto that plane
     again: bool = False  # the program would begin again here (M99 in a main program)
 
 

@@ -22,7 +22,7 @@ from camrob.toolpath.region import Region
 from camrob.toolpath.toolpath import Tool, Toolpath
 from camrob.toolpath.toolpath_builder import clean_text
 
-__all__ = ["looks_like_gcode", "read_gcode"]
+__all__ = ["KINEMATICS", "looks_like_gcode", "read_gcode"]
 
 _HEAD = 65_536  # bytes that are looked at to recognise G-code
 _GCODE_LINE = re.compile(
@@ -37,6 +37,9 @@ _OTHER_LINE = re.compile(
 _LARGE = 3.0  # m
 _COMMENT = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 _TOOL_CHANGE = re.compile(r"M[ \t]*+0*+6(?![0-9.])")
+_ANY_TCP = re.compile(r"G[ \t]*0*(?:43\.[45]|234)(?![0-9.])|M[ \t]*128(?![0-9.])|TRAORI")
+_LINUXCNC_TCP = re.compile(r"M[ \t]*428(?![0-9.])")
+KINEMATICS = ("xyzac", "xyzbc", "xyzac-iso", "xyzbc-iso")
 _MANY_DECIMALS = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9]?\.[0-9]{9}")
 _ROTARY_WORD = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9.]")
 
@@ -67,8 +70,8 @@ def read_gcode(
     the words used. Arcs are cut into chords that leave them by at most `chord_tolerance` (m) and turn by at most
     `angle_tolerance` (rad); tool axes of neighbouring cut points differ by at most the latter. Feeds are speeds of
     the tip in m/s, also from inverse time (G93) and feed per revolution (G95). `defaults` serve where the program states
-    no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" or "gcode-3axis". Raises ToolpathError with the
-    line for anything that would make a wrong part.
+    no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" (with
+    "-iso"), "gcode-unknown" or "gcode-3axis". Raises ToolpathError with the line for anything that would make a wrong part.
     """
     if units not in (None, *SCALES):
         raise ToolpathError(f"units {units!r}", hint="mm or inch", path=path)
@@ -77,7 +80,7 @@ def read_gcode(
     lines = decode(data, path)
     bare = _COMMENT.sub("", "\n".join(lines)).upper()
     control = choose_control(bare)
-    machine = _kinematics(bare, kinematics, path)
+    machine = _kinematics(bare, kinematics, path, plain=control.name in ("iso", "linuxcnc"))
     grower = PathGrower(machine, chord_tolerance, angle_tolerance)
     modal = Modal(tool_by_t=not _TOOL_CHANGE.search(bare))
     if units is not None:
@@ -154,10 +157,16 @@ def _run(control: Control, lines: list[str], path: Path, grower: PathGrower, int
     )
 
 
-def _kinematics(bare: str, wanted: str | None, path: Path) -> str:
-    """Which machine the rotary words belong to: xyzac, xyzbc or 3axis."""
-    if wanted not in (None, "xyzac", "xyzbc"):
-        raise ToolpathError(f"kinematics {wanted!r} is not known", hint="xyzac or xyzbc", path=path)
+def _kinematics(bare: str, wanted: str | None, path: Path, *, plain: bool) -> str:
+    """Which machine the rotary words belong to: xyzac, xyzbc, either with "-iso", 3axis, or unknown.
+
+    LinuxCNC's M428 names its own tables; what G43.4, G234, M128 or TRAORI is programmed for, nobody says but the user.
+    `plain`: the program's words are ISO's.
+    """
+    if wanted not in (None, *KINEMATICS):
+        raise ToolpathError(f"kinematics {wanted!r} is not known", hint="one of " + ", ".join(KINEMATICS), path=path)
+    if wanted is None and not plain:
+        return "unknown"
     present = {a for a in "ABC" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0-9.]", bare)}
     moving = {a for a in "AB" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0.]*+[1-9]", bare)}
     if moving == {"A", "B"}:
@@ -167,10 +176,12 @@ def _kinematics(bare: str, wanted: str | None, path: Path) -> str:
             path=path,
         )
     if wanted is not None:
-        stranger = "B" if wanted == "xyzac" else "A"
+        stranger = "B" if wanted.startswith("xyzac") else "A"
         if stranger in moving:
             raise ToolpathError(f"{stranger} words in a program for {wanted}", hint="check the kinematics", path=path)
         return wanted
+    if moving and _ANY_TCP.search(bare) and not _LINUXCNC_TCP.search(bare):
+        return "unknown"
     if "B" in moving or (not moving and "B" in present and "A" not in present):
         return "xyzbc"
     return "xyzac" if present else "3axis"

@@ -48,11 +48,11 @@ _QUIET = frozenset("10 11 29 48 49".split())  # M codes that move and switch not
 
 
 class GcodeReader:
-    """Tells what the blocks of one file ask for."""
+    """Tells what the blocks of one file ask for. by_tool: rotary words turn the tool about the part (ISO 841), not the table."""
 
-    def __init__(self, tell: Teller, units: str | None) -> None:
+    def __init__(self, tell: Teller, units: str | None, *, by_tool: bool = False) -> None:
         self._tell, self._fixed, self.units = tell, units is not None, units or "mm"
-        self._stand = Standing()
+        self._stand = Standing(-1.0 if by_tool else 1.0)
         self._motion, self._plane, self._feed_mode = "", "17", "94"
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame = "54"

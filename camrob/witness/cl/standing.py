@@ -41,7 +41,8 @@ class Standing:
     program has named. unnamed: what is not known has not been named, since the start or a machine position.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, sense: float = 1.0) -> None:
+        self._sense = sense  # of rotary words: -1 where they turn the tool (ISO 841), 1 where they turn the table
         self.at: dict[str, float | None] = {**dict.fromkeys("XYZ"), **dict.fromkeys("ABC", 0.0)}
         self.shift = dict.fromkeys("XYZ", 0.0)
         self.preset = False
@@ -121,7 +122,7 @@ class Standing:
         """Where a block with these axes ends; scale: metres in one of its units."""
         at = dict(self.at)
         for letter in axes:
-            value = float(words[letter]) * (scale if letter in "XYZ" else 1.0)
+            value = float(words[letter]) * (scale if letter in "XYZ" else self._sense)
             before = at[letter]
             start = self.shift.get(letter, 0.0) if absolute else before
             at[letter] = None if start is None else start + value

@@ -13,8 +13,10 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
+from camrob.toolpath.gcode.controls.fanuc_programs import PROGRAM, REPEATS, split_programs
 from camrob.toolpath.gcode.language.computed import words_of
-from camrob.toolpath.gcode.language.expressions import (
+from camrob.toolpath.gcode.language.flow import DEEPEST, Line, StepCount, prepared, unset
+from camrob.toolpath.gcode.language.formulas import (
     ARITHMETIC,
     BITS,
     COMPARISONS,
@@ -26,18 +28,16 @@ from camrob.toolpath.gcode.language.expressions import (
     fup,
     whole,
 )
-from camrob.toolpath.gcode.language.flow import DEEPEST, Line, StepCount, prepared, unset
 from camrob.toolpath.gcode.lexer import Block, Word, assemble
+from camrob.units import rad_to_deg
 
-__all__ = ["SUBPROGRAMS", "run_macro"]
+__all__ = ["INCREMENT", "SUBPROGRAMS", "run_macro"]
 
 SUBPROGRAMS = re.compile(
     r"M[ \t]*0*9[789](?![0-9.])|G[ \t]*0*6[567](?![0-9.])|#|\[|\b(?:IF|WHILE|GOTO|END[0-9]+|DO[0-9]+)\b", re.I
 )
 """What a file holds that has to be run, not only read."""
 
-_PROGRAM = re.compile(r"[O:]([0-9]+)(.*)")
-_CALLED = re.compile(r"(?:M0*98|G0*65)[^(;]*?P *([0-9]+)")
 _WHILE = re.compile(r"WHILE(\[.*\])DO([0-9]+)$")
 _THEN = re.compile(r"IF(\[.*\])THEN(.+)$")
 _JUMP = re.compile(r"IF(\[.*\])GOTO(.+)$")
@@ -54,8 +54,9 @@ _ALARM, _STOP = 3000, 3006
 # G65's letters by Fanuc's first list; those that are no length count as they are written, the others need their point
 _ARGUMENTS = dict(zip("ABCDEFHIJKMQRSTUVWXYZ", (1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, *range(17, 27)), strict=True))
 _COUNTS = frozenset("DHMST")
-_REPEATS = 10_000  # M98 P51002: five times O1002
 _MOST_REPEATS = 9_999
+INCREMENT = 1e-3
+"""mm or degrees: the least increment of Fanuc's system IS-B, in which it counts numbers without a point."""
 
 
 def _compared(name: str, a: Value, b: Value) -> float | None:
@@ -72,7 +73,7 @@ _GRAMMAR = Grammar(
         {k: {**ARITHMETIC, **BITS}[k] for k in ("*", "/", "MOD", "AND")},
     ),
     functions={**FUNCTIONS, "FIX": lambda x: float(math.trunc(x)), "FUP": fup, "SQR": FUNCTIONS["SQRT"]},
-    atan=lambda y, x: math.degrees(math.atan2(y, x)) % 360.0,
+    atan=lambda y, x: rad_to_deg(math.atan2(y, x)) % 360.0,
     compares=_compared,
 )
 
@@ -104,7 +105,7 @@ class _Macro:
         self._lines: dict[int, Line] = {}
         self._count = StepCount()
         self._commons: dict[int, Value] = {}
-        self._programs, main = self._split()
+        self._programs, main = split_programs(lines, self._line, path)
         self._stack = [_Run(*main, at=main[0], variables={}, name="the program")]
 
     def _line(self, index: int) -> Line:
@@ -115,43 +116,6 @@ class _Macro:
             except ToolpathError as error:
                 raise error.at(self._path, index + 1) from None
         return line
-
-    def _split(self) -> tuple[dict[int, tuple[int, int]], tuple[int, int]]:
-        """The programs of the file by their numbers, and the main one: each from its first line to before the next."""
-        starts = [(0, -1)]
-        for index, raw in enumerate(self._raw):
-            if raw.lstrip()[:1] not in (*"Oo:", "("):
-                continue
-            match = _PROGRAM.fullmatch(self._line(index).text)
-            if match:
-                starts.append((index, int(match[1])))
-        ends = [start for start, _ in starts[1:]] + [len(self._raw)]
-        parts = [(first, end, number) for (first, number), end in zip(starts, ends, strict=True)]
-        real = [part for part in parts if any(self._line(i).text.strip("%") for i in range(part[0], part[1]))]
-        programs: dict[int, tuple[int, int]] = {}
-        for first, end, number in real:
-            if number in programs:
-                raise ToolpathError(
-                    f"O{number} stands twice in the file", hint="keep one", path=self._path, line=first + 1
-                )
-            programs[number] = (first, end)
-        called = {int(n) % _REPEATS for raw in self._raw for n in _CALLED.findall(raw.upper())}
-        whole_ = [p for p in real if self._ends(p) and p[2] not in called]
-        whole_ = whole_ or [p for p in real if p[2] not in called][:1] or real[:1]
-        if len(whole_) > 1:
-            raise ToolpathError(
-                f"{len(whole_)} programs with an M30 of their own in one file: which one is meant is not known",
-                hint="give each program a file of its own",
-                path=self._path,
-                line=whole_[1][0] + 1,
-            )
-        if not whole_:
-            raise ToolpathError("no G-code in the file", hint="export it again", path=self._path)
-        return programs, whole_[0][:2]
-
-    def _ends(self, part: tuple[int, int, int]) -> bool:
-        """Whether a program has an M2 or M30."""
-        return any(re.search(r"M0*(?:30|2)(?![0-9.])", self._line(i).text) for i in range(part[0], part[1]))
 
     # -- running -----------------------------------------------------------------------------------------------
 
@@ -180,7 +144,7 @@ class _Macro:
         text = line.text
         if text.startswith("%"):
             yield Block(line.number, {}, percent=True)
-        elif _PROGRAM.fullmatch(text):
+        elif PROGRAM.fullmatch(text):
             if line.comment:
                 yield Block(line.number, {}, comment=line.comment)
         elif match := _JUMP.match(text):
@@ -317,8 +281,8 @@ class _Macro:
             self._go_to(number)
             self._stack[-1].back = self._stack[-1].at
             return
-        if number not in self._programs and number >= _REPEATS and "L" not in value:
-            times, number = divmod(number, _REPEATS)
+        if number not in self._programs and number >= REPEATS and "L" not in value:
+            times, number = divmod(number, REPEATS)
         first, end = self._program(number)
         self._push(_Run(first, end, first, caller.variables, f"O{number}", back=first), times)
 
@@ -343,7 +307,7 @@ class _Macro:
             if is_whole and number and letter not in _COUNTS:
                 raise ToolpathError(
                     f"G65 with {letter}{number:g} without a decimal point: what it is worth depends on the control",
-                    hint=f"write {letter}{number:g}. or {letter}{number / 1000.0:g}",
+                    hint=f"write {letter}{number:g}. or {letter}{number * INCREMENT:g}",
                 )
             arguments[_ARGUMENTS[letter]] = number
         number = whole(value["P"], "P")

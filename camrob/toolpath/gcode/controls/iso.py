@@ -8,7 +8,7 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import Control, State
-from camrob.toolpath.gcode.controls.fanuc_macro import SUBPROGRAMS, run_macro
+from camrob.toolpath.gcode.controls.fanuc_macro import INCREMENT, SUBPROGRAMS, run_macro
 from camrob.toolpath.gcode.lexer import Block, lex, strip_comments
 
 __all__ = ["ISO"]
@@ -48,7 +48,7 @@ def _check_points(lines: list[str], path: Path) -> None:
         if match:
             raise ToolpathError(
                 f"{match[1]}{match[2]} has no decimal point, and other coordinates end in one:"
-                f" Fanuc's controls take it for {float(match[2]) / 1000.0:g}",
+                f" Fanuc's controls take it for {float(match[2]) * INCREMENT:g}",
                 hint=f"write {match[1]}{match[2]}. where it is meant whole",
                 path=path,
                 line=number,

@@ -11,7 +11,8 @@ from pathlib import Path
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import Control
 from camrob.toolpath.gcode.language.computed import words_of
-from camrob.toolpath.gcode.language.expressions import (
+from camrob.toolpath.gcode.language.flow import DEEPEST, Line, StepCount, prepared, unset
+from camrob.toolpath.gcode.language.formulas import (
     ARITHMETIC,
     COMPARISONS,
     FUNCTIONS,
@@ -22,7 +23,6 @@ from camrob.toolpath.gcode.language.expressions import (
     Value,
     whole,
 )
-from camrob.toolpath.gcode.language.flow import DEEPEST, Line, StepCount, prepared, unset
 from camrob.toolpath.gcode.lexer import Block, assemble
 
 __all__ = ["LINUXCNC"]
@@ -69,7 +69,7 @@ class _Call:
     counts: dict[int, int] = field(default_factory=dict)  # repeats that are left, by the line of their REPEAT
 
 
-def run_o_words(lines: list[str], path: Path) -> Iterator[Block]:
+def _run_o_words(lines: list[str], path: Path) -> Iterator[Block]:
     """The blocks that the program gives when it is run. Raises ToolpathError with its line for what only a machine knows."""
     yield from _Program(lines, path).run()
 
@@ -339,4 +339,4 @@ def _recognise(text: str) -> int:
     return 3 if O_WORDS.search(text) else 0
 
 
-LINUXCNC = Control("linuxcnc", "LinuxCNC", _recognise, lambda lines, path, state: run_o_words(lines, path))
+LINUXCNC = Control("linuxcnc", "LinuxCNC", _recognise, lambda lines, path, state: _run_o_words(lines, path))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from camrob.toolpath.gcode.controls.control import Control
 from camrob.toolpath.gcode.controls.iso import ISO
 from camrob.toolpath.gcode.controls.linuxcnc import LINUXCNC
+from camrob.toolpath.gcode.controls.siemens import SIEMENS
 
 __all__ = ["CONTROLS", "choose_control"]
 
-CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC)}
+CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC, SIEMENS)}
 
 
 def choose_control(text: str) -> Control:

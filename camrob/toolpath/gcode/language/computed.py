@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.gcode.language.expressions import NOTHING, Reader
+from camrob.toolpath.gcode.language.formulas import NOTHING, Reader
 from camrob.toolpath.gcode.lexer import Block, Word, assemble
 
 __all__ = ["computed_block", "words_of"]

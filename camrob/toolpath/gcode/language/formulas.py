@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from camrob.errors import ToolpathError
+from camrob.units import deg_to_rad, rad_to_deg
 
 __all__ = ["COMPARISONS", "FUNCTIONS", "LOGIC", "NOTHING", "Grammar", "Operator", "Reader", "Value", "fup", "whole"]
 
@@ -73,15 +74,15 @@ def _arc(name: str, function: Callable[[float], float]) -> Callable[[float], flo
     def of(x: float) -> float:
         if abs(x) > 1.0 + _EVEN:
             raise ToolpathError(f"{name} of {x:g}", hint="check the expression")
-        return math.degrees(function(max(-1.0, min(1.0, x))))
+        return rad_to_deg(function(max(-1.0, min(1.0, x))))
 
     return of
 
 
 def _tan(x: float) -> float:
-    if abs(math.cos(math.radians(x))) < 1e-12:  # the tangent of a right angle: controls give an alarm
+    if abs(math.cos(deg_to_rad(x))) < 1e-12:  # the tangent of a right angle: controls give an alarm
         raise ToolpathError(f"TAN of {x:g} degrees", hint="check the expression")
-    return math.tan(math.radians(x))
+    return math.tan(deg_to_rad(x))
 
 
 def _log(x: float) -> float:
@@ -94,21 +95,21 @@ def _exp(x: float) -> float:
     return _power(math.e, x)
 
 
-def half_up(x: float) -> float:
+def _half_up(x: float) -> float:
     """The nearest whole number, halves away from zero."""
     return math.copysign(math.floor(abs(x) + 0.5), x)
 
 
 FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "SIN": lambda x: math.sin(math.radians(x)),
-    "COS": lambda x: math.cos(math.radians(x)),
+    "SIN": lambda x: math.sin(deg_to_rad(x)),
+    "COS": lambda x: math.cos(deg_to_rad(x)),
     "TAN": _tan,
     "ASIN": _arc("ASIN", math.asin),
     "ACOS": _arc("ACOS", math.acos),
-    "ATAN": lambda x: math.degrees(math.atan(x)),
+    "ATAN": lambda x: rad_to_deg(math.atan(x)),
     "SQRT": _root,
     "ABS": abs,
-    "ROUND": half_up,
+    "ROUND": _half_up,
     "EXP": _exp,
     "LN": _log,
 }
@@ -155,7 +156,7 @@ class Grammar(NamedTuple):
     opens: str = "["
     closes: str = "]"
     bare: bool = False
-    atan: Callable[[float, float], float] = lambda y, x: math.degrees(math.atan2(y, x))
+    atan: Callable[[float, float], float] = lambda y, x: rad_to_deg(math.atan2(y, x))
     compares: Callable[[str, Value, Value], float | None] = lambda name, a, b: None
 
 

@@ -1,0 +1,58 @@
+"""The programs of one file for Fanuc: each begins with its O number; the main one is run, the others are called."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.language.flow import Line
+
+__all__ = ["PROGRAM", "REPEATS", "split_programs"]
+
+PROGRAM = re.compile(r"[O:]([0-9]+)(.*)")
+REPEATS = 10_000
+"""M98 P51002: five times O1002."""
+_CALLED = re.compile(r"(?:M0*98|G0*65)[^(;]*?P *([0-9]+)")
+_END = re.compile(r"M0*(?:30|2)(?![0-9.])")
+_Part = tuple[int, int, int]  # first line, before which line it ends, its number
+
+
+def split_programs(
+    raw: list[str], line: Callable[[int], Line], path: Path
+) -> tuple[dict[int, tuple[int, int]], tuple[int, int]]:
+    """The programs of a file by their numbers, and the main one: each from its first line to before the next.
+
+    `line` prepares one by its index. Raises ToolpathError where a number stands twice, or more than one could be the main one.
+    """
+    real = [p for p in _parts(raw, line) if any(line(i).text.strip("%") for i in range(p[0], p[1]))]
+    programs: dict[int, tuple[int, int]] = {}
+    for first, end, number in real:
+        if number in programs:
+            raise ToolpathError(f"O{number} stands twice in the file", hint="keep one", path=path, line=first + 1)
+        programs[number] = (first, end)
+    called = {int(n) % REPEATS for text in raw for n in _CALLED.findall(text.upper())}
+    free = [p for p in real if p[2] not in called]
+    main = [p for p in free if any(_END.search(line(i).text) for i in range(p[0], p[1]))] or free[:1] or real[:1]
+    if len(main) > 1:
+        raise ToolpathError(
+            f"{len(main)} programs with an M30 of their own in one file: which one is meant is not known",
+            hint="give each program a file of its own",
+            path=path,
+            line=main[1][0] + 1,
+        )
+    if not main:
+        raise ToolpathError("no G-code in the file", hint="export it again", path=path)
+    return programs, main[0][:2]
+
+
+def _parts(raw: list[str], line: Callable[[int], Line]) -> list[_Part]:
+    starts = [(0, -1)]
+    for index, text in enumerate(raw):
+        if text.lstrip()[:1] in (*"Oo:", "("):
+            match = PROGRAM.fullmatch(line(index).text)
+            if match:
+                starts.append((index, int(match[1])))
+    ends = [start for start, _ in starts[1:]] + [len(raw)]
+    return [(first, end, number) for (first, number), end in zip(starts, ends, strict=True)]

@@ -1,0 +1,43 @@
+"""CYCLE800: the swivelled plane by its parameters (Siemens 840D sl, "Job planning", CYCLE800)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.coordinates import euler
+from camrob.toolpath.gcode.lexer import Plane
+from camrob.units import deg_to_rad
+
+__all__ = ["swivel"]
+
+_PLAIN = 57  # A about X, B about the new Y, C about the new Z
+_AXES = 0b00111111  # of MODE: three axes, two bits each (1: X, 2: Y, 3: Z), the first turn in the lowest
+_KIND = 0b11000000  # of MODE: 0: axis by axis
+
+
+def swivel(arguments: list[float]) -> Plane:
+    """The plane that CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, ...) sets; without any, the part's own again.
+
+    Raises ToolpathError for the kinds that need the machine's own data.
+    """
+    if not arguments:
+        return None
+    values = [*arguments, *[0.0] * 13]
+    _, _, state, mode = values[:4]
+    first, angles, second = np.array(values[4:7]), values[7:10], np.array(values[10:13])
+    if int(state) % 10 == 1:
+        raise ToolpathError("CYCLE800 that adds to the plane before it", hint="post with new planes (ST 0)")
+    if int(mode) & _KIND and any(angles):
+        raise ToolpathError(
+            f"CYCLE800 with MODE {int(mode)}: space angles, projected angles or rotary axes",
+            hint="post with MODE 57, 39 or 27",
+        )
+    bits = int(mode) & _AXES or _PLAIN
+    order = "".join(str(bits >> shift & 3) for shift in (0, 2, 4))
+    if "0" in order:
+        raise ToolpathError(f"CYCLE800 with MODE {int(mode)}: no order of axes", hint="post with MODE 57, 39 or 27")
+    a, b, c = (deg_to_rad(angle) for angle in angles)
+    rotation = euler(order, (a, b, c))
+    origin = first + rotation @ second
+    return tuple(rotation.ravel().tolist()), tuple(origin.tolist())

@@ -1,0 +1,341 @@
+"""The words of a Siemens block, as the blocks of ISO 6983 that they stand for."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.controls.control import State
+from camrob.toolpath.gcode.controls.siemens_frames import swivel
+from camrob.toolpath.gcode.language.formulas import (
+    ARITHMETIC,
+    COMPARISONS,
+    FUNCTIONS,
+    LOGIC,
+    Grammar,
+    Reader,
+    whole,
+)
+from camrob.toolpath.gcode.lexer import Block, Word, assemble
+
+__all__ = ["SiemensWords"]
+
+_CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
+_SINGLE = frozenset("53 153".split())
+# how fast and how exactly the path is run, compressors, feed forward: not where it goes
+_SILENT_G = frozenset((9, 40, 60, 64, 450, 451, 601, 602, 603, 641, 642, 643, 644, 645, 460, 461, 462, 290, 94.1))
+_SILENT = frozenset(
+    "SOFT BRISK DRIVE FFWON FFWOF COMPON COMPOF COMPCURV COMPCAD COMPSURF UPATH SPATH CUT2D STOPRE DYNNORM DYNPOS DYNROUGH "
+    "DYNSEMIFIN DYNFINISH DYNPREC ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORISON ORISOF CDOF CDOF2 CDON WALIMON WALIMOF RTLION "
+    "RTLIOF CFIN CFC CFTCP DIAMOF FENDNORM PTPG0 SAVE DISPLOF ADISPOS KONT NORM SBLON SBLOF FNORM TCOFR TCOABS".split()
+)
+_SILENT_CALLS = frozenset(
+    "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE CTRAFO ORIRESET0".split()
+)
+_CALL = re.compile(r"([A-Z_][A-Z0-9_]*)\(")
+_NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
+_ADDRESS = re.compile(r"(A3|B3|C3|CR|TURN|S1|M1|[A-Z])(=)?")
+_SHIFTS = frozenset(("TRANS", "ATRANS"))
+_REFUSED = {
+    "ROT": "a turned frame (ROT)", "AROT": "a turned frame (AROT)", "ROTS": "a turned frame (ROTS)", "CROTS": "a turned frame",
+    "AROTS": "a turned frame", "RPL": "a turned frame", "MIRROR": "mirroring", "AMIRROR": "mirroring", "SCALE": "scaling",
+    "ASCALE": "scaling", "CIP": "an arc through a point (CIP)", "CT": "a tangential arc (CT)", "BSPLINE": "a spline",
+    "ASPLINE": "a spline", "CSPLINE": "a spline", "POLY": "a polynomial", "CUT3DC": "3-D cutter compensation",
+    "CUT3DF": "3-D cutter compensation", "CUT3DFF": "3-D cutter compensation", "CUT3DFS": "3-D cutter compensation",
+    "CUT3DCC": "3-D cutter compensation", "TRANSMIT": "polar transformation", "TRACYL": "a cylinder's surface",
+    "ORIRPY": "orientation by angles", "ORIRPY2": "orientation by angles", "ORIEULER": "orientation by angles",
+    "ORIVIRT1": "orientation by angles", "ORIVIRT2": "orientation by angles", "ORIPATH": "orientation against the path",
+    "ORIPATHS": "orientation against the path", "ORICURVE": "orientation by a second curve", "DIAMON": "diameter programming",
+    "ORICONCW": "orientation on a cone", "ORICONCCW": "orientation on a cone", "ORICONIO": "orientation on a cone",
+    "ORICONTO": "orientation on a cone", "DIAM90": "diameter programming", "TOROT": "a frame from the tool (TOROT)",
+    "TOROTOF": "a frame from the tool (TOROTOF)", "TOFRAME": "a frame from the tool", "PAROT": "a frame from the workpiece",
+    "PTP": "axis motion (PTP)", "TCARR": "a tool carrier (TCARR)", "TOFFON": "a tool length by a variable",
+    "MCALL": "a modal call (MCALL)", "OEMIPO1": "an interpolation of the maker's",
+}  # fmt: skip
+
+
+def _ends(a: float, b: float) -> float:
+    return float(math.trunc(a / b)) if b else ARITHMETIC["/"](a, b)
+
+
+class SiemensWords:
+    """Turns blocks of words into ISO's. `one_name`: the file names one tool, and no more; `moved`: a block has given axes."""
+
+    grammar = Grammar(
+        levels=(
+            {"|": LOGIC["OR"], "~": LOGIC["XOR"]},
+            {"&": LOGIC["AND"]},
+            {
+                "==": COMPARISONS["EQ"],
+                "<>": COMPARISONS["NE"],
+                ">=": COMPARISONS["GE"],
+                "<=": COMPARISONS["LE"],
+                ">": COMPARISONS["GT"],
+                "<": COMPARISONS["LT"],
+            },
+            {"+": ARITHMETIC["+"], "-": ARITHMETIC["-"]},
+            {"*": ARITHMETIC["*"], "/": ARITHMETIC["/"], "!": _ends, "%": ARITHMETIC["MOD"]},
+        ),
+        functions={
+            **{k: v for k, v in FUNCTIONS.items() if k not in ("ATAN",)},
+            "POT": lambda x: x * x,
+            "TRUNC": lambda x: float(math.trunc(x)),
+        },
+        opens="(",
+        closes=")",
+    )
+
+    def __init__(self, reader: Callable[[str], Reader], state: State) -> None:
+        self._reader, self._state = reader, state
+        self.one_name = False
+        self.moved = False
+        self._shift = dict.fromkeys("XYZ", 0.0)
+
+    def blocks(self, text: str, line: int, *, optional: bool) -> Iterator[Block]:
+        """The blocks that one block of words stands for. Raises ToolpathError for what is not read."""
+        call = _CALL.match(text)
+        if call and text.endswith(")") and call[1] not in ("TRAORI",):
+            yield from self._call(call[1], text[call.end() : -1], line)
+            return
+        name = _NAME.match(text)
+        if name and any(text.startswith(shift) for shift in _SHIFTS):
+            yield self._trans(text, line)
+            return
+        yield from self._plain(text, line, optional)
+
+    # -- calls and frames --------------------------------------------------------------------------------------
+
+    def _call(self, name: str, inner: str, line: int) -> Iterator[Block]:
+        if name == "CYCLE800":
+            if any(self._shift.values()):
+                raise ToolpathError("CYCLE800 on top of TRANS", hint="put the shift into CYCLE800's X0, Y0, Z0")
+            yield Block(line, {}, plane=swivel(self._arguments(inner)), aligned=True)
+        elif name not in _SILENT_CALLS:
+            raise ToolpathError(
+                f"{name}(...) is called: a cycle or subprogram that is not read",
+                hint="have the post-processor write the motions out",
+            )
+        elif name == "FGROUP" and re.search(r"[ABC]", inner):
+            yield Block(line, {}, note="FGROUP with rotary axes: the feed is taken as the tip's")
+
+    def _arguments(self, inner: str) -> list[float]:
+        """Numbers between commas; texts and empty places are 0. Raises ToolpathError for what has no value."""
+        out = []
+        for part in inner.split(",") if inner else []:
+            reader = self._reader(part)
+            if not part or part.startswith('"'):
+                out.append(0.0)
+                continue
+            value = reader.expression()
+            if reader.rest or value is None:
+                raise reader.fail()
+            out.append(value)
+        return out
+
+    def _trans(self, text: str, line: int) -> Block:
+        """TRANS and ATRANS as G52, which names the whole shift."""
+        adds = text.startswith("ATRANS")
+        found = self._found(text[6 if adds else 5 :])
+        if any(letter not in "XYZ" for letter, _, _ in found):
+            raise ToolpathError("TRANS of another axis than X, Y, Z", hint="put it into the work offset")
+        base = dict(self._shift) if adds else dict.fromkeys("XYZ", 0.0)
+        for letter, value, _ in found:
+            base[letter] += value
+        self._shift = base
+        return Block(line, dict(base), (520,))
+
+    # -- plain words -------------------------------------------------------------------------------------------
+
+    def _plain(self, text: str, line: int, optional: bool) -> Iterator[Block]:
+        self._machine, self._note, self._center, self._relative = False, "", False, set[str]()
+        self._absolute = set[str]()
+        self._vector: dict[str, float] = {}
+        found = self._found(text)
+        if self.one_name:
+            found = [w for w in found if w[:2] != ("M", 6.0)]
+        letters = {letter for letter, _, _ in found}
+        if "L" in letters or "P" in letters:
+            raise ToolpathError("a subprogram call (L, P) that is not read", hint="put its motions into the program")
+        if self._machine and letters & set("XYZABC"):
+            found += [("G", 53.0, True), *([("G", 0.0, True)] if not {0.0, 1.0} & _g(found) else [])]
+        axes = letters & set("XYZABC")
+        self.moved = self.moved or bool(axes)
+        if (self._relative or self._absolute) and axes != self._relative and axes != self._absolute:
+            raise ToolpathError("IC or AC for some of a block's axes", hint="write all of a block's axes alike")
+        before = self._state("distance")
+        mode = 91.0 if self._relative else 90.0 if self._absolute else before
+        if mode != before:
+            yield Block(line, {}, (910 if mode == 91.0 else 900,))
+        if self._center:
+            yield Block(line, {}, (901,))
+        block = assemble(found, line, "", optional)
+        vector = None
+        if self._vector:
+            if set(self._vector) != {"A3", "B3", "C3"}:
+                vector = tuple(self._vector.get(k, 0.0) for k in ("A3", "B3", "C3"))
+            else:
+                vector = (self._vector["A3"], self._vector["B3"], self._vector["C3"])
+        yield block._replace(vector=vector, note=self._note)
+        if self._center:
+            yield Block(line, {}, (911,))
+        if mode != before:
+            yield Block(line, {}, (900 if before == 90.0 else 910,))
+
+    def _found(self, text: str) -> list[Word]:
+        """The words of a text."""
+        reader = self._reader(text)
+        found: list[Word] = []
+        while reader.rest:
+            if reader.take(" "):
+                continue
+            rest = reader.rest
+            name = _NAME.match(rest)
+            keyword = self._keyword(rest) if name else ""
+            if keyword:
+                reader.at += len(keyword)
+                self._said(keyword, found, reader)
+                continue
+            match = _ADDRESS.match(rest)
+            if match is None:
+                raise ToolpathError(f"{rest[:16]!r} is no word of a block", hint="check the block")
+            reader.at += match.end()
+            self._address(match[1], match[2] is not None, reader, found)
+        return found
+
+    def _keyword(self, rest: str) -> str:
+        """The longest keyword that stands here, "" where none does."""
+        names = [k for k in (*_SILENT, *_REFUSED, "TRAORI", "TRAFOOF", "SUPA", "RET") if rest.startswith(k)]
+        name = max(names, key=len, default="")
+        whole_word = re.match(r"[A-Z_]{3,}[A-Z0-9_]*", rest)
+        if not name and whole_word and not re.match(r"(?:TURN)=", rest):
+            raise ToolpathError(
+                f"{whole_word[0]} is not known here: a subprogram, or a word of the control",
+                hint="have the post-processor write plain blocks",
+            )
+        return name if len(name) > 1 else ""
+
+    def _said(self, keyword: str, found: list[Word], reader: Reader) -> None:
+        if keyword in _REFUSED:
+            raise ToolpathError(
+                f"{_REFUSED[keyword]} is not read", hint="have the CAM system write the path without it"
+            )
+        if keyword == "TRAORI":
+            match = re.match(r"\(1?(?:,[^)]*)?\)", reader.rest)
+            reader.at += match.end() if match else 0
+            found.append(("M", 128.0, True))
+        elif keyword == "TRAFOOF":
+            found.append(("M", 129.0, True))
+        elif keyword == "SUPA":
+            self._machine = True
+        elif keyword == "RET":
+            found.append(("M", 30.0, True))
+
+    def _address(self, name: str, equals: bool, reader: Reader, found: list[Word]) -> None:
+        if name == "T" and equals and reader.rest.startswith('"'):
+            self._tool(reader, found)
+            return
+        how = re.match(r"(IC|AC|DC|ACP|ACN)\(", reader.rest) if equals else None
+        before = reader.at
+        if how:
+            reader.at += len(how[1])
+        value = reader.expression() if equals else _signed(reader)
+        if value is None or math.isnan(value):
+            raise reader.fail(f"no value behind {name}")
+        if how:
+            self._mode(how[1], name, value)
+        is_whole = "." not in reader.text[before : reader.at]
+        if name in ("A3", "B3", "C3"):
+            self._vector[name] = value
+        elif name == "G":
+            self._code(value, found)
+        elif name == "CR":
+            found.append(("R", value, is_whole))
+        elif name == "TURN":
+            found.append(("P", whole(value, "TURN") + 1.0, True))
+        elif name in ("S1", "M1"):
+            found.append((name[0], value, is_whole))
+        elif name == "M" and value == 17.0:
+            found.append(("M", 30.0, True))
+        elif name in ("D", "H", "N"):
+            return
+        elif name in "UVWOQRE":
+            raise ToolpathError(f"{name}{value:g} is no word that is read here", hint="export X, Y, Z, A, B, C")
+        else:
+            found.append((name, value, is_whole))
+
+    def _mode(self, how: str, name: str, value: float) -> None:
+        """IC, AC, DC, ACP, ACN behind an address."""
+        if name in "IJK" and how == "AC":
+            self._center = True
+        elif name in "XYZABC" and how == "IC":
+            self._relative.add(name)
+        elif name in "XYZABC" and how == "AC":
+            self._absolute.add(name)
+        elif name in "ABC" and how == "DC" and self._state("motion") in (None, 0.0):
+            pass  # which way round in a rapid doesn't matter to the part
+        else:
+            raise ToolpathError(f"{name}={how}(...) is not read", hint=f"write {name} as a plain value")
+
+    def _tool(self, reader: Reader, found: list[Word]) -> None:
+        match = re.match(r'"([^"]*)"', reader.rest)
+        if match is None:
+            raise reader.fail("a tool's name without its end")
+        reader.at += match.end()
+        if match[1].isdigit():
+            found.append(("T", float(match[1]), True))
+        elif self.one_name:
+            self._note = f'T="{match[1][:40]}" is the file\'s only tool: it is taken for the one of the set-up'
+        else:
+            raise ToolpathError(
+                f'T="{match[1][:40]}": several tools by their names',
+                hint="call them by numbers, which the set-up has, too",
+            )
+
+    def _code(self, value: float, found: list[Word]) -> None:
+        if value in _SILENT_G:
+            return
+        if value in (53.0, 153.0):
+            self._machine = True
+        elif value in (
+            110.0,
+            111.0,
+            112.0,
+            74.0,
+            75.0,
+            33.0,
+            331.0,
+            332.0,
+            25.0,
+            26.0,
+            5.0,
+            7.0,
+            63.0,
+            147.0,
+            148.0,
+            247.0,
+            248.0,
+            291.0,
+        ):
+            raise ToolpathError(
+                f"G{value:g} of Siemens is not read", hint="have the post-processor write the motions out"
+            )
+        else:
+            found.append(("G", float(_CODES.get(int(value), value)), True))
+
+
+def _g(found: list[Word]) -> set[float]:
+    return {value for letter, value, _ in found if letter == "G"}
+
+
+def _signed(reader: Reader) -> float:
+    """A plain number with or without its sign."""
+    negative = False
+    while reader.rest[:1] and reader.rest[0] in "+-":
+        negative ^= reader.rest[0] == "-"
+        reader.at += 1
+    number = reader.number()
+    if number is None:
+        raise reader.fail()
+    return -number if negative else number
