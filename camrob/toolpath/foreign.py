@@ -16,7 +16,6 @@ _PROGRAM = "give the CL file that it was made from; 'camrob verify' judges progr
 _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
     (re.compile(pattern, re.I | re.M), what, hint)
     for pattern, what, hint in (
-        (rb"^[ \t]*(?:\d+[ \t]+)?BEGIN PGM ", "a Heidenhain program in plain language", _POST),
         (rb"\A\s*(?:&ACCESS|DEF(?:DAT)?[ \t]+\w+[ \t]*\()", "a KRL program", _PROGRAM),
         (rb"\A(?:\s*%%%[^%]*%%%)?\s*MODULE[ \t]+\w+", "an ABB RAPID program", _PROGRAM),
         (rb"\A\s*/JOB\b", "a Yaskawa job", _PROGRAM),

@@ -12,7 +12,6 @@ from camrob.toolpath.read import read_toolpath
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "corpus"
 STEP = "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('x'),'2;1');\nENDSEC;\n"
 FILES = {
-    "pocket.h": ("0 BEGIN PGM POCKET MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n2 L X+0 Y+0 R0 FMAX M3\n", "Heidenhain"),
     "part.src": ("&ACCESS RVP\n&REL 1\nDEF part ( )\nBAS (#INITMOV,0 )\nEND\n", "KRL"),
     "bare.src": ("DEF bare()\nPTP HOME\nEND\n", "KRL"),
     "main.mod": ("MODULE MainModule\nPROC main()\nMoveL p10,v100,fine,tool0;\nENDPROC\nENDMODULE\n", "RAPID"),

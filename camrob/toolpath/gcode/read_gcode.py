@@ -28,6 +28,9 @@ _HEAD = 65_536  # bytes that are looked at to recognise G-code
 _GCODE_LINE = re.compile(
     rb"^[ \t]*+/?+[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[GM][ \t]*+[0-9]{1,3}(?![0-9A-Z_]*[ \t]*+[=/,])", re.I | re.M
 )
+_PLAIN_LANGUAGE = re.compile(
+    rb"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]|^%_N_|\bTRAORI\b", re.I | re.M
+)  # Heidenhain, Siemens
 _AXIS_LINE = re.compile(
     rb"^[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[XYZABCTF][ \t]*+[-+]?+[0-9.]++[^/=,\r\n]*+$", re.I | re.M
 )
@@ -49,6 +52,8 @@ def looks_like_gcode(data: bytes) -> bool:
     head = data[:_HEAD]
     if b"\0" in head:
         return False
+    if _PLAIN_LANGUAGE.search(head):
+        return True
     codes = len(_GCODE_LINE.findall(head))
     return codes > 0 and codes + len(_AXIS_LINE.findall(head)) > len(_OTHER_LINE.findall(head))
 

@@ -131,7 +131,7 @@ def _table(kind: str) -> Job:
     for before, after, tip in stops:
         story.swing(500, tip, _swung(kind, before, after), slack=0.001)
     story.rapid(20, 10, 40).event("off")
-    setup = "part_in_base = [-20, 10, 195, 15, 0, 0]\n"
+    setup = f'part_in_base = [-20, 10, 195, 15, 0, 0]\ndialect = "gcode-{kind}"\n'
     return Job(f"gc-{kind}", f"{kind}.nc", text, story, setup)
 
 

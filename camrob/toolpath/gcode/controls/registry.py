@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from camrob.toolpath.gcode.controls.control import Control
+from camrob.toolpath.gcode.controls.heidenhain import HEIDENHAIN
 from camrob.toolpath.gcode.controls.iso import ISO
 from camrob.toolpath.gcode.controls.linuxcnc import LINUXCNC
 from camrob.toolpath.gcode.controls.siemens import SIEMENS
 
 __all__ = ["CONTROLS", "choose_control"]
 
-CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC, SIEMENS)}
+CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC, SIEMENS, HEIDENHAIN)}
 
 
 def choose_control(text: str) -> Control:

@@ -36,7 +36,7 @@ _SILENT_CALLS = frozenset(
 )
 _CALL = re.compile(r"([A-Z_][A-Z0-9_]*)\(")
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
-_ADDRESS = re.compile(r"(A3|B3|C3|CR|TURN|S1|M1|[A-Z])(=)?")
+_ADDRESS = re.compile(r"((?:A3|B3|C3|CR|TURN|S1|M1)(?==)|[A-Z])(=)?")
 _SHIFTS = frozenset(("TRANS", "ATRANS"))
 _REFUSED = {
     "ROT": "a turned frame (ROT)", "AROT": "a turned frame (AROT)", "ROTS": "a turned frame (ROTS)", "CROTS": "a turned frame",
@@ -151,17 +151,18 @@ class SiemensWords:
     def _plain(self, text: str, line: int, optional: bool) -> Iterator[Block]:
         self._machine, self._note, self._center, self._relative = False, "", False, set[str]()
         self._absolute = set[str]()
+        self._usual = set[str]()
         self._vector: dict[str, float] = {}
         found = self._found(text)
         if self.one_name:
             found = [w for w in found if w[:2] != ("M", 6.0)]
         letters = {letter for letter, _, _ in found}
-        if "L" in letters or "P" in letters:
-            raise ToolpathError("a subprogram call (L, P) that is not read", hint="put its motions into the program")
         if self._machine and letters & set("XYZABC"):
             found += [("G", 53.0, True), *([("G", 0.0, True)] if not {0.0, 1.0} & _g(found) else [])]
         axes = letters & set("XYZABC")
         self.moved = self.moved or bool(axes)
+        if (self._relative or self._absolute or self._usual) and {90.0, 91.0} & _g(found):
+            raise ToolpathError("IC or AC beside G90 or G91", hint="give G90 or G91 a block of its own")
         if (self._relative or self._absolute) and axes != self._relative and axes != self._absolute:
             raise ToolpathError("IC or AC for some of a block's axes", hint="write all of a block's axes alike")
         before = self._state("distance")
@@ -173,10 +174,7 @@ class SiemensWords:
         block = assemble(found, line, "", optional)
         vector = None
         if self._vector:
-            if set(self._vector) != {"A3", "B3", "C3"}:
-                vector = tuple(self._vector.get(k, 0.0) for k in ("A3", "B3", "C3"))
-            else:
-                vector = (self._vector["A3"], self._vector["B3"], self._vector["C3"])
+            vector = tuple(self._vector.get(k, 0.0) for k in ("A3", "B3", "C3"))
         yield block._replace(vector=vector, note=self._note)
         if self._center:
             yield Block(line, {}, (911,))
@@ -260,6 +258,8 @@ class SiemensWords:
             found.append(("M", 30.0, True))
         elif name in ("D", "H", "N"):
             return
+        elif name in "LP":
+            raise ToolpathError("a subprogram call (L, P) that is not read", hint="put its motions into the program")
         elif name in "UVWOQRE":
             raise ToolpathError(f"{name}{value:g} is no word that is read here", hint="export X, Y, Z, A, B, C")
         else:
@@ -269,10 +269,12 @@ class SiemensWords:
         """IC, AC, DC, ACP, ACN behind an address."""
         if name in "IJK" and how == "AC":
             self._center = True
-        elif name in "XYZABC" and how == "IC":
-            self._relative.add(name)
+        elif name in "XYZABC" and how == ("AC" if self._state("distance") == 90.0 else "IC"):
+            self._usual.add(name)  # as the modal state has it
         elif name in "XYZABC" and how == "AC":
             self._absolute.add(name)
+        elif name in "XYZABC" and how == "IC":
+            self._relative.add(name)
         elif name in "ABC" and how == "DC" and self._state("motion") in (None, 0.0):
             pass  # which way round in a rapid doesn't matter to the part
         else:

@@ -1,0 +1,190 @@
+"""Heidenhain's plain language: L, LN, CC, C, CR, CP, TOOL CALL, M128, FUNCTION TCPM, PLANE, cycles 7 and 200, Q, LBL.
+
+Heidenhain, "TNC 640 User's Manual, Klartext Programming" (34059x-10): 6.4 contours, 10.3 Q parameters, 12.2 PLANE, 12.5 LN.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.controls.control import Control, State
+from camrob.toolpath.gcode.controls.heidenhain_moves import HeidenhainMoves
+from camrob.toolpath.gcode.language.flow import DEEPEST, StepCount, unset
+from camrob.toolpath.gcode.language.formulas import (
+    ARITHMETIC,
+    COMPARISONS,
+    FUNCTIONS,
+    NOTHING,
+    Grammar,
+    Reader,
+    Value,
+    whole,
+)
+from camrob.toolpath.gcode.lexer import Block
+
+__all__ = ["HEIDENHAIN"]
+
+_BEGIN = re.compile(r"^[ \t]*(?:[0-9]+[ \t]+)?BEGIN[ \t]+PGM[ \t]", re.M)
+_GRAMMAR = Grammar(
+    levels=({k: ARITHMETIC[k] for k in "+-"}, {k: ARITHMETIC[k] for k in "*/"}, {"^": ARITHMETIC["^"]}),
+    functions={**{k: FUNCTIONS[k] for k in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "ABS", "LN", "EXP")}},
+    opens="(",
+    closes=")",
+    bare=True,
+)
+_FN = {"0": None, "1": "+", "2": "-", "3": "*", "4": "/", "5": "SQRT", "6": "SIN", "7": "COS"}
+_BETWEEN = {"1": r" ?\+ (?=[-+Q0-9])", "2": r" ?- (?=[-+Q0-9])", "3": r" ?\* ?", "4": r" ?DIV ?"}
+_IF = {"9": "EQ", "10": "NE", "11": "GT", "12": "LT"}
+_JUMP = re.compile(r"FN ?(9|10|11|12): ?IF ?(.+?) (?:EQU|NE|GT|LT) ?(.+?) GOTO LBL ?(.+)$")
+_ASSIGN = re.compile(r"FN ?([0-7]): ?(Q[0-9]+) ?= ?(.+)$")
+_LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
+_CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+)(?:/[0-9]+)?)?$')
+_FREE = range(1600)
+_OF_THE_CONTROL = range(100, 200)  # Q100 to Q199 the control fills in
+
+
+class _Program:
+    """One file that is being run."""
+
+    def __init__(self, lines: list[str], path: Path) -> None:
+        self._path = path
+        self._count = StepCount()
+        self._q: dict[int, float] = {}
+        self._moves = HeidenhainMoves(self.value)
+        self._texts = _joined(lines)
+        self._labels: dict[str, int] = {}
+        for index, (number, text) in enumerate(self._texts):
+            match = _LABEL.match(text)
+            if match and match[1] != "0":
+                if match[1] in self._labels:
+                    raise ToolpathError(f"LBL {match[1]} stands twice", hint="keep one", path=path, line=number)
+                self._labels[match[1]] = index
+        self._stack: list[int] = []
+        self._repeats: dict[int, int] = {}
+        self._at = 0
+
+    def run(self) -> Iterator[Block]:
+        """The blocks, one after the other."""
+        while self._at < len(self._texts):
+            number, text = self._texts[self._at]
+            self._at += 1
+            try:
+                self._count.one(number)
+                if not self._flow(text):
+                    yield from self._moves.blocks(text, number)
+            except ToolpathError as error:
+                raise error.at(self._path, number) from None
+
+    def _flow(self, text: str) -> bool:
+        """Whether the text is one of labels, jumps and parameters, which is carried out."""
+        if match := _LABEL.match(text):
+            if match[1] == "0" and self._stack:
+                self._at = self._stack.pop()
+            return True
+        if match := _CALL.match(text):
+            self._call(match[1], match[2])
+            return True
+        if match := _JUMP.match(text):
+            if COMPARISONS[_IF[match[1]]](self.value(match[2]), self.value(match[3])):
+                self._at = self._label(match[4].strip())
+            return True
+        if match := _ASSIGN.match(text):
+            self._store(match[2], self._function(match[1], match[3]))
+            return True
+        if match := re.match(r"(Q[0-9]+) ?= ?(.+)$", text):
+            self._store(match[1], self.value(match[2]))
+            return True
+        if text.startswith(("FN", "QL", "QR", "QS", "CALL", "SEL")):
+            raise ToolpathError(f"{text[:24]!r} is not read", hint="have the CAM system write the motions out")
+        return False
+
+    def _call(self, label: str, repeats: str | None) -> None:
+        here = self._at - 1
+        target = self._label(label)
+        if repeats is None:
+            if len(self._stack) > DEEPEST:
+                raise ToolpathError(f"CALL LBL nested more than {DEEPEST} deep", hint="check for one that calls itself")
+            self._stack.append(self._at)
+            self._at = target
+            return
+        left = self._repeats.get(here, int(repeats))
+        self._repeats[here] = left - 1
+        if left > 0:
+            self._at = target
+        else:
+            del self._repeats[here]
+
+    def _label(self, name: str) -> int:
+        if name not in self._labels:
+            raise ToolpathError(f"LBL {name} is not there", hint="check the label")
+        return self._labels[name] + 1
+
+    # -- values ------------------------------------------------------------------------------------------------
+
+    def _function(self, number: str, text: str) -> float:
+        name = _FN[number]
+        if name is None:
+            return self.value(text)
+        if number in "567":
+            return FUNCTIONS[name](self.value(text.removeprefix(name)))
+        parts = re.split(_BETWEEN[number], text.strip(), maxsplit=1)
+        if len(parts) != 2:
+            raise ToolpathError(f"FN {number} with {text[:24]!r} can't be read", hint="two values")
+        return ARITHMETIC[name](self.value(parts[0]), self.value(parts[1]))
+
+    def _store(self, name: str, value: float) -> None:
+        number = int(name[1:])
+        if number in _OF_THE_CONTROL or number not in _FREE:
+            raise ToolpathError(f"{name} is set, a parameter of the control's own", hint="use Q0 to Q99")
+        self._q[number] = value
+
+    def value(self, text: str) -> float:
+        """The value of a whole formula."""
+        reader = Reader("".join(text.split()), _GRAMMAR, self._variable)
+        value = reader.expression()
+        if reader.rest or value is None:
+            raise reader.fail()
+        return value
+
+    def _variable(self, reader: Reader) -> Value:
+        match = re.match(r"Q([0-9]+)", reader.rest)
+        if match is None:
+            if reader.take("PI"):
+                return 3.141592653589793  # as the control has it
+            return NOTHING
+        number = whole(float(match[1]), "Q")
+        if number not in self._q:
+            raise unset(f"Q{number}")
+        reader.at += match.end()
+        return self._q[number]
+
+
+def _joined(lines: list[str]) -> list[tuple[int, str]]:
+    """The program's statements with their lines: block numbers off, lines that end in ~ joined, comments off."""
+    out: list[tuple[int, str]] = []
+    goes_on = False
+    for number, raw in enumerate(lines, 1):
+        text = re.sub(r";.*", "", raw).strip()
+        text = re.sub(r"\s+", " ", text)
+        ends = raw.rstrip().endswith("~")
+        text = text.rstrip("~ ").strip()
+        parts = re.split(r'("[^"]*")', text)
+        text = "".join(part if i % 2 else part.upper() for i, part in enumerate(parts))
+        if goes_on and out:
+            out[-1] = (out[-1][0], f"{out[-1][1]} {text}")
+        else:
+            text = re.sub(r"^[0-9]+(?: |$)", "", text)
+            if text:
+                out.append((number, text))
+        goes_on = ends
+    return out
+
+
+def _blocks(lines: list[str], path: Path, state: State) -> Iterator[Block]:
+    return _Program(lines, path).run()
+
+
+HEIDENHAIN = Control("heidenhain", "Heidenhain", lambda text: 9 if _BEGIN.search(text) else 0, _blocks)

@@ -1,0 +1,398 @@
+"""Heidenhain's motions, tools, planes and cycle 200, as the blocks of ISO 6983 that they stand for."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.coordinates import euler
+from camrob.toolpath.gcode.lexer import Block, Plane
+from camrob.units import deg_to_rad, rad_to_deg
+
+__all__ = ["HeidenhainMoves"]
+
+_WORD = re.compile(
+    r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F|M|R0|RL|RR|R(?=[-+0-9Q])|S)"
+    r" ?([-+]?(?:Q[0-9]+|[0-9]*\.?[0-9]+\.?)|[-+](?= |$|[A-Z]))? ?"
+)
+_NOTHING_HERE = re.compile(
+    r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|247)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF"
+)
+_MACHINE = frozenset((91, 92))
+_TCP = {128: 128, 129: 129}
+# what turns on how the control runs the path, or which way round a rotary axis goes in rapid
+_SILENT = frozenset((116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
+_MODES = frozenset((94, 97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141, 143, 144, 145, 148, 149, 197))
+_MOST_PECKS = 2000  # of one hole
+_Q200 = (200, 201, 202, 203, 204, 206)
+
+
+class HeidenhainMoves:
+    """Turns statements into blocks; `value` gives what a number or Q parameter is worth. Positions in the program's unit."""
+
+    def __init__(self, value: Callable[[str], float]) -> None:
+        self._value = value
+        self._at: dict[str, float | None] = dict.fromkeys("XYZ")
+        self._center: tuple[float, float] | None = None
+        self._rapid = False  # FMAX of the block
+        self._fed = False
+        self._shift = dict.fromkeys("XYZ", 0.0)
+        self._plane: Plane = None
+        self._cycle: dict[int, float] | None = None
+        self._cycle_number = 0
+        self._begun = False
+
+    def blocks(self, text: str, line: int) -> Iterator[Block]:
+        """The blocks that one statement stands for. Raises ToolpathError for what is not read."""
+        if text.startswith("BEGIN PGM"):
+            yield from self._begin(text, line)
+        elif text.startswith("END PGM"):
+            yield Block(line, {}, m=(300,))
+        elif re.match(r"(?:L|LN) ", text):
+            yield from self._straight(text.partition(" ")[2], line)
+        elif text.startswith("CC"):
+            self._set_center(text[2:])
+        elif re.match(r"(?:C|CR|CP|LP) ", text):
+            yield from self._round(text, line)
+        elif text.startswith("TOOL CALL"):
+            yield from self._tool(text[9:].strip(), line)
+        elif text.startswith("PLANE"):
+            yield from self._set_plane(text, line)
+        elif text.startswith("CYCL DEF"):
+            yield from self._define(text[8:].strip(), line)
+        elif text.startswith("CYCL CALL"):
+            if text != "CYCL CALL" and not re.fullmatch(r"CYCL CALL (?:F[^ ]+ ?|M[0-9]+ ?)*", text):
+                raise ToolpathError(f"{text[:20]!r} is not read", hint="position by L, and call with CYCL CALL or M99")
+            yield from self._drill(line)
+            yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
+        elif match := re.fullmatch(
+            r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*", text
+        ):
+            del match
+            yield Block(line, {}, m=(1280,))
+            self._lose()
+        elif text.startswith("FUNCTION RESET TCPM"):
+            yield Block(line, {}, m=(1290,))
+            self._lose()
+        elif text.startswith("STOP"):
+            yield Block(line, {}, m=(0,))
+        elif re.fullmatch(r"(?:M[0-9]+ ?)+", text):
+            yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
+        elif text.startswith("M140"):
+            yield self._away(line)
+        elif not _NOTHING_HERE.match(text):
+            raise ToolpathError(f"{text[:28]!r} is not read", hint="have the CAM system write the motions out")
+
+    def _begin(self, text: str, line: int) -> Iterator[Block]:
+        if self._begun:
+            raise ToolpathError("a second program in the same file", hint="give each program a file of its own")
+        self._begun = True
+        unit = text.split()[-1]
+        if unit not in ("MM", "INCH"):
+            raise ToolpathError("BEGIN PGM without MM or INCH", hint="export it again")
+        yield Block(line, {}, (210 if unit == "MM" else 200, 900, 940, 170))
+
+    def _lose(self) -> None:
+        self._at = dict.fromkeys("XYZ")
+
+    # -- words -------------------------------------------------------------------------------------------------
+
+    def _words(self, text: str) -> tuple[dict[str, str], list[int]]:
+        """The words of a motion, and its M functions."""
+        words: dict[str, str] = {}
+        codes: list[int] = []
+        at = 0
+        while at < len(text):
+            match = _WORD.match(text, at)
+            if match is None or match.end() == at:
+                raise ToolpathError(f"{text[at : at + 16]!r} is no word of a motion", hint="check the block")
+            at = match.end()
+            name, value = match[1], match[2] or ""
+            if name == "M":
+                codes.append(int(value))
+                if value == "140":
+                    raise ToolpathError("M140 in a motion", hint="give it a block of its own")
+            elif name in words:
+                raise ToolpathError(f"the word {name} stands twice in one block", hint="split the block")
+            else:
+                words[name] = value
+        return words, codes
+
+    def _place(self, words: dict[str, str]) -> dict[str, float]:
+        """X, Y, Z, A, B, C of a motion, absolute."""
+        out: dict[str, float] = {}
+        for name, text in words.items():
+            letter = name[-1]
+            if name not in (letter, f"I{letter}") or letter not in "XYZABC":
+                continue
+            if not text:
+                raise ToolpathError(f"{name} without a number", hint="check the block")
+            value = self._value(text)
+            if name[0] == "I":
+                before = self._at.get(letter)
+                if before is None:
+                    raise ToolpathError(f"{name} from a place that is not known", hint=f"name {letter} before it")
+                value += before
+            out[letter] = value
+        return out
+
+    def _fed_words(self, words: dict[str, str]) -> dict[str, float]:
+        """F of a motion; sets whether it is a rapid."""
+        self._rapid = "FMAX" in words
+        if "F AUTO" in words:
+            raise ToolpathError("F AUTO: the feed of TOOL CALL", hint="name the feed in the block")
+        if "RL" in words or "RR" in words:
+            raise ToolpathError(
+                "radius compensation (RL, RR): the control has to offset the path",
+                hint="let the CAM system offset it (R0)",
+            )
+        return {"F": self._value(words["F"])} if words.get("F") else {}
+
+    def _codes(self, codes: list[int], line: int) -> Iterator[Block]:
+        """M functions that stand with or without a motion."""
+        for code in codes:
+            if code in _MODES:
+                raise ToolpathError(f"M{code} changes the path or its feed, and is not read", hint="post without it")
+        kept = tuple(c * 10 for c in codes if c not in _SILENT | _MACHINE and c not in (89, 99))
+        if kept:
+            yield Block(line, {}, m=kept)
+            if {128, 129} & set(codes):
+                self._lose()
+
+    # -- motions -----------------------------------------------------------------------------------------------
+
+    def _straight(self, text: str, line: int) -> Iterator[Block]:
+        """L and LN."""
+        words, codes = self._words(text)
+        feed = self._fed_words(words)
+        turned = [words[k] for k in "ABC" if k in words]
+        if self._plane is not None and turned and all(re.fullmatch(r"[-+]?Q12[0-2]", t) for t in turned):
+            yield Block(line, {}, plane=self._plane, aligned=True)
+            self._lose()
+            yield from self._codes(codes, line)
+            return
+        before = tuple(c for c in codes if c in (3, 4, 13, 14, 8, 7, 128))
+        yield from self._codes(list(before), line)
+        to = self._place(words)
+        vector = None
+        if {"TX", "TY", "TZ"} & set(words):
+            vector = tuple(self._value(words.get(k) or "0") for k in ("TX", "TY", "TZ"))
+        motion = 0 if self._rapid else 10
+        if codes and _MACHINE & set(codes):
+            yield Block(line, {**to, **feed}, (530, motion))
+            self._at.update(dict.fromkeys(set(to) & set("XYZ")))
+        elif to or vector is not None:
+            yield Block(line, {**to, **feed}, (motion,), vector=vector)
+            self._at.update({k: v for k, v in to.items() if k in self._at})
+        elif feed:
+            yield Block(line, feed)
+        if 99 in codes or 89 in codes:
+            if 89 in codes:
+                raise ToolpathError("M89, a modal cycle call", hint="call with M99")
+            yield from self._drill(line)
+        yield from self._codes([c for c in codes if c not in before], line)
+
+    def _set_center(self, text: str) -> None:
+        words, _ = self._words(text.strip())
+        to = self._place(words)
+        if set(to) - set("XY") or not to:
+            raise ToolpathError("a centre (CC) outside of the XY plane, or at the tool", hint="name X and Y")
+        old = self._center or (None, None)
+        x, y = to.get("X", old[0]), to.get("Y", old[1])
+        if x is None or y is None:
+            raise ToolpathError("a centre (CC) without X or Y", hint="name both")
+        self._center = (x, y)
+
+    def _round(self, text: str, line: int) -> Iterator[Block]:
+        """C, CR, CP and LP."""
+        kind, _, rest = text.partition(" ")
+        words, codes = self._words(rest)
+        feed = self._fed_words(words)
+        to = self._place(words)
+        x, y, z = (self._at[k] for k in "XYZ")
+        turns = 1
+        if kind in ("CP", "LP"):
+            to, turns = self._polar(kind, words, to)
+        if kind == "LP":
+            yield from self._codes([c for c in codes if c in (3, 4, 13, 14, 8, 7)], line)
+            yield Block(line, {**to, **feed}, (0 if self._rapid else 10,))
+        else:
+            sense = words.get("DR", "")[:1]
+            if sense not in ("+", "-"):
+                raise ToolpathError(f"{kind} without DR+ or DR-", hint="name the sense of rotation")
+            if x is None or y is None or (z is None and "Z" in to):
+                raise ToolpathError("an arc from an unknown place", hint="name X, Y and Z in an L before it")
+            to = {"X": x, "Y": y} | to
+            if kind == "CR":
+                round_ = {"R": self._value(words["R"])} if words.get("R") else {}
+            elif self._center is None:
+                raise ToolpathError(f"{kind} without a centre", hint="put CC before it")
+            else:
+                round_ = {"I": self._center[0] - x, "J": self._center[1] - y}
+            if turns > 1:
+                round_["P"] = float(turns)
+            yield Block(line, {**to, **round_, **feed}, (30 if sense == "+" else 20,))
+        self._at.update({k: v for k, v in to.items() if k in self._at})
+        yield from self._codes(codes, line)
+
+    def _polar(self, kind: str, words: dict[str, str], to: dict[str, float]) -> tuple[dict[str, float], int]:
+        """The end of CP or LP in X, Y, and the turns that it takes, the broken one included."""
+        x, y = self._at["X"], self._at["Y"]
+        if self._center is None:
+            raise ToolpathError(f"{kind} without a pole", hint="put CC before it")
+        cx, cy = self._center
+        if (x is None or y is None) and not ("PA" in words and "PR" in words):
+            raise ToolpathError(f"{kind} from an unknown place", hint="name X and Y before it")
+        here = 0.0 if x is None or y is None else rad_to_deg(math.atan2(y - cy, x - cx))
+        radius = self._value(words["PR"]) if words.get("PR") else math.hypot((x or 0.0) - cx, (y or 0.0) - cy)
+        if kind == "CP" and "PR" in words:
+            raise ToolpathError("CP with PR", hint="CP keeps the radius of its start")
+        turns = 1
+        if "IPA" in words:
+            way = self._value(words["IPA"])
+            angle = here + way
+            if kind == "CP":
+                sense = words.get("DR", "")[:1]
+                if way and (way > 0.0) != (sense == "+"):
+                    raise ToolpathError("CP with IPA and DR of two senses", hint="check the block")
+                turns = max(1, math.ceil(abs(way) / 360.0 - 1e-9))  # degrees of a turn
+        elif "PA" in words:
+            angle = self._value(words["PA"])
+        else:
+            raise ToolpathError(f"{kind} without PA", hint="name the angle")
+        a = deg_to_rad(angle)
+        return {**to, "X": cx + radius * math.cos(a), "Y": cy + radius * math.sin(a)}, turns
+
+    def _away(self, line: int) -> Block:
+        """M140: the tool goes back along its axis, how far only the machine knows."""
+        self._lose()
+        return Block(line, {"X": 0.0, "Y": 0.0, "Z": 0.0}, (530, 0))
+
+    # -- tools, planes, cycles ---------------------------------------------------------------------------------
+
+    def _tool(self, text: str, line: int) -> Iterator[Block]:
+        match = re.match(r'("[^"]*"|[0-9]+(?:\.[0-9]+)?)?', text)
+        name = match[0] if match else ""
+        rest = text[len(name) :]
+        for key, value in re.findall(r"\b(D[LR]2?)([-+]?[0-9.]+)", rest):
+            if float(value):
+                raise ToolpathError(
+                    f"TOOL CALL with {key}{value}: an offset of the path", hint="put it into the CAM system"
+                )
+        axis = re.search(r" ([XYZ])\b", f" {rest.strip()}")
+        if axis and axis[1] != "Z":
+            raise ToolpathError(f"a tool along {axis[1]}", hint="post with the tool along Z")
+        speed = re.search(r"\bS([0-9.]+)", rest)
+        feed = re.search(r"\bF([0-9.]+)", rest)
+        words = {"F": float(feed[1])} if feed else {}
+        if name.startswith('"'):
+            raise ToolpathError(
+                f"TOOL CALL {name[:40]}: a tool by its name", hint="call tools by numbers, as the set-up does"
+            )
+        if name:
+            self._lose()
+            yield Block(line, {"T": float(name), **({"S": float(speed[1])} if speed else {}), **words}, m=(60,))
+        elif speed or feed:
+            yield Block(line, {**({"S": float(speed[1])} if speed else {}), **words})
+
+    def _set_plane(self, text: str, line: int) -> Iterator[Block]:
+        if text.startswith("PLANE RESET"):
+            self._plane = None
+            self._lose()
+            moves = not re.search(r"\bSTAY\b", text)
+            yield Block(line, {}, plane=None)
+            if moves:  # the rotary axes go to zero
+                yield Block(line, dict.fromkeys("ABC", 0.0), (0,))
+            if any(self._shift.values()):
+                yield Block(line, dict(self._shift), (520,))
+            return
+        match = re.match(r"PLANE SPATIAL ((?:SP[ABC] ?[-+]?[0-9.Q]+ ?){3})(.*)$", text)
+        if match is None:
+            raise ToolpathError(f"{text[:24]!r} is not read", hint="post with PLANE SPATIAL SPA SPB SPC")
+        angles = {k: deg_to_rad(self._value(v)) for k, v in re.findall(r"SP([ABC]) ?([-+]?[0-9.Q]+)", match[1])}
+        if re.search(r"\bCOORD ROT\b|\bTABLE ROT\b", match[2]) is None and set(angles) != set("ABC"):
+            raise ToolpathError("PLANE SPATIAL without its three angles", hint="name SPA, SPB and SPC")
+        rotation = euler("321", (angles["C"], angles["B"], angles["A"]))
+        self._plane = (tuple(rotation.ravel().tolist()), tuple(self._shift.values()))
+        if any(self._shift.values()):
+            yield Block(line, dict.fromkeys("XYZ", 0.0), (520,))
+        yield Block(line, {}, plane=self._plane, aligned=not re.search(r"\bSTAY\b", match[2]))
+        self._lose()
+
+    def _define(self, text: str, line: int) -> Iterator[Block]:
+        number, _, rest = text.partition(" ")
+        main = number.partition(".")[0]
+        if main == "7":
+            yield from self._datum(rest, line)
+        elif main in ("32", "247"):
+            return
+        elif main == "9":
+            time = re.search(r"([0-9]+\.?[0-9]*)\s*$", rest) if number != "9.0" else None
+            if time:
+                yield Block(line, {"P": float(time[1])}, (40,))
+        elif main in ("8", "10", "11") and (
+            number.endswith(".0") or re.fullmatch(r"(?:ROT ?[-+]?0+\.?0*|SCL ?1\.?0*)?", rest.strip())
+        ):
+            return  # a heading, or a cancelled mirror, rotation or scale
+        elif main == "200":
+            self._cycle = {
+                int(k): self._value(v) for k, v in re.findall(r"Q([0-9]+) ?= ?([-+]?[0-9.]+|[-+]?Q[0-9]+)", rest)
+            }
+            missing = [q for q in _Q200 if q not in self._cycle]
+            if missing:
+                raise ToolpathError(f"cycle 200 without Q{missing[0]}", hint="name all its parameters")
+        else:
+            raise ToolpathError(f"CYCL DEF {number} is not read", hint="have the CAM system write the motions out")
+
+    def _datum(self, rest: str, line: int) -> Iterator[Block]:
+        """CYCL DEF 7.1 X+10, or all in one."""
+        found = re.findall(r"(I?)([XYZABC]) ?([-+]?[0-9.]+|[-+]?Q[0-9]+)", rest)
+        if not found:
+            if "#" in rest:
+                raise ToolpathError("a datum of the machine's table", hint="shift by X, Y, Z")
+            return
+        if self._plane is not None:
+            raise ToolpathError("a datum shift in a tilted plane", hint="shift before PLANE SPATIAL")
+        for incremental, letter, text in found:
+            value = self._value(text)
+            if letter in "ABC":
+                if value:
+                    raise ToolpathError("a datum shift of a rotary axis", hint="shift X, Y, Z only")
+                continue
+            before = self._shift[letter]
+            self._shift[letter] = value + (before if incremental else 0.0)
+            if self._at[letter] is not None:
+                self._at[letter] += before - self._shift[letter]  # type: ignore[operator]
+        yield Block(line, dict(self._shift), (520,))
+
+    def _drill(self, line: int) -> Iterator[Block]:
+        """Cycle 200 where the tool stands."""
+        if self._cycle is None:
+            raise ToolpathError("a cycle call without a cycle", hint="define it before")
+        q = self._cycle
+        top, depth, bite = q[203] + q[200], q[203] + q[201], q[202]
+        if q[201] >= 0.0 or (bite > 0.0 and -q[201] / bite > _MOST_PECKS):
+            raise ToolpathError("cycle 200 with a depth or bite that makes no hole", hint="check Q201 and Q202")
+        z = self._at["Z"]
+        if z is None or z < top - 1e-9:
+            raise ToolpathError(
+                "cycle 200 from an unknown height, or from below its clearance", hint="name Z before it"
+            )
+        yield Block(line, {"Z": top}, (0,))
+        at = q[203]
+        while at > depth + 1e-9:
+            below = max(depth, at - bite) if bite > 0.0 else depth
+            yield Block(line, {"Z": below, "F": q[206]}, (10,))
+            at = below
+            if at > depth + 1e-9:
+                yield Block(line, {"Z": top}, (0,))
+                if q.get(210):
+                    yield Block(line, {"P": q[210]}, (40,))
+                yield Block(line, {"Z": at + q[200]}, (0,))
+        if q.get(211):
+            yield Block(line, {"P": q[211]}, (40,))
+        last = max(top, q[203] + q[204])
+        yield Block(line, {"Z": last}, (0,))
+        self._at["Z"] = last

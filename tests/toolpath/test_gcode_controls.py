@@ -1,0 +1,275 @@
+"""Programs for Siemens' and Heidenhain's controls, held to paths worked out by closed formulas from the makers' rules."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.region import EventKind, Move, Region
+
+SIEMENS = "N10 G90 G17 G710 G94\nN20 T1 M6\nN30 S5000 M3\nN35 CYCLE832(0.01,1)\nN40 SOFT FFWON COMPCAD G642\n"
+UP = "G0 X0 Y0 Z50\nF600\n"
+KLARTEXT = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S5000\n2 L Z+50 R0 FMAX M3\n3 L X+0 Y+0 FMAX\n"
+
+
+def regions(folder: Path, text: str, name: str, dialect: str | None = None) -> tuple[Region, ...]:
+    file = folder / name
+    file.write_text(text, encoding="utf-8")
+    return read_toolpath(file, dialect=dialect).regions
+
+
+def ends(folder: Path, text: str, name: str, dialect: str | None = None) -> np.ndarray:
+    """Tip (mm) and axis at the end of each line that cuts, (N, 6)."""
+    rows = []
+    for region in regions(folder, text, name, dialect):
+        cut = region.move == Move.CUT
+        last = cut & np.append(region.line[1:] != region.line[:-1], True)
+        rows.append(np.hstack([region.position[last] * 1e3, region.axis[last]]))
+    return np.concatenate(rows)
+
+
+def refused(folder: Path, text: str, name: str, line: int, match: str) -> None:
+    with pytest.raises(ToolpathError, match=match) as caught:
+        regions(folder, text, name)
+    assert caught.value.line == line, str(caught.value)
+    assert caught.value.hint and "\n" not in str(caught.value)
+
+
+def siemens(folder: Path, body: str) -> np.ndarray:
+    return ends(folder, SIEMENS + UP + body + "M30\n", "a.mpf")
+
+
+def klartext(folder: Path, body: str) -> np.ndarray:
+    return ends(folder, KLARTEXT + body + "L Z+50 FMAX M30\nEND PGM A MM\n", "a.h")
+
+
+# -- Siemens ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "R1=0\nWHILE R1<12\nG1 X=25*COS(R1*30) Y=25*SIN(R1*30) Z-2\nR1=R1+1\nENDWHILE\n",
+        "FOR R1=0 TO 11\nG1 X=25*COS(R1*30) Y=25*SIN(R1*30) Z=-2\nENDFOR\n",
+        "DEF REAL W=0\nNEXT: G1 X=25*COS(W) Y=25*SIN(W) Z-2\nW=W+30\nIF W<360 GOTOB NEXT\n",
+        "R5=0\nREPEAT\nG1 X=25*COS(R5) Y=25*SIN(R5) Z-2\nR5=R5+30\nUNTIL R5>=360\n",
+        "R5=-30\nLOOP\nR5=R5+30\nIF R5>=360 GOTOF DONE\nG1 X=25*COS(R5) Y=25*SIN(R5) Z-2\nENDLOOP\nDONE:\n",
+        "R1=0\nN500 IF (R1 MOD 2)==0\nG1 X=25*COS(R1*30) Y=25*SIN(R1*30) Z-2\nELSE\nG1 X=25*COS(R1*30) Y=25*SIN(R1*30) Z-2\n"
+        "ENDIF\nR1=R1+1\nIF R1<12 GOTO N500\n",
+    ],
+)
+def test_one_ring_of_twelve_points_by_siemens_loops(tmp_path: Path, body: str) -> None:
+    angle = np.radians(30.0 * np.arange(12))
+    ring = np.stack([25 * np.cos(angle), 25 * np.sin(angle), np.full(12, -2.0)], axis=1)
+    (region,) = regions(tmp_path, SIEMENS + UP + body + "M30\n", "a.mpf")
+    np.testing.assert_allclose(region.position[region.move == Move.CUT] * 1e3, ring, atol=1e-9)
+
+
+def test_vectors_of_siemens_turn_the_tool_also_without_a_move(tmp_path: Path) -> None:
+    body = "TRAORI\nORIWKS\nORIVECT\nG0 X0 Y0 Z20 A3=0 B3=0 C3=1\nG1 Z0\nG1 A3=3 B3=0 C3=4\nX=10 A3=0 B3=1 C3=1\n"
+    body += "G0 Z40\nTRAFOOF\n"
+    half = math.sqrt(0.5)
+    np.testing.assert_allclose(
+        siemens(tmp_path, body), [[0, 0, 0, 0, 0, 1], [0, 0, 0, 0.6, 0, 0.8], [10, 0, 0, 0, half, half]], atol=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("mode", "order", "angles"), [(57, "XYZ", (20, 30, 40)), (39, "ZXY", (20, 30, 40)), (27, "ZYX", (10, -25, 5))]
+)
+def test_cycle800_sets_the_plane_that_its_mode_says(
+    tmp_path: Path, mode: int, order: str, angles: tuple[float, ...]
+) -> None:
+    """Against scipy: each turn about the axis as it has been turned so far, between the two shifts."""
+    a, b, c = angles
+    body = (
+        f'CYCLE800(1,"TC1",0,{mode},10,20,30,{a},{b},{c},1,2,3,-1,0)\nG0 X0 Y0 Z9\nG1 Z0\nX5 Y6\nG0 Z40\nCYCLE800()\n'
+    )
+    turn = Rotation.from_euler(order, angles, degrees=True)
+    found = siemens(tmp_path, body)
+    origin = np.array([10, 20, 30]) + turn.apply([1, 2, 3])
+    np.testing.assert_allclose(found[:, :3], [origin, origin + turn.apply([5, 6, 0])], atol=1e-9)
+    np.testing.assert_allclose(found[:, 3:], [turn.apply([0, 0, 1])] * 2, atol=1e-9)
+
+
+def test_words_of_siemens_as_iso_means_them(tmp_path: Path) -> None:
+    found = siemens(tmp_path, "TRANS X10\nATRANS Y5\nG1 X0 Y0 Z0\nX=IC(3) Y=IC(1)\nTRANS\nX=AC(7) Y0\n")
+    np.testing.assert_allclose(found[:, :3], [[10, 5, 0], [13, 6, 0], [7, 0, 0]], atol=1e-9)
+    arc = siemens(tmp_path, "G1 X10 Y0 Z0\nG3 X-10 Y0 CR=10\nG3 X10 Y0 I=AC(0) J=AC(0)\nG3 X10 Y0 I-10 J0 Z-3 TURN=2\n")
+    np.testing.assert_allclose(arc[:, :3], [[10, 0, 0], [-10, 0, 0], [10, 0, 0], [10, 0, -3]], atol=1e-9)
+    (helix,) = regions(tmp_path, SIEMENS + UP + "G1 X10 Z0\nG3 X10 Y0 I-10 J0 Z-3 TURN=2\nM30\n", "h.mpf")
+    turned = np.unwrap(np.arctan2(helix.position[1:, 1], helix.position[1:, 0]))
+    assert turned[-1] - turned[0] == pytest.approx(6.0 * math.pi)  # one turn, and two further ones
+    inch = ends(tmp_path, SIEMENS.replace("G710", "G700") + UP + "G1 X1\nM30\n", "i.mpf")
+    assert inch[0, 0] == pytest.approx(25.4)
+
+
+def test_supa_is_a_machine_position_and_one_tool_by_its_name_is_the_set_ups(tmp_path: Path) -> None:
+    body = 'G71\nT="MILL_D10"\nM6\nS900 M3\nG0 X0 Y0 Z5\nG1 X5 F100\nSUPA G0 Z0 D0\nG0 X1 Y1 Z5\nG1 Z0\nM30\n'
+    found = regions(tmp_path, body, "t.mpf")
+    assert [r.tool for r in found] == [0, 0]
+    np.testing.assert_allclose(ends(tmp_path, body, "t.mpf")[:, :3], [[5, 0, 5], [1, 1, 0]], atol=1e-9)
+    refused(tmp_path, body.replace("SUPA", 'T="DRILL"\nSUPA'), "t.mpf", 2, "several tools by their names")
+
+
+@pytest.mark.parametrize(
+    ("body", "match"),
+    [
+        ("G1 X=R7", "R7 is read"),
+        ("R1=$AA_IM[X]", "system variable"),
+        ("X=R1 GOTOF NOWHERE", "R1 is read|NOWHERE"),
+        ("GOTOF NOWHERE", "NOWHERE is jumped to"),
+        ("POCKET3(50,0,2)", "POCKET3"),
+        ("MCALL CYCLE81(50,0,2,-5)", "modal call"),
+        ("L100", "subprogram call"),
+        ("MY_SUB", "MY_SUB is not known"),
+        ("ROT Z30", "turned frame"),
+        ("AROT RPL=30", "turned frame"),
+        ("MIRROR X0", "mirroring"),
+        ("CIP X10 Y0 I1=5 J1=5", "arc through a point"),
+        ("BSPLINE X1", "a spline"),
+        ("A3=0 B3=0 C3=1", "centre point off"),
+        ('CYCLE800(1,"TC",0,192,0,0,0,30,0,0)', "MODE 192"),
+        ('CYCLE800(1,"TC",1,57,0,0,0,30,0,0)', "adds to the plane"),
+        ("G1 X10 RND=2", "RND"),
+        ("G1 X10 CHF=2", "CHF"),
+        ("G1 ANG=30 X10", "ANG"),
+        ("G110 X0 Y0", "G110"),
+        ("TRAORI\nG1 X1 A30 C10", "which way the rotary axes turn"),
+        ("G1 X1 C=ACP(30)", "ACP"),
+        ("R1=1/0", "division by zero"),
+        ("ENDWHILE", "without its WHILE"),
+        ("G291", "G291"),
+        ("G1 X1 LEAD=3", "LEAD"),
+        ("UNKNOWN=3", "has not declared"),
+        ('EXTCALL "BIG"', "EXTCALL"),
+    ],
+)
+def test_what_siemens_programs_are_refused_for(tmp_path: Path, body: str, match: str) -> None:
+    refused(tmp_path, SIEMENS + UP + body + "\nM30\n", "r.mpf", 8 + body.count("\n"), match)
+
+
+# -- Heidenhain ------------------------------------------------------------------------------------------------------
+
+
+def test_lines_circles_and_helices_of_klartext(tmp_path: Path) -> None:
+    body = (
+        "L Z-1 F500\nCC X+10 Y+0\nC X+20 Y+0 DR-\nCP IPA+720 IZ-2 DR+\nCR X+0 Y+0 R+10 DR+\nCC X+0 Y+0\nL IX+5\nLP PR+8 PA+90\n"
+        "CP PA+180 DR+\n"
+    )
+    expected = [[0, 0, -1], [20, 0, -1], [20, 0, -3], [0, 0, -3], [5, 0, -3], [0, 8, -3], [-8, 0, -3]]
+    np.testing.assert_allclose(klartext(tmp_path, body)[:, :3], expected, atol=1e-9)
+    (region,) = regions(tmp_path, KLARTEXT + body + "L Z+50 FMAX M30\nEND PGM A MM\n", "b.h")
+    helix = region.position[region.line == 8] * 1e3
+    np.testing.assert_allclose(np.hypot(helix[:, 0] - 10, helix[:, 1]), 10.0)
+    assert np.unwrap(np.arctan2(helix[:, 1], helix[:, 0] - 10))[-1] == pytest.approx(4 * math.pi)
+    down = region.position[region.line == 7] * 1e3
+    assert down[len(down) // 2, 1] > 9.9  # DR- from (0, 0) about (10, 0) goes over the top
+
+
+def test_vectors_of_klartext(tmp_path: Path) -> None:
+    body = "M128\nL X+0 Y+0 Z+20 FMAX\nLN X+5 Y+0 Z+0 NX+0 NY+0 NZ+1 TX+0.6 TY+0 TZ+0.8 F800\nL X+6 F100\nM129\n"
+    np.testing.assert_allclose(klartext(tmp_path, body), [[5, 0, 0, 0.6, 0, 0.8], [6, 0, 0, 0.6, 0, 0.8]], atol=1e-9)
+
+
+@pytest.mark.parametrize("angles", [(0, 30, 0), (20, 0, 45), (10, -20, 130)])
+def test_plane_spatial_turns_about_fixed_axes(tmp_path: Path, angles: tuple[float, float, float]) -> None:
+    """Against scipy: SPA about X, then SPB about Y, then SPC about Z, all of the frame that stands still."""
+    a, b, c = angles
+    body = (
+        "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10\nCYCL DEF 7.2 Z-5\n"
+        f"PLANE SPATIAL SPA{a:+} SPB{b:+} SPC{c:+} TURN MB MAX FMAX SEQ- TABLE ROT\nL X+0 Y+0 Z+9 FMAX\nL Z+0 F300\nL X+4 Y+3\n"
+        "L Z+50 FMAX\nPLANE RESET TURN FMAX\nL X+0 Y+0 Z+20 FMAX\nL Z+5 F100\n"
+    )
+    turn = Rotation.from_euler("xyz", angles, degrees=True)
+    found = klartext(tmp_path, body)
+    np.testing.assert_allclose(found[:2, :3], np.array([10, 0, -5]) + turn.apply([[0, 0, 0], [4, 3, 0]]), atol=1e-9)
+    np.testing.assert_allclose(found[:2, 3:], [turn.apply([0, 0, 1])] * 2, atol=1e-9)
+    np.testing.assert_allclose(found[2], [10, 0, 0, 0, 0, 1], atol=1e-9)
+
+
+def test_parameters_labels_and_repeats_of_klartext(tmp_path: Path) -> None:
+    body = (
+        "FN 0: Q1 = +0\nLBL 1\nQ2 = 25 * COS ( Q1 * 30 )\nQ3 = 25 * SIN ( Q1 * 30 )\nL X+Q2 Y+Q3 Z-2 F200\nFN 1: Q1 = +Q1 + +1\n"
+        "CALL LBL 1 REP 11\n"
+    )
+    (region,) = regions(tmp_path, KLARTEXT + body + "L Z+50 FMAX M30\nEND PGM A MM\n", "q.h")
+    angle = np.radians(30.0 * np.arange(12))
+    ring = 25 * np.stack([np.cos(angle), np.sin(angle)], 1)
+    np.testing.assert_allclose(region.position[region.move == Move.CUT][:, :2] * 1e3, ring, atol=1e-9)
+    sub = "L Z-1 F200\nCALL LBL 5\nL Y+9\nCALL LBL 5\nFN 9: IF +1 EQU +1 GOTO LBL 99\nLBL 5\nL IX+2\nLBL 0\nLBL 99\n"
+    np.testing.assert_allclose(klartext(tmp_path, sub)[:, :2], [[0, 0], [2, 0], [2, 9], [4, 9]], atol=1e-9)
+
+
+def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
+    values = ("Q200=+2 ;SET-UP", "Q201=-10", "Q206=+150", "Q202=+4", "Q210=+0", "Q203=+1", "Q204=+20")
+    cycle = "CYCL DEF 200 DRILLING ~\n " + " ~\n ".join(values) + " ~\n Q211=+0.5\n"
+    text = KLARTEXT + cycle + "L X+30 Y+30 FMAX M99\nL X+40\nCYCL CALL\nL Z+50 FMAX M30\nEND PGM A MM\n"
+    (region,) = regions(tmp_path, text.replace("L X+40", "L X+40 FMAX"), "c.h")
+    z = region.position[:, 2] * 1e3
+    hole = [3, -3, 3, -1, -7, 3, -5, -9, 21]
+    np.testing.assert_allclose(z[2:], [*hole, 21, *hole, 50], atol=1e-9)
+    cut = region.move[2:11] == Move.CUT
+    assert cut.tolist() == [False, True, False, False, True, False, False, True, False]
+    assert [e.value for e in region.events if e.kind is EventKind.DWELL] == [0.5, 0.5]
+    assert region.feed[3] == pytest.approx(0.15 / 60.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "match"),
+    [
+        ("L X+5 RL F100", "radius compensation"),
+        ("RND R2", "is not read"),
+        ("APPR LCT X+5 Y+5 R2 RL F100", "is not read"),
+        ("CT X+5 Y+5", "is not read"),
+        ("CYCL DEF 19.0 WORKING PLANE", "CYCL DEF 19.0"),
+        ("CYCL DEF 10.1 ROT+30", "CYCL DEF 10.1"),
+        ("CYCL DEF 8.1 X", "CYCL DEF 8.1"),
+        ("CYCL DEF 203 DRILLING Q200=2", "CYCL DEF 203"),
+        ("PLANE VECTOR BX1 BY0 BZ0 NX0 NY0 NZ1 TURN", "is not read"),
+        ("FUNCTION TCPM F TCP AXIS SPAT", "is not read"),
+        ("L X+Q7 F100", "Q7 is read"),
+        ("L X+Q120 F100", "Q120 is read"),
+        ("CALL PGM TNC:SUB.H", "is not read"),
+        ("CALL LBL 77", "LBL 77"),
+        ('TOOL CALL "D10" Z S100', "by its name"),
+        ("TOOL CALL 2 Z S100 DL+0.5", "DL"),
+        ("TOOL CALL 2 X S100", "along X"),
+        ("C X+5 Y+5 DR+", "without a centre"),
+        ("M128\nL X+5 A+30 C+10 F100", "which way the rotary axes turn"),
+        ("L X+5 F100 M109", "M109"),
+        ("CYCL CALL", "without a cycle"),
+        ("L X+5 W+3 F100", "no word"),
+    ],
+)
+def test_what_klartext_programs_are_refused_for(tmp_path: Path, body: str, match: str) -> None:
+    text = KLARTEXT + body + "\nL Z+50 FMAX M30\nEND PGM A MM\n"
+    refused(tmp_path, text, "r.h", 5 + body.count("\n"), match)
+
+
+# -- which way rotary axes turn --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("on", ["G43.4 H1", "M128", "G234", "TRAORI"])
+def test_the_signs_of_rotary_axes_are_asked_for(tmp_path: Path, on: str) -> None:
+    """ISO 841: a positive word turns the tool about the part, right-handedly: Rz(C) Rx(A) z, whether head or table turns."""
+    text = f"G21 G90 G94\n{on}\nG0 X0 Y0 Z10 A20 C30\nG1 X1 F600\nM30\n"
+    refused(tmp_path, text, "a.nc", 3, "which way the rotary axes turn")
+    by_tool = Rotation.from_euler("ZX", [30, 20], degrees=True).apply([0, 0, 1])
+    by_table = Rotation.from_euler("ZX", [-30, -20], degrees=True).apply([0, 0, 1])
+    np.testing.assert_allclose(ends(tmp_path, text, "a.nc", "gcode-xyzac-iso")[0, 3:], by_tool, atol=1e-12)
+    np.testing.assert_allclose(ends(tmp_path, text, "a.nc", "gcode-xyzac")[0, 3:], by_table, atol=1e-12)
+    other = text.replace("A20", "B20")
+    by_tool = Rotation.from_euler("ZY", [30, 20], degrees=True).apply([0, 0, 1])
+    np.testing.assert_allclose(ends(tmp_path, other, "a.nc", "gcode-xyzbc-iso")[0, 3:], by_tool, atol=1e-12)
+
+
+def test_a_dialect_that_names_no_machine_we_know(tmp_path: Path) -> None:
+    with pytest.raises(ToolpathError, match="no dialect 'gcode-xyzab'"):
+        regions(tmp_path, "G21\nG0 X0 Y0 Z5\nG1 X1 F5\nM30\n", "a.nc", "gcode-xyzab")
