@@ -5,7 +5,6 @@ Fanuc B-63944EN/03, chapter 15 (custom macro) and 13.3 (subprograms); Haas mill 
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -13,23 +12,12 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
+from camrob.toolpath.gcode.controls.fanuc_formulas import FANUC
 from camrob.toolpath.gcode.controls.fanuc_programs import PROGRAM, REPEATS, split_programs
 from camrob.toolpath.gcode.language.computed import words_of
 from camrob.toolpath.gcode.language.flow import DEEPEST, Line, StepCount, prepared, unset
-from camrob.toolpath.gcode.language.formulas import (
-    ARITHMETIC,
-    BITS,
-    COMPARISONS,
-    FUNCTIONS,
-    NOTHING,
-    Grammar,
-    Reader,
-    Value,
-    fup,
-    whole,
-)
+from camrob.toolpath.gcode.language.formulas import NOTHING, Reader, Value, whole
 from camrob.toolpath.gcode.lexer import Block, Word, assemble
-from camrob.units import rad_to_deg
 
 __all__ = ["INCREMENT", "SUBPROGRAMS", "run_macro"]
 
@@ -54,28 +42,9 @@ _ALARM, _STOP = 3000, 3006
 # G65's letters by Fanuc's first list; those that are no length count as they are written, the others need their point
 _ARGUMENTS = dict(zip("ABCDEFHIJKMQRSTUVWXYZ", (1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, *range(17, 27)), strict=True))
 _COUNTS = frozenset("DHMST")
-_MOST_REPEATS = 9_999
+_MOST_REPEATS = 9_999  # L has four digits
 INCREMENT = 1e-3
 """mm or degrees: the least increment of Fanuc's system IS-B, in which it counts numbers without a point."""
-
-
-def _compared(name: str, a: Value, b: Value) -> float | None:
-    """EQ and NE of a variable without a value, which is no zero."""
-    if name in ("EQ", "NE") and (a is None or b is None):
-        return float((a is b) == (name == "EQ"))
-    return None
-
-
-_GRAMMAR = Grammar(
-    levels=(
-        COMPARISONS,
-        {k: {**ARITHMETIC, **BITS}[k] for k in ("+", "-", "OR", "XOR")},
-        {k: {**ARITHMETIC, **BITS}[k] for k in ("*", "/", "MOD", "AND")},
-    ),
-    functions={**FUNCTIONS, "FIX": lambda x: float(math.trunc(x)), "FUP": fup, "SQR": FUNCTIONS["SQRT"]},
-    atan=lambda y, x: rad_to_deg(math.atan2(y, x)) % 360.0,
-    compares=_compared,
-)
 
 
 @dataclass(slots=True)
@@ -354,7 +323,7 @@ class _Macro:
     # -- values ------------------------------------------------------------------------------------------------
 
     def _reader(self, text: str) -> Reader:
-        return Reader(text, _GRAMMAR, self._variable)
+        return Reader(text, FANUC, self._variable)
 
     def _true(self, condition: str) -> bool:
         reader = self._reader(condition)

@@ -275,9 +275,9 @@ class SiemensWords:
             self._absolute.add(name)
         elif name in "XYZABC" and how == "IC":
             self._relative.add(name)
-        elif name in "ABC" and how == "DC" and self._state("motion") in (None, 0.0):
-            pass  # which way round in a rapid doesn't matter to the part
-        else:
+        elif not (
+            name in "ABC" and how == "DC" and self._state("motion") in (None, 0.0)
+        ):  # in a rapid, either way round will do
             raise ToolpathError(f"{name}={how}(...) is not read", hint=f"write {name} as a plain value")
 
     def _tool(self, reader: Reader, found: list[Word]) -> None:

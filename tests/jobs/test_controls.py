@@ -1,0 +1,54 @@
+"""Programs of other controls from file to KRL: what the witness does not read it says, and the motions are those meant."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from process_story import posted
+from scipy.spatial.transform import Rotation
+
+PLACE = "part_in_base = [0, 0, 200, 0, 0, 0]\n"
+MACRO = (
+    "%\nO100\nG21 G90 G17 G94\nT1 M6\nS6000 M3\nG0 X0. Y0. Z40.\nG1 Z0 F500.\n#1=0\n"
+    "WHILE[#1 LT 4]DO1\nG1 X[10.*COS[#1*90]] Y[10.*SIN[#1*90]]\n#1=#1+1\nEND1\nG0 Z40.\nM5\nM30\n%\n"
+)
+SIEMENS = (
+    "N10 G90 G17 G710 G94\nN20 T1 M6\nN30 S6000 M3\nN40 TRAORI\nN50 G0 X0 Y0 Z40 A3=0 B3=0 C3=1\nN60 G1 Z0 F500\n"
+    "N70 X10 A3=0.1 B3=0 C3=1\nN80 G0 Z40\nN90 TRAFOOF\nN100 M5\nN110 M30\n"
+)
+KLARTEXT = (
+    "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S6000\n2 L Z+40 R0 FMAX M3\n3 L X+0 Y+0 FMAX\n4 L Z+0 F500\n5 L X+10\n6 L Z+40 FMAX\n"
+    "7 M5\n8 M30\n9 END PGM A MM\n"
+)
+SIGNED = "G21 G90 G94\nT1 M6\nS6000 M3\nG43.4 H1\nG0 X0 Y0 Z40 A0 C0\nG1 Z0 F500\nX10 A8 C40\nG0 Z40\nG49\nM5\nM30\n"
+POINT = re.compile(r"\{E6POS: X (\S+?),Y (\S+?),Z (\S+?),A (\S+?),B (\S+?),C (\S+?)[,}]")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "lines"),
+    [("macro.nc", MACRO, "lines 8-16"), ("a.mpf", SIEMENS, "lines 1-11"), ("a.h", KLARTEXT, "lines 1-10")],
+)
+def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name: str, text: str, lines: str) -> None:
+    made = posted(tmp_path, name, text, setup=PLACE)
+    (said,) = [f for f in made.findings if f.code == "verified-in-part"]
+    assert f"{lines}: not read by the second opinion" in said.text
+    points = np.array(
+        [[float(v) for v in m.groups()] for m in POINT.finditer(next(made.out.glob("*.src")).read_text())]
+    )
+    far = np.array([0.0, 10.0, 200.0]) if name == "macro.nc" else np.array([10.0, 0.0, 200.0])
+    assert np.linalg.norm(points[:, :3] - far, axis=1).min() < 0.001
+
+
+def test_rotary_words_by_iso_841_are_verified_whole(tmp_path: Path) -> None:
+    made = posted(tmp_path, "signed.nc", SIGNED, setup=PLACE + 'dialect = "gcode-xyzac-iso"\n')
+    assert not [f for f in made.findings if f.code == "verified-in-part"]
+    points = np.array(
+        [[float(v) for v in m.groups()] for m in POINT.finditer(next(made.out.glob("*.src")).read_text())]
+    )
+    axes = Rotation.from_euler("ZYX", points[:, 3:], degrees=True).apply([0, 0, 1])
+    wanted = Rotation.from_euler("ZX", [40, 8], degrees=True).apply([0, 0, 1])
+    at = np.linalg.norm(points[:, :3] - [10.0, 0.0, 200.0], axis=1).argmin()
+    assert abs(abs(float(axes[at] @ wanted)) - 1.0) < 1e-6
