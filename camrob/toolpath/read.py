@@ -92,7 +92,7 @@ def _kinematics(dialect: str | None, path: Path) -> str | None:
     from camrob.toolpath.gcode.read_gcode import KINEMATICS
 
     name = (dialect or "gcode").removeprefix("gcode").removeprefix("-")
-    if name not in ("", "3axis", "unknown", *KINEMATICS):
+    if name not in ("", "3axis", "siemens", "heidenhain", *KINEMATICS):
         known = ", ".join(f"gcode-{k}" for k in KINEMATICS)
         raise ToolpathError(f"there is no dialect {dialect!r}", hint=f"gcode, {known}", path=path)
     return name if name in KINEMATICS else None

@@ -87,7 +87,7 @@ class ToolFrame:
     __slots__ = ("angles", "kinematics", "on_plane", "plane", "sense", "shift", "tcp_g", "tcp_m", "vector", "xyz")
 
     def __init__(self, kinematics: str) -> None:
-        self.kinematics = kinematics.removesuffix("-iso")
+        self.kinematics = "unknown" if kinematics == "3axis" else kinematics.removesuffix("-iso")
         self.sense = -1.0 if kinematics.endswith("-iso") else 1.0  # of rotary words beside LinuxCNC's
         self.xyz = [math.nan] * 3
         self.angles = [0.0, 0.0, 0.0]
@@ -186,6 +186,12 @@ class ToolFrame:
                 turned = True
         if turned:
             self.vector = None
+            stranger = {"xyzac": 1, "xyzbc": 0}.get(self.kinematics)
+            if stranger is not None and abs(math.sin(0.5 * angles[stranger])) > _TURNED:
+                raise ToolpathError(
+                    f"{'AB'[stranger]} turns in a program for {self.kinematics}: a kinematics that is not known here",
+                    hint="post tool vectors, or for a machine with A and C or B and C",
+                )
         if turned and self.plane is not None and self.on_plane != self._stands():
             self.on_plane = not self.on_plane
             self.forget()

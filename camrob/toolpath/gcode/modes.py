@@ -183,6 +183,13 @@ def aim(block: Block, modal: Modal, frame: ToolFrame) -> None:
 
 
 def _offset(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    if code == 5000:  # Siemens' G500: no offset, which only a machine position may be meant in
+        modal.suspended = modal.offset is not None
+        if modal.suspended:
+            frame.forget()
+            path.lose()
+            return False
+    modal.suspended = False
     key = (code, block.words.get("P", 0.0) if code in (541, 1540) else 0.0)
     if modal.offset not in (None, key) and modal.moved:
         path.note(
@@ -295,7 +302,7 @@ _HANDLERS: dict[int, Handler] = {
     **dict.fromkeys((170, 180, 190, 900, 910, 901, 911, 930, 940, 950, 980, 990), _modal),
     **dict.fromkeys((410, 420), _compensation),
     **dict.fromkeys((434, 435, 2340, 490), _tcp),
-    **dict.fromkeys((540, 541, 1540, 550, 560, 570, 580, 590, 591, 592, 593, *range(5050, 6000, 10)), _offset),
+    **dict.fromkeys((540, 541, 1540, 550, 560, 570, 580, 590, 591, 592, 593, 5000, *range(5050, 6000, 10)), _offset),
     **dict.fromkeys((280, 300, 530), _machine),
     520: _shift,
     **dict.fromkeys((100, 920), _origin),
@@ -336,6 +343,7 @@ _RANK = {
             591,
             592,
             593,
+            5000,
             900,
             910,
             901,

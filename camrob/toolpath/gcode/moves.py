@@ -62,6 +62,8 @@ class Motions:
         """Before a cut: refuse one whose tip can't be told, or that has no tool."""
         self.process.settle_cut()
         frame = self.frame
+        if self.modal.suspended:
+            raise ToolpathError("a cut without the work offset (G500) behind others with it", hint="name G54 before it")
         if not frame.placeable:
             if frame.plane is not None:
                 raise ToolpathError(

@@ -41,6 +41,9 @@ _LARGE = 3.0  # m
 _COMMENT = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 _TOOL_CHANGE = re.compile(r"M[ \t]*+0*+6(?![0-9.])")
 _ANY_TCP = re.compile(r"G[ \t]*0*(?:43\.[45]|234)(?![0-9.])|M[ \t]*128(?![0-9.])|TRAORI")
+_NO_AXES = re.compile(
+    r"<[^>\n]*>|^.*G[ \t]*0*65(?![0-9.]).*$", re.M
+)  # names of parameters and labels, arguments of macros
 _LINUXCNC_TCP = re.compile(r"M[ \t]*428(?![0-9.])")
 KINEMATICS = ("xyzac", "xyzbc", "xyzac-iso", "xyzbc-iso")
 _MANY_DECIMALS = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9]?\.[0-9]{9}")
@@ -75,8 +78,9 @@ def read_gcode(
     the words used. Arcs are cut into chords that leave them by at most `chord_tolerance` (m) and turn by at most
     `angle_tolerance` (rad); tool axes of neighbouring cut points differ by at most the latter. Feeds are speeds of
     the tip in m/s, also from inverse time (G93) and feed per revolution (G95). `defaults` serve where the program states
-    no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" (with
-    "-iso"), "gcode-unknown" or "gcode-3axis". Raises ToolpathError with the line for anything that would make a wrong part.
+    no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" (with "-iso"), "gcode-3axis", or, where no
+    machine is named for rotary words, "gcode", "gcode-siemens" or "gcode-heidenhain". Raises ToolpathError with the line for
+    anything that would make a wrong part.
     """
     if units not in (None, *SCALES):
         raise ToolpathError(f"units {units!r}", hint="mm or inch", path=path)
@@ -105,7 +109,7 @@ def read_gcode(
         regions=regions,
         source=clean_text(path.name),
         sha256=hashlib.sha256(data).hexdigest(),
-        dialect=f"gcode-{machine}",
+        dialect=_dialect(machine, control),
         units="inch" if modal.scale == SCALES["inch"] else "mm",
         tools=tuple(Tool(number) for number in numbers),
         findings=(*findings, *grower.findings()),
@@ -170,10 +174,11 @@ def _kinematics(bare: str, wanted: str | None, path: Path, *, plain: bool) -> st
     """
     if wanted not in (None, *KINEMATICS):
         raise ToolpathError(f"kinematics {wanted!r} is not known", hint="one of " + ", ".join(KINEMATICS), path=path)
-    if wanted is None and not plain:
-        return "unknown"
-    present = {a for a in "ABC" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0-9.]", bare)}
-    moving = {a for a in "AB" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0.]*+[1-9]", bare)}
+    if not plain:
+        return wanted or "unknown"
+    bare = _NO_AXES.sub(" ", bare)
+    present = {a for a in "ABC" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+[0-9.#\[]", bare)}
+    moving = {a for a in "AB" if re.search(rf"{a}[ \t]*+[-+]?+[ \t]*+(?:[0.]*+[1-9]|[#\[])", bare)}
     if moving == {"A", "B"}:
         raise ToolpathError(
             "A and B both turn: a kinematics that is not known here",
@@ -185,11 +190,18 @@ def _kinematics(bare: str, wanted: str | None, path: Path, *, plain: bool) -> st
         if stranger in moving:
             raise ToolpathError(f"{stranger} words in a program for {wanted}", hint="check the kinematics", path=path)
         return wanted
-    if moving and _ANY_TCP.search(bare) and not _LINUXCNC_TCP.search(bare):
+    if _ANY_TCP.search(bare) and not _LINUXCNC_TCP.search(bare):
         return "unknown"
     if "B" in moving or (not moving and "B" in present and "A" not in present):
         return "xyzbc"
     return "xyzac" if present else "3axis"
+
+
+def _dialect(machine: str, control: Control) -> str:
+    """The dialect's name: the machine that rotary words are read for, or else the control."""
+    if machine != "unknown":
+        return f"gcode-{machine}"
+    return "gcode" if control.name in ("iso", "linuxcnc") else f"gcode-{control.name}"
 
 
 def _suspect_size(regions: tuple[Region, ...], grower: PathGrower) -> None:

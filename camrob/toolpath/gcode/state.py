@@ -38,6 +38,7 @@ class Modal:
     tool_by_t: bool = False  # the program has no M6: T itself changes the tool
     vectors: bool = False  # G43.5: I, J, K of a straight move are the tool's axis
     offset: tuple[int, float] | None = None  # the work offset: code and P
+    suspended: bool = False  # G500 has put the work offset out of force
     moved: bool = False
     unit_line: int = 0  # of the first coordinate, where nobody had named the units by then
     named: bool = False  # a program number (O1234) was read

@@ -29,10 +29,11 @@ _SILENT_G = frozenset((9, 40, 60, 64, 450, 451, 601, 602, 603, 641, 642, 643, 64
 _SILENT = frozenset(
     "SOFT BRISK DRIVE FFWON FFWOF COMPON COMPOF COMPCURV COMPCAD COMPSURF UPATH SPATH CUT2D STOPRE DYNNORM DYNPOS DYNROUGH "
     "DYNSEMIFIN DYNFINISH DYNPREC ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORISON ORISOF CDOF CDOF2 CDON WALIMON WALIMOF RTLION "
-    "RTLIOF CFIN CFC CFTCP DIAMOF FENDNORM PTPG0 SAVE DISPLOF ADISPOS KONT NORM SBLON SBLOF FNORM TCOFR TCOABS".split()
+    "RTLIOF CFIN CFC CFTCP DIAMOF FENDNORM PTPG0 SAVE DISPLOF ADISPOS KONT NORM SBLON SBLOF FNORM "
+    "FIFOCTRL TOFFOF CUTCONOF TCOFR TCOABS".split()
 )
 _SILENT_CALLS = frozenset(
-    "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE CTRAFO ORIRESET0".split()
+    "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE SETMS".split()
 )
 _CALL = re.compile(r"([A-Z_][A-Z0-9_]*)\(")
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
@@ -324,6 +325,8 @@ class SiemensWords:
                 f"G{value:g} of Siemens is not read", hint="have the post-processor write the motions out"
             )
         else:
+            if value == 70.0:
+                self._note = "G70: feeds are taken in inches a minute, as with G700"
             found.append(("G", float(_CODES.get(int(value), value)), True))
 
 
