@@ -20,7 +20,18 @@ from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.solution import Solution
 from camrob.se3 import inverse
 
-__all__ = ["BELOW", "FREE", "OUT_OF_REACH", "OVER_EDGE", "UNTRIED", "Trial", "off_table", "try_placements"]
+__all__ = [
+    "BELOW",
+    "FREE",
+    "OUT_OF_REACH",
+    "OVER_EDGE",
+    "TRIAL_POINTS",
+    "UNTRIED",
+    "Trial",
+    "off_table",
+    "try_placement",
+    "try_placements",
+]
 
 Array = NDArray[np.float64]
 
@@ -36,7 +47,8 @@ _UNFOLLOWED = {
     SingularError: "the tracker meets a singular posture",
 }
 _SLACK = 0.001  # m that a part may hang over or sink in: a drawing's and a float's rounding
-_TRIAL_POINTS = 2000  # of the cutting points that a trial follows
+TRIAL_POINTS = 2000
+"""Of the cutting points, so many are followed on trial."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,11 +103,11 @@ def try_placements(
     told = [
         OUT_OF_REACH if value <= 0.0 else before for value, before in zip(found.value.tolist(), standing, strict=True)
     ]
-    path = thinned(inputs.path, _TRIAL_POINTS)
+    path = thinned(inputs.path, TRIAL_POINTS)
     order = [k for k in found.ranking.tolist() if told[k] == UNTRIED]
     collided = False
     for tried, k in enumerate(order, start=1):
-        made = _tried(inputs, path, np.asarray(found.base_T_part[k]))
+        made = try_placement(inputs, path, np.asarray(found.base_T_part[k]))
         if progress is not None:
             progress(tried / len(order))
         if isinstance(made, str):
@@ -113,7 +125,9 @@ def try_placements(
     )
 
 
-def _tried(inputs: JobInputs, path: ToolPathInBase, base_T_part: Array) -> tuple[Solution, CollisionReport] | str:
+def try_placement(
+    inputs: JobInputs, path: ToolPathInBase, base_T_part: Array
+) -> tuple[Solution, CollisionReport] | str:
     """A placement's solution and what it touches, or why it can't be followed."""
     part_T_tip = inverse(np.asarray(inputs.setup.base_T_part)) @ np.asarray(path.base_T_tip)
     path = replace(path, base_T_tip=base_T_part @ part_T_tip)

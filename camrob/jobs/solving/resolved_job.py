@@ -13,6 +13,7 @@ from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.release.release import named_region
 from camrob.jobs.solving.device import batch_score
+from camrob.jobs.solving.elsewhere import with_a_place
 from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
 from camrob.progress import Share
 from camrob.redundancy.planning.planned import resolve_planned
@@ -73,7 +74,7 @@ def resolve_job(inputs: JobInputs, method: str, way: str, progress: Share, devic
         try:
             solution = _solved(here, resolve, share, device)
         except JobError as e:
-            raise named_region(e, inputs) from None
+            raise with_a_place(named_region(e, inputs), inputs) from None
         path = here.path if solution.path is None else solution.path
         solution = free_routes(here, path, solution)
         position, axis = solution.residual(here.cell, path)

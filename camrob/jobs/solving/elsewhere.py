@@ -1,0 +1,85 @@
+"""A path that can't be followed where the part is: by how much the part would have to be moved."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.bodies.table_plate import table_plate
+from camrob.errors import CellError, JobError, LimitError, SetupError, SingularError, UnreachableError
+from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.files.mounting import one_frame
+from camrob.jobs.solving.place_trial import TRIAL_POINTS, off_table, try_placement
+from camrob.jobs.solving.thinned import thinned
+from camrob.product_grid import product_grid
+from camrob.redundancy.planning.placement import place_part
+from camrob.se3 import xyzabc_from_frame
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["with_a_place"]
+
+Array = NDArray[np.float64]
+
+_FAR = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)  # m that the part is moved by along each axis: what clamping and a table leave
+_TRIALS = 4  # placements, the nearest first, on which the path is followed: half a second each on a thinned path
+
+
+def with_a_place(error: JobError, inputs: JobInputs) -> JobError:
+    """The same error with the nearest shift of the part that a trial followed without touching anything, or that none does."""
+    if not isinstance(error, UnreachableError | LimitError | SingularError):
+        return error
+    return type(error)(
+        "; ".join(filter(None, [error.what, _advice(inputs)])),
+        line=error.line,
+        region=error.region,
+        axis=error.axis,
+        value=error.value,
+        limit=error.limit,
+        unit=error.unit,
+        reasons=error.reasons,
+    )
+
+
+def _advice(inputs: JobInputs) -> str:
+    shifts = _shifts()
+    farthest = m_to_mm(max(_FAR))
+    try:
+        one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
+        found = place_part(inputs.cell, inputs.path, np.asarray(inputs.setup.base_T_part), shifts)
+    except UnreachableError:
+        return f"no shift of the part by up to {farthest:.0f} mm along the axes of base brings the whole path in reach"
+    except (CellError, SetupError):
+        return ""  # no closed form, or frames that one shift does not serve
+    standing = off_table(inputs, table_plate(inputs.cell), np.asarray(found.base_T_part))
+    path = thinned(inputs.path, TRIAL_POINTS)
+    good = [k + 1 for k in range(len(shifts)) if found.value[k + 1] > 0.0 and not standing[k + 1]]
+    for k in good[:_TRIALS]:
+        made = try_placement(inputs, path, np.asarray(found.base_T_part[k]))
+        if not isinstance(made, str) and not made[1].count:
+            return (
+                f"with the part moved by {_mm(shifts[k - 1])} mm it can be followed and touches nothing (tried on {len(path)} of "
+                f"its points): part_in_base = {_printed(np.asarray(found.base_T_part[k]))}"
+            )
+    if good:
+        return (
+            f"with the part moved by {_mm(shifts[good[0] - 1])} mm every pose is in reach, but the path can't be followed "
+            "there as it runs: `camrob place` tries more"
+        )
+    return f"no shift of the part by up to {farthest:.0f} mm keeps it on the table and the whole path in reach"
+
+
+def _shifts() -> Array:
+    """(S, 3) m, the nearest first, and of equally near ones those along fewer axes."""
+    ways = product_grid([np.array([-1.0, 0.0, 1.0])] * 3)
+    shifts = np.concatenate([far * ways[np.any(ways != 0.0, axis=1)] for far in _FAR])
+    return np.asarray(shifts[np.argsort(np.linalg.norm(shifts, axis=1), kind="stable")])
+
+
+def _mm(shift: Array) -> str:
+    return ", ".join(f"{axis} {m_to_mm(float(v)):+.0f}" for axis, v in zip("XYZ", shift, strict=True) if v)
+
+
+def _printed(base_T_part: Array) -> str:
+    values = xyzabc_from_frame(base_T_part)
+    numbers = [*m_to_mm(values[:3]).tolist(), *rad_to_deg(values[3:]).tolist()]
+    return "[" + ", ".join(f"{v + 0.0:.6g}" for v in np.round(numbers, 4)) + "]"
