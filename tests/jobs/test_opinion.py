@@ -9,8 +9,9 @@ import pytest
 
 from camrob.errors import VerificationError
 from camrob.jobs.release.opinion import hold_to_witness
+from camrob.witness.cl.computing import COMPUTED
 from camrob.witness.cl.drilling import UPWARD
-from camrob.witness.cl.gcode import COMPUTED, GcodeReader
+from camrob.witness.cl.gcode import GcodeReader
 from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.cl.teller import NO_CIRCLE, UNREAD, Teller
 from camrob.witness.cl.words import NO_AXIS, STRANGE

@@ -273,3 +273,37 @@ def test_the_signs_of_rotary_axes_are_asked_for(tmp_path: Path, on: str) -> None
 def test_a_dialect_that_names_no_machine_we_know(tmp_path: Path) -> None:
     with pytest.raises(ToolpathError, match="no dialect 'gcode-xyzab'"):
         regions(tmp_path, "G21\nG0 X0 Y0 Z5\nG1 X1 F5\nM30\n", "a.nc", "gcode-xyzab")
+
+
+def test_what_a_cycle_or_a_block_leaves_behind(tmp_path: Path) -> None:
+    """FMAX, written in one word or two, holds for its block; cycle 200's feed is its own."""
+    values = "Q200=+2 Q201=-3 Q206=+150 Q202=+4 Q210=+0 Q203=+0 Q204=+9 Q211=+0"
+    body = f"L Z-1 F500\nL Z+20 F MAX\nCYCL DEF 200 DRILLING {values}\nCYCL CALL\nL Z+1\n"
+    body += "L M140 MB MAX FMAX\nL X+0 Y+0 FMAX\nL Z+9 FMAX\nL X+1\n"
+    found = regions(tmp_path, KLARTEXT + body + "L Z+50 FMAX M30\nEND PGM A MM\n", "f.h")
+    feeds = np.concatenate([r.feed[r.move == Move.CUT] for r in found]) * 60e3
+    np.testing.assert_allclose(feeds, [500, 150, 500, 500])
+    text = KLARTEXT + f"CYCL DEF 200 DRILLING {values}\nCYCL CALL\nL X+1\nEND PGM A MM\n"
+    refused(tmp_path, text, "f.h", 7, "without a feed behind a cycle")
+
+
+def test_both_rotary_axes_named_behind_a_plane_are_all_that_there_are(tmp_path: Path) -> None:
+    body = (
+        "PLANE SPATIAL SPA+0 SPB+20 SPC+0 TURN FMAX\nL X+0 Y+0 Z+5 FMAX\nL Z+0 F300\nL Z+50 FMAX\nPLANE RESET STAY\n"
+        "{}\nL X+5 Y+5 FMAX\nL Z+5 FMAX\nL Z+1 F100\n"
+    )
+    np.testing.assert_allclose(klartext(tmp_path, body.format("L B+0 C+0 FMAX"))[-1], [5, 5, 1, 0, 0, 1], atol=1e-9)
+    text = KLARTEXT + body.format("L C+0 FMAX") + "END PGM A MM\n"
+    refused(tmp_path, text, "p.h", 13, "centre point is off|only the control knows")
+
+
+def test_several_assignments_and_the_shortest_way_in_a_rapid(tmp_path: Path) -> None:
+    body = "R1=5 R2=R1*2 R3=-3\nG1 Z=R3 F=R2*50 CTOL=0.01\nX=R1 Y=R2\nG0 C=DC(0)\n"
+    np.testing.assert_allclose(siemens(tmp_path, body)[:, :3], [[0, 0, -3], [5, 10, -3]], atol=1e-9)
+    refused(tmp_path, SIEMENS + UP + "G0 Z5\nG1 X1 C=DC(0)\nM30\n", "d.mpf", 9, "DC")
+
+
+def test_a_work_offset_out_of_force_cuts_nothing(tmp_path: Path) -> None:
+    head = "G71 G90\nT1\nG500\nSUPA G0 Z0\nG54\nS900 M3\nG0 X0 Y0 Z5\nG1 X5 F100\nG0 Z9\nG500\n"
+    np.testing.assert_allclose(ends(tmp_path, head + "SUPA G0 Z0\nM30\n", "o.mpf")[:, 0], [5])
+    refused(tmp_path, head + "G0 X0 Y0 Z5\nG1 X5\nM30\n", "o.mpf", 12, "without the work offset")

@@ -243,3 +243,23 @@ def test_tool_axes_by_vectors() -> None:
     )
     refused("G21 G0 X0 Y0 Z1.\nG43.5 I0 J0 K0\nM30\n", 2, "without a length")
     refused("G21 G43.5 G0 X0 Y0 Z1.\nG2 X1. I1. F5.\nM30\n", 2, "tool's axis")
+
+
+def test_arguments_may_be_variables_and_letters_of_a_macro_call_are_no_axes() -> None:
+    text = HEAD + "#1=5.\n#2=3\nG65 P2 X#1 Y[#1*2] Z-1. H#2 A7. B45.\nM30\nO2\nG1 Z#26\nX#24 Y#25\nX#11 Y#1\nM99\n"
+    np.testing.assert_allclose(cuts(text), [[0, 0, -1], [5, 10, -1], [3, 7, -1]])
+
+
+@pytest.mark.parametrize("words", ["A#5 B10.", "A10. B[#5*2]", "A#5 B#5"])
+def test_axes_that_turn_by_values_are_no_less_turned(words: str) -> None:
+    head = "G21 G90\n{}\nG0 X0. Y0. Z9. A0. C0.\n#5=10.\nG1 X1. {} F100.\nM30\n"
+    with pytest.raises(ToolpathError, match="kinematics that is not known"):
+        read(head.format("M428", words))
+    leaning = read(head.format("M428", "A#5")).regions[0].axis[-1]
+    np.testing.assert_allclose(leaning, [0, math.sin(math.radians(10.0)), math.cos(math.radians(10.0))], atol=1e-12)
+    with pytest.raises(ToolpathError, match="which way the rotary axes turn"):
+        read(head.format("G43.4 H1", "A#5"))
+
+
+def test_calls_of_programs_elsewhere_are_refused() -> None:
+    refused(HEAD + "M198 P5\nG1 X1.\nM30\n", 4, "M198")

@@ -11,7 +11,7 @@ from cl_stories import happened, mm, ways
 
 from camrob.errors import ToolpathError
 from camrob.witness.cl import read_story
-from camrob.witness.cl.gcode import COMPUTED
+from camrob.witness.cl.computing import COMPUTED
 from camrob.witness.cl.standing import TURNED
 from camrob.witness.cl.teller import UNREAD
 from camrob.witness.happenings import Story, Way
@@ -212,6 +212,21 @@ def test_behind_a_jump_nothing_is_read(tell):
 def test_no_motion_is_no_story(tell, text):
     with pytest.raises(ToolpathError, match="no motion"):
         tell(text)
+
+
+def test_look_ahead_and_haas_tool_centre_point_are_read(tell):
+    plain = "G21\nG234\nG0 X0 Y0 Z9 A0 C0\nG1 X1 A20 F100\nX5\nM30\n"
+    fast = plain.replace("G1 X1", "G5.1 Q1 X0 Y0 Z0\nG05 P10000\nG08 P1\nG187 P3\nG1 X1")
+    story, other = tell(fast), tell(plain.replace("G234", "G43.4 H1"))
+    assert story.complete and other.complete and story.path.tip == pytest.approx(other.path.tip)
+    assert not tell(plain.replace("G1 X1", "G5.1 Q2 X7\nG1 X1")).complete
+
+
+def test_signs_by_iso_841_turn_the_tool(tell):
+    story = tell("G43.4 H1\nG0 X0 Y0 Z9 A20 C30\nG1 X1 F100\nM30\n", dialect="gcode-xyzac-iso")
+    a, c = math.radians(20.0), math.radians(30.0)
+    wanted = [math.sin(a) * math.sin(c), -math.sin(a) * math.cos(c), math.cos(a)]
+    assert story.path.axis[-1] == pytest.approx(wanted)
 
 
 def test_a_file_that_computes_from_its_first_line_on_is_a_story_without_motions(tell):

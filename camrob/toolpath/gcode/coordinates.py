@@ -186,6 +186,9 @@ class ToolFrame:
                 turned = True
         if turned:
             self.vector = None
+            open_ = [i for i, angle in enumerate(angles) if math.isnan(angle)]
+            if self.kinematics == "unknown" and len(open_) == 1:  # a machine has two rotary axes: both are named
+                angles[open_[0]] = 0.0
             stranger = {"xyzac": 1, "xyzbc": 0}.get(self.kinematics)
             if stranger is not None and abs(math.sin(0.5 * angles[stranger])) > _TURNED:
                 raise ToolpathError(

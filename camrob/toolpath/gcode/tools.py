@@ -15,7 +15,7 @@ __all__ = ["Process"]
 
 _SPINDLE = {30: "CLW", 40: "CCLW", 130: "CLW", 140: "CCLW"}  # M13 and M14 bring the coolant along
 _COOLANT = {70: "MIST", 80: "FLOOD", 130: "FLOOD", 140: "FLOOD"}
-_SUBPROGRAM = frozenset((960, 970, 980, 990))
+_SUBPROGRAM = frozenset((960, 970, 980, 990, 1980))
 _MIRROR = frozenset((210, 220, 230))
 _TCP_ON, _TCP_OFF = (1280, 4280), (1290, 4290)  # M128 and M428, M129 and M429, in tenths
 _KNOWN = frozenset((*_SPINDLE, *_COOLANT, *_TCP_ON, *_TCP_OFF, 0, 10, 20, 50, 60, 90, 190, 290, 300, 600))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.circles import centre_by_offsets, centre_by_radius, normal_of
+from camrob.witness.cl.computing import COMPUTED, computes
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.standing import TURNED, Standing, Words
 from camrob.witness.cl.teller import UNREAD, Teller
@@ -19,16 +20,16 @@ from camrob.witness.cl.turning import on_the_way
 from camrob.witness.happenings import Kind, Pecks, Way
 from camrob.witness.units import INCH_MM, mm_to_m, ms_to_s
 
-__all__ = ["COMPUTED", "GcodeReader"]
+__all__ = ["GcodeReader"]
 
 Array = NDArray[np.float64]
-COMPUTED = "loops, branches, subprograms and variables"  # what stands in a gap of such blocks
 
 _COMMENT = re.compile(r"\([^)]*\)?|;.*")
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
-_FLOW = re.compile(r"(?:O(\d+|<[^>]*>|\[.*?\])([A-Z]+)|(WHILE).*DO(\d+)|(END)(\d+)|(IF|GOTO)\b|(IF|GOTO)[\[\d#])")
 _Z = np.array([0.0, 0.0, 1.0])
-_SKIPPED = frozenset("9 15 17.1 28.1 30.1 40 41 42 43 43.1 44 49 50 61 61.1 61.2 61.3 64 69 80 92.1 92.2 97".split())
+_SKIPPED = frozenset(
+    "9 15 17.1 28.1 30.1 40 41 42 43 43.1 44 49 50 61 61.1 61.2 61.3 64 69 80 92.1 92.2 97 22 23 25 26 62 103 187 255".split()
+)
 _FRAMES = frozenset("54 54.1 55 56 57 58 59 59.1 59.2 59.3".split())
 _HIDING = {"68": "69", "68.2": "69", "51": "50", "16": "15", "7": "8", "43.5": "49", "52": "", "92": "92.1"}  # until
 _OUT = {
@@ -39,7 +40,8 @@ _OUT = {
 }
 _CYCLES = (*_OUT, "76", "87", "88")
 _PLANES = ("17", "18", "19")
-_MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 8".split())
+_MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 234 8".split())
+_LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
 _KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
 _MOVED = "points behind it are in another frame"
@@ -66,7 +68,7 @@ class GcodeReader:
             block = "".join(_COMMENT.sub("", line).upper().split())
             if block.startswith("%"):
                 self._ended = self._tell.n > 0
-            elif block and self._computes(block):
+            elif block and computes(block, begun=self._tell.n > 0):
                 self._gap(i, UNREAD + COMPUTED, last=text.rstrip().count("\n") + 1)
                 return
             elif block and not self._another(block, i):
@@ -82,13 +84,6 @@ class GcodeReader:
     def _gap(self, line: int, text: str, last: int = 0) -> None:
         self._tell.gap(line, text, last=last)
         self._forget()
-
-    def _computes(self, block: str) -> bool:
-        """Whether the block belongs to loops, branches or subprograms, or computes: all behind it hangs on its values."""
-        calls = re.search(r"M0*9[78](?![0-9.])|G0*6[56](?![0-9.])", block) or (block[-3:] == "M99" and not self._tell.n)
-        return bool(
-            _FLOW.match(block) or calls or (any(c in block for c in "#[=<") and not re.fullmatch(r"O?<[\w.-]*>", block))
-        )
 
     def _another(self, block: str, line: int) -> bool:
         """True where a program's name or number stands; behind motions it is another program's."""
@@ -112,6 +107,10 @@ class GcodeReader:
         g = [f"{float(v):g}" for letter, v in pairs if letter == "G"]
         m = [f"{float(v):g}" for letter, v in pairs if letter == "M"]
         words = {letter: v for letter, v in pairs if letter not in "GM"}
+        for code in set(g) & set(_LOOK_AHEAD):  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
+            if _LOOK_AHEAD[code] in words and not any(float(words.get(axis, "0")) for axis in "XYZABCIJK"):
+                g, words = [other for other in g if other != code], {k: v for k, v in words.items() if k in "FST"}
+                pairs = [("G", code) for code in g] + [("M", code) for code in m] + list(words.items())
         strange = [f"G{code}" for code in g if code not in _KNOWN]
         if strange or len(words) + len(g) + len(m) != len(pairs) or {"U", "V", "W"} & set(words):
             self._gap(line, f"{', '.join(strange) or 'a word said twice, or U, V, W'}: not known")
@@ -191,8 +190,8 @@ class GcodeReader:
                 self._tell.set_feed(0.0, "min")
             elif code in ("98", "99"):
                 self._to_initial = code == "98"
-            elif code in ("43.4", "49"):
-                self._stand.switch("G", code == "43.4")
+            elif code in ("43.4", "234", "49"):
+                self._stand.switch("G", code != "49")
             elif code in ("41", "42"):
                 self._tell.note(f"G{code}: the radius offset is not applied, the path is as it is printed")
         for code in g:

@@ -104,6 +104,8 @@ class _Macro:
                 continue
             try:
                 self._count.one(line.number)
+                if line.optional:
+                    yield Block(line.number, {}, optional=True)
                 yield from self._one(line)
             except ToolpathError as error:
                 raise error.at(self._path, line.number) from None
@@ -178,7 +180,7 @@ class _Macro:
         codes = {(letter, round(value * 10.0)) for letter, value, _ in found if letter in "GM"}
         calls = codes & {("M", 970), ("M", 980), ("M", 990), ("G", 650), ("G", 660), ("G", 661)}
         if not calls:
-            yield assemble(found, line.number, line.comment, line.optional)
+            yield assemble(found, line.number, line.comment)
             return
         if len(calls) > 1:
             raise ToolpathError("two calls in one block", hint="split the block")
@@ -190,7 +192,7 @@ class _Macro:
             raise ToolpathError("a modal macro call (G66)", hint="have the CAM system write plain blocks")
         kept = [w for w in found if w[0] not in "PL" and not (w[0] == "M" and round(w[1] * 10.0) == call[1])]
         if kept:
-            yield assemble(kept, line.number, line.comment, line.optional)
+            yield assemble(kept, line.number, line.comment)
         value = {letter: value for letter, value, _ in found if letter in "PL"}
         if call[1] == 990:
             yield from self._return(value, line)
@@ -345,7 +347,7 @@ class _Macro:
         if digits:
             reader.at += len(digits[0])
             return int(digits[0])
-        value = self._variable(reader) if reader.rest.startswith("#") else reader.bracketed()
+        value = reader.operand() if reader.rest.startswith("#") else reader.bracketed()
         if value is NOTHING or value is None:
             raise reader.fail("a variable without its number")
         return whole(value, "variable #")

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.controls.heidenhain_cycles import check_200, cycle_200
 from camrob.toolpath.gcode.coordinates import euler
 from camrob.toolpath.gcode.lexer import Block, Plane
 from camrob.units import deg_to_rad, rad_to_deg
@@ -25,8 +26,6 @@ _TCP = {128: 128, 129: 129}
 # what turns on how the control runs the path, or which way round a rotary axis goes in rapid
 _SILENT = frozenset((116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
 _MODES = frozenset((94, 97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141, 143, 144, 145, 148, 149, 197))
-_MOST_PECKS = 2000  # of one hole
-_Q200 = (200, 201, 202, 203, 204, 206)
 
 
 class HeidenhainMoves:
@@ -37,7 +36,8 @@ class HeidenhainMoves:
         self._at: dict[str, float | None] = dict.fromkeys("XYZ")
         self._center: tuple[float, float] | None = None
         self._rapid = False  # FMAX of the block
-        self._fed = False
+        self._feed: float | None = None
+        self._feed_left = False  # a cycle has left its own feed behind, and the program has named none
         self._shift = dict.fromkeys("XYZ", 0.0)
         self._plane: Plane = None
         self._cycle: dict[int, float] | None = None
@@ -103,13 +103,15 @@ class HeidenhainMoves:
         """The words of a motion, and its M functions."""
         words: dict[str, str] = {}
         codes: list[int] = []
-        at = 0
+        at, text = 0, text.replace("F MAX", "FMAX")
         while at < len(text):
             match = _WORD.match(text, at)
             if match is None or match.end() == at:
                 raise ToolpathError(f"{text[at : at + 16]!r} is no word of a motion", hint="check the block")
             at = match.end()
             name, value = match[1], match[2] or ""
+            if name == "M" and not value.isdigit():
+                raise ToolpathError(f"M{value} is no M function", hint="check the block")
             if name == "M":
                 codes.append(int(value))
                 if value == "140":
@@ -148,7 +150,12 @@ class HeidenhainMoves:
                 "radius compensation (RL, RR): the control has to offset the path",
                 hint="let the CAM system offset it (R0)",
             )
-        return {"F": self._value(words["F"])} if words.get("F") else {}
+        if words.get("F"):
+            self._feed, self._feed_left = self._value(words["F"]), False
+            return {"F": self._feed}
+        if self._feed_left and not self._rapid:
+            raise ToolpathError("a cut without a feed behind a cycle", hint="name F in the block")
+        return {}
 
     def _codes(self, codes: list[int], line: int) -> Iterator[Block]:
         """M functions that stand with or without a motion."""
@@ -165,6 +172,9 @@ class HeidenhainMoves:
 
     def _straight(self, text: str, line: int) -> Iterator[Block]:
         """L and LN."""
+        if re.fullmatch(r"M140 MB ?(?:MAX|[-+0-9.]+)(?: F ?[A-Z0-9.]+)?", text):
+            yield self._away(line)
+            return
         words, codes = self._words(text)
         feed = self._fed_words(words)
         turned = [words[k] for k in "ABC" if k in words]
@@ -260,6 +270,8 @@ class HeidenhainMoves:
                 turns = max(1, math.ceil(abs(way) / 360.0 - 1e-9))  # degrees of a turn
         elif "PA" in words:
             angle = self._value(words["PA"])
+            if kind == "CP" and abs(angle) > 360.0:  # degrees: whether full turns are meant
+                raise ToolpathError("CP with PA beyond a full turn", hint="use IPA")
         else:
             raise ToolpathError(f"{kind} without PA", hint="name the angle")
         a = deg_to_rad(angle)
@@ -340,9 +352,7 @@ class HeidenhainMoves:
             self._cycle = {
                 int(k): self._value(v) for k, v in re.findall(r"Q([0-9]+) ?= ?([-+]?[0-9.]+|[-+]?Q[0-9]+)", rest)
             }
-            missing = [q for q in _Q200 if q not in self._cycle]
-            if missing:
-                raise ToolpathError(f"cycle 200 without Q{missing[0]}", hint="name all its parameters")
+            check_200(self._cycle)
         else:
             raise ToolpathError(f"CYCL DEF {number} is not read", hint="have the CAM system write the motions out")
 
@@ -368,31 +378,11 @@ class HeidenhainMoves:
         yield Block(line, dict(self._shift), (520,))
 
     def _drill(self, line: int) -> Iterator[Block]:
-        """Cycle 200 where the tool stands."""
+        """The cycle in force where the tool stands."""
         if self._cycle is None:
             raise ToolpathError("a cycle call without a cycle", hint="define it before")
-        q = self._cycle
-        top, depth, bite = q[203] + q[200], q[203] + q[201], q[202]
-        if q[201] >= 0.0 or (bite > 0.0 and -q[201] / bite > _MOST_PECKS):
-            raise ToolpathError("cycle 200 with a depth or bite that makes no hole", hint="check Q201 and Q202")
-        z = self._at["Z"]
-        if z is None or z < top - 1e-9:
-            raise ToolpathError(
-                "cycle 200 from an unknown height, or from below its clearance", hint="name Z before it"
-            )
-        yield Block(line, {"Z": top}, (0,))
-        at = q[203]
-        while at > depth + 1e-9:
-            below = max(depth, at - bite) if bite > 0.0 else depth
-            yield Block(line, {"Z": below, "F": q[206]}, (10,))
-            at = below
-            if at > depth + 1e-9:
-                yield Block(line, {"Z": top}, (0,))
-                if q.get(210):
-                    yield Block(line, {"P": q[210]}, (40,))
-                yield Block(line, {"Z": at + q[200]}, (0,))
-        if q.get(211):
-            yield Block(line, {"P": q[211]}, (40,))
-        last = max(top, q[203] + q[204])
-        yield Block(line, {"Z": last}, (0,))
-        self._at["Z"] = last
+        yield from cycle_200(self._cycle, self._at["Z"], line)
+        self._feed_left = self._feed is None
+        if self._feed is not None:  # the cycle's feed is its own
+            yield Block(line, {"F": self._feed})
+        self._at["Z"] = self._cycle[203] + max(self._cycle[200], self._cycle[204])

@@ -296,7 +296,7 @@ class _Program:
         number = reader.number()
         if number is not None:
             return whole(number, "parameter #")
-        value = self._variable(reader) if reader.rest.startswith("#") else reader.bracketed()
+        value = reader.operand() if reader.rest.startswith("#") else reader.bracketed()
         if value is NOTHING or value is None:
             raise reader.fail("a parameter without its number")
         return whole(value, "parameter #")

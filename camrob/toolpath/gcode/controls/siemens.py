@@ -138,7 +138,13 @@ class _Program:
         elif text.startswith("DEF") and re.match(r"DEF (?:REAL|INT|BOOL)\b", text):
             self._declare(re.sub(r"DEF (?:REAL|INT|BOOL) ", "", text))
         elif (match := _SET.match(text)) and self._is_variable(match[1]):
-            self._store(match[1], self.value(match[2]))
+            reader = self.reader(match[2])
+            value = reader.expression()
+            if value is None or (reader.rest and not reader.rest.startswith(" ")):
+                raise reader.fail()
+            self._store(match[1], value)
+            if reader.rest:  # a further one behind it
+                yield from self._one(reader.rest.strip(), index)
         else:
             yield from self._words.blocks(text, index + 1, optional=self._optional[index])
 

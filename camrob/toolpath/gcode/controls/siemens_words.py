@@ -23,7 +23,7 @@ from camrob.toolpath.gcode.lexer import Block, Word, assemble
 __all__ = ["SiemensWords"]
 
 _CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
-_SINGLE = frozenset("53 153".split())
+_TOLERANCE = re.compile(r"\b[CO]TOL=[-+0-9.]+")  # of the compressor
 # how fast and how exactly the path is run, compressors, feed forward: not where it goes
 _SILENT_G = frozenset((9, 40, 60, 64, 450, 451, 601, 602, 603, 641, 642, 643, 644, 645, 460, 461, 462, 290, 94.1))
 _SILENT = frozenset(
@@ -96,6 +96,10 @@ class SiemensWords:
 
     def blocks(self, text: str, line: int, *, optional: bool) -> Iterator[Block]:
         """The blocks that one block of words stands for. Raises ToolpathError for what is not read."""
+        text = _TOLERANCE.sub("", text).strip()
+        self._fast = bool(re.search(r"\bG0+(?![0-9])", text)) or (
+            self._state("motion") in (None, 0.0) and not re.search(r"\bG0*[123](?![0-9])", text)
+        )
         call = _CALL.match(text)
         if call and text.endswith(")") and call[1] not in ("TRAORI",):
             yield from self._call(call[1], text[call.end() : -1], line)
@@ -276,9 +280,7 @@ class SiemensWords:
             self._absolute.add(name)
         elif name in "XYZABC" and how == "IC":
             self._relative.add(name)
-        elif not (
-            name in "ABC" and how == "DC" and self._state("motion") in (None, 0.0)
-        ):  # in a rapid, either way round will do
+        elif not (name in "ABC" and how == "DC" and self._fast):  # in a rapid, either way round will do
             raise ToolpathError(f"{name}={how}(...) is not read", hint=f"write {name} as a plain value")
 
     def _tool(self, reader: Reader, found: list[Word]) -> None:

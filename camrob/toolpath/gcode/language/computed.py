@@ -37,7 +37,9 @@ def words_of(reader: Reader, *, stops: str = "") -> list[Word]:
                 hint="round in an assignment, or write the value without ROUND",
             )
         if value is not None:
-            found.append((letter, -value if negative else value, "." not in written))
+            plain = written.lstrip("+-")
+            is_whole = plain.isdigit() or (letter == "P" and "." not in plain and value == int(value))
+            found.append((letter, -value if negative else value, is_whole))
     return found
 
 

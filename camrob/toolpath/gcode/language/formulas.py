@@ -19,7 +19,7 @@ NOTHING = math.nan
 """What a reader gives (this object itself) where no value stands."""
 _NUMBER = re.compile(r"[0-9]+\.?[0-9]*|\.[0-9]+")
 _NAME = re.compile(r"[A-Z_]+")
-_DEEPEST = 60  # brackets in brackets: real macros have a handful
+_DEEPEST = 60  # brackets, functions and variables in one another: real macros have a handful
 _EVEN = 1e-9  # two numbers that differ by less are one, as with a control's own digits
 
 
@@ -214,13 +214,9 @@ class Reader:
         """An expression in brackets, or NOTHING where no bracket opens here."""
         if not self.take(self.grammar.opens):
             return NOTHING
-        self._deep += 1
-        if self._deep > _DEEPEST:
-            raise self.fail(f"more than {_DEEPEST} brackets in brackets")
         value = self.expression()
         if not self.take(self.grammar.closes):
             raise self.fail(f"no {self.grammar.closes!r} before {self.rest[:16] or 'the end of the line'!r}")
-        self._deep -= 1
         return value
 
     def operand(self) -> Value:
@@ -228,11 +224,16 @@ class Reader:
         number = self.number()
         if number is not None:
             return number
+        self._deep += 1
+        if self._deep > _DEEPEST:
+            raise self.fail(f"more than {_DEEPEST} values in one another")
         value = self.bracketed()
-        if value is not NOTHING:
-            return value
-        value = self._variable(self)
-        return value if value is not NOTHING else self._function()
+        if value is NOTHING:
+            value = self._variable(self)
+        if value is NOTHING:
+            value = self._function()
+        self._deep -= 1
+        return value
 
     def _signed(self) -> Value:
         """An operand with a sign in front, or without."""
