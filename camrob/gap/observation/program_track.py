@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from camrob.cell.cell import Cell
+from camrob.compiled import kernel
 from camrob.controller.programmed_path import ProgrammedPath, programmed_path
 from camrob.controller.replay import Replay, program_cell, replay
 from camrob.errors import LogError
@@ -122,20 +123,30 @@ def _nearest(actual: Array, path: ProgrammedPath, motion: NDArray[np.int64]) -> 
     rank = np.clip(np.searchsorted(ranks, motion), 0, len(ranks) - 1)
     first = np.searchsorted(owner, ranks[np.maximum(rank - _AROUND, 0)], side="left")
     last = np.searchsorted(owner, ranks[np.minimum(rank + _AROUND, len(ranks) - 1)], side="right")
-    best = np.full(len(actual), np.inf)
-    place, segment, share = actual.copy(), np.zeros(len(actual), np.int64), np.zeros(len(actual))
-    rows = np.arange(len(actual))
-    for shift in range(int((last - first).max())):
-        rows = rows[first[rows] + shift < last[rows]]
-        k = first[rows] + shift
-        along = end[k] - start[k]
-        way = np.sum((actual[rows] - start[k]) * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-18)
-        way = np.clip(way, 0.0, 1.0)
-        here = start[k] + way[:, None] * along
-        off = np.sum((actual[rows] - here) ** 2, axis=1)
-        nearer = off < best[rows]
-        best[rows[nearer]], place[rows[nearer]] = off[nearer], here[nearer]
-        segment[rows[nearer]], share[rows[nearer]] = k[nearer], way[nearer]
+    return _among(
+        np.array(actual), np.array(nodes), first, last
+    )  # copies: frozen arrays would be compiled for separately
+
+
+@kernel
+def _among(
+    actual: Array, nodes: Array, first: NDArray[np.int64], last: NDArray[np.int64]
+) -> tuple[Array, NDArray[np.int64], Array]:
+    """`_nearest` among the stretches first (N,) to last (N,), the latter left out, between nodes (M, 3)."""
+    N = actual.shape[0]
+    place, segment, share = actual.copy(), np.zeros(N, np.int64), np.zeros(N)
+    for row in range(N):
+        best = np.inf
+        x, y, z = actual[row, 0], actual[row, 1], actual[row, 2]
+        for k in range(first[row], last[row]):
+            u, v, w = nodes[k + 1, 0] - nodes[k, 0], nodes[k + 1, 1] - nodes[k, 1], nodes[k + 1, 2] - nodes[k, 2]
+            way = (x - nodes[k, 0]) * u + (y - nodes[k, 1]) * v + (z - nodes[k, 2]) * w
+            way = min(max(way / max(u * u + v * v + w * w, 1e-18), 0.0), 1.0)
+            p, q, r = nodes[k, 0] + way * u, nodes[k, 1] + way * v, nodes[k, 2] + way * w
+            off = (x - p) ** 2 + (y - q) ** 2 + (z - r) ** 2
+            if off < best:
+                best, segment[row], share[row] = off, k, way
+                place[row, 0], place[row, 1], place[row, 2] = p, q, r
     return place, segment, share
 
 
