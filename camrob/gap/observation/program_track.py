@@ -123,9 +123,9 @@ def _nearest(actual: Array, path: ProgrammedPath, motion: NDArray[np.int64]) -> 
     rank = np.clip(np.searchsorted(ranks, motion), 0, len(ranks) - 1)
     first = np.searchsorted(owner, ranks[np.maximum(rank - _AROUND, 0)], side="left")
     last = np.searchsorted(owner, ranks[np.minimum(rank + _AROUND, len(ranks) - 1)], side="right")
-    return _among(
-        np.array(actual), np.array(nodes), first, last
-    )  # copies: frozen arrays would be compiled for separately
+    # copies: frozen arrays would be compiled for separately
+    place, segment, share = _among(np.array(actual), np.array(nodes), first, last)
+    return place, segment, share
 
 
 @kernel
