@@ -20,7 +20,8 @@ __all__ = ["with_a_place"]
 
 Array = NDArray[np.float64]
 
-_FAR = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)  # m that the part is moved by along each axis: what clamping and a table leave
+# m that the part is moved by along each axis: what clamping and a table leave
+_FAR = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)
 _TRIALS = 4  # placements, the nearest first, on which the path is followed: half a second each on a thinned path
 
 
