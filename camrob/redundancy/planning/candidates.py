@@ -69,7 +69,7 @@ def candidate_nodes(
         grid = seeds[t]
         best = None
         if certificate is not None and certificate.inv_kf[t] > 0.0:
-            best = np.asarray(certificate.u[t])
+            best = np.array(certificate.u[t])  # a copy: frozen arrays would be compiled for separately
             grid = np.concatenate([grid, best[None, :external]])
         u, q, branch, price = _layer(space, objective, np.ascontiguousarray(frame), np.ascontiguousarray(grid), best is not None,
                                      best if best is not None else np.zeros(len(space.free)), ROLLS)  # fmt: skip
