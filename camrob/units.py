@@ -19,6 +19,7 @@ __all__ = [
     "ms_to_s",
     "rad_to_deg",
     "s_to_ms",
+    "um_to_m",
 ]
 
 Value = TypeVar("Value", float, NDArray[np.float64])
@@ -40,6 +41,11 @@ def m_to_mm(length: Value) -> Value:
 def m_to_um(length: Value) -> Value:
     """Metres to micrometres."""
     return length * 1e6
+
+
+def um_to_m(length_um: Value) -> Value:
+    """Micrometres to metres."""
+    return length_um / 1e6
 
 
 def deg_to_rad(angle_deg: Value) -> Value:

@@ -16,7 +16,17 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from camrob.cli.console import error_line, job_of, perform, renderer
-from camrob.cli.options import CellOption, Device, Feed, JsonOption, Method, QuietOption, SetupOption, Units
+from camrob.cli.options import (
+    CellOption,
+    Device,
+    Feed,
+    ForceOption,
+    JsonOption,
+    Method,
+    QuietOption,
+    SetupOption,
+    Units,
+)
 from camrob.cli.real import calibrate, compensate, diagnose, predict, simulate, tracker
 from camrob.cli.start import cell_app, samples
 from camrob.cli.study import has_become, study
@@ -62,6 +72,18 @@ def post(
     dialect: Annotated[str | None, typer.Option("--dialect", help="Read the CL file as this dialect.")] = None,
     units: Annotated[Units | None, typer.Option("--units", help="Units of the CL file, whatever it says.")] = None,
     device: Annotated[Device, typer.Option("--device", help="Where planned postures are scored.")] = Device.CPU,
+    for_accuracy: Annotated[
+        bool, typer.Option("--for-accuracy", help="Plan postures that make the part's expected error small.")
+    ] = False,
+    calibration: Annotated[
+        Path | None,
+        typer.Option("--calibration", metavar="FITTED.toml", help="The machine's constants, for --for-accuracy."),
+    ] = None,
+    diagnosis: Annotated[
+        Path | None,
+        typer.Option("--diagnosis", metavar="DIR", help="The diagnosis that wrote FITTED.toml: play, friction, doubt."),
+    ] = None,
+    force: ForceOption = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave NAME.html out.")] = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -81,6 +103,10 @@ def post(
             dialect=dialect,
             units=units.value if units else None,
             device=device.value,
+            for_accuracy=for_accuracy,
+            calibration=calibration,
+            diagnosis=diagnosis,
+            force=force,
             report=not no_report,
             progress=progress,
         )

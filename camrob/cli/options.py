@@ -16,6 +16,7 @@ __all__ = [
     "Device",
     "DurationOption",
     "Feed",
+    "ForceOption",
     "FrameOption",
     "GainOption",
     "InstrumentOption",
@@ -89,6 +90,9 @@ CellOption = Annotated[
 SetupOption = Annotated[
     Path | None,
     typer.Option("--setup", help="Where the part lies. Default: setup.toml beside the CL file.", metavar="SETUP.toml"),
+]
+ForceOption = Annotated[
+    Path | None, typer.Option("--force", metavar="FORCE.toml", help="What pushes on the tool while it cuts.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object, and nothing else.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]

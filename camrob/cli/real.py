@@ -13,6 +13,7 @@ from camrob.cli.options import (
     CorrectedOption,
     CycleOption,
     DurationOption,
+    ForceOption,
     FrameOption,
     GainOption,
     InstrumentOption,
@@ -244,6 +245,7 @@ def predict(
         Path | None,
         typer.Option("--setup", metavar="SETUP.toml", help="Stock and cutter. Default: setup.toml beside the program."),
     ] = None,
+    force: ForceOption = None,
     pitch_mm: Annotated[
         float, typer.Option("--pitch-mm", min=0.01, max=10.0, metavar="MM", help="Between rays of material.")
     ] = 0.2,
@@ -263,6 +265,7 @@ def predict(
             out=out,
             diagnosis=diagnosis,
             setup=setup,
+            force=force,
             pitch_mm=pitch_mm,
             cycle_ms=cycle_ms,
             progress=progress,

@@ -26,6 +26,7 @@ from camrob.jobs.release.release import ReadBack, check_release, path_margins, r
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.solving.device import check_device
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
+from camrob.jobs.solving.machine_errors import Sought, check_sought
 from camrob.jobs.solving.resolved_job import METHODS, Residual, ResolvedJob, check_method, resolve_job
 from camrob.jobs.solving.watch import Watch
 from camrob.languages import language_named
@@ -49,6 +50,7 @@ Array = NDArray[np.float64]
 
 COMPARED = 20_000  # points up to which the report shows the path resolved in other ways beside
 FEEDS = ("program", "optimal")
+_ACCURATE_WAYS = 2  # of a plan for accuracy, before those by conditioning are tried: the knee, and still axes
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,10 @@ def post(
     dialect: str | None = None,
     units: str | None = None,
     device: str = "cpu",
+    for_accuracy: bool = False,
+    calibration: Path | None = None,
+    diagnosis: Path | None = None,
+    force: Path | None = None,
     report: bool = True,
     progress: Progress | None = None,
 ) -> PostResult:
@@ -98,6 +104,11 @@ def post(
         dialect: of the CL file; None: it is recognised.
         units: "mm" or "inch", over the file's own.
         device: "cuda" scores the candidates of "planned" on a GPU; the plan is the same to float32's last digits.
+        for_accuracy: a plan that makes the part's expected error small, on the machine as `calibration` and `diagnosis` know it,
+            under `force`; by directional stiffness alone where they say nothing.
+        calibration: constants of the chain, by `calibrate` or `diagnose --calibration`.
+        diagnosis: the folder of the diagnosis that wrote them: play, friction, doubt.
+        force: FORCE.toml, what pushes on the tool while it cuts.
         report: whether NAME.html is written.
         progress: is told a stage and the share of it that is done, 0 to 1.
 
@@ -123,8 +134,11 @@ def post(
         title = program_name(clfile, name, language_of(machine))
         inputs = read_inputs(clfile, machine, setup, dialect=dialect, units=units, progress=watch.share)
         process = plan_process(inputs.toolpath.regions, inputs.cell)
+        sought = check_sought(
+            Sought(cell, calibration, diagnosis, force), machine, asked=for_accuracy, planned=method == "planned"
+        )
     with staged_output(out, name=title) as folder:
-        order = _Order(title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units)
+        order = _Order(title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units, sought)
         made = _first_free(order, inputs, folder, watch)
         files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", made)
@@ -157,6 +171,7 @@ class _Order:
     cell: Path
     dialect: str | None
     units: str | None
+    sought: Sought | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,16 +197,20 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
     Raises the error of the first way where all collide.
     """
     first: JobError | None = None
-    for way in METHODS[order.method]:
+    ways: list[tuple[Sought | None, str]] = [(None, way) for way in METHODS[order.method]]
+    if order.sought is not None:  # a plan that looks at the part's error, and else those by conditioning
+        ways = [*((order.sought, way) for way in tuple(METHODS[order.method])[:_ACCURATE_WAYS]), *ways]
+    for sought, way in ways:
         with watch.stage("resolve"):
-            resolved = resolve_job(inputs, order.method, way, watch.share, order.device)
+            resolved = resolve_job(inputs, order.method, way, watch.share, order.device, sought)
         try:
             made = _made(order, resolved, folder, watch)
         except (CollisionError, VerificationError) as error:
             first = first or error
             continue
         if first is not None:
-            text = f"posted as {way}, for the first choice was not fit: {first.what}"
+            blind = " by conditioning alone" if order.sought is not None and sought is None else ""
+            text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
             made.findings.append(Finding("plan-collides", text, line=first.line))
         return made
     raise first or VerificationError(f"method {order.method} has no way to go")

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.bodies.meshes import body_triangles
-from camrob.calibration.calibration import Calibration
 from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.cell import Cell
 from camrob.cell.read_setup import read_setup
@@ -20,26 +19,30 @@ from camrob.cell.setup import Setup
 from camrob.controller.replay import program_cell
 from camrob.controller.simulate import simulate as run
 from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import Dexels, of_mesh
+from camrob.cutting.dexels import Dexels, Moves, of_mesh
+from camrob.cutting.engagement import removed_area
 from camrob.errors import InputError, SetupError
 from camrob.findings import Finding, collapse
-from camrob.gap.cell_effects import cell_effects
-from camrob.gap.effects.registry import library
-from camrob.gap.fitted_units import FittedUnits, fitted_units
 from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
+from camrob.measurement.log import MeasurementLog
+from camrob.prediction.deflection import CAUSE
+from camrob.prediction.force_model import CuttingForce
+from camrob.prediction.read_force import read_force
 from camrob.prediction.surface import PredictedSurface, predict_surface
 from camrob.prediction.true_path import TruePath, true_path
 from camrob.program.motion import Blend
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, stage_of
 from camrob.report.predict.page import predict_report
-from camrob.summaries.diagnosis_summary import DiagnosisSummary
+from camrob.se3 import inverse
 from camrob.summaries.predict_summary import (
     DeviationSize,
+    PredictedForce,
     PredictedPlace,
     PredictedRegion,
     PredictSeconds,
@@ -56,7 +59,7 @@ _PERCENTILES = (1, 5, 25, 50, 75, 95, 99)  # of the deviations, with their signs
 _PLACES = 10  # the worst ones, as the contract says
 _APART = 3.0  # mm between two of them: nearer ones are one place
 _ROUNDING = "corner_rounding"
-_NOT_JUDGED = ("deflection under the cutting force", "run-out and wear of the tool", "chatter", "the holder")
+_NOT_JUDGED = (CAUSE, "run-out and wear of the tool", "chatter", "the holder")
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +80,7 @@ def predict(
     calibration: Path | None = None,
     diagnosis: Path | None = None,
     setup: Path | None = None,
+    force: Path | None = None,
     pitch_mm: float = 0.2,
     cycle_ms: float = 4.0,
     progress: Progress | None = None,
@@ -90,6 +94,7 @@ def predict(
         calibration: the constants of its chain, by `calibrate` or `diagnose --calibration`; None: a diagnosis found none.
         diagnosis: the folder of the diagnosis that wrote the calibration: play, lag and all else that was found, and its doubt.
         setup: the set-up with the stock and the cutter; None: setup.toml beside the program.
+        force: FORCE.toml, what pushes on the tool while it cuts; None: nothing does.
         pitch_mm: mm between the rays on which material is kept.
         cycle_ms: ms from row to row of the simulated run.
         progress: is told a stage and the share of it that is done, 0 to 1.
@@ -109,7 +114,7 @@ def predict(
         True
     """
     with staged_output(out) as folder:
-        asked = _Asked(Path(program), cell, calibration, diagnosis, setup, pitch_mm, ms_to_s(cycle_ms))
+        asked = _Asked(Path(program), cell, calibration, diagnosis, setup, force, pitch_mm, ms_to_s(cycle_ms))
         made = _predicted(asked, progress)
         _write(folder, made.summary, made.surface, made.path)
     return made
@@ -124,6 +129,7 @@ class _Asked:
     calibration: Path | None
     diagnosis: Path | None
     setup: Path | None
+    force: Path | None
     pitch_mm: float
     cycle: float
 
@@ -137,13 +143,17 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     found = None if asked.calibration is None else read_calibration(asked.calibration, machine)
     held = _set_up(program, asked.setup, machine)
     cutter, stock = _cutter(held), _stock(held, mm_to_m(asked.pitch_mm))
-    units, rest = _diagnosed(diagnosis, found, asked.cell, machine)
+    units, rest = diagnosed(diagnosis, found, asked.cell, machine)
+    pushes = None if asked.force is None else read_force(asked.force)
     tooled, findings = program_cell(text, machine)
     ran = run(text, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
     exact = replace(text, blend=np.full(len(text), Blend.EXACT, np.int8))
     plain = run(exact, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
     simulated = time.perf_counter()
-    path = true_path(ran.log, tooled, found, units, rest=rest)
+    area = None
+    if pushes is not None and pushes.asks_removal:
+        area = _removed(ran.log, tooled, stock, cutter, np.asarray(held.base_T_part))
+    path = true_path(ran.log, tooled, found, units, rest=rest, force=pushes, area=area)
     programmed = base_T_tool(tooled, tooled.to_q(plain.log.axes(tooled.axis_names)))
     reckoned = time.perf_counter()
     surface = predict_surface(stock, cutter, np.asarray(held.base_T_part), path, programmed)
@@ -165,7 +175,8 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         regions=_regions(surface, path, text, ran.motion),
         not_met=surface.not_met,
         not_reckoned=path.not_reckoned,
-        not_judged=_NOT_JUDGED,
+        not_judged=_NOT_JUDGED if pushes is None else _NOT_JUDGED[1:],
+        force=None if pushes is None else _force(pushes, path),
         warnings=_remarks([*text.findings, *ran.findings, *findings]),
         files=("predict.json", "surface.npz", "predict.html"),
         seconds=PredictSeconds(
@@ -176,6 +187,27 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         ),
     )
     return PredictResult(summary, surface, path)
+
+
+def _removed(run: MeasurementLog, cell: Cell, stock: Dexels, cutter: Cutter, base_T_part: Array) -> Array:
+    """(N,) m2 that is cut across the way to each row of a run, if the machine goes as it should."""
+    part_T_tool = inverse(base_T_part) @ base_T_tool(cell, cell.to_q(run.setpoints(cell.axis_names)))
+    moves = Moves.along(part_T_tool[:, :3, 3], part_T_tool[:, :3, 2], cutter)
+    return np.append(0.0, removed_area(stock, moves))
+
+
+def _force(pushes: CuttingForce, path: TruePath) -> PredictedForce:
+    """What is said of the force and what yields under it."""
+    bent = next(c.twist for c in path.causes if c.name == CAUSE)
+    size = np.linalg.norm(bent[:, :3], axis=1)
+    return PredictedForce(
+        model=pushes.path.name,
+        told=pushes.told,
+        doubt=pushes.doubt,
+        yields=path.yields,
+        tool=bool(np.any(pushes.give > 0.0)),
+        deflection_p95_mm=m_to_mm(float(np.quantile(size, 0.95))),
+    )
 
 
 def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath) -> None:
@@ -232,34 +264,6 @@ def _stock(setup: Setup, pitch: float) -> Dexels:
     if body.mesh is None:
         return Dexels(body.lower, body.upper, pitch)
     return of_mesh(body_triangles(body), pitch)
-
-
-def _diagnosed(
-    folder: Path | None, calibration: Calibration | None, cell: Path, machine: Cell
-) -> tuple[FittedUnits | None, float]:
-    """What a diagnosis found, None without one, and m in one direction that stays unexplained on withheld samples."""
-    if folder is None:
-        if calibration is None:
-            hint = "give --calibration FITTED.toml, --diagnosis DIR, or both where one command wrote them"
-            raise InputError("nobody says what is wrong with the machine", hint=hint)
-        size = calibration.errors.get("calibrated/withheld")
-        if size is None:
-            hint = "calibrate with withheld poses, or give --diagnosis"
-            raise InputError("the calibration does not say how far it is off", hint=hint)
-        return None, size.rms / np.sqrt(3.0)
-    file = Path(folder) / "diagnosis.json"
-    try:
-        said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
-        raise InputError(
-            "is no diagnosis", hint="give the folder that `camrob diagnose --out` wrote", path=file
-        ) from error
-    if said.compensable.fitted is None:
-        raise InputError("holds no fitted units", hint="diagnose again with this camrob", path=file)
-    left = max(said.together.rms_after_mm**2 - said.gap.noise_mm**2, 0.0)
-    return fitted_units(said.compensable.fitted, library(extra=cell_effects(cell, machine))), mm_to_m(
-        float(np.sqrt(left / 3.0))
-    )
 
 
 def _size(deviation: Array) -> DeviationSize:

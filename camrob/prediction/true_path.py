@@ -6,8 +6,8 @@ then, on the encoders that this gives, what happens behind them. Constants of th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.scene import Scene, axis_values, make_scene
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
+from camrob.prediction.deflection import CAUSE, deflection, known_compliance
+from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
 
 __all__ = ["Cause", "TruePath", "true_path"]
@@ -43,7 +45,7 @@ class TruePath:
     causes: what lies between the two. spread: (N, 6, K) twists of a standard deviation in K independent directions of what was
     fitted; doubt: (N, 6) further standard deviations of the twist, of descriptions that may be wrong by a share of themselves;
     rest: m, the standard deviation in any one direction of what no cause explains. not_reckoned: what was found and moves the
-    tool by what this run doesn't tell.
+    tool by what this run doesn't tell. yields: axes that give way under the cutting force, as far as anybody knows.
     """
 
     t: Array
@@ -55,24 +57,33 @@ class TruePath:
     doubt: Array
     rest: float
     not_reckoned: tuple[str, ...]
+    yields: tuple[str, ...] = ()
 
 
 def true_path(
-    run: MeasurementLog, cell: Cell, calibration: Calibration | None, found: FittedUnits | None, *, rest: float
+    run: MeasurementLog,
+    cell: Cell,
+    calibration: Calibration | None,
+    found: FittedUnits | None,
+    *,
+    rest: float,
+    force: CuttingForce | None = None,
+    area: Array | None = None,
 ) -> TruePath:
     """The machine's path on a run of the simulated controller.
 
     cell: with the tool that the program sets. calibration: None for a chain that is as it should be. found: what the diagnosis
-    claims, None for the calibration's constants alone.
-    rest: m (one direction) that stays unexplained. Raises InputError where the calibration is not that of the diagnosis.
+    claims, None for the calibration's constants alone. rest: m (one direction) that stays unexplained. force: what pushes on
+    the tool, area: (N,) m2 that it cuts. Raises InputError where the calibration is not that of the diagnosis.
     """
     scene = _scene(run, cell)
     if calibration is None:
         model, constants = ErrorModel.of(cell, (), in_base=True), np.zeros(0)
     else:
         model, constants = calibration.model(cell, in_base=True)
+    known = known_compliance(found, model, constants)
     if found is None:
-        return _calibrated(run, scene, model, constants, rest)
+        return _bent(_calibrated(run, scene, model, constants, rest), scene, known, np.zeros((0, 0)), force, area)
     _same_constants(found, model)
     first = _columns(scene, found)
     moved = np.zeros_like(scene.command)
@@ -99,16 +110,45 @@ def true_path(
     for k, (column, own) in enumerate(zip(second, found.owner.tolist(), strict=True)):
         if column is not None and column.tcp is not None and not constant[own] and found.effects[own].of_machine:
             further += found.values[k] * column.tcp
-    return TruePath(
+    root = _root(found.cov)
+    path = TruePath(
         t=np.asarray(run.t),
         line=run.line,
         ideal=np.asarray(scene.nominal),
         true=_moved(true, further),
         causes=_causes(found, twists),
-        spread=np.einsum("nik,kl->nil", twists, _root(found.cov)),
+        spread=np.einsum("nik,kl->nil", twists, root),
         doubt=np.sqrt(np.sum(doubts**2, axis=2)),
         rest=rest,
         not_reckoned=_left(found, first),
+    )
+    return _bent(path, scene, known, root, force, area)
+
+
+def _bent(
+    path: TruePath,
+    scene: Scene,
+    known: Mapping[str, tuple[float, int]],
+    root: Array,
+    force: CuttingForce | None,
+    area: Array | None,
+) -> TruePath:
+    """The path with the deflection under the cutting force in it; root: (K, L), its square is the covariance of what was fitted.
+
+    A compliance that is wrong is wrong for gravity and for the force alike; the force is one more thing that may be wrong.
+    """
+    if force is None:
+        return path
+    bent = deflection(scene, force.in_base(path.ideal, path.t, area), known, force.give)
+    spread = path.spread.copy()
+    for k, unit in bent.sensitivity.items():
+        spread += unit[:, :, None] * root[k]
+    return replace(
+        path,
+        true=_moved(path.true, bent.twist),
+        causes=(*path.causes, Cause(CAUSE, bent.twist)),
+        spread=np.concatenate([spread, force.doubt * bent.twist[:, :, None]], axis=2),
+        yields=tuple(known),
     )
 
 

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from camrob.frozen import locked
 
-__all__ = ["TERMS", "PlanPoint", "PlanReport"]
+__all__ = ["ERROR_TERMS", "TERMS", "ExpectedError", "PlanAccuracy", "PlanPoint", "PlanReport"]
 
 Array = NDArray[np.float64]
 
 TERMS = ("conditioning", "margins", "travel", "smoothness", "speed", "arm_steps")
 """Names of the objective's terms, in the order of `plan_objective.prices`."""
+ERROR_TERMS = ("part_error", "turned_back")
+"""And of those that stand beside them where a plan looks at the part's error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +26,8 @@ class PlanPoint:
     """One point of the curve from still to flowing axes: what it was asked for, and what it gives.
 
     name: "still", "flowing", or "xW" for external travel at W times the cell's price. inv_kf_mean, inv_kf_min: over what is cut,
-    by length; share: mean as a share of the bound's. travel: external axis to rad or m, moved in cutting moves.
+    by length; share: mean as a share of the bound's. travel: external axis to rad or m, moved in cutting moves. error: m, the
+    rms of the part's expected error, NaN where nobody looked at it.
     """
 
     name: str
@@ -32,9 +35,67 @@ class PlanPoint:
     inv_kf_min: float
     share: float
     travel: Mapping[str, float]
+    error: float = float("nan")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "travel", MappingProxyType(dict(self.travel)))
+
+
+@dataclass(frozen=True, slots=True)
+class ExpectedError:
+    """The part's error that is to be expected of postures along a path: error (N,) m, the root of the expected square at each
+    point, length (N,) m that is cut on the way to it; turns: how often an axis turns round in cuts, of those on which a turn
+    leaves a mark.
+    """
+
+    error: Array
+    length: Array
+    turns: Mapping[str, int]
+
+    def __post_init__(self) -> None:
+        for name in ("error", "length"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(None,), name=name))
+        object.__setattr__(self, "turns", MappingProxyType(dict(self.turns)))
+
+    @property
+    def rms(self) -> float:
+        """m."""
+        return float(np.sqrt(np.average(np.asarray(self.error) ** 2, weights=self._weight)))
+
+    @property
+    def p95(self) -> float:
+        """m: 95 % of what is cut has no larger one."""
+        order = np.argsort(self.error, kind="stable")
+        share = np.cumsum(self._weight[order])
+        return float(np.asarray(self.error)[order][np.searchsorted(share, 0.95 * share[-1])])
+
+    @property
+    def _weight(self) -> Array:
+        length = np.asarray(self.length)
+        return length if np.any(length > 0.0) else np.ones(len(length))
+
+    def joined(self, other: ExpectedError) -> ExpectedError:
+        """This and what follows it."""
+        turns = {name: count + other.turns.get(name, 0) for name, count in self.turns.items()}
+        return ExpectedError(
+            np.concatenate([self.error, other.error]), np.concatenate([self.length, other.length]), turns
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PlanAccuracy:
+    """What was gained for the part: what is to be expected of the plan by conditioning, and of the one that looks at its error.
+
+    taken: whether the second is the solution; where it is no better, the first is. best: m, rms of the error at each place's best
+    posture of a scan. counted, left_out: which errors that holds, and which it doesn't, in words.
+    """
+
+    conditioning: ExpectedError
+    accuracy: ExpectedError
+    taken: bool
+    best: float
+    counted: tuple[str, ...]
+    left_out: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +105,8 @@ class PlanReport:
     chosen: the name of the curve's point that was taken, and `rule` why. bound: (N,) the best 1/k_F that any posture found
     allows at each path point; bound_mean, bound_min: over what is cut, by length. terms: name to price in m (of
     conditioning one), re-postures among them. repostures: how many; retracts: how many of them needed a retract that the path did
-    not have.
+    not have. best_error: m, rms of the part's error at each place's best posture of a scan, None of a plan that doesn't look at
+    it; accuracy: what looking at it has gained.
     """
 
     mode: str
@@ -57,6 +119,8 @@ class PlanReport:
     curve: tuple[PlanPoint, ...]
     repostures: int
     retracts: int
+    best_error: float | None = None
+    accuracy: PlanAccuracy | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bound", locked(self.bound, shape=(None,), name="bound"))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.redundancy.path import ToolPathInBase, joined_paths
-from camrob.redundancy.plan_report import PlanReport
+from camrob.redundancy.plan_report import ExpectedError, PlanAccuracy, PlanReport
 from camrob.redundancy.solution import Solution
 
 __all__ = ["Stretch", "change_values", "home_values", "joined_solutions", "started_from"]
@@ -94,4 +95,21 @@ def _joined_plans(path: ToolPathInBase, stretches: Sequence[Stretch]) -> PlanRep
         curve=(),
         repostures=sum(p.repostures for p in told),
         retracts=sum(p.retracts for p in told),
+        accuracy=_joined_accuracy(told),
+    )
+
+
+def _joined_accuracy(plans: Sequence[PlanReport]) -> PlanAccuracy | None:
+    """What all stretches expect of the part together; None unless each does."""
+    told = [p.accuracy for p in plans if p.accuracy is not None]
+    if len(told) != len(plans):
+        return None
+    length = [float(np.asarray(a.accuracy.length).sum()) for a in told]
+    square = np.average([a.best**2 for a in told], weights=length if any(length) else None)
+    return replace(
+        told[0],
+        conditioning=reduce(ExpectedError.joined, (a.conditioning for a in told)),
+        accuracy=reduce(ExpectedError.joined, (a.accuracy for a in told)),
+        taken=any(a.taken for a in told),
+        best=float(np.sqrt(square)),
     )

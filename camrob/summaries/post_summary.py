@@ -10,8 +10,10 @@ from camrob.summaries.feed_figures import FeedFigures, Torques
 from camrob.summaries.remarks import AxisLimits, Remark
 
 __all__ = [
+    "AccuracyFigures",
     "CollisionFigures",
     "Conditioning",
+    "ExpectedErrorFigures",
     "Manifest",
     "PlanFigures",
     "PlanOnCurve",
@@ -146,7 +148,9 @@ class PlannedCut(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanOnCurve(Summary):
-    """A plan between still and flowing; travel by axis while cutting, in SI and in the units that its keys name."""
+    """A plan between still and flowing; travel by axis while cutting, in SI and in the units that its keys name; the rms of the
+    part's expected error where the plan looks at it.
+    """
 
     name: str
     inv_kf_mean: float
@@ -154,6 +158,32 @@ class PlanOnCurve(Summary):
     share_of_bound: float
     travel_si: Mapping[str, float]
     travel: Mapping[str, float]
+    error_mm: float | None = left_out(None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExpectedErrorFigures(Summary):
+    """The part's error that is to be expected of a plan, over what is cut: rms, and what 95 % keep, mm; turns: of axes that
+    leave a mark where they turn round in a cut, by axis.
+    """
+
+    rms_mm: float
+    p95_mm: float
+    turns: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AccuracyFigures(Summary):
+    """What looking at the part's error has gained: the plan by conditioning, the one for accuracy, whether that one was taken;
+    rms of the error in each place's best posture of a scan; what is counted and what is left out, in words.
+    """
+
+    conditioning: ExpectedErrorFigures
+    accuracy: ExpectedErrorFigures
+    taken: bool
+    best_rms_mm: float
+    counted: tuple[str, ...]
+    left_out: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,6 +201,7 @@ class PlanFigures(Summary):
     retracts: int
     cuts: tuple[PlannedCut, ...]
     curve: tuple[PlanOnCurve, ...]
+    accuracy: AccuracyFigures | None = left_out(None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from camrob.summaries.base import Summary
+from camrob.summaries.base import Summary, left_out
 from camrob.summaries.remarks import Remark
 
-__all__ = ["DeviationSize", "PredictSeconds", "PredictSummary", "PredictedPlace", "PredictedRegion"]
+__all__ = ["DeviationSize", "PredictSeconds", "PredictSummary", "PredictedForce", "PredictedPlace", "PredictedRegion"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +52,20 @@ class PredictedRegion(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PredictedForce(Summary):
+    """The force that was reckoned with: its file, in words, the share of it by which it may be wrong; the axes that yield under
+    it as far as was found, whether tool and holder do; what 95 % of the run's rows deflect by at most.
+    """
+
+    model: str
+    told: str
+    doubt: float
+    yields: tuple[str, ...]
+    tool: bool
+    deflection_p95_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PredictSeconds(Summary):
     """How long the stages took."""
 
@@ -66,7 +80,7 @@ class PredictSummary(Summary):
     """The part as it would come out. band_mm: 95 % of a deviation's doubt lie within it, either way, the middle one of all
     points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in one direction of what nothing
     explains. not_met: points left out, as another wall stands there. not_reckoned: causes that were found and this run does not
-    tell. not_judged: what else a real cut has.
+    tell. not_judged: what else a real cut has. force: where a force model was given.
     """
 
     program: str
@@ -92,3 +106,4 @@ class PredictSummary(Summary):
     warnings: tuple[Remark, ...]
     files: tuple[str, ...]
     seconds: PredictSeconds
+    force: PredictedForce | None = left_out(None)

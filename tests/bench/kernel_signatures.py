@@ -71,6 +71,10 @@ def planned() -> None:
     camrob.post(SAMPLE, cell=CELL, out=DONE / "planned", method="planned", feed="optimal")
 
 
+def accurate() -> None:
+    camrob.post(SAMPLE, cell=CELL, out=DONE / "accurate", method="planned", for_accuracy=True)
+
+
 def simulate() -> None:
     camrob.simulate(DONE / "post/engraving.src", cell=CELL, out=DONE / "log.csv")
 
@@ -79,7 +83,7 @@ def diagnose() -> None:
     camrob.diagnose(cell=CELL, log=[DONE / "log.csv"], program=DONE / "post/engraving.src", out=DONE / "diagnosis")
 
 
-JOBS = {job.__name__: job for job in (post, planned, simulate, diagnose)}
+JOBS = {job.__name__: job for job in (post, planned, accurate, simulate, diagnose)}
 
 
 def main() -> None:

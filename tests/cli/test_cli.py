@@ -91,9 +91,14 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "dialect": None,
         "units": None,
         "device": "cpu",
+        "for_accuracy": False,
+        "calibration": None,
+        "diagnosis": None,
+        "force": None,
         "report": True,
     }
     more = "--setup s.toml --name n --method planned --feed optimal --max-lines 5000 --dialect nx-clsf --units inch --device cuda"
+    more += " --for-accuracy --calibration f.toml --diagnosis d --force F.toml"
     assert cli.run([*POST, *more.split(), "--no-report", "--quiet"]) == 0
     assert calls[1].pop("progress")
     assert calls[1] == {
@@ -108,6 +113,10 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "dialect": "nx-clsf",
         "units": "inch",
         "device": "cuda",
+        "for_accuracy": True,
+        "calibration": Path("f.toml"),
+        "diagnosis": Path("d"),
+        "force": Path("F.toml"),
         "report": False,
     }
 

@@ -17,10 +17,13 @@ from camrob.jobs.solving.feed_outcome import FeedOutcome
 from camrob.languages import language_named
 from camrob.program.process import Process
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.plan_report import PlanAccuracy
 from camrob.redundancy.solution import Solution
 from camrob.summaries.post_summary import (
+    AccuracyFigures,
     CollisionFigures,
     Conditioning,
+    ExpectedErrorFigures,
     Manifest,
     PlanFigures,
     PlannedCut,
@@ -173,10 +176,24 @@ def _plan(inputs: JobInputs, solution: Solution) -> PlanFigures | None:
                 share_of_bound=point.share,
                 travel_si=point.travel,
                 travel=_edge_travel(inputs, point.travel),
+                error_mm=m_to_mm(point.error) if np.isfinite(point.error) else None,
             )
             for point in plan.curve
         ),
+        accuracy=None if plan.accuracy is None else _accuracy(plan.accuracy),
     )
+
+
+def _accuracy(told: PlanAccuracy) -> AccuracyFigures:
+    """What was gained for the part."""
+    both = [
+        ExpectedErrorFigures(rms_mm=m_to_mm(e.rms), p95_mm=m_to_mm(e.p95), turns=e.turns)
+        for e in (told.conditioning, told.accuracy)
+    ]
+    return AccuracyFigures(
+        conditioning=both[0], accuracy=both[1], taken=told.taken, best_rms_mm=m_to_mm(told.best), counted=told.counted,
+        left_out=told.left_out,
+    )  # fmt: skip
 
 
 def _edge_travel(inputs: JobInputs, travel: Mapping[str, float]) -> dict[str, float]:

@@ -14,6 +14,7 @@ from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.release.release import named_region
 from camrob.jobs.solving.device import batch_score
 from camrob.jobs.solving.elsewhere import with_a_place
+from camrob.jobs.solving.machine_errors import Sought, machine_errors
 from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
 from camrob.progress import Share
 from camrob.redundancy.planning.planned import resolve_planned
@@ -56,9 +57,12 @@ def check_method(method: str) -> None:
         raise InputError(f"--method {method!r} is unknown", hint=f"use {' or '.join(METHODS)}")
 
 
-def resolve_job(inputs: JobInputs, method: str, way: str, progress: Share, device: str = "cpu") -> ResolvedJob:
+def resolve_job(
+    inputs: JobInputs, method: str, way: str, progress: Share, device: str = "cpu", sought: Sought | None = None
+) -> ResolvedJob:
     """A solution by one of METHODS' ways, held to its promise by forward kinematics; the stretches between tool changes one
-    after the other. Raises JobError and its kin, VerificationError where the promise is broken.
+    after the other. sought: what a plan for accuracy goes by. Raises JobError and its kin, VerificationError where the promise
+    is broken.
     """
     resolve = METHODS[method][way]
     made: list[Stretch] = []
@@ -72,7 +76,7 @@ def resolve_job(inputs: JobInputs, method: str, way: str, progress: Share, devic
             progress((begin + done * size) / total)
 
         try:
-            solution = _solved(here, resolve, share, device)
+            solution = _solved(here, resolve, share, device, sought)
         except JobError as e:
             raise with_a_place(named_region(e, inputs), inputs) from None
         path = here.path if solution.path is None else solution.path
@@ -89,9 +93,13 @@ def resolve_job(inputs: JobInputs, method: str, way: str, progress: Share, devic
     return ResolvedJob(replace(inputs, path=path), solution, (position, axis))
 
 
-def _solved(inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str) -> Solution:
+def _solved(
+    inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str, sought: Sought | None
+) -> Solution:
     """The solution of one stretch."""
     if resolve is resolve_vjm:
         return resolve_vjm(inputs.cell, inputs.path, progress=progress)
     score = batch_score(inputs.cell, device)
-    return resolve(inputs.cell, inputs.path, obstacles=job_obstacles(inputs), score=score, progress=progress)
+    errors = None if sought is None else machine_errors(sought, inputs.cell)
+    obstacles = job_obstacles(inputs)
+    return resolve(inputs.cell, inputs.path, obstacles=obstacles, score=score, errors=errors, progress=progress)

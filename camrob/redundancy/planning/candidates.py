@@ -12,9 +12,10 @@ from camrob.kinematics.arm import reach
 from camrob.kinematics.spherical_wrist import BRANCH_OK
 from camrob.redundancy.planning.certificate import Certificate, Survey
 from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work, pose_in_foot
-from camrob.redundancy.planning.objective import Objective, posture_price
+from camrob.redundancy.planning.objective import BEYOND, Objective, error_price, posture_price
+from camrob.redundancy.planning.part_error import PUSH
 
-__all__ = ["Nodes", "candidate_nodes", "region_seeds"]
+__all__ = ["Nodes", "candidate_nodes", "external_prices", "region_seeds"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -40,8 +41,9 @@ def region_seeds(survey: Survey, members: Ints, count: int, *, spread: bool) -> 
 
     The ones that serve all its scanned poses best, and with `spread` also the best ones of single poses.
     """
-    rows = survey.best[np.unique(survey.nearest[members])].astype(float)
-    cost = (1.0 / np.maximum(rows, 0.05)) ** 4
+    anchors = np.unique(survey.nearest[members])
+    rows = survey.best[anchors].astype(float)
+    cost = (1.0 / np.maximum(rows, 0.05)) ** 4 if survey.price is None else survey.price[anchors]
     order = np.argsort(cost.mean(axis=0), kind="stable")
     if not spread:
         return np.asarray(survey.grid[order[:count]])
@@ -57,10 +59,15 @@ def region_seeds(survey: Survey, members: Ints, count: int, *, spread: bool) -> 
 
 
 def candidate_nodes(
-    space: PlanSpace, objective: Objective, frames: Array, seeds: list[Array], certificate: Certificate | None = None
+    space: PlanSpace,
+    objective: Objective,
+    frames: Array,
+    seeds: list[Array],
+    certificate: Certificate | None = None,
+    push: Array | None = None,
 ) -> Nodes:
     """Candidates of poses (T, 4, 4): `seeds` holds the external postures (K, E) to try at each; with a certificate (T poses)
-    its own best posture is one, too.
+    its own best posture is one, too. push: (T, PUSH), where the part's error is looked at.
     """
     external = len(space.free) - space.roll
     us, qs, branches, prices = [], [], [], []
@@ -72,7 +79,8 @@ def candidate_nodes(
             best = np.array(certificate.u[t])  # a copy: frozen arrays would be compiled for separately
             grid = np.concatenate([grid, best[None, :external]])
         u, q, branch, price = _layer(space, objective, np.ascontiguousarray(frame), np.ascontiguousarray(grid), best is not None,
-                                     best if best is not None else np.zeros(len(space.free)), ROLLS)  # fmt: skip
+                                     best if best is not None else np.zeros(len(space.free)), ROLLS,
+                                     np.array(push[t]) if push is not None and len(push) else np.zeros(PUSH))  # fmt: skip
         keep = _kept(u[:, :external], price)
         us.append(u[keep])
         qs.append(q[keep])
@@ -98,6 +106,38 @@ def _kept(external: Array, price: Array) -> Ints:
     return np.lexsort((price, rank))[:NODES]
 
 
+@kernel(nogil=True)
+def external_prices(
+    space: PlanSpace, objective: Objective, base_T_tip: Array, grid: Array, rolls: int, push: Array
+) -> tuple[Array, float]:
+    """The lowest price of a metre (M,) over roll and branch in each external posture of a grid (M, E), and the lowest that the
+    part's error costs in any of them.
+    """
+    M, E = grid.shape
+    work = plan_work()
+    u, price, least = np.zeros(space.free.shape[0]), np.full(M, BEYOND), np.inf
+    count = rolls if space.roll == 1 else 1
+    for m in range(M):
+        u[:E] = grid[m]
+        for k in range(count):
+            if space.roll == 1:
+                u[E] = -np.pi + 2.0 * np.pi * k / rolls
+            pose_in_foot(space, base_T_tip, u, work)
+            if reach(space.arm, space.screws, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
+                continue
+            for b in range(8):
+                inside = work.why[b] == BRANCH_OK
+                for i in range(6):
+                    inside = inside and space.lower[i] <= work.Q[b, i] <= space.upper[i]
+                if inside:
+                    q = work.Q[b].copy()
+                    own = error_price(objective, u, q, push)
+                    a, c = posture_price(space, objective, u, q, conditioning(space, q, work))
+                    price[m] = min(price[m], own + a + c)
+                    least = min(least, own)
+    return price, least
+
+
 @part
 def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
     """Fill variants (27, 6) with q and its whole turns within limits; returns their number, 0 where q itself is outside."""
@@ -121,7 +161,7 @@ def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
 
 @kernel(nogil=True)
 def _layer(
-    space: PlanSpace, objective: Objective, frame: Array, grid: Array, exact: bool, best: Array, rolls: int
+    space: PlanSpace, objective: Objective, frame: Array, grid: Array, exact: bool, best: Array, rolls: int, push: Array
 ) -> tuple[Array, Array, Ints, Array]:
     """Candidates of one pose: u (K, F), q (K, 6), branch (K,), price (K,). `exact`: the last of the grid has best's own roll."""
     M, E = grid.shape
@@ -154,6 +194,8 @@ def _layer(
                     if _turns(space, q_all[k, b], variants) > 0:
                         value = conditioning(space, q_all[k, b], work)
                         a, c = posture_price(space, objective, u, q_all[k, b], value)
+                        if objective.errors.weight > 0.0:
+                            a += error_price(objective, u, q_all[k, b], push)
                         price[k, b], well[k, b] = a + c, a
         for b in range(8):
             chosen[:] = False

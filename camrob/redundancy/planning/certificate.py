@@ -76,7 +76,8 @@ class Survey:
 
     anchors (A,): indices of the poses that were scanned; nearest (W,): which of them stands for each pose. grid (M, E): the
     external postures that were tried; best (A, M): the best 1/k_F over roll and branch in each, 0 for none. u (A, S, F) and
-    branch (A, S): the S best basins, climbed, -1 where there are fewer.
+    branch (A, S): the S best basins, climbed, -1 where there are fewer. price (A, M): of a metre in each of the grid, where a
+    plan looks at more than conditioning.
     """
 
     anchors: Ints
@@ -85,6 +86,7 @@ class Survey:
     best: NDArray[np.float32]
     u: Array
     branch: Ints
+    price: Array | None = None
 
 
 def survey_poses(space: PlanSpace, base_T_tip: Array, score: Score | None = None) -> Survey:

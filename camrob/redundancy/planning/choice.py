@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.redundancy.plan_report import TERMS, PlanPoint
+from camrob.redundancy.plan_report import ERROR_TERMS, TERMS, PlanPoint
 from camrob.redundancy.planning.certificate import Certificate
 from camrob.redundancy.planning.course import Draft, surroundings
 from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work
 from camrob.redundancy.planning.objective import Objective, prices
+from camrob.redundancy.planning.part_error import expected_squares
+from camrob.redundancy.planning.refinement import Course
 from camrob.redundancy.planning.waypoints import Waypoints
 
 __all__ = ["Choice", "CurvePoint", "Knee", "chosen_point", "plan_point", "plan_terms"]
@@ -42,12 +44,14 @@ class Knee:
     """What the knee is measured by.
 
     price (F,): of external travel, m a rad or m; share: of the bound's mean 1/k_F that it shall keep; budget: external axis
-    to the most that it shall move in cutting moves, rad or m; where an axis has none it may move as it likes.
+    to the most that it shall move in cutting moves, rad or m; where an axis has none it may move as it likes. accurate: the least
+    error of the part is looked for, instead of a share of the bound.
     """
 
     price: Array
     share: float
     budget: Mapping[str, float]
+    accurate: bool = False
 
     def keeps(self, point: PlanPoint) -> bool:
         """Whether a point keeps the share of the bound."""
@@ -59,6 +63,8 @@ class Knee:
 
     def between(self, points: Sequence[CurvePoint]) -> int | None:
         """The point behind which, up to the next, the one that is taken may lie; points go from still to flowing."""
+        if self.accurate:
+            return None
         both = any(self.keeps(p.told) and self.within(p.told) for p in points)
         marks = [self.keeps(p.told) if both else not self.within(p.told) for p in points]
         return next((k for k in range(len(marks) - 1) if not marks[k] and marks[k + 1]), None)
@@ -70,6 +76,8 @@ class Knee:
             travel = sum(p * t for p, t in zip(self.price, points[k].travel.values(), strict=False))
             return travel, -points[k].share
 
+        if self.accurate:
+            return self._most_accurate(points)
         percent = f"{100.0 * self.share:g} %"
         good = [k for k, p in enumerate(points) if self.keeps(p)]
         cheap = [k for k, p in enumerate(points) if self.within(p)]
@@ -88,9 +96,15 @@ class Knee:
         best = max(range(len(points)), key=lambda k: points[k].share)
         return Choice(best, f"no point of the curve keeps {percent} of the bound; this one keeps most")
 
+    def _most_accurate(self, points: Sequence[PlanPoint]) -> Choice:
+        cheap = [k for k, p in enumerate(points) if self.within(p)]
+        best = min(cheap or range(len(points)), key=lambda k: points[k].error)
+        beyond = "that the budget of external travel allows" if cheap else "of all, above the budget of external travel"
+        return Choice(best, f"the least expected error of the part {beyond}")
+
 
 def plan_point(
-    cell: Cell, space: PlanSpace, w: Waypoints, certificate: Certificate, name: str, draft: Draft
+    cell: Cell, space: PlanSpace, objective: Objective, w: Waypoints, certificate: Certificate, name: str, draft: Draft
 ) -> PlanPoint:
     """What a draft gives over what is cut."""
     at = draft.index
@@ -110,7 +124,16 @@ def plan_point(
         float(value[cut > 0.0].min()),
         float(np.average(value, weights=cut) / np.average(bound, weights=cut)),
         {n: float(moved[:, i].sum()) for i, n in enumerate(names)},
+        _error(objective, w, draft, cut),
     )
+
+
+def _error(objective: Objective, w: Waypoints, draft: Draft, cut: Array) -> float:
+    """m, rms of the part's expected error in a draft, weighted by what is cut (K,); NaN where nobody looks at it."""
+    if objective.errors.weight == 0.0:
+        return float("nan")
+    square, _levers = expected_squares(objective.errors, draft.u, np.ascontiguousarray(draft.q), w.pushes(draft.index))
+    return float(np.sqrt(np.average(square, weights=cut)))
 
 
 def chosen_point(points: Sequence[PlanPoint], knee: Knee | None, mode: str) -> Choice:
@@ -138,5 +161,16 @@ def plan_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draf
         plan_work(),
     )
     terms = dict(zip(TERMS, (float(v) for v in values), strict=True))
+    if objective.errors.weight > 0.0:
+        terms |= dict(zip(ERROR_TERMS, _error_prices(objective, draft, course), strict=True))
     terms["repostures"] = objective.reposture * float(np.sum(~draft.joined[1:]))
     return terms
+
+
+def _error_prices(objective: Objective, draft: Draft, course: Course) -> tuple[float, float]:
+    """Prices of the part's error and of what axes that leave marks move in cuts, m."""
+    errors, q = objective.errors, np.ascontiguousarray(draft.q)
+    square, _levers = expected_squares(errors, draft.u, q, course.push)
+    moved = np.abs(np.diff(q, axis=0)) @ errors.turning
+    both = course.push[1:, 6] * course.push[:-1, 6] * draft.joined[1:]
+    return errors.weight * float(course.weight @ (square * course.push[:, 6])), float(moved @ both)

@@ -112,6 +112,9 @@ def search(
     rate[:, :F] = np.where(w.cutting, 1.0, AIR_SHARE)[:, None] * travel * objective.travel
     square[:, :F] = objective.u_smooth / ds[:, None]
     square[:, F : F + 6] = objective.arm_step / ds[:, None]
+    if objective.errors.weight > 0.0 and len(w.push):
+        both = w.push[:, 6] * np.append(0.0, w.push[:-1, 6])
+        rate[:, F : F + 6] = both[:, None] * objective.errors.turning
     jump = np.where(w.safe, objective.reposture, np.where(w.on_point, retract, np.inf))
     endless = np.zeros(n, np.bool_)
     endless[:F] = space.u_endless
@@ -188,6 +191,7 @@ def surroundings(space: PlanSpace, w: Waypoints, draft: Draft, travel: float, st
         travel * np.where(w.cutting[at], 1.0, AIR_SHARE),
         draft.joined,
         held,
+        w.pushes(at),
     )
 
 

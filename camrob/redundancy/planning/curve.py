@@ -64,7 +64,9 @@ class Landscape:
 
     def point(self, name: str, draft: Draft) -> CurvePoint:
         """A draft as a point of the curve."""
-        return CurvePoint(name, draft, plan_point(self.cell, self.space, self.w, self.certificate, name, draft))
+        return CurvePoint(
+            name, draft, plan_point(self.cell, self.space, self.objective, self.w, self.certificate, name, draft)
+        )
 
 
 def landscape(
@@ -84,11 +86,11 @@ def landscape(
     still_nodes = flow_nodes = None
     if still:
         seeds = _seeds(w, coarse, survey, STILL_SEEDS, spread=False)
-        still_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds)
+        still_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, push=at.push)
     if flow:
         some = Certificate(certificate.inv_kf[coarse], certificate.u[coarse], certificate.branch[coarse])
         seeds = _seeds(w, coarse, survey, FLOW_SEEDS, spread=True)
-        flow_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, some)
+        flow_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, some, at.push)
     return Landscape(cell, space, objective, w, certificate, coarse, still_nodes, flow_nodes)
 
 

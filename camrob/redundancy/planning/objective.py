@@ -18,6 +18,7 @@ lies r < BLOCKED_REACH away, measured in `posture_features`. The weights are num
     conditioning 1      power 1         margin 1           margin_deg degrees     margin_mm mm
     travel_revolute m a rad             travel_prismatic m a m                    smoothness m2 a rad2 or m2
     speed 1             speed_share 1   arm_step m2 a rad2                        reposture m
+    accuracy 1          (see `part_error`; 0: the part's error is not looked at)
     knee_share 1        the share of its bound that the mean 1/k_F has to keep at the knee (see `planned`)
     knee_travel 1       the share of the published method's external travel that it may cost
 """
@@ -34,6 +35,7 @@ from camrob.cell.cell import Cell
 from camrob.compiled import kernel, part
 from camrob.errors import CellError
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning
+from camrob.redundancy.planning.part_error import NO_ERRORS, ErrorNumbers, expected_square
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = [
@@ -43,6 +45,7 @@ __all__ = [
     "BLOCKED_REACH",
     "Objective",
     "PlanWeights",
+    "error_price",
     "plan_weights",
     "posture_features",
     "posture_price",
@@ -75,6 +78,7 @@ class PlanWeights:
     speed_share: float = 0.8
     arm_step: float = 0.0001
     reposture: float = 0.2
+    accuracy: float = 0.0
     knee_share: float = 0.96
     knee_travel: float = 0.25
 
@@ -94,7 +98,8 @@ def plan_weights(cell: Cell) -> PlanWeights:
 class Objective(NamedTuple):
     """The weights for the kernels. margin (6,), u_margin (F,): what the joints shall keep, SI; travel (F,): price of external
     travel (0 for the roll); u_speed (F,): the share of their speeds that may be used; u_smooth (F,). blocked
-    (K, 7): features of touching postures; wrist_zero: the fifth joint's angle at which the axes of the fourth and sixth are one.
+    (K, 7): features of touching postures; wrist_zero: the fifth joint's angle at which the axes of the fourth and sixth are one;
+    errors: what the part's error is reckoned from.
     """
 
     power: float
@@ -111,6 +116,7 @@ class Objective(NamedTuple):
     reposture: float
     blocked: Array
     wrist_zero: float
+    errors: ErrorNumbers = NO_ERRORS
 
     @classmethod
     def of(cls, cell: Cell, space: PlanSpace, weights: PlanWeights) -> Objective:
@@ -175,6 +181,14 @@ def posture_price(space: PlanSpace, objective: Objective, u: Array, q: Array, va
             near = 1.0 - np.sqrt(square) / BLOCKED_REACH
             margins += BLOCKED_PRICE * near * near
     return objective.conditioning * (objective.threshold / x) ** objective.power, objective.margin_price * margins
+
+
+@part
+def error_price(objective: Objective, u: Array, q: Array, push: Array) -> float:
+    """Price of a metre cut for the part's error in a posture u (F,), q (6,) under a push (7,)."""
+    if push[6] == 0.0:
+        return 0.0
+    return float(objective.errors.weight * expected_square(objective.errors, u, q, push, np.empty(6)))
 
 
 @kernel(nogil=True)

@@ -30,21 +30,23 @@ from camrob.progress import Share
 from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import FAILED_NOT_REACHED
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.plan_report import PlanReport
+from camrob.redundancy.plan_report import PlanAccuracy, PlanReport
 from camrob.redundancy.planning.certificate import Certificate, certify, survey_poses
 from camrob.redundancy.planning.choice import Choice, CurvePoint, Knee, chosen_point, plan_terms
 from camrob.redundancy.planning.course import RETRACT_NEEDED, RETRACT_PRICE, Draft, coarse_index
 from camrob.redundancy.planning.curve import SEARCH_FLOWING, Landscape, landscape, plan_curve
 from camrob.redundancy.planning.followed import serve
+from camrob.redundancy.planning.for_accuracy import WORTH, expected_error, pushed, weighed
 from camrob.redundancy.planning.freedoms import PlanSpace, plan_space
 from camrob.redundancy.planning.objective import BLOCKED_REACH, Objective, PlanWeights, plan_weights, posture_features
+from camrob.redundancy.planning.posture_errors import PostureErrors
 from camrob.redundancy.planning.retracts import with_retracts
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.planning.waypoints import Waypoints, waypoints
 from camrob.redundancy.published.virtual_joint import PathTracker, resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Solution
-from camrob.units import deg_to_rad, mm_to_m
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m
 
 __all__ = ["MODES", "resolve_planned"]
 
@@ -70,6 +72,7 @@ def resolve_planned(
     mode: str = "knee",
     obstacles: Obstacles | None = None,
     score: Score | None = None,
+    errors: PostureErrors | None = None,
     progress: Share | None = None,
 ) -> Solution:
     """Postures along a path, planned (see the module); `mode` is one of MODES.
@@ -77,6 +80,9 @@ def resolve_planned(
     obstacles(path, solution) says at which points (N,) a solution touches something: what it names is kept clear of in
     up to three further plans (a solution that still touches is returned; whoever checks it, finds it).
     score: 1/k_F of batches of arm postures, for the certificate's scan (`scan_batched`); None: the compiled kernels.
+    errors: what is known of the machine's errors: the part's expected error then stands in the objective with the weight
+    `accuracy` of the cell (FOR_ACCURACY where that is 0), and the plan is returned only where it expects WORTH times the error of
+    the one by conditioning or less; the report says what both expect.
     Where the path can't be followed without a re-posture and has no safe point for one, retracts are put in: the
     solution then belongs to `Solution.path`. An arm without closed form, and a path for which no plan is found, is left to
     the published method, with a finding that says so.
@@ -91,15 +97,67 @@ def resolve_planned(
         return _published(cell, path, f"{error.what}", told)
     if not len(space.free):
         return _published(cell, path, f"cell {cell.name} has no spare freedom to plan", told)
-    objective = Objective.of(cell, space, plan_weights(cell))
+    task = _Task(cell, space, mode, score)
+    solution = _clear(task, path, obstacles, told)
+    if errors is not None and solution.method == "planned":
+        solution = _for_accuracy(
+            task, path, solution, _clear(replace(task, errors=errors), path, obstacles, told), errors
+        )
+    told(1.0)
+    return solution
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """What all plans of a job share; errors: of the machine, where the plan looks at the part's error."""
+
+    cell: Cell
+    space: PlanSpace
+    mode: str
+    score: Score | None
+    errors: PostureErrors | None = None
+
+
+def _clear(task: _Task, path: ToolPathInBase, obstacles: Obstacles | None, told: Share) -> Solution:
+    """The solution of a plan that keeps clear of what the ones before it touched."""
+    cell = task.cell
+    objective = Objective.of(cell, task.space, plan_weights(cell))
     for again in range(_AVOIDINGS + 1):
-        solution = _resolved(cell, path, space, objective, mode, score, told)
+        solution = _resolved(task, path, objective, told)
         touching = _touching(cell, objective, solution.path or path, solution, obstacles)
         if len(touching) == 0 or again == _AVOIDINGS or solution.method != "planned":
             break
         objective = objective._replace(blocked=np.concatenate([objective.blocked, touching]))
-    told(1.0)
     return solution
+
+
+def _for_accuracy(
+    task: _Task, path: ToolPathInBase, plain: Solution, ours: Solution, errors: PostureErrors
+) -> Solution:
+    """The one of two plans that expects less error of the part, told what both expect."""
+    before = expected_error(task.cell, errors, plain.path or path, plain)
+    reached = None if ours.plan is None else ours.plan.best_error
+    after = before if reached is None else expected_error(task.cell, errors, ours.path or path, ours)
+    taken = after.rms < WORTH * before.rms
+    solution = ours if taken else plain
+    if solution.plan is None:
+        return solution
+    best = min(before.rms if reached is None else reached, before.rms, after.rms)
+    told = PlanAccuracy(before, after, taken, best, errors.counted, errors.left_out)
+    return replace(
+        solution, plan=replace(solution.plan, accuracy=told), findings=(*solution.findings, _accuracy_finding(told))
+    )
+
+
+def _accuracy_finding(told: PlanAccuracy) -> Finding:
+    """What is gained for the part, in one line."""
+    before, after = told.conditioning, told.accuracy
+    text = (
+        f"expected error of the part {m_to_mm(after.rms):.3f} mm rms ({m_to_mm(after.p95):.3f} mm on 95 %), "
+        f"{m_to_mm(before.rms):.3f} mm ({m_to_mm(before.p95):.3f} mm) in the plan by conditioning"
+    )
+    kept = "" if told.taken else "; that one is kept, as the other is no better"
+    return Finding("plan-accuracy", text + kept, Severity.INFO, value=m_to_mm(after.rms), unit="mm")
 
 
 def _rising(progress: Share | None) -> Share:
@@ -130,20 +188,18 @@ def _touching(
 
 
 def _resolved(
-    cell: Cell,
+    task: _Task,
     path: ToolPathInBase,
-    space: PlanSpace,
     objective: Objective,
-    mode: str,
-    score: Score | None,
     told: Share,
 ) -> Solution:
     """The solution of one plan, with retracts put in where it needs them."""
-    given, plan = path, _plan(cell, path, space, objective, mode, score, told)
+    cell = task.cell
+    given, plan = path, _plan(task, path, objective, told)
     for _round in range(_ROUNDS):
         if isinstance(plan, np.ndarray):
             path = with_retracts(path, plan, CLEARANCE)
-            plan = _plan(cell, path, space, objective, mode, score, told)
+            plan = _plan(task, path, objective, told)
     if not isinstance(plan, _Plan):
         return _published(cell, given, "no candidate postures lead through the whole path", told)
     try:
@@ -169,26 +225,28 @@ class _Plan:
     curve: list[CurvePoint]
     choice: Choice
     mode: str
+    best_error: float | None
 
 
 def _plan(
-    cell: Cell,
+    task: _Task,
     path: ToolPathInBase,
-    space: PlanSpace,
     objective: Objective,
-    mode: str,
-    score: Score | None,
     told: Share,
 ) -> _Plan | Ints | None:
     """The plan of a path; the points at which it needs retracts first; None where no candidates lead through."""
-    weights = plan_weights(cell)
+    cell, space, mode = task.cell, task.space, task.mode
+    weights, best = plan_weights(cell), None
     w = waypoints(path, SPACING)
-    survey = survey_poses(space, w.base_T_tip, score)
+    survey = survey_poses(space, w.base_T_tip, task.score)
     told(0.1)
     certificate = certify(space, w.base_T_tip, survey)
     told(0.25)
     if np.any(certificate.inv_kf <= 0.0):
         raise _unreached(cell, path, w, int(np.argmin(certificate.inv_kf)))
+    if task.errors is not None:
+        w = pushed(w, path, task.errors)
+        objective, survey, best = weighed(cell, space, objective, task.errors, weights, w, survey, certificate)
     land = landscape(
         cell,
         space,
@@ -208,11 +266,13 @@ def _plan(
     if all(d is None or len(land.cuts(d)) for d in drafts):  # not even the best draft goes through in one piece
         return min((land.cuts(d) for d in _ends(land, RETRACT_NEEDED) if d is not None), key=len)
     still, flowing = (None if d is None or len(land.cuts(d)) else d for d in drafts)
-    knee = Knee(objective.travel, weights.knee_share, _budget(cell, path, weights)) if mode == "knee" else None
+    accurate = objective.errors.weight > 0.0
+    budget = _budget(cell, path, weights) if mode == "knee" else {}
+    knee = Knee(objective.travel, weights.knee_share, budget, accurate) if mode == "knee" else None
     curve = plan_curve(land, still, flowing, knee)
     told(0.8)
     choice = chosen_point([p.told for p in curve], knee, mode)
-    return _Plan(space, objective, weights, w, certificate, curve, choice, mode)
+    return _Plan(space, objective, weights, w, certificate, curve, choice, mode, best)
 
 
 def _ends(land: Landscape, retract: float) -> tuple[Draft | None, Draft | None]:
@@ -266,6 +326,7 @@ def _served(cell: Cell, path: ToolPathInBase, plan: _Plan, told: Share) -> Solut
         curve=tuple(p.told for p in plan.curve),
         repostures=sum(r.by_axes for r in served.revisions),
         retracts=int(np.sum((path.source < 0) & (path.region >= 0) & path.safe)),
+        best_error=plan.best_error,
     )
     findings = (_finding(report, point.share),)
     return Solution("planned", served.q, served.inv_kf, cell.digest, path.digest, served.revisions, findings, report)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, posture
-from camrob.redundancy.planning.objective import BEYOND, Objective, posture_price
+from camrob.redundancy.planning.objective import BEYOND, Objective, error_price, posture_price
+from camrob.redundancy.planning.part_error import PUSH
 
 __all__ = ["Course", "arm_along", "refine_course"]
 
@@ -26,7 +27,8 @@ _CLIP = 0.15  # rad or m that a freedom moves in one iteration at most
 class Course(NamedTuple):
     """What surrounds the waypoints: frames (W, 4, 4), branch (W,), weight (W,) m that each stands for, ds, dt, travel (W,) of the
     move to each: m, s, scale of the travel's price; joined (W,) False where the posture jumps before it; stiff (W, F): price of
-    the square of what each freedom moves on the way there, which holds it still.
+    the square of what each freedom moves on the way there, which holds it still; push (W, PUSH): what `part_error` needs to
+    know of each waypoint, (0, PUSH) where nobody looks at the part's error.
     """
 
     frames: Array
@@ -37,6 +39,7 @@ class Course(NamedTuple):
     travel: Array
     joined: NDArray[np.bool_]
     stiff: Array
+    push: Array = np.zeros((0, PUSH))
 
 
 @kernel(nogil=True)
@@ -62,14 +65,38 @@ def arm_along(space: PlanSpace, course: Course, u: Array, start: Array) -> tuple
 
 @part
 def _local(
-    space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, q: Array, work: PlanWork
+    space: PlanSpace,
+    objective: Objective,
+    frame: Array,
+    u: Array,
+    branch: int,
+    near: Array,
+    push: Array,
+    q: Array,
+    work: PlanWork,
 ) -> float:
     """Price of a metre in the posture of u; q (6,) is filled."""
     if not posture(space, frame, u, branch, near, q, work):
         q[:] = near
         return BEYOND
     a, b = posture_price(space, objective, u, q, conditioning(space, q, work))
+    if objective.errors.weight > 0.0:
+        b += error_price(objective, u, q, push)
     return float(a + b)
+
+
+@part
+def _push(course: Course, k: int, nothing: Array) -> Array:
+    """What pushes at waypoint k."""
+    return course.push[k] if course.push.shape[0] > 0 else nothing
+
+
+@part
+def _turned_back(objective: Objective, course: Course, k: int, i: int) -> float:
+    """Price of a radian that arm axis i moves on the way to waypoint k."""
+    if objective.errors.weight == 0.0 or course.push.shape[0] == 0:
+        return 0.0
+    return float(objective.errors.turning[i] * course.push[k - 1, 6] * course.push[k, 6])
 
 
 @part
@@ -91,34 +118,38 @@ def _total(
     space: PlanSpace, objective: Objective, course: Course, u: Array, near: Array, q: Array, work: PlanWork
 ) -> float:
     """The price of a course; q (W, 6) is filled."""
-    total = 0.0
+    total, nothing = 0.0, np.zeros(PUSH)
     for k in range(u.shape[0]):
+        push = _push(course, k, nothing)
         total += course.weight[k] * _local(
-            space, objective, course.frames[k], u[k], course.branch[k], near[k], q[k], work
+            space, objective, course.frames[k], u[k], course.branch[k], near[k], push, q[k], work
         )
         if k > 0 and course.joined[k]:
             total += _coupling(objective, course, k, u[k] - u[k - 1])
             for i in range(6):
                 d = q[k, i] - q[k - 1, i]
                 total += objective.arm_step * d * d / course.ds[k]
+                turned = _turned_back(objective, course, k, i)
+                if turned > 0.0:
+                    total += turned * (np.sqrt(d * d + _SOFT * _SOFT) - _SOFT)
     return total
 
 
 @part
 def _differences(
-    space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, weight: float, g: Array,
-    H: Array, J: Array, work: PlanWork,
+    space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, push: Array,
+    weight: float, g: Array, H: Array, J: Array, work: PlanWork,
 ) -> None:  # fmt: skip
     """Gradient g (F,), Hessian H (F, F), made positive, of a waypoint's own price, and J (6, F) = dq/du."""
     F = u.shape[0]
     q, q_up, q_down, v = np.empty(6), np.empty(6), np.empty(6), u.copy()
-    here = _local(space, objective, frame, u, branch, near, q, work)
+    here = _local(space, objective, frame, u, branch, near, push, q, work)
     up, down = np.empty(F), np.empty(F)
     for i in range(F):
         v[i] = u[i] + _H
-        up[i] = _local(space, objective, frame, v, branch, near, q_up, work)
+        up[i] = _local(space, objective, frame, v, branch, near, push, q_up, work)
         v[i] = u[i] - _H
-        down[i] = _local(space, objective, frame, v, branch, near, q_down, work)
+        down[i] = _local(space, objective, frame, v, branch, near, push, q_down, work)
         v[i] = u[i]
         g[i] = weight * (up[i] - down[i]) / (2.0 * _H)
         H[i, i] = weight * (up[i] + down[i] - 2.0 * here) / (_H * _H)
@@ -127,9 +158,9 @@ def _differences(
     for i in range(F):
         for j in range(i):
             v[i], v[j] = u[i] + _H, u[j] + _H
-            both = _local(space, objective, frame, v, branch, near, q_up, work)
+            both = _local(space, objective, frame, v, branch, near, push, q_up, work)
             v[i], v[j] = u[i] - _H, u[j] - _H
-            neither = _local(space, objective, frame, v, branch, near, q_up, work)
+            neither = _local(space, objective, frame, v, branch, near, push, q_up, work)
             v[i], v[j] = u[i], u[j]
             H[i, j] = weight * (both + neither - up[i] - down[i] - up[j] - down[j] + 2.0 * here) / (2.0 * _H * _H)
             H[j, i] = H[i, j]
@@ -162,12 +193,12 @@ def _assemble(
 ) -> None:
     """Gradient g (W, F), diagonal blocks D (W, F, F) and blocks B (W, F, F) that couple each waypoint with the one before."""
     W, F = u.shape
-    J, J_before = np.zeros((6, F)), np.zeros((6, F))
+    J, J_before, nothing = np.zeros((6, F)), np.zeros((6, F)), np.zeros(PUSH)
     for k in range(W):
         J_before[:] = J
-        _differences(
-            space, objective, course.frames[k], u[k], course.branch[k], q[k], course.weight[k], g[k], D[k], J, work
-        )
+        push = _push(course, k, nothing)
+        frame, branch, weight = course.frames[k], course.branch[k], course.weight[k]
+        _differences(space, objective, frame, u[k], branch, q[k], push, weight, g[k], D[k], J, work)
         B[k] = 0.0
         if k == 0 or not course.joined[k]:
             continue
@@ -189,16 +220,30 @@ def _assemble(
             D[k, i, i] += bend
             D[k - 1, i, i] += bend
             B[k, i, i] -= bend
+        _couple_arm(objective, course, k, q, J, J_before, g, D, B)
+
+
+@part
+def _couple_arm(
+    objective: Objective, course: Course, k: int, q: Array, J: Array, J_before: Array, g: Array, D: Array, B: Array
+) -> None:
+    """Add what the arm's steps on the way to waypoint k bring to gradient and blocks; J, J_before (6, F): dq/du there and
+    before.
+    """
+    F = J.shape[1]
+    for r in range(6):
+        d = q[k, r] - q[k - 1, r]
         a = 2.0 * objective.arm_step / course.ds[k]
-        for r in range(6):
-            d = q[k, r] - q[k - 1, r]
-            for i in range(F):
-                g[k, i] += a * d * J[r, i]
-                g[k - 1, i] -= a * d * J_before[r, i]
-                for j in range(F):
-                    D[k, i, j] += a * J[r, i] * J[r, j]
-                    D[k - 1, i, j] += a * J_before[r, i] * J_before[r, j]
-                    B[k, i, j] -= a * J[r, i] * J_before[r, j]
+        turned = _turned_back(objective, course, k, r)
+        if turned > 0.0:
+            a += turned / np.sqrt(d * d + _SOFT * _SOFT)
+        for i in range(F):
+            g[k, i] += a * d * J[r, i]
+            g[k - 1, i] -= a * d * J_before[r, i]
+            for j in range(F):
+                D[k, i, j] += a * J[r, i] * J[r, j]
+                D[k - 1, i, j] += a * J_before[r, i] * J_before[r, j]
+                B[k, i, j] -= a * J[r, i] * J_before[r, j]
 
 
 @part

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from camrob.compiled import kernel
 from camrob.frozen import locked
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning.part_error import PUSH
 from camrob.se3 import pose
 
 __all__ = ["ARM_LENGTH", "Waypoints", "waypoints"]
@@ -30,6 +31,7 @@ class Waypoints:
     the axis's turn, whichever is more, summed. point: (W,) the path point, or the one that the move leads to. on_point: (W,)
     True at a path point. cut: (W,) m of cutting that the waypoint stands for. cutting: (W,) the move to it cuts. time: (W,)
     seconds of the move to it. safe, region: (W,) of the path point (safe False between points). place: (N,) s of each path point.
+    push: (W, PUSH), what `part_error` needs to know of each; none where nobody looks at the part's error.
     """
 
     base_T_tip: Array
@@ -42,9 +44,10 @@ class Waypoints:
     safe: NDArray[np.bool_]
     region: Ints
     place: Array
+    push: Array = field(default_factory=lambda: np.zeros((0, PUSH)))
 
     def __post_init__(self) -> None:
-        for name in ("base_T_tip", "s", "cut", "time", "place"):
+        for name in ("base_T_tip", "s", "cut", "time", "place", "push"):
             object.__setattr__(self, name, locked(getattr(self, name), name=name))
         for name, dtype in (
             ("point", np.int64),
@@ -75,7 +78,12 @@ class Waypoints:
             self.safe[index],
             self.region[index],
             self.place,
+            self.pushes(index),
         )
+
+    def pushes(self, index: Ints) -> Array:
+        """(K, PUSH) of some waypoints, none where there are none at all."""
+        return np.array(self.push[index] if len(self.push) else self.push)
 
 
 def waypoints(path: ToolPathInBase, spacing: float) -> Waypoints:

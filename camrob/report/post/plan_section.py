@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from camrob.report.page.html import escape, number
-from camrob.summaries.post_summary import PlanFigures, PlanOnCurve
+from camrob.summaries.post_summary import AccuracyFigures, PlanFigures, PlanOnCurve
 
 __all__ = ["plan_section", "travel_unit"]
 
@@ -37,7 +37,8 @@ def plan_section(plan: PlanFigures | None) -> str:
         "<section><h2>The plan: conditioning against external travel</h2>"
         f'<div class="trade" style="display:flex;flex-wrap:wrap;gap:12px">{pictures}</div><p class="caption">{told} '
         "Still axes hold feed and accuracy better than moving ones: look for how little more conditioning the travel to the "
-        f"right of the ringed point buys.</p>{_curve_table(curve, keys, chosen)}{_terms(plan)}{_cuts(plan)}</section>"
+        f"right of the ringed point buys.</p>{_curve_table(curve, keys, chosen)}{_terms(plan)}{_accuracy(plan.accuracy)}"
+        f"{_cuts(plan)}</section>"
     )
 
 
@@ -88,10 +89,13 @@ def _picture(curve: Sequence[PlanOnCurve], key: str, chosen: int) -> str:
 
 def _curve_table(curve: Sequence[PlanOnCurve], keys: Sequence[str], chosen: int) -> str:
     heads = "".join(f"<th>{escape(axis)} {escape(unit)}</th>" for axis, unit in map(travel_unit, keys))
+    looks = any(p.error_mm is not None for p in curve)
+    heads += "<th>expected error, mm rms</th>" if looks else ""
     rows = []
     for k, p in enumerate(curve):
         mark = "&#9679; " if k == chosen else ""
         moved = "".join(f"<td>{number(p.travel.get(key), 0)}</td>" for key in keys)
+        moved += f"<td>{number(p.error_mm, 3)}</td>" if looks else ""
         share = 100.0 * p.share_of_bound
         cells = f"<td>{number(p.inv_kf_mean, 3)}</td><td>{number(p.inv_kf_min, 3)}</td><td>{number(share, 2)}</td>"
         rows.append(f"<tr><td>{mark}{escape(p.name)}</td>{cells}{moved}</tr>")
@@ -112,6 +116,28 @@ def _terms(plan: PlanFigures) -> str:
     return (
         "<table><thead><tr><th>term of the objective</th><th>price, m of cutting</th><th>%</th><th></th></tr></thead>"
         f"<tbody>{''.join(rows)}</tbody></table>"
+    )
+
+
+def _accuracy(told: AccuracyFigures | None) -> str:
+    """The part's expected error with and without looking at it, and what that holds."""
+    if told is None:
+        return ""
+    axes = list(told.conditioning.turns)
+    named = (("by conditioning", told.conditioning), ("for accuracy", told.accuracy))
+    rows = "".join(
+        f"<tr><td>{name}</td><td>{number(e.rms_mm, 3)}</td><td>{number(e.p95_mm, 3)}</td>"
+        f"{''.join(f'<td>{e.turns[a]}</td>' for a in axes)}</tr>"
+        for name, e in named
+    )
+    heads = "".join(f"<th>turns of {escape(a)} in cuts</th>" for a in axes)
+    counted = escape("; ".join(told.counted))
+    left = f" Known, and not in it: {escape(', '.join(told.left_out))}." if told.left_out else ""
+    kept = "" if told.taken else " The plan by conditioning was kept, as the other is no better."
+    return (
+        f"<h3>The part's expected error</h3><table><thead><tr><th>plan</th><th>rms mm</th><th>95 % mm</th>{heads}</tr></thead>"
+        f'<tbody>{rows}</tbody></table><p class="caption">Across the feed, over what is cut. It holds: {counted}.{left} At each '
+        f"place's best posture of a scan it would be {number(told.best_rms_mm, 3)} mm rms.{kept}</p>"
     )
 
 

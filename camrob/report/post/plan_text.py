@@ -9,11 +9,22 @@ from rich.table import Table
 from rich.text import Text
 
 from camrob.report.post.plan_section import travel_unit
-from camrob.summaries.post_summary import PlanFigures
+from camrob.summaries.post_summary import AccuracyFigures, PlanFigures
 
-__all__ = ["plan_lines"]
+__all__ = ["accuracy_text", "plan_lines"]
 
 _MOST_CUTS = 8  # as many as a screen has room for; the JSON has all
+
+
+def accuracy_text(told: AccuracyFigures) -> str:
+    """What was gained for the part, in a sentence."""
+    before, after = told.conditioning, told.accuracy
+    turns = ", ".join(f"{a} turns round {after.turns[a]} times in cuts, not {n}" for a, n in before.turns.items())
+    kept = "" if told.taken else "; the plan by conditioning is kept, as the other is no better"
+    return (
+        f"expected error of the part: {after.rms_mm:.3f} mm rms, {after.p95_mm:.3f} mm on 95 %, by conditioning alone "
+        f"{before.rms_mm:.3f} and {before.p95_mm:.3f} mm{'; ' if turns else ''}{turns}{kept}"
+    )
 
 
 def plan_lines(plan: PlanFigures | None) -> Iterator[RenderableType]:
@@ -37,6 +48,8 @@ def plan_lines(plan: PlanFigures | None) -> Iterator[RenderableType]:
     yield table
     shares = (f"{name.replace('_', ' ')} {100.0 * value:.1f} %" for name, value in plan.shares.items())
     yield Text(f"price by terms: {', '.join(shares)}")
+    if plan.accuracy is not None:
+        yield Text(accuracy_text(plan.accuracy))
     for cut in plan.cuts[:_MOST_CUTS]:
         where = "retract put in" if cut.inserted else "in a void motion"
         yield Text(f"re-posture at line {cut.line or '-'} ({where}, by {cut.by}): {cut.reason}")

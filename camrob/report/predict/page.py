@@ -11,7 +11,7 @@ from camrob.prediction.surface import PredictedSurface
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.pack import packed_floats
 from camrob.report.page.parts import card_row, figure, section, table
-from camrob.summaries.predict_summary import PredictSummary
+from camrob.summaries.predict_summary import PredictedForce, PredictSummary
 from camrob.units import m_to_mm
 
 __all__ = ["predict_report"]
@@ -42,6 +42,7 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
             figure(picture),
             _places(summary),
             _causes(summary),
+            _force(summary.force),
             figure(spread),
             _left_out(summary),
             "<footer>Made by camrob. A prediction: what the machine truly does is measured, not computed. This page is complete "
@@ -102,6 +103,29 @@ def _causes(summary: PredictSummary) -> str:
     if len(regions) > 1:
         parts.append(table(("file", "lines", "rms mm", "95 % mm"), regions))
     return section("Causes", *parts)
+
+
+def _force(force: PredictedForce | None) -> str:
+    """What pushes, what yields, and what nobody can tell from this."""
+    if force is None:
+        return ""
+    yields = ", ".join(force.yields) or "no axis"
+    tool = "tool and holder as stated" if force.tool else "tool and holder are taken as stiff"
+    rows = [
+        ["force", f"{escape(force.told)} ({escape(force.model)})"],
+        [
+            "it may be wrong by",
+            f"{number(100.0 * force.doubt, 0, '%')} of itself, one standard deviation; the band holds that",
+        ],
+        ["what yields", f"{escape(yields)}, as the diagnosis found; {tool}; other axes are taken as stiff"],
+        ["deflection of the tool", f"{number(force.deflection_p95_mm, 3, 'mm')} or less on 95 % of the run"],
+    ]
+    note = (
+        "What the force bends is compliance times force: a part that was cut shows their product alone. Coefficients that are "
+        "twice too high and joints that are taken as twice too stiff make the same surface. What tells them apart is the one "
+        "without the other: a run in air with another payload shows the compliance, a logged force the coefficients."
+    )
+    return section("The cutting force", table(("", ""), rows), f'<p class="caption">{note}</p>')
 
 
 def _left_out(summary: PredictSummary) -> str:

@@ -1,0 +1,47 @@
+"""What a diagnosis and a calibration say of a machine, as jobs read it from their files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from camrob.calibration.calibration import Calibration
+from camrob.cell.cell import Cell
+from camrob.errors import InputError
+from camrob.gap.cell_effects import cell_effects
+from camrob.gap.effects.registry import library
+from camrob.gap.fitted_units import FittedUnits, fitted_units
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
+from camrob.units import mm_to_m
+
+__all__ = ["diagnosed"]
+
+
+def diagnosed(
+    folder: Path | None, calibration: Calibration | None, cell: Path, machine: Cell
+) -> tuple[FittedUnits | None, float]:
+    """What a diagnosis found, None without one, and m in one direction that stays unexplained on withheld samples."""
+    if folder is None:
+        if calibration is None:
+            hint = "give --calibration FITTED.toml, --diagnosis DIR, or both where one command wrote them"
+            raise InputError("nobody says what is wrong with the machine", hint=hint)
+        size = calibration.errors.get("calibrated/withheld")
+        if size is None:
+            hint = "calibrate with withheld poses, or give --diagnosis"
+            raise InputError("the calibration does not say how far it is off", hint=hint)
+        return None, size.rms / np.sqrt(3.0)
+    file = Path(folder) / "diagnosis.json"
+    try:
+        said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise InputError(
+            "is no diagnosis", hint="give the folder that `camrob diagnose --out` wrote", path=file
+        ) from error
+    if said.compensable.fitted is None:
+        raise InputError("holds no fitted units", hint="diagnose again with this camrob", path=file)
+    left = max(said.together.rms_after_mm**2 - said.gap.noise_mm**2, 0.0)
+    return fitted_units(said.compensable.fitted, library(extra=cell_effects(cell, machine))), mm_to_m(
+        float(np.sqrt(left / 3.0))
+    )

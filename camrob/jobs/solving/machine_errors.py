@@ -1,0 +1,192 @@
+"""What the planner is told of a machine's errors: read from calibration, diagnosis and force model, or taken for granted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.calibration.calibration_file import read_calibration
+from camrob.calibration.error_model import ErrorModel
+from camrob.calibration.terms import TermKind
+from camrob.cell.cell import Cell
+from camrob.errors import InputError
+from camrob.gap.effects.robot_size import ordinary_compliance
+from camrob.gap.fitted_units import FittedUnits
+from camrob.jobs.files.diagnosed import diagnosed
+from camrob.prediction.deflection import known_compliance
+from camrob.prediction.force_model import CuttingForce
+from camrob.prediction.read_force import read_force
+from camrob.redundancy.planning.objective import plan_weights
+from camrob.redundancy.planning.posture_errors import ARM_AXES, NoForce, PostureErrors
+
+__all__ = ["Sought", "check_sought", "machine_errors"]
+
+Array = NDArray[np.float64]
+
+_RATIO = np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0])
+"""Compliances of axes of which nothing is known, beside each other: the wrist's gears are some sizes smaller. An assumption,
+and said.
+"""
+_ANY_FORCE = 100.0  # N, of a cut that nobody has said anything of: an ordinary one for arms of this class
+_PLAY, _FRICTION = "backlash", "friction"
+
+
+@dataclass(frozen=True, slots=True)
+class Sought:
+    """What a plan for accuracy goes by: files, each None where there is none. cell: the cell's folder."""
+
+    cell: Path
+    calibration: Path | None = None
+    diagnosis: Path | None = None
+    force: Path | None = None
+
+
+def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool) -> Sought | None:
+    """What the plan is to go by; None where nobody looks at the part's error. Raises InputError for options that don't fit."""
+    given = [n for n in ("calibration", "diagnosis", "force") if getattr(sought, n) is not None]
+    if asked and not planned:
+        raise InputError("--for-accuracy needs postures that are planned", hint="add --method planned")
+    looks = planned and (asked or plan_weights(cell).accuracy > 0.0)
+    if given and not looks:
+        raise InputError(f"--{given[0]} is for plans that look at the part's error", hint="add --for-accuracy")
+    return sought if looks else None
+
+
+def machine_errors(sought: Sought, cell: Cell) -> PostureErrors:
+    """The errors of a cell with its tool. Raises InputError and its kin for files that are wrong or don't belong together."""
+    calibration = None if sought.calibration is None else read_calibration(sought.calibration, cell)
+    found = None if sought.diagnosis is None else diagnosed(sought.diagnosis, calibration, sought.cell, cell)[0]
+    if calibration is None:
+        model, constants = ErrorModel.of(cell, ()), np.zeros(0)
+    else:
+        model, constants = calibration.model(cell)
+    force = None if sought.force is None else read_force(sought.force)
+    if force is not None and force.asks_removal:
+        hint = "give depth_mm and width_mm: postures are planned before anything is carved"
+        raise InputError("the engagement is left to the removal", hint=hint, path=force.path)
+    known = {a: v for a, (v, _k) in known_compliance(found, model, constants).items() if a in _arm(cell)}
+    told = _Told(cell, model, constants, found)
+    granted = not known and (force is not None or told.empty)
+    sagging = np.array([known.get(a, 0.0) for a in _arm(cell)])
+    compliance = _filled(sagging, 0.0 if not granted else ordinary_compliance(cell))
+    return PostureErrors(
+        compliance=compliance,
+        sagging=sagging,
+        shift=told.shift,
+        swing=np.sqrt(told.variance),
+        mark=told.mark,
+        root=_root(cell, found),
+        tip=np.zeros(2) if force is None else force.give,
+        force=NoForce() if force is None else force,
+        doubt=0.0 if force is None else force.doubt,
+        any_force=_ANY_FORCE / np.sqrt(3.0) if force is None else 0.0,
+        counted=(_stiffness(_arm(cell), known, compliance), *told.counted, _pushed(force)),
+        left_out=told.left_out,
+    )
+
+
+def _arm(cell: Cell) -> tuple[str, ...]:
+    return tuple(cell.names[cell.arm_slice])
+
+
+def _filled(known: Array, scale: float) -> Array:
+    """Compliances (6,) under a force: what is known of them, and beside it what such an axis has, by the ratio of axes (scale:
+    rad/Nm of the first, where nothing is known).
+    """
+    told = known > 0.0
+    if told.any():
+        scale = float(np.mean(known[told] / _RATIO[told]))
+    return np.where(told, known, scale * _RATIO)
+
+
+def _stiffness(arm: tuple[str, ...], known: dict[str, float], compliance: Array) -> str:
+    if known:
+        values = ", ".join(f"{a} {1e6 * v:.2g}" for a, v in known.items())
+        rest = ", ".join(f"{a} {1e6 * v:.2g}" for a, v in zip(arm, compliance, strict=True) if a not in known)
+        others = f", under the force others as such axes have beside these ({rest})" if rest else ""
+        return f"compliances as found ({values} x 1e-6 rad/Nm) under gravity and the force{others}"
+    if not compliance.any():
+        return "no compliance, as none was found"
+    ratio = " : ".join(f"{v:g}" for v in _RATIO)
+    return f"compliances that nobody measured, taken as {ratio} from A1 to A6, {1e6 * compliance[0]:.2g} x 1e-6 rad/Nm the first"
+
+
+def _pushed(force: CuttingForce | None) -> str:
+    return f"{_ANY_FORCE:g} N from any side" if force is None else f"a force of {force.told}"
+
+
+class _Told:
+    """What constants and found units say of the arm's axes, but compliance; what is of other things is left out."""
+
+    def __init__(self, cell: Cell, model: ErrorModel, constants: Array, found: FittedUnits | None) -> None:
+        self.shift, self.variance, self.mark = (np.zeros(ARM_AXES) for _ in range(3))
+        self._counted: list[str] = []
+        self._left: list[str] = []
+        first = cell.arm_slice.start
+        for term, value in zip(model.terms, constants, strict=True):
+            i = term.joint - first
+            if term.kind is TermKind.COMPLIANCE:
+                continue
+            if not 0 <= i < ARM_AXES or term.kind not in (TermKind.ZERO, TermKind.COS, TermKind.SIN):
+                self._left.append(term.name)
+            elif term.kind is TermKind.ZERO:
+                self.shift[i] += cell.joints[term.joint].sign * value
+                self._counted.append(term.name)
+            else:
+                self.variance[i] += 0.5 * value**2
+                self._counted.append(f"ripple of {cell.joints[term.joint].name}")
+        if found is not None:
+            self._units(cell, found)
+
+    def _units(self, cell: Cell, found: FittedUnits) -> None:
+        for own, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True)):
+            if effect.terms(unit, state) or not effect.of_machine:
+                continue
+            values = np.abs(found.values[found.owner == own])
+            name = f"{unit.effect.replace('_', ' ')} of {unit.axis}" if unit.axis else unit.effect.replace("_", " ")
+            if unit.axis not in _arm(cell) or unit.effect not in (_PLAY, _FRICTION):
+                self._left.append(name)
+                continue
+            i = _arm(cell).index(unit.axis)
+            if unit.effect == _PLAY:  # the link stands half of it to either side
+                self.variance[i] += (0.5 * values[0]) ** 2
+                self.mark[i] += values[0]
+            else:  # constant and peak, to either side
+                self.variance[i] += values[0] ** 2
+                self.mark[i] += 2.0 * values.sum()
+            self._counted.append(name)
+
+    @property
+    def empty(self) -> bool:
+        """True where nothing is known of any axis."""
+        return not (self.shift.any() or self.variance.any())
+
+    @property
+    def counted(self) -> tuple[str, ...]:
+        """Names, each once."""
+        return tuple(dict.fromkeys(self._counted))
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Names, each once."""
+        return tuple(dict.fromkeys(self._left))
+
+
+def _root(cell: Cell, found: FittedUnits | None) -> Array:
+    """(12, K) standard deviations of compliance and shift in K directions, of what was fitted."""
+    if found is None or not len(found.values):
+        return np.zeros((2 * ARM_AXES, 0))
+    values, vectors = np.linalg.eigh(0.5 * (found.cov + found.cov.T))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    out = np.zeros((2 * ARM_AXES, len(values)))
+    for own, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True)):
+        rows = np.flatnonzero(found.owner == own)
+        for k, name in zip(rows, effect.terms(unit, state), strict=False):
+            axis, _, kind = name.partition(".")
+            if axis in _arm(cell) and kind in (TermKind.COMPLIANCE, TermKind.ZERO):
+                sign = cell.joints[cell.index(axis)].sign if kind == TermKind.ZERO else 1.0
+                out[_arm(cell).index(axis) + (ARM_AXES if kind == TermKind.ZERO else 0)] += sign * root[k]
+    return out

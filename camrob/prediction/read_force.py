@@ -1,0 +1,72 @@
+"""FORCE.toml: what pushes on the tool while it cuts; docs/reference/files.md is its contract."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from camrob.cell.read_cell import read_toml
+from camrob.cell.toml_table import TableReader
+from camrob.errors import InputError
+from camrob.prediction.force_model import CuttingForce, Milling, Stated
+from camrob.units import mm_to_m, um_to_m
+
+__all__ = ["read_force"]
+
+_MOST = 1e5  # N, and N/mm2 or N/mm of coefficients: beyond any cut
+_SECONDS = 60.0  # a minute
+_DOUBT = 0.25  # of a force: what coefficients of one alloy in several handbooks differ by
+_SIDES = {"left": 1, "right": -1, "both": 0}
+_SENSES = {"clockwise": 1, "counterclockwise": -1}
+_KINDS = ("tangential", "radial", "axial")
+
+
+def read_force(path: Path) -> CuttingForce:
+    """The force model of a file. Raises InputError with file and key for what is wrong."""
+    table = TableReader(read_toml(Path(path), InputError), Path(path), error=InputError)
+    doubt = table.number("doubt", lower=0.0, upper=2.0) if "doubt" in table else _DOUBT
+    if ("mean" in table) == ("milling" in table):
+        raise table.fail("mean", "stands beside [milling], or both are missing", "give [mean] or [milling]")
+    if "mean" in table:
+        mean = table.table("mean")
+        along = [mean.number(f"{k}_n", lower=-_MOST, upper=_MOST) for k in ("along", "across", "axial")]
+        model: Stated | Milling = Stated(np.array(along))
+        mean.finish()
+    else:
+        model = _milling(table.table("milling"))
+    give = np.zeros(2)
+    if "tool" in table:
+        tool = table.table("tool")
+        give = um_to_m(np.array([tool.number(f"{k}_um_n", lower=0.0, upper=1e3) for k in ("across", "along")]))
+        tool.finish()
+    table.finish()
+    return CuttingForce(Path(path), model, doubt, give)
+
+
+def _milling(table: TableReader) -> Milling:
+    chip = np.array([table.number(f"{k}_n_mm2", lower=-_MOST, upper=_MOST) for k in _KINDS])
+    named = [f"{k}_edge_n_mm" for k in _KINDS]
+    edge = np.array([table.number(k, lower=-_MOST, upper=_MOST) if k in table else 0.0 for k in named])
+    diameter = mm_to_m(table.number("diameter_mm", lower=1e-3, upper=1e3))
+    depth, width = (
+        mm_to_m(table.number(k, lower=1e-4, upper=1e3)) if k in table else float("nan")
+        for k in ("depth_mm", "width_mm")
+    )
+    if width > diameter:
+        raise table.fail("width_mm", "is more than the tool's diameter", "give what the tool takes of it in one pass")
+    side = _SIDES[table.text("side", choices=tuple(_SIDES))] if "side" in table else 0
+    sense = _SENSES[table.text("turns", choices=tuple(_SENSES))] if "turns" in table else 1
+    made = Milling(
+        chip=chip / mm_to_m(1.0) ** 2,
+        edge=edge / mm_to_m(1.0),
+        teeth=table.integer("teeth", lower=1, upper=64),
+        diameter=diameter,
+        rate=table.number("spindle_rpm", lower=1.0, upper=1e6) / _SECONDS,
+        side=side,
+        sense=sense,
+        depth=depth,
+        width=width,
+    )
+    table.finish()
+    return made

@@ -1,0 +1,215 @@
+"""The expected squared error of the part in a posture, for the planner's kernels, and what it weighs in the objective.
+
+A force f on the tool's tip turns arm axis i about its line by c_i v_i . f + s_i g_i, with v_i = z_i x (tip - p_i) the axis's
+lever, c_i its compliance, g_i gravity's torque and s_i the sag found under it, and the tip moves by d = sum_i v_i (c_i v_i . f
++ s_i g_i + shift_i) plus what tool and holder give: the directional compliance J C J^T of the posture under the force. What
+lies along the feed leaves the surface where it is, so that the error is the part of d across the feed. What is not known counts
+by its variance:
+
+    E|e|^2 = |P d|^2 + sum_k |P d_k|^2 + sum_i swing_i^2 |P v_i|^2 + doubt^2 |P d_f|^2 + any_force^2 |P C|^2,     P = 1 - t t^T
+
+with t the feed's direction, d_k the d of a standard deviation in direction k of what was fitted, d_f the force's part of d.
+
+In the objective a metre cut costs `accuracy` E|e|^2 / e_0^2 (`part_error`), e_0^2 the mean over the path at the best-conditioned
+posture of each waypoint: at 1 an error like that costs as much as conditioning at the cell's threshold. An axis that has play or
+peaks of friction leaves a mark where it turns round in a cut. A search over waypoints does not see turns, but it sees how far
+axes move back and forth: each radian in a cut costs what a mark of the axis's jump would, over MARK m, once a STROKE
+(`turned_back`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.compiled import kernel, part
+from camrob.dynamics.gravity import GRAVITY, GravityArrays, gravity_arrays
+from camrob.frame_steps import compose, move_joint
+from camrob.redundancy.planning.posture_errors import ARM_AXES, PostureErrors
+
+__all__ = ["NO_ERRORS", "ErrorNumbers", "error_numbers", "expected_square", "expected_squares", "local_pushes"]
+
+Array = NDArray[np.float64]
+
+MARK, STROKE = 0.01, 0.1
+"""m along which a turn of an axis shows, and rad that an axis moves from one turn to the next, as on a raster."""
+PUSH = 7
+"""Numbers of a waypoint's push: force (N) and the feed's direction in the waypoint's frame, and whether it counts."""
+
+
+class ErrorNumbers(NamedTuple):
+    """`PostureErrors` for the kernels. weight: price of a metre cut and a m2 of E|e|^2, 0 for a planner that doesn't look at it;
+    turning (6,): price of a radian that an axis moves in a cut; roll: 1 where the last of u is the roll.
+    """
+
+    weight: float
+    turning: Array
+    gravity: GravityArrays
+    roll: int
+    sagging: Array
+    compliance: Array
+    shift: Array
+    swing: Array
+    root: Array
+    tip: Array
+    doubt: float
+    any_force: float
+
+
+NO_ERRORS = ErrorNumbers(
+    0.0, np.zeros(ARM_AXES),
+    GravityArrays(np.zeros((0, 4, 4)), np.zeros((0, 4, 4)), np.zeros(3), 0, np.zeros(0, np.bool_), np.zeros(0, np.int64),
+                  np.zeros(0), np.zeros((0, 3))),
+    0, np.zeros(ARM_AXES), np.zeros(ARM_AXES), np.zeros(ARM_AXES), np.zeros(ARM_AXES), np.zeros((2 * ARM_AXES, 0)), np.zeros(2),
+    0.0, 0.0,
+)  # fmt: skip
+
+
+def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
+    """The numbers of a cell's errors, nothing weighed yet; roll: 1 where the cell has a virtual one."""
+    plain = (errors.sagging, errors.compliance, errors.shift, errors.swing, errors.root, errors.tip)
+    sagging, c, shift, swing, root, tip = (np.ascontiguousarray(x, np.float64) for x in plain)
+    return ErrorNumbers(
+        0.0, np.zeros(ARM_AXES), gravity_arrays(cell), roll, sagging, c, shift, swing, root, tip,
+        float(errors.doubt), float(errors.any_force),
+    )  # fmt: skip
+
+
+def local_pushes(base_T_tip: Array, cutting: NDArray[np.bool_], feed: Array, errors: PostureErrors) -> Array:
+    """(N, PUSH) pushes at frames (N, 4, 4) in the order of travel; cutting (N,): the move to each one cuts, feed (N,) m/s."""
+    tip = base_T_tip[:, :3, 3]
+    ahead = np.diff(tip, axis=0, append=tip[-1:])
+    behind = np.diff(tip, axis=0, prepend=tip[:1])
+    leaves = np.append(cutting[1:], False)
+    way = behind * cutting[:, None] + ahead * leaves[:, None]
+    size = np.linalg.norm(way, axis=1)
+    counts = (size > 0.0) & (cutting | leaves)
+    t = way / np.maximum(size, 1e-300)[:, None]
+    z = base_T_tip[:, :3, 2]
+    x = t - np.sum(t * z, axis=1, keepdims=True) * z
+    level = np.linalg.norm(x, axis=1)
+    x = np.where((level > _UPRIGHT)[:, None], x / np.maximum(level, _UPRIGHT)[:, None], 0.0)
+    along, across, axial = errors.force.mean(np.where(np.isfinite(feed), feed, 0.0)).T[:, :, None]
+    force = along * x + across * np.cross(z, x) + axial * z
+    out = np.zeros((len(tip), PUSH))
+    out[:, :3] = np.einsum("nji,nj->ni", base_T_tip[:, :3, :3], force)
+    out[:, 3:6] = np.einsum("nji,nj->ni", base_T_tip[:, :3, :3], t)
+    out[:, 6] = 1.0
+    out[~counts] = 0.0
+    return out
+
+
+_UPRIGHT = 1e-6
+"""Of the feed's direction across the tool: a tool that plunges has no sides."""
+
+
+@part
+def _arm_in_hall(errors: ErrorNumbers, u: Array, q: Array, Z: Array, P: Array, C: Array, R: Array, p: Array) -> None:
+    """Axes Z and points P (6, 3) of the arm, centres C (M, 3) of the masses, the tool R, p, in the frame of gravity's `up`."""
+    g, E = errors.gravity, u.shape[0] - errors.roll
+    for i in range(g.first, E + 6):
+        compose(R, p, g.before[i])
+        if i >= E:
+            for r in range(3):
+                Z[i - E, r], P[i - E, r] = R[r, 2], p[r]
+        move_joint(R, p, g.prismatic[i], q[i - E] if i >= E else u[i])
+        for k in range(g.joint.shape[0]):
+            if g.joint[k] == i:
+                c = g.center[k]
+                for r in range(3):
+                    C[k, r] = p[r] + R[r, 0] * c[0] + R[r, 1] * c[1] + R[r, 2] * c[2]
+        compose(R, p, g.after[i])
+
+
+@part
+def _gravity_torque(g: GravityArrays, i: int, joint: int, Z: Array, P: Array, C: Array) -> float:
+    """Nm about the arm's axis i, which is joint `joint` of the chain."""
+    total = 0.0
+    for k in range(g.joint.shape[0]):
+        if g.joint[k] >= joint:
+            x, y, z = C[k, 0] - P[i, 0], C[k, 1] - P[i, 1], C[k, 2] - P[i, 2]
+            along = g.up[0] * (Z[i, 1] * z - Z[i, 2] * y)
+            along += g.up[1] * (Z[i, 2] * x - Z[i, 0] * z) + g.up[2] * (Z[i, 0] * y - Z[i, 1] * x)
+            total -= GRAVITY * g.mass[k] * along
+    return float(total)
+
+
+@part
+def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, levers: Array) -> float:
+    """E|e|^2 (m2) in a posture u (F,), q (6,) under a push (PUSH,); levers (6,) <- |P v_i|^2, m2."""
+    E = u.shape[0] - errors.roll
+    R, p, Z, P, v = np.eye(3), np.zeros(3), np.empty((6, 3)), np.empty((6, 3)), np.empty((6, 3))
+    C = np.empty((errors.gravity.joint.shape[0], 3))
+    _arm_in_hall(errors, u, q, Z, P, C, R, p)
+    f, t = np.empty(3), np.empty(3)
+    co, si = 1.0, 0.0
+    if errors.roll == 1:
+        co, si = np.cos(u[u.shape[0] - 1]), np.sin(u[u.shape[0] - 1])
+    for r in range(3):  # the waypoint's frame is the tool's, rolled
+        f[r] = R[r, 0] * (co * push[0] - si * push[1]) + R[r, 1] * (si * push[0] + co * push[1]) + R[r, 2] * push[2]
+        t[r] = R[r, 0] * (co * push[3] - si * push[4]) + R[r, 1] * (si * push[3] + co * push[4]) + R[r, 2] * push[5]
+    moved, pushed, own = np.zeros(3), np.zeros(3), np.empty(6)
+    for i in range(6):
+        dx, dy, dz = p[0] - P[i, 0], p[1] - P[i, 1], p[2] - P[i, 2]
+        v[i, 0] = Z[i, 1] * dz - Z[i, 2] * dy
+        v[i, 1] = Z[i, 2] * dx - Z[i, 0] * dz
+        v[i, 2] = Z[i, 0] * dy - Z[i, 1] * dx
+        torque = v[i, 0] * f[0] + v[i, 1] * f[1] + v[i, 2] * f[2]
+        sag = _gravity_torque(errors.gravity, i, E + i, Z, P, C)
+        own[i] = sag + torque
+        for r in range(3):
+            moved[r] += v[i, r] * (errors.sagging[i] * sag + errors.compliance[i] * torque + errors.shift[i])
+            pushed[r] += v[i, r] * errors.compliance[i] * torque
+    axial = f[0] * R[0, 2] + f[1] * R[1, 2] + f[2] * R[2, 2]
+    for r in range(3):
+        give = errors.tip[0] * f[r] + (errors.tip[1] - errors.tip[0]) * axial * R[r, 2]
+        moved[r] += give
+        pushed[r] += give
+    total = _across(moved, t) + errors.doubt * errors.doubt * _across(pushed, t)
+    for i in range(6):
+        levers[i] = _across(v[i], t)
+        total += errors.swing[i] * errors.swing[i] * levers[i]
+    return float(total + _unknown(errors, v, own, R, t))
+
+
+@part
+def _unknown(errors: ErrorNumbers, v: Array, own: Array, R: Array, t: Array) -> float:
+    """m2 by what was fitted with doubt, and by a force of which nothing is known, of levers v (6, 3) and torques own (6,)."""
+    total, moved = 0.0, np.empty(3)
+    for k in range(errors.root.shape[1]):
+        moved[:] = 0.0
+        for i in range(6):
+            turn = errors.root[i, k] * own[i] + errors.root[6 + i, k]
+            for r in range(3):
+                moved[r] += v[i, r] * turn
+        total += _across(moved, t)
+    if errors.any_force > 0.0:
+        for a in range(3):
+            for r in range(3):
+                moved[r] = (errors.tip[1] - errors.tip[0]) * R[a, 2] * R[r, 2]
+            moved[a] += errors.tip[0]
+            for i in range(6):
+                for r in range(3):
+                    moved[r] += v[i, r] * errors.compliance[i] * v[i, a]
+            total += errors.any_force * errors.any_force * _across(moved, t)
+    return float(total)
+
+
+@part
+def _across(d: Array, t: Array) -> float:
+    """The square of what of d (3,) lies across t (3,)."""
+    along = d[0] * t[0] + d[1] * t[1] + d[2] * t[2]
+    return float(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - along * along)
+
+
+@kernel(nogil=True)
+def expected_squares(errors: ErrorNumbers, u: Array, q: Array, push: Array) -> tuple[Array, Array]:
+    """E|e|^2 (N,) m2 of postures u (N, F), q (N, 6) under pushes (N, 7), and |P v_i|^2 (N, 6) m2."""
+    N = u.shape[0]
+    out, levers = np.zeros(N), np.zeros((N, 6))
+    for k in range(N):
+        out[k] = expected_square(errors, u[k], q[k], push[k], levers[k])
+    return out, levers

@@ -1,0 +1,66 @@
+"""What a plan has to know of a machine's errors, in plain numbers: whoever has diagnosed it fills this in.
+
+Nothing here knows of diagnoses, calibrations or files; `jobs` reads them and hands this to the planner.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ARM_AXES", "NoForce", "PostureErrors", "ToolForce"]
+
+Array = NDArray[np.float64]
+
+ARM_AXES = 6
+"""Axes of the arms that are planned for."""
+
+
+class ToolForce(Protocol):
+    """The force on the tool while it cuts."""
+
+    def mean(self, feed: Array) -> Array:
+        """(N, 3) N on the tool along the feed, across it (to its left, seen from the holder) and along the tool to the holder, at
+        feeds (N,) in m/s.
+        """
+        ...
+
+
+class NoForce:
+    """A tool that nothing pushes."""
+
+    def mean(self, feed: Array) -> Array:
+        """(N, 3) zeros."""
+        return np.zeros((len(feed), 3))
+
+
+@dataclass(frozen=True)
+class PostureErrors:
+    """By how much the arm's axes err, and what pushes on its tool; the axes' values are those of the chain's q.
+
+    compliance: (6,) rad/Nm under the force. sagging: (6,) rad/Nm under gravity, 0 of axes whose sag nobody found or is
+    corrected elsewhere. shift: (6,) rad that each axis stands beyond its encoder. swing: (6,) rad, rms, of what has a sign or a
+    phase that nobody knows beforehand (half a play, a ripple). mark: (6,) rad by which each axis's link jumps where the axis
+    turns round. root: (12, K), compliance (rad/Nm) over shift (rad): root @ root.T is the covariance of both. tip: (2,) m/N
+    that tool and holder give across and along the tool.
+
+    force: what pushes while cutting; doubt: share of it by which it may be wrong; any_force: N, the standard deviation in each
+    direction of a force of which nothing else is known. counted, left_out: what the numbers hold, and what is known and not in
+    them, in words.
+    """
+
+    compliance: Array
+    sagging: Array
+    shift: Array
+    swing: Array
+    mark: Array
+    root: Array
+    tip: Array
+    force: ToolForce = field(default_factory=NoForce)
+    doubt: float = 0.0
+    any_force: float = 0.0
+    counted: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()

@@ -1,0 +1,80 @@
+"""What a plan for accuracy is told: from a calibration, a force model, or nothing at all; options that don't belong together."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "prediction"))
+
+from test_predict import calibration
+
+from camrob.cell.read_cell import read_cell
+from camrob.cli import app as cli
+from camrob.errors import InputError
+from camrob.gap.effects.robot_size import ordinary_compliance
+from camrob.jobs.solving.machine_errors import Sought, check_sought, machine_errors
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "cells" / "kr15_track_table"
+CELL = read_cell(FOLDER)
+
+
+def test_constants_of_the_arm_are_counted_and_others_named(tmp_path: Path) -> None:
+    values = {
+        "A2.compliance": 3e-6,
+        "A5.compliance": 8e-6,
+        "A5.zero": 2e-4,
+        "A1.cos2": 1e-4,
+        "tool.z": 1e-4,
+        "E1.scale": 1e-4,
+    }
+    errors = machine_errors(Sought(FOLDER, calibration=calibration(tmp_path / "f.toml", values)), CELL)
+    np.testing.assert_allclose(errors.sagging, [0, 3e-6, 0, 0, 8e-6, 0])
+    first = 0.5 * (3e-6 + 8e-6 / 4.0)
+    np.testing.assert_allclose(errors.compliance, [first, 3e-6, first, 4 * first, 8e-6, 4 * first])
+    np.testing.assert_allclose(errors.shift, [0, 0, 0, 0, -2e-4, 0])  # A5 counts against q
+    np.testing.assert_allclose(errors.swing, [1e-4 / np.sqrt(2), 0, 0, 0, 0, 0])
+    assert errors.any_force > 0.0 and set(errors.left_out) == {"tool.z", "E1.scale"}
+    assert "A2 3" in errors.counted[0] and "A5.zero" in errors.counted
+
+
+def test_without_a_diagnosis_stiffness_alone_counts_and_is_said_to_be_assumed(tmp_path: Path) -> None:
+    errors = machine_errors(Sought(FOLDER), CELL)
+    assert not errors.sagging.any() and errors.compliance[0] == ordinary_compliance(CELL)
+    assert "nobody measured" in errors.counted[0] and "any side" in errors.counted[-1]
+    force = tmp_path / "FORCE.toml"
+    force.write_text("doubt = 0.1\n[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n")
+    pushed = machine_errors(Sought(FOLDER, force=force), CELL)
+    assert pushed.any_force == 0.0 and pushed.doubt == 0.1
+    np.testing.assert_allclose(pushed.force.mean(np.array([0.02])), [[-60.0, 30.0, 20.0]])
+
+
+def test_a_plan_can_not_wait_for_the_removal(tmp_path: Path) -> None:
+    force = tmp_path / "FORCE.toml"
+    force.write_text("[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 3\ntangential_n_mm2 = 700\n"
+                     "radial_n_mm2 = 300\naxial_n_mm2 = 100\n")  # fmt: skip
+    with pytest.raises(InputError, match="depth_mm"):
+        machine_errors(Sought(FOLDER, force=force), CELL)
+
+
+def test_options_that_do_not_fit_are_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    sample = str(ROOT / "toolpaths/engraving/engraving.cls")
+    asked = ["post", sample, "--cell", str(FOLDER), "--out", str(tmp_path / "out")]
+    assert cli.run([*asked, "--for-accuracy"]) == 2
+    assert "--method planned" in capsys.readouterr().err
+    assert cli.run([*asked, "--method", "planned", "--force", "FORCE.toml"]) == 2
+    assert "--for-accuracy" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_cell_may_ask_for_it_by_its_weight() -> None:
+    settings = replace(CELL.resolve, planned={"accuracy": 2.0})
+    weighs = replace(CELL, resolve_section=settings)
+    assert check_sought(Sought(FOLDER), weighs, asked=False, planned=True) == Sought(FOLDER)
+    assert check_sought(Sought(FOLDER), weighs, asked=False, planned=False) is None
+    assert check_sought(Sought(FOLDER), CELL, asked=False, planned=True) is None

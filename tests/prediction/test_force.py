@@ -1,0 +1,160 @@
+"""The cutting force and what it bends: closed forms of a slot, an arm of springs that is not camrob's, a file's own words."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_predict import CELL, MM, ROOT, calibration, program
+
+from camrob.calibration.calibration_file import read_calibration
+from camrob.cell.read_cell import read_cell
+from camrob.controller.replay import program_cell
+from camrob.controller.simulate import simulate
+from camrob.cutting.cutter import Cutter
+from camrob.cutting.dexels import Dexels, Moves
+from camrob.cutting.engagement import removed_area
+from camrob.errors import InputError
+from camrob.jobs.predict import predict
+from camrob.languages.krl.reader.read_krl import read_krl
+from camrob.prediction.deflection import CAUSE
+from camrob.prediction.force_model import Milling
+from camrob.prediction.read_force import read_force
+from camrob.prediction.true_path import true_path
+
+sys.path.insert(0, str(ROOT / "tests" / "bench"))
+
+import gap_generator as generator
+
+__all__ = ["program"]
+
+TURN = 200.0  # a second
+CHIP, EDGE = np.array([8e8, 3e8, 1e8]), np.array([2e4, 1.5e4, 5e3])
+
+
+def mill(**other) -> Milling:
+    given = {"teeth": 2, "diameter": 6 * MM, "rate": TURN, "side": 0, "sense": 1, "depth": 2 * MM, "width": 6 * MM}
+    return Milling(CHIP, EDGE, **{**given, **other})
+
+
+def test_a_slot_pushes_as_its_integrals_say() -> None:
+    """Altintas (2012), eq. 2.39: the mean of a slot is N a/4 K c + N a/pi K_e; along the tool N a/pi K_a c + N a/2 K_ae."""
+    c, N, a = 0.05 * MM, 2, 2 * MM
+    got = mill().mean(np.array([c * N * TURN]))[0]
+    along = -N * a / 4 * CHIP[1] * c - N * a / np.pi * EDGE[1]
+    across = N * a / 4 * CHIP[0] * c + N * a / np.pi * EDGE[0]
+    axial = N * a / np.pi * CHIP[2] * c + N * a / 2 * EDGE[2]
+    np.testing.assert_allclose(got, [along, across, axial], rtol=1e-4)
+    other = mill(sense=-1).mean(np.array([c * N * TURN]))[0]
+    np.testing.assert_allclose(other, [along, -across, axial], rtol=1e-4)
+
+
+@pytest.mark.parametrize("width", [1.0, 2.5, 5.0])
+def test_a_side_cut_pushes_as_a_finer_sum_says(width: float) -> None:
+    feed = np.array([0.02])
+    got = mill(side=1, width=width * MM).mean(feed)[0]
+    begin = np.arcsin(1.0 - width / 3.0)
+    theta = np.linspace(begin, np.pi / 2, 200_001)
+    h = 0.02 / (2 * TURN) * np.cos(theta)
+    t, r, a = (k * h + e for k, e in zip(CHIP, EDGE, strict=True))
+    own = [-t * np.sin(theta) - r * np.cos(theta), t * np.cos(theta) - r * np.sin(theta), a]
+    expected = [2 * 2 * MM / (2 * np.pi) * np.trapezoid(x, theta) for x in own]
+    np.testing.assert_allclose(got, expected, rtol=0.02, atol=0.02 * np.abs(expected).max())
+
+
+def test_the_removal_says_how_much_is_engaged() -> None:
+    tip = np.c_[np.linspace(-10, 50, 61), np.full(61, 10.0), np.full(61, 8.0)] * MM
+    moves = Moves.along(tip, np.tile([0.0, 0.0, 1.0], (61, 1)), Cutter(5 * MM, 0.0, 40 * MM))
+    stock = Dexels(np.zeros(3), np.array([40, 20, 10]) * MM, 0.2 * MM)
+    before = stock.volume()
+    area = removed_area(stock, moves, parts=30)
+    assert stock.volume() == before
+    inside = (tip[1:, 0] > 8 * MM) & (tip[1:, 0] < 32 * MM)
+    np.testing.assert_allclose(area[inside], 20e-6, rtol=0.02)  # 10 mm wide, 2 mm deep
+    assert np.all(area[tip[1:, 0] < -6 * MM] == 0.0)
+    told = mill(diameter=10 * MM, width=np.nan).mean(np.full(60, 0.02), area)
+    full = mill(diameter=10 * MM, width=10 * MM).mean(np.full(60, 0.02))
+    np.testing.assert_allclose(told[inside], full[inside], rtol=0.03)
+    assert np.all(told[tip[1:, 0] < -6 * MM] == 0.0)
+
+
+def force_file(folder: Path, text: str) -> Path:
+    file = folder / "FORCE.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+MEAN = "[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n"
+
+
+def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path) -> None:
+    yields = {"A1.compliance": 2e-6, "A2.compliance": 3e-6, "A5.compliance": 8e-6}
+    fitted = calibration(tmp_path / "fitted.toml", yields)
+    cell = read_cell(CELL)
+    text = read_krl(program)
+    tooled, _ = program_cell(text, cell)
+    run = simulate(text, cell, cycle=0.012).log
+    force = read_force(force_file(tmp_path, "doubt = 0.1\n" + MEAN + "[tool]\nacross_um_n = 0.05\nalong_um_n = 0.01\n"))
+    found = read_calibration(fitted, cell)
+    path = true_path(run, tooled, found, None, rest=0.0, force=force)
+    plain = true_path(run, tooled, found, None, rest=0.0)
+    bent = path.causes[-1]
+    assert bent.name == CAUSE and [c.name for c in path.causes[:-1]] == [c.name for c in plain.causes]
+    np.testing.assert_allclose(path.true[:, :3, 3] - plain.true[:, :3, 3], bent.twist[:, :3], atol=1e-12)
+    np.testing.assert_allclose(path.spread[:, :, -1], 0.1 * bent.twist)
+
+    edge = np.array([1 / generator.DEG] * 6 + [1e3, 1 / generator.DEG])
+    axis = run.setpoints(generator.AXES) / edge
+    tip = path.ideal[:, :3, 3]
+    cuts = np.linalg.norm(np.gradient(tip, np.asarray(run.t), axis=0), axis=1) > 1e-3
+    rows = np.flatnonzero(cuts)[50::97]
+    push = force.in_base(path.ideal, path.t)
+    for k in rows:
+        J = generator.jacobian(axis[k : k + 1])[0]
+        c, s = np.cos(axis[k, 7]), np.sin(axis[k, 7])
+        world_R_base = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+        f = world_R_base @ push[k]
+        given = np.zeros(6)
+        given[[0, 1, 4]] = 2e-6, 3e-6, 8e-6
+        moved = J[:3] @ (given * (J[:3].T @ f))
+        z = path.ideal[k, :3, 2]
+        axial = (push[k] @ z) * z
+        moved = world_R_base.T @ moved + 5e-8 * (push[k] - axial) + 1e-8 * axial
+        np.testing.assert_allclose(bent.twist[k, :3], moved, atol=1e-10)
+        assert push[k] @ z == pytest.approx(20.0)
+    assert np.linalg.norm(push[rows], axis=1).max() == pytest.approx(70.0, rel=1e-6)
+
+
+def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, tmp_path: Path) -> None:
+    fitted = calibration(tmp_path / "fitted.toml", {"A2.compliance": 3e-6})
+    asked = {"cell": CELL, "calibration": fitted, "setup": ROOT / "toolpaths/engraving/setup.toml", "pitch_mm": 0.4}
+    force = force_file(tmp_path, "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 12000\ndepth_mm = 1\n"
+                       "tangential_n_mm2 = 700\nradial_n_mm2 = 300\naxial_n_mm2 = 100\n")  # fmt: skip
+    made = predict(program, out=tmp_path / "out", cycle_ms=12.0, force=force, **asked)
+    said = json.loads((tmp_path / "out" / "predict.json").read_text(encoding="utf-8"))
+    assert said == made.summary.to_json()
+    assert CAUSE in said["causes"] and CAUSE not in said["not_judged"] and said["force"]["yields"] == ["A2"]
+    assert "the engagement from the removal" in said["force"]["told"] and said["force"]["deflection_p95_mm"] > 0.0
+    page = (tmp_path / "out" / "predict.html").read_text(encoding="utf-8")
+    assert "The cutting force" in page and "product alone" in page
+    plain = predict(program, out=tmp_path / "plain", cycle_ms=12.0, **asked)
+    assert "force" not in plain.summary.to_json() and CAUSE in plain.summary.not_judged
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("doubt = 0.1\n", "mean"),
+        (MEAN + "[milling]\nteeth = 2\n", "mean"),
+        ("[mean]\nalong_n = nan\nacross_n = 0\naxial_n = 0\n", "mean.along_n"),
+        (MEAN + "wrong = 3\n", "wrong"),
+        ("[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 7\ntangential_n_mm2 = 1\nradial_n_mm2 = 1\n"
+         "axial_n_mm2 = 1\n", "milling.width_mm"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_the_file_is_named(text: str, told: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=told):
+        read_force(force_file(tmp_path, text))
