@@ -102,7 +102,8 @@ class Effect:
     same where the measured frame is `world`. hidden_in_world: it is the other one of such a pair, and not looked for there.
     of_instrument: what it says of the instrument, for a person, from its values by parameter and from what these logs can't
     tell it from. of_machine: False where the tool itself is not elsewhere, only the reading of it. whole: whether these logs show
-    all of a unit's pattern; a part of a period is any smooth function, so that its name is no more than likely.
+    all of a unit's pattern; a part of a period is any smooth function, so that its name is no more than likely. at_reversals:
+    its axis jumps where it turns round, by the sum of a unit's values to either side, and stands off by the first one between.
     """
 
     name: str
@@ -124,6 +125,7 @@ class Effect:
     of_instrument: Accuses | None = None
     whole: Seen = all_seen
     of_machine: bool = True
+    at_reversals: bool = False
 
     @property
     def compensable(self) -> bool:

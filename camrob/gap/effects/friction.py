@@ -56,4 +56,5 @@ EFFECT = Effect(
     columns=_columns,
     trials=({"rest": 0.0}, *({"rest": v} for v in _SLOW)),
     accuracy=0.1,
+    at_reversals=True,
 )

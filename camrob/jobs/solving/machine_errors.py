@@ -31,7 +31,6 @@ _RATIO = np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0])
 and said.
 """
 _ANY_FORCE = 100.0  # N, of a cut that nobody has said anything of: an ordinary one for arms of this class
-_PLAY, _FRICTION = "backlash", "friction"
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,16 +146,12 @@ class _Told:
                 continue
             values = np.abs(found.values[found.owner == own])
             name = f"{unit.effect.replace('_', ' ')} of {unit.axis}" if unit.axis else unit.effect.replace("_", " ")
-            if unit.axis not in _arm(cell) or unit.effect not in (_PLAY, _FRICTION):
+            if unit.axis not in _arm(cell) or not effect.at_reversals:
                 self._left.append(name)
                 continue
             i = _arm(cell).index(unit.axis)
-            if unit.effect == _PLAY:  # the link stands half of it to either side
-                self.variance[i] += (0.5 * values[0]) ** 2
-                self.mark[i] += values[0]
-            else:  # constant and peak, to either side
-                self.variance[i] += values[0] ** 2
-                self.mark[i] += 2.0 * values.sum()
+            self.variance[i] += values[0] ** 2
+            self.mark[i] += 2.0 * values.sum()  # from one side to the other
             self._counted.append(name)
 
     @property

@@ -11,8 +11,8 @@ by its variance:
 with t the feed's direction, d_k the d of a standard deviation in direction k of what was fitted, d_f the force's part of d.
 
 In the objective a metre cut costs `accuracy` E|e|^2 / e_0^2 (`part_error`), e_0^2 the mean over the path at the best-conditioned
-posture of each waypoint: at 1 an error like that costs as much as conditioning at the cell's threshold. An axis that has play or
-peaks of friction leaves a mark where it turns round in a cut. A search over waypoints does not see turns, but it sees how far
+posture of each waypoint: at 1 an error like that costs as much as conditioning at the cell's threshold. An axis with friction
+leaves a mark where it turns round in a cut. A search over waypoints does not see turns, but it sees how far
 axes move back and forth: each radian in a cut costs what a mark of the axis's jump would, over MARK m, once a STROKE
 (`turned_back`).
 """

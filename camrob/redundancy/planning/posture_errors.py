@@ -43,7 +43,7 @@ class PostureErrors:
 
     compliance: (6,) rad/Nm under the force. sagging: (6,) rad/Nm under gravity, 0 of axes whose sag nobody found or is
     corrected elsewhere. shift: (6,) rad that each axis stands beyond its encoder. swing: (6,) rad, rms, of what has a sign or a
-    phase that nobody knows beforehand (half a play, a ripple). mark: (6,) rad by which each axis's link jumps where the axis
+    phase that nobody knows beforehand (friction, a ripple). mark: (6,) rad by which each axis's link jumps where the axis
     turns round. root: (12, K), compliance (rad/Nm) over shift (rad): root @ root.T is the covariance of both. tip: (2,) m/N
     that tool and holder give across and along the tool.
 
