@@ -147,6 +147,19 @@ def test_four_poses_do_where_frame_and_target_are_known_and_eleven_do_not_where_
             withheld_scene(seen_from(postures(11, 2), **facts), ur10(), scenes)
 
 
+def test_every_withheld_set_has_frames_of_its_own() -> None:
+    """Two nights, each with the instrument and the reflector elsewhere: the second is judged as the first is."""
+    other, moved = [1.1, 0.2, -0.3, -0.2, 0.9, 1.0], [-0.06, 0.02, 0.11, 0.0, 0.0, 0.0]
+    nights = [seen_from(postures(60, 8), seed=8), seen_from(postures(60, 9), frame=other, target=moved, seed=9)]
+    fitted = seen_from(postures(120, 7), frame=[0.1, 0.5, 0.4, 1.3, 0.1, -2.0], seed=7)
+    left = []
+    for withheld in (nights, nights[::-1]):
+        found = diagnose([fitted], ur10(), withheld=withheld)
+        assert "joint_offset" in found.claimed
+        left.append(found.summary["together"]["rms_after_mm"])
+    assert max(left) < 0.025  # the noise is 0.017 mm
+
+
 def test_targets_on_the_same_postures_are_withheld_together() -> None:
     """Two reflectors, the second log without some of the postures; and a log that measures each posture twice over."""
     axis = postures(60, 1)

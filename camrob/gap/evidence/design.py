@@ -16,12 +16,14 @@ from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.unknown_frames import left_twists, right_twists
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["LEVER", "NUISANCE", "Design", "Panel", "build_units", "field_sums", "make_panel", "pool"]
+__all__ = ["LEVER", "NUISANCE", "WITHHELD", "Design", "Panel", "build_units", "field_sums", "make_panel", "pool"]
 
 Array = NDArray[np.float64]
 
 NUISANCE = "nuisance"
 """The effect's name of units that are fitted and never claimed: frames that nobody told."""
+WITHHELD = -1
+"""The number of a log that takes no part in the fit."""
 
 _ALL = slice(None)
 _SOME = 600  # samples of a log that tell well enough how far effects move the TCP
@@ -130,13 +132,21 @@ def build_units(scenes: Sequence[Scene], effects: Sequence[Effect], states: Mapp
     return tuple(units)
 
 
-def _nuisance(scene: Scene, unit: Unit, number: int) -> tuple[Column, ...]:
+def _nuisance(scene: Scene, unit: Unit, number: int, first: Mapping[str, str]) -> tuple[Column, ...]:
+    """The twists of a frame that nobody told, nothing where it is another log's. first: key of the first such unit by side: it
+    serves a withheld log, which has a frame of its own and no unit.
+    """
     owner, _, name = unit.key.partition("|")
+    side = "left" if owner.startswith("left") else "right"
     info = scene.log.info
-    shared = info.same_frame_as if owner.startswith("left") else info.same_target_as
-    if owner not in (f"left{number}", f"right{number}") and not (shared and shared == name):
+    shared = info.same_frame_as if side == "left" else info.same_target_as
+    if number == WITHHELD:
+        own = bool(getattr(scene.frames, f"fitted_{side}")) and first[side] == unit.key
+    else:
+        own = owner == f"{side}{number}"
+    if not own and not (shared and shared == name):
         return tuple(Column() for _ in unit.parameters)
-    twists = left_twists(scene.nominal) if unit.key.startswith("left") else right_twists(scene.nominal)
+    twists = left_twists(scene.nominal) if side == "left" else right_twists(scene.nominal)
     return tuple(Column(tcp=twists[:, :, k]) for k in range(6))
 
 
@@ -152,12 +162,14 @@ def make_panel(
     first_block: int,
     basis: SmoothBasis | None = None,
 ) -> Panel:
-    """Columns and weights of one log. kept: (N,) False for outliers."""
+    """Columns and weights of one log. number: which of the fitted logs it is, or WITHHELD. kept: (N,) False for outliers."""
     by_name = {e.name: e for e in effects}
+    frames = [u.key for u in reversed(units) if u.effect == NUISANCE]
+    first = {side: key for side in ("left", "right") for key in frames if key.startswith(side)}
     columns: list[Column] = []
     for unit in units:
         if unit.effect == NUISANCE:
-            columns += _nuisance(scene, unit, number)
+            columns += _nuisance(scene, unit, number, first)
         else:
             columns += by_name[unit.effect].columns(scene, unit, states[unit.effect])
     N, K = len(scene), len(columns)

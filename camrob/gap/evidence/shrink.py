@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.evidence.design import NUISANCE, Panel, make_panel
+from camrob.gap.evidence.design import NUISANCE, WITHHELD, Panel, make_panel
 from camrob.gap.evidence.evidence import Fitted
 from camrob.gap.evidence.model import Model, doubt_of, whole_gap
 from camrob.gap.observation.noise import find_outliers, noise_of
@@ -114,7 +114,9 @@ def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
         for k, scene in enumerate(withheld):
             noise = noise_of(scene)
             kept = ~find_outliers(scene, noise)
-            panel = make_panel(scene, k, model.units, model.effects, model.states, noise, kept, 10, 10 * k, model.basis)
+            panel = make_panel(
+                scene, WITHHELD, model.units, model.effects, model.states, noise, kept, 10, 10 * k, model.basis
+            )
             panels.append(panel)
         asked = tuple((k, (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found), None) for k, p in enumerate(panels))
         return Trial(tuple(panels), asked, ", ".join(s.name for s in withheld), named=True)
