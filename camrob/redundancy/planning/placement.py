@@ -101,6 +101,7 @@ def place_part(
 def _bounds(space: PlanSpace, base_T_tip: Array) -> Array:
     """The best 1/k_F (W,) at poses (W, 4, 4): by the certificate, or over the branches where the cell has no spare freedom."""
     if len(space.free):
-        return np.asarray(certify(space, base_T_tip).inv_kf)
+        # locked, as plans' poses are: compiled once for both
+        return np.asarray(certify(space, locked(base_T_tip)).inv_kf)
     grid = external_grid(space)
     return np.array([scan(space, frame, grid, 1).max() for frame in base_T_tip], float)
