@@ -9,11 +9,18 @@ import numpy as np
 import pytest
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.language import flow
 from camrob.toolpath.gcode.read_gcode import read_gcode
 from camrob.toolpath.region import Move
 from camrob.toolpath.toolpath import Toolpath
 
 HEAD = "G21 G90 G17 G94 G40 G80\nG0 X0 Y0 Z10.\nF600\n"
+
+
+@pytest.fixture(autouse=True)
+def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A loop without an end is given up sooner: half a million lines take half a minute."""
+    monkeypatch.setattr(flow, "MOST_STEPS", 20_000)
 
 
 def read(text: str) -> Toolpath:
