@@ -20,6 +20,7 @@ CamrobError
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Self
 
 from camrob.text import one_line
 
@@ -129,6 +130,19 @@ class JobError(CamrobError):
         self.unit = unit
         self.reasons = dict(reasons or {})
         super().__init__(str(self))
+
+    def but(self, what: str, *, region: str | None = None) -> Self:
+        """The same error in other words, and with another region where one is given."""
+        return type(self)(
+            what,
+            line=self.line,
+            region=self.region if region is None else region,
+            axis=self.axis,
+            value=self.value,
+            limit=self.limit,
+            unit=self.unit,
+            reasons=self.reasons,
+        )
 
     def __str__(self) -> str:
         parts = [self.what]

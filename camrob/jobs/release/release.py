@@ -249,13 +249,4 @@ def named_region(error: JobError, inputs: JobInputs) -> JobError:
     regions = [r for r in inputs.toolpath.regions if len(r)]
     known = error.region.isdigit() and int(error.region) < len(regions)
     causes = [f.text for f in inputs.urgent if f.code == "part-in-metres" and f.text not in error.what]
-    return type(error)(
-        "; ".join([error.what, *causes]),
-        line=error.line,
-        region=regions[int(error.region)].name if known else error.region,
-        axis=error.axis,
-        value=error.value,
-        limit=error.limit,
-        unit=error.unit,
-        reasons=error.reasons,
-    )
+    return error.but("; ".join([error.what, *causes]), region=regions[int(error.region)].name if known else None)

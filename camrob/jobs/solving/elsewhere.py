@@ -29,16 +29,7 @@ def with_a_place(error: JobError, inputs: JobInputs) -> JobError:
     """The same error with the nearest shift of the part that a trial followed without touching anything, or that none does."""
     if not isinstance(error, UnreachableError | LimitError | SingularError):
         return error
-    return type(error)(
-        "; ".join(filter(None, [error.what, _advice(inputs)])),
-        line=error.line,
-        region=error.region,
-        axis=error.axis,
-        value=error.value,
-        limit=error.limit,
-        unit=error.unit,
-        reasons=error.reasons,
-    )
+    return error.but("; ".join(filter(None, [error.what, _advice(inputs)])))
 
 
 def _advice(inputs: JobInputs) -> str:
