@@ -217,6 +217,7 @@ def ur10(series: str):
     return cell, measurements_of(log, cell)
 
 
+@pytest.mark.slow
 @needs_ur10
 @pytest.mark.parametrize(("series", "quick_fit", "with_gears"), [("A", 0.39, 0.38), ("D", 0.305, 0.297)])
 def test_a_real_robot_is_fitted_as_well_as_the_quick_fit(series: str, quick_fit: float, with_gears: float) -> None:
@@ -230,6 +231,7 @@ def test_a_real_robot_is_fitted_as_well_as_the_quick_fit(series: str, quick_fit:
     assert any("something else is at work" in w for w in gears.warnings)  # 0.01 mm of noise, 0.3 mm left
 
 
+@pytest.mark.slow
 @needs_ur10
 @pytest.mark.parametrize(("train", "other", "reached"), [("A", "D", 0.36), ("D", "A", 0.42)])
 def test_a_real_robot_s_parameters_carry_over_to_another_series(train: str, other: str, reached: float) -> None:

@@ -178,6 +178,7 @@ def test_names_of_files_stay_text() -> None:
 UR10 = SHARED / "real" / "ur10_tmac"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not UR10.is_dir(), reason="../shared is not here: real/ur10_tmac")
 def test_the_robot_of_one_real_series_predicts_the_other(tmp_path: Path, capsys) -> None:
     """From the command line: trained on D, judged on half of A, whose instrument is refitted on the other half."""

@@ -81,6 +81,7 @@ def test_the_command_writes_a_program_that_can_be_run(tmp_path: Path, capsys) ->
     assert check_collisions(CELL, np.asarray(played.q), cutting=nothing, line=nothing, region=nothing).count == 0
 
 
+@pytest.mark.slow
 def test_too_many_poses_are_refused() -> None:
     data = measure(CELL, {}, axis_values(CELL, 20))
     with pytest.raises(CollisionError, match="no 590 poses were found"):

@@ -41,6 +41,7 @@ def read(folder: Path, text: str) -> str:
     return read_cell(folder).digest
 
 
+@pytest.mark.slow
 def test_every_number_changes_the_digest(tmp_path: Path) -> None:
     """A number that the reader refuses to see changed (a schema, a sign) is refused; no change goes unseen."""
     own = read(tmp_path, TEXT)

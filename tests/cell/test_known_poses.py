@@ -71,6 +71,7 @@ def test_a_cell_that_misses_its_poses_is_refused(folder: Path, old: str, new: st
     assert f"pose {pose!r} " in told and said in told and "mend cell.toml, or the row" in told
 
 
+@pytest.mark.slow
 def test_every_verb_refuses_it_with_one_line(folder: Path, tmp_path: Path) -> None:
     (folder / "cell.toml").write_text(TEXT.replace("a_mm = 155", "a_mm = 255"), encoding="utf-8")
     command = [

@@ -96,6 +96,7 @@ def test_an_arm_without_a_spherical_wrist(make_cell, tmp_path):
     assert verify(tmp_path / "out" / "engraving.src", cell=cell, against=SAMPLE).ok
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("method", ["vjm", "planned"])
 def test_the_rolls_name_is_nobodys_business(make_cell, tmp_path, method):
     """A joint is the roll by its role: called otherwise, even like another axis's kin, the program is the same."""

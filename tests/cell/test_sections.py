@@ -82,6 +82,7 @@ def test_a_cell_without_both_is_read(tmp_path: Path) -> None:
         read_cell(without(tmp_path / "other", "resolve")).serving("camrob post", controller=True, resolve=True)
 
 
+@pytest.mark.slow
 def test_without_resolve(tmp_path: Path, measured: Path) -> None:
     cell, out = without(tmp_path / "cell", "resolve"), tmp_path / "out"
     refused(cell, "resolve", "post", post, SAMPLE, out=out)
@@ -97,6 +98,7 @@ def test_without_resolve(tmp_path: Path, measured: Path) -> None:
     assert (tmp_path / "new" / "engraving.src").is_file()
 
 
+@pytest.mark.slow
 def test_without_controller(tmp_path: Path, measured: Path) -> None:
     cell, out = without(tmp_path / "cell", "controller"), tmp_path / "out"
     log, found = tmp_path / "LOG.csv", tmp_path / "C.toml"
@@ -117,6 +119,7 @@ def test_without_controller(tmp_path: Path, measured: Path) -> None:
     feed(PROGRAM, cell=cell, out=tmp_path / "feed")
 
 
+@pytest.mark.slow
 def test_studies_of_shipped_cells_need_neither(tmp_path: Path) -> None:
     for name in ("ta1400_weld", "kr500_afp"):
         cell = without(tmp_path / name, "controller", "resolve", cell=name)

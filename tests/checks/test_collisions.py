@@ -226,6 +226,7 @@ def test_bodies_ride_on_the_frames_that_the_kinematics_give():
         follows(CELL, "nowhere")
 
 
+@pytest.mark.slow
 def test_pair_distances_against_poses_in_plain_numpy():
     rng = np.random.default_rng(4)
     q = CELL.q_home + rng.uniform(-0.4, 0.4, (20, len(CELL)))

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from camrob.cell.read_cell import read_cell
 from camrob.checks.collisions import check_collisions
@@ -96,6 +97,7 @@ def _touched(posture: np.ndarray) -> set[frozenset[str]]:
     return {frozenset(pair.pair) for pair in report.pairs if pair.count}
 
 
+@pytest.mark.slow
 def test_each_pair_of_bodies_is_found_where_it_touches() -> None:
     axes, at = _drawn()
     bodies = {body.name: body for body in (*_bodies(), _box("part"), _box("stock"))}

@@ -21,6 +21,7 @@ def test_every_study_has_a_cell_that_comes_with_camrob_and_stands_in_the_help(ca
         assert any(line.split()[:1] == [name] and study.cell in line for line in shown.splitlines())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "before"), [("weld", ["--cell", "ta1400_weld"]), ("line", ["--cell", "kr500_afp", "--axis", "all"])]
 )

@@ -30,6 +30,7 @@ def of(radius, corner, length=40.0):
     return Cutter(radius * MM, corner * MM, length * MM)
 
 
+@pytest.mark.slow
 def test_a_slot_has_its_width_and_depth() -> None:
     stock, moves = plate(), straight([[-10, 10, 6], [30, 10, 6]], of(3, 0))
     stock.carve(moves)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from gap_cases import kr15
 from rich.console import Console
 from summary_samples import diagnosis_summary
@@ -48,6 +49,7 @@ def test_a_pause_is_told_in_the_terminal_and_on_the_page() -> None:
     assert '<td class="n">pause</td>' in page
 
 
+@pytest.mark.slow
 def test_a_run_as_the_virtual_controller_has_it_is_called_so_and_a_slower_one_not() -> None:
     log = run()
     (same,) = timing_texts(diagnosis_summary(diagnose([log], kr15(), programs=[raster(4.0)]).summary))
@@ -59,6 +61,7 @@ def test_a_run_as_the_virtual_controller_has_it_is_called_so_and_a_slower_one_no
     assert "mostly 50 % of it" in line or "mostly 49 % of it" in line
 
 
+@pytest.mark.slow
 def test_a_log_without_a_program_is_said_to_be_not_compared() -> None:
     told = diagnosis_summary(two_effects())
     assert timing_texts(told) == []
@@ -79,6 +82,7 @@ def test_regimes_are_told_from_the_least_to_the_most_and_harm_plainly() -> None:
     assert regimes_text(diagnosis_summary()) == regimes_table(diagnosis_summary()) == ""
 
 
+@pytest.mark.slow
 def test_what_makes_it_worse_on_withheld_samples_is_said() -> None:
     told = dict(two_effects())
     assert careful_text(diagnosis_summary(told)) == ""

@@ -87,6 +87,7 @@ def test_an_effect_that_no_library_has_is_called_unknown() -> None:
     assert all(e["probability"] <= 0.8 for e in found.summary["effects"])
 
 
+@pytest.mark.slow
 def test_position_alone_and_outliers_do() -> None:
     log = simulated(plant_link(2, lambda w: 0.05 * DEG), sigma_mm=SIGMA)
     columns = {n: np.array(v) for n, v in log.columns.items() if n not in "abc"}
@@ -121,6 +122,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("case", CASES)
 def test_the_labelled_samples_come_out_right(case: str, tmp_path: Path) -> None:
     folder = SAMPLES / "cases" / case

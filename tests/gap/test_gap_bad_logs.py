@@ -60,6 +60,7 @@ def test_a_mutilated_log_never_ends_in_a_confident_cause(how: str, cause: str) -
     assert found.summary["status"] != "explained"
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("size", [1, 120])
 def test_a_gap_that_is_moved_to_other_places_of_the_path_is_blamed_on_nothing(size: int) -> None:
     """The measured errors as they are, stretches of so many samples exchanged: no cause has this shape any more."""

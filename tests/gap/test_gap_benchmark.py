@@ -21,6 +21,7 @@ from gap_score import Row, calibration, placed, score, share, upper_bound
 from gap_separable import Separation
 
 
+@pytest.mark.slow
 def test_a_case_is_two_logs_and_the_label_is_not_among_them(tmp_path: Path) -> None:
     label = gap_maker.write_case(tmp_path, 31, "two")
     assert {p.name for p in tmp_path.iterdir()} == {"31.csv", "31.toml", "31_withheld.csv", "31_withheld.toml"}

@@ -128,6 +128,7 @@ def test_it_moves_no_planted_parameter_by_more_than_two_sigma(name: str) -> None
     assert np.abs((with_it.mean[own] - without.mean[own]) / sigma).max() < 2.0
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("name", sorted(PLANTED))
 def test_a_cause_keeps_its_name_beside_a_field_of_five_times_the_noise(name: str) -> None:
     model = model_of(name, field=True)
@@ -151,6 +152,7 @@ def test_both_statements_are_made_and_the_unknown_takes_nothing_from_the_claim()
     assert all("unknown" not in a["effects"] for a in found["alternatives"])
 
 
+@pytest.mark.slow
 def test_more_data_never_makes_the_answer_worse() -> None:
     apply = with_field(lambda w: (plant_play(w), PLANTED["joint_offset"](w)))
     claimed = []

@@ -117,6 +117,7 @@ def test_play_between_two_encoders_is_the_links() -> None:
     assert found["worst"] == pytest.approx(0.01, rel=0.05)
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("cell", [single, seven], ids=["one axis", "seven axes"])
 def test_a_log_of_drives_alone_is_diagnosed_for_its_rung(cell) -> None:
     u = path(len(cell().axis_names))

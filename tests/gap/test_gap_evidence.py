@@ -74,6 +74,7 @@ def test_a_set_is_divided_over_the_names_that_count() -> None:
     assert posterior({both: 0.0}, {both: {"a": 1.0, "b": 0.3}}, frozenset({"b"})) == {frozenset({"a"}): 1.0}
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize(
     ("name", "apply", "place"),
     [
@@ -93,6 +94,7 @@ def test_a_constant_that_the_library_lacks_is_unknown_and_no_broad_effect_is_bla
     assert diagnose([log], kr15()).claimed == (name,)
 
 
+@pytest.mark.slow
 def test_single_poses_that_scatter_beyond_their_noise_are_not_called_explained() -> None:
     t, axis = poses()
     early = simulated(
@@ -114,6 +116,7 @@ def untold(log):
     return replace(log, info=replace(log.info, sigma_position=float("nan"), sigma_angle=float("nan")))
 
 
+@pytest.mark.slow
 def test_the_noise_of_single_poses_that_nobody_told_is_found_from_what_nothing_explains() -> None:
     quiet = untold(simulated(sigma_mm=0.03, run=poses(), poses=True))
     found = diagnose([quiet], kr15())

@@ -57,6 +57,7 @@ def test_every_motion_differs_from_the_run_as_it_says() -> None:
     assert np.ptp(np.delete(alone, kr15().index("A2"), axis=1), axis=0).max() == 0.0
 
 
+@pytest.mark.slow
 def test_the_best_motion_is_the_one_that_physics_asks_for() -> None:
     plan = found("compliance").summary["experiment"]
     assert plan["rivals"][0] == ["joint_compliance"]
@@ -75,6 +76,7 @@ def test_where_there_is_no_gap_no_experiment_is_written(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_program_passes_verify_and_does_what_it_says(tmp_path: Path) -> None:
     motion = next(m for m in found("zero").motions if m.key == "track")
     told = write_experiment(tmp_path / "next.src", [motion], KR15)
@@ -110,6 +112,7 @@ def test_a_motion_that_cannot_be_run_is_refused_and_leaves_nothing(tmp_path: Pat
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_command_writes_it_beside_the_diagnosis(tmp_path: Path) -> None:
     log = simulated(plant_link(2, lambda w: 0.05 * DEG), sigma_mm=SIGMA)
     write_log(MeasurementLog(log.columns, log.info), tmp_path / "run.csv")

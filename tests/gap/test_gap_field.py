@@ -44,6 +44,7 @@ def test_a_field_is_smooth() -> None:
     assert np.all(step <= np.sqrt(2.0) * FASTEST * way * 1e-4 * 14)
 
 
+@pytest.mark.slow
 def test_a_case_with_a_field_is_the_same_case_beside_it(tmp_path: Path) -> None:
     (tmp_path / "plain").mkdir()
     plain = gap_maker.write_case(tmp_path / "plain", 31, "two")

@@ -29,6 +29,7 @@ def panel_of(log, cell):
     return make_panel(scene, 0, (), (), {}, noise_of(scene), np.ones(len(scene), bool), 10, 0)
 
 
+@pytest.mark.slow
 def test_a_column_that_lifts_an_arm_with_masses_is_diagnosed() -> None:
     """Gravity's force along a vertical axis is a constant with rounding: no feature, and no NaN (a crash until 2026-11-21)."""
     t, axis = motion(12.0, 7)

@@ -31,6 +31,7 @@ def on_table(apply=None, **more):
     return simulated(both, sigma_mm=SIGMA, run=turning(), measured_frame=MeasuredFrame.BASE, **more)
 
 
+@pytest.mark.slow
 def test_a_log_measured_in_the_base_has_no_gap_where_nothing_is_wrong() -> None:
     found = diagnose([on_table()], kr15())
     assert found.claimed == ()
@@ -38,6 +39,7 @@ def test_a_log_measured_in_the_base_has_no_gap_where_nothing_is_wrong() -> None:
     assert found.summary["gap"]["rms_mm"] == pytest.approx(SIGMA * np.sqrt(3), rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("off", "wanted"),
     [
@@ -62,6 +64,7 @@ def test_the_table_s_axis_can_t_be_blamed_where_it_does_not_show() -> None:
     assert found.summary["status"] == "no gap"
 
 
+@pytest.mark.slow
 def test_an_instrument_that_is_registered_wrongly_is_told_from_the_robot_s_foot_while_the_table_turns() -> None:
     off = generator.rigid([5e-4, 2e-4, -3e-4, 2e-4, 1e-4, -2e-4])
 
@@ -75,6 +78,7 @@ def test_an_instrument_that_is_registered_wrongly_is_told_from_the_robot_s_foot_
     assert diagnose([on_table(foot)], kr15()).claimed == ("frame_base",)
 
 
+@pytest.mark.slow
 def test_in_world_the_two_can_t_be_told_apart_and_that_is_said() -> None:
     def foot(world) -> None:
         world.base = generator.rigid([5e-4, 2e-4, -3e-4, 2e-4, 1e-4, -2e-4])
@@ -84,6 +88,7 @@ def test_in_world_the_two_can_t_be_told_apart_and_that_is_said() -> None:
     assert "measurement_frame" in found.summary["effects"][0]["indistinguishable_from"]
 
 
+@pytest.mark.slow
 def test_an_instrument_s_own_frame_is_a_nuisance_and_never_a_cause() -> None:
     def apply(world) -> None:
         world.instrument = generator.rigid([1.2, -0.7, 0.4, 0.3, -0.2, 1.1])
@@ -96,6 +101,7 @@ def test_an_instrument_s_own_frame_is_a_nuisance_and_never_a_cause() -> None:
     assert found.summary["gap"]["rms_mm"] < 2.0
 
 
+@pytest.mark.slow
 def test_a_reflector_somewhere_on_the_flange_is_a_nuisance_too() -> None:
     def apply(world) -> None:
         world.tool = generator.rigid([0.08, -0.05, 0.12, 0, 0, 0])
@@ -108,6 +114,7 @@ def test_a_reflector_somewhere_on_the_flange_is_a_nuisance_too() -> None:
     assert "wrist_coupling" in found.claimed
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize(
     ("name", "apply"),
     [

@@ -59,6 +59,7 @@ def test_what_is_handed_over_is_what_was_planted_and_reads_back(tmp_path: Path) 
     assert values["tool.x"] == pytest.approx(3e-4, rel=0.05)
 
 
+@pytest.mark.slow
 def test_play_is_no_constant_so_nothing_is_handed_over(tmp_path: Path) -> None:
     log = simulated(plant_play, sigma_mm=SIGMA)
     write_log(MeasurementLog(log.columns, log.info), tmp_path / "run.csv")

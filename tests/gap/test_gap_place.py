@@ -61,6 +61,7 @@ def test_noise_and_a_constant_come_back_with_nothing() -> None:
         assert found is None or found.share < 0.1
 
 
+@pytest.mark.slow
 def test_a_vibration_is_unknown_follows_the_time_and_is_to_be_seen_at_rest() -> None:
     found = diagnose([simulated(shaking, sigma_mm=SIGMA)], kr15())
     assert found.claimed == ()
@@ -78,6 +79,7 @@ def test_a_vibration_is_unknown_follows_the_time_and_is_to_be_seen_at_rest() -> 
     assert found.summary["experiment"]["expected_mm"][0] == pytest.approx(0.15 / np.sqrt(2.0), rel=0.15)
 
 
+@pytest.mark.slow
 def test_an_axis_that_is_off_by_another_s_angle_is_named_and_another_is_to_be_moved() -> None:
     found = diagnose([simulated(bent, sigma_mm=SIGMA)], kr15())
     where = found.summary["unknown"]["where"]
@@ -94,6 +96,7 @@ def test_an_axis_that_is_off_by_another_s_angle_is_named_and_another_is_to_be_mo
     assert plan["expected_mm"][0] == pytest.approx(shown[best])
 
 
+@pytest.mark.slow
 def test_each_rival_s_expected_answer_is_told() -> None:
     def sagging(world) -> None:
         world.link[:, 1] += 2e-6 * generator.torques(world.command)[:, 1]
@@ -104,6 +107,7 @@ def test_each_rival_s_expected_answer_is_told() -> None:
     assert f"Expected there: {plan['expected_mm'][0]:.3f} mm rms if {first}, " in found.summary["next_experiment"]
 
 
+@pytest.mark.slow
 def test_what_is_new_on_a_withheld_log_does_not_cast_doubt_on_a_cause_that_is_far_larger() -> None:
     """The foot is off by 0.6 mm on both; on the withheld log alone something shakes by a sixth of that."""
 

@@ -73,6 +73,7 @@ def test_a_zero_that_a_crash_moved_by_degrees_is_found_and_is_no_reason_to_refus
     assert np.abs(scene.tcp_gap - straight)[:, :3].max() > 5e-4
 
 
+@pytest.mark.slow
 def test_it_is_named_with_its_size_and_called_neither_impossible_nor_unusual() -> None:
     found = diagnose([simulated(crashed, sigma_mm=0.02)], kr15())
     assert found.claimed == ("joint_offset",)

@@ -187,6 +187,7 @@ def sizes_drawn(found, which: str) -> np.ndarray:
     return np.concatenate([np.frombuffer(b64decode(t["marker"]["color"]["bdata"]), "<f4") for t in chart["traces"]])
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("named", [False, True])
 def test_the_pictures_show_the_errors_that_the_sentence_tells(named: bool) -> None:
     """Frames that nobody told are fitted with the claimed zeros; a picture without that shows errors that are not there."""

@@ -69,6 +69,7 @@ def measured(program: ProgramText) -> MeasurementLog:
     return MeasurementLog(columns, LogInfo(sigma_position=SIGMA * 1e-3, sigma_angle=np.deg2rad(1e-3)), Path("run.csv"))
 
 
+@pytest.mark.slow
 def test_rounded_corners_are_found_with_their_distance_whatever_the_program_says() -> None:
     log = measured(raster(4.0))
     for cdis in (4.0, 0.5):  # what was run, and what the text at hand says

@@ -41,6 +41,7 @@ def units_of(model: Model, name: str) -> frozenset[int]:
     return frozenset(i for i, u in enumerate(model.units) if u.effect == name)
 
 
+@pytest.mark.slow
 def test_the_sums_without_a_regime_are_those_of_the_rest() -> None:
     model = model_of("play")
     asked = [p.w_tcp[:, 0] > 0.0 for p in model.panels]
@@ -69,6 +70,7 @@ def test_the_sums_without_a_regime_are_those_of_the_rest() -> None:
         assert design.rows[0] == direct.rows.sum()
 
 
+@pytest.mark.slow
 def test_what_holds_everywhere_holds_in_regimes_that_took_no_part() -> None:
     found = diagnose([simulated(plant_play, sigma_mm=SIGMA)], kr15())
     told = found.summary["together"]["regimes_withheld"]
@@ -83,10 +85,12 @@ def test_what_holds_everywhere_holds_in_regimes_that_took_no_part() -> None:
         assert r["samples"] > 90
 
 
+@pytest.mark.slow
 def test_without_a_claim_nothing_is_withheld() -> None:
     assert diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary["together"]["regimes_withheld"] == []
 
 
+@pytest.mark.slow
 def test_a_set_that_predicts_the_wrong_way_in_a_regime_is_called_worse_there() -> None:
     model = model_of("reversing")
     members = units_of(model, "frame_base")
@@ -102,6 +106,7 @@ def test_a_set_that_predicts_the_wrong_way_in_a_regime_is_called_worse_there() -
     assert not near["worse"]
 
 
+@pytest.mark.slow
 def test_what_the_rest_does_not_tell_is_doubt_and_not_called_worse() -> None:
     """E1 moves in the second log alone: without that log, its scale is anything within the prior."""
 
@@ -142,6 +147,7 @@ def test_no_laps_where_nothing_repeats() -> None:
     assert laps_of(make_scene(simulated(run=(t, axis), poses=True), kr15())) == []
 
 
+@pytest.mark.slow
 def test_single_poses_have_regimes_of_place_but_none_of_speed() -> None:
     t, axis = poses()
     log = simulated(

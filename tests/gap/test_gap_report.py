@@ -31,6 +31,7 @@ def play() -> Diagnosis:
     return diagnose([simulated(plant_play, sigma_mm=SIGMA)], kr15())
 
 
+@pytest.mark.slow
 def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
     said = sentence(diagnosis_summary(play().summary))
     assert re.match(
@@ -44,6 +45,7 @@ def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_sentence_of_a_rounding_and_of_no_gap() -> None:
     rounded = sentence(diagnosis_summary(diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary))
     assert "sits between program and set-point" in rounded
@@ -87,6 +89,7 @@ def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
     assert not re.search(r'<(script|link|img)[^>]*(src|href)="http', page)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["<script>alert(1)</script>.csv", "a\x1b[31mred.csv"])
 def test_a_log_s_name_never_becomes_part_of_the_page_or_the_terminal(name: str) -> None:
     log = simulated(plant_play, sigma_mm=SIGMA)
@@ -108,6 +111,7 @@ def without_field(told: object, path: str = "") -> list[str]:
     return [f for one in inside for f in without_field(one, path)]
 
 
+@pytest.mark.slow
 def test_every_key_of_a_diagnosis_has_a_field_and_stands_where_it_stood() -> None:
     rounded = diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)])
     nothing = diagnose([simulated(sigma_mm=SIGMA)], kr15())

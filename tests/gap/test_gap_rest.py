@@ -51,6 +51,7 @@ def test_until_an_axis_has_moved_by_its_play_nothing_is_known_of_its_side() -> N
     assert np.sum(1.0 / column.doubt[: known[0]] ** 2) == pytest.approx(0.25)
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("same_side", [False, True])
 def test_a_log_that_begins_at_rest_shows_play_and_nothing_unknown(axis: int, same_side: bool) -> None:
@@ -63,6 +64,7 @@ def test_a_log_that_begins_at_rest_shows_play_and_nothing_unknown(axis: int, sam
     assert found.summary["unknown"]["probability"] < 0.2
 
 
+@pytest.mark.slow
 def test_what_was_withheld_leaves_the_unknown_side_out() -> None:
     found = diagnose([simulated_play()], kr15(), withheld=[resting(1)])
     assert found.summary["together"]["shrink"] > 0.8

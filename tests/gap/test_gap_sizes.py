@@ -46,6 +46,7 @@ def test_figures_are_those_of_the_vectors() -> None:
     assert high - low > 0.1
 
 
+@pytest.mark.slow
 def test_every_effect_has_its_figures_alone_added_last_and_together() -> None:
     told = summary()
     claimed = [e for e in told["effects"] if e["probability"] >= 0.5]

@@ -73,6 +73,7 @@ def test_circular_deviation_of_an_oval_and_of_a_reversal() -> None:
     assert told["F_max_mm"] == pytest.approx(0.02 + 0.03 + 0.01 + 0.05, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_a_measured_circle_of_a_sample_is_told_by_the_standard() -> None:
     file = SAMPLES / "cases" / "c_backlash" / "circle1.csv"
     if not file.is_file():

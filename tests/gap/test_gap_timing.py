@@ -155,6 +155,7 @@ def test_rest_before_and_behind_the_run_does_not_count_and_a_part_is_held_agains
     assert found["from_line"] == log.line[100]
 
 
+@pytest.mark.slow
 def test_what_a_log_lacks_is_said() -> None:
     log = run()
     blank = timing_of(make_scene(log, kr15()), None, "no program")

@@ -112,6 +112,7 @@ def test_the_axes_that_are_blamed_come_first_and_the_others_in_grey() -> None:
     assert colors[1] == colors[2] != colors[0]
 
 
+@pytest.mark.slow
 def test_a_plan_to_isolate_the_unknown_says_what_answer_it_expects() -> None:
     from camrob.gap.evidence.comparison import compare
     from camrob.gap.experiment.experiment import plan_experiment

@@ -47,6 +47,7 @@ def spring_at_the_tip(world) -> None:
     world.after += 3e-6 * force
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize(
     ("name", "apply", "axes"),
     [
@@ -68,6 +69,7 @@ def test_an_effect_in_other_words_keeps_its_name(name: str, apply, axes: set[str
         assert set(found.summary["effects"][0]["axes"]) == axes
 
 
+@pytest.mark.slow
 def test_a_rough_description_of_the_drives_hides_nothing_behind_the_encoders() -> None:
     def both(world) -> None:
         v = np.gradient(world.command, generator.STEP, axis=0)

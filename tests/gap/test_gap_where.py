@@ -139,6 +139,7 @@ def test_what_follows_a_regime_is_told_there(regime: str, apply) -> None:
     assert 0.7 < low <= told["share"] <= high + 1e-9
 
 
+@pytest.mark.slow
 def test_the_summary_says_what_is_missing_and_what_that_costs() -> None:
     log = simulated(shifted("x"), sigma_mm=SIGMA)
     for drop, words in (("c", "no set-points: what the drives do"), ("", "no encoders: drives and arm")):
@@ -203,6 +204,7 @@ def test_what_beside_rungs_is_lacking_is_told_too() -> None:
         assert any(m.startswith(words) for m in told)
 
 
+@pytest.mark.slow
 def test_samples_that_are_left_out_do_not_count_in_the_rungs() -> None:
     log = simulated(sigma_mm=SIGMA)
     wild = log.columns["x"].copy()

@@ -24,6 +24,7 @@ def table_behind(**facts) -> MeasurementLog:
     return MeasurementLog(columns, replace(log.info, **facts), log.path)
 
 
+@pytest.mark.slow
 def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is_no_no_gap() -> None:
     log = table_behind()
     found = diagnose([log], kr15()).summary
@@ -38,6 +39,7 @@ def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is
     assert "E2" in found["next_experiment"]
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize(
     ("facts", "said"), [({"tolerance": 0.03}, "tolerance"), ({"sigma_axis": np.deg2rad(3.0)}, "noise")]
 )
@@ -47,6 +49,7 @@ def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and
     assert found["within"]["setpoint_to_encoder"] == said
 
 
+@pytest.mark.slow
 def test_a_run_out_of_three_times_the_told_noise_is_no_noise() -> None:
     log = simulated(sigma_mm=0.06)
     told = replace(log.info, sigma_position=2e-5)

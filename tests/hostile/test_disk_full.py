@@ -78,6 +78,7 @@ def test_on_the_command_line(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 @pytest.mark.parametrize("how", ["--json", None])
 def test_a_summary_that_can_t_be_printed(tmp_path: Path, how: str | None) -> None:

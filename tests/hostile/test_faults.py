@@ -112,6 +112,7 @@ def dying_at(count: int) -> Callable[[str, float], None]:
     return hook
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("verb", ["post", "diagnose", "calibrate", "simulate"])
 def test_killed_at_every_stage(verbs: dict[str, Job], tmp_path: Path, verb: str) -> None:
     """kill -9 as each stage begins: no file under a final name, an old file untouched, and the next run does it all."""
@@ -131,6 +132,7 @@ def test_killed_at_every_stage(verbs: dict[str, Job], tmp_path: Path, verb: str)
     assert leftovers(out) == []
 
 
+@pytest.mark.slow
 def test_a_batch_killed_between_two_jobs(inputs: Path, tmp_path: Path) -> None:
     """Each job's files are all there or none of them, and the next run does the whole list."""
     jobs = tmp_path / "jobs.toml"
@@ -223,6 +225,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(place)], check=True)
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("verb", ["post", "diagnose", "simulate", "batch"])
 def test_a_full_disk(
     verb: str, inputs: Path, run_log: Path, small_disk: Path, capfd: pytest.CaptureFixture[str]
@@ -267,6 +270,7 @@ def test_inputs_that_vanish(inputs: Path, tmp_path: Path, capfd: pytest.CaptureF
         assert not (tmp_path / "o").exists()
 
 
+@pytest.mark.slow
 def test_an_interrupted_terminal(inputs: Path, tmp_path: Path) -> None:
     """Ctrl-C, a hang-up and a request to end, while the command runs: its status says so, and nothing is left."""
     for how, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):

@@ -136,6 +136,7 @@ def other_lines(program: Path) -> list[str]:
     return [line for line in program.read_text().splitlines() if not line.lstrip().startswith(";")]
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("place", ["region", "tool", "note", "comment", "shown"])
 def test_text_of_a_cl_file(plain: Path, tmp_path: Path, place: str) -> None:
     posted = 0
@@ -197,6 +198,7 @@ STRINGS = {
 }
 
 
+@pytest.mark.slow(after=3)
 @pytest.mark.parametrize("place", STRINGS)
 def test_strings_of_a_cell_and_a_set_up(
     plain: Path, tmp_path: Path, place: str, capfd: pytest.CaptureFixture[str]

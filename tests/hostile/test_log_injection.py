@@ -107,6 +107,7 @@ def test_a_program_beside_the_log_is_found(tmp_path: Path) -> None:
     assert found is not None and found.name == "SECRET"
 
 
+@pytest.mark.slow
 def test_the_report_of_a_diagnosis_is_inert(tmp_path: Path) -> None:
     """Also where the log's own name is active text."""
     (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\n")

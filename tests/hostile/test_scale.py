@@ -26,6 +26,7 @@ def written(folder: Path, lines: Iterator[str]) -> Path:
     return folder / "part.cls"
 
 
+@pytest.mark.slow
 def test_one_point_out_of_reach_among_many(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Named with its line, its axis and how far it is; the same file without it is posted."""
     part = written(tmp_path / "in", wavy_spiral(20_000, unreachable=True))
@@ -38,11 +39,13 @@ def test_one_point_out_of_reach_among_many(tmp_path: Path, capfd: pytest.Capture
     assert made.summary.points == 20_002
 
 
+@pytest.mark.slow
 def test_many_regions_of_one_point(tmp_path: Path) -> None:
     made = post(written(tmp_path / "in", many_regions(400)), cell=CELL, out=tmp_path / "out", report=False)
     assert len(made.summary.regions) == 400 and made.summary.verified.points == 400
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lines", "told"), [(blanks(200), "empty"), (long_line(100), "part.cls:4:")])
 def test_much_of_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str], lines: Iterator[str], told: str) -> None:
     part = written(tmp_path / "in", lines)

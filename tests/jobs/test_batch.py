@@ -220,6 +220,7 @@ def kill_when(stage: str, times: int) -> Callable[[str, float], None]:
     return progress
 
 
+@pytest.mark.slow
 def test_a_dead_workers_job_is_done_again(folder: Path, posted: Path) -> None:
     jobs = write_jobs(folder, '[[job]]\nclfile = "part/engraving.cls"')
     result = batch(jobs, out=folder / "o", workers=1, progress=kill_when("resolve", 1))
@@ -227,6 +228,7 @@ def test_a_dead_workers_job_is_done_again(folder: Path, posted: Path) -> None:
     same_as_single(folder / "o", posted)
 
 
+@pytest.mark.slow
 def test_a_job_that_kills_its_workers_is_told_and_the_rest_is_done(folder: Path, posted: Path) -> None:
     (folder / "far.cls").write_text(FAR)
     jobs = write_jobs(folder, '[[job]]\nclfile = "part/engraving.cls"\n[[job]]\nclfile = "far.cls"')
@@ -237,6 +239,7 @@ def test_a_job_that_kills_its_workers_is_told_and_the_rest_is_done(folder: Path,
     assert not (folder / "o").exists()
 
 
+@pytest.mark.slow
 def test_an_interruption_leaves_nothing(folder: Path, posted: Path) -> None:
     write_jobs(folder, '[[job]]\nclfile = "part/engraving.cls"')
     (folder / "tmp").mkdir()
@@ -358,6 +361,7 @@ class KillAtWork(threading.Thread):
                     return
 
 
+@pytest.mark.slow
 @needs_dask
 def test_the_same_on_a_cluster_that_loses_a_worker(
     folder: Path,

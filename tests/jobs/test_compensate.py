@@ -76,6 +76,7 @@ def test_the_published_iteration_says_when_it_does_not_end() -> None:
         compensate_as_published(lambda q: np.eye(4), np.diag([1.0, 1.0, 1.0, 1.0]) + np.eye(4, k=3), np.zeros(6))
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_points_are_met() -> None:
     q = np.tile(good_postures(2000), (50, 1))[:100_000]
     targets = base_T_tool(CELL, q[:2000])

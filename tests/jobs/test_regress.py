@@ -117,6 +117,7 @@ def test_packed_programs_are_read(samples: Path) -> None:
         regress(samples, cell=CELL)
 
 
+@pytest.mark.slow
 def test_a_sample_that_can_not_be_posted(samples: Path) -> None:
     setup = samples / "engraving" / "setup.toml"
     setup.write_text(setup.read_text().replace("[0, 0, 200, 0, 0, 0]", "[0, 0, 9000, 0, 0, 0]"))

@@ -212,6 +212,7 @@ def test_an_optimal_feed_with_several_tools(tmp_path: Path) -> None:
     assert verify(made.out / "part.src", cell=KR15, against=tmp_path / "in" / "part.nc").ok
 
 
+@pytest.mark.slow
 def test_an_arm_without_a_spherical_wrist(tmp_path: Path) -> None:
     old = r'(name = "A4"\nrole = "arm"\ntype = "revolute"\ndh = \{ alpha_deg = 90, a_mm = )0,'
     cell = cell_with(tmp_path, (old, r"\g<1>40,"), keep_poses=False)

@@ -30,6 +30,7 @@ def fitted(tmp_path_factory: pytest.TempPathFactory):
     return result, out, told
 
 
+@pytest.mark.slow
 def test_both_engines_open_and_the_summary_is_their_file(fitted) -> None:
     result, out, told = fitted
     assert {f.name for f in out.iterdir()} == set(result.files)
@@ -56,6 +57,7 @@ def test_a_fit_is_never_worse_where_it_was_fitted_than_what_it_began_with(fitted
     assert render_tune(summary) is not None
 
 
+@pytest.mark.slow
 def test_the_same_seeds_write_the_same_files(fitted, tmp_path: Path) -> None:
     result, out, _ = fitted
     tune_engines(CELL, on=[ENGRAVING], withheld=[ENGRAVING.parent], out=tmp_path, budget=30, seeds=2, points=60)

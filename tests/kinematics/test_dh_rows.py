@@ -189,6 +189,7 @@ def test_random_rows_invert(tmp_path: Path, seed: int) -> None:
         assert np.abs(work.Rt - foot_T_tool[:3, :3]).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_rows_of_an_arm_without_closed_form_invert(tmp_path: Path, seed: int) -> None:
     rng = np.random.default_rng(300 + seed)

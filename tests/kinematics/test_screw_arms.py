@@ -139,6 +139,7 @@ def searched(
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", ["ur10e", "panda"])
 def test_no_search_from_many_starts_finds_a_posture_more(arm: str) -> None:
     cell = arm_cell(ur10e() if arm == "ur10e" else panda())

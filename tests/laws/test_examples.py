@@ -76,6 +76,7 @@ def test_post_a_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert (tmp_path / "engraving.src").is_file() and (tmp_path / "engraving.html").is_file()
 
 
+@pytest.mark.slow
 def test_diagnose_a_log(tmp_path: Path) -> None:
     script = example("diagnose_a_log")
     found = script.diagnosed(tmp_path)
@@ -106,6 +107,7 @@ def test_the_notebook_of_free_axes(shown) -> None:
     assert 0.628 < np.nanmax(best) < 1.0  # what is chosen along the whole path has a lower mean than a point's best
 
 
+@pytest.mark.slow
 def test_the_notebook_that_diagnoses(shown) -> None:
     names = shown("diagnose_a_log")
     found = {effect.effect: effect.parameters for effect in names["found"].effects}

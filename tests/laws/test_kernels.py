@@ -77,6 +77,7 @@ def test_a_post_asks_for_each_kernel_in_one_way_and_all_are_compiled_ahead(tmp_p
     assert {name: ways[0] for name, ways in asked.items()} == {name: known.get(name) for name in asked}
 
 
+@pytest.mark.slow
 def test_a_kernels_parts_are_compiled_once_each(tmp_path: Path) -> None:
     """An integer that is written into a call was a type of its own: a part was compiled as often as it was called."""
     counts = Counter(_run(COUNT_COMPILED, NUMBA_CACHE_DIR=str(tmp_path)))
@@ -139,6 +140,7 @@ def test_every_verb_runs_where_compiling_is_told_of() -> None:
     assert [verb.__name__ for verb in VERBS if "perform(" not in inspect.getsource(verb)] == []
 
 
+@pytest.mark.slow
 def test_warming_says_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     small = [k for k in known_kernels() if k.seconds < 2.0][:2]
     monkeypatch.setattr(warm, "known_kernels", lambda: small)

@@ -199,6 +199,7 @@ def test_an_obstacle_never_adds_room(solved, place: tuple, size: float) -> None:
     assert many.clearance_min <= few.clearance_min + STEP  # samples of a path lie a step apart
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
     """Run after run, and in a process of its own with other numbers of threads: programs and paths are the same bytes."""
     import os

@@ -102,6 +102,7 @@ def test_links_lead_somewhere(page: str) -> None:
         assert link in brought or (ROOT / page).parent.joinpath(link).exists(), link
 
 
+@pytest.mark.slow
 def test_the_site_builds(tmp_path: Path) -> None:
     """Every page and link, and the docstrings of all public names; a warning is an error."""
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]

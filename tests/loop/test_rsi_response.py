@@ -72,6 +72,7 @@ def test_an_angle_at_its_limit_is_named_in_degrees() -> None:
 # ---- an error that grows under correction ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gain", [0.01, 0.03])
 def test_a_sound_loop_is_left_in_peace(gain) -> None:
     """Noise, lag, delay, corners taken at once: every measurement of 14 s is used."""

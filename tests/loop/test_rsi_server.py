@@ -128,6 +128,7 @@ def test_a_time_that_is_over_ends_it_without_a_fault() -> None:
     assert result.summary.latency_ms.p50 is None and result.summary.within_cycle is None
 
 
+@pytest.mark.slow
 def test_the_cell_s_loop_and_what_is_said_make_the_options() -> None:
     cell = Path(__file__).resolve().parents[2] / "cells" / "rx160_tracker"
     said = {"gain": 0.02, "tracker_in_base": "1,2,3,4,5,6", "bounds": ["far_mm=7", "late_stop=9"]}

@@ -95,6 +95,7 @@ def test_over_the_wire_a_stranger_that_is_first_gets_nothing() -> None:
     assert [w.code for w in summary.warnings] == ["own-clock"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("offset_s", "code"), [(0.0, "operator"), (-20.0, "stale")])
 def test_over_the_wire_a_shared_clock_is_the_system_s(offset_s, code) -> None:
     class Stamped(Controller):
@@ -200,6 +201,7 @@ def test_a_latency_and_a_shared_clock_contradict_each_other(cell_of) -> None:
         track_live(cell=folder, said={"latency_ms": 5.0}, listen=f"{HOST}:0", instrument=f"{HOST}:0", duration_s=0.05)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_seen_is_said() -> None:
     """No list, no shared clock: two warnings, each with the key that cures it; both given, none."""
     ends = {"listen": f"{HOST}:0", "instrument": f"{HOST}:0", "duration_s": 0.05}

@@ -242,6 +242,7 @@ def test_a_perfect_robot_is_one_cycle_late_and_nothing_else():
     assert np.abs(log.error[path.corners]).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_an_arm_without_closed_form_serves_too(tmp_path):
     folder = tmp_path / "cell"
     shutil.copytree(FOLDER, folder, ignore=shutil.ignore_patterns("poses.csv"))  # those of the true arm
@@ -258,6 +259,7 @@ def test_an_arm_without_closed_form_serves_too(tmp_path):
     assert np.abs(log.error[:, 3:]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_the_whole_loop_takes_a_static_error_away_by_its_pole():
     path, law = small_paths()[1], replace(CASE.law, gain=0.05, step_m=1.0, step_rad=1.0)
     small = replace(STATIC, static=0.01 * STATIC.static)  # so small that turns and shifts don't mix
@@ -272,6 +274,7 @@ def test_the_whole_loop_takes_a_static_error_away_by_its_pole():
     assert bounded.saturated[0] and np.all(first <= CASE.law.step_limit * (1.0 + 1e-9))
 
 
+@pytest.mark.slow
 def test_latency_without_alignment_leads_the_tool_ahead_by_that_much():
     path = small_paths()[0]
     law = replace(CASE.law, gain=0.1, step_m=1.0, step_rad=1.0)
@@ -332,6 +335,7 @@ def test_planted_lags_and_lost_motion_are_found_and_sent_ahead_of():
     assert early < 0.1 * late and early < 5e-6
 
 
+@pytest.mark.slow
 def test_the_expected_error_is_the_simulated_one():
     path = small_paths()[1]
     robot = replace(CASE.robot, lost=NONE, friction=NONE)
@@ -395,6 +399,7 @@ def small_cell(tmp_path):
     return make
 
 
+@pytest.mark.slow
 def test_the_study_from_end_to_end(small_cell, tmp_path):
     result = tracker(cell=small_cell(), out=tmp_path / "out", gain=0.02, laps=2)
     summary = json.loads((tmp_path / "out" / "tracker.json").read_text(encoding="utf-8"))

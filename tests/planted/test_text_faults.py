@@ -43,12 +43,14 @@ def test_what_was_posted_passes_and_reads_back_as_it_was(posted: dict[str, Poste
         assert judged(case, posted[name], tmp_path / name).answer == "pass"
 
 
+@pytest.mark.slow
 def test_no_fault_passes(drawn: list[Case], posted: dict[str, Posted], tmp_path: Path) -> None:
     outcomes = list(_run(drawn, "wrong", posted, tmp_path))
     assert len(outcomes) > 120
     assert not [o.key for o in outcomes if o.bad], summary(outcomes)
 
 
+@pytest.mark.slow
 def test_every_legal_rewrite_passes(drawn: list[Case], posted: dict[str, Posted], tmp_path: Path) -> None:
     outcomes = list(_run(drawn, "legal", posted, tmp_path))
     assert len(outcomes) > 60

@@ -128,6 +128,7 @@ def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path
     assert np.linalg.norm(push[rows], axis=1).max() == pytest.approx(70.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, tmp_path: Path) -> None:
     fitted = calibration(tmp_path / "fitted.toml", {"A2.compliance": 3e-6})
     asked = {"cell": CELL, "calibration": fitted, "setup": ROOT / "toolpaths/engraving/setup.toml", "pitch_mm": 0.4}

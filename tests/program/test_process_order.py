@@ -436,6 +436,7 @@ def test_a_text_that_does_not_read_back_is_placed_in_the_cl_file(
     assert error.line == 20 and error.region == "T" and "reads back wrong" in error.what and "4O.000" in error.what
 
 
+@pytest.mark.slow
 def test_out_of_reach_is_said_with_line_region_and_what_to_do(tmp_path: Path) -> None:
     error = refused(tmp_path, CAMWORKS.replace("GOTO/40.,0,2.", "GOTO/4000.,0,2."))
     assert error.line == 20 and error.region == "T" and "part_in_base" in error.what

@@ -38,6 +38,7 @@ def surfaces_as_weights(settings):
 # ---- the published loop
 
 
+@pytest.mark.slow
 def test_the_figures_that_the_issue_warns_of() -> None:
     """Null-space term inside the loop: 20 iterations a point to 1e-4, over 200 to 1e-6, and not the same postures."""
     path = five_axis_path(CELL.q_home, 6, STEP, TURN)
@@ -75,6 +76,7 @@ def test_a_weight_of_one_percent_shrinks_the_step_by_one_percent() -> None:
     np.testing.assert_allclose(steps[-100:] / steps[-101:-1], 0.99, atol=2e-3)
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("even", [True, False])
 def test_the_tracker_ends_where_the_published_loop_does(even: bool) -> None:
     settings = SETTINGS
@@ -135,6 +137,7 @@ def test_the_threshold_records_and_forgets_the_posture() -> None:
     assert state.flags[0] == 0
 
 
+@pytest.mark.slow
 def test_the_published_loop_tells_when_it_does_not_settle() -> None:
     path = base_T_tool(CELL, CELL.q_home)[None].copy()
     path[0, 2, 3] += 5.0

@@ -82,6 +82,7 @@ def test_the_grid_is_the_engine(file: Path) -> None:
     np.testing.assert_allclose(system.evaluate_grid(points), [system.evaluate(x) for x in points], atol=1e-12)
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("engine", ENGINES, ids=lambda e: Path(e.file).stem)
 def test_the_surface_is_the_engine(engine: FuzzyEngine) -> None:
     """At its nodes exactly, between them to a few thousandths on the mean; joints not named keep the default."""

@@ -57,6 +57,7 @@ def test_out_of_reach_is_said():
         place_part(CELL, two_points(0.0, 4.0), np.eye(4), np.zeros((1, 3)))
 
 
+@pytest.mark.slow
 def test_place_writes_a_map_and_its_numbers(tmp_path):
     clfile = ROOT / "toolpaths" / "engraving" / "engraving.cls"
     summary = place(clfile, cell=FOLDER, out=tmp_path, x_mm=150.0, y_mm=0.0, z_mm=100.0).summary
@@ -128,6 +129,7 @@ def test_nothing_on_the_table_is_said_with_the_tally(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_wall_at_the_best_place_moves_the_proposal(tmp_path):
     """The wall stands on the stock's +x side: where the part is best the spindle would come from there, elsewhere not."""
     free = proposed(tmp_path, PLATE)

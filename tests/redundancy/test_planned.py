@@ -382,6 +382,7 @@ def test_still_axes_are_exactly_still(engraving):
     assert solution.method == "planned" and solution.path is None
 
 
+@pytest.mark.slow
 def test_flowing_axes_come_near_the_bound(engraving):
     solution = resolve_planned(CELL, engraving, mode="flowing")
     check(engraving, solution)
@@ -394,6 +395,7 @@ def test_flowing_axes_come_near_the_bound(engraving):
     assert sum(solution.plan.shares.values()) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_default_is_the_knee_of_a_curve(engraving):
     ticks: list[float] = []
     solution = resolve_planned(CELL, engraving, progress=ticks.append)
@@ -462,6 +464,7 @@ def test_locked_joints_stand_where_the_reference_has_them():
 # ---- batches on a device
 
 
+@pytest.mark.slow
 def test_a_scan_in_batches_gives_the_same_plan(engraving) -> None:
     """pytorch-kinematics scores the scan instead of the compiled kernel: the same numbers to float32, and the same plan."""
     score = BatchedKinematics(CELL).arm_inverse_kf

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from follower_twins import CELL
 
 from camrob.cell.cell import Cell
@@ -41,6 +42,7 @@ def ur10e_on_a_track() -> Cell:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_ur10e_is_planned_and_does_not_fall_back() -> None:
     cell = ur10e_on_a_track()
     assert Arm.of(cell).closed is None and not Arm.of(cell).searched

@@ -61,6 +61,7 @@ def helix(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, PostRes
     return clfile, cell, post(clfile, cell=cell, out=folder / "out", method="planned")
 
 
+@pytest.mark.slow
 def test_a_path_that_needs_a_retract_is_cut_and_released(helix: tuple[Path, Path, PostResult]) -> None:
     clfile, cell, made = helix
     plan = made.summary.plan
@@ -75,6 +76,7 @@ def test_a_path_that_needs_a_retract_is_cut_and_released(helix: tuple[Path, Path
     assert made.summary.limits.margin_min["E2"] > 5.0 and made.summary.collisions.count == 0
 
 
+@pytest.mark.slow
 def test_a_retract_goes_out_along_the_tool_and_back_in_at_the_feed(helix: tuple[Path, Path, PostResult]) -> None:
     _clfile, _cell, made = helix
     path = made.path

@@ -67,6 +67,7 @@ def kept(cell: Cell, poses: np.ndarray, q: np.ndarray, step: float) -> None:
     assert np.abs(np.diff(q, axis=0)).max() <= step
 
 
+@pytest.mark.slow
 def test_a_trace_keeps_poses_limits_and_steps_and_is_no_longer_than_the_axis_held(panda: Cell) -> None:
     poses, settings = circle(panda), TraceSettings()
     found = trace_poses(panda, poses)
@@ -99,6 +100,7 @@ def _column(cell: Cell, q: np.ndarray, i: int, h: float = 1e-6) -> np.ndarray:
     return np.concatenate([b[:3, 3] - a[:3, 3], _rotation(a, b)]) / (2.0 * h)
 
 
+@pytest.mark.slow
 def test_what_stands_in_the_way_is_kept_clear_of_inside_the_search(panda: Cell) -> None:
     poses = circle(panda)
     free = np.asarray(trace_poses(panda, poses).q)
@@ -121,6 +123,7 @@ def base_T_forearm(cell: Cell, q: np.ndarray) -> np.ndarray:
     return np.asarray(base_T_bodies(cell, cell_bodies(cell), q)[0][:3, 3])
 
 
+@pytest.mark.slow
 def test_a_refusal_says_what_was_tried_and_what_was_in_the_way(panda: Cell) -> None:
     poses = circle(panda)
     poses[30:, 0, 3] += 2.0

@@ -374,6 +374,7 @@ def test_depth_buffer_equals_its_plain_twin():
     np.testing.assert_allclose(depth[owner >= 0], best[owner >= 0], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_figures_are_written(made, tmp_path):
     path, solution = made
     curve, picture = tmp_path / "curve.png", tmp_path / "cell.png"

@@ -95,6 +95,7 @@ def test_the_error_tree_is_drawn_as_it_is() -> None:
     assert sorted(real) == sorted(errors.__all__)
 
 
+@pytest.mark.slow
 def test_allowances_are_still_needed() -> None:
     """An allow-list must not outlive what it allows."""
     longest = {}

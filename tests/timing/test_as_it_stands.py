@@ -91,6 +91,7 @@ def test_torques_of_many_postures_are_pinocchios():
     assert np.all(motion_torques(massless, q, v, a).total == 0.0)
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("mode", ["program", "optimal"])
 def test_a_post_says_where_feed_is_lost_and_its_program_passes_verify(mode, tmp_path, capsys):
     cell = str(CELL.folder)

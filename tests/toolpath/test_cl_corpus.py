@@ -119,6 +119,7 @@ def test_the_hand_made_file_is_refused_for_its_cycle() -> None:
     assert error.value.line == 16
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize(
     "name", ["nx_coremill.cls", "creo_schruppen.ncl", "camworks_wall_holes.apt", "camworks_interface_glue.clt"]
 )

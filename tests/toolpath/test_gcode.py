@@ -593,6 +593,7 @@ def test_huge_input_is_refused(data: bytes) -> None:
         read(data)
 
 
+@pytest.mark.slow
 def test_forty_thousand_blocks_are_all_read() -> None:
     blocks = 40_000
     text = TCP + "".join(f"G1 X{i % 97}.5 Y{i % 31} A{i % 3} C{i % 5}\n" for i in range(blocks)) + "M30\n"

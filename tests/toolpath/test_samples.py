@@ -49,6 +49,7 @@ def ball_centres(region, radius: float, step: float = 1.0):
     return np.concatenate(centres), np.concatenate(axes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_script_reproduces_the_files(name):
     made = files(name)
@@ -152,6 +153,7 @@ def test_arcs_as_printed(name):
     assert checked > 20 and smooth > 3
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize(("name", "radius"), [("carving", 5.0), ("relief", 5.0)])
 def test_the_ball_touches_and_does_not_gouge(name, radius):
     triangles = triangles_of(name)

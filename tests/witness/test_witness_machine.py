@@ -244,6 +244,7 @@ def test_turn_bits():
     assert arm.turn(np.array([[0.0, -90, 90, -10, 90, 0]]))[0] == 10  # as the engraving sample prints it
 
 
+@pytest.mark.slow
 def test_an_arm_without_a_spherical_wrist(tmp_path):
     machine = read_machine(cell(tmp_path, arm_rows(A5=(90.0, 40.0, 25.0))))
     arm = machine.arm
