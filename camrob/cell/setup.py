@@ -64,7 +64,7 @@ class Setup:
     the cell's own where the file names none. units: "mm" or "inch", overrules the CL file; dialect: likewise.
     rapid_feed, feed: m/s, the latter where the CL file is silent. spindle_rpm: rev/min, where the CL file starts no spindle
     before its first cut, or without a speed (0: none). clearance: m, how far void motions lift the tool along its axis.
-    chord_tolerance: m, for arcs and curves that become points.
+    chord_tolerance: m, for arcs and curves that become points. wear: paths with cutter radius compensation are the tool centre's.
     decimate: m, points nearer than this to their neighbours' chord are left out (0: none). part, stock: bodies for
     collision checks.
 
@@ -74,6 +74,7 @@ class Setup:
         units = "mm"                   dialect = "nx-clsf"
         rapid_feed_mm_min = 6000       feed_mm_min = 900        spindle_rpm = 12000
         clearance_mm = 50              chord_tolerance_mm = 0.01        decimate_mm = 0
+        cutter_compensation = "wear"   G41, G42, RL, RR, CUTCOM: the path is the tool centre's, offsets hold wear only
         [tool]                         one tool for all numbers; or [[tool]] for each, with number = 1
         name = "ball 6"
         flange_to_tool = [X, Y, Z, A, B, C]      the cell's `$TOOL` where it is left out
@@ -96,6 +97,7 @@ class Setup:
     clearance: float | None = None
     chord_tolerance: float | None = None
     decimate: float = 0.0
+    wear: bool = False
     part: Body | None = None
     stock: Body | None = None
 
@@ -121,5 +123,6 @@ class Setup:
         loads = [(t.number, t.mass, t.center_of_mass) for t in self.tools if t.mass is not None]
         bodies = [(str(b.mesh), b.scale, b.lower, b.upper) for b in (self.part, self.stock) if b is not None]
         choices = (self.units, self.dialect, self.rapid_feed, self.feed, self.spindle_rpm, self.clearance)
+        kept = (self.wear,) if self.wear else ()
         nested = (x for group in (*tools, *loads, *bodies) for x in group)
-        return digest(self.base_T_part, *choices, self.chord_tolerance, self.decimate, *nested)
+        return digest(self.base_T_part, *choices, self.chord_tolerance, self.decimate, *kept, *nested)

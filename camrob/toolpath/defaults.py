@@ -25,12 +25,13 @@ SLOWEST = mm_min_to_m_s(0.06)
 class Defaults:
     """The set-up's `feed` (m/s) and `spindle_rpm` (rev/min), None where it states none; `diameters` (m) of its tools by number.
 
-    The number 0 stands for any tool.
+    The number 0 stands for any tool. `wear`: it says that compensated paths are the tool centre's.
     """
 
     feed: float | None = None
     spindle_rpm: float | None = None
     diameters: Mapping[int, float] = field(default_factory=dict)
+    wear: bool = False
 
     def diameter(self, number: int) -> float:
         """The diameter (m) of the tool of that number, 0.0 where the set-up doesn't say."""

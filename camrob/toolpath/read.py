@@ -32,6 +32,7 @@ def read_toolpath(
     feed: float | None = None,
     spindle_rpm: float | None = None,
     diameters: Mapping[int, float] | None = None,
+    wear: bool = False,
     progress: Share | None = None,
 ) -> Toolpath:
     """Read CL data (NX, Creo, CATIA, CAMWorks, Makino, plain APT) or 5-axis G-code; which one is recognised.
@@ -40,7 +41,8 @@ def read_toolpath(
     "apt", "gcode"); `units` ("mm", "inch") overrides the file's. Arcs and curves become points within
     `chord_tolerance` (m) and `angle_tolerance` (rad). `feed` (m/s) and `spindle_rpm` (rev/min) serve where the file states
     no feed or starts no spindle before its first cut, each with a finding; `diameters` (m, by tool number, 0: any) for surface
-    speeds where the file names no cutter. `progress` is told the share done (0..1).
+    speeds where the file names no cutter. `wear`: paths with cutter radius compensation are the tool centre's, and its offsets
+    hold wear only (else they are refused where the control would have to offset them). `progress` is told the share done (0..1).
     Raises ToolpathError, naming file, line and hint, for what can't be read honestly.
     """
     from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
@@ -50,6 +52,7 @@ def read_toolpath(
         known = ", ".join([*DIALECTS, "gcode"])
         raise ToolpathError(f"there is no dialect {dialect!r}", hint=f"choose one of {known}", path=place)
     data = _bytes(place)
+    defaults = Defaults(feed, spindle_rpm, diameters or {}, wear)
     if dialect is None:
         try:
             refuse_foreign(data)
@@ -65,7 +68,7 @@ def read_toolpath(
                 units=units,
                 chord_tolerance=chord_tolerance,
                 angle_tolerance=angle_tolerance,
-                defaults=Defaults(feed, spindle_rpm, diameters or {}),
+                defaults=defaults,
                 progress=progress,
             ),
             place,
@@ -78,7 +81,7 @@ def read_toolpath(
                 units=units,
                 chord_tolerance=chord_tolerance,
                 angle_tolerance=angle_tolerance,
-                defaults=Defaults(feed, spindle_rpm, diameters or {}),
+                defaults=defaults,
                 kinematics=_kinematics(dialect, place),
             ),
             place,

@@ -19,6 +19,7 @@ __all__ = ["Body", "Job", "Tool", "no_job", "read_job"]
 Array = NDArray[np.float64]
 
 _METRES = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
+_WORDS = ("units", "dialect", "cutter_compensation")
 _TON, _FAR = 1000.0, 1e4  # kg, mm
 _MEASURES = ("feed_mm_min", "rapid_feed_mm_min")
 _LENGTHS = ("chord_tolerance_mm", "decimate_mm", "clearance_mm")
@@ -59,6 +60,7 @@ class Job:
     clearance: float | None = None
     units: str | None = None
     dialect: str | None = None
+    wear: bool = False  # compensated paths are the tool centre's
     given: bool = True  # False: there is no set-up, and all of this is assumed
 
     def tool(self, number: int) -> Tool | None:
@@ -168,7 +170,9 @@ def _body(fields: Fields) -> Body:
 def read_job(path: Path) -> Job:
     """The set-up of a setup.toml. Raises SetupError, naming file and key."""
     top = read_toml(path, SetupError)
-    top.none_but("part_in_base", "tool", "part", "stock", "units", "dialect", *_MEASURES, *_LENGTHS, "spindle_rpm")
+    top.none_but("part_in_base", "tool", "part", "stock", *_MEASURES, *_LENGTHS, "spindle_rpm", *_WORDS)
+    if "cutter_compensation" in top and top.text("cutter_compensation") != "wear":
+        raise top.wrong("cutter_compensation", "is not 'wear'", 'write "wear", or leave it out')
     speeds = {key: top.maybe(key) for key in (*_MEASURES, "spindle_rpm")}
     lengths = {key: top.maybe(key) for key in _LENGTHS}
     for key, value in (speeds | lengths).items():
@@ -188,4 +192,5 @@ def read_job(path: Path) -> Job:
         clearance=clearance,
         units=top.text("units") if "units" in top else None,
         dialect=top.text("dialect") if "dialect" in top else None,
+        wear="cutter_compensation" in top,
     )

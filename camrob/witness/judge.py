@@ -111,6 +111,7 @@ def judge(
         default_feed=job.feed,
         default_rpm=job.spindle_rpm,
         tools={number: tool.diameter for number, tool in job.tools.items() if tool.diameter},
+        wear=job.wear,
     )
     clock.lap("file")
     if not len(run):

@@ -10,6 +10,9 @@ import pytest
 from process_story import posted
 from scipy.spatial.transform import Rotation
 
+from camrob.errors import SetupError, ToolpathError, VerificationError
+from camrob.toolpath.gcode import interpreter
+
 PLACE = "part_in_base = [0, 0, 200, 0, 0, 0]\n"
 MACRO = (
     "%\nO100\nG21 G90 G17 G94\nT1 M6\nS6000 M3\nG0 X0. Y0. Z40.\nG1 Z0 F500.\n#1=0\n"
@@ -52,3 +55,28 @@ def test_rotary_words_by_iso_841_are_verified_whole(tmp_path: Path) -> None:
     wanted = Rotation.from_euler("ZX", [40, 8], degrees=True).apply([0, 0, 1])
     at = np.linalg.norm(points[:, :3] - [10.0, 0.0, 200.0], axis=1).argmin()
     assert abs(abs(float(axes[at] @ wanted)) - 1.0) < 1e-6
+
+
+WORN = "G21 G90 G17\nT1 M6\nS6000 M3\nG0 X0 Y0 Z40\nG1 Z0 F500\nG41 D1 X10\nY5\nG40 X0\nG0 Z40\nM5\nM30\n"
+
+
+def _folder(path: Path, name: str) -> Path:
+    (path / name).mkdir()
+    return path / name
+
+
+def test_a_compensated_path_is_posted_where_the_set_up_says_wear_and_verified_whole(tmp_path: Path) -> None:
+    with pytest.raises(ToolpathError, match="would offset the path"):
+        posted(_folder(tmp_path, "without"), "worn.nc", WORN, setup=PLACE)
+    made = posted(_folder(tmp_path, "with"), "worn.nc", WORN, setup=PLACE + 'cutter_compensation = "wear"\n')
+    assert {"cutter-compensation"} == {f.code for f in made.findings} & {"cutter-compensation", "verified-in-part"}
+    with pytest.raises(SetupError, match="cutter_compensation"):
+        posted(_folder(tmp_path, "other"), "worn.nc", WORN, setup=PLACE + 'cutter_compensation = "control"\n')
+
+
+def test_a_path_that_a_control_would_offset_is_not_released_where_the_reader_lets_it_pass(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(interpreter, "compensate", lambda block, modal, path: None)
+    with pytest.raises(VerificationError, match=r"not released.*offset by the tool's radius"):
+        posted(tmp_path, "worn.nc", WORN, setup=PLACE)

@@ -12,6 +12,7 @@ from camrob.jobs.release.opinion import hold_to_witness
 from camrob.witness.cl.computing import COMPUTED
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.gcode import GcodeReader
+from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.cl.teller import NO_CIRCLE, UNREAD, Teller
 from camrob.witness.cl.words import NO_AXIS, STRANGE
@@ -81,5 +82,5 @@ def test_arcs_whose_ends_lie_on_no_circle(radius: float, gaps: list[str]) -> Non
 
 def test_the_reader_of_the_second_opinion_calls_macros_by_that_name() -> None:
     tell = Teller(None, None)
-    GcodeReader(tell, None).read("G21 G90\n#100=5\nG0 X0 Y0 Z9\nG1 X#100 F100\nX7\n")
+    GcodeReader(tell, None, Offsets(tell, wear=False)).read("G21 G90\n#100=5\nG0 X0 Y0 Z9\nG1 X#100 F100\nX7\n")
     assert next((gap.first_line, gap.text) for gap in tell.gaps) == (2, UNREAD + COMPUTED)

@@ -481,7 +481,7 @@ def test_offsets() -> None:
 
 
 def test_what_is_said() -> None:
-    path = read(HEAD + "G41 D1 F60\nG1 X1\nG40\nG42 G1 X2\nM77\n/G1 X3\nG187 P3\n")
+    path = read(HEAD + "G41 D0 F60\nG1 X1\nG40\nG42 G1 X2\nM77\n/G1 X3\nG187 P3\n")
     counts = {f.code: (f.count, f.line) for f in path.findings}
     assert counts == {
         "cutter-compensation": (2, 3),

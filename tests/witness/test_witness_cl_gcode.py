@@ -278,7 +278,7 @@ def test_defaults(tell):
 
 
 def test_compensation_and_skipped_blocks_are_noted(tell):
-    story = tell(START + "G41 D1 G1 X1 F60\n/G40 X0\n")
+    story = tell(START + "G41 D0 G1 X1 F60\n/G40 X0\n")
     assert len(story.notes) == 3 and story.complete and mm(story)[1:] == [[1, 0, 50], [0, 0, 50]]
 
 

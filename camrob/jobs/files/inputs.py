@@ -101,6 +101,7 @@ def read_inputs(
         feed=job.feed,
         spindle_rpm=job.spindle_rpm,
         diameters={tool.number or 0: tool.diameter for tool in job.tools if tool.diameter},
+        wear=job.wear,
         progress=progress,
         **tolerance,
     )

@@ -15,6 +15,7 @@ from camrob.languages import language_suffixes
 from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
 from camrob.witness.cl.drilling import UPWARD
+from camrob.witness.cl.offsets import OFFSET
 from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.cl.teller import NO_CIRCLE
 from camrob.witness.cl.words import NO_AXIS, STRANGE
@@ -39,6 +40,7 @@ _NEVER = {
     NO_CIRCLE: "a point before it is missing, or the centre is wrong; output the path again",
     NO_AXIS: "correct i, j, k in the CAM system",
     TURNED: "post with the tool centre point on (G43.4, M128, M428 or TRAORI)",
+    OFFSET: 'have the CAM system write the path of the tool\'s centre, or say cutter_compensation = "wear" in setup.toml',
     STRANGE: "output it as GOTO from the CAM system, or delete the line where it means nothing",
     UNNAMED: "name X, Y and Z in a rapid move before it",
 }

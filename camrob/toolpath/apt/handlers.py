@@ -19,6 +19,7 @@ from camrob.toolpath.apt.spindle import auxfun, spindl
 from camrob.toolpath.apt.state import Machine
 from camrob.toolpath.apt.tools import coolnt, cutter, delay, load, tldata, toolname, toolno, turret, unload
 from camrob.toolpath.apt.word_checks import all_numbers, coordinates, in_range, placed
+from camrob.toolpath.cutter_offset import offset_by_control
 from camrob.toolpath.region import EventKind, Move
 
 __all__ = ["Interpreter"]
@@ -41,6 +42,7 @@ class Interpreter:
         self.strangers = Strangers()
         self.silenced: set[str] = set()
         self.compensated: set[int] = set()
+        self.profile = False  # Creo writes the part's contour, not the path of the tool's centre
         self.ended = 0
         self.handlers: dict[str, Callable[[Statement], None]] = {
             "$$": self._comment, "GOTO": self._goto, "RAPID": self._rapid, "FEDRAT": self._fedrat, "FROM": self._from,
@@ -274,6 +276,8 @@ class Interpreter:
         elif inner.word == "CUTTER" and inner.numbers:
             in_range(inner.numbers)
             cutter(self.m, inner)
+        elif inner.word == "CUTCOM_GEOMETRY_TYPE":
+            self.profile = "PROFILE" in minor.upper()
         elif inner.word == "CSYS" and inner.numbers != np.eye(3, 4).ravel().tolist():
             self.m.find("csys-comment", "the comment CSYS is not applied: the points hold it", line, Severity.INFO)
 
@@ -362,8 +366,11 @@ class Interpreter:
         self.m.next_tool_name = s.text.split(",")[0].strip()
 
     def _cutcom(self, s: Statement) -> None:
+        """CL data is where the tool is, so that a compensation behind it is for wear, but where the file says otherwise."""
         if not {"LEFT", "RIGHT", "ON"} & set(s.words):
             return
+        if self.profile and not self.m.feeds.defaults.wear:
+            raise offset_by_control("CUTCOM, and OUTPUT_ON_PROFILE in the file")
         operation = self.m.mark.name if self.m.mark is not None else self.m.operation
         where = f"operation {operation}" if operation else "the path"
         if self.m.announced not in self.compensated:

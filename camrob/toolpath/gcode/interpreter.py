@@ -15,7 +15,7 @@ from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.cycles import CYCLES
 from camrob.toolpath.gcode.drill import Drill
 from camrob.toolpath.gcode.lexer import Block, Plane
-from camrob.toolpath.gcode.modes import aim, apply_setup
+from camrob.toolpath.gcode.modes import aim, apply_setup, compensate
 from camrob.toolpath.gcode.moves import Motions
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.tools import Process
@@ -165,6 +165,7 @@ class Interpreter:
         if "F" in words and (40 not in block.g or not _DWELLS.isdisjoint(words)):
             modal.feed = words["F"]
             modal.feed_scale = modal.scale
+        compensate(block, modal, self.path)
         if "T" in words:
             self.process.tool_word(words["T"], block.line)
         for letter in ("U", "V", "W"):

@@ -9,13 +9,14 @@ import numpy as np
 
 from camrob.errors import ToolpathError
 from camrob.findings import Severity
+from camrob.toolpath.cutter_offset import offset_by_control
 from camrob.toolpath.gcode.coordinates import ToolFrame, euler
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.units import deg_to_rad
 
-__all__ = ["aim", "apply_setup"]
+__all__ = ["aim", "apply_setup", "compensate"]
 
 _DEGREE = deg_to_rad(1.0)
 Handler = Callable[[int, Block, Modal, ToolFrame, PathGrower], bool]
@@ -71,7 +72,6 @@ _SILENT = frozenset(
         150,
         281,
         301,
-        400,
         430,
         431,
         432,
@@ -157,12 +157,29 @@ def _modal(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGr
 
 
 def _compensation(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
-    path.note(
-        "cutter-compensation",
-        "cutter radius compensation (G41, G42) can't be done by a robot: the path is cut as programmed",
-        block.line,
-    )
+    """G40, G41, G42: the side; what the block's D says of the radius is not read yet (see `compensate`)."""
+    modal.side = {410: "G41, RL", 420: "G42, RR"}.get(code, "")
     return False
+
+
+def compensate(block: Block, modal: Modal, path: PathGrower) -> None:
+    """The D word of a block, and whether the path is the tool centre's where a compensation is in force.
+
+    Raises ToolpathError where the control would have to offset the path. A tool change brings the tool's own D along.
+    """
+    before = modal.edge
+    if "T" in block.words or 60 in block.m:
+        modal.edge = None
+    modal.edge = block.words.get("D", modal.edge)
+    if not modal.side or (modal.edge == before and {410, 420}.isdisjoint(block.g)):
+        return
+    if modal.edge == 0.0 and modal.zero_edge:
+        why = "D0 has no radius"
+    elif modal.wear:
+        why = "the set-up says that it is the tool centre's"
+    else:
+        raise offset_by_control(modal.side)
+    path.note("cutter-compensation", f"cutter radius compensation: the path runs as programmed, {why}", block.line)
 
 
 def _tcp(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
@@ -300,7 +317,7 @@ def _orient(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathG
 _HANDLERS: dict[int, Handler] = {
     **dict.fromkeys((200, 210), _units),
     **dict.fromkeys((170, 180, 190, 900, 910, 901, 911, 930, 940, 950, 980, 990), _modal),
-    **dict.fromkeys((410, 420), _compensation),
+    **dict.fromkeys((400, 410, 420), _compensation),
     **dict.fromkeys((434, 435, 2340, 490), _tcp),
     **dict.fromkeys((540, 541, 1540, 550, 560, 570, 580, 590, 591, 592, 593, 5000, *range(5050, 6000, 10)), _offset),
     **dict.fromkeys((280, 300, 530), _machine),

@@ -91,10 +91,11 @@ def read_gcode(
     control = choose_control(bare)
     machine = _kinematics(bare, kinematics, path, plain=control.name in ("iso", "linuxcnc"))
     grower = PathGrower(machine, chord_tolerance, angle_tolerance)
-    modal = Modal(tool_by_t=not _TOOL_CHANGE.search(bare))
+    defaults = defaults or Defaults()
+    modal = Modal(tool_by_t=not _TOOL_CHANGE.search(bare), wear=defaults.wear, zero_edge=control.name != "linuxcnc")
     if units is not None:
         modal.scale, modal.forced = SCALES[units], True
-    interpreter = Interpreter(grower, ToolFrame(machine), modal, defaults or Defaults())
+    interpreter = Interpreter(grower, ToolFrame(machine), modal, defaults)
     _run(control, lines, path, grower, interpreter)
     if machine != "3axis":
         _suspect_radians(bare, grower)

@@ -43,6 +43,10 @@ class Modal:
     unit_line: int = 0  # of the first coordinate, where nobody had named the units by then
     named: bool = False  # a program number (O1234) was read
     return_to_r: bool = False  # G99
+    side: str = ""  # the word of the cutter radius compensation in force
+    edge: float | None = None  # the D word in force
+    wear: bool = False  # the set-up says that compensated paths are the tool centre's
+    zero_edge: bool = True  # D0 means no radius; LinuxCNC's may mean the tool in the spindle
     cycle_start: float = 0.0  # height (m) at which a cycle began
     cycle: dict[str, float] = field(default_factory=dict)  # its sticky words
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from camrob.errors import ToolpathError
 from camrob.witness.cl.apt import AptReader
 from camrob.witness.cl.gcode import GcodeReader
+from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.source import read_text
 from camrob.witness.cl.teller import UNREAD, Teller
 from camrob.witness.happenings import Story
@@ -89,12 +90,14 @@ def read_story(
     default_feed: float | None = None,
     default_rpm: float | None = None,
     tools: Mapping[int, float] | None = None,
+    wear: bool = False,
 ) -> Story:
     """What the CL file asks for.
 
     dialect: "nx-clsf", "creo-ncl", "catia", "camworks-apt", "camworks-clt", "makino", "apt", "gcode", or None to recognise it.
     units: "mm" or "inch", over what the file says. default_feed (m/s), default_rpm: where the file states none.
     tools: diameters (m) by the tools' numbers, 0 for any, for surface speeds where the file names no cutter.
+    wear: paths with cutter radius compensation are the tool centre's.
     Raises ToolpathError for a file that can't be read at all; what can't be read of it otherwise is in `Story.gaps`.
     """
     if units not in (None, "mm", "inch"):
@@ -108,9 +111,13 @@ def read_story(
         kind = _named(dialect) if dialect else _recognised(text)
         reader: AptReader | GcodeReader
         if kind == "gcode":
-            reader = GcodeReader(tell, units, by_tool=bool(dialect) and str(dialect).endswith("-iso"))
+            reader = GcodeReader(
+                tell, units, Offsets(tell, wear), by_tool=bool(dialect) and str(dialect).endswith("-iso")
+            )
         else:
-            reader = AptReader(tell, kind, units or _assumed_units(text, tell), units is not None, tools)
+            reader = AptReader(
+                tell, kind, units or _assumed_units(text, tell), units is not None, Offsets(tell, wear), tools or {}
+            )
         other = next((name for name, mark in _OTHERS if mark.search(text)), "") if kind == "gcode" else ""
         if other:
             tell.gap(1, f"{UNREAD}a program of {other}", last=text.rstrip().count("\n") + 1)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from camrob.errors import ToolpathError
 from camrob.witness.cl.curve import Curve
 from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill, feed_unit
+from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.placing import Placing
 from camrob.witness.cl.source import Run, Source, Statement, number
 from camrob.witness.cl.teller import Teller, unit
@@ -33,11 +34,12 @@ class AptReader:
     """Tells what the statements of one file ask for."""
 
     def __init__(
-        self, tell: Teller, dialect: str, units: str, fixed_units: bool, tools: Mapping[int, float] | None = None
+        self, tell: Teller, dialect: str, units: str, fixed_units: bool, offsets: Offsets, tools: Mapping[int, float]
     ) -> None:
+        self._offsets = offsets
         self._tell, self._dialect, self._fixed_units = tell, dialect, fixed_units
         self._place = Placing(tell, dialect, units)
-        self._tools = tools or {}  # diameters of the set-up's tools, m
+        self._tools = tools  # diameters of the set-up's tools, m
         self._wide, self._number = 0.0, 0  # the cutter's diameter as the file has it, m; the tool's number
         self._rapid = False
         self._circle: tuple[Array, Array, int] | None = None  # centre and axis in the part, further full turns
@@ -93,6 +95,7 @@ class AptReader:
             self._end_curve()
         if s.major == "$$":
             self._place.comment(s)
+            self._offsets.comment(s)
             if re.match(r"\$\$(-> FEATNO\b|\s*OPERATION NAME\b)", s.rest):
                 self._tell.mark()
         elif s.major in self._silenced:
@@ -119,9 +122,9 @@ class AptReader:
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
             "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
             "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._feature,
-            "OPFEATEND": self._end_of_path, "CUTCOM": self._cutcom, "INSERT": self._insert,
+            "OPFEATEND": self._end_of_path, "CUTCOM": self._offsets.cutcom, "INSERT": self._insert,
             "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
-            "TLCOMP": self._cutcom, "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
+            "TLCOMP": self._offsets.cutcom, "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
         }  # fmt: skip
         return {
             **dict.fromkeys(NOTHING, lambda s: None),
@@ -367,10 +370,6 @@ class AptReader:
         """Text for the machine's operator and control; where it says STOP, the machine stops for him."""
         if s.rest.strip().upper().split()[:1] == ["STOP"]:
             self._tell.event(Kind.STOP, s.line)
-
-    def _cutcom(self, s: Statement) -> None:
-        if {"LEFT", "RIGHT", "ON"} & set(s.words):
-            self._tell.note(f"{s.major}: the radius offset is not applied, the path is as it is printed")
 
     def _syn(self, s: Statement) -> None:
         """SYN/'WORD','$$*WORD' makes a comment of a word (ICAM); the lexer takes what follows $$ away."""

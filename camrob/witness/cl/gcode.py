@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from camrob.witness.cl.circles import centre_by_offsets, centre_by_radius, normal_of
 from camrob.witness.cl.computing import COMPUTED, computes
 from camrob.witness.cl.drilling import Cycle, Out, drill
+from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.standing import TURNED, Standing, Words
 from camrob.witness.cl.teller import UNREAD, Teller
 from camrob.witness.cl.turning import on_the_way
@@ -52,7 +53,8 @@ _QUIET = frozenset("10 11 29 48 49".split())  # M codes that move and switch not
 class GcodeReader:
     """Tells what the blocks of one file ask for. by_tool: rotary words turn the tool about the part (ISO 841), not the table."""
 
-    def __init__(self, tell: Teller, units: str | None, *, by_tool: bool = False) -> None:
+    def __init__(self, tell: Teller, units: str | None, offsets: Offsets, *, by_tool: bool = False) -> None:
+        self._offsets = offsets
         self._tell, self._fixed, self.units = tell, units is not None, units or "mm"
         self._stand = Standing(-1.0 if by_tool else 1.0)
         self._motion, self._plane, self._feed_mode = "", "17", "94"
@@ -117,6 +119,7 @@ class GcodeReader:
             g, words = [], {k: v for k, v in words.items() if k in "FST"}
         moves = bool(set(words) & set("XYZABCIJK")) and not {"4", "10"} & set(g)
         self._process(g, m, words, line, moves)
+        self._offsets.block(g, m, words, line)
         self._modes(g, words, line)
         self._go(g, words, line)
         self._process_after(m, line, moves)
@@ -192,8 +195,6 @@ class GcodeReader:
                 self._to_initial = code == "98"
             elif code in ("43.4", "234", "49"):
                 self._stand.switch("G", code != "49")
-            elif code in ("41", "42"):
-                self._tell.note(f"G{code}: the radius offset is not applied, the path is as it is printed")
         for code in g:
             self._frames(code, words, line)
         if "F" in words and "4" not in g and self._feed_mode != "93":

@@ -8,16 +8,13 @@ from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.heidenhain_cycles import check_200, cycle_200
+from camrob.toolpath.gcode.controls.heidenhain_words import motion_words, offset_blocks
 from camrob.toolpath.gcode.coordinates import euler
 from camrob.toolpath.gcode.lexer import Block, Plane
 from camrob.units import deg_to_rad, rad_to_deg
 
 __all__ = ["HeidenhainMoves"]
 
-_WORD = re.compile(
-    r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F|M|R0|RL|RR|R(?=[-+0-9Q])|S)"
-    r" ?([-+]?(?:Q[0-9]+|[0-9]*\.?[0-9]+\.?)|[-+](?= |$|[A-Z]))? ?"
-)
 _NOTHING_HERE = re.compile(
     r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|247)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF"
 )
@@ -43,6 +40,7 @@ class HeidenhainMoves:
         self._cycle: dict[int, float] | None = None
         self._cycle_number = 0
         self._begun = False
+        self._tcp = False
 
     def blocks(self, text: str, line: int) -> Iterator[Block]:
         """The blocks that one statement stands for. Raises ToolpathError for what is not read."""
@@ -73,9 +71,11 @@ class HeidenhainMoves:
             del match
             yield Block(line, {}, m=(1280,))
             self._lose()
+            self._tcp = True
         elif text.startswith("FUNCTION RESET TCPM"):
             yield Block(line, {}, m=(1290,))
             self._lose()
+            self._tcp = False
         elif text.startswith("STOP"):
             yield Block(line, {}, m=(0,))
         elif re.fullmatch(r"(?:M[0-9]+ ?)+", text):
@@ -98,29 +98,6 @@ class HeidenhainMoves:
         self._at = dict.fromkeys("XYZ")
 
     # -- words -------------------------------------------------------------------------------------------------
-
-    def _words(self, text: str) -> tuple[dict[str, str], list[int]]:
-        """The words of a motion, and its M functions."""
-        words: dict[str, str] = {}
-        codes: list[int] = []
-        at, text = 0, text.replace("F MAX", "FMAX")
-        while at < len(text):
-            match = _WORD.match(text, at)
-            if match is None or match.end() == at:
-                raise ToolpathError(f"{text[at : at + 16]!r} is no word of a motion", hint="check the block")
-            at = match.end()
-            name, value = match[1], match[2] or ""
-            if name == "M" and not value.isdigit():
-                raise ToolpathError(f"M{value} is no M function", hint="check the block")
-            if name == "M":
-                codes.append(int(value))
-                if value == "140":
-                    raise ToolpathError("M140 in a motion", hint="give it a block of its own")
-            elif name in words:
-                raise ToolpathError(f"the word {name} stands twice in one block", hint="split the block")
-            else:
-                words[name] = value
-        return words, codes
 
     def _place(self, words: dict[str, str]) -> dict[str, float]:
         """X, Y, Z, A, B, C of a motion, absolute."""
@@ -145,11 +122,6 @@ class HeidenhainMoves:
         self._rapid = "FMAX" in words
         if "F AUTO" in words:
             raise ToolpathError("F AUTO: the feed of TOOL CALL", hint="name the feed in the block")
-        if "RL" in words or "RR" in words:
-            raise ToolpathError(
-                "radius compensation (RL, RR): the control has to offset the path",
-                hint="let the CAM system offset it (R0)",
-            )
         if words.get("F"):
             self._feed, self._feed_left = self._value(words["F"]), False
             return {"F": self._feed}
@@ -167,6 +139,7 @@ class HeidenhainMoves:
             yield Block(line, {}, m=kept)
             if {128, 129} & set(codes):
                 self._lose()
+                self._tcp = 129 not in codes
 
     # -- motions -----------------------------------------------------------------------------------------------
 
@@ -175,8 +148,17 @@ class HeidenhainMoves:
         if re.fullmatch(r"M140 MB ?(?:MAX|[-+0-9.]+)(?: F ?[A-Z0-9.]+)?", text):
             yield self._away(line)
             return
-        words, codes = self._words(text)
+        words, codes = motion_words(text)
+        if "R" in words:
+            raise ToolpathError(
+                "R+ or R-: a positioning that is offset by the tool's radius", hint="post the path of the tool's centre"
+            )
+        if self._tcp and {"NX", "NY", "NZ"} & set(words) and not {"TX", "TY", "TZ"} & set(words):
+            raise ToolpathError(
+                "LN with a normal and no tool axis under M128", hint="post TX, TY, TZ, which say how the tool stands"
+            )
         feed = self._fed_words(words)
+        yield from offset_blocks(words, line)
         turned = [words[k] for k in "ABC" if k in words]
         if self._plane is not None and turned and all(re.fullmatch(r"[-+]?Q12[0-2]", t) for t in turned):
             yield Block(line, {}, plane=self._plane, aligned=True)
@@ -205,7 +187,7 @@ class HeidenhainMoves:
         yield from self._codes([c for c in codes if c not in before], line)
 
     def _set_center(self, text: str) -> None:
-        words, _ = self._words(text.strip())
+        words, _ = motion_words(text.strip())
         to = self._place(words)
         if set(to) - set("XY") or not to:
             raise ToolpathError("a centre (CC) outside of the XY plane, or at the tool", hint="name X and Y")
@@ -218,8 +200,9 @@ class HeidenhainMoves:
     def _round(self, text: str, line: int) -> Iterator[Block]:
         """C, CR, CP and LP."""
         kind, _, rest = text.partition(" ")
-        words, codes = self._words(rest)
+        words, codes = motion_words(rest)
         feed = self._fed_words(words)
+        yield from offset_blocks(words, line)
         to = self._place(words)
         x, y, z = (self._at[k] for k in "XYZ")
         turns = 1

@@ -25,11 +25,11 @@ __all__ = ["SiemensWords"]
 _CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
 _TOLERANCE = re.compile(r"\b[CO]TOL=[-+0-9.]+")  # of the compressor
 # how fast and how exactly the path is run, compressors, feed forward: not where it goes
-_SILENT_G = frozenset((9, 40, 60, 64, 450, 451, 601, 602, 603, 641, 642, 643, 644, 645, 460, 461, 462, 290, 94.1))
+_SILENT_G = frozenset((9, 60, 64, 450, 451, 601, 602, 603, 641, 642, 643, 644, 645, 460, 461, 462, 290, 94.1))
 _SILENT = frozenset(
-    "SOFT BRISK DRIVE FFWON FFWOF COMPON COMPOF COMPCURV COMPCAD COMPSURF UPATH SPATH CUT2D STOPRE DYNNORM DYNPOS DYNROUGH "
-    "DYNSEMIFIN DYNFINISH DYNPREC ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORISON ORISOF CDOF CDOF2 CDON WALIMON WALIMOF RTLION "
-    "RTLIOF CFIN CFC CFTCP DIAMOF FENDNORM PTPG0 SAVE DISPLOF ADISPOS KONT NORM SBLON SBLOF FNORM "
+    "SOFT BRISK DRIVE FFWON FFWOF COMPON COMPOF COMPCURV COMPCAD COMPSURF UPATH SPATH CUT2D CUT2DF STOPRE DYNNORM DYNPOS "
+    "DYNROUGH DYNSEMIFIN DYNFINISH DYNPREC ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORISON ORISOF CDOF CDOF2 CDON WALIMON WALIMOF "
+    "RTLION RTLIOF CFIN CFC CFTCP DIAMOF FENDNORM PTPG0 SAVE DISPLOF ADISPOS KONT NORM SBLON SBLOF FNORM "
     "FIFOCTRL TOFFOF CUTCONOF TCOFR TCOABS".split()
 )
 _SILENT_CALLS = frozenset(
@@ -53,6 +53,7 @@ _REFUSED = {
     "ORICONTO": "orientation on a cone", "DIAM90": "diameter programming", "TOROT": "a frame from the tool (TOROT)",
     "TOROTOF": "a frame from the tool (TOROTOF)", "TOFRAME": "a frame from the tool", "PAROT": "a frame from the workpiece",
     "PTP": "axis motion (PTP)", "TCARR": "a tool carrier (TCARR)", "TOFFON": "a tool length by a variable",
+    "OFFN": "an offset of the contour (OFFN)", "ISD": "3-D cutter compensation (ISD)",
     "MCALL": "a modal call (MCALL)", "OEMIPO1": "an interpolation of the maker's",
 }  # fmt: skip
 
@@ -261,7 +262,7 @@ class SiemensWords:
             found.append((name[0], value, is_whole))
         elif name == "M" and value == 17.0:
             found.append(("M", 30.0, True))
-        elif name in ("D", "H", "N"):
+        elif name in ("H", "N"):
             return
         elif name in "LP":
             raise ToolpathError("a subprogram call (L, P) that is not read", hint="put its motions into the program")
