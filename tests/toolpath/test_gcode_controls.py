@@ -101,6 +101,9 @@ def test_cycle800_sets_the_plane_that_its_mode_says(
 def test_words_of_siemens_as_iso_means_them(tmp_path: Path) -> None:
     found = siemens(tmp_path, "TRANS X10\nATRANS Y5\nG1 X0 Y0 Z0\nX=IC(3) Y=IC(1)\nTRANS\nX=AC(7) Y0\n")
     np.testing.assert_allclose(found[:, :3], [[10, 5, 0], [13, 6, 0], [7, 0, 0]], atol=1e-9)
+    beside = siemens(tmp_path, "G91 G1 X=AC(4) Y=AC(2)\nX1\nG90 X=IC(2) Y=IC(2)\nX3 Y=AC(3)\n")
+    np.testing.assert_allclose(beside[:, :2], [[4, 2], [5, 2], [7, 4], [3, 3]], atol=1e-9)
+    refused(tmp_path, SIEMENS + UP + "G1 X10 Y0\nG3 X0 Y10 I=AC(0) J0\nM30\n", "a.mpf", 9, "some of a centre's")
     arc = siemens(tmp_path, "G1 X10 Y0 Z0\nG3 X-10 Y0 CR=10\nG3 X10 Y0 I=AC(0) J=AC(0)\nG3 X10 Y0 I-10 J0 Z-3 TURN=2\n")
     np.testing.assert_allclose(arc[:, :3], [[10, 0, 0], [-10, 0, 0], [10, 0, 0], [10, 0, -3]], atol=1e-9)
     (helix,) = regions(tmp_path, SIEMENS + UP + "G1 X10 Z0\nG3 X10 Y0 I-10 J0 Z-3 TURN=2\nM30\n", "h.mpf")

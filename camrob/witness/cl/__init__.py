@@ -19,7 +19,7 @@ __all__ = ["read_story"]
 
 _HEAD = 200_000  # characters in which a file shows whose it is
 _APT = re.compile(
-    r"^[ \t]*(GOTO|FROM|CIRCLE|FEDRAT|SPINDL|TOOL PATH|PARTNO|CUTTER|LOADTL|UNITS?|PPRINT|MACHIN)[ \t]*(/|[ \t]\w)",
+    r"^[ \t]*(GOTO[ \t]*/|(FROM|CIRCLE|FEDRAT|SPINDL|TOOL PATH|PARTNO|CUTTER|LOADTL|UNITS?|PPRINT|MACHIN)[ \t]*(/|[ \t]\w))",
     re.I | re.M,
 )
 _GCODE = re.compile(r"^[ \t/]*(N\d+)?[ \t]*[GXYZMTSF][ \t]*[-+]?[\d.#\[]", re.I | re.M)

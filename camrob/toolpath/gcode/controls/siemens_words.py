@@ -155,9 +155,10 @@ class SiemensWords:
     # -- plain words -------------------------------------------------------------------------------------------
 
     def _plain(self, text: str, line: int, optional: bool) -> Iterator[Block]:
-        self._machine, self._note, self._center, self._relative = False, "", False, set[str]()
+        self._machine, self._note, self._center, self._relative = False, "", set[str](), set[str]()
         self._absolute = set[str]()
-        self._usual = set[str]()
+        said = re.findall(r"\bG9([01])(?![0-9.])", text)
+        self._distance = 90.0 + float(said[-1]) if said else self._state("distance")
         self._vector: dict[str, float] = {}
         found = self._found(text)
         if self.one_name:
@@ -167,11 +168,14 @@ class SiemensWords:
             found += [("G", 53.0, True), *([("G", 0.0, True)] if not {0.0, 1.0} & _g(found) else [])]
         axes = letters & set("XYZABC")
         self.moved = self.moved or bool(axes)
-        if (self._relative or self._absolute or self._usual) and {90.0, 91.0} & _g(found):
-            raise ToolpathError("IC or AC beside G90 or G91", hint="give G90 or G91 a block of its own")
+        if (self._relative or self._absolute) and said:  # G90 or G91 holds for the blocks behind this one
+            yield Block(line, {}, (910 if self._distance == 91.0 else 900,))
+            found = [w for w in found if w[:2] not in (("G", 90.0), ("G", 91.0))]
+        if self._center and self._center != letters & set("IJK"):
+            raise ToolpathError("AC for some of a centre's words", hint="write I, J, K of a block alike")
         if (self._relative or self._absolute) and axes != self._relative and axes != self._absolute:
             raise ToolpathError("IC or AC for some of a block's axes", hint="write all of a block's axes alike")
-        before = self._state("distance")
+        before = self._distance
         mode = 91.0 if self._relative else 90.0 if self._absolute else before
         if mode != before:
             yield Block(line, {}, (910 if mode == 91.0 else 900,))
@@ -274,9 +278,9 @@ class SiemensWords:
     def _mode(self, how: str, name: str, value: float) -> None:
         """IC, AC, DC, ACP, ACN behind an address."""
         if name in "IJK" and how == "AC":
-            self._center = True
-        elif name in "XYZABC" and how == ("AC" if self._state("distance") == 90.0 else "IC"):
-            self._usual.add(name)  # as the modal state has it
+            self._center.add(name)
+        elif name in "XYZABC" and how == ("AC" if self._distance == 90.0 else "IC"):
+            return  # as the modal state has it
         elif name in "XYZABC" and how == "AC":
             self._absolute.add(name)
         elif name in "XYZABC" and how == "IC":
