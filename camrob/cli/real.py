@@ -153,10 +153,23 @@ def compensate(
         Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, or a solved path, NAME.path.npz.")
     ],
     cell: CellOption,
-    calibration: Annotated[
-        Path, typer.Option("--calibration", metavar="CALIBRATION.toml", help="What `calibrate` wrote for the cell.")
-    ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the program.")],
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            "--calibration",
+            metavar="CALIBRATION.toml",
+            help="What `calibrate` or `diagnose --calibration` wrote for the cell.",
+        ),
+    ] = None,
+    diagnosis: Annotated[
+        Path | None,
+        typer.Option(
+            "--diagnosis",
+            metavar="DIR",
+            help="The diagnosis that wrote it: play, friction and ripple are corrected too.",
+        ),
+    ] = None,
     feed: Annotated[
         float | None, typer.Option("--feed", metavar="MM_MIN", help="The feed, where a solved path is given.")
     ] = None,
@@ -166,7 +179,9 @@ def compensate(
     """Rewrite a program so that the calibrated robot meets its poses."""
 
     def job(progress: Progress) -> Any:
-        return job_of("compensate")(program, cell=cell, calibration=calibration, out=out, feed=feed, progress=progress)
+        return job_of("compensate")(
+            program, cell=cell, calibration=calibration, diagnosis=diagnosis, out=out, feed=feed, progress=progress
+        )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_compensation)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,10 +17,14 @@ from camrob.calibration.compensate import Compensated, compensate_postures, diff
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.controller.judge import Judgement, judge
-from camrob.controller.replay import Replay, base_offsets, replay
-from camrob.errors import InputError, ProgramError, SingularError, UnreachableError, VerificationError
+from camrob.controller.programmed_path import programmed_path
+from camrob.controller.replay import Replay, replay
+from camrob.errors import InputError, SingularError, UnreachableError, VerificationError
 from camrob.findings import Finding, Severity
+from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, off_path_size, shifted
+from camrob.jobs.closing.rewrite import rewritten
 from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.solution_program import check_feed, is_solution, program_of_solution, save_solution
 from camrob.jobs.files.takes_paths import takes_paths
@@ -31,21 +34,26 @@ from camrob.jobs.release.compensation import (
     error_between,
     rates_and_violations,
 )
-from camrob.kinematics.frames import base_T_tool, seen_by_program
 from camrob.languages import language_of_file
-from camrob.program.builder import printed_frames
-from camrob.program.language import Language, NewTarget
+from camrob.program.language import Language
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, Share, stage_of
 from camrob.report.compensation.page import PathErrors, compensation_report
-from camrob.se3 import inverse
-from camrob.summaries.compensate_summary import CompensateSummary, MarginsBeforeAfter
+from camrob.summaries.compensate_summary import (
+    CalibrationUsed,
+    CompensateSummary,
+    MarginsBeforeAfter,
+    OnDiagnosedMachine,
+)
+from camrob.units import m_to_mm
 
 __all__ = ["CompensateResult", "compensate"]
 
 Array = NDArray[np.float64]
 
+_ROUNDS = 2  # corrections on the machine as diagnosed: the second takes what the first has changed
+_BETTER = 0.98  # of the mean square off the path: a round that takes less than that off is not worth another program
 _GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis by
 
 
@@ -63,12 +71,17 @@ def compensate(
     program: Path,
     *,
     cell: Path,
-    calibration: Path,
     out: Path,
+    calibration: Path | None = None,
+    diagnosis: Path | None = None,
     feed: float | None = None,
     progress: Progress | None = None,
 ) -> CompensateResult:
     """Rewrite the targets of a program, everything else left byte for byte, and check the result by replay.
+
+    With a diagnosis the program is run on the machine as diagnosed, and what is off there at the end of each motion beyond the
+    calibrated chain (play on its side, friction, ripple, what follows the load) is taken off the targets too, as long as that
+    brings the tool nearer to the path.
 
     Written are the program, the parts and data lists that it needs, NAME.path.npz (the compensated postures), the report
     NAME.html and NAME.json. A correction that would carry an axis beyond its limit is shrunk to what the limit leaves, and said.
@@ -76,8 +89,9 @@ def compensate(
     Args:
         program: a robot program, or a solution, NAME.path.npz, which becomes a program of one LIN a point.
         cell: the cell's folder.
-        calibration: the CALIBRATION.toml of the cell.
         out: the folder to write into, not the program's own.
+        calibration: the CALIBRATION.toml of the cell; None: a diagnosis found no constants.
+        diagnosis: the folder of the diagnosis that wrote the calibration.
         feed: mm/min, for a solution only.
         progress: is told a stage and the share of it that is done, 0 to 1.
 
@@ -102,13 +116,15 @@ def compensate(
     if out.is_dir() and out.resolve() == program.resolve().parent:
         raise InputError("is the program's own folder", hint="choose another --out: the original must stay", path=out)
     machine = cell_for("compensate", cell)
-    found = read_calibration(calibration, machine)
+    found = None if calibration is None else read_calibration(calibration, machine)
+    known = _machine(found, diagnosis, Path(cell), machine)
     check_feed(program, feed)
     with TemporaryDirectory() as scratch:
         source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
-        made = _Work(source, found, language_of_file(source), machine, progress)
+        made = _Work(source, found, known, language_of_file(source), machine, progress)
+        used = None if found is None else _used(found, calibration)
         with staged_output(out, name=source.stem) as folder:
-            summary, after = _written(made, program.name, Path(calibration).name, folder)
+            summary, after = _written(made, program.name, used, folder)
             files = sorted([*(f.name for f in folder.iterdir()), f"{source.stem}.json"])
             summary = replace(summary, files=tuple(files), seconds=time.perf_counter() - start)
             text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
@@ -116,13 +132,26 @@ def compensate(
     return CompensateResult(summary, np.asarray(made.result.before), after)
 
 
+def _machine(found: Calibration | None, diagnosis: Path | None, folder: Path, cell: Cell) -> DiagnosedMachine | None:
+    """The machine as diagnosed, None without a diagnosis. Raises InputError where nobody says what is wrong with it."""
+    if diagnosis is None and found is not None:
+        return None
+    units, rest = diagnosed(diagnosis, found, folder, cell)
+    return DiagnosedMachine(cell, found, units, rest, "" if diagnosis is None else Path(diagnosis).name)
+
+
+def _used(found: Calibration, file: Path | None) -> CalibrationUsed:
+    return CalibrationUsed(file="" if file is None else Path(file).name, logs=tuple(name for name, _ in found.logs))
+
+
 class _Work:
-    """A program on its way: read, replayed, judged and compensated."""
+    """A program on its way: read, replayed, judged and compensated. targets: (N, 4, 4) what the calibrated chain is to meet."""
 
     def __init__(
         self,
         source: Path,
-        found: Calibration,
+        found: Calibration | None,
+        known: DiagnosedMachine | None,
         language: Language,
         machine: Cell,
         progress: Progress | None,
@@ -133,35 +162,89 @@ class _Work:
         self.planned = replay(text, machine, progress=self.tell("replay"))
         self.judged = judge(text, self.planned)
         _followed(self.planned)
-        self.model, self.values = found.model(self.planned.one_tool(text), in_base=True)
-        self.q = _postures(text, self.planned)
-        self.result, self.left = _compensated(
-            self.model, self.values, self.planned, self.q, text, self.tell("compensate")
+        tooled = self.planned.one_tool(text)
+        self.model, self.values = (
+            (ErrorModel.of(tooled, (), in_base=True), np.zeros(0))
+            if found is None
+            else found.model(tooled, in_base=True)
         )
+        self.q = _postures(text, self.planned)
+        self.targets = np.asarray(self.planned.base_T_tool)
+        self.result, self.left = self._compensated(self.targets)
+        self.on_machine: OnDiagnosedMachine | None = None
+        if known is not None:
+            self._meet_on(known)
 
     def tell(self, stage: str) -> Share:
         """What one stage tells."""
         return stage_of(self.progress, stage)
 
+    def _compensated(self, targets: Array) -> tuple[Compensated, list[Finding]]:
+        tell = self.tell("compensate")
+        return _compensated(self.model, self.values, self.planned, self.q, targets, self.text, tell)
 
-def _written(work: _Work, source: str, calibration: str, folder: Path) -> tuple[CompensateSummary, Array]:
+    def rewritten(self, q: Array, folder: Path) -> tuple[ProgramText, list[Finding]]:
+        """The program whose targets postures q (N, n) reach, written into a folder and read back; what was left as it is."""
+        return rewritten(self.source, self.language, self.text, self.planned, q, folder)
+
+    def _meet_on(self, known: DiagnosedMachine) -> None:
+        """Take off the targets what the machine as diagnosed does beyond the calibrated chain, while that brings the tool nearer
+        to the path: most of it is taken at once, as errors are smooth beside corrections.
+        """
+        intended = programmed_path(self.text, self.planned)
+        told = self.tell("run on the machine as diagnosed")
+
+        def run(result: Compensated, turn: int) -> MachineRun:
+            with TemporaryDirectory() as scratch:
+                program = self.rewritten(np.asarray(result.q), Path(scratch))[0]
+                return known.run(program, progress=lambda share: told((turn + share) / (_ROUNDS + 2)))
+
+        as_it_was = known.run(self.text, progress=lambda share: told(share / (_ROUNDS + 2)))
+        before = as_it_was.off_path(intended)
+        now = run(self.result, 1)
+        constants = best = now.off_path(intended)
+        meant, causes = self.targets, False
+        for turn in range(_ROUNDS):
+            targets = shifted(meant, now.beyond_constants())
+            result, left = self._compensated(targets)
+            now = run(result, turn + 2)
+            off = now.off_path(intended)
+            if not np.mean(off**2) < _BETTER * np.mean(best**2):
+                break
+            best, causes = off, True
+            self.targets, self.left = targets, left
+            self.result = replace(result, before=self.result.before)
+        self.on_machine = OnDiagnosedMachine(
+            diagnosis=known.name,
+            causes=as_it_was.further_causes() if causes else (),
+            not_reckoned=as_it_was.path.not_reckoned,
+            rest_mm=float(m_to_mm(known.rest * np.sqrt(3.0))),
+            before=off_path_size(before),
+            constants=off_path_size(constants),
+            after=off_path_size(best),
+        )
+
+
+def _written(
+    work: _Work, source: str, calibration: CalibrationUsed | None, folder: Path
+) -> tuple[CompensateSummary, Array]:
     """Write the compensated program into a staged folder, read it back, and check it: its summary and errors (N, 2).
 
-    source, calibration: names of what was given.
+    source: the name of what was given.
     """
     text, planned, model, values = work.text, work.planned, work.model, work.values
-    sources, warnings = _patched(work.source.parent, work.language, text, planned, np.asarray(work.result.q))
-    _write(folder, work.source.parent, work.language, text, sources)
-    again = work.language.read(folder / work.source.name)
+    again, warnings = work.rewritten(np.asarray(work.result.q), folder)
     replayed = replay(again, planned.cell, progress=work.tell("check"))
-    after = _checked(model, values, np.asarray(planned.base_T_tool), replayed, again)
+    after = _checked(model, values, work.targets, replayed, again)
     judged_after = judge(again, replayed)
     _no_new_fault(work.judged, judged_after)
     correction = np.asarray(work.result.q) - work.q
     analyses = analyses_before_after(planned.cell, text, np.asarray(planned.q), np.asarray(replayed.q))
+    # beside targets that were moved for more than the chain, the chain's own error between them says nothing
+    shifted_too = work.on_machine is not None and bool(work.on_machine.causes)
     summary = compensation_summary(
         text,
-        work.found,
+        None if work.found is None else work.found.errors.get("calibrated/withheld"),
         work.result,
         correction,
         planned,
@@ -169,9 +252,10 @@ def _written(work: _Work, source: str, calibration: str, folder: Path) -> tuple[
         source=source,
         calibration=calibration,
         limits=MarginsBeforeAfter(margin_min=judged_after.margin, margin_min_before=work.judged.margin),
-        between=error_between(model, values, text, planned, replayed),
+        between=None if shifted_too else error_between(model, values, text, planned, replayed),
         rates=rates_and_violations(analyses, text, planned),
         findings=[*warnings, *work.left],
+        machine=work.on_machine,
     )
     save_solution(folder / f"{work.source.stem}.path.npz", planned.cell, np.asarray(replayed.q), text)
     page = compensation_report(
@@ -210,10 +294,16 @@ def _postures(text: ProgramText, planned: Replay) -> Array:
 
 
 def _compensated(
-    model: ErrorModel, values: Array, planned: Replay, q: Array, text: ProgramText, progress: Share
+    model: ErrorModel,
+    values: Array,
+    planned: Replay,
+    q: Array,
+    targets: Array,
+    text: ProgramText,
+    progress: Share,
 ) -> tuple[Compensated, list[Finding]]:
     """Compensated postures within the axes' limits, and what was left because of them."""
-    cell, targets = planned.cell, np.asarray(planned.base_T_tool)
+    cell = planned.cell
     try:
         result = compensate_postures(model, values, q, targets, progress=progress)
     except SingularError as error:
@@ -245,61 +335,6 @@ def _within_limits(cell: Cell, q: Array, result: Compensated, text: ProgramText)
         what = f"{count} corrected in part only: {joint.name} is at its limit"
         findings.append(Finding("limit", what, line=int(text.line[rows[0]]), axis=joint.name, count=len(rows)))
     return replace(result, q=kept), findings
-
-
-def _printed_poses(text: ProgramText, cell: Cell, q: Array) -> Array:
-    """X .. C (N, 6), mm and degrees in the program's base, of the nominal robot in postures q (N, n)."""
-    return printed_frames(inverse(base_offsets(text)) @ seen_by_program(cell, q, base_T_tool(cell, q)))
-
-
-def _patched(
-    folder: Path, language: Language, text: ProgramText, planned: Replay, q: Array
-) -> tuple[dict[str, str], list[Finding]]:
-    """The files' new texts (latin-1), and what was left as it is."""
-    poses = _printed_poses(text, planned.cell, q)
-    axes = planned.cell.to_axis_values(q)[:, :6]
-    sources = {name: (folder / name).read_bytes().decode("latin-1") for name in text.files}
-    lines = {name: source.split("\n") for name, source in sources.items()}
-    wanted: dict[str, dict[int, list[NewTarget]]] = {name: {} for name in sources}
-    warnings: list[Finding] = []
-    table_of = {True: axes.tolist(), False: poses.tolist()}
-    row = 0
-    while row < len(text):
-        count = 2 if text.kind[row] == Motion.CIRC_VIA else 1
-        name, line = text.files[text.file[row]], int(text.line[row])
-        by_axes = text.kind[row] == Motion.PTP_AXES
-        if by_axes and language.targets(lines[name][line - 1]) == 0:
-            warnings.append(Finding("left", "a PTP to a named posture is left as it is", line=line))
-        else:
-            table = table_of[bool(by_axes)]
-            new = [NewTarget(tuple(table[row + k]), bool(by_axes)) for k in range(count)]
-            old = wanted[name].setdefault(line, new)
-            if _apart(old, new):
-                what = "the motion runs several times and needs another correction each time"
-                raise ProgramError(what, hint="write the loop out", path=folder / name, line=line)
-        row += count
-    for name, source in sources.items():
-        try:
-            sources[name] = language.patch(source, wanted[name])
-        except ProgramError as error:
-            raise error.at(folder / name) from None
-    return sources, warnings
-
-
-def _apart(old: list[NewTarget], new: list[NewTarget]) -> bool:
-    """Whether two passes of one line ask for different targets."""
-    both = zip(old, new, strict=True)
-    return any(float(np.max(np.abs(np.subtract(a.values, b.values)))) > 1e-6 for a, b in both)
-
-
-def _write(folder: Path, origin: Path, language: Language, text: ProgramText, sources: Mapping[str, str]) -> None:
-    """The program's files; data lists go along unchanged."""
-    for name, source in sources.items():
-        (folder / name).write_bytes(source.encode("latin-1"))
-    stems = {Path(name).stem.lower() for name in text.files}
-    for file in origin.iterdir():
-        if file.suffix.lower() in language.suffixes[1:] and file.stem.lower() in stems and file.is_file():
-            (folder / file.name).write_bytes(file.read_bytes())
 
 
 def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay, again: ProgramText) -> Array:

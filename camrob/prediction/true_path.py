@@ -25,7 +25,7 @@ from camrob.prediction.deflection import CAUSE, deflection, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
 
-__all__ = ["Cause", "TruePath", "true_path"]
+__all__ = ["Cause", "TruePath", "true_path", "unit_name"]
 
 Array = NDArray[np.float64]
 
@@ -173,10 +173,11 @@ def _columns(scene: Scene, found: FittedUnits) -> list[Column | None]:
 
 def _left(found: FittedUnits, columns: Sequence[Column | None]) -> tuple[str, ...]:
     lacking = {int(o) for o, c in zip(found.owner, columns, strict=True) if c is None}
-    return tuple(_name(found, i) for i in sorted(lacking))
+    return tuple(unit_name(found, i) for i in sorted(lacking))
 
 
-def _name(found: FittedUnits, i: int) -> str:
+def unit_name(found: FittedUnits, i: int) -> str:
+    """What a unit is called among causes: its effect, and its axis where it has one."""
     unit = found.units[i]
     return f"{unit.effect} of {unit.axis}" if unit.axis else unit.effect
 
@@ -198,7 +199,7 @@ def _causes(found: FittedUnits, twists: Array) -> tuple[Cause, ...]:
     sums: dict[str, Array] = {}
     for k, own in enumerate(found.owner.tolist()):
         if found.effects[own].of_machine:
-            name = _name(found, own)
+            name = unit_name(found, own)
             sums[name] = sums.get(name, 0.0) + found.values[k] * twists[:, :, k]
     return tuple(Cause(name, twist) for name, twist in sums.items())
 

@@ -17,6 +17,8 @@ __all__ = [
     "Iterations",
     "MarginsBeforeAfter",
     "NewViolation",
+    "OffPathSize",
+    "OnDiagnosedMachine",
     "PoseErrorSize",
     "RateBeforeAfter",
     "Violations",
@@ -117,11 +119,39 @@ class MarginsBeforeAfter(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class OffPathSize(Summary):
+    """How far the tool is off the intended path while it moves along lines and arcs."""
+
+    rms_mm: float
+    p95_mm: float
+    max_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnDiagnosedMachine(Summary):
+    """The program run on the machine as diagnosed: as it was, with the chain's constants corrected, and as written.
+
+    causes: what more than constants was corrected, none where that would not have helped; not_reckoned: what was found and a
+    program's run does not tell; rest_mm: what no cause explains (3-D rms).
+    """
+
+    diagnosis: str
+    causes: tuple[str, ...]
+    not_reckoned: tuple[str, ...]
+    rest_mm: float
+    before: OffPathSize
+    constants: OffPathSize
+    after: OffPathSize
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CompensateSummary(Summary):
     """A compensated program: errors of the calibrated robot before and after, corrections, what was not corrected.
 
-    calibrated_withheld_mm: the calibration's mean error on withheld poses, None without any. error_between: None without a
-    LIN. derivatives: by kind of limit, none of a program too short; violations: None of a program without speed.
+    calibrated_withheld_mm: the calibration's mean error on withheld poses, None without any. calibration: None where a diagnosis
+    found no constants. error_between: None without a
+    LIN. derivatives: by kind of limit, none of a program too short; violations: None of a program without speed. machine: with a
+    diagnosis only.
     """
 
     program: str
@@ -132,7 +162,7 @@ class CompensateSummary(Summary):
     error_after: PoseErrorSize
     correction: Corrections
     calibrated_withheld_mm: float | None
-    calibration: CalibrationUsed
+    calibration: CalibrationUsed | None
     error_between: ErrorBetween | None
     derivatives: Mapping[str, RateBeforeAfter]
     violations: Violations | None
@@ -141,3 +171,4 @@ class CompensateSummary(Summary):
     source: str
     files: tuple[str, ...]
     seconds: float
+    machine: OnDiagnosedMachine | None = left_out()

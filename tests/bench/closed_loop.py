@@ -52,8 +52,10 @@ def true_cell(world: generator.World) -> None:
     world.link[:, 0] += generator.play(world.command[:, 0], 0.012 * DEG)
 
 
-def run_on_cell(program: Path, apply: Callable[[generator.World], None], seed: int) -> MeasurementLog:
-    """The log of a program's run on the cell."""
+def run_on_cell(
+    program: Path, apply: Callable[[generator.World], None], seed: int, *, sigma_mm: float = SIGMA_MM
+) -> MeasurementLog:
+    """The log of a program's run on the cell; sigma_mm: the instrument's noise of position."""
     cell = read_cell(CELL)
     ran = simulate(read_krl(program), cell, cycle=generator.STEP).log
     command = ran.setpoints(generator.AXES) / EDGE
@@ -63,7 +65,7 @@ def run_on_cell(program: Path, apply: Callable[[generator.World], None], seed: i
     at = np.asarray(ran.t)[ROWS]
     setpoint, encoder, T = generator.show(world, at)
     rng = np.random.default_rng(seed)
-    p = T[:, :3, 3] * 1e3 + rng.normal(0, SIGMA_MM, (len(at), 3))
+    p = T[:, :3, 3] * 1e3 + rng.normal(0, sigma_mm, (len(at), 3))
     R = np.stack([generator.turn(w) for w in rng.normal(0, SIGMA_DEG * DEG, (len(at), 3))]) @ T[:, :3, :3]
     columns = {"t": at, "line": np.asarray(ran.line)[ROWS].astype(float)}
     columns |= {n: p[:, k] for k, n in enumerate("xyz")}

@@ -19,7 +19,7 @@ from camrob.measurement.log_info import MeasuredFrame
 from camrob.program.program_text import ProgramText
 from camrob.units import m_to_mm, mm_to_m
 
-__all__ = ["ProgramTrack", "track_of"]
+__all__ = ["ProgramTrack", "nearest_on_path", "track_of"]
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class ProgramTrack:
 
     def places(self, path: ProgrammedPath) -> tuple[NDArray[np.int64], Array]:
         """Where on a path without roundings the set-points are: (N,) rows of the program that they move to, (N,) shares done."""
-        segment, share = _nearest(self.led(path), path, self.motion)[1:]
+        segment, share = nearest_on_path(self.led(path), path, self.motion)[1:]
         motion = np.asarray(path.motion)
         if len(motion) < 2:
             return segment, share
@@ -71,7 +71,7 @@ class ProgramTrack:
     def offset(self, path: ProgrammedPath) -> Array:
         """(N, 3) m from the nearest place of a path to the set-points, in the measured frame."""
         actual = self.led(path)
-        off = actual - _nearest(actual, path, self.motion)[0]
+        off = actual - nearest_on_path(actual, path, self.motion)[0]
         in_base = self.scene.log.info.measured_frame is MeasuredFrame.BASE
         if path.in_world and in_base:
             off = np.einsum("nji,nj->ni", self.turn, off)
@@ -108,9 +108,13 @@ def track_of(scene: Scene, program: ProgramText) -> ProgramTrack:
     return found
 
 
-def _nearest(actual: Array, path: ProgrammedPath, motion: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64], Array]:
+def nearest_on_path(
+    actual: Array, path: ProgrammedPath, motion: NDArray[np.int64]
+) -> tuple[Array, NDArray[np.int64], Array]:
     """(N, 3) nearest places on the path to points (N, 3), looked for around each sample's motion; (N,) the node before each,
     and (N,) the share of the way to the next.
+
+    motion: (N,) rows of the program, the first of them negative where nobody tells.
     """
     nodes = np.asarray(path.points)
     if len(nodes) < 2:
@@ -132,7 +136,7 @@ def _nearest(actual: Array, path: ProgrammedPath, motion: NDArray[np.int64]) -> 
 def _among(
     actual: Array, nodes: Array, first: NDArray[np.int64], last: NDArray[np.int64]
 ) -> tuple[Array, NDArray[np.int64], Array]:
-    """`_nearest` among the stretches first (N,) to last (N,), the latter left out, between nodes (M, 3)."""
+    """`nearest_on_path` among the stretches first (N,) to last (N,), the latter left out, between nodes (M, 3)."""
     N = actual.shape[0]
     place, segment, share = actual.copy(), np.zeros(N, np.int64), np.zeros(N)
     for row in range(N):

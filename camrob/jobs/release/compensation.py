@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration import ErrorSize
 from camrob.calibration.compensate import Compensated, compensate_postures, difference_sizes, pose_difference
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
@@ -27,6 +27,7 @@ from camrob.summaries.compensate_summary import (
     Iterations,
     MarginsBeforeAfter,
     NewViolation,
+    OnDiagnosedMachine,
     PoseErrorSize,
     RateBeforeAfter,
     Violations,
@@ -46,6 +47,7 @@ Array = NDArray[np.float64]
 
 _PRINTED = 2e-6  # m and rad: what rounding to 4 and 5 decimals may leave, seen from a far flange
 _BETWEEN_MM = 0.02
+_TOLD_MM = 5e-4  # less is told as 0.000
 _SLOWER = 0.9  # of the feed that the axes allow: less than that share of it is said
 # a bound counts as newly passed from here on, or where it was passed before already, by so many times as much: linear
 # interpolation makes peaks of rounding, whose heights say little
@@ -54,32 +56,32 @@ _NEW, _WORSE = 1.02, 1.25
 
 def compensation_summary(
     text: ProgramText,
-    found: Calibration,
+    withheld: ErrorSize | None,
     result: Compensated,
     correction: Array,
     planned: Replay,
     after: Array,
     *,
     source: str,
-    calibration: str,
+    calibration: CalibrationUsed | None,
     limits: MarginsBeforeAfter,
     between: ErrorBetween | None,
     rates: tuple[Mapping[str, RateBeforeAfter], Violations | None],
     findings: Sequence[Finding],
+    machine: OnDiagnosedMachine | None,
 ) -> CompensateSummary:
     """What was done, in the units of the trade, but for the files and seconds.
 
-    correction (N, n): by how much the joints were moved, SI. source, calibration: names of the files. findings: what is said
-    before what these figures say by themselves.
+    withheld: the calibration's error on withheld poses. correction (N, n): by how much the joints were moved, SI. source: the
+    program's name. findings: what is said before what these figures say by themselves. machine: with a diagnosis only.
     """
     cell = planned.cell
     rows = np.asarray(text.kind) != Motion.CIRC_VIA
     moved = np.linalg.norm(
         (base_T_tool(cell, np.asarray(result.q)) - np.asarray(planned.base_T_tool))[rows, :3, 3], axis=1
     )
-    withheld = found.errors.get("calibrated/withheld")
     error_after = PoseErrorSize(**_sizes(after[rows]))
-    said = [*findings, *_findings(error_after, between, *rates)]
+    said = [*findings, *_findings(error_after, between, *rates), *_not_covered(machine)]
     return CompensateSummary(
         program=text.name,
         cell=cell.name,
@@ -93,7 +95,7 @@ def compensation_summary(
             axes=_axes(cell, correction[rows], np.asarray(text.line)[rows]),
         ),
         calibrated_withheld_mm=None if withheld is None else m_to_mm(withheld.mean),
-        calibration=CalibrationUsed(file=calibration, logs=tuple(name for name, _ in found.logs)),
+        calibration=calibration,
         error_between=between,
         derivatives=rates[0],
         violations=rates[1],
@@ -102,6 +104,7 @@ def compensation_summary(
         source=source,
         files=(),
         seconds=0.0,
+        machine=machine,
     )
 
 
@@ -239,5 +242,16 @@ def _findings(
     if between is not None and between.max_mm > _BETWEEN_MM:
         what = f"{between.max_mm:.3f} mm remain half-way through a LIN: divide long lines before compensating"
         said.append(Finding("between", what, line=between.worst_line))
-    said.append(Finding("not-covered", "backlash, drift and what the calibration left unexplained are not corrected"))
     return said
+
+
+def _not_covered(machine: OnDiagnosedMachine | None) -> list[Finding]:
+    """What the program leaves as it is."""
+    if machine is None:
+        return [Finding("not-covered", "backlash, drift and what the calibration left unexplained are not corrected")]
+    left = list(machine.not_reckoned)
+    if machine.rest_mm > _TOLD_MM:
+        left.append(f"what the diagnosis left unexplained ({machine.rest_mm:.3f} mm)")
+    if not machine.causes:
+        left.append("what is no constant of the chain (on the machine as diagnosed that would not have helped)")
+    return [Finding("not-covered", f"not corrected: {', '.join(left)}")] if left else []

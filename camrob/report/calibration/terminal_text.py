@@ -10,7 +10,7 @@ from rich.text import Text
 
 from camrob.report.words import shown_text
 from camrob.summaries.calibration_summary import CalibrationSummary, PublishedFigure
-from camrob.summaries.compensate_summary import CompensateSummary
+from camrob.summaries.compensate_summary import CompensateSummary, OnDiagnosedMachine
 from camrob.summaries.remarks import Remark
 
 __all__ = ["render_calibration", "render_compensation"]
@@ -111,9 +111,29 @@ def render_compensation(summary: CompensateSummary) -> RenderableType:
     return Group(
         *_warnings(summary.warnings),
         _errors(rows),
+        *_on_machine(summary.machine),
         Text(),
         shown_text(
             f"largest correction {summary.correction.max_mm:.3f} mm, at most {summary.iterations.max} iterations a "
             f"point; wrote {', '.join(summary.files)}"
         ),
     )
+
+
+def _on_machine(found: OnDiagnosedMachine | None) -> list[RenderableType]:
+    """Off the path on the machine as diagnosed, before and after."""
+    if found is None:
+        return []
+    grid = _table("off the path, machine as diagnosed", "rms mm", "95 % mm", "worst mm")
+    for name, size in (
+        ("program as it was", found.before),
+        ("constants corrected", found.constants),
+        ("as written", found.after),
+    ):
+        grid.add_row(name, *(f"{v:.4f}" for v in (size.rms_mm, size.p95_mm, size.max_mm)))
+    more = (
+        f"corrected beyond constants: {', '.join(found.causes)}"
+        if found.causes
+        else "nothing beyond constants was corrected"
+    )
+    return [Text(), grid, shown_text(more)]

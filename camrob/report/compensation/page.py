@@ -55,9 +55,10 @@ def compensation_report(
         [
             "<main>",
             f'<header><h1>Compensation of {escape(summary.program)}</h1><p class="made">for the cell '
-            f"<b>{escape(summary.cell)}</b>, calibrated from {escape(', '.join(summary.calibration.logs))}</p></header>",
+            f"<b>{escape(summary.cell)}</b>, {escape(_source(summary))}</p></header>",
             _cards(summary),
             _left(summary),
+            _on_machine(summary),
             _errors(summary),
             *(chart_section(c) for c in along),
             _axes(summary),
@@ -72,6 +73,37 @@ def compensation_report(
         if chart["layout"]["yaxis"]["type"] == "log":
             chart["layout"]["yaxis"] |= {"dtick": 1, "exponentformat": "power"}
     return page(f"Compensation of {summary.program}", body, {"names": {}, "charts": charts})
+
+
+def _source(summary: CompensateSummary) -> str:
+    """Where what is corrected comes from."""
+    if summary.calibration is not None:
+        return f"calibrated from {', '.join(summary.calibration.logs)}"
+    return f"after the diagnosis {summary.machine.diagnosis}" if summary.machine is not None else ""
+
+
+def _on_machine(summary: CompensateSummary) -> str:
+    """The program before and after on the machine as diagnosed; nothing without a diagnosis."""
+    found = summary.machine
+    if found is None:
+        return ""
+    named = [
+        ("the program as it was", found.before),
+        ("constants of the chain corrected", found.constants),
+        ("as written", found.after),
+    ]
+    rows = [[name, *(number(v, 4) for v in (s.rms_mm, s.p95_mm, s.max_mm))] for name, s in named]
+    more = (
+        f"Corrected beyond the constants: {escape(', '.join(found.causes))}."
+        if found.causes
+        else "Beyond the constants nothing was corrected: on the machine as diagnosed it would not have helped."
+    )
+    caption = (
+        f"{more} Distance of the tool from the intended path while it moves along lines and arcs, on the machine as diagnosed. "
+        f"What no cause explains ({found.rest_mm:.3f} mm) is not among it."
+    )
+    head = ("on the machine as diagnosed", "rms mm", "95 % mm", "worst mm")
+    return section("What the tool does", table(head, rows), f'<p class="caption">{caption}</p>')
 
 
 def _cards(summary: CompensateSummary) -> str:
@@ -95,7 +127,7 @@ def _cards(summary: CompensateSummary) -> str:
         ),
         ("Newton iterations", number(iterations.mean, 1), f"at most {iterations.max} a point"),
     ]
-    if known is not None:
+    if known is not None and not (summary.machine and summary.machine.causes):
         note = "mean error on withheld poses: no program can be truer"
         cards.append(("What the calibration leaves", number(known, 3, "mm"), note))
     return card_row(cards)

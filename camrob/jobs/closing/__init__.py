@@ -1,0 +1,1 @@
+"""The loop from program to measured part and back."""

@@ -1,0 +1,183 @@
+"""A program run on the machine as it was diagnosed: where the tool truly goes, and what a correction can take of that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from camrob.calibration.calibration import Calibration
+from camrob.calibration.compensate import pose_difference
+from camrob.calibration.error_model import ErrorModel
+from camrob.cell.cell import Cell
+from camrob.controller.programmed_path import ProgrammedPath
+from camrob.controller.replay import program_cell
+from camrob.controller.simulate import simulate
+from camrob.gap.fitted_units import FittedUnits
+from camrob.gap.observation.program_track import nearest_on_path
+from camrob.kinematics.frames import world_T_base
+from camrob.measurement.log import MeasurementLog
+from camrob.prediction.true_path import TruePath, true_path, unit_name
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
+from camrob.progress import Share
+from camrob.se3 import rotation_exp
+from camrob.summaries.compensate_summary import OffPathSize
+from camrob.units import m_to_mm
+
+__all__ = ["DiagnosedMachine", "MachineRun", "off_path_size", "shifted"]
+
+Array = NDArray[np.float64]
+
+_CYCLE = 0.004  # s, a row of the run: what a lag and a corner change within a motion is seen
+_SLOWLY = 10.0  # times the time: what then is less than half as large comes of the speed
+_ASIDE = 1e-3  # weight of a way that is no line or arc
+_FLOOR = (
+    1e-6  # m: what a row counts by where the tool stands, and a motion's end by itself, so that each end has a value
+)
+
+
+@dataclass(frozen=True)
+class DiagnosedMachine:
+    """A cell and what is wrong with it. constants: of its chain; units: all that a diagnosis claims, None without one; rest: m
+    in any one direction that stays unexplained; name: of the diagnosis.
+    """
+
+    cell: Cell
+    constants: Calibration | None
+    units: FittedUnits | None
+    rest: float
+    name: str
+
+    def run(self, program: ProgramText, *, progress: Share | None = None) -> MachineRun:
+        """Run a program. Raises as `simulate`, and InputError where calibration and diagnosis don't belong together."""
+        tooled = program_cell(program, self.cell)[0]
+        ran = simulate(program, self.cell, cycle=_CYCLE, progress=progress)
+        path = true_path(ran.log, tooled, self.constants, self.units, rest=self.rest)
+        return MachineRun(self, program, tooled, ran.log, np.asarray(ran.motion), path)
+
+
+@dataclass(frozen=True)
+class MachineRun:
+    """A run: its set-points a row a cycle, `motion` (N,) the row of the program that each belongs to, and the path.
+
+    cell: with the tool that the program sets.
+    """
+
+    machine: DiagnosedMachine
+    program: ProgramText
+    cell: Cell
+    log: MeasurementLog
+    motion: NDArray[np.int64]
+    path: TruePath
+
+    def beyond_constants(self) -> Array:
+        """(M, 6) twists in `base` at the motions' ends which, interpolated along the motions, come nearest to what lies between
+        the tool of the calibrated chain and the true one.
+
+        Nearest by least squares over the way: between two ends a correction is a straight line, and play that changes its side
+        there is met half-way from both.
+
+        Of what comes of the speed (a lag), the part along the way is left out: the tool gets there, only later, and a target
+        set ahead for it would be overrun where the motion ends.
+        """
+        found, cell = self.machine.constants, self.cell
+        model, values = (
+            (ErrorModel.of(cell, (), in_base=True), np.zeros(0)) if found is None else found.model(cell, in_base=True)
+        )
+        calibrated = model.poses(values, cell.to_q(self.log.setpoints(cell.axis_names)))
+        twist = pose_difference(self.path.true, calibrated)
+        tip = self.path.ideal[:, :3, 3]
+        step = np.linalg.norm(np.diff(tip, axis=0), axis=1)
+        way = np.divide(np.diff(tip, axis=0), step[:, None], out=np.zeros((len(step), 3)), where=step[:, None] > 0.0)
+        way = np.concatenate([way[:1], way])
+        along = np.einsum("ni,ni->n", self._of_speed()[:, :3], way)
+        twist[:, :3] -= along[:, None] * way
+        return _at_ends(np.asarray(self.program.kind), self.motion, np.concatenate([[0.0], step]), twist)
+
+    def further_causes(self) -> tuple[str, ...]:
+        """What more than constants of the chain moves the tool."""
+        found = self.machine.units
+        if found is None:
+            return ()
+        constant = {
+            unit_name(found, k)
+            for k, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True))
+            if effect.terms(unit, state)
+        }
+        return tuple(c.name for c in self.path.causes if c.name not in constant)
+
+    def off_path(self, intended: ProgrammedPath) -> Array:
+        """(K,) m from the tool's place to the intended path, at the rows of motions along lines and arcs."""
+        tip = self.path.true[:, :3, 3]
+        if intended.in_world:
+            frames = world_T_base(self.cell, self.cell.to_q(self.log.setpoints(self.cell.axis_names)))
+            tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
+        cutting = np.asarray(self.program.kind)[self.motion] >= Motion.LIN
+        nearest = nearest_on_path(tip[cutting], intended, self.motion[cutting])[0]
+        return np.asarray(np.linalg.norm(tip[cutting] - nearest, axis=1))
+
+    def _of_speed(self) -> Array:
+        """(N, 6) the part of the twist that comes of the speed: run as slowly, less than half of it would be there."""
+        columns = {**self.log.columns, "t": _SLOWLY * np.asarray(self.log.t)}
+        machine = self.machine
+        slow = true_path(
+            MeasurementLog(columns, self.log.info), self.cell, machine.constants, machine.units, rest=machine.rest
+        )
+        parts = [
+            a.twist
+            for a, b in zip(self.path.causes, slow.causes, strict=True)
+            if np.linalg.norm(b.twist[:, :3]) < 0.5 * np.linalg.norm(a.twist[:, :3])
+        ]
+        return np.asarray(sum(parts, np.zeros((len(self.log), 6))))
+
+
+def _at_ends(kind: Array, motion: NDArray[np.int64], step: Array, values: Array) -> Array:
+    """Values at the motions' ends (M, k) that, interpolated, fit those at rows (N, k) of the motions best, by the rows' ways.
+
+    step: (N,) m that the tool has moved since the row before. At an arc's auxiliary point they are those half-way.
+    """
+    ends = np.flatnonzero(kind != Motion.CIRC_VIA)
+    node = np.searchsorted(ends, motion)
+    done = np.cumsum(step)
+    finished = np.maximum.accumulate(np.bincount(node, weights=step, minlength=len(ends)).cumsum())
+    begin = np.concatenate([[0.0], finished])[node]
+    length = finished[node] - begin
+    share = np.divide(done - begin, length, out=np.ones_like(done), where=length > 0.0)
+    share[node == 0] = 1.0
+    weight = np.where(kind[ends][node] >= Motion.LIN, 1.0, _ASIDE) * (step + _FLOOR)
+    banded = np.zeros((2, len(ends)))
+    right = np.zeros((len(ends), values.shape[1]))
+    np.add.at(banded[1], node, weight * share**2)
+    np.add.at(banded[1], np.maximum(node - 1, 0), weight * (1.0 - share) ** 2)
+    np.add.at(banded[0], node, weight * share * (1.0 - share))
+    np.add.at(right, node, (weight * share)[:, None] * values)
+    np.add.at(right, np.maximum(node - 1, 0), (weight * (1.0 - share))[:, None] * values)
+    banded[0, 0] = 0.0
+    rows = np.maximum(np.searchsorted(motion, ends, side="right") - 1, 0)
+    banded[1] += _FLOOR
+    right += _FLOOR * values[rows]
+    out = np.empty((len(kind), values.shape[1]))
+    out[ends] = solveh_banded(banded, right)
+    via = np.flatnonzero(kind == Motion.CIRC_VIA)
+    out[via] = 0.5 * (out[np.maximum(via - 1, 0)] + out[via + 1])
+    return out
+
+
+def shifted(targets: Array, twists: Array) -> Array:
+    """Targets (M, 4, 4) moved against twists (M, 6): a machine that errs by these meets what was asked for."""
+    out = targets.copy()
+    out[:, :3, 3] -= twists[:, :3]
+    out[:, :3, :3] = rotation_exp(-twists[:, 3:]) @ targets[:, :3, :3]
+    return np.asarray(out)
+
+
+def off_path_size(distance: Array) -> OffPathSize:
+    """The figures of distances (K,), m."""
+    return OffPathSize(
+        rms_mm=m_to_mm(float(np.sqrt(np.mean(distance**2)))),
+        p95_mm=m_to_mm(float(np.quantile(distance, 0.95))),
+        max_mm=m_to_mm(float(np.max(distance))),
+    )

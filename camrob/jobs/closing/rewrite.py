@@ -1,0 +1,92 @@
+"""A program with other targets, and everything else of its text byte for byte."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.controller.replay import Replay, base_offsets
+from camrob.errors import ProgramError
+from camrob.findings import Finding
+from camrob.kinematics.frames import base_T_tool, seen_by_program
+from camrob.program.builder import printed_frames
+from camrob.program.language import Language, NewTarget
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
+from camrob.se3 import inverse
+
+__all__ = ["rewritten"]
+
+Array = NDArray[np.float64]
+
+
+def _printed_poses(text: ProgramText, cell: Cell, q: Array) -> Array:
+    """X .. C (N, 6), mm and degrees in the program's base, of the nominal robot in postures q (N, n)."""
+    return printed_frames(inverse(base_offsets(text)) @ seen_by_program(cell, q, base_T_tool(cell, q)))
+
+
+def rewritten(
+    source: Path, language: Language, text: ProgramText, planned: Replay, q: Array, folder: Path
+) -> tuple[ProgramText, list[Finding]]:
+    """Write a program with the targets that postures q (N, n) reach into a folder, all else byte for byte, and read it back.
+
+    source: the main file, `text` what it holds and `planned` its replay. Returns the program and what was left as it is. Raises
+    ProgramError where a motion that runs several times would need different targets.
+    """
+    sources, left = _patched(source.parent, language, text, planned, q)
+    _write(folder, source.parent, language, text, sources)
+    return language.read(folder / source.name), left
+
+
+def _patched(
+    folder: Path, language: Language, text: ProgramText, planned: Replay, q: Array
+) -> tuple[dict[str, str], list[Finding]]:
+    """The files' new texts (latin-1), and what was left as it is."""
+    poses = _printed_poses(text, planned.cell, q)
+    axes = planned.cell.to_axis_values(q)[:, :6]
+    sources = {name: (folder / name).read_bytes().decode("latin-1") for name in text.files}
+    lines = {name: source.split("\n") for name, source in sources.items()}
+    wanted: dict[str, dict[int, list[NewTarget]]] = {name: {} for name in sources}
+    warnings: list[Finding] = []
+    table_of = {True: axes.tolist(), False: poses.tolist()}
+    row = 0
+    while row < len(text):
+        count = 2 if text.kind[row] == Motion.CIRC_VIA else 1
+        name, line = text.files[text.file[row]], int(text.line[row])
+        by_axes = text.kind[row] == Motion.PTP_AXES
+        if by_axes and language.targets(lines[name][line - 1]) == 0:
+            warnings.append(Finding("left", "a PTP to a named posture is left as it is", line=line))
+        else:
+            table = table_of[bool(by_axes)]
+            new = [NewTarget(tuple(table[row + k]), bool(by_axes)) for k in range(count)]
+            old = wanted[name].setdefault(line, new)
+            if _apart(old, new):
+                what = "the motion runs several times and needs another correction each time"
+                raise ProgramError(what, hint="write the loop out", path=folder / name, line=line)
+        row += count
+    for name, source in sources.items():
+        try:
+            sources[name] = language.patch(source, wanted[name])
+        except ProgramError as error:
+            raise error.at(folder / name) from None
+    return sources, warnings
+
+
+def _apart(old: list[NewTarget], new: list[NewTarget]) -> bool:
+    """Whether two passes of one line ask for different targets."""
+    both = zip(old, new, strict=True)
+    return any(float(np.max(np.abs(np.subtract(a.values, b.values)))) > 1e-6 for a, b in both)
+
+
+def _write(folder: Path, origin: Path, language: Language, text: ProgramText, sources: Mapping[str, str]) -> None:
+    """The program's files; data lists go along unchanged."""
+    for name, source in sources.items():
+        (folder / name).write_bytes(source.encode("latin-1"))
+    stems = {Path(name).stem.lower() for name in text.files}
+    for file in origin.iterdir():
+        if file.suffix.lower() in language.suffixes[1:] and file.stem.lower() in stems and file.is_file():
+            (folder / file.name).write_bytes(file.read_bytes())

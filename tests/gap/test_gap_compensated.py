@@ -1,0 +1,124 @@
+"""Compensation on the machine as diagnosed: what is no constant of the chain is taken off the path, and truly so.
+
+The true machine is `gap_generator`'s, which shares no code with camrob; the linear algebra is held to a dense solution.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gap_cases import KR15, closed_loop, generator
+from test_gap_program import HEAD, HOME, start
+
+from camrob.errors import InputError
+from camrob.jobs.closing.diagnosed_machine import _at_ends, shifted
+from camrob.jobs.compensate import compensate
+from camrob.jobs.diagnose import diagnose
+from camrob.measurement.write_log import write_log
+from camrob.program.motion import Motion
+
+
+def test_ends_hold_the_best_straight_lines_between_them() -> None:
+    rng = np.random.default_rng(3)
+    kind = np.array([Motion.PTP_AXES, Motion.LIN, Motion.LIN, Motion.CIRC_VIA, Motion.CIRC_END, Motion.LIN])
+    motion = np.repeat([0, 1, 2, 4, 5], [3, 40, 50, 60, 30])
+    step = rng.uniform(1e-3, 2e-3, len(motion))
+    values = rng.normal(size=(len(motion), 2))
+    got = _at_ends(kind, motion, step, values)
+    ends = [0, 1, 2, 4, 5]
+    hat = np.zeros((len(motion), len(ends)))
+    for j, end in enumerate(ends):
+        rows = np.flatnonzero(motion == end)
+        share = np.cumsum(step[rows]) / step[rows].sum()
+        hat[rows, j] = share if j else 1.0
+        if j:
+            hat[rows, j - 1] = 1.0 - share
+    weight = np.sqrt(np.where(motion == 0, 1e-3, 1.0) * step)
+    best = np.linalg.lstsq(hat * weight[:, None], values * weight[:, None], rcond=None)[0]
+    assert np.allclose(got[ends], best, atol=0.02)
+    assert np.allclose(got[3], 0.5 * (got[2] + got[4]))
+
+
+def test_what_is_linear_along_the_motions_is_met_exactly() -> None:
+    kind = np.full(4, Motion.LIN)
+    motion = np.repeat(np.arange(4), 25)
+    step = np.full(100, 1e-3)
+    share = np.tile(np.arange(1, 26) / 25, 4)
+    nodes = np.array([2.0, -1.0, 3.0, 0.5])
+    values = np.where(motion == 0, nodes[0], (1 - share) * nodes[np.maximum(motion - 1, 0)] + share * nodes[motion])
+    assert np.allclose(_at_ends(kind, motion, step, values[:, None])[:, 0], nodes, atol=2e-3)
+
+
+def test_a_machine_that_errs_by_a_twist_meets_the_shifted_target() -> None:
+    rng = np.random.default_rng(5)
+    targets = np.tile(np.eye(4), (4, 1, 1))
+    targets[:, :3, :3] = [generator.turn(w) for w in rng.normal(0, 1.0, (4, 3))]
+    targets[:, :3, 3] = rng.normal(size=(4, 3))
+    twists = rng.normal(0, 1e-3, (4, 6))
+    met = shifted(targets, twists)
+    met[:, :3, 3] += twists[:, :3]
+    met[:, :3, :3] = np.stack([generator.turn(w) for w in twists[:, 3:]]) @ met[:, :3, :3]
+    assert np.allclose(met, targets, atol=1e-12)
+
+
+def circles(folder: Path) -> Path:
+    """A program of circles of some 100 mm in short lines, in which every axis of the arm turns back."""
+    head = HEAD.replace("X 200,Y 0,Z 0,A 0,B 90,C 0", "X 0,Y -41.76366,Z 415.57793,A 0,B 0,C -159.57978").replace(
+        "$VEL.CP=0.2", "$VEL.CP=0.06"
+    )
+    x, y, z, a, b, c = start(head)
+    lines = []
+    for k in range(3 * 60 + 1):
+        u = 2.0 * np.pi * k / 60.0
+        lines.append(
+            f"LIN {{X {x - 120 + 50 * np.cos(u) + 0.1 * k:.3f},Y {y + 55 * np.sin(u):.3f},Z {z - 150 + 30 * np.sin(u + 0.7):.3f},"
+            f"A {a + 8 * np.sin(u):.3f},B {b + 6 * np.cos(u):.3f},C {c:.3f},E1 0,E2 0}} C_DIS"
+        )
+    path = folder / "circles.src"
+    path.write_text(head + "$APO.CDIS=0.3\n" + "\n".join([HOME, *lines]) + "\nEND\n")
+    return path
+
+
+def three_plays(world) -> None:
+    """Play in the first three axes, which no constant of the chain corrects."""
+    for axis, width in ((0, 0.016), (1, 0.013), (2, 0.018)):
+        world.link[:, axis] += generator.play(world.command[:, axis], width * closed_loop.DEG)
+
+
+def test_play_is_taken_off_the_path_of_the_true_machine(tmp_path: Path) -> None:
+    """The published way (constants alone) has nothing to correct here; what the diagnosis tells takes half of the error."""
+    program = circles(tmp_path)
+    first = closed_loop.run_on_cell(program, three_plays, 1)
+    write_log(first, tmp_path / "run1.csv")
+    diagnose(cell=KR15, log=[tmp_path / "run1.csv"], out=tmp_path / "diagnosis")
+    told = json.loads((tmp_path / "diagnosis" / "diagnosis.json").read_text())
+    assert [e["effect"] for e in told["effects"] if e["probability"] > 0.5] == ["backlash"]
+
+    said = compensate(program, cell=KR15, diagnosis=tmp_path / "diagnosis", out=tmp_path / "out").summary
+    assert said.machine is not None and said.calibration is None
+    assert set(said.machine.causes) == {"backlash of A1", "backlash of A2", "backlash of A3"}
+    assert said.machine.after.rms_mm < 0.6 * said.machine.before.rms_mm
+
+    quiet = [off_path(run, program, three_plays) for run in (program, tmp_path / "out" / program.name)]
+    rms = [float(np.sqrt(np.mean(e**2))) for e in quiet]
+    assert rms[1] < 0.6 * rms[0]
+    assert rms[0] == pytest.approx(said.machine.before.rms_mm, rel=0.15)
+    assert rms[1] == pytest.approx(said.machine.after.rms_mm, rel=0.25)
+    # all but the targets is as it was
+    old, new = (p.read_text().splitlines() for p in (program, tmp_path / "out" / program.name))
+    assert [line.split("{")[0] for line in old] == [line.split("{")[0] for line in new]
+
+
+def off_path(run: Path, intended: Path, apply) -> np.ndarray:
+    """(N,) mm of the true machine's tool, without the instrument's noise, off the path that was meant."""
+    log = closed_loop.run_on_cell(run, apply, 2, sigma_mm=0.0)
+    return closed_loop.off_path(log, intended)
+
+
+def test_without_any_word_of_what_is_wrong_it_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nobody says what is wrong with the machine"):
+        compensate(circles(tmp_path), cell=KR15, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
