@@ -84,6 +84,7 @@ if TYPE_CHECKING:
     from camrob.jobs.compensate import CompensateResult, compensate
     from camrob.jobs.diagnose import DiagnoseResult, diagnose
     from camrob.jobs.feed import FeedResult, feed
+    from camrob.jobs.files.track_options import LiveOptions
     from camrob.jobs.objects.on_objects import Resolved, correct, explain, fit, resolve
     from camrob.jobs.place import PlaceResult, place
     from camrob.jobs.post import PostResult, post
@@ -92,7 +93,6 @@ if TYPE_CHECKING:
     from camrob.jobs.regress import RegressResult, regress
     from camrob.jobs.simulate import SimulateResult, simulate
     from camrob.jobs.track_live import TrackLiveResult, track_live
-    from camrob.jobs.track_options import LiveOptions
     from camrob.jobs.tracker import TrackerResult, tracker
     from camrob.jobs.tune_engines import TuneEnginesResult, tune_engines
     from camrob.jobs.verify import VerifyResult, verify
@@ -228,7 +228,7 @@ _HOME = {
     "FeedResult": "camrob.jobs.feed",
     "FeedSummary": "camrob.summaries.feed_summary",
     "Finding": "camrob.findings",
-    "LiveOptions": "camrob.jobs.track_options",
+    "LiveOptions": "camrob.jobs.files.track_options",
     "MeasurementLog": "camrob.measurement.log",
     "PlaceResult": "camrob.jobs.place",
     "PlaceSummary": "camrob.summaries.place_summary",

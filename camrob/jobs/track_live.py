@@ -17,7 +17,7 @@ from camrob.errors import InputError
 from camrob.jobs.exit_status import DONE, NOT_SAFE
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.takes_paths import takes_paths
-from camrob.jobs.track_options import LiveOptions, live_options
+from camrob.jobs.files.track_options import LiveOptions, live_options
 from camrob.loop.rsi.cycle_log import CycleLog, percentiles
 from camrob.loop.rsi.link import Address
 from camrob.loop.rsi.outcome import FAULTS, SessionCounts

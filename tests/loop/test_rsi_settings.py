@@ -12,8 +12,8 @@ from rsi_bench import CONTROLLER, LAW, STRANGER, TRACKER, Bench
 from rsi_world import HOST, Controller, Served, line
 
 from camrob.errors import CellError, InputError
+from camrob.jobs.files.track_options import live_options
 from camrob.jobs.track_live import LiveOptions, track_live
-from camrob.jobs.track_options import live_options
 from camrob.loop.case import read_tracker_case
 from camrob.loop.rsi.link import LinkSettings, read_sender
 from camrob.summaries.live_summary import InstrumentClock
