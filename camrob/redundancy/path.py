@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from camrob.frozen import digest, locked
 from camrob.toolpath.region import Move
 
-__all__ = ["REPEATED", "TRANSIT", "ToolPathInBase", "joined_paths"]
+__all__ = ["REPEATED", "SHORT_RETRACT", "TRANSIT", "ToolPathInBase", "joined_paths"]
 
 Array = NDArray[np.float64]
 
 REPEATED = 2e-6  # m, rad: poses nearer to each other than this may be printed alike, and are one point of a path
+SHORT_RETRACT = 0.01  # m: so far the arm goes along the tool's axis by itself; a track is slower than that is worth
 TRANSIT = -1
 """The region index of points that camrob puts between regions."""
 
@@ -76,6 +77,27 @@ class ToolPathInBase:
     def entering(self) -> NDArray[np.bool_]:
         """(N,) True for camrob's own points that the tool comes to at a feed: the way back into a cut behind a retract."""
         return np.asarray((self.source < 0) & ~self.cutting & np.isfinite(self.feed))
+
+    @property
+    def along_axis(self) -> NDArray[np.bool_]:
+        """(N,) True for points that the tool comes to along its own axis, by a short way or back and forth: holes and retracts.
+
+        No external axis has anything to do on such a way: the arm goes it alone.
+        """
+        if len(self) < 2:
+            return np.zeros(len(self), np.bool_)
+        axis, step = self.base_T_tip[:, :3, 2], np.diff(self.base_T_tip[:, :3, 3], axis=0)
+        depth = np.einsum("ij,ij->i", step, axis[1:])
+        aside = np.linalg.norm(step - depth[:, None] * axis[1:], axis=1)
+        turned = np.linalg.norm(np.diff(axis, axis=0), axis=1)
+        joined = (np.diff(self.region) == 0) & (self.region[1:] != TRANSIT) & (np.diff(self.stretch) == 0)
+        straight = joined & (aside < REPEATED) & (turned < REPEATED)
+        held = straight & (np.abs(depth) <= SHORT_RETRACT)
+        # a stretch of such steps that goes back on itself is a hole, however deep
+        number = np.cumsum(np.append(True, ~straight[1:] | ~straight[:-1]))
+        back = np.flatnonzero(straight[1:] & straight[:-1] & (depth[1:] * depth[:-1] < 0.0))
+        held |= straight & np.isin(number, number[back])
+        return np.append(False, held)
 
     @property
     def length(self) -> Array:

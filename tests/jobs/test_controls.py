@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from camrob.errors import SetupError, ToolpathError, VerificationError
 from camrob.toolpath.gcode import interpreter
+from camrob.toolpath.gcode.controls import heidenhain_moves, siemens_words
 
 PLACE = "part_in_base = [0, 0, 200, 0, 0, 0]\n"
 MACRO = (
@@ -32,7 +33,11 @@ POINT = re.compile(r"\{E6POS: X (\S+?),Y (\S+?),Z (\S+?),A (\S+?),B (\S+?),C (\S
 
 @pytest.mark.parametrize(
     ("name", "text", "lines"),
-    [("macro.nc", MACRO, "lines 8-16"), ("a.mpf", SIEMENS, "lines 1-11"), ("a.h", KLARTEXT, "lines 1-10")],
+    [
+        ("macro.nc", MACRO, "lines 8-16"),
+        ("a.mpf", SIEMENS.replace("N70 X10", "N65 R1=5\nN70 X=R1+5"), "lines 7-12"),
+        ("a.h", KLARTEXT.replace("5 L X+10", "5 Q1 = 10\n6 L X+Q1"), "lines 6-11"),
+    ],
 )
 def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name: str, text: str, lines: str) -> None:
     made = posted(tmp_path, name, text, setup=PLACE)
@@ -43,6 +48,33 @@ def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name
     )
     far = np.array([0.0, 10.0, 200.0]) if name == "macro.nc" else np.array([10.0, 0.0, 200.0])
     assert np.linalg.norm(points[:, :3] - far, axis=1).min() < 0.001
+
+
+@pytest.mark.parametrize(("name", "text"), [("a.mpf", SIEMENS), ("a.h", KLARTEXT)])
+def test_plain_programs_of_siemens_and_heidenhain_are_verified_whole(tmp_path: Path, name: str, text: str) -> None:
+    made = posted(tmp_path, name, text, setup=PLACE)
+    assert not [f for f in made.findings if f.code == "verified-in-part"] and made.summary.witness.complete
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "owner", "function", "fault"),
+    [
+        ("a.mpf", SIEMENS, siemens_words, "_signed", lambda reader: -(reader.number() or 0.0)),
+        (
+            "a.h",
+            KLARTEXT,
+            heidenhain_moves.HeidenhainMoves,
+            "_place",
+            lambda self, words: {"X": 7.0, "Y": 0.0, "Z": 5.0},
+        ),
+    ],
+)
+def test_a_fault_of_the_reader_is_not_released(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, text: str, owner: object, function: str, fault: object
+) -> None:
+    monkeypatch.setattr(owner, function, fault)
+    with pytest.raises((ToolpathError, VerificationError)):
+        posted(tmp_path, name, text, setup=PLACE)
 
 
 def test_rotary_words_by_iso_841_are_verified_whole(tmp_path: Path) -> None:

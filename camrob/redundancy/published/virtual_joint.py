@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +56,8 @@ def resolve_vjm(
     q, inv_kf, revisions = postures_along(
         PathTracker(cell, path, weighting=weighting), revise=revise, progress=progress
     )
-    return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), _findings(revisions, path))
+    findings = (*_findings(revisions, path), *_moved_in_holes(cell, path, q))
+    return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), findings)
 
 
 def postures_along(
@@ -219,6 +220,17 @@ def _findings(revisions: list[Revision], path: ToolPathInBase) -> tuple[Finding,
     )  # fmt: skip
 
 
+def _moved_in_holes(cell: Cell, path: ToolPathInBase, q: Array) -> tuple[Finding, ...]:
+    """Holes and short retracts that the arm could not make alone, as one finding with the first of them."""
+    external = [*cell.indices(Role.WORKPIECE), *cell.indices(Role.CARRIAGE)]
+    moved = np.flatnonzero(path.along_axis[1:] & (np.diff(q[:, external], axis=0) != 0.0).any(axis=1)) + 1
+    if not len(moved):
+        return ()
+    text = "an external axis moves in a hole or a short retract: the arm alone does not reach all of it"
+    k = int(moved[0])
+    return (Finding("external-axis-in-hole", text, line=int(path.line[k]), region=int(path.region[k]), point=k),)
+
+
 def standing_joints(cell: Cell) -> NDArray[np.bool_]:
     """(n,) True for joints that may move in void motions only: the table where the controller's base doesn't follow it."""
     return np.array([j.role is Role.WORKPIECE and not cell.base_follows_table for j in cell.joints])
@@ -253,6 +265,8 @@ class PathTracker:
         self.cell, self.path = cell, path
         self.chain = chain_arrays(cell)
         self.arm = Arm.of(cell)
+        self._still = path.along_axis
+        self._external = [*cell.indices(Role.WORKPIECE), *cell.indices(Role.CARRIAGE)]
         self.weigh(engine_weighting(cell) if weighting is None else weighting)
         self._speed = np.where(np.isfinite(cell.limits_of("speed")), cell.limits_of("speed"), np.inf)
 
@@ -269,6 +283,9 @@ class PathTracker:
             standing_joints(cell),
             weighting.gradient,
         )
+        locked = np.asarray(self.settings.locked).copy()
+        locked[self._external] = True
+        self._arm_alone = self.settings._replace(locked=locked)
 
     def at(self, q: Array) -> TrackState:
         """The state of a tracker that starts in posture q (n,)."""
@@ -323,9 +340,8 @@ class PathTracker:
         else:
             reference = reference[None]
         q, inv_kf = np.empty((len(targets), len(self.cell))), np.empty(len(targets))
-        code, reached = track(
-            self.chain, self.settings, targets, np.ascontiguousarray(reference), state, limits, q, inv_kf
-        )
+        still = self._still[start:stop][np.searchsorted(where, np.arange(len(targets)))]
+        code, reached = self._tracked(targets, np.ascontiguousarray(reference), state, limits, still, q, inv_kf)
         if code == TRACKED:
             return Attempt(q[where], inv_kf[where], state)
         point = start + int(np.searchsorted(where, reached))
@@ -334,6 +350,30 @@ class PathTracker:
             raise self.explain(failure)
         kept = where[: np.searchsorted(where, reached)]
         return Attempt(q[kept], inv_kf[kept], state, failure)
+
+    def _tracked(
+        self, targets: Array, reference: Array, state: TrackState, limits: Array, still: NDArray[np.bool_], q: Array,
+        inv_kf: Array,
+    ) -> tuple[int, int]:  # fmt: skip
+        """`track`, in pieces: the external axes stand on those that are `still` (M,), but where the arm can't do it alone."""
+        borders = [0, *(np.flatnonzero(np.diff(still)) + 1).tolist(), len(targets)]
+        for first, end in pairwise(borders):
+            part = slice(first, end)
+            rows = reference if len(reference) == 1 else reference[part]
+            piece = targets[part], limits[part], q[part], inv_kf[part]
+            if still[first]:
+                alone = TrackState(state.q.copy(), state.q_threshold.copy(), state.side.copy(), state.flags.copy())
+                kept = rows.copy()
+                kept[:, self._external] = state.q[self._external]
+                code, _ = track(self.chain, self._arm_alone, piece[0], kept, alone, *piece[1:])
+                if code == TRACKED:
+                    for now, then in zip(state, alone, strict=True):
+                        now[:] = then
+                    continue
+            code, reached = track(self.chain, self.settings, piece[0], rows, state, *piece[1:])
+            if code != TRACKED:
+                return code, first + reached
+        return TRACKED, len(targets)
 
     def explain(self, failure: Failure) -> JobError:
         """The error for a point that could not be followed, with what other postures would meet there."""

@@ -10,9 +10,11 @@ from pathlib import Path
 from camrob.errors import ToolpathError
 from camrob.witness.cl.apt import AptReader
 from camrob.witness.cl.gcode import GcodeReader
+from camrob.witness.cl.klartext import KlartextReader
 from camrob.witness.cl.offsets import Offsets
+from camrob.witness.cl.sinumerik import SinumerikReader
 from camrob.witness.cl.source import read_text
-from camrob.witness.cl.teller import UNREAD, Teller
+from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Story
 
 __all__ = ["read_story"]
@@ -32,16 +34,16 @@ _MARKS = (
     ("nx-clsf", r"^\s*(TOOL PATH|TLDATA|PAINT)\s*/"),
 )
 _OTHERS = (
-    ("Heidenhain's", re.compile(r"^[ \t]*(\d+[ \t]+)?BEGIN PGM ", re.I | re.M)),
+    (KlartextReader, re.compile(r"^[ \t]*(\d+[ \t]+)?BEGIN PGM ", re.I | re.M)),
     (
-        "Siemens'",
+        SinumerikReader,
         re.compile(
             r"\b(CYCLE8\d+|ORIWKS|ORIMKS|ORIVECT|SUPA|COMPCAD|FFWON|G64[0-5]|STOPRE|MCALL|GOTO[FB])\b|^%_N_"
             r"|\b(DEF[ \t]+(REAL|INT)|R\d+[ \t]*=)|\b([XYZABC]|[ABC]3|CR|TURN|T)[ \t]*=[ \t]*[-+(\dR\"A-Z]",
             re.I | re.M,
         ),
     ),
-)  # whose programs look like G-code, and are not read
+)  # whose programs look like G-code
 _NAMES = {
     "nx": "nx-clsf", "clsf": "nx-clsf", "creo": "creo-ncl", "ncl": "creo-ncl", "catia": "catia", "camworks": "camworks-apt",
     "solidworks": "camworks-apt", "camworks-clt": "camworks-clt", "clt": "camworks-clt", "makino": "makino", "apt": "apt",
@@ -111,18 +113,14 @@ def read_story(
         kind = _named(dialect) if dialect else _recognised(text)
         reader: AptReader | GcodeReader
         if kind == "gcode":
-            reader = GcodeReader(
-                tell, units, Offsets(tell, wear), by_tool=bool(dialect) and str(dialect).endswith("-iso")
-            )
+            language = next((reader for reader, mark in _OTHERS if mark.search(text)), GcodeReader)
+            by_tool = bool(dialect) and str(dialect).endswith("-iso")
+            reader = language(tell, units, Offsets(tell, wear), by_tool=by_tool)
         else:
             reader = AptReader(
                 tell, kind, units or _assumed_units(text, tell), units is not None, Offsets(tell, wear), tools or {}
             )
-        other = next((name for name, mark in _OTHERS if mark.search(text)), "") if kind == "gcode" else ""
-        if other:
-            tell.gap(1, f"{UNREAD}a program of {other}", last=text.rstrip().count("\n") + 1)
-        else:
-            reader.read(text)
+        reader.read(text)
         story = tell.story(kind, reader.units)
         if story is None:
             raise ToolpathError("no motion that can be read", hint="name a CL file with GOTO or G1 motions in numbers")

@@ -31,6 +31,7 @@ _ORDERS = frozenset("121 131 212 232 313 323".split())
 _OF_PLANE = frozenset("XYZIJKPQFST")
 _LINEAR = frozenset("XYZ")
 _ALONG = deg_to_rad(0.01)  # a tool nearer to the plane's z axis than this stands along it
+_SHORT = 1e-3  # of a vector that names an axis: three decimals are printed at least
 _ZERO = 1e-9  # degrees: nearer to whole turns than this is at zero
 
 
@@ -51,6 +52,7 @@ class Standing:
         self._tcp: set[str] = set()  # what holds the tool centre point: "G" (G43.4), "M" (M128, M428)
         self._plane: tuple[Array, Array] | None = None  # part_R_plane, part_p_plane (m)
         self._along = False  # the tool stands along the plane's z axis
+        self._vector: Array | None = None  # the tool's axis, where a vector names it
 
     @property
     def tilted(self) -> bool:
@@ -83,10 +85,20 @@ class Standing:
 
     def switch(self, by: str, on: bool) -> None:
         """The tool centre point on or off, by "G" or "M": with turned axes, X, Y and Z mean another thing behind it."""
-        before = self.odd
+        before, tcp = self.odd, bool(self._tcp)
         self._tcp = self._tcp | {by} if on else self._tcp - {by}
-        if self.odd != before:
+        if self.odd != before or (bool(self._tcp) != tcp and self._vector is not None):
             self.forget()
+        self._vector = self._vector if self._tcp else None
+
+    def aim(self, vector: Array) -> bool:
+        """The tool's axis by a vector (3,) of any length: the control finds the angles. False for none, or without TCP."""
+        length = float(np.linalg.norm(vector))
+        if not self._tcp or self.tilted or not length > _SHORT:
+            return False
+        self._vector = vector / length
+        self.at.update(A=None, B=None, C=None)
+        return True
 
     def leave(self, axes: set[str]) -> None:
         """These axes, or all where none is named, go to a position of the machine's own; X, Y and Z of a tilted plane are none of
@@ -127,6 +139,7 @@ class Standing:
             start = self.shift.get(letter, 0.0) if absolute else before
             at[letter] = None if start is None else start + value
         if not axes <= _LINEAR:
+            self._vector = None
             self.used |= axes - _LINEAR
             for letter, other in ("AB", "BA"):  # a machine has one of the two
                 if letter in axes and other not in self.used:
@@ -148,6 +161,8 @@ class Standing:
             return None
         if self._plane is not None:
             return (np.array([x, y, z]), self._plane[0][:, 2]) if self._along else None
+        if self._vector is not None:
+            return np.array([x, y, z]), self._vector
         if a is None or b is None or c is None:
             return None
         return np.array([x, y, z]), tool_axis(a, b, c, "B" in self.used)

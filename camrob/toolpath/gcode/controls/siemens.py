@@ -28,6 +28,7 @@ _MARKS = tuple(
         r"\b(?:[XYZABC]|A3|B3|C3|CR|TURN)[ \t]*=[ \t]*[-+(0-9R]|\bT[ \t]*=[ \t]*\"",
     )
 )
+_REMARK = re.compile(r"\"[^\"]*\"|;.*")  # a text in quotes may hold a semicolon
 _LABEL = re.compile(r"([A-Z_][A-Z0-9_]+):(?!=)")
 _JUMP = re.compile(r"(?:IF(.*?))? ?(GOTOF|GOTOB|GOTOC|GOTO) ?([A-Z_][A-Z0-9_]*|[0-9]+)$")
 _SET = re.compile(r"(R[0-9]+|R\(.*?\)|[A-Z_][A-Z0-9_]*)=(?!=)(.*)$")
@@ -246,7 +247,8 @@ class _Program:
 
 def _split(raw: str) -> tuple[str, str, str]:
     """A line without blanks outside of strings: its text without N word and label, the label, the comment."""
-    code, _, comment = raw.partition(";")
+    cut = next((match.start() for match in _REMARK.finditer(raw) if match[0][0] == ";"), len(raw))
+    code, comment = raw[:cut], raw[cut + 1 :]
     message = re.match(r"\s*(?:N[0-9]+\s*)?MSG\s*\((.*)\)\s*$", code, re.I)
     if message:
         return "", "", "MSG," + message[1].strip().strip('"')

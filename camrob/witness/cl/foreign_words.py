@@ -1,0 +1,56 @@
+"""What the readers of Siemens' and Heidenhain's programs share: blocks as ISO has them, and the end of what is read."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from camrob.witness.cl.gcode import GcodeReader
+from camrob.witness.cl.teller import UNREAD
+
+__all__ = ["ForeignReader", "UnreadError"]
+
+_AXES = frozenset("XYZABC")
+
+
+class UnreadError(Exception):
+    """A statement that is not read; its text says what it is. What lies behind it is not read either."""
+
+
+class ForeignReader(GcodeReader, ABC):
+    """Reads a program of another control line by line (`_line`), each as the blocks of ISO 6983 that it stands for."""
+
+    def read(self, text: str) -> None:
+        """Reads the text up to its end, or to the first statement that is not read."""
+        rows = self._statements(text)
+        for i, row in rows:
+            try:
+                self._line(row, i)
+            except UnreadError as error:
+                self._gap(i, f"{UNREAD}{error}", last=text.rstrip().count("\n") + 1)
+                return
+            if self._ended:
+                return
+
+    def _statements(self, text: str) -> list[tuple[int, str]]:
+        """The statements with their lines."""
+        return [(i, row) for i, row in enumerate(text.split("\n"), 1) if row.strip()]
+
+    @abstractmethod
+    def _line(self, row: str, line: int) -> None:
+        """One statement. Raises UnreadError for one that is not read."""
+
+    def _block(self, words: list[str], line: int, vector: tuple[float, ...] | None = None) -> None:
+        """One block of ISO's words; vector: the tool's axis behind it, with or without a way of the tip."""
+        if vector is None:
+            if words:
+                self._read("".join(words), line)
+            return
+        if "M128" in words:
+            self._stand.switch("M", True)
+        if not self._stand.aim(np.array(vector)):
+            raise UnreadError("a tool axis without length or tool centre point")
+        self._read("".join(words), line)
+        if not any(word[0] in _AXES for word in words):
+            self._line_or_arc(set(), {}, line)

@@ -1,0 +1,244 @@
+"""Heidenhain's plain language without parameters, labels, planes and most cycles: L, LN under M128, arcs, TOOL CALL.
+
+Heidenhain, "TNC 640 User's Manual, Klartext Programming". Everything else ends what is read.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
+from camrob.witness.units import deg_to_rad, rad_to_deg
+
+__all__ = ["KlartextReader"]
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_TOKEN = re.compile(
+    rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|PR|I?[XYZABC]|[NT][XYZ]|[FMR]))\s?(?P<value>{_NUMBER})?\s?|DR(?P<sense>[-+])\s?"
+)
+_NOTHING = re.compile(r"(BLK FORM|TOOL DEF|\*|CYCL DEF (32|247)\b|END PGM)")
+_FIRST = {"3": "M3", "4": "M4", "7": "M7", "8": "M8", "13": "M3M8", "14": "M4M8", "128": "M128"}
+_LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129": "M129"}
+# how the path is run, and which way rotary axes go round
+_QUIET = frozenset("116 117 120 124 126 127 134 135 137 138 107 108 25 26".split())
+_FULL = 360.0  # degrees
+
+
+class KlartextReader(ForeignReader):
+    """Tells what the statements of one file ask for."""
+
+    def read(self, text: str) -> None:
+        """Reads the text up to its end, or to the first statement that is not read."""
+        self._here: dict[str, float] = {}  # X, Y, Z as the program counts them, where they are known
+        self._pole: tuple[float, float] | None = None
+        super().read(text)
+
+    def _statements(self, text: str) -> list[tuple[int, str]]:
+        rows: list[tuple[int, str]] = []
+        goes_on = False
+        for i, raw in enumerate(text.split("\n"), 1):
+            row = " ".join(raw.partition(";")[0].split()).upper()
+            if goes_on and rows:
+                rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
+            elif row := re.sub(r"^\d+(?: |$)", "", row.rstrip("~ ")):
+                rows.append((i, row))
+            goes_on = raw.rstrip().endswith("~")
+        return rows
+
+    def _line(self, row: str, line: int) -> None:
+        head, _, rest = row.partition(" ")
+        if row.startswith("BEGIN PGM"):
+            if self._tell.n or not row.endswith((" MM", " INCH")):
+                raise UnreadError("a second program, or one without units")
+            self._block(["G20" if row.endswith("INCH") else "G21", "G17", "G90", "G94"], line)
+        elif head in ("L", "LN"):
+            self._straight(rest, line)
+        elif head in ("C", "CR", "CP", "LP"):
+            self._round(head, rest, line)
+        elif head == "CC":
+            self._set_pole(rest)
+        elif row.startswith("TOOL CALL"):
+            self._tool(row[9:].strip(), line)
+        elif row.startswith("CYCL DEF"):
+            self._defined(row[8:].strip(), line)
+        elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+", row):
+            codes = re.findall(r"M(\d+)", row)
+            self._switch(codes, line, first=True)
+            self._block(["M0"] if head == "STOP" else [], line)
+            self._switch(codes, line, first=False)
+        elif re.fullmatch(r"FUNCTION TCPM F TCP AXIS POS( PATHCTRL (AXIS|VECTOR))?( REFPNT TIP-TIP| F\d+)*", row):
+            self._switch(["128"], line, first=True)
+        elif row.startswith("FUNCTION RESET TCPM"):
+            self._switch(["129"], line, first=False)
+        elif not _NOTHING.match(row):
+            raise UnreadError(f"{row[:24]}, of Heidenhain's language")
+
+    # -- words
+
+    def _parts(self, text: str) -> tuple[dict[str, str], list[str], bool]:
+        """Words, M functions, and whether it is a rapid."""
+        words: dict[str, str] = {}
+        codes: list[str] = []
+        at, text = 0, text.replace("F MAX", "FMAX")
+        while at < len(text):
+            token = _TOKEN.match(text, at)
+            if token is None or token.end() == at:
+                raise UnreadError(f"{text[at : at + 20]}, of Heidenhain's language")
+            at = token.end()
+            if token["sense"]:
+                words["DR"] = token["sense"]
+            elif token["name"] == "M":
+                codes.append(f"{float(token['value'] or 'nan'):g}")
+            elif token["name"] in words or (token["value"] is None and token["name"] not in ("FMAX", "R0", "RL", "RR")):
+                raise UnreadError(f"{token['name']} twice, or without a number")
+            else:
+                words[token["name"]] = token["value"] or ""
+        rapid = words.pop("FMAX", None) is not None
+        return words, codes, rapid
+
+    def _switch(self, codes: list[str], line: int, *, first: bool) -> None:
+        """The M functions that act before a motion, or behind it."""
+        table = _FIRST if first else _LAST
+        for code in codes:
+            if code in table:
+                for word in re.findall(r"M\d+", table[code]):
+                    self._block([word], line)
+                if code in ("128", "129"):
+                    self._here = {}
+            elif code not in _QUIET and code not in (*_FIRST, *_LAST, "91", "92"):
+                raise UnreadError(f"M{code} of Heidenhain's")
+
+    def _sided(self, words: dict[str, str], line: int) -> None:
+        for word, code in (("R0", "40"), ("RL", "41"), ("RR", "42")):
+            if words.pop(word, None) is not None:
+                self._offsets.block([code], [], {}, line)
+
+    def _ends(self, words: dict[str, str]) -> dict[str, float]:
+        """Where the axes go, absolute."""
+        to: dict[str, float] = {}
+        for name in [w for w in words if re.fullmatch(r"I?[XYZABC]", w)]:
+            value, letter = float(words.pop(name)), name[-1]
+            if name[0] == "I":
+                if letter not in self._here:
+                    raise UnreadError(f"{name} from where the axis isn't known to be")
+                value += self._here[letter]
+            to[letter] = value
+        return to
+
+    # -- motions
+
+    def _straight(self, text: str, line: int) -> None:
+        if re.fullmatch(r"M140 MB ?(MAX|[-+\d.]+)( F ?\w+)?", text):
+            self._here = {}
+            self._forget()
+            return
+        words, codes, rapid = self._parts(text)
+        self._sided(words, line)
+        self._switch(codes, line, first=True)
+        feed = [f"F{words.pop('F')}"] if "F" in words else []
+        vector = None
+        if {"TX", "TY", "TZ"} & set(words):
+            vector = tuple(float(words.pop(name, "0")) for name in ("TX", "TY", "TZ"))
+        elif {"NX", "NY", "NZ"} & set(words):
+            raise UnreadError("LN with a normal, and no tool axis")
+        for name in ("NX", "NY", "NZ"):
+            words.pop(name, None)
+        to = self._ends(words)
+        if words:
+            raise UnreadError(f"{', '.join(words)} in a straight motion")
+        block = [*(f"{letter}{value:.9f}" for letter, value in to.items()), *feed]
+        if {"91", "92"} & set(codes):
+            for letter in to:
+                self._here.pop(letter, None)
+            self._block(["G53", "G0" if rapid else "G1", *block], line)
+        elif to or vector:
+            self._block(["G0" if rapid else "G1", *block], line, vector)
+            self._here |= {letter: value for letter, value in to.items() if letter in "XYZ"}
+        elif feed:
+            self._block(feed, line)
+        self._switch(codes, line, first=False)
+
+    def _set_pole(self, text: str) -> None:
+        words, _, _ = self._parts(text)
+        to = self._ends(words)
+        if words or set(to) - set("XY") or not (to.keys() == {"X", "Y"} or self._pole):
+            raise UnreadError("a centre (CC) that isn't named in X and Y")
+        x, y = self._pole or (0.0, 0.0)
+        self._pole = (to.get("X", x), to.get("Y", y))
+
+    def _round(self, kind: str, text: str, line: int) -> None:
+        words, codes, rapid = self._parts(text)
+        self._sided(words, line)
+        self._switch(codes, line, first=True)
+        feed = [f"F{words.pop('F')}"] if "F" in words else []
+        sense = words.pop("DR", "")
+        to, more = self._ends(words), list[str]()
+        if not {"X", "Y"} <= self._here.keys() or (kind != "CR" and self._pole is None) or (kind != "LP" and not sense):
+            raise UnreadError(f"{kind} from where the tool isn't known to be, or without its pole or sense")
+        x, y = self._here["X"], self._here["Y"]
+        cx, cy = self._pole or (x, y)
+        if kind in ("CP", "LP"):
+            to, more = self._polar(kind, words, to, (x - cx, y - cy))
+        if kind == "CR":
+            more = [f"R{words.pop('R', 'nan')}"]
+        elif kind != "LP":
+            more += [f"I{cx - x:.9f}", f"J{cy - y:.9f}"]
+        if words or "nan" in more[0:1]:
+            raise UnreadError(f"{', '.join(words)} in {kind}")
+        to = {"X": x, "Y": y} | to
+        ends = [f"{letter}{value:.9f}" for letter, value in to.items()]
+        motion = ("G0" if rapid else "G1") if kind == "LP" else "G3" if sense == "+" else "G2"
+        self._block([motion, *ends, *more, *feed], line)
+        self._here |= to
+        self._switch(codes, line, first=False)
+
+    def _polar(
+        self, kind: str, words: dict[str, str], to: dict[str, float], off: tuple[float, float]
+    ) -> tuple[dict[str, float], list[str]]:
+        """The end of CP or LP about the pole, `off` (X, Y) being where the tool is from it, and the word for full turns."""
+        cx, cy = self._pole or (0.0, 0.0)
+        radius, more = math.hypot(*off), list[str]()
+        if "PR" in words:
+            if kind == "CP":
+                raise UnreadError("CP with PR")
+            radius = float(words.pop("PR"))
+        if "IPA" in words:
+            way = float(words.pop("IPA"))
+            angle = rad_to_deg(math.atan2(off[1], off[0])) + way
+            more = [f"P{max(1, math.ceil(abs(way) / _FULL - 1e-9))}"] if kind == "CP" else []
+        else:
+            angle = float(words.pop("PA", "nan"))
+        if not math.isfinite(angle) or (kind == "CP" and not more and abs(angle) > _FULL):
+            raise UnreadError(f"{kind} whose angle is not known")
+        ray = deg_to_rad(angle)
+        return {**to, "X": cx + radius * math.cos(ray), "Y": cy + radius * math.sin(ray)}, more
+
+    # -- tools and cycles
+
+    def _tool(self, text: str, line: int) -> None:
+        found = re.fullmatch(
+            rf"(\d+)?\s*(?:Z)?\s*(?:S\s?({_NUMBER}))?\s*(?:F\s?({_NUMBER}))?\s*(?:D[LR]2?[-+]?0*\.?0* ?)*", text
+        )
+        if found is None:
+            raise UnreadError("TOOL CALL by a name, with another axis, or with an offset")
+        number, speed, feed = found.groups()
+        words = [f"S{speed}"] * bool(speed) + [f"F{feed}"] * bool(feed)
+        if number:
+            self._here = {}
+        self._block(([f"T{number}", "M6"] if number else []) + words, line)
+
+    def _defined(self, text: str, line: int) -> None:
+        """Datum shift (7), dwell (9), and cycles that move nothing (32, 247)."""
+        number, _, rest = text.partition(" ")
+        main = number.partition(".")[0]
+        shift = re.fullmatch(rf"(?:[XYZ]\s?{_NUMBER}\s?)+", rest)
+        time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({_NUMBER})", rest)
+        if main == "7" and number != "7.0" and shift:
+            named = {letter: float(value) for letter, value in re.findall(rf"([XYZ])\s?({_NUMBER})", rest)}
+            self._block(["G52", *(f"{letter}{value:.9f}" for letter, value in named.items())], line)
+            self._here = {}
+        elif main == "9" and number != "9.0" and time:
+            self._block(["G4", f"P{float(time[1]):.6f}"], line)
+        elif not (number in ("7.0", "9.0") or main in ("32", "247")):
+            raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")

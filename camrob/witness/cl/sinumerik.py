@@ -1,0 +1,152 @@
+"""Siemens 840D without variables, jumps and cycles: blocks of words, X=..., TRAORI with A3 B3 C3, TRANS, SUPA.
+
+Siemens, "Programming Manual Fundamentals" and "Job planning" (840D sl). Everything else ends what is read.
+"""
+
+from __future__ import annotations
+
+import re
+
+from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
+
+__all__ = ["SinumerikReader"]
+
+_COMMENT = re.compile(r"(\"[^\"]*\")|;.*")
+_HEADER = re.compile(r"%_N_\w+|%\w*|PROC \w+.*")
+_TOKEN = re.compile(
+    r"\s*(?:(?P<name>T)\s*=\s*\"(?P<text>[^\"]*)\"|(?P<key>[A-Z]+\d?)\s*=\s*(?P<set>[-+]?(?:\d+\.?\d*|\.\d+))(?![\d.*/+(A-Z-])"
+    r"|(?P<word>[A-Z])\s*(?P<value>[-+]?(?:\d+\.?\d*|\.\d+))(?![\w=])|(?P<said>[A-Z][A-Z_]{2,}\d*[A-Z]*)(?:\(1\))?(?![\w=(]))"
+)
+# how fast and how smoothly the path is run, and who finds the rotary axes: not where it goes
+_QUIET = frozenset(
+    """SOFT BRISK DRIVE FFWON FFWOF COMPON COMPOF COMPCURV COMPCAD COMPSURF UPATH SPATH CUT2D CUT2DF STOPRE DYNNORM DYNPOS
+    DYNROUGH DYNSEMIFIN DYNFINISH DYNPREC ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORISON ORISOF CDOF CDON WALIMON WALIMOF RTLION
+    RTLIOF CFIN CFC CFTCP DIAMOF FNORM NORM KONT ADISPOS FIFOCTRL SBLON SBLOF SAVE DISPLOF""".split()
+)
+_QUIET_CALLS = re.compile(
+    r"(CYCLE832|MSG|FGROUP|FGREF|WORKPIECE|GROUP_BEGIN|GROUP_END|GROUP_ADDEND|EXTERN|SETMS)\s*\(.*\)"
+)
+_QUIET_G = frozenset("9 60 64 601 602 603 641 642 643 644 645 450 451 460 461 462".split())
+_UNITS = {"70": "G20", "700": "G20", "71": "G21", "710": "G21"}
+_PLAIN_G = frozenset("0 1 2 3 4 17 18 19 40 41 42 53 54 55 56 57 90 91 93 94 95 97".split())
+_VECTOR = ("A3", "B3", "C3")
+
+
+class SinumerikReader(ForeignReader):
+    """Tells what the blocks of one file ask for."""
+
+    def read(self, text: str) -> None:
+        """Reads the text up to its end, or to the first statement that is not read."""
+        names = {name.upper() for name in re.findall(r"\bT\s*=\s*\"([^\"]*)\"", re.sub(r";.*", "", text), re.I)}
+        self._lone = len(names) == 1 and not any(name.isdigit() for name in names)
+        self._moved_by = dict.fromkeys("XYZ", 0.0)  # TRANS, in the program's unit
+        super().read(text)
+
+    def _line(self, row: str, line: int) -> None:
+        body = _COMMENT.sub(lambda found: found[1] or "", row).upper().strip()
+        if body.startswith("/"):
+            self._tell.note("blocks that may be skipped (/) are taken as executed")
+            body = re.sub(r"^/\d?\s*", "", body)
+        body = re.sub(r"^[N:]\d+\s*", "", body)
+        if _HEADER.fullmatch(body):
+            if self._tell.n:
+                raise UnreadError("another program in the same file")
+            return
+        if not body or _QUIET_CALLS.fullmatch(body):
+            return
+        if shift := re.match(r"A?TRANS\b", body):
+            self._shift(body[shift.end() :], line, adds=body.startswith("A"))
+            return
+        self._words(body, line)
+
+    def _shift(self, rest: str, line: int, *, adds: bool) -> None:
+        """TRANS sets the shift, and ATRANS adds to it."""
+        parts = re.findall(r"\s*([XYZ])\s*=?\s*([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.*/+-])", rest)
+        if re.sub(r"\s*[XYZ]\s*=?\s*[-+]?(?:\d+\.?\d*|\.\d+)", "", rest).strip():
+            raise UnreadError("a shift that is computed, or of another axis")
+        before = self._moved_by if adds else dict.fromkeys("XYZ", 0.0)
+        self._moved_by = before | {axis: before[axis] + float(value) for axis, value in parts}
+        self._block(["G52", *(f"{axis}{value:.9f}" for axis, value in self._moved_by.items())], line)
+
+    def _words(self, body: str, line: int) -> None:
+        words: list[str] = []
+        vector: dict[str, float] = {}
+        machine, at = False, 0
+        while at < len(body):
+            token = _TOKEN.match(body, at)
+            if token is None:
+                raise UnreadError(f"{body[at : at + 20].strip()}: computed, or a word of Siemens'")
+            at = token.end()
+            if token["name"]:
+                words += self._tool(token["text"])
+            elif token["said"]:
+                machine = machine or token["said"] == "SUPA"
+                words += self._said(token["said"])
+            elif token["key"] in _VECTOR:
+                vector[token["key"]] = float(token["set"])
+            elif (token["word"] or token["key"]) == "G":
+                code = f"{float(token['value'] or token['set']):g}"
+                machine = machine or code in ("53", "153")
+                words += self._code(code)
+            else:
+                words += self._plain(token["word"] or token["key"], token["value"] or token["set"])
+            while at < len(body) and body[at] == " ":
+                at += 1
+        if "G4" in words:
+            words = self._dwell(words)
+        aims = tuple(vector.get(name, 0.0) for name in _VECTOR) if vector else None
+        if machine and any(word[0] in "XYZABC" for word in words):
+            words.append("G53")
+        if self._lone:
+            words = [word for word in words if not re.fullmatch(r"M0*6", word)]
+        self._block(words, line, aims)
+
+    def _tool(self, name: str) -> list[str]:
+        """A tool by its name: a number, or the only one of the file, which the set-up describes."""
+        if name.isdigit():
+            return [f"T{name}"]
+        if not self._lone:
+            raise UnreadError("several tools by their names")
+        return []
+
+    def _said(self, word: str) -> list[str]:
+        known = {"TRAORI": ["M128"], "TRAFOOF": ["M129"], "RET": ["M30"], "SUPA": []}
+        if word in known:
+            return known[word]
+        if word not in _QUIET:
+            raise UnreadError(f"{word}, a word of Siemens'")
+        return []
+
+    @staticmethod
+    def _code(code: str) -> list[str]:
+        if code in _UNITS:
+            return [_UNITS[code]]
+        if code in _QUIET_G or code in ("53", "153"):
+            return []
+        if code not in _PLAIN_G:
+            raise UnreadError(f"G{code} of Siemens'")
+        return [f"G{code}"]
+
+    @staticmethod
+    def _plain(name: str, value: str) -> list[str]:
+        if name == "CR":
+            return [f"R{value}"]
+        if name == "TURN":
+            return [f"P{float(value) + 1.0:g}"]
+        if name == "M" and float(value) == 17.0:
+            return ["M30"]
+        if name in ("S1", "M1"):
+            return [name[0] + value]
+        if name in "XYZABCIJKFSTDM":
+            return [name + value]
+        if name == "H":
+            return []
+        raise UnreadError(f"{name}={value}, a word of Siemens'")
+
+    @staticmethod
+    def _dwell(words: list[str]) -> list[str]:
+        """G4 F: seconds; G4 S would be turns of the spindle."""
+        time = [word for word in words if word[0] == "F"]
+        if len(time) != 1 or set(words) != {"G4", time[0]}:
+            raise UnreadError("G4 of another time than seconds")
+        return ["G4", f"P{float(time[0][1:]):.6f}"]
