@@ -129,7 +129,7 @@ def test_supa_is_a_machine_position_and_one_tool_by_its_name_is_the_set_ups(tmp_
         ("X=R1 GOTOF NOWHERE", "R1 is read|NOWHERE"),
         ("GOTOF NOWHERE", "NOWHERE is jumped to"),
         ("POCKET3(50,0,2)", "POCKET3"),
-        ("MCALL CYCLE81(50,0,2,-5)", "modal call"),
+        ("MCALL CYCLE84(50,0,2,-5)", "modal call"),
         ("L100", "subprogram call"),
         ("MY_SUB", "MY_SUB is not known"),
         ("ROT Z30", "turned frame"),
@@ -310,3 +310,70 @@ def test_a_work_offset_out_of_force_cuts_nothing(tmp_path: Path) -> None:
     head = "G71 G90\nT1\nG500\nSUPA G0 Z0\nG54\nS900 M3\nG0 X0 Y0 Z5\nG1 X5 F100\nG0 Z9\nG500\n"
     np.testing.assert_allclose(ends(tmp_path, head + "SUPA G0 Z0\nM30\n", "o.mpf")[:, 0], [5])
     refused(tmp_path, head + "G0 X0 Y0 Z5\nG1 X5\nM30\n", "o.mpf", 12, "without the work offset")
+
+
+# -- drilling cycles --------------------------------------------------------------------------------------------------
+
+
+def _moved(folder: Path, body: str) -> list[tuple[str, float, float, float, float]]:
+    """Each motion's way, end (mm) and feed (mm/min, 0 in rapid), in order."""
+    out = []
+    for region in regions(folder, SIEMENS + UP + body + "M30\n", "c.mpf"):
+        for p, move, feed in zip(region.position * 1e3, region.move, region.feed, strict=True):
+            way = "cut" if move == Move.CUT else "rapid"
+            out.append(
+                (way, *(round(float(v), 6) + 0.0 for v in p), 0.0 if way == "rapid" else round(float(feed) * 6e4, 6))
+            )
+    return out
+
+
+def test_siemens_drills_where_mcall_stands_behind_every_way(tmp_path: Path) -> None:
+    body = "G1 X1 F300\nG0 Z30\nMCALL CYCLE82(20,1,2,-5,,0.5)\nX10 Y5\nMCALL\nX20\nG1 Z0\n"
+    assert _moved(tmp_path, body)[2:] == [
+        ("rapid", 1, 0, 30, 0), ("rapid", 10, 5, 30, 0), ("rapid", 10, 5, 3, 0), ("cut", 10, 5, -5, 300), ("rapid", 10, 5, 20, 0),
+        ("rapid", 20, 5, 20, 0), ("cut", 20, 5, 0, 300),
+    ]  # fmt: skip
+    (region,) = regions(tmp_path, SIEMENS + UP + body + "M30\n", "c.mpf")
+    assert [(e.kind, e.value) for e in region.events if e.kind is EventKind.DWELL] == [(EventKind.DWELL, 0.5)]
+
+
+@pytest.mark.parametrize(
+    ("call", "heights"),
+    [
+        ("CYCLE81(20,1,2,,6)", [(3, 0), (-5, 600), (20, 0)]),
+        ("CYCLE85(20,0,2,-5,,0,120,240)", [(2, 0), (-5, 120), (2, 240), (20, 0)]),
+        # bites of 4, 3, 2, 2 and what is left; out to the clearance, in again to 2 above
+        ("CYCLE83(20,0,2,-12,,-4,,1,0,0,1,1,3,2)", [(2, 0), (-4, 600), (2, 0), (-2, 0), (-7, 600), (2, 0), (-5, 0), (-9, 600),
+                                                    (2, 0), (-7, 0), (-11, 600), (2, 0), (-9, 0), (-12, 600), (20, 0)]),
+        ("CYCLE83(20,0,2,-8,,,3,0,0,0,0.5,0,0,3,0.5)", [(2, 0), (-3, 300), (-2.5, 600), (-6, 600), (-5.5, 600), (-8, 600),
+                                                        (20, 0)]),
+        ("CYCLE83(20,0,2,-8,,,4,-0.5,0,0,1,0,0,1,1)", [(2, 0), (-4, 600), (-3, 600), (-6, 600), (-5, 600), (-7, 600), (-6, 600),
+                                                     (-8, 600), (20, 0)]),
+    ],
+)  # fmt: skip
+def test_siemens_cycles_by_their_values(tmp_path: Path, call: str, heights: list[tuple[float, float]]) -> None:
+    found = _moved(tmp_path, f"G0 X4 Y5 Z30\n{call}\nG1 X5\n")
+    assert [(z, feed) for _, x, _, z, feed in found[2:-1]] == heights
+    assert found[-1] == ("cut", 5, 5, 20, 600)
+
+
+def test_a_cycle_leaves_g91_and_the_motion_as_they_were(tmp_path: Path) -> None:
+    found = _moved(tmp_path, "G0 Z20\nG91 G1 X5 F200\nCYCLE81(20,0,2,-5)\nX1\n")
+    assert found[-1] == ("cut", 6, 0, 20, 200)
+
+
+@pytest.mark.parametrize(
+    ("body", "match"),
+    [
+        ("CYCLE84(5,0,2,-9)", "CYCLE84"), ("MCALL HOLES1(0,0,0,5,5,3)", "MCALL HOLES1"), ("CYCLE81(5,0,2)", "without its depth"),
+        ("CYCLE81(5,0,2,-9,3)", "two depths"), ("CYCLE81(5,0,2,9)", "no hole"), ("CYCLE82(5,0,2,-9,,-3)", "turns of the spindle"),
+        ("CYCLE83(5,0,2,-9,,-1,,-0.01,0,0,1,1)", "never end"), ("CYCLE81(5,0,2,-9,0,0,0,1,11)", "another way"),
+    ],
+)  # fmt: skip
+def test_cycles_of_siemens_that_are_refused(tmp_path: Path, body: str, match: str) -> None:
+    refused(tmp_path, SIEMENS + UP + f"G1 X1\n{body}\nX5\nM30\n", "a.mpf", 9, match)
+
+
+def test_a_machine_position_leaves_the_kind_of_motion_alone(tmp_path: Path) -> None:
+    found = _moved(tmp_path, "G1 X5\nSUPA Z300\nG0 X0 Y0 Z20\nG1 Z5\nSUPA Z300\nX1 Y1 Z6\nX2\n")
+    assert found[-1] == ("cut", 2, 1, 6, 600)

@@ -210,7 +210,7 @@ def _refused() -> list[Job]:
         ("sie-comp", "never.mpf", siemens + "G41 X10\nY10\nG40 X0\n" + ends),
         ("sie-unset", "never.mpf", siemens + "X=R7\n" + ends),
         ("sie-rot", "never.mpf", siemens + "ROT Z30\nX10\n" + ends),
-        ("sie-cycle", "never.mpf", siemens + "CYCLE81(5,0,2,-10)\n" + ends),
+        ("sie-cycle", "never.mpf", siemens + "CYCLE84(5,0,2,-10)\n" + ends),
         ("sie-mode", "never.mpf", siemens + 'G0 Z40\nCYCLE800(0,"T",0,192,0,0,0,0,20,0,0,0,0)\nG0 X0 Y0 Z20\nG1 Z0\n' + ends),
         ("sie-call", "never.mpf", siemens + "POCKET_1\nX10\n" + ends),
         ("hh-comp", "never.h", klartext + "4 L X+10 RL\n5 L Y+10\n6 L X+0 R0\n" + last),

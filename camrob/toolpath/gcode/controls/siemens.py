@@ -74,7 +74,7 @@ class _Program:
         names = {
             name.upper() for raw in lines for name in re.findall(r'\bT\s*=\s*"([^"]*)"', raw.partition(";")[0], re.I)
         }
-        self._words.one_name = len(names) == 1
+        self._words.one_name = len(names) == 1 and not any(name.isdigit() for name in names)
 
     def _structure(self) -> None:
         opened: list[tuple[str, int]] = []

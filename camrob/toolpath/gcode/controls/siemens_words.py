@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
+from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, Hole, hole_of
 from camrob.toolpath.gcode.controls.siemens_frames import swivel
 from camrob.toolpath.gcode.language.formulas import (
     ARITHMETIC,
@@ -54,7 +55,7 @@ _REFUSED = {
     "TOROTOF": "a frame from the tool (TOROTOF)", "TOFRAME": "a frame from the tool", "PAROT": "a frame from the workpiece",
     "PTP": "axis motion (PTP)", "TCARR": "a tool carrier (TCARR)", "TOFFON": "a tool length by a variable",
     "OFFN": "an offset of the contour (OFFN)", "ISD": "3-D cutter compensation (ISD)",
-    "MCALL": "a modal call (MCALL)", "OEMIPO1": "an interpolation of the maker's",
+    "OEMIPO1": "an interpolation of the maker's",
 }  # fmt: skip
 
 
@@ -93,6 +94,8 @@ class SiemensWords:
         self._reader, self._state = reader, state
         self.one_name = False
         self.moved = False
+        self._goes = False  # the block moves axes
+        self._hole: Hole | None = None  # MCALL
         self._shift = dict.fromkeys("XYZ", 0.0)
 
     def blocks(self, text: str, line: int, *, optional: bool) -> Iterator[Block]:
@@ -101,7 +104,24 @@ class SiemensWords:
         self._fast = bool(re.search(r"\bG0+(?![0-9])", text)) or (
             self._state("motion") in (None, 0.0) and not re.search(r"\bG0*[123](?![0-9])", text)
         )
+        if text == "MCALL":
+            self._hole = None
+            return
+        modal = text.startswith("MCALL ")
+        text = text.removeprefix("MCALL ")
         call = _CALL.match(text)
+        if modal and not (call and call[1] in CYCLES):
+            raise ToolpathError(
+                f"MCALL {text[:20]}: a modal call that is not read",
+                hint="have the post-processor write the motions out",
+            )
+        if call and call[1] in CYCLES and text.endswith(")"):
+            hole = hole_of(call[1], self._arguments(text[call.end() : -1]))
+            if modal:
+                self._hole = hole
+            else:
+                yield from self._drilled(hole, line)
+            return
         if call and text.endswith(")") and call[1] not in ("TRAORI",):
             yield from self._call(call[1], text[call.end() : -1], line)
             return
@@ -109,7 +129,19 @@ class SiemensWords:
         if name and any(text.startswith(shift) for shift in _SHIFTS):
             yield self._trans(text, line)
             return
+        self._goes = False
         yield from self._plain(text, line, optional)
+        if self._hole is not None and self._goes:
+            yield from self._drilled(self._hole, line)
+
+    def _drilled(self, hole: Hole, line: int) -> Iterator[Block]:
+        """One hole where the tool stands; motion, G90 or G91 and F are behind it what they were before."""
+        motion, distance, feed = (self._state(name) for name in ("motion", "distance", "F"))
+        yield Block(line, {}, (900,))
+        yield from hole.blocks(feed, line)
+        yield Block(
+            line, {} if feed is None else {"F": feed}, tuple(int(c * 10) for c in (distance, motion) if c is not None)
+        )
 
     # -- calls and frames --------------------------------------------------------------------------------------
 
@@ -117,7 +149,8 @@ class SiemensWords:
         if name == "CYCLE800":
             if any(self._shift.values()):
                 raise ToolpathError("CYCLE800 on top of TRANS", hint="put the shift into CYCLE800's X0, Y0, Z0")
-            yield Block(line, {}, plane=swivel(self._arguments(inner)), aligned=True)
+            values = [0.0 if value is None else value for value in self._arguments(inner)]
+            yield Block(line, {}, plane=swivel(values), aligned=True)
         elif name not in _SILENT_CALLS:
             raise ToolpathError(
                 f"{name}(...) is called: a cycle or subprogram that is not read",
@@ -126,13 +159,13 @@ class SiemensWords:
         elif name == "FGROUP" and re.search(r"[ABC]", inner):
             yield Block(line, {}, note="FGROUP with rotary axes: the feed is taken as the tip's")
 
-    def _arguments(self, inner: str) -> list[float]:
-        """Numbers between commas; texts and empty places are 0. Raises ToolpathError for what has no value."""
-        out = []
+    def _arguments(self, inner: str) -> list[float | None]:
+        """Numbers between commas; texts and empty places are None. Raises ToolpathError for what has no value."""
+        out: list[float | None] = []
         for part in inner.split(",") if inner else []:
             reader = self._reader(part)
             if not part or part.startswith('"'):
-                out.append(0.0)
+                out.append(None)
                 continue
             value = reader.expression()
             if reader.rest or value is None:
@@ -165,9 +198,15 @@ class SiemensWords:
             found = [w for w in found if w[:2] != ("M", 6.0)]
         letters = {letter for letter, _, _ in found}
         if self._machine and letters & set("XYZABC"):
-            found += [("G", 53.0, True), *([("G", 0.0, True)] if not {0.0, 1.0} & _g(found) else [])]
+            motion = self._state("motion")
+            back = (
+                motion if motion in (2.0, 3.0) and not {0.0, 1.0} & _g(found) else None
+            )  # no arc leads to a machine position
+            found += [("G", 53.0, True), *([] if back is None else [("G", 0.0, True)])]
+        else:
+            back = None
         axes = letters & set("XYZABC")
-        self.moved = self.moved or bool(axes)
+        self.moved, self._goes = self.moved or bool(axes), bool(axes) and not self._machine
         if (self._relative or self._absolute) and said:  # G90 or G91 holds for the blocks behind this one
             yield Block(line, {}, (910 if self._distance == 91.0 else 900,))
             found = [w for w in found if w[:2] not in (("G", 90.0), ("G", 91.0))]
@@ -190,6 +229,8 @@ class SiemensWords:
             yield Block(line, {}, (911,))
         if mode != before:
             yield Block(line, {}, (900 if before == 90.0 else 910,))
+        if back is not None:
+            yield Block(line, {}, (int(back * 10.0),))
 
     def _found(self, text: str) -> list[Word]:
         """The words of a text."""

@@ -1,0 +1,124 @@
+"""Siemens' drilling cycles 81, 82, 83 and 85 as the moves that they stand for (840D sl, "Job planning", drilling cycles)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.lexer import Block
+
+__all__ = ["CYCLES", "Hole", "hole_of"]
+
+_NAMES = {
+    "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
+    "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
+    "CYCLE83": "RTP RFP SDIS DP DPR FDEP FDPR DAM DTB DTS FRF VARI AXN MDEP VRT DTD DIS1 GMODE DMODE AMODE",
+    "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
+}
+CYCLES = frozenset(_NAMES)
+_MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
+_EVEN = 1e-9  # of the program's unit
+_BREAK = 1.0  # of the program's unit: VRT where it is left out or 0
+
+
+@dataclass(frozen=True, slots=True)
+class Hole:
+    """A cycle with its values by Siemens' names; lengths in the program's unit, what is left out is None."""
+
+    name: str
+    value: dict[str, float | None]
+
+    def __getitem__(self, name: str) -> float:
+        return self.value.get(name) or 0.0
+
+    @property
+    def depth(self) -> float:
+        """The height of the bottom."""
+        absolute, relative = self.value["DP"], self.value["DPR"]
+        return absolute if absolute is not None else self["RFP"] - abs(relative or 0.0)
+
+    def blocks(self, feed: float | None, line: int) -> Iterator[Block]:
+        """One hole from where the tool stands; `feed` is the modal F, as written. Raises ToolpathError without one."""
+        top, depth, out = self["RFP"] + self["SDIS"], self.depth, self["RTP"]
+        feed = self["FFR"] or feed
+        if not feed:
+            raise ToolpathError(f"{self.name} without a feed", hint="program F before it")
+        yield Block(line, {"Z": top}, (0,))
+        if self.name == "CYCLE83":
+            yield from self._pecks(top, feed, line)
+        else:
+            yield Block(line, {"Z": depth, "F": feed}, (10,))
+        if self.name != "CYCLE81":
+            yield from _dwell(self["DTB"], line)
+        if self.name == "CYCLE85":
+            yield Block(line, {"Z": top, "F": self["RFF"] or feed}, (10,))
+        yield Block(line, {"Z": max(out, top)}, (0,))
+
+    def _pecks(self, top: float, feed: float, line: int) -> Iterator[Block]:
+        """Bites: the first one to FDEP, each later one shorter by DAM (below 0: by that factor), none below DAM or MDEP."""
+        first, depth, less = self._first, self.depth, self["DAM"]
+        bite, at = self["RFP"] - first, first
+        least = self["MDEP"] or max(less, 0.0)
+        yield Block(line, {"Z": first, "F": feed * (self["FRF"] or 1.0)}, (10,))
+        while at > depth + _EVEN:
+            yield from _dwell(self["DTB"], line)
+            if self["VARI"]:
+                yield Block(line, {"Z": top}, (0,))
+                yield from _dwell(self["DTS"], line)
+                yield Block(line, {"Z": min(top, at + (self["DIS1"] or self["SDIS"]))}, (0,))
+            else:
+                yield Block(line, {"Z": min(top, at + (self["VRT"] or _BREAK)), "F": feed}, (10,))
+            bite = max(least, bite - less if less >= 0.0 else bite * -less)
+            at = max(depth, at - bite)
+            yield Block(line, {"Z": at, "F": feed}, (10,))
+
+    @property
+    def _first(self) -> float:
+        """The height of the first bite's end."""
+        absolute, relative = self.value["FDEP"], self.value["FDPR"]
+        named = absolute if absolute is not None else self["RFP"] - abs(relative or 0.0)
+        return max(named, self.depth) if named < self["RFP"] - _EVEN else self.depth
+
+
+def _dwell(seconds: float, line: int) -> Iterator[Block]:
+    if seconds:
+        yield Block(line, {"P": seconds}, (40,))
+
+
+def hole_of(name: str, arguments: Sequence[float | None]) -> Hole:
+    """The cycle `name` with its arguments (None: left out). Raises ToolpathError for values whose meaning is not certain."""
+    names = _NAMES[name].split()
+    if len(arguments) > len(names) and any(arguments[len(names) :]):
+        raise ToolpathError(
+            f"{name} with more than {len(names)} values", hint="have the post-processor write plain moves"
+        )
+    hole = Hole(name, dict(zip(names, [*arguments, *[None] * len(names)], strict=False)))
+    for a, b in (("DP", "DPR"), ("FDEP", "FDPR")):
+        both = hole.value.get(a) is not None and hole.value.get(b)
+        if both and abs(hole["RFP"] - abs(hole[b]) - hole[a]) > _EVEN:
+            raise ToolpathError(f"{name} with {a} and {b} of two depths", hint=f"leave {b} out")
+    if hole.value["DP"] is None and not hole["DPR"]:
+        raise ToolpathError(f"{name} without its depth DP or DPR", hint="name one of them")
+    if hole["GMODE"] or hole["DMODE"] % 10 > 1 or hole["AMODE"] % 10 == 1 or hole["AXN"] not in (0.0, 3.0):
+        raise ToolpathError(
+            f"{name} with _GMODE, _DMODE, _AMODE or _AXN that count depths in another way",
+            hint="post with DP, absolute",
+        )
+    if min(hole["DTB"], hole["DTS"], hole["DTD"]) < 0.0 or hole["AMODE"] // 10 % 10 == 2:
+        raise ToolpathError(f"{name} with a dwell in turns of the spindle", hint="name it in seconds")
+    if hole["SDIS"] < 0.0 or hole.depth >= hole["RFP"] or hole["RTP"] < hole["RFP"]:
+        raise ToolpathError(f"{name} whose heights make no hole", hint="check RTP, RFP, SDIS and DP")
+    if name == "CYCLE83" and not (hole["DTD"] == 0.0 and hole["DAM"] >= -1.0 and 0.0 <= hole["FRF"] <= 1.0):
+        raise ToolpathError(f"{name} with DTD, DAM or FRF out of what is known", hint="check them")
+    _check_pecks(hole)
+    return hole
+
+
+def _check_pecks(hole: Hole) -> None:
+    """Raises ToolpathError where the bites never end."""
+    if hole.name != "CYCLE83":
+        return
+    least = hole["MDEP"] or max(hole["DAM"], 0.0) or (hole["RFP"] - hole._first if hole["DAM"] == 0.0 else 0.0)
+    if not least > 0.0 or (hole["RFP"] - hole.depth) / least > _MOST_PECKS:
+        raise ToolpathError("CYCLE83 with bites that never end", hint="check FDEP, DAM and MDEP")
