@@ -234,7 +234,7 @@ def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
         ("CYCL DEF 19.0 WORKING PLANE", "CYCL DEF 19.0"),
         ("CYCL DEF 10.1 ROT+30", "CYCL DEF 10.1"),
         ("CYCL DEF 8.1 X", "CYCL DEF 8.1"),
-        ("CYCL DEF 203 DRILLING Q200=2", "CYCL DEF 203"),
+        ("CYCL DEF 205 PECKING Q200=2", "CYCL DEF 205"),
         ("PLANE VECTOR BX1 BY0 BZ0 NX0 NY0 NZ1 TURN", "is not read"),
         ("FUNCTION TCPM F TCP AXIS SPAT", "is not read"),
         ("L X+Q7 F100", "Q7 is read"),
@@ -377,3 +377,43 @@ def test_cycles_of_siemens_that_are_refused(tmp_path: Path, body: str, match: st
 def test_a_machine_position_leaves_the_kind_of_motion_alone(tmp_path: Path) -> None:
     found = _moved(tmp_path, "G1 X5\nSUPA Z300\nG0 X0 Y0 Z20\nG1 Z5\nSUPA Z300\nX1 Y1 Z6\nX2\n")
     assert found[-1] == ("cut", 2, 1, 6, 600)
+
+
+BASE = "Q200=+2 Q201=-8 Q206=+150 Q203=+1 Q204=+20 Q211=+0"
+TWIST = BASE + " Q202=+4 Q210=+0 Q212=+0 Q213=+0 Q205=+0 Q208=+0"
+
+
+@pytest.mark.parametrize(
+    ("cycle", "heights"),
+    [
+        ("201 REAMING " + BASE + " Q208=+300", [(3, 0), (-7, 150), (3, 300), (21, 0)]),
+        ("201 REAMING " + BASE + " Q208=+0", [(3, 0), (-7, 150), (3, 150), (21, 0)]),
+        ("240 CENTERING " + BASE + " Q343=+0", [(3, 0), (-7, 150), (21, 0)]),
+        ("203 UNIVERSAL " + TWIST, [(3, 0), (-3, 150), (3, 150), (-1, 0), (-7, 150), (3, 150), (21, 0)]),
+        # bites of 4, 3 and what is left; the chip is broken once, by 0.5 mm, and the tool comes out in rapid
+        ("203 UNIVERSAL " + TWIST.replace("Q212=+0", "Q212=+1").replace("Q213=+0", "Q213=+1").replace("Q205=+0", "Q205=+2")
+         .replace("Q208=+0", "Q208=99999") + " Q256=+0.5", [(3, 0), (-3, 150), (-2.5, 0), (-6, 150), (3, 0), (-4, 0), (-7, 150),
+                                                          (3, 0), (21, 0)]),
+    ],
+)  # fmt: skip
+def test_cycles_of_heidenhain_by_their_values(tmp_path: Path, cycle: str, heights: list[tuple[float, float]]) -> None:
+    text = KLARTEXT + f"L X+4 Y+5 Z+30 FMAX\nCYCL DEF {cycle}\nCYCL CALL\nL X+5 F100\nEND PGM A MM\n"
+    (region,) = regions(tmp_path, text, "c.h")
+    rows = [
+        (round(float(p[2] * 1e3), 6) + 0.0, 0.0 if move == Move.RAPID else round(float(feed) * 6e4, 6))
+        for p, move, feed in zip(region.position, region.move, region.feed, strict=True)
+    ]
+    first = next(i for i, p in enumerate(region.position) if p[0] > 0.0)
+    assert rows[first + 1 : -1] == heights and rows[-1] == (21, 100)
+
+
+@pytest.mark.parametrize(
+    ("cycle", "match"),
+    [
+        ("200 D " + TWIST + " Q395=+1", "tip angle"), ("240 C " + BASE + " Q343=+1", "tip angle"),
+        ("203 U " + BASE, "without Q202"), ("203 U " + TWIST.replace("Q212=+0", "Q212=+1"), "no hole"),
+        ("201 R " + BASE.replace("Q201=-8", "Q201=+8") + " Q208=0", "no hole"),
+    ],
+)  # fmt: skip
+def test_cycles_of_heidenhain_that_are_refused(tmp_path: Path, cycle: str, match: str) -> None:
+    refused(tmp_path, KLARTEXT + f"CYCL DEF {cycle}\nCYCL CALL\nEND PGM A MM\n", "c.h", 5, match)

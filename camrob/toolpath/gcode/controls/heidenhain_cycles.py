@@ -1,4 +1,4 @@
-"""Heidenhain's cycle 200 (drilling) as the moves that it stands for (TNC 640, "Programming of Machining Cycles", 4.3)."""
+"""Heidenhain's cycles 200, 201, 203 and 240 as the moves that they stand for (TNC 640, "Programming of Machining Cycles", 4)."""
 
 from __future__ import annotations
 
@@ -7,40 +7,91 @@ from collections.abc import Iterator, Mapping
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.lexer import Block
 
-__all__ = ["check_200", "cycle_200"]
+__all__ = ["CYCLES", "check_cycle", "drilled", "level"]
 
-_NEEDED = (200, 201, 202, 203, 204, 206)  # Q numbers: clearance, depth, bite, surface, second clearance, feed
+# Q numbers: 200 clearance, 201 depth, 202 bite, 203 surface, 204 second clearance, 206 feed, 208 feed out, 212 decrement
+_NEEDED = {
+    200: (200, 201, 202, 203, 204, 206),
+    201: (200, 201, 203, 204, 206, 208),
+    203: (200, 201, 202, 203, 204, 206, 208, 212, 213, 205),
+    240: (200, 201, 203, 204, 206, 343),
+}
+CYCLES = frozenset(_NEEDED)
 _MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
 _EVEN = 1e-9  # of the program's unit
+_RAPID = 99999.0  # as a feed: what FMAX is written as
+_BREAK = 0.2  # mm: Q256 where it is left out
 
 
-def check_200(q: Mapping[int, float]) -> None:
-    """Raises ToolpathError where the parameters, by their Q numbers, make no hole."""
-    missing = [number for number in _NEEDED if number not in q]
+def check_cycle(number: int, q: Mapping[int, float]) -> None:
+    """Raises ToolpathError where the parameters, by their Q numbers, make no hole, or one that isn't certain."""
+    missing = [name for name in _NEEDED[number] if name not in q]
     if missing:
-        raise ToolpathError(f"cycle 200 without Q{missing[0]}", hint="name all its parameters")
-    if q[201] >= 0.0 or q[200] < 0.0 or (q[202] > 0.0 and -q[201] / q[202] > _MOST_PECKS):
-        raise ToolpathError("cycle 200 with a depth or bite that makes no hole", hint="check Q200, Q201 and Q202")
+        raise ToolpathError(f"cycle {number} without Q{missing[0]}", hint="name all its parameters")
+    if q.get(395) or q.get(343):
+        raise ToolpathError(
+            f"cycle {number} with Q395 or Q343: its depth by the tool's tip angle", hint="name the depth of the tip (0)"
+        )
+    bite = q.get(202, 0.0)
+    least = max(q[205], 0.0) if number == 203 and q[212] > 0.0 else bite
+    endless = bite > 0.0 and (not least > 0.0 or -q[201] / least > _MOST_PECKS)
+    if q[201] >= 0.0 or q[200] < 0.0 or q.get(212, 0.0) < 0.0 or q.get(208, 0.0) < 0.0 or endless:
+        raise ToolpathError(
+            f"cycle {number} with a depth or bite that makes no hole",
+            hint="check Q200, Q201, Q202, Q205, Q208 and Q212",
+        )
 
 
-def cycle_200(q: Mapping[int, float], z: float | None, line: int) -> Iterator[Block]:
-    """The blocks of one hole from height `z`: bites of Q202 from the surface Q203, out to the clearance Q200 between them.
+def level(q: Mapping[int, float]) -> float:
+    """The height at which a hole ends."""
+    return q[203] + max(q[200], q[204])
+
+
+def drilled(number: int, q: Mapping[int, float], z: float | None, line: int) -> Iterator[Block]:
+    """The blocks of one hole from height `z`: bites from the surface Q203, out to the clearance Q200 between them.
 
     Raises ToolpathError from an unknown height, or from below the clearance.
     """
-    top, depth, bite = q[203] + q[200], q[203] + q[201], q[202]
+    top = q[203] + q[200]
     if z is None or z < top - _EVEN:
-        raise ToolpathError("cycle 200 from an unknown height, or from below its clearance", hint="name Z before it")
+        raise ToolpathError(
+            f"cycle {number} from an unknown height, or from below its clearance", hint="name Z before it"
+        )
     yield Block(line, {"Z": top}, (0,))
+    yield from _down(number, q, line)
+    yield from _dwell(q.get(211), line)
+    if number in (201, 203):
+        yield _out(q, top, line)
+    yield Block(line, {"Z": level(q)}, (0,))
+
+
+def _down(number: int, q: Mapping[int, float], line: int) -> Iterator[Block]:
+    """To the depth, bite by bite; cycle 203 breaks the chip Q213 times before it comes out, and takes Q212 off each bite."""
+    top, depth, bite, breaks = q[203] + q[200], q[203] + q[201], q.get(202, 0.0) if number in (200, 203) else 0.0, 0
     at = q[203]
     while at > depth + _EVEN:
         at = max(depth, at - bite) if bite > 0.0 else depth
         yield Block(line, {"Z": at, "F": q[206]}, (10,))
-        if at > depth + _EVEN:
-            yield Block(line, {"Z": top}, (0,))
-            if q.get(210):
-                yield Block(line, {"P": q[210]}, (40,))
-            yield Block(line, {"Z": at + q[200]}, (0,))
-    if q.get(211):
-        yield Block(line, {"P": q[211]}, (40,))
-    yield Block(line, {"Z": max(top, q[203] + q[204])}, (0,))
+        if at <= depth + _EVEN:
+            return
+        breaks += 1
+        if number == 203 and breaks <= q[213]:
+            yield Block(line, {"Z": min(top, at + (q.get(256) or _BREAK))}, (0,))
+        else:
+            breaks = 0
+            yield _out(q, top, line) if number == 203 else Block(line, {"Z": top}, (0,))
+            yield from _dwell(q.get(210), line)
+            yield Block(line, {"Z": min(top, at + q[200])}, (0,))
+        if number == 203:
+            bite = max(bite - q[212], min(q[205], bite)) if q[212] > 0.0 else bite
+
+
+def _out(q: Mapping[int, float], top: float, line: int) -> Block:
+    """Out to the clearance at Q208, or at the feed in where that is 0."""
+    feed = q[208] or q[206]
+    return Block(line, {"Z": top}, (0,)) if feed >= _RAPID else Block(line, {"Z": top, "F": feed}, (10,))
+
+
+def _dwell(seconds: float | None, line: int) -> Iterator[Block]:
+    if seconds:
+        yield Block(line, {"P": seconds}, (40,))

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.gcode.controls.heidenhain_cycles import check_200, cycle_200
+from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, check_cycle, drilled, level
 from camrob.toolpath.gcode.controls.heidenhain_words import motion_words, offset_blocks
 from camrob.toolpath.gcode.coordinates import euler
 from camrob.toolpath.gcode.lexer import Block, Plane
@@ -331,11 +331,12 @@ class HeidenhainMoves:
             number.endswith(".0") or re.fullmatch(r"(?:ROT ?[-+]?0+\.?0*|SCL ?1\.?0*)?", rest.strip())
         ):
             return  # a heading, or a cancelled mirror, rotation or scale
-        elif main == "200":
+        elif main.isdigit() and int(main) in CYCLES:
+            self._cycle_number = int(main)
             self._cycle = {
                 int(k): self._value(v) for k, v in re.findall(r"Q([0-9]+) ?= ?([-+]?[0-9.]+|[-+]?Q[0-9]+)", rest)
             }
-            check_200(self._cycle)
+            check_cycle(self._cycle_number, self._cycle)
         else:
             raise ToolpathError(f"CYCL DEF {number} is not read", hint="have the CAM system write the motions out")
 
@@ -364,8 +365,8 @@ class HeidenhainMoves:
         """The cycle in force where the tool stands."""
         if self._cycle is None:
             raise ToolpathError("a cycle call without a cycle", hint="define it before")
-        yield from cycle_200(self._cycle, self._at["Z"], line)
+        yield from drilled(self._cycle_number, self._cycle, self._at["Z"], line)
         self._feed_left = self._feed is None
         if self._feed is not None:  # the cycle's feed is its own
             yield Block(line, {"F": self._feed})
-        self._at["Z"] = self._cycle[203] + max(self._cycle[200], self._cycle[204])
+        self._at["Z"] = level(self._cycle)
