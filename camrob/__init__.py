@@ -8,6 +8,7 @@ Verbs: files in, files out, and a result; `help(camrob.post)` says the rest.
     diagnose        where and why logs of the real cell deviate
     calibrate       a cell's error parameters from measured poses
     compensate      rewrite a program so that the calibrated robot meets its poses
+    close_loop      program, run, diagnosis, correction, and again
     predict         the part as the machine as diagnosed would cut it
     place           where on the table a part is worked best
     batch           many jobs on all cores, or on a cluster
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     from camrob.gap.diagnosis import Diagnosis
     from camrob.jobs.batch import BatchResult, batch
     from camrob.jobs.calibrate import CalibrateResult, calibrate
+    from camrob.jobs.close_loop import CloseLoopResult, close_loop
     from camrob.jobs.compensate import CompensateResult, compensate
     from camrob.jobs.diagnose import DiagnoseResult, diagnose
     from camrob.jobs.feed import FeedResult, feed
@@ -107,6 +109,7 @@ if TYPE_CHECKING:
     from camrob.shipped import shipped_cell
     from camrob.summaries.batch_summary import BatchSummary
     from camrob.summaries.calibration_summary import CalibrationSummary
+    from camrob.summaries.closing.close_loop_summary import CloseLoopSummary
     from camrob.summaries.compensate_summary import CompensateSummary
     from camrob.summaries.diagnosis_summary import DiagnosisSummary
     from camrob.summaries.feed_summary import FeedSummary
@@ -133,6 +136,8 @@ __all__ = [
     "CamrobError",
     "Cell",
     "CellError",
+    "CloseLoopResult",
+    "CloseLoopSummary",
     "CollisionError",
     "CompensateResult",
     "CompensateSummary",
@@ -188,6 +193,7 @@ __all__ = [
     "base_T_tool",
     "batch",
     "calibrate",
+    "close_loop",
     "compensate",
     "correct",
     "diagnose",
@@ -220,6 +226,8 @@ _HOME = {
     "CalibrateResult": "camrob.jobs.calibrate",
     "CalibrationSummary": "camrob.summaries.calibration_summary",
     "Cell": "camrob.cell.cell",
+    "CloseLoopResult": "camrob.jobs.close_loop",
+    "CloseLoopSummary": "camrob.summaries.closing.close_loop_summary",
     "CompensateResult": "camrob.jobs.compensate",
     "CompensateSummary": "camrob.summaries.compensate_summary",
     "DiagnoseResult": "camrob.jobs.diagnose",
@@ -262,6 +270,7 @@ _HOME = {
     "base_T_tool": "camrob.kinematics.frames",
     "batch": "camrob.jobs.batch",
     "calibrate": "camrob.jobs.calibrate",
+    "close_loop": "camrob.jobs.close_loop",
     "compensate": "camrob.jobs.compensate",
     "correct": "camrob.jobs.objects.on_objects",
     "diagnose": "camrob.jobs.diagnose",

@@ -27,7 +27,7 @@ from camrob.cli.options import (
     SetupOption,
     Units,
 )
-from camrob.cli.real import calibrate, compensate, diagnose, predict, simulate, tracker
+from camrob.cli.real import calibrate, close_loop, compensate, diagnose, predict, simulate, tracker
 from camrob.cli.start import cell_app, samples
 from camrob.cli.study import has_become, study
 from camrob.cli.tuning import tune_engines
@@ -37,6 +37,7 @@ __all__ = [
     "batch",
     "build_app",
     "calibrate",
+    "close_loop",
     "compensate",
     "diagnose",
     "feed",
@@ -256,6 +257,7 @@ VERBS: tuple[Callable[..., int], ...] = (
     predict,
     feed,
     diagnose,
+    close_loop,
     tracker,
     tune_engines,
     batch,

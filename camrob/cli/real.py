@@ -30,7 +30,7 @@ from camrob.cli.study import has_become
 from camrob.errors import InputError
 from camrob.progress import Progress
 
-__all__ = ["calibrate", "compensate", "diagnose", "predict", "simulate", "tracker"]
+__all__ = ["calibrate", "close_loop", "compensate", "diagnose", "predict", "simulate", "tracker"]
 
 _WithheldOption = Annotated[
     list[Path] | None,
@@ -56,6 +56,7 @@ _render_diagnosis = renderer("diagnosis.terminal_text", "render_diagnosis")
 _render_calibration = renderer("calibration.terminal_text", "render_calibration")
 _render_compensation = renderer("calibration.terminal_text", "render_compensation")
 _render_tracker = renderer("loop.terminal_text", "render_tracker")
+_render_ledger = renderer("closing.terminal_text", "render_ledger")
 _render_plain = renderer("terminal.summaries", "render_summary")
 
 
@@ -287,6 +288,24 @@ def predict(
         )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+
+
+def close_loop(
+    job: Annotated[
+        Path, typer.Argument(metavar="JOB.toml", help="The toolpath, the cell, the tolerance; docs say which keys.")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the loop, a folder a turn in it.")],
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Program, run, diagnosis, correction, and again, until the path is kept or nothing helps; goes on where it stopped."""
+
+    def job_(progress: Progress) -> Any:
+        return job_of("close_loop")(job, out=out, progress=progress)
+
+    return perform(
+        job_, as_json=as_json, quiet=quiet, render=_render_ledger, holds=lambda result: bool(result.summary.kept)
+    )
 
 
 def tracker(

@@ -19,6 +19,7 @@ VERBS = (
     "diagnose",
     "calibrate",
     "compensate",
+    "close_loop",
     "predict",
     "feed",
     "batch",

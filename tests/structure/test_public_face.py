@@ -37,7 +37,7 @@ def test_type_checkers_and_the_lazy_table_find_every_name_in_one_place() -> None
 
 def test_every_error_every_verb_and_its_result_are_offered() -> None:
     assert set(errors.__all__) <= set(camrob.__all__)
-    assert len(JOBS) == 15
+    assert len(JOBS) == 16
     for verb in JOBS:
         job = importlib.import_module(f"camrob.jobs.{verb}")
         results = {name for name in job.__all__ if name.endswith("Result")}

@@ -1,0 +1,63 @@
+"""How far the tool of a measured run was off the path that was meant."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.controller.programmed_path import ProgrammedPath, programmed_path
+from camrob.controller.replay import program_cell, replay
+from camrob.errors import LogError
+from camrob.gap.observation.program_track import nearest_on_path
+from camrob.gap.observation.scene import make_scene
+from camrob.kinematics.frames import world_T_base
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import MeasuredFrame
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
+from camrob.se3 import inverse
+
+__all__ = ["intended_path", "measured_off_path"]
+
+Array = NDArray[np.float64]
+
+_FAR = 0.05  # m: a row farther away belongs to no motion of this program
+
+
+def intended_path(program: ProgramText, cell: Cell) -> ProgrammedPath:
+    """The path that a program asks for, with the roundings that it allows."""
+    return programmed_path(program, replay(program, cell))
+
+
+def measured_off_path(log: MeasurementLog, program: ProgramText, cell: Cell, intended: ProgrammedPath) -> Array:
+    """(K,) m from the measured tool to the intended path, at the rows of motions along lines and arcs.
+
+    program: what ran, with as many motions as the one that `intended` is of. Frames that nobody told (the instrument's, the
+    reflector's) are those that bring the nominal poses nearest: their part of an error can't be seen. Raises LogError for a log
+    without measured positions, or of another program.
+    """
+    if not log.has_position:
+        raise LogError("has no measured position", hint="log the tool with an instrument: x, y, z", path=log.path)
+    tooled = program_cell(program, cell)[0]
+    scene = make_scene(log, tooled)
+    poses = np.array(scene.measured)
+    unseen = ~scene.seen[:, 3:].all(axis=1)
+    poses[unseen, :3, :3] = np.asarray(scene.nominal)[unseen, :3, :3]
+    tip = (inverse(scene.frames.left) @ poses @ inverse(scene.frames.right))[:, :3, 3]
+    in_base = log.info.measured_frame is MeasuredFrame.BASE
+    if in_base != (not intended.in_world):
+        frames = world_T_base(tooled, scene.postures(scene.link))
+        frames = frames if in_base else inverse(frames)
+        tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
+    motion = np.full(len(tip), -1, np.int64)
+    if scene.log.has("line"):
+        lines = np.asarray(program.line)
+        order = np.argsort(lines, kind="stable")
+        motion = order[np.clip(np.searchsorted(lines[order], scene.log.line), 0, len(order) - 1)]
+    place, segment, _ = nearest_on_path(tip, intended, motion)
+    owner = np.asarray(intended.motion)[np.minimum(segment + 1, len(intended.motion) - 1)]
+    off = np.linalg.norm(tip - place, axis=1)[np.asarray(program.kind)[owner] >= Motion.LIN]
+    if not len(off) or np.median(off) > _FAR:
+        raise LogError("is no run of this program", hint=f"give the log of {program.name}", path=log.path)
+    return np.asarray(off)

@@ -1,0 +1,1 @@
+"""What a loop's ledger looks like."""

@@ -1,0 +1,38 @@
+"""What `close-loop` shows a person in the terminal."""
+
+from __future__ import annotations
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from camrob.report.words import shown_text
+from camrob.summaries.closing.close_loop_summary import CloseLoopSummary
+
+__all__ = ["render_ledger"]
+
+
+def render_ledger(summary: CloseLoopSummary) -> RenderableType:
+    """The turns side by side, how the loop stands, and what to do next."""
+    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
+    for title in ("turn", "program", "foretold rms", "measured rms", "95 %", "worst", "found"):
+        left = title in ("program", "found")
+        table.add_column(title, justify="left" if left else "right", overflow="fold")
+    for turn in summary.turns:
+        size = turn.measured
+        table.add_row(
+            str(turn.turn),
+            shown_text(turn.made),
+            "-" if turn.foretold is None else f"{turn.foretold.rms_mm:.3f}",
+            *(["-"] * 3 if size is None else [f"{v:.3f}" for v in (size.rms_mm, size.p95_mm, size.max_mm)]),
+            shown_text(", ".join(turn.found) or "-"),
+        )
+    style = "bold" if summary.kept else "bold red"
+    return Group(
+        Text(f"mm off the intended path; 95 % of it shall be within {summary.tolerance_mm:g}"),
+        Text(),
+        table,
+        Text(),
+        Text(summary.outcome, style=style),
+        shown_text(summary.next),
+    )

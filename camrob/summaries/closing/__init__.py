@@ -1,0 +1,1 @@
+"""What the loop from program to measured part and back says."""

@@ -1,0 +1,112 @@
+"""The loop from program to measured part and back: what it awaits and keeps, what it reaches on a machine of other code."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gap_cases import closed_loop, generator
+
+from camrob.cli import app as cli
+from camrob.errors import InputError
+from camrob.jobs.close_loop import close_loop
+from camrob.measurement.write_log import write_log
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def job(tmp_path: Path) -> Path:
+    """A job of its own folder: the engraving, cut down to its first letters."""
+    for name in ("setup.toml", "stock.stl", "part.stl"):
+        if (ROOT / "toolpaths" / "engraving" / name).is_file():
+            shutil.copy(ROOT / "toolpaths" / "engraving" / name, tmp_path)
+    lines = (ROOT / "toolpaths" / "engraving" / "engraving.cls").read_text().splitlines()
+    ends = [k for k, line in enumerate(lines) if line.startswith("END-OF-PATH")]
+    (tmp_path / "short.cls").write_text("\n".join(lines[: ends[0] + 1]) + "\n")
+    file = tmp_path / "loop.toml"
+    file.write_text('toolpath = "short.cls"\ncell = "kr15_track_table"\ntolerance_mm = 0.1\n')
+    return file
+
+
+def test_it_makes_the_program_and_awaits_its_log(job: Path, tmp_path: Path) -> None:
+    said = close_loop(job, out=tmp_path / "loop").summary
+    assert (said.outcome, said.best) == ("awaiting a log", 0)
+    assert "run turn_1/short.src" in said.next and "turn_1/run.csv" in said.next
+    program = tmp_path / "loop" / "turn_1" / "short.src"
+    made = program.stat().st_mtime_ns
+    again = close_loop(job, out=tmp_path / "loop").summary
+    assert again.turns == said.turns and program.stat().st_mtime_ns == made
+    assert json.loads((tmp_path / "loop" / "ledger.json").read_text())["outcome"] == "awaiting a log"
+    assert "awaiting a log" in (tmp_path / "loop" / "ledger.html").read_text()
+
+
+def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> None:
+    close_loop(job, out=tmp_path / "loop")
+    text = (tmp_path / "short.cls").read_text()
+    (tmp_path / "short.cls").write_text(text.replace("FEDRAT/", "FEDRAT/ ", 1))
+    with pytest.raises(InputError, match="was begun with another toolpath"):
+        close_loop(job, out=tmp_path / "loop")
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("tolerance_mm = 0.0", "tolerance_mm: is 0"),
+        ("turns = 0", "turns: is 0"),
+        ('force = "f.toml"', "serves a plan for accuracy only"),
+        ('method = "magic"', "method: is 'magic'"),
+        ("tolerence = 1", "tolerence: is no key"),
+    ],
+)
+def test_a_job_that_is_wrong_is_refused_by_its_key(job: Path, tmp_path: Path, line: str, told: str, capsys) -> None:
+    kept = [old for old in job.read_text().splitlines() if old.split(" =")[0] != line.split(" =")[0]]
+    job.write_text("\n".join([*kept, line]) + "\n")
+    assert cli.run(["close-loop", str(job), "--out", str(tmp_path / "loop")]) == 2
+    shown = capsys.readouterr().err
+    assert told in shown and shown.count("\n") == 1
+    assert not (tmp_path / "loop").exists()
+
+
+def true_machine(world) -> None:
+    """A zero of A3 that is off, a coupling of the wrist, and play in A1, which no constant corrects."""
+    world.link[:, 2] += 0.03 * closed_loop.DEG
+    world.link[:, 4] += 1.2e-3 * world.command[:, 3]
+    world.link[:, 0] += generator.play(world.command[:, 0], 0.012 * closed_loop.DEG)
+
+
+@pytest.mark.slow
+def test_the_loop_ends_nearer_to_the_path_on_a_machine_of_other_code(job: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(closed_loop, "ROWS", slice(0, None, 10))
+    out = tmp_path / "loop"
+
+    def run(turn: int) -> None:
+        log = closed_loop.run_on_cell(out / f"turn_{turn}" / "short.src", true_machine, turn)
+        write_log(log, out / f"turn_{turn}" / "run.csv")
+
+    close_loop(job, out=out)
+    run(1)
+    said = close_loop(job, out=out).summary
+    first, second = said.turns
+    assert first.measured is not None and second.foretold is not None
+    assert {"backlash A1", "wrist_coupling A5"} <= set(first.found)
+    assert said.outcome == "awaiting a log" and "turn_2/short.src" in said.next
+    # what was measured is what a judge outside camrob's loop measures
+    log = closed_loop.run_on_cell(out / "turn_1" / "short.src", true_machine, 1)
+    off = closed_loop.off_path(log, out / "turn_1" / "short.src")
+    assert first.measured.p95_mm == pytest.approx(float(np.quantile(off, 0.95)), rel=0.1)
+
+    run(2)
+    said = close_loop(job, out=out).summary
+    reached = said.turns[1].measured
+    assert reached is not None
+    assert reached.rms_mm < 0.35 * first.measured.rms_mm
+    noise = closed_loop.SIGMA_MM * np.sqrt(2.0)
+    assert reached.rms_mm == pytest.approx(np.hypot(second.foretold.rms_mm, noise), rel=0.25)
+
+    (out / "turn_1" / "run.csv").write_text((out / "turn_1" / "run.csv").read_text().rsplit("\n", 2)[0] + "\n")
+    with pytest.raises(InputError, match="is not the log that the next turn was made with"):
+        close_loop(job, out=out)
