@@ -62,7 +62,7 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
 
     Turn by turn, in a folder each (`turn_1`, ...): the program is made; its log, `run.csv` beside it, is awaited, or simulated
     where JOB.toml has a `[machine]`; what was measured is held to the path that was meant; all logs so far are diagnosed
-    together; where two sets of causes remain, a program that tells them apart is written, `experiment.src`, and its log awaited;
+    together; where two sets of causes remain, a program that tells them apart is written and its log awaited;
     the next turn's program is the first one (or one planned anew for accuracy) with what was found taken off. The same command
     goes on where it stopped: what is there is not made again. ledger.json and ledger.html tell each turn.
 
