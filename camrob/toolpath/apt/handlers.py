@@ -53,6 +53,7 @@ class Interpreter:
             "NURBS": self._nurbs, "KNOT": self._nurbs, "CNTRL": self._nurbs, "SYN": self._syn, "SET": self._set,
             "MODE": self._set, "UNITS": self._units, "UNIT": self._units, "FINI": self._end, "END": self._end,
             "STOP": self._stop, "OPSTOP": self._stop, "RETRCT": self._retrct, "RETRACT": self._retrct,
+            "MACHIN": self._machin, "MULTAX": self._multax,
         }  # fmt: skip
         plain = {
             "CIRCLE": circle, "TLON,GOFWD": tlon, "INDIRV": indirv, "MSYS": msys, "CSYS": csys, "TRNTYP": trntyp,
@@ -280,6 +281,20 @@ class Interpreter:
             self.profile = "PROFILE" in minor.upper()
         elif inner.word == "CSYS" and inner.numbers != np.eye(3, 4).ravel().tolist():
             self.m.find("csys-comment", "the comment CSYS is not applied: the points hold it", line, Severity.INFO)
+
+    def _machin(self, s: Statement) -> None:
+        """The post-processor that the file is for; Creo calls those for lathes UNCL."""
+        if s.text.strip().upper().startswith("UNCL"):
+            raise ToolpathError(
+                "a turning file (MACHIN/UNCL...): no part turns against a standing tool here",
+                hint="give the milling operations a CL file of their own",
+                line=s.line,
+            )
+
+    def _multax(self, s: Statement) -> None:
+        """Behind MULTAX/OFF points carry no axis: a tilted one must not be taken along."""
+        if is_off(s) and self.m.axis_raw[2] < 1.0 - 1e-9:
+            self.m.axis_lost = True
 
     def _tlaxis(self, s: Statement) -> None:
         if self.table is not None:

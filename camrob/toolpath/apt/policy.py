@@ -11,7 +11,7 @@ from camrob.toolpath.apt.word_checks import source_refusal
 __all__ = ["IGNORED", "Strangers", "is_off"]
 
 IGNORED = frozenset(
-    "PAINT MACHIN SEQNO PPFUN PPWORD MOVE_ATTRIB BOX SWITCH REWIND MULTAX SELECT INTOL OUTTOL TOLER MAXDPM AUTOPS WPLANE "
+    "PAINT SEQNO PPFUN PPWORD MOVE_ATTRIB BOX SWITCH REWIND SELECT INTOL OUTTOL TOLER MAXDPM AUTOPS WPLANE "
     "REMARK LETTER OPFEATEND CLEARP AUTOPOS TOOLPATH_TYPE TOOLPATH NOPOST PRINT CLRSRF".split()
 )
 _SOURCE_WORDS = re.compile(
@@ -37,6 +37,8 @@ _MOVING = {
     "SUBPRG": "calls a subprogram",
     "THREAD": "cuts a thread",
     "PREFUN": "writes a G code of the machine's",
+    "PROBE": "measures with a probe on the way of the points behind it",
+    "INSPEC": "measures with a probe on the way of the points behind it",
     "COUPLE": "couples the feed to the spindle",
 }
 _MODES = frozenset(("SET", "MODE"))

@@ -255,7 +255,8 @@ class Machine:
         """The modal tool axis (3,) in the part's frame; ToolpathError where a change of frame left it undefined."""
         if self.axis_lost:
             raise ToolpathError(
-                "the frame has changed while the tool was tilted, and the tool axis is not stated again",
+                "the frame has changed, or MULTAX was switched off, while the tool was tilted,"
+                " and the tool axis is not stated again",
                 hint="output i, j, k on the first GOTO of each operation",
                 line=line,
             )

@@ -76,8 +76,11 @@ def cutter(m: Machine, s: Statement) -> None:
 def tldata(m: Machine, s: Statement) -> None:
     """NX: TLDATA/MILL,diameter,corner radius,length,..."""
     if {"TURN", "GROOVE", "THREAD"} & set(s.words):
-        m.find("turning-tool", "the tool is a turning tool; its shape is not read", s.line)
-        return
+        raise ToolpathError(
+            "a turning operation (TLDATA of a turning tool): no part turns against a standing tool here",
+            hint="give the milling operations a CL file of their own",
+            line=s.line,
+        )
     v = [*s.numbers, 0.0, 0.0, 0.0]
     m.cutter, m.cutter_line = (v[0] * m.scale, v[1] * m.scale, v[2] * m.scale), s.line
 

@@ -28,9 +28,12 @@ def coordinates(s: Statement, counts: tuple[int, ...]) -> list[float]:
             raise ToolpathError(f"{s.word} holds {arg!r}, no number", hint="the line is damaged", line=s.line)
         values.append(arg)
     if len(values) not in counts:
+        more = len(values) > max(counts)
         raise ToolpathError(
             f"{s.word} has {len(values)} numbers, not {' or '.join(map(str, counts))}",
-            hint="the line is damaged or cut off; get the file again",
+            hint="output no more than the place and the tool axis"
+            if more
+            else "the line is damaged or cut off; get the file again",
             line=s.line,
         )
     return values

@@ -210,6 +210,11 @@ def _unreadable(bare: str) -> ToolpathError:
         )
     match = _BLOCK.match(bare)
     rest = bare[match.end() if match else 0 :]
+    if re.match(r",[ \t]*[RC]", rest):
+        return ToolpathError(
+            "a rounded or chamfered corner (,R or ,C) is not read",
+            hint="have the CAM system write the corner out as moves",
+        )
     if rest[:1] == ",":
         return ToolpathError(f"a comma in a number ({rest[:12]!r})", hint="write decimals with a point")
     if rest[:1].isalpha() and not re.match(r"[A-Z][ \t]*[-+.0-9]", rest):

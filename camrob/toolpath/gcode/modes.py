@@ -28,6 +28,8 @@ _REFUSED = {
     71: ("a cylinder's surface (G7.1)", "export X, Y, Z"),
     121: ("polar interpolation (G12.1)", "export X, Y, Z"),
     161: ("polar coordinates (G16.1)", "export X, Y, Z"),
+    310: ("a probing move (G31)", "post without probing"),
+    **dict.fromkeys((382, 383, 384, 385), ("a probing move (G38)", "post without probing")),
     330: ("threading (G33)", "mill the thread, or leave it out"),
     331: ("rigid tapping (G33.1): it needs a spindle coupled to the feed", "mill the thread, or leave it out"),
     2540: ("a work offset that turns with the table (G254)", "post with TCP on (G234, G43.4) or with G68.2 and G53.1"),

@@ -18,6 +18,7 @@ from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.interpreter import Interpreter
 from camrob.toolpath.gcode.lexer import decode
 from camrob.toolpath.gcode.state import SCALES, Modal
+from camrob.toolpath.gcode.turning import refuse_turning
 from camrob.toolpath.region import Region
 from camrob.toolpath.toolpath import Tool, Toolpath
 from camrob.toolpath.toolpath_builder import clean_text
@@ -89,6 +90,8 @@ def read_gcode(
     lines = decode(data, path)
     bare = _COMMENT.sub("", "\n".join(lines)).upper()
     control = choose_control(bare)
+    if control.name in ("iso", "linuxcnc"):
+        refuse_turning(bare, path)
     machine = _kinematics(bare, kinematics, path, plain=control.name in ("iso", "linuxcnc"))
     grower = PathGrower(machine, chord_tolerance, angle_tolerance)
     defaults = defaults or Defaults()

@@ -15,7 +15,8 @@ def jobs() -> list[Job]:
     """All jobs of this file."""
     return [
         _siemens_vectors(), _siemens_computed(), _siemens_words(), _siemens_plane(), _klartext_lines(), _klartext_vectors(),
-        _klartext_plane(), _klartext_computed(), _macro(), _macro_jumps(), _o_words(), *_refused(),
+        _klartext_plane(), _klartext_computed(), _siemens_holes(), _klartext_holes(), _macro(),
+        _macro_jumps(), _o_words(), *_refused(),
     ]  # fmt: skip
 
 
@@ -148,6 +149,38 @@ def _klartext_computed() -> Job:
     story = _begun(Story()).rapid(10, 0, 30).cut(500, 10, 0, -1).cut(500, 10, 4, -1).cut(500, 10, 6, -1)
     story.cut(500, 5, 9, -1).cut(500, 7, 9, -1).cut(500, 9, 9, -1).cut(500, 20, 9, -1).rapid(20, 9, 30).event("off")
     return Job("hh-computed", "q.h", text, story)
+
+
+def _siemens_holes() -> Job:
+    text = (
+        "N10 G90 G17 G71 G94\nT1 M6\nS1500 M3\nG0 X0 Y0 Z30\nF120\nMCALL CYCLE81(20,0,2,-6)\nX5 Y0\nX15\nMCALL\n"
+        "CYCLE83(20,0,2,-8,,-4,,1,0,0,1,1,3,1.5)\nG0 X25\nCYCLE85(20,0,2,-3,,0.3,60,90)\nG0 Z30\nM5\nM30\n"
+    )
+    story = _begun(Story(), speed=1500).rapid(0, 0, 30)
+    for x, height in ((5, 30), (15, 20)):
+        story.rapid(x, 0, height).rapid(x, 0, 2).cut(120, x, 0, -6).rapid(x, 0, 20)
+    story.rapid(15, 0, 2).cut(120, 15, 0, -4, open=8).rapid(15, 0, 2).rapid(15, 0, -2.5).cut(120, 15, 0, -7, open=3.5)
+    story.rapid(15, 0, 2).rapid(15, 0, -5.5).cut(120, 15, 0, -8, open=1.5).rapid(15, 0, 20).rapid(25, 0, 20).rapid(
+        25, 0, 2
+    )
+    story.cut(60, 25, 0, -3).event("dwell", 0.3).cut(90, 25, 0, 2).rapid(25, 0, 20).rapid(25, 0, 30).event("off")
+    return Job("sie-holes", "holes.mpf", text, story)
+
+
+def _klartext_holes() -> Job:
+    text = (
+        "0 BEGIN PGM H MM\n1 TOOL CALL 1 Z S1500\n2 L X+0 Y+0 Z+30 R0 FMAX M3\n"
+        "3 CYCL DEF 203 DRILL Q200=2 Q201=-8 Q206=120 Q202=4 Q210=0 Q203=+0 Q204=20 Q212=1 Q213=1 ~\n"
+        "Q205=2 Q211=0 Q208=300 Q256=0.5\n"
+        "4 L X+5 FMAX M99\n5 CYCL DEF 201 REAM Q200=2 Q201=-3 Q206=60 Q211=0.3 Q208=90 Q203=+0 Q204=20\n6 L X+15 FMAX\n"
+        "7 CYCL CALL\n8 L Z+30 FMAX\n9 M5\n10 M30\n11 END PGM H MM\n"
+    )
+    story = (
+        _begun(Story(), speed=1500).rapid(0, 0, 30).rapid(5, 0, 30).rapid(5, 0, 2).cut(120, 5, 0, -4).rapid(5, 0, -3.5)
+    )
+    story.cut(120, 5, 0, -7, open=0.5).cut(300, 5, 0, 2).rapid(5, 0, -5).cut(120, 5, 0, -8, open=2).cut(300, 5, 0, 2)
+    story.rapid(5, 0, 20).rapid(15, 0, 20).rapid(15, 0, 2).cut(60, 15, 0, -3).event("dwell", 0.3).cut(90, 15, 0, 2)
+    return Job("hh-holes", "h.h", text, story.rapid(15, 0, 20).rapid(15, 0, 30).event("off"))
 
 
 def _macro() -> Job:
