@@ -209,7 +209,8 @@ class _Work:
             result, left = self._compensated(targets)
             now = run(result, turn + 2)
             off = now.off_path(intended)
-            if not np.mean(off**2) < _BETTER * np.mean(best**2):
+            worth = np.mean(off**2) < _BETTER * np.mean(best**2)
+            if not worth or np.quantile(off, 0.95) > np.quantile(best, 0.95):
                 break
             best, causes = off, True
             self.targets, self.left = targets, left

@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import gap_generator as generator
 from closed_loop import CELL, DEG, EDGE, ROOT, run_on_cell
+from row_file import add_rows, read_rows
 
 from camrob.cell.read_cell import read_cell
 from camrob.controller.simulate import simulate
@@ -313,19 +314,10 @@ def main() -> None:
         return
     options.out.mkdir(parents=True, exist_ok=True)
     file = options.out / "accuracy.jsonl"
-    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.is_file() else []
     if options.table:
-        (Path(__file__).resolve().parent / "accuracy_table.md").write_text(table(rows, trial()))
+        (Path(__file__).resolve().parent / "accuracy_table.md").write_text(table(read_rows(file), trial()))
         return
-    done = {(r["family"], r["draw"]) for r in rows}
-    for draw in range(1, options.cells + 1):
-        for family in options.only:
-            if (family, draw) in done:
-                continue
-            row = one(family, draw, options.out / f"{family.replace(' ', '_')}{draw}")
-            with file.open("a") as log:
-                log.write(json.dumps(row) + "\n")
-            print(json.dumps(row), flush=True)
+    add_rows(file, options.only, options.cells, one)
 
 
 if __name__ == "__main__":

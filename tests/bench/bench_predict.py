@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import gap_generator as generator
 from closed_loop import CELL, DEG, EDGE, ROOT, run_on_cell
+from row_file import add_rows, read_rows
 
 from camrob.bodies.meshes import body_triangles
 from camrob.cell.read_cell import read_cell
@@ -183,19 +184,10 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     file = options.out / "predict.jsonl"
-    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.is_file() else []
     if options.table:
-        (Path(__file__).resolve().parent / "predict_table.md").write_text(table(rows))
+        (Path(__file__).resolve().parent / "predict_table.md").write_text(table(read_rows(file)))
         return
-    done = {(r["family"], r["draw"]) for r in rows}
-    for draw in range(1, options.cells + 1):
-        for family in options.only:
-            if (family, draw) in done:
-                continue
-            row = one(family, draw, options.out / f"{family}{draw}")
-            with file.open("a") as log:
-                log.write(json.dumps(row) + "\n")
-            print(json.dumps(row), flush=True)
+    add_rows(file, options.only, options.cells, one)
 
 
 if __name__ == "__main__":
