@@ -2,7 +2,7 @@
 
 Each cell has two to five effects of `gap_draws`, in half of them beside a smooth discrepancy of 1 to 10 times the noise
 (`gap_field`); nothing of it comes from camrob. The engraving is run, its log diagnosed, what was found taken off, and it is run
-again: how far the true tool (without the instrument's noise) is off the intended path as posted, with the constants corrected, with
+again: how far the true tool (without the noise) is off the intended path as posted, with the constants corrected, with
 all that was found, and on a cell that has the discrepancy alone, which nobody can take off. `--table` writes loop_table.md.
 """
 
@@ -123,7 +123,7 @@ def table(rows: list[dict[str, Any]]) -> str:
     lines = [
         "# What correction takes off the path",
         "",
-        "`python tests/bench/bench_loop.py --out DIR --cells N`, then `--table`. 95 % of the true tool's distances from the path,",
+        "`python tests/bench/bench_loop.py --out DIR --cells N`, then `--table`. 95 % of the tool's distances from the path,",
         "mm; removed: of what could be (without the field's own part).",
         "",
         "| cell | effects | field mm | claimed | posted | constants | all that was found | field alone | removed |",
