@@ -117,6 +117,31 @@ def test_tapping_turns_the_spindle_and_is_said() -> None:
     assert any(f.code == "tap-cycle" for f in t.findings)
 
 
+def test_threads_an_inch_are_a_taps_feed() -> None:
+    body = "SPINDL / RPM, 300, CLW\nRAPID\nGOTO / 0, 0, 9\nCYCLE / {}, DEPTH, 8, TPI, 20, CLEAR, 2\nGOTO / 0, 0, 0\nCYCLE / OFF\n"
+    tapped = read("creo-ncl", body.format("TAP"))
+    assert np.nanmax(tapped.regions[0].feed) * 60_000 == pytest.approx(300 * 25.4 / 20)
+    with pytest.raises(ToolpathError, match="a thread's pitch"):
+        read("creo-ncl", body.format("DRILL"))
+
+
+def test_a_dragged_bore_comes_out_in_rapid_with_the_spindle_off() -> None:
+    t = read("nx-clsf", "RAPID\nGOTO/0,0,9\nCYCLE/BORE,DRAG,RAPTO,3.,FEDTO,-8.,MMPM,90.\nGOTO/0,0,0\nCYCLE/OFF\n")
+    assert heights(t)[-3:] == [(R, 3), (C, -8), (R, 3)]
+    (region,) = t.regions
+    assert [(e.kind.value, e.point) for e in region.events][-2:] == [
+        ("spindle_off", len(region) - 1),
+        ("spindle_on", len(region)),
+    ]
+
+
+def test_a_catia_cycle_whose_words_own_their_numbers() -> None:
+    t = read("catia-apt", "RAPID\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,20.,CLEAR,2.,MMPM,250.\nGOTO/0,0,0\nCYCLE/OFF\n")
+    assert heights(t)[-3:] == [(R, 2), (C, -20), (R, 2)] and np.nanmax(t.regions[0].feed) * 60_000 == pytest.approx(
+        250.0
+    )
+
+
 def test_a_catia_cycle_with_the_feed_before_its_unit() -> None:
     t = read("catia-apt", "RAPID\nGOTO/0,0,9\nCYCLE/DRILL,25.,300.,MMPM,5.\nGOTO/0,0,0\nCYCLE/OFF\n")
     assert (C, -25.0) in heights(t) and t.regions[0].feed[2] * 60_000 == pytest.approx(300.0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.errors import ToolpathError
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.region import EventKind, Move
-from camrob.units import mm_to_m
+from camrob.units import INCH_MM, mm_to_m
 
 if TYPE_CHECKING:
     from camrob.toolpath.apt.state import Machine
@@ -44,10 +44,11 @@ CYCLE_KINDS = {
     "TAP": "tap",
     "REAM": "bore",
     "BORE": "bore",
+    "DRAG": "drag",
 }
 
 _PLACES = "RAPTO CLEAR FEDTO DEPTH RTRCTO RETURN DWELL STEP INCR STEP1 STEP2 STEP3 1STPECK STPECK SUBPECK"
-_VALUED = frozenset(_PLACES.split()) | FEED_WORDS
+_VALUED = frozenset(_PLACES.split()) | FEED_WORDS | {"TPI"}
 _MOST_PECKS = 10_000  # of one hole: more is a peck in the wrong unit
 _SLIVER = 0.01  # of a peck: what is left of less joins the one before it
 _GAP_MM = 0.5  # how far above the depth reached the rapid approach of the next peck ends, and how far a chip is broken
@@ -112,7 +113,9 @@ def check_words(s: Statement) -> None:
 
 
 def feed_of(fields: dict[str, float]) -> tuple[float, str] | None:
-    """The feed among a cycle's fields, None where it names none."""
+    """The feed among a cycle's fields, None where it names none; TPI, threads an inch, is one of a tap's."""
+    if fields.get("TPI"):
+        return INCH_MM / fields["TPI"], "MMPR"
     return next(((value, word) for word, value in fields.items() if word in FEED_WORDS), None)
 
 
@@ -156,7 +159,12 @@ def expand_cycle(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.f
         _dwell(machine, cycle, line)
         if cycle.kind == "bore":
             machine.move(hole + axis * clear, axis, Move.CUT, line, feed)
+    dragged = cycle.kind == "drag" and machine.turning
+    if dragged:
+        machine.event(EventKind.SPINDLE_OFF, 0.0, "", line)
     _rapid(machine, hole + axis * out, axis, line)
+    if dragged:
+        machine.event(EventKind.SPINDLE_ON, machine.rpm, machine.spindle or "CLW", line)
 
 
 def _approach(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.float64], out: float, line: int) -> None:
@@ -255,10 +263,12 @@ def keyed_cycle(
         if depth is None:
             hint = "output it again with its depth, or its moves as GOTO"
             raise ToolpathError(f"cycle {name} names no depth that this dialect knows", hint=hint, line=line)
+    if "TPI" in fields and kind != "tap":
+        raise ToolpathError(f"cycle {name} with TPI, a thread's pitch", hint="output its feed", line=line)
     first, peck = _named_pecks(fields)
     if kind == "drill" and (first or peck):
         kind = "peck"
-    elif kind == "bore" and (first or peck):
+    elif kind in ("bore", "drag") and (first or peck):
         what = f"cycle {name} peck by peck is not known"
         raise ToolpathError(what, hint="output its moves as GOTO from the CAM system", line=line)
     if kind is None:

@@ -21,20 +21,21 @@ def _recognise(head: str) -> int:
 
 
 def _cycle(statement: Statement) -> Cycle:
-    """Positional: depth, then clearance; a feed stands before its unit, or after it."""
+    """Positional: depth, then clearance; a feed stands before its unit, or behind it where a word owns the number before."""
     args: list[float | str] = []
     for arg in statement.args:
-        if isinstance(arg, str) and arg in FEED_WORDS and len(args) > 2 and isinstance(args[-1], float):
+        loose = len(args) > 2 and isinstance(args[-1], float) and isinstance(args[-2], float)
+        if isinstance(arg, str) and arg in FEED_WORDS and loose:
             args[-1:] = [arg, args[-1]]  # 300.,MMPM as MMPM,300.
         else:
             args.append(arg)
-    name, fields, loose = cycle_fields(args)
+    name, fields, others = cycle_fields(args)
     name = "DEEP" if name == "DEEPHL" else name
-    depth = behind_or_next(fields, loose, "DEPTH")
-    clear = behind_or_next(fields, loose, "CLEAR")
+    depth = behind_or_next(fields, others, "DEPTH")
+    clear = behind_or_next(fields, others, "CLEAR")
     if clear is not None:
         fields["CLEAR"] = clear
-    return keyed_cycle(name, fields, depth, statement.line, loose)
+    return keyed_cycle(name, fields, depth, statement.line, others)
 
 
 def _pprint(text: str) -> tuple[str, str] | None:

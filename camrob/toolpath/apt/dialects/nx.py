@@ -18,6 +18,8 @@ def _cycle(statement: Statement) -> Cycle:
     name, fields, loose = cycle_fields(statement.args)
     if name == "DRILL":
         name = next((word for word in ("DEEP", "BRKCHP") if word in statement.words), name)
+    if name == "BORE" and "DRAG" in statement.words:  # the spindle stands while the tool is drawn out in rapid (G86)
+        name = "DRAG"
     depth = -fields["FEDTO"] + 0.0 if "FEDTO" in fields else loose.pop(0) if loose else None
     return keyed_cycle(name, fields, depth, statement.line, loose)
 
