@@ -141,6 +141,7 @@ def test_supa_is_a_machine_position_and_one_tool_by_its_name_is_the_set_ups(tmp_
         ('CYCLE800(1,"TC",0,192,0,0,0,30,0,0)', "MODE 192"),
         ('CYCLE800(1,"TC",1,57,0,0,0,30,0,0)', "adds to the plane"),
         ("G1 X10 RND=2", "RND"),
+        ("G58 X10 Y5", "G58 of Siemens"),
         ("G1 X10 CHF=2", "CHF"),
         ("G1 ANG=30 X10", "ANG"),
         ("G110 X0 Y0", "G110"),
@@ -417,3 +418,21 @@ def test_cycles_of_heidenhain_by_their_values(tmp_path: Path, cycle: str, height
 )  # fmt: skip
 def test_cycles_of_heidenhain_that_are_refused(tmp_path: Path, cycle: str, match: str) -> None:
     refused(tmp_path, KLARTEXT + f"CYCL DEF {cycle}\nCYCL CALL\nEND PGM A MM\n", "c.h", 5, match)
+
+
+def test_commas_as_points_and_the_feed_of_the_tool(tmp_path: Path) -> None:
+    text = (
+        KLARTEXT.replace("S5000", "S5000 F250")
+        + "L X+10,5 Y-3,25 Z+0 F AUTO\nL X+0 F100\nL Z+50 FMAX M30\nEND PGM A MM\n"
+    )
+    (region,) = regions(tmp_path, text, "a.h")
+    cut = region.move == Move.CUT
+    np.testing.assert_allclose(region.position[cut] * 1e3, [[10.5, -3.25, 0], [0, -3.25, 0]], atol=1e-9)
+    assert region.feed[cut] * 6e4 == pytest.approx([250, 100])
+    refused(tmp_path, KLARTEXT + "L X+1 F AUTO\nEND PGM A MM\n", "a.h", 5, "TOOL CALL has named no feed")
+
+
+@pytest.mark.parametrize("name", [":0001", "<PART-1>", "O<PART_1> (ROUGH)", "O0012"])
+def test_programs_by_number_or_name(tmp_path: Path, name: str) -> None:
+    found = ends(tmp_path, f"%\n{name}\nG21 G90\nT1 M6\nS900 M3\nG0 X0 Y0 Z5\nG1 X4 F60\nM30\n%\n", "a.nc")
+    assert found[:, :3].tolist() == [[4, 0, 5]]

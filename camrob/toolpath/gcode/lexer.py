@@ -19,6 +19,7 @@ _BLOCK = re.compile(rf"(?:[A-Z][ \t]*+{_NUMBER}[ \t]*+)*+")
 _WORD = re.compile(r"([A-Z])([-+.0-9]+)")
 _COMMENT = re.compile(r"\(([^()]*+)\)|;(.*)")
 _NEWLINE = re.compile(r"\r\n|\n|\r")
+_NAME = re.compile(r":[0-9]{1,8}|O?<[A-Z0-9_.+-]*>")
 _LABEL = re.compile(r"N[0-9]++[ \t]*+")
 _PROGRAMMING = re.compile(
     r"[#\[\]]|\bO[ \t]*+<|\b(?:WHILE|IF|GOTO|GOTOF|GOTOB|DO|END|CALL|SUB|ENDSUB|REPEAT|LOOP|FOR|ENDIF)"
@@ -146,6 +147,8 @@ def block_of(text: str, line: int) -> Block:
     optional = bare[:1] == "/"
     if optional:
         bare = bare[1:].lstrip("0123456789 \t") if bare[1:2].isdigit() else bare[1:].lstrip()
+    if _NAME.fullmatch(bare):  # a program's name or number, written otherwise
+        bare = "O" + (bare[1:] if bare[0] == ":" else "0")
     if not _BLOCK.fullmatch(bare):
         if _LABEL.sub("", bare, count=1).strip() == "MSG":
             return Block(line, {}, comment="MSG," + comment.strip('"'))

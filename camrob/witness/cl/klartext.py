@@ -38,7 +38,7 @@ class KlartextReader(ForeignReader):
         rows: list[tuple[int, str]] = []
         goes_on = False
         for i, raw in enumerate(text.split("\n"), 1):
-            row = " ".join(raw.partition(";")[0].split()).upper()
+            row = re.sub(r"(?<=\d),(?=\d)", ".", " ".join(raw.partition(";")[0].split()).upper())
             if goes_on and rows:
                 rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
             elif row := re.sub(r"^\d+(?: |$)", "", row.rstrip("~ ")):

@@ -40,6 +40,7 @@ _BETWEEN = {"1": r" ?\+ (?=[-+Q0-9])", "2": r" ?- (?=[-+Q0-9])", "3": r" ?\* ?",
 _IF = {"9": "EQ", "10": "NE", "11": "GT", "12": "LT"}
 _JUMP = re.compile(r"FN ?(9|10|11|12): ?IF ?(.+?) (?:EQU|NE|GT|LT) ?(.+?) GOTO LBL ?(.+)$")
 _ASSIGN = re.compile(r"FN ?([0-7]): ?(Q[0-9]+) ?= ?(.+)$")
+_DECIMAL = re.compile(r"(?<=[0-9]),(?=[0-9])")  # a comma for the point, as the control can be set to write it
 _LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
 _CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+)(?:/[0-9]+)?)?$')
 _FREE = range(1600)
@@ -172,7 +173,7 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
         ends = raw.rstrip().endswith("~")
         text = text.rstrip("~ ").strip()
         parts = re.split(r'("[^"]*")', text)
-        text = "".join(part if i % 2 else part.upper() for i, part in enumerate(parts))
+        text = "".join(part if i % 2 else _DECIMAL.sub(".", part.upper()) for i, part in enumerate(parts))
         if goes_on and out:
             out[-1] = (out[-1][0], f"{out[-1][1]} {text}")
         else:

@@ -34,6 +34,7 @@ class HeidenhainMoves:
         self._center: tuple[float, float] | None = None
         self._rapid = False  # FMAX of the block
         self._feed: float | None = None
+        self._tool_feed: float | None = None  # of TOOL CALL
         self._feed_left = False  # a cycle has left its own feed behind, and the program has named none
         self._shift = dict.fromkeys("XYZ", 0.0)
         self._plane: Plane = None
@@ -121,7 +122,9 @@ class HeidenhainMoves:
         """F of a motion; sets whether it is a rapid."""
         self._rapid = "FMAX" in words
         if "F AUTO" in words:
-            raise ToolpathError("F AUTO: the feed of TOOL CALL", hint="name the feed in the block")
+            if self._tool_feed is None:
+                raise ToolpathError("F AUTO: TOOL CALL has named no feed", hint="name the feed in the block")
+            words["F"] = f"{self._tool_feed:.9f}"
         if words.get("F"):
             self._feed, self._feed_left = self._value(words["F"]), False
             return {"F": self._feed}
@@ -282,6 +285,8 @@ class HeidenhainMoves:
         speed = re.search(r"\bS([0-9.]+)", rest)
         feed = re.search(r"\bF([0-9.]+)", rest)
         words = {"F": float(feed[1])} if feed else {}
+        if feed or name:
+            self._tool_feed = float(feed[1]) if feed else None
         if name.startswith('"'):
             raise ToolpathError(
                 f"TOOL CALL {name[:40]}: a tool by its name", hint="call tools by numbers, as the set-up does"

@@ -349,6 +349,11 @@ class SiemensWords:
             return
         if value in (53.0, 153.0):
             self._machine = True
+        elif value in (58.0, 59.0):
+            raise ToolpathError(
+                f"G{value:g} of Siemens shifts the frame by its words, and is not read",
+                hint="write it as TRANS or ATRANS",
+            )
         elif value in (
             110.0,
             111.0,
