@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from camrob.witness.cl.offsets import OFFSET
 from camrob.witness.cl.teller import UNREAD
@@ -105,8 +106,10 @@ def test_klartext_vectors(tell) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "G1 X=R1 F9", "R1=5", "DEF REAL A", "IF R1>2 GOTOF OUT", "CYCLE81(5,0,2,-9)", 'CYCLE800(0,"T",0,57)', "MCALL", "ROT Z30",
-        "X=IC(5)", "X=5+2", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1", "TRANS X=R1", "G4 S3", "A3=1 B3=0 C3=1 G1 X1 F9",
+        "G1 X=R1 F9", "R1=5", "DEF REAL A", "IF R1>2 GOTOF OUT", "CYCLE83(5,0,2,-9)", 'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
+        "CYCLE800(0,,1,57)", "MCALL HOLES1(0)", "CYCLE82(5,0,2,-9,,-3)", "CYCLE81(5,0,2,R1)", "CYCLE81(5,1,2,-9)", "ROT Z30",
+        "X=IC(5) Y3", "G3 X1 I=AC(5) J0", "X=5+2", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1",
+        "TRANS X=R1", "G4 S3", "A3=1 B3=0 C3=1 G1 X1 F9",
         "G500", "MIRROR X0", "AROT Z5",
     ],
 )  # fmt: skip
@@ -121,8 +124,9 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "4 FN 0: Q1 = +5", "4 L X+Q1", "4 CALL LBL 1", "4 LBL 1", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0", "4 CYCL DEF 200 DRILLING",
-        "4 CYCL DEF 7.1 IX+5", "4 CYCL DEF 10.1 ROT+30", "4 L X+5 M99", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
+        "4 FN 0: Q1 = +5", "4 L X+Q1", "4 CALL LBL 1", "4 LBL 1", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0 STAY",
+        "4 CYCL DEF 203 DRILLING",
+        "4 CYCL DEF 7.1 IX+5", "4 CYCL DEF 10.1 ROT+30", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
         "4 TOOL CALL 2 Z S9 DR+0.1", "4 TOOL CALL 2 Y S9", "4 RND R2", "4 APPR LCT X+1 Y+1 R2", "4 L X+5 R+", "4 L X+5 M97",
         "4 CC", "4 L X+5 F AUTO", "4 CALL PGM B",
     ],
@@ -139,3 +143,88 @@ def test_an_offset_path_is_one_that_nobody_reads(tell, read, body: str) -> None:
     assert read(tell, body, wear=True).complete
     plain = body.replace("G41", "G40").replace("RL", "R0")
     assert read(tell, plain).complete
+
+
+def _turned(order: str, *degrees: float) -> np.ndarray:
+    return Rotation.from_euler(order, degrees, degrees=True).as_matrix()
+
+
+@pytest.mark.parametrize(("mode", "order"), [(57, "XYZ"), (27, "ZYX"), (39, "ZXY")])
+def test_siemens_planes_against_scipy(tell, mode: int, order: str) -> None:
+    story = _siemens(
+        tell,
+        f'CYCLE800(1,"TC1",0,{mode},10,20,30,12,-8,25,1,2,3,-1)\nG0 X0 Y0 Z9\nG1 Z0 F600\nX5 Y6\n'
+        "G0 Z40\nCYCLE800()\nG0 X0 Y0 Z80\n",
+    )
+    turned = _turned(order, 12, -8, 25)
+    origin = np.array([10, 20, 30]) + turned @ [1, 2, 3]
+    wanted = [origin + turned @ p for p in ([0, 0, 9], [0, 0, 0], [5, 6, 0], [5, 6, 40])]
+    assert story.complete
+    np.testing.assert_allclose(_mm(story)[1:], [*wanted, [0, 0, 80]], atol=1e-9)
+    np.testing.assert_allclose(story.path.axis[1:5], np.tile(turned[:, 2], (4, 1)), atol=1e-12)
+    assert story.path.axis[5].tolist() == [0, 0, 1]
+
+
+def test_klartext_planes_against_scipy(tell) -> None:
+    story = _klartext(
+        tell,
+        "3 CYCL DEF 7.1 X+10\n4 CYCL DEF 7.2 Z+5\n5 PLANE SPATIAL SPA+12 SPB-8 SPC+25 MOVE DIST50 FMAX\n6 L X+0 Y+0 Z+9 FMAX\n"
+        "7 L Z+0 F100\n8 PLANE RESET TURN FMAX\n9 L X+0 Y+0 Z+80 FMAX\n",
+    )
+    turned = Rotation.from_euler("xyz", [12, -8, 25], degrees=True).as_matrix()  # about fixed axes
+    assert story.complete
+    np.testing.assert_allclose(_mm(story)[1:], [turned @ [0, 0, 9] + [10, 0, 5], [10, 0, 5], [10, 0, 85]], atol=1e-9)
+    np.testing.assert_allclose(story.path.axis[1:3], [turned[:, 2]] * 2, atol=1e-12)
+
+
+def test_siemens_relative_and_absolute_words(tell) -> None:
+    story = _siemens(
+        tell,
+        "G1 X10 F600\nX=IC(5) Y=IC(2)\nG91 X=AC(4) Y=AC(2)\nX1\nG90 G3 X4 Y3 I=AC(4) J=AC(2)\nG1 X=AC(9)\n".replace(
+            "G3 X4 Y3", "G3 X=AC(4) Y=AC(3)"
+        ),
+    )
+    assert story.complete
+    np.testing.assert_allclose(_mm(story)[1:, :2], [[10, 0], [15, 2], [4, 2], [5, 2], [4, 3], [9, 3]], atol=1e-9)
+
+
+def test_siemens_holes(tell) -> None:
+    story = _siemens(
+        tell,
+        "F120\nMCALL CYCLE82(20,1,2,-5,,0.5)\nX10 Y5\nX20\nMCALL\nCYCLE85(20,0,2,,3,0,60,90)\nCYCLE81(20,0,2,-4)\nX0\n",
+    )
+    assert story.complete
+    one = [[10, 5, 50], [10, 5, 3], [10, 5, -5], [10, 5, 20], [20, 5, 20], [20, 5, 3], [20, 5, -5], [20, 5, 20]]
+    two = [[20, 5, 2], [20, 5, -3], [20, 5, 2], [20, 5, 20], [20, 5, 2], [20, 5, -4], [20, 5, 20], [0, 5, 20]]
+    np.testing.assert_allclose(_mm(story)[1:], [*one, *two], atol=1e-9)
+    feeds = story.feed[np.isfinite(story.feed)] * 60_000
+    assert feeds == pytest.approx([120, 120, 60, 90, 120])
+    assert [(e.before, e.value) for e in story.events if e.kind is Kind.DWELL] == [(4, 0.5), (8, 0.5)]
+
+
+def test_klartext_holes(tell) -> None:
+    base = "Q200=2 Q201=-6 Q206=120 Q203=+1 Q204=20"
+    story = _klartext(
+        tell,
+        f"3 CYCL DEF 200 DRILLING {base} Q202=4 Q210=0 Q211=0.2\n4 L X+5 FMAX M99\n5 CYCL DEF 201 REAM {base} Q208=0 Q211=0\n"
+        f"6 L X+9 FMAX\n7 CYCL CALL M8\n8 CYCL DEF 240 C {base} Q343=0 Q211=0\n9 L X+11 FMAX M99\n",
+    )
+    assert story.complete
+    rows = [
+        [5, 50],
+        [5, 3],
+        [5, -5],
+        [5, 21],
+        [9, 21],
+        [9, 3],
+        [9, -5],
+        [9, 3],
+        [9, 21],
+        [11, 21],
+        [11, 3],
+        [11, -5],
+        [11, 21],
+    ]
+    np.testing.assert_allclose(_mm(story)[1:][:, [0, 2]], rows, atol=1e-9)
+    (most,) = story.pecks.values()
+    assert (most.first * 1e3, most.others * 1e3, most.out) == pytest.approx((6, 4, True))

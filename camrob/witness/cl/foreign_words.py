@@ -5,9 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.witness.cl.gcode import GcodeReader
-from camrob.witness.cl.teller import UNREAD
+from camrob.witness.cl.standing import Standing
+from camrob.witness.cl.teller import UNREAD, Teller
 
 __all__ = ["ForeignReader", "UnreadError"]
 
@@ -32,6 +34,34 @@ class ForeignReader(GcodeReader, ABC):
                 return
             if self._ended:
                 return
+
+    @property
+    def tell(self) -> Teller:
+        """Where the story is told."""
+        return self._tell
+
+    @property
+    def stand(self) -> Standing:
+        """Where the axes stand."""
+        return self._stand
+
+    @property
+    def scale(self) -> float:
+        """Metres in one of the program's units."""
+        return self._scale
+
+    def _swivel(self, turned: NDArray[np.float64], origin: NDArray[np.float64]) -> None:
+        """A plane of the part, (3, 3) and (3,) m, and the tool along its z axis; where the tip went meanwhile nobody knows."""
+        self._stand.untilt()
+        if not self._stand.swivel(turned, origin):
+            raise UnreadError("a plane beside a tool centre point")
+        self._tell.lose()
+
+    def _unswivel(self) -> None:
+        """No plane any more, and rotary axes at zero."""
+        self._stand.untilt()
+        self._stand.at.update(A=0.0, B=0.0, C=0.0)
+        self._forget()
 
     def _statements(self, text: str) -> list[tuple[int, str]]:
         """The statements with their lines."""

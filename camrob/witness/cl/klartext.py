@@ -8,6 +8,9 @@ from __future__ import annotations
 import math
 import re
 
+import numpy as np
+
+from camrob.witness.cl.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
 from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
 from camrob.witness.units import deg_to_rad, rad_to_deg
 
@@ -31,6 +34,8 @@ class KlartextReader(ForeignReader):
     def read(self, text: str) -> None:
         """Reads the text up to its end, or to the first statement that is not read."""
         self._here: dict[str, float] = {}  # X, Y, Z as the program counts them, where they are known
+        self._drills: Hole | None = None
+        self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
         self._pole: tuple[float, float] | None = None
         super().read(text)
 
@@ -58,6 +63,10 @@ class KlartextReader(ForeignReader):
             self._round(head, rest, line)
         elif head == "CC":
             self._set_pole(rest)
+        elif row.startswith("PLANE"):
+            self._plane_of(row)
+        elif re.fullmatch(r"CYCL CALL( M\d+)*", row):
+            self._hole(re.findall(r"M(\d+)", row), line)
         elif row.startswith("TOOL CALL"):
             self._tool(row[9:].strip(), line)
         elif row.startswith("CYCL DEF"):
@@ -73,6 +82,31 @@ class KlartextReader(ForeignReader):
             self._switch(["129"], line, first=False)
         elif not _NOTHING.match(row):
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
+
+    def _plane_of(self, row: str) -> None:
+        """PLANE SPATIAL and PLANE RESET that turn the tool along."""
+        said = re.fullmatch(rf"PLANE SPATIAL SPA ?({_NUMBER}) SPB ?({_NUMBER}) SPC ?({_NUMBER}) (MOVE|TURN)\b.*", row)
+        if said is None and not re.fullmatch(r"PLANE RESET (MOVE|TURN)\b.*", row):
+            raise UnreadError(f"{row[:24]}, of Heidenhain's language")
+        stand, self._here = self._stand, {}
+        if self._datum is None:
+            self._datum = dict(stand.shift)
+        if said is None:
+            self._unswivel()
+            stand.shift, self._datum = self._datum, None
+            return
+        stand.untilt()
+        stand.shift = dict.fromkeys("XYZ", 0.0)
+        self._swivel(spatial_plane([float(said[k]) for k in (1, 2, 3)]), np.array([self._datum[k] for k in "XYZ"]))
+
+    def _hole(self, codes: list[str], line: int) -> None:
+        """The cycle in force where the tool stands."""
+        if self._drills is None:
+            raise UnreadError("a cycle call without a cycle that is read")
+        self._switch(codes, line, first=True)
+        drill_here(self, self._drills, line)
+        self._here["Z"] = self._drills.level
+        self._switch(codes, line, first=False)
 
     # -- words
 
@@ -135,6 +169,7 @@ class KlartextReader(ForeignReader):
             return
         words, codes, rapid = self._parts(text)
         self._sided(words, line)
+        called, codes = "99" in codes, [code for code in codes if code != "99"]
         self._switch(codes, line, first=True)
         feed = [f"F{words.pop('F')}"] if "F" in words else []
         vector = None
@@ -157,6 +192,8 @@ class KlartextReader(ForeignReader):
             self._here |= {letter: value for letter, value in to.items() if letter in "XYZ"}
         elif feed:
             self._block(feed, line)
+        if called:
+            self._hole([], line)
         self._switch(codes, line, first=False)
 
     def _set_pole(self, text: str) -> None:
@@ -234,7 +271,13 @@ class KlartextReader(ForeignReader):
         main = number.partition(".")[0]
         shift = re.fullmatch(rf"(?:[XYZ]\s?{_NUMBER}\s?)+", rest)
         time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({_NUMBER})", rest)
-        if main == "7" and number != "7.0" and shift:
+        if main in ("200", "201", "240"):
+            self._drills = klartext_hole(
+                main, {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({_NUMBER})(?![\d.])", rest)}
+            )
+        elif self._datum is not None and main == "7":
+            raise UnreadError("a datum shift in a plane")
+        elif main == "7" and number != "7.0" and shift:
             named = {letter: float(value) for letter, value in re.findall(rf"([XYZ])\s?({_NUMBER})", rest)}
             self._block(["G52", *(f"{letter}{value:.9f}" for letter, value in named.items())], line)
             self._here = {}

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from camrob.witness.cl.foreign_cycles import Hole, drill_here, siemens_hole, swivelled_plane
 from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
 
 __all__ = ["SinumerikReader"]
@@ -15,6 +16,7 @@ _COMMENT = re.compile(r"(\"[^\"]*\")|;.*")
 _HEADER = re.compile(r"%_N_\w+|%\w*|PROC \w+.*")
 _TOKEN = re.compile(
     r"\s*(?:(?P<name>T)\s*=\s*\"(?P<text>[^\"]*)\"|(?P<key>[A-Z]+\d?)\s*=\s*(?P<set>[-+]?(?:\d+\.?\d*|\.\d+))(?![\d.*/+(A-Z-])"
+    r"|(?P<of>[A-Z])\s*=\s*(?P<how>IC|AC)\s*\(\s*(?P<given>[-+]?(?:\d+\.?\d*|\.\d+))\s*\)"
     r"|(?P<word>[A-Z])\s*(?P<value>[-+]?(?:\d+\.?\d*|\.\d+))(?![\w=])|(?P<said>[A-Z][A-Z_]{2,}\d*[A-Z]*)(?:\(1\))?(?![\w=(]))"
 )
 # how fast and how smoothly the path is run, and who finds the rotary axes: not where it goes
@@ -39,6 +41,7 @@ class SinumerikReader(ForeignReader):
         """Reads the text up to its end, or to the first statement that is not read."""
         names = {name.upper() for name in re.findall(r"\bT\s*=\s*\"([^\"]*)\"", re.sub(r";.*", "", text), re.I)}
         self._lone = len(names) == 1 and not any(name.isdigit() for name in names)
+        self._called: Hole | None = None  # MCALL
         self._moved_by = dict.fromkeys("XYZ", 0.0)  # TRANS, in the program's unit
         super().read(text)
 
@@ -57,7 +60,44 @@ class SinumerikReader(ForeignReader):
         if shift := re.match(r"A?TRANS\b", body):
             self._shift(body[shift.end() :], line, adds=body.startswith("A"))
             return
-        self._words(body, line)
+        if call := re.fullmatch(r"(MCALL\s+)?(CYCLE8\d+)\s*\((.*)\)", body):
+            self._cycle_of(call[2], self._values(call[3]), line, modal=bool(call[1]))
+        elif body == "MCALL":
+            self._called = None
+        else:
+            before = self._tell.n
+            self._words(body, line)
+            if self._called is not None and (
+                self._tell.n > before or re.search(r"(?<![A-Z])[XYZ]\s*=?\s*[-+\d.]", body)
+            ):
+                drill_here(self, self._called, line)
+
+    @staticmethod
+    def _values(text: str) -> list[float | None]:
+        """Numbers between commas, None for texts and what is left out. Raises UnreadError for what is computed."""
+        out: list[float | None] = []
+        for part in (part.strip() for part in text.split(",")) if text.strip() else ():
+            if part and not part.startswith('"') and not re.fullmatch(r"[-+]?(?:\d+\.?\d*|\.\d+)", part):
+                raise UnreadError(f"{part[:20]}, computed")
+            out.append(float(part) if part and not part.startswith('"') else None)
+        return out
+
+    def _cycle_of(self, name: str, values: list[float | None], line: int, *, modal: bool) -> None:
+        """CYCLE800, or a drilling cycle here or, behind MCALL, at every place from here on."""
+        if name != "CYCLE800":
+            hole = siemens_hole(name, values)
+            if modal:
+                self._called = hole
+            else:
+                drill_here(self, hole, line)
+            return
+        plane = swivelled_plane(values)
+        if modal or any(self._moved_by.values()):
+            raise UnreadError("CYCLE800 on top of a shift")
+        if plane is None:
+            self._unswivel()
+        else:
+            self._swivel(plane[0], plane[1] * self._scale)
 
     def _shift(self, rest: str, line: int, *, adds: bool) -> None:
         """TRANS sets the shift, and ATRANS adds to it."""
@@ -71,6 +111,7 @@ class SinumerikReader(ForeignReader):
     def _words(self, body: str, line: int) -> None:
         words: list[str] = []
         vector: dict[str, float] = {}
+        hows: dict[str, str] = {}
         machine, at = False, 0
         while at < len(body):
             token = _TOKEN.match(body, at)
@@ -79,6 +120,9 @@ class SinumerikReader(ForeignReader):
             at = token.end()
             if token["name"]:
                 words += self._tool(token["text"])
+            elif token["of"]:
+                hows[token["of"]] = token["how"]
+                words += self._plain(token["of"], token["given"])
             elif token["said"]:
                 machine = machine or token["said"] == "SUPA"
                 words += self._said(token["said"])
@@ -99,7 +143,30 @@ class SinumerikReader(ForeignReader):
             words.append("G53")
         if self._lone:
             words = [word for word in words if not re.fullmatch(r"M0*6", word)]
+        before, after = self._measured(hows, words)
+        self._block(before, line)
         self._block(words, line, aims)
+        self._block(after, line)
+
+    def _measured(self, hows: dict[str, str], words: list[str]) -> tuple[list[str], list[str]]:
+        """What stands before and behind a block whose axes or centre are IC or AC: G90, G91, G90.1, G91.1."""
+        if not hows:
+            return [], []
+        named = {word[0] for word in words}
+        axes, centre = named & set("XYZABC"), named & set("IJK")
+        turned = {hows.get(letter) for letter in axes} - {None}
+        if set(hows) - axes - centre or (turned and {hows.get(k) for k in axes} != turned):
+            raise UnreadError("IC or AC for some of a block's axes")
+        before, after = list[str](), list[str]()
+        if turned:
+            modal = [word for word in words if word in ("G90", "G91")] or ["G90" if self._absolute else "G91"]
+            words[:] = [word for word in words if word not in ("G90", "G91")]
+            before, after = ["G91" if turned == {"IC"} else "G90"], modal
+        if centre & set(hows):
+            if {hows.get(letter) for letter in centre} != {"AC"}:
+                raise UnreadError("a centre half absolute")
+            before, after = [*before, "G90.1"], [*after, "G91.1"]
+        return before, after
 
     def _tool(self, name: str) -> list[str]:
         """A tool by its name: a number, or the only one of the file, which the set-up describes."""

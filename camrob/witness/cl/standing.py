@@ -196,6 +196,13 @@ class Standing:
         if self.tilted:
             self._change(None)
 
+    def swivel(self, turned: Array, origin: Array) -> bool:
+        """A plane (3, 3) and its origin (3,), m, with the tool along its z axis; False beside the tool centre point."""
+        if self._tcp:
+            return False
+        self._change((turned, origin))
+        return self.align()
+
     def align(self) -> bool:
         """G53.1: the tool is turned along the plane's z axis, by angles that nobody names; False where there is no plane."""
         if not self.tilted:

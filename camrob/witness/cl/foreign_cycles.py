@@ -1,0 +1,146 @@
+"""Drilling cycles and swivelled planes of Siemens and Heidenhain, by their values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
+from camrob.witness.frames import rotation
+from camrob.witness.happenings import Kind, Pecks, Way
+from camrob.witness.units import deg_to_rad
+
+__all__ = ["Hole", "drill_here", "klartext_hole", "siemens_hole", "spatial_plane", "swivelled_plane"]
+
+Array = NDArray[np.float64]
+
+_SIEMENS = {
+    "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
+    "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
+    "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
+}
+_KLARTEXT = {
+    "200": (200, 201, 202, 203, 204, 206),
+    "201": (200, 201, 203, 204, 206, 208),
+    "240": (200, 201, 203, 204, 206),
+}
+_FMAX = 99999.0  # a feed that stands for the rapid
+
+
+class Hole(NamedTuple):
+    """Heights in the program's unit: where it goes in rapid, its bottom, where it ends. feed_in, feed_out: a minute, None: the
+    modal one, in rapid. bite: 0 in one go.
+    """
+
+    clear: float
+    bottom: float
+    level: float
+    surface: float
+    feed_in: float | None = None
+    feed_out: float | None = None
+    dwell: float = 0.0
+    bite: float = 0.0
+
+
+def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
+    """The hole's motions where the tool stands. Raises UnreadError where that, or a way along the tool, isn't known."""
+    tell, stand, scale = reader.tell, reader.stand, reader.scale
+    pose = stand.pose()
+    if pose is None or stand.odd or not np.allclose(pose[1], stand.direction(np.array([0.0, 0.0, 1.0])), atol=1e-9):
+        raise UnreadError("a cycle whose place or way along the tool isn't known")
+    zero, axis = stand.shift["Z"], pose[1]
+
+    def at(height: float) -> Array:
+        return stand.point(np.array([pose[0][0], pose[0][1], height * scale + zero]))
+
+    if pose[0][2] < hole.clear * scale + zero - 1e-9:
+        raise UnreadError("a cycle from below its clear height")
+    feed = tell.speed(line, None if hole.feed_in is None else (hole.feed_in * scale / 60.0, "min"))
+    tell.move(at(hole.clear), axis, Way.RAPID, line)
+    if hole.bite:
+        first = hole.clear - hole.surface + hole.bite
+        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True)
+    tell.move(at(hole.bottom), axis, Way.HOLE, line, feed)
+    if hole.dwell:
+        tell.event(Kind.DWELL, line, hole.dwell)
+    if hole.feed_out is not None:
+        tell.move(at(hole.clear), axis, Way.FEED, line, hole.feed_out * scale / 60.0)
+    tell.move(at(hole.level), axis, Way.RAPID, line)
+    stand.at["Z"] = hole.level * scale + zero
+
+
+def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
+    """CYCLE81, CYCLE82 and CYCLE85 by their values. Raises UnreadError for others, and for depths that count otherwise."""
+    names = _SIEMENS.get(name, "").split()
+    if not names or any(values[len(names) :]):
+        raise UnreadError(f"{name}, a cycle of Siemens'")
+    said = dict(zip(names, values, strict=False))
+    value = {key: said.get(key) or 0.0 for key in names}
+    bottom, deep = said.get("DP"), value["DPR"]
+    odd = value["GMODE"] or value["DMODE"] % 10 > 1 or value["AMODE"] % 10 == 1 or value["AMODE"] // 10 % 10 == 2
+    if odd or value["DTB"] < 0.0 or (bottom is None and not deep):
+        raise UnreadError(f"{name} whose depth or dwell counts in another way")
+    end = value["RFP"] - abs(deep) if bottom is None else bottom
+    if bottom is not None and deep and abs(value["RFP"] - abs(deep) - bottom) > 1e-9:
+        raise UnreadError(f"{name} of two depths")
+    clear = value["RFP"] + value["SDIS"]
+    inwards, back = value.get("FFR") or None, value.get("RFF") or value.get("FFR")
+    if back == 0.0:
+        raise UnreadError("CYCLE85 without its feeds")
+    dwell = value["DTB"] if name != "CYCLE81" else 0.0
+    return Hole(clear, end, max(value["RTP"], clear), value["RFP"], inwards, back, dwell)
+
+
+def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
+    """Cycles 200, 201 and 240 by their Q numbers. Raises UnreadError for others, and for what they don't say."""
+    if any(name not in q for name in _KLARTEXT.get(number, (-1,))) or q.get(395) or q.get(343):
+        raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")
+    surface, deep = q[203], -q[201]
+    bite = q[202] if number == "200" and 0.0 < q[202] < deep - 1e-9 else 0.0
+    if bite and q.get(210):
+        raise UnreadError("a cycle that dwells between its bites")
+    back = (q[208] or q[206]) if number == "201" else None
+    clear = surface + q[200]
+    level = max(clear, surface + q[204])
+    return Hole(
+        clear,
+        surface - deep,
+        level,
+        surface,
+        q[206],
+        None if back is None or back >= _FMAX else back,
+        q.get(211, 0.0),
+        bite,
+    )
+
+
+def _turns(order: Sequence[int], degrees: Sequence[float]) -> Array:
+    """Turns about axes (0 to 2) of the frame as it has been turned so far."""
+    whole = np.eye(3)
+    for axis, angle in zip(order, degrees, strict=True):
+        whole = whole @ rotation(axis, np.array([deg_to_rad(angle)]))[0]
+    return whole
+
+
+def spatial_plane(spatial: Sequence[float]) -> Array:
+    """(3, 3): PLANE SPATIAL turns about the fixed X by SPA, then the fixed Y by SPB, then the fixed Z by SPC."""
+    a, b, c = spatial
+    return _turns((2, 1, 0), (c, b, a))
+
+
+def swivelled_plane(values: Sequence[float | None]) -> tuple[Array, Array] | None:
+    """(3, 3) and origin (3,) in the program's unit that CYCLE800 sets, None for its call without values.
+
+    Raises UnreadError for modes other than axis by axis, and for a plane that adds to another.
+    """
+    if not values:
+        return None
+    state, mode, *rest = [value or 0.0 for value in (*values, *[0.0] * 13)][2:13]
+    order = [(int(mode) >> shift & 3) - 1 for shift in (0, 2, 4)]
+    if int(mode) >> 6 or int(state) % 10 == 1 or -1 in order:
+        raise UnreadError("CYCLE800 other than axis by axis, or that adds to another")
+    turned = _turns(order, rest[3:6])
+    return turned, np.array(rest[:3]) + turned @ np.array(rest[6:9])
