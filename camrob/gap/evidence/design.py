@@ -78,6 +78,15 @@ class Panel:
                 total = total + self.carried(axis, rows)
         return np.asarray(total)
 
+    def moved_by(self, columns: NDArray[np.int64], rows: NDArray[np.bool_] | slice = _ALL) -> Array:
+        """(M, 3, C) m that a unit of each of some columns moves the TCP by at some rows, both rungs together."""
+        X = np.array(self.tcp[rows][:, :3, columns])
+        if self.servo is not None:
+            for j, k in enumerate(columns.tolist()):
+                for own in np.flatnonzero(self.servo_columns == k).tolist():
+                    X[:, :, j] += self.carried(self.servo[rows][:, :, own], rows)
+        return X
+
     def carried(self, axis: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
         """(M, 3) m at the TCP of shifts (M, k) of the axes at some rows."""
         scene = self.scene
@@ -237,22 +246,12 @@ def pool(panels: Sequence[Panel], units: Sequence[Unit], basis: SmoothBasis | No
             for j, k in enumerate(p.servo_columns):
                 energy[k] += float(np.sum(p.carried(p.servo[:, :, j]) ** 2))
         count += len(p.scene)
-        X = _moves(p)
+        X = p.moved_by(np.arange(K), slice(None, None, max(1, len(p.scene) // _SOME)))
         moves += np.einsum("nik,nil->kl", X, X, optimize=True)
         some += len(X)
     usual = np.array([q.usual for u in units for q in u.parameters])
     gram = None if basis is None else FieldGram(C, D, d, basis.part)
     return Design(tuple(units), owner, A, b, yy, rows, np.sqrt(energy / count), usual, moves / some, gram)
-
-
-def _moves(panel: Panel) -> Array:
-    """(M, 3, K) m at the TCP of a unit of every parameter, at some samples."""
-    rows = slice(None, None, max(1, len(panel.scene) // _SOME))
-    X = np.array(panel.tcp[rows, :3])
-    if panel.servo is not None:
-        for j, k in enumerate(panel.servo_columns):
-            X[:, :, k] += panel.carried(panel.servo[rows][:, :, j], rows)
-    return X
 
 
 def _add(A: Array, b: Array, X: Array, y: Array, columns: NDArray[np.int64] | None) -> None:

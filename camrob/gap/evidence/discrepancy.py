@@ -45,7 +45,8 @@ _NONE = 1e-30  # variance of what does not change
 @dataclass(frozen=True)
 class SmoothBasis:
     """Functions of the discrepancy. axes: that it follows; anchors: (m, k) postures, normalised; mix: (m, r) from kernel values
-    to functions, whose means over the logs are `middle` (r,); span: s, the logs' first time and last; part: (M,) of `PARTS`, by
+    to functions, whose means over the logs are `middle` (r,); raw: (m, s) to those that hold all of the kernel on the anchors;
+    unit: its variance that counts as 1; span: s, the logs' first time and last; part: (M,) of `PARTS`, by
     number. Each part's functions have unit variance over the logs together, and a constant of as much beside posture's.
     """
 
@@ -53,6 +54,8 @@ class SmoothBasis:
     anchors: Array
     mix: Array
     middle: Array
+    raw: Array
+    unit: float
     span: tuple[float, float]
     force: float
     part: NDArray[np.int64]
@@ -82,6 +85,14 @@ class SmoothBasis:
             )
         return np.concatenate(parts, axis=1)
 
+    def beyond(self, scene: Scene, rows: NDArray[np.int64]) -> Array:
+        """(N, N) covariance of posture's part that its functions don't hold at some rows: 0 where the logs were, all of it far
+        from there (Quinonero-Candela and Rasmussen, J. Mach. Learn. Res. 6, 2005, 1939, section 6).
+        """
+        postures = _normalised(scene, self.axes)[rows]
+        held = _kernel(postures, self.anchors, self.tables) @ self.raw
+        return np.asarray((_kernel(postures, postures, self.tables) - held @ held.T) / self.unit)
+
 
 def smooth_basis(scenes: Sequence[Scene]) -> SmoothBasis:
     """The functions that describe a discrepancy on some logs."""
@@ -104,7 +115,8 @@ def smooth_basis(scenes: Sequence[Scene]) -> SmoothBasis:
     order = np.argsort(-variance)
     share = np.cumsum(variance[order]) / max(float(np.sum(variance)), _NONE)
     order = order[: min(_TURNED_RANK if tables else _RANK, int(np.searchsorted(share, 1.0 - _TAIL)) + 1)]
-    turned = turned[:, order] / np.sqrt(max(float(np.sum(variance[order])), _NONE))
+    unit = max(float(np.sum(variance[order])), _NONE)
+    turned = turned[:, order] / np.sqrt(unit)
     paths = not any(s.poses for s in scenes)
     forces = [s.force for s in scenes]
     pushed = [f for f in forces if f is not None]
@@ -120,7 +132,7 @@ def smooth_basis(scenes: Sequence[Scene]) -> SmoothBasis:
     }
     part = np.repeat(list(counts), list(counts.values()))
     span = float(min(s.t[0] for s in scenes)), float(max(s.t[-1] for s in scenes))
-    return SmoothBasis(axes, anchors, raw @ turned, middle @ turned, span, force, part, tables, slides)
+    return SmoothBasis(axes, anchors, raw @ turned, middle @ turned, raw, unit, span, force, part, tables, slides)
 
 
 def _travel(scenes: Sequence[Scene], axis: str) -> tuple[float, float]:
@@ -225,14 +237,25 @@ class FieldGram:
             out[keep, row] = S[keep] * solve_triangular(L, v[:, 0], lower=True, trans=1)
         return out
 
-    def variance(self, F: Array, sizes: Array) -> Array:
-        """(N,) m2: how far the fitted field's shift may be off where its functions are F (N, M), in all three directions."""
-        total = np.zeros(len(F))
+    def response(self, sizes: Array) -> Array:
+        """(M, 3, K) by how much less weight the functions get in shifts for each unit of the values beside them."""
+        out = np.zeros((len(self.part), 3, self.C.shape[2]))
         for row, S, keep in self._rows(sizes):
             if row < 3:
-                _, V = _halved(self.D[:, row].sum(axis=0), F.T, S, keep)
-                total += np.sum(V**2, axis=0)
-        return np.maximum(total, 0.0)
+                C, D = (x[:, row].sum(axis=0) for x in (self.C, self.D))
+                L, v = _halved(D, C.T, S, keep)
+                out[keep, row] = S[keep, None] * solve_triangular(L, v, lower=True, trans=1)
+        return out
+
+    def scatter(self, F: Array, sizes: Array) -> Array:
+        """(3, M, N): V with the covariance V.T V of what the fitted field's shift in each direction may be off by, where its
+        functions are F (N, M).
+        """
+        out = np.zeros((3, F.shape[1], len(F)))
+        for row, S, keep in self._rows(sizes):
+            if row < 3:
+                out[row, keep] = _halved(self.D[:, row].sum(axis=0), F.T, S, keep)[1]
+        return out
 
     def _rows(self, sizes: Array) -> list[tuple[int, Array, NDArray[np.bool_]]]:
         """Rows of the twist with a field of some size, its functions' deviations (M,), and which are not 0."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,8 @@ _STEP = 20.0  # how much less an effect's change from sample to sample is truste
 class Model:
     """What the comparison ended with. scores: of all sets of units met, over all sizes of the discrepancy; sets: probabilities of
     sets of effects (unknown shapes under "unknown"); best: posterior of the best set; excess: rms in m of what is left at the TCP
-    beyond white noise and the discrepancy; basis: of the discrepancy.
+    beyond white noise and the discrepancy; basis: of the discrepancy; heat_alone: rows that one independent row stands for where
+    values are fitted without the discrepancy, None where they are fitted with it (see `with_fitting`).
     """
 
     effects: tuple[Effect, ...]
@@ -42,6 +43,21 @@ class Model:
     excess: float
     outliers: int
     basis: SmoothBasis
+    heat_alone: float | None = None
+
+    def fit(self, members: frozenset[int], left_out: tuple[int, ...] = (), design: Design | None = None) -> Fitted:
+        """The values of some units, fitted without some blocks, to all logs or to a part of them (`design`).
+
+        How far they may be off is always asked beside the discrepancy, which is there whether it takes part or not.
+        """
+        evidence = self.evidence
+        if left_out or design is not None:
+            evidence = replace(evidence, left_out=left_out, design=design or self.design)
+        beside = evidence.fit(members)
+        if self.heat_alone is None:
+            return beside
+        alone = replace(evidence, sizes=None, temperature=self.heat_alone).fit(members)
+        return replace(alone, cov=beside.cov)
 
     @property
     def units(self) -> tuple[Unit, ...]:

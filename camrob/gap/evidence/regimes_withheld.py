@@ -62,8 +62,7 @@ def regimes_withheld(model: Model, members: Set) -> list[dict[str, Any]]:
     keep = np.flatnonzero(np.isin(owner, list(members)))
     out = []
     for regime, design in zip(regimes, _rest(model, regimes), strict=True):
-        evidence = replace(model.evidence, design=design)
-        fitted = evidence.fit(model.best.members | evidence.always)
+        fitted = model.fit(model.best.members | model.evidence.always, design=design)
         values = np.where(np.isin(owner, list(members)), fitted.mean, 0.0)
         rows = [r & a for r, a in zip(regime.rows, asked, strict=True)]
         shrunk = _shrunk(model, rows, values, keep, fitted.cov)
@@ -94,22 +93,12 @@ def _shrunk(model: Model, rows: Sequence[Rows], values: Array, keep: NDArray[np.
         gap = whole_gap(p)[here]
         before.append(settled(model, p, here, gap))
         after.append(settled(model, p, here, gap - p.moves(values, here)))
-        X = _moves(p, here, keep)
+        X = p.moved_by(keep, here)
         doubt.append(np.einsum("nik,kl,nil->n", X, cov[np.ix_(keep, keep)], X, optimize=True))
     count = sum(len(b) for b in before)
     block = (np.arange(count) * _BLOCKS) // max(count, 1)
     size = float(np.sqrt(np.mean(np.concatenate(doubt))))
     return Shrinkage(np.concatenate(before), np.concatenate(after), block, size)
-
-
-def _moves(p: Panel, rows: Rows, columns: NDArray[np.int64]) -> Array:
-    """(M, 3, C) m at the TCP of a unit of some columns, both rungs together."""
-    X = np.array(p.tcp[rows][:, :3, columns])
-    if p.servo is not None:
-        for j, k in enumerate(columns.tolist()):
-            for own in np.flatnonzero(p.servo_columns == k).tolist():
-                X[:, :, j] += p.carried(p.servo[rows][:, :, own], rows)
-    return X
 
 
 def _rest(model: Model, regimes: Sequence[Regime]) -> Iterator[Design]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,12 +16,14 @@ from camrob.gap.observation.noise import find_outliers, noise_of
 from camrob.gap.observation.scene import Scene
 from camrob.units import m_to_mm
 
-__all__ = ["Shrinkage", "Trial", "expected", "figures", "predicted_shrink", "settled", "shrinkage", "trial_of"]
+__all__ = ["Shrinkage", "Trial", "figures", "frame_columns", "settled", "shrinkage", "trial_of"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
 
 _DRAWS = 400  # of blocks, for an interval
+_FEWEST = 12  # rows that frames are fitted to
+RANK = 1e-9  # of the largest singular value of frames' columns
 
 
 @dataclass(frozen=True)
@@ -89,10 +91,11 @@ def _rms(vectors: Array) -> float:
 @dataclass(frozen=True)
 class Trial:
     """Withheld samples: panels, and for each the rows that are asked and the blocks that the fit leaves out; named: of logs that
-    took no part, not of blocks.
+    took no part, not of blocks. unfrozen: the panels as they were before frames that nobody told were frozen in them.
     """
 
     panels: tuple[Panel, ...]
+    unfrozen: tuple[Panel, ...]
     asked: tuple[tuple[int, NDArray[np.bool_], int | None], ...]
     name: str
     named: bool = False
@@ -119,13 +122,13 @@ def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
             )
             panels.append(panel)
         asked = tuple((k, (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found), None) for k, p in enumerate(panels))
-        return Trial(tuple(panels), asked, ", ".join(s.name for s in withheld), named=True)
+        return Trial(tuple(panels), tuple(panels), asked, ", ".join(s.name for s in withheld), named=True)
     rows = []
     for k, p in enumerate(model.panels):
         known = (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found)
         for b in np.unique(p.block[known]):
             rows.append((k, (p.block == b) & known, int(b)))
-    return Trial(model.panels, tuple(rows), "blocks of the logs")
+    return Trial(model.panels, model.panels, tuple(rows), "blocks of the logs")
 
 
 def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None) -> Shrinkage:
@@ -139,8 +142,7 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
     chosen = np.flatnonzero(np.isin(model.design.owner, list(kept)))
     for k, rows, left_out in trial.asked:
         if left_out not in fits:
-            evidence = replace(model.evidence, left_out=() if left_out is None else (left_out,))
-            fits[left_out] = evidence.fit(members | evidence.always)
+            fits[left_out] = model.fit(members | model.evidence.always, () if left_out is None else (left_out,))
         p = trial.panels[k]
         values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
         gap = whole_gap(p)[rows]
@@ -170,51 +172,20 @@ def _floor(panel: Panel) -> float:
     return float(np.sum(1.0 / panel.w_tcp[:, :3].max(axis=0) ** 2)) if told else float("nan")
 
 
-def expected(model: Model, trial: Trial, keep: Set) -> tuple[float, float]:
-    """m (rms) on withheld samples before and after `keep` is taken away, told without their measured poses.
-
-    What `keep` moves the TCP by there, beside what else was found, the discrepancy at these postures as far as it is known, and
-    the noise.
-    """
-    values, rest = model.values(keep, model.best), model.values(model.best.members - keep, model.best)
-    before, after, spread = [], [], []
-    for k, rows, _ in trial.asked:
-        p = trial.panels[k]
-        field, unsure = _field_at(model, p, rows)
-        stays = p.moves(rest, rows) + field
-        before.append(settled(model, p, rows, stays + p.moves(values, rows)))
-        after.append(settled(model, p, rows, stays))
-        spread.append(unsure)
-    chance = float(np.mean(np.concatenate(spread))) + model.noise**2 + model.excess**2
-    first, last = (float(np.sqrt(_rms(np.concatenate(x)) ** 2 + chance)) for x in (before, after))
-    return first, last
-
-
-def predicted_shrink(model: Model, trial: Trial, keep: Set) -> float:
-    """By how much the rms on withheld samples should shrink once `keep` is taken away, told without their measured poses."""
-    before, after = expected(model, trial, keep)
-    return 1.0 - after / max(before, 1e-12)
-
-
-def _field_at(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """(M, 3) m the discrepancy at some rows as it is expected there, and (M,) m2 the variance of that."""
-    field, sizes = model.evidence.field, model.evidence.sizes
-    count = int(rows.sum())
-    if field is None or sizes is None or panel.smooth is None:
-        return np.zeros((count, 3)), np.zeros(count)
-    F = panel.smooth[rows]
-    return F @ field.fitted(model.best.mean, sizes)[:, :3], field.variance(F, sizes)
-
-
 def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:
     """The gap (M, 3) at some rows with frames that nobody told fitted anew."""
-    nuisance = [k for k, o in enumerate(model.design.owner) if model.units[o].effect == NUISANCE]
-    if not nuisance or len(gap) < 12:
-        return gap
-    X = panel.tcp[rows][:, :3, nuisance].reshape(-1, len(nuisance))
-    used = np.abs(X).max(axis=0) > 1e-12
-    X = X[:, used]
+    X = frame_columns(model, panel, rows)
     if X.shape[1] == 0:
         return gap
-    solved = np.linalg.lstsq(X, gap.ravel(), rcond=1e-9)[0]
+    solved = np.linalg.lstsq(X, gap.ravel(), rcond=RANK)[0]
     return np.asarray(gap - (X @ solved).reshape(-1, 3))
+
+
+def frame_columns(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> Array:
+    """(3 M, k) of the frames that nobody told and that are fitted to some rows themselves; none where these are too few."""
+    nuisance = [k for k, o in enumerate(model.design.owner) if model.units[o].effect == NUISANCE]
+    count = int(rows.sum())
+    X = panel.tcp[rows][:, :3, nuisance].reshape(3 * count, len(nuisance))
+    if not nuisance or count < _FEWEST:
+        return X[:, :0]
+    return np.asarray(X[:, np.abs(X).max(axis=0) > 1e-12])

@@ -10,9 +10,11 @@ import numpy as np
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import alias_groups, covered_by
+from camrob.gap.evidence.fitting import with_fitting
+from camrob.gap.evidence.foretold import expected, predicted_shrink
 from camrob.gap.evidence.model import Model, effect_rms
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
-from camrob.gap.evidence.shrink import Shrinkage, Trial, expected, figures, predicted_shrink, shrinkage, trial_of
+from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
 from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.belief import BELIEF
@@ -51,13 +53,13 @@ class Verdict:
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
     """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
     blocks = frozen_frames(model, trial_of(model, ())) if trial.named else trial
-    model = _without_harmful(without_idle_shapes(_without_implausible(model), blocks), blocks)
+    model = _without_harmful(without_idle_shapes(with_fitting(_without_implausible(model), blocks), blocks), blocks)
     if trial.named:
         model = _without_harmful(model, trial)
     reasons = implausible(model)
     probability = {e.name: BELIEF.effect(p, impossible=e.name in reasons) for e, p in _evidence(model, library)}
     probability |= {n: probability[n] * BELIEF.part_seen for n in _partly_seen(model, library)}
-    model = _holding(model, frozenset(n for n, p in probability.items() if p >= 0.5))
+    model = with_fitting(_holding(model, frozenset(n for n, p in probability.items() if p >= 0.5)), blocks)
     worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
     probability = _held(model, trial, probability, library)
@@ -195,7 +197,7 @@ def _holding(model: Model, claimed: frozenset[str]) -> Model:
     if claimed <= model.evidence.effects_of(model.best.members):
         return model
     held = [m for m in model.scores if claimed <= model.evidence.effects_of(m)]
-    return replace(model, best=model.evidence.fit(max(held, key=lambda m: model.scores[m]))) if held else model
+    return replace(model, best=model.fit(max(held, key=lambda m: model.scores[m]))) if held else model
 
 
 def _worse(model: Model, trial: Trial, names: Sequence[str]) -> list[str]:
@@ -242,7 +244,7 @@ def _without_implausible(model: Model) -> Model:
         if not bad or total < _LIKELY:
             return model
         left = {m: s for m, s in model.scores.items() if not model.evidence.effects_of(m) & bad}
-        best = model.evidence.fit(max(left, key=lambda m: left[m]))
+        best = model.fit(max(left, key=lambda m: left[m]))
         model = replace(model, best=best, sets={names: p / total for names, p in rest.items()})
     return model
 
@@ -263,7 +265,7 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
             for names, p in model.sets.items():
                 kept = names - {name}
                 sets[kept] = sets.get(kept, 0.0) + p
-            model = replace(model, best=model.evidence.fit(rest), sets=sets)
+            model = replace(model, best=model.fit(rest), sets=sets)
     return model
 
 

@@ -1,0 +1,101 @@
+"""What withheld samples should show before and after effects are taken away, told without their measured poses."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.gap.evidence.design import Panel
+from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.shrink import RANK, Trial, frame_columns, settled
+
+__all__ = ["expected", "predicted_shrink"]
+
+Array = NDArray[np.float64]
+Set = frozenset[int]
+
+_SOME = 300  # rows of a log that tell the variance well enough
+
+
+def expected(model: Model, trial: Trial, keep: Set) -> tuple[float, float]:
+    """m (rms) on withheld samples before and after `keep` is taken away.
+
+    What `keep` moves the TCP by there, beside what else was found, the discrepancy at these postures as far as it is known, by
+    how much these may be off, and the noise.
+    """
+    values, rest = model.values(keep, model.best), model.values(model.best.members - keep, model.best)
+    before, after, spread, count = [], [], [], []
+    for k, rows, _ in trial.asked:
+        p = trial.panels[k]
+        stays = p.moves(rest, rows) + _field_at(model, p, rows)
+        before.append(settled(model, p, rows, stays + p.moves(values, rows)))
+        after.append(settled(model, p, rows, stays))
+        spread.append(_variance(model, p, trial.unfrozen[k], rows))
+        count.append(int(rows.sum()))
+    chance = float(np.average(spread, weights=count)) + model.noise**2 + model.excess**2
+    first, last = (float(np.sqrt(np.mean(np.sum(np.concatenate(x) ** 2, axis=1)) + chance)) for x in (before, after))
+    return first, last
+
+
+def predicted_shrink(model: Model, trial: Trial, keep: Set) -> float:
+    """By how much the rms on withheld samples should shrink once `keep` is taken away."""
+    before, after = expected(model, trial, keep)
+    return 1.0 - after / max(before, 1e-12)
+
+
+def _field_at(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> Array:
+    """(M, 3) m the discrepancy at some rows as it is expected there."""
+    field, sizes = model.evidence.field, model.evidence.sizes
+    if field is None or sizes is None or panel.smooth is None:
+        return np.zeros((int(rows.sum()), 3))
+    return np.asarray(panel.smooth[rows] @ field.fitted(model.best.mean, sizes)[:, :3])
+
+
+def _variance(model: Model, panel: Panel, unfrozen: Panel, rows: NDArray[np.bool_]) -> float:
+    """m2 in all three directions, the mean over some rows: how far what the best set and the discrepancy tell there may be off,
+    but for what frames that are fitted to these rows take up of that.
+
+    Where an effect is larger than fitted, the discrepancy beside it is smaller, where the logs were; elsewhere nothing makes up
+    for either, and the discrepancy is as large as its prior.
+    """
+    own = np.flatnonzero(rows)
+    own = own[np.linspace(0, len(own) - 1, min(len(own), _SOME)).astype(int)] if len(own) else own
+    if len(own) == 0:
+        return 0.0
+    some = np.isin(np.arange(len(rows)), own)
+    columns = np.flatnonzero(np.isin(model.design.owner, list(model.best.members)))
+    X, parts = unfrozen.moved_by(columns, some), []
+    field, sizes = model.evidence.field, model.evidence.sizes
+    if field is not None and sizes is not None and panel.smooth is not None:
+        F = panel.smooth[some]
+        X = X - np.einsum("nm,mdc->ndc", F, field.response(sizes)[:, :, columns], optimize=True)
+        for d, V in enumerate(field.scatter(F, sizes)):
+            parts.append(_in_direction(V.T, d))
+        if sizes[0, 0] > 0.0:
+            half = sizes[0, 0] * _half(model.basis.beyond(panel.scene, own))
+            parts += [_in_direction(half, d) for d in range(3)]
+    parts.append(X @ _half(model.best.cov[np.ix_(columns, columns)]))
+    E = np.concatenate(parts, axis=2).reshape(3 * len(own), -1)
+    taken = _orthonormal(frame_columns(model, panel, some)).T @ E
+    return float(np.sum(E**2) - np.sum(taken**2)) / len(own)
+
+
+def _in_direction(half: Array, direction: int) -> Array:
+    """(N, 3, k) of a root of a covariance (N, k) in one direction."""
+    out = np.zeros((len(half), 3, half.shape[1]))
+    out[:, direction] = half
+    return out
+
+
+def _half(covariance: Array) -> Array:
+    """(N, N): a root H of a covariance, H H.T, without what rounding makes negative of it."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _orthonormal(X: Array) -> Array:
+    """(N, r) orthonormal columns that span those of X."""
+    if X.shape[1] == 0:
+        return X
+    U, s, _ = np.linalg.svd(X, full_matrices=False)
+    return np.asarray(U[:, s > RANK * s[0]])
