@@ -84,6 +84,22 @@ class Evidence:
         return None if self.design.field is None else self.design.field.heated(self.temperature)
 
     @cached_property
+    def _variants(self) -> dict[tuple[tuple[int, ...], float | None], Evidence]:
+        return {}
+
+    def variant(self, left_out: tuple[int, ...] = (), alone: float | None = None) -> Evidence:
+        """The same without some blocks, and without the discrepancy at a temperature `alone`. Each is made once: what many sets
+        have in common is most of the work.
+        """
+        if not left_out and alone is None:
+            return self
+        key = left_out, alone
+        if key not in self._variants:
+            one = replace(self, left_out=left_out)
+            self._variants[key] = one if alone is None else replace(one, sizes=None, temperature=alone)
+        return self._variants[key]
+
+    @cached_property
     def always(self) -> Set:
         """Units that are always in."""
         return frozenset(i for i, u in enumerate(self.design.units) if u.effect == NUISANCE)

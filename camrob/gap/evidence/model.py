@@ -50,13 +50,11 @@ class Model:
 
         How far they may be off is always asked beside the discrepancy, which is there whether it takes part or not.
         """
-        evidence = self.evidence
-        if left_out or design is not None:
-            evidence = replace(evidence, left_out=left_out, design=design or self.design)
-        beside = evidence.fit(members)
+        evidence = self.evidence if design is None else replace(self.evidence, design=design)
+        beside = evidence.variant(left_out).fit(members)
         if self.heat_alone is None:
             return beside
-        alone = replace(evidence, sizes=None, temperature=self.heat_alone).fit(members)
+        alone = evidence.variant(left_out, self.heat_alone).fit(members)
         return replace(alone, cov=beside.cov)
 
     @property
