@@ -171,6 +171,7 @@ def compensate(
             help="The diagnosis that wrote it: play, friction and ripple are corrected too.",
         ),
     ] = None,
+    force: ForceOption = None,
     feed: Annotated[
         float | None, typer.Option("--feed", metavar="MM_MIN", help="The feed, where a solved path is given.")
     ] = None,
@@ -181,7 +182,14 @@ def compensate(
 
     def job(progress: Progress) -> Any:
         return job_of("compensate")(
-            program, cell=cell, calibration=calibration, diagnosis=diagnosis, out=out, feed=feed, progress=progress
+            program,
+            cell=cell,
+            calibration=calibration,
+            diagnosis=diagnosis,
+            force=force,
+            out=out,
+            feed=feed,
+            progress=progress,
         )
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_compensation)

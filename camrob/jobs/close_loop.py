@@ -162,6 +162,7 @@ class _Loop:
                 cell=self.job.cell,
                 calibration=_fitted(found),
                 diagnosis=found,
+                force=self.job.force,
                 out=folder,
                 progress=self.progress,
             )

@@ -35,6 +35,7 @@ from camrob.jobs.release.compensation import (
     rates_and_violations,
 )
 from camrob.languages import language_of_file
+from camrob.prediction.read_force import read_force
 from camrob.program.language import Language
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -75,6 +76,7 @@ def compensate(
     out: Path,
     calibration: Path | None = None,
     diagnosis: Path | None = None,
+    force: Path | None = None,
     feed: float | None = None,
     progress: Progress | None = None,
 ) -> CompensateResult:
@@ -93,6 +95,7 @@ def compensate(
         out: the folder to write into, not the program's own.
         calibration: the CALIBRATION.toml of the cell; None: a diagnosis found no constants.
         diagnosis: the folder of the diagnosis that wrote the calibration.
+        force: FORCE.toml, what pushes on the tool while it cuts; what yields under it is taken off too.
         feed: mm/min, for a solution only.
         progress: is told a stage and the share of it that is done, 0 to 1.
 
@@ -118,7 +121,7 @@ def compensate(
         raise InputError("is the program's own folder", hint="choose another --out: the original must stay", path=out)
     machine = cell_for("compensate", cell)
     found = None if calibration is None else read_calibration(calibration, machine)
-    known = _machine(found, diagnosis, Path(cell), machine)
+    known = _machine(found, diagnosis, force, Path(cell), machine)
     check_feed(program, feed)
     with TemporaryDirectory() as scratch:
         source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
@@ -133,12 +136,21 @@ def compensate(
     return CompensateResult(summary, np.asarray(made.result.before), after)
 
 
-def _machine(found: Calibration | None, diagnosis: Path | None, folder: Path, cell: Cell) -> DiagnosedMachine | None:
-    """The machine as diagnosed, None without a diagnosis. Raises InputError where nobody says what is wrong with it."""
-    if diagnosis is None and found is not None:
+def _machine(
+    found: Calibration | None, diagnosis: Path | None, force: Path | None, folder: Path, cell: Cell
+) -> DiagnosedMachine | None:
+    """The machine as diagnosed, under a force; None where a calibration alone is to be met.
+
+    Raises InputError where nobody says what is wrong with it, and for a force that the removal would have to tell.
+    """
+    if diagnosis is None and force is None and found is not None:
         return None
-    units, rest = diagnosed(diagnosis, found, folder, cell)
-    return DiagnosedMachine(cell, found, units, rest, "" if diagnosis is None else Path(diagnosis).name)
+    alone = diagnosis is None and (found is not None or force is not None)
+    units, rest = (None, 0.0) if alone else diagnosed(diagnosis, found, folder, cell)
+    pushes = None if force is None else read_force(force)
+    if pushes is not None and pushes.asks_removal:
+        raise InputError("leaves depth or width to the removal", hint="give depth_mm and width_mm", path=force)
+    return DiagnosedMachine(cell, found, units, rest, "" if diagnosis is None else Path(diagnosis).name, pushes)
 
 
 def _used(found: Calibration, file: Path | None) -> CalibrationUsed:

@@ -111,13 +111,14 @@ class Stated:
 @dataclass(frozen=True)
 class CuttingForce:
     """FORCE.toml. doubt: share of the force by which it may be wrong, one standard deviation. give: (2,) m/N that tool and holder
-    yield across and along the tool. path: the file.
+    yield across and along the tool. fastest: m/s, motions that are programmed faster cut nothing. path: the file.
     """
 
     path: Path
     model: Stated | Milling
     doubt: float
     give: Array
+    fastest: float = float("inf")
 
     @property
     def asks_removal(self) -> bool:

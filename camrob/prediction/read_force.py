@@ -10,7 +10,7 @@ from camrob.cell.read_cell import read_toml
 from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.prediction.force_model import CuttingForce, Milling, Stated
-from camrob.units import mm_to_m, um_to_m
+from camrob.units import mm_min_to_m_s, mm_to_m, um_to_m
 
 __all__ = ["read_force"]
 
@@ -40,8 +40,11 @@ def read_force(path: Path) -> CuttingForce:
         tool = table.table("tool")
         give = um_to_m(np.array([tool.number(f"{k}_um_n", lower=0.0, upper=1e3) for k in ("across", "along")]))
         tool.finish()
+    fastest = float("inf")
+    if "fastest_cut_mm_min" in table:
+        fastest = mm_min_to_m_s(table.number("fastest_cut_mm_min", lower=1e-3, upper=1e6))
     table.finish()
-    return CuttingForce(Path(path), model, doubt, give)
+    return CuttingForce(Path(path), model, doubt, give, fastest)
 
 
 def _milling(table: TableReader) -> Milling:

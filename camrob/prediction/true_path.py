@@ -69,12 +69,14 @@ def true_path(
     rest: float,
     force: CuttingForce | None = None,
     area: Array | None = None,
+    cuts: NDArray[np.bool_] | None = None,
 ) -> TruePath:
     """The machine's path on a run of the simulated controller.
 
     cell: with the tool that the program sets. calibration: None for a chain that is as it should be. found: what the diagnosis
     claims, None for the calibration's constants alone. rest: m (one direction) that stays unexplained. force: what pushes on
-    the tool, area: (N,) m2 that it cuts. Raises InputError where the calibration is not that of the diagnosis.
+    the tool, area: (N,) m2 that it cuts; cuts: (N,) where it does, None for everywhere. Raises InputError where the calibration
+    is not that of the diagnosis.
     """
     scene = _scene(run, cell)
     if calibration is None:
@@ -83,7 +85,7 @@ def true_path(
         model, constants = calibration.model(cell, in_base=True)
     known = known_compliance(found, model, constants)
     if found is None:
-        return _bent(_calibrated(run, scene, model, constants, rest), scene, known, np.zeros((0, 0)), force, area)
+        return _bent(_calibrated(run, scene, model, constants, rest), scene, known, np.zeros((0, 0)), force, area, cuts)
     _same_constants(found, model)
     first = _columns(scene, found)
     moved = np.zeros_like(scene.command)
@@ -122,7 +124,7 @@ def true_path(
         rest=rest,
         not_reckoned=_left(found, first),
     )
-    return _bent(path, scene, known, root, force, area)
+    return _bent(path, scene, known, root, force, area, cuts)
 
 
 def _bent(
@@ -132,6 +134,7 @@ def _bent(
     root: Array,
     force: CuttingForce | None,
     area: Array | None,
+    cuts: NDArray[np.bool_] | None,
 ) -> TruePath:
     """The path with the deflection under the cutting force in it; root: (K, L), its square is the covariance of what was fitted.
 
@@ -139,7 +142,8 @@ def _bent(
     """
     if force is None:
         return path
-    bent = deflection(scene, force.in_base(path.ideal, path.t, area), known, force.give)
+    pushed = force.in_base(path.ideal, path.t, area)
+    bent = deflection(scene, pushed if cuts is None else pushed * cuts[:, None], known, force.give)
     spread = path.spread.copy()
     for k, unit in bent.sensitivity.items():
         spread += unit[:, :, None] * root[k]

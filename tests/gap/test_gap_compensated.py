@@ -10,14 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gap_cases import KR15, closed_loop, generator
+from gap_cases import KR15, bench_accuracy, closed_loop, generator
 from test_gap_program import HEAD, HOME, start
 
 from camrob.errors import InputError
 from camrob.jobs.closing.diagnosed_machine import _at_ends, shifted
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
+from camrob.jobs.post import post
 from camrob.measurement.write_log import write_log
+from camrob.prediction.deflection import CAUSE
 from camrob.program.motion import Motion
 
 
@@ -121,4 +123,40 @@ def off_path(run: Path, intended: Path, apply) -> np.ndarray:
 def test_without_any_word_of_what_is_wrong_it_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nobody says what is wrong with the machine"):
         compensate(circles(tmp_path), cell=KR15, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_what_yields_under_a_stated_force_is_taken_off_too(tmp_path: Path) -> None:
+    """The arm of springs is the bench's; the force that it feels is up to 30 % other than the stated one."""
+    clfile = bench_accuracy.raster_file(tmp_path, 1)
+    apply = bench_accuracy.effects("force", 1)
+    post(clfile, cell=KR15, out=tmp_path / "post", report=False)
+    program = tmp_path / "post" / "raster.src"
+    write_log(closed_loop.run_on_cell(program, apply, 1), tmp_path / "run.csv")
+    file, found = tmp_path / "fitted.toml", tmp_path / "diagnosis"
+    diagnose(cell=KR15, log=[tmp_path / "run.csv"], out=found, calibration=file)
+    along, across, axial = bench_accuracy.STATED
+    (tmp_path / "force.toml").write_text(
+        f"fastest_cut_mm_min = {bench_accuracy.FEED}\n[mean]\nalong_n = {along}\nacross_n = {across}\naxial_n = {axial}\n"
+    )
+    _, asked = bench_accuracy.errors_on_cell(program, apply)
+    rms = {}
+    for name, force in (("constants", None), ("force", tmp_path / "force.toml")):
+        said = compensate(
+            program, cell=KR15, calibration=file, diagnosis=found, force=force, out=tmp_path / name
+        ).summary
+        off = bench_accuracy.errors_on_cell(tmp_path / name / "raster.src", apply, asked)[0]
+        rms[name] = float(np.sqrt(np.mean(off**2)))
+    assert said.machine is not None and CAUSE in said.machine.causes
+    assert rms["force"] < 0.5 * rms["constants"]
+
+
+def test_a_force_that_only_the_removal_tells_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "force.toml").write_text(
+        "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\ntangential_n_mm2 = 700\nradial_n_mm2 = 250\n"
+        "axial_n_mm2 = 100\n"
+    )
+    with pytest.raises(InputError, match="leaves depth or width to the removal; give depth_mm and width_mm"):
+        compensate(circles(tmp_path), cell=KR15, force=tmp_path / "force.toml", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -57,7 +57,6 @@ def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> N
     [
         ("tolerance_mm = 0.0", "tolerance_mm: is 0"),
         ("turns = 0", "turns: is 0"),
-        ('force = "f.toml"', "serves a plan for accuracy only"),
         ('method = "magic"', "method: is 'magic'"),
         ("tolerence = 1", "tolerence: is no key"),
     ],

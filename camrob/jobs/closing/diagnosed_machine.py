@@ -19,6 +19,7 @@ from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.program_track import nearest_on_path
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
+from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.true_path import TruePath, true_path, unit_name
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -33,6 +34,7 @@ Array = NDArray[np.float64]
 
 _CYCLE = 0.004  # s, a row of the run: what a lag and a corner change within a motion is seen
 _SLOWLY = 10.0  # times the time: what then is less than half as large comes of the speed
+_AT_SPEED = 1.0 + 1e-6  # rounding of a speed as printed
 _ASIDE = 1e-3  # weight of a way that is no line or arc
 _FLOOR = (
     1e-6  # m: what a row counts by where the tool stands, and a motion's end by itself, so that each end has a value
@@ -42,7 +44,7 @@ _FLOOR = (
 @dataclass(frozen=True)
 class DiagnosedMachine:
     """A cell and what is wrong with it. constants: of its chain; units: all that a diagnosis claims, None without one; rest: m
-    in any one direction that stays unexplained; name: of the diagnosis.
+    in any one direction that stays unexplained; name: of the diagnosis; force: what pushes on the tool wherever it moves.
     """
 
     cell: Cell
@@ -50,13 +52,23 @@ class DiagnosedMachine:
     units: FittedUnits | None
     rest: float
     name: str
+    force: CuttingForce | None = None
 
     def run(self, program: ProgramText, *, progress: Share | None = None) -> MachineRun:
         """Run a program. Raises as `simulate`, and InputError where calibration and diagnosis don't belong together."""
         tooled = program_cell(program, self.cell)[0]
         ran = simulate(program, self.cell, cycle=_CYCLE, progress=progress)
-        path = true_path(ran.log, tooled, self.constants, self.units, rest=self.rest)
+        path = self.path(ran.log, tooled, program, np.asarray(ran.motion))
         return MachineRun(self, program, tooled, ran.log, np.asarray(ran.motion), path)
+
+    def path(self, log: MeasurementLog, cell: Cell, program: ProgramText, motion: NDArray[np.int64]) -> TruePath:
+        """The machine's path on a run of the virtual controller; the force pushes along lines and arcs that are not too fast."""
+        cuts = np.asarray(program.kind) >= Motion.LIN
+        if self.force is not None:
+            cuts &= np.asarray(program.speed) <= _AT_SPEED * self.force.fastest
+        return true_path(
+            log, cell, self.constants, self.units, rest=self.rest, force=self.force, cuts=np.asarray(cuts[motion])
+        )
 
 
 @dataclass(frozen=True)
@@ -101,7 +113,9 @@ class MachineRun:
         """What more than constants of the chain moves the tool."""
         found = self.machine.units
         if found is None:
-            return ()
+            constants = self.machine.constants
+            names = set() if constants is None else set(constants.model(self.cell, in_base=True)[0].names)
+            return tuple(c.name for c in self.path.causes if c.name not in names)
         constant = {
             unit_name(found, k)
             for k, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True))
@@ -122,10 +136,7 @@ class MachineRun:
     def _of_speed(self) -> Array:
         """(N, 6) the part of the twist that comes of the speed: run as slowly, less than half of it would be there."""
         columns = {**self.log.columns, "t": _SLOWLY * np.asarray(self.log.t)}
-        machine = self.machine
-        slow = true_path(
-            MeasurementLog(columns, self.log.info), self.cell, machine.constants, machine.units, rest=machine.rest
-        )
+        slow = self.machine.path(MeasurementLog(columns, self.log.info), self.cell, self.program, self.motion)
         parts = [
             a.twist
             for a, b in zip(self.path.causes, slow.causes, strict=True)

@@ -87,8 +87,6 @@ def read_loop_job(path: Path) -> LoopJob:
         rehearsal=_rehearsal(table.table("machine"), file) if "machine" in table else None,
     )
     table.finish()
-    if job.force is not None and not job.for_accuracy:
-        raise table.fail("force", "serves a plan for accuracy only", "add for_accuracy = true, or leave it out")
     return job
 
 
