@@ -132,8 +132,8 @@ def test_supa_is_a_machine_position_and_one_tool_by_its_name_is_the_set_ups(tmp_
         ("MCALL CYCLE84(50,0,2,-5)", "modal call"),
         ("L100", "subprogram call"),
         ("MY_SUB", "MY_SUB is not known"),
-        ("ROT Z30", "turned frame"),
-        ("AROT RPL=30", "turned frame"),
+        ("ROT X30", "turned frame"),
+        ("AROT Y5 Z30", "turned frame"),
         ("MIRROR X0", "mirroring"),
         ("CIP X10 Y0 I1=5 J1=5", "arc through a point"),
         ("BSPLINE X1", "a spline"),
@@ -436,3 +436,35 @@ def test_commas_as_points_and_the_feed_of_the_tool(tmp_path: Path) -> None:
 def test_programs_by_number_or_name(tmp_path: Path, name: str) -> None:
     found = ends(tmp_path, f"%\n{name}\nG21 G90\nT1 M6\nS900 M3\nG0 X0 Y0 Z5\nG1 X4 F60\nM30\n%\n", "a.nc")
     assert found[:, :3].tolist() == [[4, 0, 5]]
+
+
+def test_siemens_frames_that_turn_about_the_tool(tmp_path: Path) -> None:
+    """Against scipy: ROT begins anew, AROT and ATRANS go on from the turned axes; arcs turn along, and all of it ends."""
+    body = (
+        "G1 X1 Y2\nTRANS X10 Y20 Z1\nAROT RPL=30\nX4 Y5 Z0\nATRANS X2\nX4 Y5\nG3 X0 Y9 I-4 J0\nG1 X4 Y5\nROT Z-15\nX4\nX4 Y5\n"
+        "TRANS X3\nX4 Y5\nROT\nX4 Y5\n"
+    ).replace("G3 X0 Y9 I-4 J0\n", "G2 X4 Y-5 I0 J-5\n")
+    found = siemens(tmp_path, body)[:, :3]
+
+    def at(angle: float, place: tuple[float, ...], *xyz: float) -> np.ndarray:
+        return Rotation.from_euler("z", angle, degrees=True).apply(xyz) + place
+
+    place = at(30, (10, 20, 1), 2, 0, 0)
+    wanted = [
+        (1, 2, 50), at(30, (10, 20, 1), 4, 5, 0), at(30, place, 4, 5, 0), at(30, place, 4, -5, 0), at(30, place, 4, 5, 0),
+    ]  # fmt: skip
+    np.testing.assert_allclose(found[:5], wanted, atol=1e-9)
+    here = at(15, (0, 0, 0), *wanted[4])  # the same place in the frame that ROT Z-15 sets
+    np.testing.assert_allclose(found[5], at(-15, (0, 0, 0), 4, here[1], here[2]), atol=1e-9)
+    np.testing.assert_allclose(found[6], at(-15, (0, 0, 0), 4, 5, here[2]), atol=1e-9)
+    np.testing.assert_allclose(found[7:, :2], [[7, 5], [4, 5]], atol=1e-9)
+    refused(
+        tmp_path,
+        SIEMENS + UP + "G1 X1\nCYCLE800(1,,0,57,0,0,0,30,0,0)\nROT Z5\nM30\n",
+        "a.mpf",
+        10,
+        "on top of CYCLE800",
+    )
+    refused(
+        tmp_path, SIEMENS + UP + "G1 X1\nROT Z5\nCYCLE800(1,,0,57,0,0,0,30,0,0)\nM30\n", "a.mpf", 10, "on top of TRANS"
+    )

@@ -62,7 +62,7 @@ def unknown_axes() -> ToolpathError:
     )
 
 
-def euler(order: str, angles: tuple[float, float, float]) -> NDArray[np.float64]:
+def euler(order: str, angles: tuple[float, ...]) -> NDArray[np.float64]:
     """Rotation matrix of three turns (rad) about the turned axes named by `order` ("313": Z, then X', then Z'')."""
     result = np.eye(3)
     for axis, angle in zip(order, angles, strict=True):

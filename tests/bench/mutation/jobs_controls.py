@@ -242,7 +242,7 @@ def _refused() -> list[Job]:
         ("no-program", "never.nc", "%\nO1\n" + head.replace("X0 Y0 Z40", "X0. Y0. Z40.") + "M98 P77\n" + ends + "%\n"),
         ("sie-comp", "never.mpf", siemens + "G41 X10\nY10\nG40 X0\n" + ends),
         ("sie-unset", "never.mpf", siemens + "X=R7\n" + ends),
-        ("sie-rot", "never.mpf", siemens + "ROT Z30\nX10\n" + ends),
+        ("sie-rot", "never.mpf", siemens + "ROT X30\nX10\n" + ends),
         ("sie-cycle", "never.mpf", siemens + "CYCLE84(5,0,2,-10)\n" + ends),
         ("sie-mode", "never.mpf", siemens + 'G0 Z40\nCYCLE800(0,"T",0,192,0,0,0,0,20,0,0,0,0)\nG0 X0 Y0 Z20\nG1 Z0\n' + ends),
         ("sie-call", "never.mpf", siemens + "POCKET_1\nX10\n" + ends),

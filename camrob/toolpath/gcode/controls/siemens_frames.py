@@ -1,19 +1,60 @@
-"""CYCLE800: the swivelled plane by its parameters (Siemens 840D sl, "Job planning", CYCLE800)."""
+"""CYCLE800's plane, and the programmable frame of TRANS and ROT (840D sl, "Job planning", CYCLE800; "Fundamentals", frames)."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.coordinates import euler
-from camrob.toolpath.gcode.lexer import Plane
+from camrob.toolpath.gcode.lexer import Block, Plane
 from camrob.units import deg_to_rad
 
-__all__ = ["swivel"]
+__all__ = ["Frame", "swivel"]
 
 _PLAIN = 57  # A about X, B about the new Y, C about the new Z
 _AXES = 0b00111111  # of MODE: three axes, two bits each (1: X, 2: Y, 3: Z), the first turn in the lowest
 _KIND = 0b11000000  # of MODE: 0: axis by axis
+
+
+class Frame:
+    """TRANS, ATRANS, ROT and AROT about the tool's axis Z: a place in the program's unit, and an angle in degrees."""
+
+    def __init__(self) -> None:
+        self.place = np.zeros(3)
+        self.angle = 0.0
+
+    @property
+    def plain(self) -> bool:
+        """Whether there is none."""
+        return not (self.angle or self.place.any())
+
+    def moved(self, by: Mapping[str, float], *, adds: bool) -> None:
+        """TRANS begins anew, which ends a turn, too; ATRANS goes along the axes as they are turned."""
+        step = np.array([by.get(letter, 0.0) for letter in "XYZ"])
+        if adds:
+            self.place = self.place + self._turn() @ step
+        else:
+            self.place, self.angle = step, 0.0
+
+    def turned(self, angle: float, *, adds: bool) -> None:
+        """ROT begins anew, which ends a shift, too; AROT turns on."""
+        self.angle = self.angle + angle if adds else angle
+        self.place = self.place if adds else np.zeros(3)
+
+    def blocks(self, line: int) -> Iterator[Block]:
+        """The frame as G52, or as a plane where it is turned."""
+        if self.angle:
+            yield Block(line, dict.fromkeys("XYZ", 0.0), (520,))
+            yield Block(line, {}, plane=(tuple(self._turn().ravel().tolist()), tuple(self.place.tolist())))
+        else:
+            yield Block(line, {}, plane=None)
+            yield Block(line, dict(zip("XYZ", self.place.tolist(), strict=True)), (520,))
+
+    def _turn(self) -> NDArray[np.float64]:
+        return euler("3", (deg_to_rad(self.angle),))
 
 
 def swivel(arguments: list[float]) -> Plane:

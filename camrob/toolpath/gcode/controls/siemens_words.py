@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
 from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, Hole, hole_of
-from camrob.toolpath.gcode.controls.siemens_frames import swivel
+from camrob.toolpath.gcode.controls.siemens_frames import Frame, swivel
+from camrob.toolpath.gcode.controls.siemens_vocabulary import CODES, REFUSED, SILENT, SILENT_CALLS, SILENT_G
 from camrob.toolpath.gcode.language.formulas import (
     ARITHMETIC,
     COMPARISONS,
@@ -23,40 +24,11 @@ from camrob.toolpath.gcode.lexer import Block, Word, assemble
 
 __all__ = ["SiemensWords"]
 
-_CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
 _TOLERANCE = re.compile(r"\b[CO]TOL=[-+0-9.]+")  # of the compressor
-# how fast and how exactly the path is run, compressors, feed forward: not where it goes
-_SILENT_G = frozenset((9, 60, 64, 450, 451, 601, 602, 603, 641, 642, 643, 644, 645, 460, 461, 462, 290, 94.1))
-_SILENT = frozenset(
-    "SOFT BRISK DRIVE FFWON FFWOF COMPON COMPOF COMPCURV COMPCAD COMPSURF UPATH SPATH CUT2D CUT2DF STOPRE DYNNORM DYNPOS "
-    "DYNROUGH DYNSEMIFIN DYNFINISH DYNPREC ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORISON ORISOF CDOF CDOF2 CDON WALIMON WALIMOF "
-    "RTLION RTLIOF CFIN CFC CFTCP DIAMOF FENDNORM PTPG0 SAVE DISPLOF ADISPOS KONT NORM SBLON SBLOF FNORM "
-    "FIFOCTRL TOFFOF CUTCONOF TCOFR TCOABS".split()
-)
-_SILENT_CALLS = frozenset(
-    "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE SETMS".split()
-)
 _CALL = re.compile(r"([A-Z_][A-Z0-9_]*)\(")
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
 _ADDRESS = re.compile(r"((?:A3|B3|C3|CR|TURN|S1|M1)(?==)|[A-Z])(=)?")
-_SHIFTS = frozenset(("TRANS", "ATRANS"))
-_REFUSED = {
-    "ROT": "a turned frame (ROT)", "AROT": "a turned frame (AROT)", "ROTS": "a turned frame (ROTS)", "CROTS": "a turned frame",
-    "AROTS": "a turned frame", "RPL": "a turned frame", "MIRROR": "mirroring", "AMIRROR": "mirroring", "SCALE": "scaling",
-    "ASCALE": "scaling", "CIP": "an arc through a point (CIP)", "CT": "a tangential arc (CT)", "BSPLINE": "a spline",
-    "ASPLINE": "a spline", "CSPLINE": "a spline", "POLY": "a polynomial", "CUT3DC": "3-D cutter compensation",
-    "CUT3DF": "3-D cutter compensation", "CUT3DFF": "3-D cutter compensation", "CUT3DFS": "3-D cutter compensation",
-    "CUT3DCC": "3-D cutter compensation", "TRANSMIT": "polar transformation", "TRACYL": "a cylinder's surface",
-    "ORIRPY": "orientation by angles", "ORIRPY2": "orientation by angles", "ORIEULER": "orientation by angles",
-    "ORIVIRT1": "orientation by angles", "ORIVIRT2": "orientation by angles", "ORIPATH": "orientation against the path",
-    "ORIPATHS": "orientation against the path", "ORICURVE": "orientation by a second curve", "DIAMON": "diameter programming",
-    "ORICONCW": "orientation on a cone", "ORICONCCW": "orientation on a cone", "ORICONIO": "orientation on a cone",
-    "ORICONTO": "orientation on a cone", "DIAM90": "diameter programming", "TOROT": "a frame from the tool (TOROT)",
-    "TOROTOF": "a frame from the tool (TOROTOF)", "TOFRAME": "a frame from the tool", "PAROT": "a frame from the workpiece",
-    "PTP": "axis motion (PTP)", "TCARR": "a tool carrier (TCARR)", "TOFFON": "a tool length by a variable",
-    "OFFN": "an offset of the contour (OFFN)", "ISD": "3-D cutter compensation (ISD)",
-    "OEMIPO1": "an interpolation of the maker's",
-}  # fmt: skip
+_ROT = re.compile(r"A?ROT(?: ?(?:Z|RPL)=?([^ ,]+))?")  # about the tool's axis; other turns are refused
 
 
 def _ends(a: float, b: float) -> float:
@@ -96,7 +68,8 @@ class SiemensWords:
         self.moved = False
         self._goes = False  # the block moves axes
         self._hole: Hole | None = None  # MCALL
-        self._shift = dict.fromkeys("XYZ", 0.0)
+        self._frame = Frame()
+        self._swivelled = False  # CYCLE800
 
     def blocks(self, text: str, line: int, *, optional: bool) -> Iterator[Block]:
         """The blocks that one block of words stands for. Raises ToolpathError for what is not read."""
@@ -126,8 +99,8 @@ class SiemensWords:
             yield from self._call(call[1], text[call.end() : -1], line)
             return
         name = _NAME.match(text)
-        if name and any(text.startswith(shift) for shift in _SHIFTS):
-            yield self._trans(text, line)
+        if name and (text.startswith(("TRANS", "ATRANS")) or _ROT.fullmatch(text)):
+            yield from self._framed(text, line)
             return
         self._goes = False
         yield from self._plain(text, line, optional)
@@ -147,11 +120,13 @@ class SiemensWords:
 
     def _call(self, name: str, inner: str, line: int) -> Iterator[Block]:
         if name == "CYCLE800":
-            if any(self._shift.values()):
-                raise ToolpathError("CYCLE800 on top of TRANS", hint="put the shift into CYCLE800's X0, Y0, Z0")
+            if not self._frame.plain:
+                raise ToolpathError("CYCLE800 on top of TRANS or ROT", hint="put the shift into CYCLE800's X0, Y0, Z0")
             values = [0.0 if value is None else value for value in self._arguments(inner)]
-            yield Block(line, {}, plane=swivel(values), aligned=True)
-        elif name not in _SILENT_CALLS:
+            plane = swivel(values)
+            self._swivelled = plane is not None
+            yield Block(line, {}, plane=plane, aligned=True)
+        elif name not in SILENT_CALLS:
             raise ToolpathError(
                 f"{name}(...) is called: a cycle or subprogram that is not read",
                 hint="have the post-processor write the motions out",
@@ -173,17 +148,23 @@ class SiemensWords:
             out.append(value)
         return out
 
-    def _trans(self, text: str, line: int) -> Block:
-        """TRANS and ATRANS as G52, which names the whole shift."""
-        adds = text.startswith("ATRANS")
-        found = self._found(text[6 if adds else 5 :])
-        if any(letter not in "XYZ" for letter, _, _ in found):
-            raise ToolpathError("TRANS of another axis than X, Y, Z", hint="put it into the work offset")
-        base = dict(self._shift) if adds else dict.fromkeys("XYZ", 0.0)
-        for letter, value, _ in found:
-            base[letter] += value
-        self._shift = base
-        return Block(line, dict(base), (520,))
+    def _framed(self, text: str, line: int) -> Iterator[Block]:
+        """TRANS, ATRANS, ROT and AROT. Raises ToolpathError for turns about other axes than the tool's."""
+        if self._swivelled:
+            raise ToolpathError("TRANS or ROT on top of CYCLE800", hint="put it into CYCLE800's values")
+        adds = text.startswith("A")
+        turn = _ROT.fullmatch(text)
+        if turn is None:
+            found = self._found(text[6 if adds else 5 :])
+            if any(letter not in "XYZ" for letter, _, _ in found):
+                raise ToolpathError("TRANS of another axis than X, Y, Z", hint="put it into the work offset")
+            self._frame.moved({letter: value for letter, value, _ in found}, adds=adds)
+        else:
+            (angle,) = self._arguments(turn[1]) if turn[1] else [0.0]
+            if self._state("plane") != 17.0:
+                raise ToolpathError("ROT in another plane than G17", hint="have the CAM system turn the path")
+            self._frame.turned(angle or 0.0, adds=adds)
+        yield from self._frame.blocks(line)
 
     # -- plain words -------------------------------------------------------------------------------------------
 
@@ -255,7 +236,7 @@ class SiemensWords:
 
     def _keyword(self, rest: str) -> str:
         """The longest keyword that stands here, "" where none does."""
-        names = [k for k in (*_SILENT, *_REFUSED, "TRAORI", "TRAFOOF", "SUPA", "RET") if rest.startswith(k)]
+        names = [k for k in (*SILENT, *REFUSED, "TRAORI", "TRAFOOF", "SUPA", "RET") if rest.startswith(k)]
         name = max(names, key=len, default="")
         whole_word = re.match(r"[A-Z_]{3,}[A-Z0-9_]*", rest)
         if not name and whole_word and not re.match(r"(?:TURN)=", rest):
@@ -266,10 +247,8 @@ class SiemensWords:
         return name if len(name) > 1 else ""
 
     def _said(self, keyword: str, found: list[Word], reader: Reader) -> None:
-        if keyword in _REFUSED:
-            raise ToolpathError(
-                f"{_REFUSED[keyword]} is not read", hint="have the CAM system write the path without it"
-            )
+        if keyword in REFUSED:
+            raise ToolpathError(f"{REFUSED[keyword]} is not read", hint="have the CAM system write the path without it")
         if keyword == "TRAORI":
             match = re.match(r"\(1?(?:,[^)]*)?\)", reader.rest)
             reader.at += match.end() if match else 0
@@ -345,7 +324,7 @@ class SiemensWords:
             )
 
     def _code(self, value: float, found: list[Word]) -> None:
-        if value in _SILENT_G:
+        if value in SILENT_G:
             return
         if value in (53.0, 153.0):
             self._machine = True
@@ -380,7 +359,7 @@ class SiemensWords:
         else:
             if value == 70.0:
                 self._note = "G70: feeds are taken in inches a minute, as with G700"
-            found.append(("G", float(_CODES.get(int(value), value)), True))
+            found.append(("G", float(CODES.get(int(value), value)), True))
 
 
 def _g(found: list[Word]) -> set[float]:

@@ -1,0 +1,35 @@
+"""Words of Siemens' that need no reading: those that move nothing, and those that are refused, with what they are."""
+
+from __future__ import annotations
+
+__all__ = ["CODES", "REFUSED", "SILENT", "SILENT_CALLS", "SILENT_G"]
+
+CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
+# how fast and how exactly the path is run, compressors, feed forward: not where it goes
+SILENT_G = frozenset((9, 60, 64, 450, 451, 601, 602, 603, 641, 642, 643, 644, 645, 460, 461, 462, 290, 94.1))
+SILENT = frozenset(
+    "SOFT BRISK DRIVE FFWON FFWOF COMPON COMPOF COMPCURV COMPCAD COMPSURF UPATH SPATH CUT2D CUT2DF STOPRE DYNNORM DYNPOS "
+    "DYNROUGH DYNSEMIFIN DYNFINISH DYNPREC ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORISON ORISOF CDOF CDOF2 CDON WALIMON WALIMOF "
+    "RTLION RTLIOF CFIN CFC CFTCP DIAMOF FENDNORM PTPG0 SAVE DISPLOF ADISPOS KONT NORM SBLON SBLOF FNORM "
+    "FIFOCTRL TOFFOF CUTCONOF TCOFR TCOABS".split()
+)
+SILENT_CALLS = frozenset(
+    "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE SETMS".split()
+)
+REFUSED = {
+    "ROT": "a turned frame (ROT about X or Y)", "AROT": "a turned frame (AROT about X or Y)", "ROTS": "a turned frame (ROTS)", "CROTS": "a turned frame",
+    "AROTS": "a turned frame", "RPL": "a turned frame", "MIRROR": "mirroring", "AMIRROR": "mirroring", "SCALE": "scaling",
+    "ASCALE": "scaling", "CIP": "an arc through a point (CIP)", "CT": "a tangential arc (CT)", "BSPLINE": "a spline",
+    "ASPLINE": "a spline", "CSPLINE": "a spline", "POLY": "a polynomial", "CUT3DC": "3-D cutter compensation",
+    "CUT3DF": "3-D cutter compensation", "CUT3DFF": "3-D cutter compensation", "CUT3DFS": "3-D cutter compensation",
+    "CUT3DCC": "3-D cutter compensation", "TRANSMIT": "polar transformation", "TRACYL": "a cylinder's surface",
+    "ORIRPY": "orientation by angles", "ORIRPY2": "orientation by angles", "ORIEULER": "orientation by angles",
+    "ORIVIRT1": "orientation by angles", "ORIVIRT2": "orientation by angles", "ORIPATH": "orientation against the path",
+    "ORIPATHS": "orientation against the path", "ORICURVE": "orientation by a second curve", "DIAMON": "diameter programming",
+    "ORICONCW": "orientation on a cone", "ORICONCCW": "orientation on a cone", "ORICONIO": "orientation on a cone",
+    "ORICONTO": "orientation on a cone", "DIAM90": "diameter programming", "TOROT": "a frame from the tool (TOROT)",
+    "TOROTOF": "a frame from the tool (TOROTOF)", "TOFRAME": "a frame from the tool", "PAROT": "a frame from the workpiece",
+    "PTP": "axis motion (PTP)", "TCARR": "a tool carrier (TCARR)", "TOFFON": "a tool length by a variable",
+    "OFFN": "an offset of the contour (OFFN)", "ISD": "3-D cutter compensation (ISD)",
+    "OEMIPO1": "an interpolation of the maker's",
+}  # fmt: skip
