@@ -69,13 +69,13 @@ def test_legal_rewrites_do_the_same_for_the_benchs_own_interpreter(drawn: list[C
 @pytest.mark.parametrize(
     ("old", "new", "differs"),
     [
-        ("Z 200.000,A -138.9343", "Z 200.015,A -138.9343", {"path"}),
-        ("Z 200.000,A -138.9343", "Z 200.005,A -138.9343", set()),
+        ("Z 200.000,A -138.8124", "Z 200.015,A -138.8124", {"path"}),
+        ("Z 200.000,A -138.8124", "Z 200.005,A -138.8124", set()),
         ("$VEL.CP = 0.005000", "$VEL.CP = 0.005100", {"feed"}),
         ("WAIT SEC 0.800", "WAIT SEC 0.900", {"events"}),
         ("$OUT[2] = TRUE", ";$OUT[2] = TRUE", {"events"}),
-        ("E1 66.6452", "E1 67.6452", {"posture"}),
-        ("E1 66.6452", "E1 1600.0", {"posture", "limits"}),
+        ("E1 65.0248,E2 -5.5125} C_DIS", "E1 66.0248,E2 -5.5125} C_DIS", {"posture"}),
+        ("E1 65.0248,E2 -5.5125} C_DIS", "E1 1600.0,E2 -5.5125} C_DIS", {"posture", "limits"}),
     ],
 )
 def test_what_counts_as_a_fault(posted: dict[str, Posted], old: str, new: str, differs: set[str]) -> None:

@@ -17,7 +17,8 @@ SILENT_CALLS = frozenset(
     "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE SETMS".split()
 )
 REFUSED = {
-    "ROT": "a turned frame (ROT about X or Y)", "AROT": "a turned frame (AROT about X or Y)", "ROTS": "a turned frame (ROTS)", "CROTS": "a turned frame",
+    "ROT": "a turned frame (ROT about X or Y)", "AROT": "a turned frame (AROT about X or Y)",
+    "ROTS": "a turned frame (ROTS)", "CROTS": "a turned frame",
     "AROTS": "a turned frame", "RPL": "a turned frame", "MIRROR": "mirroring", "AMIRROR": "mirroring", "SCALE": "scaling",
     "ASCALE": "scaling", "CIP": "an arc through a point (CIP)", "CT": "a tangential arc (CT)", "BSPLINE": "a spline",
     "ASPLINE": "a spline", "CSPLINE": "a spline", "POLY": "a polynomial", "CUT3DC": "3-D cutter compensation",
