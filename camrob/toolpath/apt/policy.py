@@ -71,7 +71,7 @@ class Strangers:
         numbers = s.numbers if s.slash else [v for t in s.word.split(",") if (v := number_of(t.strip())) is not None]
         if len(numbers) >= 3 or s.word.startswith("GO"):
             raise ToolpathError(
-                f"{s.word[:40]} is not known and its numbers may mean motion",
+                f"{s.word[:40]} is not known and its {'numbers' if numbers else 'name'} may mean motion",
                 hint="output it as GOTO from the CAM system, or delete the line where it means nothing",
                 line=s.line,
             )
