@@ -26,7 +26,8 @@ class Belief:
     same; far_more: times a shape of the unknown that an effect has to move the tool by to stand by it; by_noise, by_field,
     by_doubt: of the noise, of the discrepancy, and of what the fit leaves open, what may stay on withheld logs beyond what was
     predicted before every name is doubtful; doubtful: what is then left of it; beside_more: what is left of one that moves the
-    tool by less than what stays unexplained; part_seen: of one of whose pattern the logs show a part.
+    tool by less than what stays unexplained; part_seen: of one of whose pattern the logs show a part, and of one that
+    needs such a one beside it.
     """
 
     slope: float

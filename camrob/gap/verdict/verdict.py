@@ -19,6 +19,7 @@ from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
+from camrob.gap.verdict.part_of_cycle import energy_of, partly_seen
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
 from camrob.gap.verdict.remains import left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.within import BEYOND, drives_beyond, stages_within
@@ -58,7 +59,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         model = _without_harmful(model, trial)
     reasons = implausible(model)
     probability = {e.name: BELIEF.effect(p, impossible=e.name in reasons) for e, p in _evidence(model, library)}
-    probability |= {n: probability[n] * BELIEF.part_seen for n in _partly_seen(model, library)}
+    probability |= {n: probability[n] * BELIEF.part_seen for n in partly_seen(model, library)}
     model = with_fitting(_holding(model, frozenset(n for n, p in probability.items() if p >= 0.5)), blocks)
     worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
@@ -144,23 +145,6 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     stands = BELIEF.far_more * float(np.sqrt(beyond))
     sure |= {n for n in probability if effect_rms(model, trial.panels, n) >= stands}
     return {n: p * (1.0 if n in sure else BELIEF.doubtful) for n, p in probability.items()}
-
-
-def _partly_seen(model: Model, library: Sequence[Effect]) -> list[str]:
-    """Effects of the best set of whose pattern these logs show a part, in most of what they move the tool by."""
-    found = []
-    for effect in library:
-        own = [i for i in model.best.members if model.units[i].effect == effect.name]
-        parts = frozenset(i for i in own if not effect.whole(model.scenes, model.units[i], model.states[effect.name]))
-        energy = [_energy(model, members) for members in (parts, frozenset(own) - parts)]
-        if parts and energy[0] > energy[1]:
-            found.append(effect.name)
-    return found
-
-
-def _energy(model: Model, members: Set) -> float:
-    """m2, summed over all samples, by which some units move the TCP."""
-    return sum(float(np.sum(p.moves(model.values(members, model.best)) ** 2)) for p in model.panels)
 
 
 def _claims(model: Model, probability: Mapping[str, float]) -> Set:
@@ -372,7 +356,7 @@ def _axes(model: Model, own: Set) -> list[str]:
     for i in own:
         axis = model.units[i].axis
         values = model.values(frozenset([i]), model.best)
-        energy = _energy(model, frozenset([i]))
+        energy = energy_of(model, frozenset([i]))
         turned = sum(float(np.sum((p.tcp[:, 3:] @ values) ** 2)) for p in model.panels)
         moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
     alike = moved.pop("", 0.0)
