@@ -55,6 +55,7 @@ Array = NDArray[np.float64]
 
 _ROUNDS = 2  # corrections on the machine as diagnosed: the second takes what the first has changed
 _BETTER = 0.98  # of the mean square off the path: a round that takes less than that off is not worth another program
+_SLACK = 1.1  # by so much 95 % of the way may be farther off where the mean square is less
 _GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis by
 
 
@@ -222,7 +223,7 @@ class _Work:
             now = run(result, turn + 2)
             off = now.off_path(intended)
             worth = np.mean(off**2) < _BETTER * np.mean(best**2)
-            if not worth or np.quantile(off, 0.95) > np.quantile(best, 0.95):
+            if not worth or np.quantile(off, 0.95) > _SLACK * np.quantile(best, 0.95):
                 break
             best, causes = off, True
             self.targets, self.left = targets, left
