@@ -14,7 +14,7 @@ from camrob.errors import StaleInputError
 from camrob.frozen import digest
 from camrob.text import one_line
 
-__all__ = ["Calibration", "ErrorSize", "Held", "robot_digest"]
+__all__ = ["Calibration", "ErrorSize", "Held", "calibrated_chain", "robot_digest"]
 
 Array = NDArray[np.float64]
 
@@ -110,3 +110,10 @@ def robot_digest(cell: Cell) -> str:
     ]
     masses = [part for m in cell.masses for part in (m.after, m.mass, m.center)]
     return digest(*joints, *masses, cell.base_T_first, cell.foot_T_root, cell.wrist_T_flange)
+
+
+def calibrated_chain(found: Calibration | None, cell: Cell) -> tuple[ErrorModel, Array]:
+    """A calibration's chain and values in `base`; without one the nominal chain, which has none."""
+    if found is None:
+        return ErrorModel.of(cell, (), in_base=True), np.zeros(0)
+    return found.model(cell, in_base=True)

@@ -19,7 +19,7 @@ from camrob.measurement.log_info import MeasuredFrame
 from camrob.program.program_text import ProgramText
 from camrob.units import m_to_mm, mm_to_m
 
-__all__ = ["ProgramTrack", "nearest_on_path", "track_of"]
+__all__ = ["ProgramTrack", "motions_of_lines", "nearest_on_path", "track_of"]
 
 Array = NDArray[np.float64]
 
@@ -93,10 +93,7 @@ def track_of(scene: Scene, program: ProgramText) -> ProgramTrack:
     frames = world_T_base(cell, q)
     motion = np.full(len(scene), -1, np.int64)
     if scene.log.has("line"):
-        lines = np.asarray(program.line)
-        order = np.argsort(lines, kind="stable")
-        at = np.searchsorted(lines[order], scene.log.line)
-        motion = np.asarray(order[np.clip(at, 0, len(order) - 1)])
+        motion = motions_of_lines(program, scene.log.line)
     world = frames @ in_base
     found = ProgramTrack(
         scene, program, replayed, in_base[:, :3, 3], world[:, :3, 3], np.asarray(frames[:, :3, :3]), motion
@@ -106,6 +103,13 @@ def track_of(scene: Scene, program: ProgramText) -> ProgramTrack:
         what = f"its set-points lie {m_to_mm(size):.0f} mm off the path of {program.name} (median)"
         raise LogError(what, hint="give the program that was run, with --program", path=scene.log.path)
     return found
+
+
+def motions_of_lines(program: ProgramText, line: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(N,) the first row of the program at each line that a log tells (N,), or at the next line with one."""
+    lines = np.asarray(program.line)
+    order = np.argsort(lines, kind="stable")
+    return np.asarray(order[np.clip(np.searchsorted(lines[order], line), 0, len(order) - 1)])
 
 
 def nearest_on_path(

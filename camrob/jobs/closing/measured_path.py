@@ -9,7 +9,7 @@ from camrob.cell.cell import Cell
 from camrob.controller.programmed_path import ProgrammedPath, programmed_path
 from camrob.controller.replay import program_cell, replay
 from camrob.errors import LogError
-from camrob.gap.observation.program_track import nearest_on_path
+from camrob.gap.observation.program_track import motions_of_lines, nearest_on_path
 from camrob.gap.observation.scene import make_scene
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
@@ -52,9 +52,7 @@ def measured_off_path(log: MeasurementLog, program: ProgramText, cell: Cell, int
         tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
     motion = np.full(len(tip), -1, np.int64)
     if scene.log.has("line"):
-        lines = np.asarray(program.line)
-        order = np.argsort(lines, kind="stable")
-        motion = order[np.clip(np.searchsorted(lines[order], scene.log.line), 0, len(order) - 1)]
+        motion = motions_of_lines(program, scene.log.line)
     place, segment, _ = nearest_on_path(tip, intended, motion)
     owner = np.asarray(intended.motion)[np.minimum(segment + 1, len(intended.motion) - 1)]
     off = np.linalg.norm(tip - place, axis=1)[np.asarray(program.kind)[owner] >= Motion.LIN]
