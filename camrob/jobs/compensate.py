@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration import Calibration, calibrated_chain
 from camrob.calibration.calibration_file import read_calibration
 from camrob.calibration.compensate import Compensated, compensate_postures, difference_sizes, pose_difference
 from camrob.calibration.error_model import ErrorModel
@@ -175,12 +175,7 @@ class _Work:
         self.planned = replay(text, machine, progress=self.tell("replay"))
         self.judged = judge(text, self.planned)
         _followed(self.planned)
-        tooled = self.planned.one_tool(text)
-        self.model, self.values = (
-            (ErrorModel.of(tooled, (), in_base=True), np.zeros(0))
-            if found is None
-            else found.model(tooled, in_base=True)
-        )
+        self.model, self.values = calibrated_chain(found, self.planned.one_tool(text))
         self.q = _postures(text, self.planned)
         self.targets = np.asarray(self.planned.base_T_tool)
         self.result, self.left = self._compensated(self.targets)

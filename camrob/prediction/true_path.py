@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration import Calibration, calibrated_chain
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
@@ -79,10 +79,7 @@ def true_path(
     is not that of the diagnosis.
     """
     scene = _scene(run, cell)
-    if calibration is None:
-        model, constants = ErrorModel.of(cell, (), in_base=True), np.zeros(0)
-    else:
-        model, constants = calibration.model(cell, in_base=True)
+    model, constants = calibrated_chain(calibration, cell)
     known = known_compliance(found, model, constants)
     if found is None:
         return _bent(_calibrated(run, scene, model, constants, rest), scene, known, np.zeros((0, 0)), force, area, cuts)

@@ -149,9 +149,8 @@ class CompensateSummary(Summary):
     """A compensated program: errors of the calibrated robot before and after, corrections, what was not corrected.
 
     calibrated_withheld_mm: the calibration's mean error on withheld poses, None without any. calibration: None where a diagnosis
-    found no constants. error_between: None without a
-    LIN. derivatives: by kind of limit, none of a program too short; violations: None of a program without speed. machine: with a
-    diagnosis only.
+    found no constants. error_between: None without a LIN, and where more than constants was corrected. derivatives: by kind of
+    limit, none of a program too short; violations: None of a program without speed. machine: with a diagnosis or a force only.
     """
 
     program: str

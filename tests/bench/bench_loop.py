@@ -9,7 +9,6 @@ all that was found, and on a cell that has the discrepancy alone, which nobody c
 from __future__ import annotations
 
 import argparse
-import gzip
 import json
 import sys
 from collections.abc import Callable
@@ -78,7 +77,7 @@ def one(family: str, number: int, out: Path) -> dict[str, Any]:
     """A cell's row."""
     out.mkdir(parents=True, exist_ok=True)
     program = out / PROGRAM.name
-    program.write_bytes(PROGRAM.read_bytes() if PROGRAM.suffix != ".gz" else gzip.decompress(PROGRAM.read_bytes()))
+    program.write_bytes(PROGRAM.read_bytes())
     dat = PROGRAM.with_suffix(".dat")
     if dat.is_file():
         (out / dat.name).write_bytes(dat.read_bytes())

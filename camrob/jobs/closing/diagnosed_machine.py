@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration import Calibration, calibrated_chain
 from camrob.calibration.compensate import pose_difference
-from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.controller.programmed_path import ProgrammedPath
 from camrob.controller.replay import program_cell
@@ -95,10 +94,8 @@ class MachineRun:
         Of what comes of the speed (a lag), the part along the way is left out: the tool gets there, only later, and a target
         set ahead for it would be overrun where the motion ends.
         """
-        found, cell = self.machine.constants, self.cell
-        model, values = (
-            (ErrorModel.of(cell, (), in_base=True), np.zeros(0)) if found is None else found.model(cell, in_base=True)
-        )
+        cell = self.cell
+        model, values = calibrated_chain(self.machine.constants, cell)
         calibrated = model.poses(values, cell.to_q(self.log.setpoints(cell.axis_names)))
         twist = pose_difference(self.path.true, calibrated)
         tip = self.path.ideal[:, :3, 3]
