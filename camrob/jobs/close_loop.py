@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.cell import Cell
 from camrob.errors import InputError, JobError, VerificationError
+from camrob.jobs.closing.added_targets import meant_rows
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, off_path_size
 from camrob.jobs.closing.loop_file import LoopJob, Rehearsal, read_loop_job
 from camrob.jobs.closing.measured_path import intended_path, measured_off_path
@@ -166,9 +167,12 @@ class _Loop:
                 out=folder,
                 progress=self.progress,
             )
-        said = CompensateSummary.from_json(_json(folder / f"{self.title}.json"))
+        said = self._compensated(turn)
         foretold = None if said.machine is None else said.machine.after
         return LoopTurn(turn=turn, program=name, made=made, foretold=foretold)
+
+    def _compensated(self, turn: int) -> CompensateSummary:
+        return CompensateSummary.from_json(_json(self._folder(turn) / f"{self.title}.json"))
 
     def _post(self, folder: Path, *, accurate: bool, diagnosis: Path | None = None) -> None:
         job = self.job
@@ -210,9 +214,11 @@ class _Loop:
         self._same_log(turn.turn, log.digest)
         program = language_of_file(self.intended).read(self.out / turn.program)
         meant = language_of_file(self.intended).read(self.intended)
-        if len(program) != len(meant):
+        made = self._compensated(turn.turn).machine if turn.turn > 1 else None
+        rows = meant_rows(program, {} if made is None else made.targets_added)
+        if len(meant) != (rows[-1] + 1 if len(rows) else 0):
             raise VerificationError(f"{turn.program} holds another number of motions than {self.intended.name}")
-        size = off_path_size(measured_off_path(log, program, self.cell, intended_path(meant, self.cell)))
+        size = off_path_size(measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows))
         noise = log.info.sigma_position
         self.logs.append(path)
         self.turns[-1] = replace(

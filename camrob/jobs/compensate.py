@@ -21,6 +21,7 @@ from camrob.controller.programmed_path import programmed_path
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, SingularError, UnreachableError, VerificationError
 from camrob.findings import Finding, Severity
+from camrob.jobs.closing.added_targets import lines_added, places_to_add, with_targets_added
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, off_path_size, shifted
 from camrob.jobs.closing.rewrite import rewritten
 from camrob.jobs.files.cell_for import cell_for
@@ -125,7 +126,9 @@ def compensate(
     check_feed(program, feed)
     with TemporaryDirectory() as scratch:
         source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
-        made = _Work(source, found, known, language_of_file(source), machine, progress)
+        made = _Work(source, found, language_of_file(source), machine, progress)
+        if known is not None:
+            made = _on_machine(made, known, Path(scratch) / "divided")
         used = None if found is None else _used(found, calibration)
         with staged_output(out, name=source.stem) as folder:
             summary, after = _written(made, program.name, used, folder)
@@ -158,18 +161,20 @@ def _used(found: Calibration, file: Path | None) -> CalibrationUsed:
 
 
 class _Work:
-    """A program on its way: read, replayed, judged and compensated. targets: (N, 4, 4) what the calibrated chain is to meet."""
+    """A program on its way: read, replayed, judged and compensated. targets: (N, 4, 4) what the calibrated chain is to meet.
+
+    more: whether these hold more than the chain's constants.
+    """
 
     def __init__(
         self,
         source: Path,
         found: Calibration | None,
-        known: DiagnosedMachine | None,
         language: Language,
         machine: Cell,
         progress: Progress | None,
     ) -> None:
-        self.source, self.found, self.language = source, found, language
+        self.source, self.found, self.language, self.machine = source, found, language, machine
         self.text = text = language.read(source)
         self.progress = progress
         self.planned = replay(text, machine, progress=self.tell("replay"))
@@ -180,8 +185,7 @@ class _Work:
         self.targets = np.asarray(self.planned.base_T_tool)
         self.result, self.left = self._compensated(self.targets)
         self.on_machine: OnDiagnosedMachine | None = None
-        if known is not None:
-            self._meet_on(known)
+        self.off_path, self.more = np.zeros(0), False
 
     def tell(self, stage: str) -> Share:
         """What one stage tells."""
@@ -195,43 +199,71 @@ class _Work:
         """The program whose targets postures q (N, n) reach, written into a folder and read back; what was left as it is."""
         return rewritten(self.source, self.language, self.text, self.planned, q, folder)
 
-    def _meet_on(self, known: DiagnosedMachine) -> None:
+    def run_on(self, known: DiagnosedMachine, progress: Share | None = None) -> MachineRun:
+        """The program as it stands, with this work's corrections, on the machine as diagnosed."""
+        with TemporaryDirectory() as scratch:
+            program = self.rewritten(np.asarray(self.result.q), Path(scratch))[0]
+            return known.run(program, progress=progress)
+
+    def meet_on(self, known: DiagnosedMachine) -> Array:
         """Take off the targets what the machine as diagnosed does beyond the calibrated chain, while that brings the tool nearer
         to the path: most of it is taken at once, as errors are smooth beside corrections.
+
+        Returns (K,) m off the path with the chain's constants corrected; what stays is `off_path`.
         """
         intended = programmed_path(self.text, self.planned)
         told = self.tell("run on the machine as diagnosed")
 
-        def run(result: Compensated, turn: int) -> MachineRun:
-            with TemporaryDirectory() as scratch:
-                program = self.rewritten(np.asarray(result.q), Path(scratch))[0]
-                return known.run(program, progress=lambda share: told((turn + share) / (_ROUNDS + 2)))
+        def run(turn: int) -> tuple[MachineRun, Array]:
+            now = self.run_on(known, lambda share: told((turn + share) / (_ROUNDS + 1)))
+            return now, now.off_path(intended)
 
-        as_it_was = known.run(self.text, progress=lambda share: told(share / (_ROUNDS + 2)))
-        before = as_it_was.off_path(intended)
-        now = run(self.result, 1)
-        constants = best = now.off_path(intended)
-        meant, causes = self.targets, False
-        for turn in range(_ROUNDS):
-            targets = shifted(meant, now.beyond_constants())
-            result, left = self._compensated(targets)
-            now = run(result, turn + 2)
-            off = now.off_path(intended)
-            worth = np.mean(off**2) < _BETTER * np.mean(best**2)
-            if not worth or np.quantile(off, 0.95) > _SLACK * np.quantile(best, 0.95):
+        now, self.off_path = run(0)
+        constants, meant = self.off_path, self.targets
+        for turn in range(1, _ROUNDS + 1):
+            was = self.result, self.left
+            targets = shifted(meant, now.beyond_at_ends())
+            self.result, self.left = self._compensated(targets)
+            now, off = run(turn)
+            if not _worth(off, self.off_path):
+                self.result, self.left = was
                 break
-            best, causes = off, True
-            self.targets, self.left = targets, left
-            self.result = replace(result, before=self.result.before)
-        self.on_machine = OnDiagnosedMachine(
-            diagnosis=known.name,
-            causes=as_it_was.further_causes() if causes else (),
-            not_reckoned=as_it_was.path.not_reckoned,
-            rest_mm=float(m_to_mm(known.rest * np.sqrt(3.0))),
-            before=off_path_size(before),
-            constants=off_path_size(constants),
-            after=off_path_size(best),
-        )
+            self.targets, self.off_path, self.more = targets, off, True
+        return constants
+
+
+def _worth(off: Array, best: Array) -> bool:
+    """Whether distances off the path, m, are worth another program than the one with the `best` so far."""
+    return bool(
+        np.mean(off**2) < _BETTER * np.mean(best**2) and np.quantile(off, 0.95) <= _SLACK * np.quantile(best, 0.95)
+    )
+
+
+def _on_machine(made: _Work, known: DiagnosedMachine, scratch: Path) -> _Work:
+    """The work on the machine as diagnosed: with targets added to the program where that brings the tool nearer to its path."""
+    as_it_was = known.run(made.text, progress=made.tell("run as it is on the machine as diagnosed"))
+    before = as_it_was.off_path(programmed_path(made.text, made.planned))
+    constants, added = made.meet_on(known), dict[str, tuple[int, ...]]()
+    places = places_to_add(as_it_was, made.language, made.source.parent)
+    if places:
+        scratch.mkdir()
+        divided = with_targets_added(made.source, made.language, made.text, made.planned, places, scratch)
+        finer = _Work(divided, made.found, made.language, made.machine, made.progress)
+        finer.judged = made.judged  # nothing may stand against the new program that did not stand against the one given
+        finer.meet_on(known)
+        if _worth(finer.off_path, made.off_path):
+            added, made = lines_added(made.text, places), finer
+    made.on_machine = OnDiagnosedMachine(
+        diagnosis=known.name,
+        causes=as_it_was.further_causes() if made.more else (),
+        not_reckoned=as_it_was.path.not_reckoned,
+        rest_mm=float(m_to_mm(known.rest * np.sqrt(3.0))),
+        targets_added=added,
+        before=off_path_size(before),
+        constants=off_path_size(constants),
+        after=off_path_size(made.off_path),
+    )
+    return made
 
 
 def _written(

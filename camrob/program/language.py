@@ -18,7 +18,7 @@ from camrob.findings import Finding
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramAction, ProgramText
 
-__all__ = ["Language", "MeantActions", "NewTarget", "Rounding"]
+__all__ = ["AddedTarget", "Language", "MeantActions", "NewTarget", "Rounding"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +38,14 @@ class NewTarget:
 
     values: tuple[float, ...]
     by_axes: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AddedTarget:
+    """A target within a line: X, Y, Z, A, B, C in mm and degrees, and the external axes by name in mm or degrees."""
+
+    values: tuple[float, ...]
+    external: Mapping[str, float]
 
 
 class Rounding(Protocol):
@@ -119,6 +127,11 @@ class Language(Protocol):
 
     def patch(self, text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
         """The text with the targets of some lines (from 1) replaced, all else byte for byte. Raises ProgramError."""
+
+    def divide(self, text: str, targets: Mapping[int, Sequence[AddedTarget]]) -> str:
+        """The text with motions put before those of some lines (from 1), each a copy of it with other numbers, all else byte for
+        byte. An external axis that the line does not name stands still. Raises ProgramError.
+        """
 
     def targets(self, statement: str) -> int:
         """How many targets are written in a line, 0 for a named one or no motion."""

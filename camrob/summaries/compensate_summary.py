@@ -132,16 +132,26 @@ class OnDiagnosedMachine(Summary):
     """The program run on the machine as diagnosed: as it was, with the chain's constants corrected, and as written.
 
     causes: what more than constants was corrected, none where that would not have helped; not_reckoned: what was found and a
-    program's run does not tell; rest_mm: what no cause explains (3-D rms).
+    program's run does not tell; rest_mm: what no cause explains (3-D rms); targets_added: within lines, where a correction has
+    to change more quickly than between two targets: by file, the lines of the written program that hold them.
     """
 
     diagnosis: str
     causes: tuple[str, ...]
     not_reckoned: tuple[str, ...]
     rest_mm: float
+    targets_added: Mapping[str, tuple[int, ...]]
     before: OffPathSize
     constants: OffPathSize
     after: OffPathSize
+
+    def steps(self) -> tuple[tuple[str, OffPathSize], ...]:
+        """The program as it was, what the chain's constants alone make of it, and what was written."""
+        return (
+            ("the program as it was", self.before),
+            ("constants of the chain corrected", self.constants),
+            ("as written", self.after),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

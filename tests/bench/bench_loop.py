@@ -92,9 +92,9 @@ def one(family: str, number: int, out: Path) -> dict[str, Any]:
     claimed = [e["effect"] for e in said["effects"] if e["probability"] >= 0.5]
     row: dict[str, Any] = {"family": family, "draw": number, "effects": names, "field_mm": size, "claimed": claimed}
 
-    def off(run: Path, apply: Apply) -> list[float]:
+    def off(run: Path, apply: Apply, added: tuple[int, ...] = ()) -> list[float]:
         exact = closed_loop.run_on_cell(run, apply, number, sigma_mm=0.0)
-        size = closed_loop.off_path(exact, program)
+        size = closed_loop.off_path(exact, program, added=added)
         return [float(np.sqrt(np.mean(size**2))), float(np.quantile(size, 0.95)), float(size.max())]
 
     row |= {"posted": off(program, whole), "field": off(program, field)}
@@ -106,9 +106,14 @@ def one(family: str, number: int, out: Path) -> dict[str, Any]:
         summary = compensate(
             program, cell=closed_loop.CELL, calibration=fitted, diagnosis=out / "diagnosis", out=out / "both"
         ).summary
-        row["both"] = off(out / "both" / program.name, whole)
         assert summary.machine is not None
-        row |= {"foretold_rms": summary.machine.after.rms_mm, "beyond": list(summary.machine.causes)}
+        added = summary.machine.targets_added.get(program.name, ())
+        row["both"] = off(out / "both" / program.name, whole, added)
+        row |= {
+            "foretold_rms": summary.machine.after.rms_mm,
+            "beyond": list(summary.machine.causes),
+            "added": len(added),
+        }
     return row
 
 

@@ -80,8 +80,15 @@ def run_on_cell(
     return MeasurementLog(columns, info)
 
 
-def off_path(log: MeasurementLog, program: Path, shift: np.ndarray | None = None) -> np.ndarray:
-    """(N,) mm from the measured TCP (less shift (N, 3) m) to the nearest place of the programmed path, corners rounded."""
+def off_path(
+    log: MeasurementLog, program: Path, shift: np.ndarray | None = None, added: tuple[int, ...] = ()
+) -> np.ndarray:
+    """(N,) mm from the measured TCP (less shift (N, 3) m) to the nearest place of the programmed path, corners rounded.
+
+    added: lines of the program that ran which this one does not have.
+    """
+    line = np.asarray(log.columns["line"])
+    log = MeasurementLog({**log.columns, "line": line - np.searchsorted(added, line)}, log.info)
     text, cell = read_krl(program), read_cell(CELL)
     scene = make_scene(log, cell)
     track = track_of(scene, text)

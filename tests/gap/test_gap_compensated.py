@@ -6,6 +6,8 @@ The true machine is `gap_generator`'s, which shares no code with camrob; the lin
 from __future__ import annotations
 
 import json
+import re
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,8 @@ from gap_cases import KR15, bench_accuracy, closed_loop, generator
 from test_gap_program import HEAD, HOME, start
 
 from camrob.errors import InputError
-from camrob.jobs.closing.diagnosed_machine import _at_ends, shifted
+from camrob.jobs.closing.diagnosed_machine import shifted
+from camrob.jobs.closing.run_way import RunWay
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.post import post
@@ -29,7 +32,7 @@ def test_ends_hold_the_best_straight_lines_between_them() -> None:
     motion = np.repeat([0, 1, 2, 4, 5], [3, 40, 50, 60, 30])
     step = rng.uniform(1e-3, 2e-3, len(motion))
     values = rng.normal(size=(len(motion), 2))
-    got = _at_ends(kind, motion, step, values)
+    got = RunWay(kind, motion, step).fit(values)
     ends = [0, 1, 2, 4, 5]
     hat = np.zeros((len(motion), len(ends)))
     for j, end in enumerate(ends):
@@ -51,7 +54,7 @@ def test_what_is_linear_along_the_motions_is_met_exactly() -> None:
     share = np.tile(np.arange(1, 26) / 25, 4)
     nodes = np.array([2.0, -1.0, 3.0, 0.5])
     values = np.where(motion == 0, nodes[0], (1 - share) * nodes[np.maximum(motion - 1, 0)] + share * nodes[motion])
-    assert np.allclose(_at_ends(kind, motion, step, values[:, None])[:, 0], nodes, atol=2e-3)
+    assert np.allclose(RunWay(kind, motion, step).fit(values[:, None])[:, 0], nodes, atol=2e-3)
 
 
 def test_a_machine_that_errs_by_a_twist_meets_the_shifted_target() -> None:
@@ -104,20 +107,33 @@ def test_play_is_taken_off_the_path_of_the_true_machine(tmp_path: Path) -> None:
     assert set(said.machine.causes) == {"backlash of A1", "backlash of A2", "backlash of A3"}
     assert said.machine.after.rms_mm < 0.6 * said.machine.before.rms_mm
 
-    quiet = [off_path(run, program, three_plays) for run in (program, tmp_path / "out" / program.name)]
-    rms = [float(np.sqrt(np.mean(e**2))) for e in quiet]
+    (added,) = said.machine.targets_added.values()
+    quiet = [
+        off_path(program, program, three_plays),
+        off_path(tmp_path / "out" / program.name, program, three_plays, added),
+    ]
+    rms, worst = [float(np.sqrt(np.mean(e**2))) for e in quiet], [e.max() for e in quiet]
     assert rms[1] < 0.6 * rms[0]
     assert rms[0] == pytest.approx(said.machine.before.rms_mm, rel=0.15)
     assert rms[1] == pytest.approx(said.machine.after.rms_mm, rel=0.25)
-    # all but the targets is as it was
-    old, new = (p.read_text().splitlines() for p in (program, tmp_path / "out" / program.name))
-    assert [line.split("{")[0] for line in old] == [line.split("{")[0] for line in new]
+    assert worst[1] < worst[0]
+    # all but the targets is as it was, and what was added is a copy of the line behind it
+    old, new = (
+        [re.sub(r"[-.\d]+", "0", line) for line in p.read_text().splitlines()]
+        for p in (program, tmp_path / "out" / program.name)
+    )
+    assert len(added) == len(new) - len(old) > 0
+    assert all(new[line - 1] == new[line] for line in added)
+    assert [line for line, _ in groupby(old)] == [line for line, _ in groupby(new)]
 
 
-def off_path(run: Path, intended: Path, apply) -> np.ndarray:
-    """(N,) mm of the true machine's tool, without the instrument's noise, off the path that was meant."""
+def off_path(run: Path, intended: Path, apply, added: tuple[int, ...] = ()) -> np.ndarray:
+    """(N,) mm of the true machine's tool, without the instrument's noise, off the path that was meant.
+
+    added: lines of the program that ran which the intended one does not have.
+    """
     log = closed_loop.run_on_cell(run, apply, 2, sigma_mm=0.0)
-    return closed_loop.off_path(log, intended)
+    return closed_loop.off_path(log, intended, added=added)
 
 
 def test_without_any_word_of_what_is_wrong_it_is_refused(tmp_path: Path) -> None:

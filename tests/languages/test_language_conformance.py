@@ -302,3 +302,33 @@ def test_targets_can_be_replaced_and_nothing_else(spoken, tmp_path) -> None:
     for name in ("kind", "external", "speed", "blend", "line", "tool", "base"):
         assert np.array_equal(getattr(moved, name), getattr(text, name)), name
     assert moved.actions == text.actions
+
+
+def test_a_line_can_be_divided_and_nothing_else(spoken, tmp_path) -> None:
+    """Copies with other numbers stand before it, and share its speed, its rounding and what was set before."""
+    from camrob.program.language import AddedTarget
+
+    language, _ = spoken
+    events = (ProgramEvent(2, KIND.HOOK, "coolant_on"), ProgramEvent(4, KIND.COMMENT, "a remark"))
+    program = rounded(language, make_program([PTP, LIN, LIN, LIN, PTP]), events=events)
+    text, _ = back(spoken, program, tmp_path)
+    main = tmp_path / f"{program.name}{language.suffixes[0]}"
+    source = main.read_bytes().decode("latin-1")
+    row = 3
+    pose, external = np.asarray(text.pose)[row], np.asarray(text.external)[row]
+    added = [
+        AddedTarget(tuple(pose - d), dict(zip(text.external_names, (external - d).tolist(), strict=True)))
+        for d in (0.5, 0.25)
+    ]
+    main.write_bytes(language.divide(source, {int(text.line[row]): added}).encode("latin-1"))
+    divided = language.read(main)
+    assert len(divided) == len(text) + 2
+    kept = np.delete(np.arange(len(divided)), [row, row + 1])
+    for name in ("kind", "pose", "axes", "external", "speed", "blend", "tool", "base"):
+        assert np.array_equal(getattr(divided, name)[kept], getattr(text, name), equal_nan=True), name
+    for k, d in ((row, 0.5), (row + 1, 0.25)):
+        assert np.allclose(divided.pose[k], pose - d, atol=2e-4, rtol=0)
+        assert np.allclose(divided.external[k], external - d, atol=2e-4, rtol=0)
+        for name in ("kind", "speed", "blend", "tool", "base"):
+            assert getattr(divided, name)[k] == getattr(text, name)[row], name
+    assert [action.text for action in divided.actions] == [action.text for action in text.actions]

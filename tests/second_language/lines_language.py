@@ -111,6 +111,19 @@ class Lines:
             lines[number - 1] = "|".join(parts)
         return "\n".join(lines)
 
+    def divide(self, text, targets):
+        lines = []
+        for number, line in enumerate(text.split("\n"), 1):
+            for target in targets.get(number, ()):
+                word, said = line.split()[0], line.split("|")[1].split()
+                if word != "line":
+                    raise ProgramError("is no line that could be divided", line=number)
+                values = " ".join(f"{v:.6f}" for v in target.values)
+                carried = [f"{v:.5f}" for v in target.external.values()]
+                lines.append(f"{word} {values} | {' '.join([*carried, *said[len(carried) :]])}")
+            lines.append(line)
+        return "\n".join(lines)
+
     def targets(self, statement):
         word = statement.split()[:1]
         return {"axes": 1, "pose": 1, "line": 1, "arc": 2}.get(word[0], 0) if word else 0

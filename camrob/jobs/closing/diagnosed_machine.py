@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
 
 from camrob.calibration.calibration import Calibration, calibrated_chain
 from camrob.calibration.compensate import pose_difference
@@ -16,6 +16,7 @@ from camrob.controller.replay import program_cell
 from camrob.controller.simulate import simulate
 from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.program_track import nearest_on_path
+from camrob.jobs.closing.run_way import RunWay
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.prediction.force_model import CuttingForce
@@ -34,10 +35,6 @@ Array = NDArray[np.float64]
 _CYCLE = 0.004  # s, a row of the run: what a lag and a corner change within a motion is seen
 _SLOWLY = 10.0  # times the time: what then is less than half as large comes of the speed
 _AT_SPEED = 1.0 + 1e-6  # rounding of a speed as printed
-_ASIDE = 1e-3  # weight of a way that is no line or arc
-_FLOOR = (
-    1e-6  # m: what a row counts by where the tool stands, and a motion's end by itself, so that each end has a value
-)
 
 
 @dataclass(frozen=True)
@@ -84,12 +81,15 @@ class MachineRun:
     motion: NDArray[np.int64]
     path: TruePath
 
-    def beyond_constants(self) -> Array:
-        """(M, 6) twists in `base` at the motions' ends which, interpolated along the motions, come nearest to what lies between
-        the tool of the calibrated chain and the true one.
+    @cached_property
+    def way(self) -> RunWay:
+        """How the rows lie along the program's motions."""
+        step = np.linalg.norm(np.diff(self.path.ideal[:, :3, 3], axis=0), axis=1)
+        return RunWay(np.asarray(self.program.kind), self.motion, np.concatenate([[0.0], step]))
 
-        Nearest by least squares over the way: between two ends a correction is a straight line, and play that changes its side
-        there is met half-way from both.
+    @cached_property
+    def beyond_constants(self) -> Array:
+        """(N, 6) twists in `base` between the tool of the calibrated chain and the true one.
 
         Of what comes of the speed (a lag), the part along the way is left out: the tool gets there, only later, and a target
         set ahead for it would be overrun where the motion ends.
@@ -98,13 +98,21 @@ class MachineRun:
         model, values = calibrated_chain(self.machine.constants, cell)
         calibrated = model.poses(values, cell.to_q(self.log.setpoints(cell.axis_names)))
         twist = pose_difference(self.path.true, calibrated)
-        tip = self.path.ideal[:, :3, 3]
-        step = np.linalg.norm(np.diff(tip, axis=0), axis=1)
-        way = np.divide(np.diff(tip, axis=0), step[:, None], out=np.zeros((len(step), 3)), where=step[:, None] > 0.0)
+        move = np.diff(self.path.ideal[:, :3, 3], axis=0)
+        step = self.way.step[1:, None]
+        way = np.divide(move, step, out=np.zeros_like(move), where=step > 0.0)
         way = np.concatenate([way[:1], way])
         along = np.einsum("ni,ni->n", self._of_speed()[:, :3], way)
         twist[:, :3] -= along[:, None] * way
-        return _at_ends(np.asarray(self.program.kind), self.motion, np.concatenate([[0.0], step]), twist)
+        return twist
+
+    def beyond_at_ends(self) -> Array:
+        """(M, 6) twists at the motions' ends which, interpolated along the motions, come nearest to `beyond_constants`.
+
+        Nearest by least squares over the way: between two ends a correction is a straight line, and play that changes its side
+        there is met half-way from both.
+        """
+        return self.way.fit(self.beyond_constants)
 
     def further_causes(self) -> tuple[str, ...]:
         """What more than constants of the chain moves the tool."""
@@ -140,38 +148,6 @@ class MachineRun:
             if np.linalg.norm(b.twist[:, :3]) < 0.5 * np.linalg.norm(a.twist[:, :3])
         ]
         return np.asarray(sum(parts, np.zeros((len(self.log), 6))))
-
-
-def _at_ends(kind: Array, motion: NDArray[np.int64], step: Array, values: Array) -> Array:
-    """Values at the motions' ends (M, k) that, interpolated, fit those at rows (N, k) of the motions best, by the rows' ways.
-
-    step: (N,) m that the tool has moved since the row before. At an arc's auxiliary point they are those half-way.
-    """
-    ends = np.flatnonzero(kind != Motion.CIRC_VIA)
-    node = np.searchsorted(ends, motion)
-    done = np.cumsum(step)
-    finished = np.maximum.accumulate(np.bincount(node, weights=step, minlength=len(ends)).cumsum())
-    begin = np.concatenate([[0.0], finished])[node]
-    length = finished[node] - begin
-    share = np.divide(done - begin, length, out=np.ones_like(done), where=length > 0.0)
-    share[node == 0] = 1.0
-    weight = np.where(kind[ends][node] >= Motion.LIN, 1.0, _ASIDE) * (step + _FLOOR)
-    banded = np.zeros((2, len(ends)))
-    right = np.zeros((len(ends), values.shape[1]))
-    np.add.at(banded[1], node, weight * share**2)
-    np.add.at(banded[1], np.maximum(node - 1, 0), weight * (1.0 - share) ** 2)
-    np.add.at(banded[0], node, weight * share * (1.0 - share))
-    np.add.at(right, node, (weight * share)[:, None] * values)
-    np.add.at(right, np.maximum(node - 1, 0), (weight * (1.0 - share))[:, None] * values)
-    banded[0, 0] = 0.0
-    rows = np.maximum(np.searchsorted(motion, ends, side="right") - 1, 0)
-    banded[1] += _FLOOR
-    right += _FLOOR * values[rows]
-    out = np.empty((len(kind), values.shape[1]))
-    out[ends] = solveh_banded(banded, right)
-    via = np.flatnonzero(kind == Motion.CIRC_VIA)
-    out[via] = 0.5 * (out[np.maximum(via - 1, 0)] + out[via + 1])
-    return out
 
 
 def shifted(targets: Array, twists: Array) -> Array:

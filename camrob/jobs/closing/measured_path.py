@@ -30,12 +30,18 @@ def intended_path(program: ProgramText, cell: Cell) -> ProgrammedPath:
     return programmed_path(program, replay(program, cell))
 
 
-def measured_off_path(log: MeasurementLog, program: ProgramText, cell: Cell, intended: ProgrammedPath) -> Array:
+def measured_off_path(
+    log: MeasurementLog,
+    program: ProgramText,
+    cell: Cell,
+    intended: ProgrammedPath,
+    meant: NDArray[np.int64],
+) -> Array:
     """(K,) m from the measured tool to the intended path, at the rows of motions along lines and arcs.
 
-    program: what ran, with as many motions as the one that `intended` is of. Frames that nobody told (the instrument's, the
-    reflector's) are those that bring the nominal poses nearest: their part of an error can't be seen. Raises LogError for a log
-    without measured positions, or of another program.
+    program: what ran. meant: (M,) the motion that `intended` has for each of its motions. Frames that nobody told (the
+    instrument's, the reflector's) are those that bring the nominal poses nearest: their part of an error can't be seen. Raises
+    LogError for a log without measured positions, or of another program.
     """
     if not log.has_position:
         raise LogError("has no measured position", hint="log the tool with an instrument: x, y, z", path=log.path)
@@ -52,10 +58,11 @@ def measured_off_path(log: MeasurementLog, program: ProgramText, cell: Cell, int
         tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
     motion = np.full(len(tip), -1, np.int64)
     if scene.log.has("line"):
-        motion = motions_of_lines(program, scene.log.line)
+        motion = meant[motions_of_lines(program, scene.log.line)]
     place, segment, _ = nearest_on_path(tip, intended, motion)
     owner = np.asarray(intended.motion)[np.minimum(segment + 1, len(intended.motion) - 1)]
-    off = np.linalg.norm(tip - place, axis=1)[np.asarray(program.kind)[owner] >= Motion.LIN]
+    kind = np.asarray(program.kind)[np.searchsorted(meant, owner, side="right") - 1]
+    off = np.linalg.norm(tip - place, axis=1)[kind >= Motion.LIN]
     if not len(off) or np.median(off) > _FAR:
         raise LogError("is no run of this program", hint=f"give the log of {program.name}", path=log.path)
     return np.asarray(off)

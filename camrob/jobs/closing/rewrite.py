@@ -19,7 +19,7 @@ from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.se3 import inverse
 
-__all__ = ["rewritten"]
+__all__ = ["rewritten", "write_files"]
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def rewritten(
     ProgramError where a motion that runs several times would need different targets.
     """
     sources, left = _patched(source.parent, language, text, planned, q)
-    _write(folder, source.parent, language, text, sources)
+    write_files(folder, source.parent, language, text, sources)
     return language.read(folder / source.name), left
 
 
@@ -82,7 +82,7 @@ def _apart(old: list[NewTarget], new: list[NewTarget]) -> bool:
     return any(float(np.max(np.abs(np.subtract(a.values, b.values)))) > 1e-6 for a, b in both)
 
 
-def _write(folder: Path, origin: Path, language: Language, text: ProgramText, sources: Mapping[str, str]) -> None:
+def write_files(folder: Path, origin: Path, language: Language, text: ProgramText, sources: Mapping[str, str]) -> None:
     """The program's files; data lists go along unchanged."""
     for name, source in sources.items():
         (folder / name).write_bytes(source.encode("latin-1"))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.findings import Finding
-from camrob.program.language import Language, MeantActions, NewTarget, Rounding
+from camrob.program.language import AddedTarget, Language, MeantActions, NewTarget, Rounding
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramText
 
@@ -110,6 +110,12 @@ class Krl:
         from camrob.languages.krl.patch import patch_source
 
         return patch_source(text, targets)
+
+    def divide(self, text: str, targets: Mapping[int, Sequence[AddedTarget]]) -> str:
+        """Copies of a LIN before it, with other numbers in {...}."""
+        from camrob.languages.krl.patch import divide_source
+
+        return divide_source(text, targets)
 
     def targets(self, statement: str) -> int:
         """How many {...} a motion has."""

@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 
 from camrob.errors import KrlError
-from camrob.program.language import NewTarget
+from camrob.program.language import AddedTarget, NewTarget
 
-__all__ = ["literal_targets", "patch_source"]
+__all__ = ["divide_source", "literal_targets", "patch_source"]
 
 _STATEMENT = re.compile(r"\s*S?(?:PTP|LIN|CIRC)\b", re.IGNORECASE)
 _AGGREGATE = re.compile(r"\{[^{};\"]*\}")
@@ -16,6 +16,7 @@ _COMPONENT = re.compile(
     r"(?<![A-Za-z0-9_])([A-Za-z]\d?)(\s+|\s*(?=[-+.]))([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?=[,}])"
 )
 _POSE, _AXES = ("X", "Y", "Z", "A", "B", "C"), tuple(f"A{k}" for k in range(1, 7))
+_LEAST_EXTERNAL = 4  # decimals, mm or degrees
 _LEAST = {**dict.fromkeys(_POSE[:3], 4), **dict.fromkeys((*_POSE[3:], *_AXES), 5)}
 
 
@@ -28,12 +29,31 @@ def patch_source(text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
     """
     lines = text.split("\n")  # as the reader counts them; a form feed or an odd byte in a comment ends no line
     for number, wanted in targets.items():
-        lines[number - 1] = _line(lines[number - 1], wanted, number)
+        numbers = [dict(zip(_AXES if t.by_axes else _POSE, t.values, strict=True)) for t in wanted]
+        lines[number - 1] = _line(lines[number - 1], numbers, number)
     return "\n".join(lines)
 
 
-def _line(line: str, targets: Sequence[NewTarget], number: int) -> str:
-    """One statement with its new targets."""
+def divide_source(text: str, targets: Mapping[int, Sequence[AddedTarget]]) -> str:
+    """The program text with a copy of some lines (from 1) before them for each target, with its numbers.
+
+    Of the external axes those that the line names; the others stand still along it. Raises KrlError as `patch_source` does.
+    """
+    lines = text.split("\n")
+    copies = {
+        number: [
+            _line(lines[number - 1], [dict(zip(_POSE, t.values, strict=True))], number, external=t.external)
+            for t in wanted
+        ]
+        for number, wanted in targets.items()
+    }
+    return "\n".join(line for k, one in enumerate(lines, 1) for line in (*copies.get(k, ()), one))
+
+
+def _line(
+    line: str, targets: Sequence[Mapping[str, float]], number: int, external: Mapping[str, float] | None = None
+) -> str:
+    """One statement with its new targets, numbers by component."""
     code, semicolon, comment = line.partition(";")
     found = list(_AGGREGATE.finditer(code)) if _STATEMENT.match(code) else []
     if len(found) != len(targets):
@@ -41,27 +61,27 @@ def _line(line: str, targets: Sequence[NewTarget], number: int) -> str:
         raise KrlError(what, hint="give a program with literal targets", line=number)
     out, at = [], 0
     for match, target in zip(found, targets, strict=True):
-        out += [code[at : match.start()], _aggregate(match[0], target, number)]
+        out += [code[at : match.start()], _aggregate(match[0], target, number, external or {})]
         at = match.end()
     return "".join([*out, code[at:], semicolon, comment])
 
 
-def _aggregate(text: str, target: NewTarget, number: int) -> str:
-    """One {...} with its new numbers."""
-    names = _AXES if target.by_axes else _POSE
-    values = dict(zip(names, target.values, strict=True))
+def _aggregate(text: str, values: Mapping[str, float], number: int, external: Mapping[str, float]) -> str:
+    """One {...} with its new numbers; those of external axes where it names them."""
+    names = tuple(values)
     seen: set[str] = set()
 
     def replaced(match: re.Match[str]) -> str:
         name = match[1].upper()
-        if name not in values:
+        if name not in values and name not in external:
             return match[0]
         seen.add(name)
         decimals = len(match[3].partition(".")[2]) if "e" not in match[3].lower() else 0
-        return f"{match[1]}{match[2] or ' '}{_printed(values[name], max(decimals, _LEAST[name]))}"
+        value = values[name] if name in values else external[name]
+        return f"{match[1]}{match[2] or ' '}{_printed(value, max(decimals, _LEAST.get(name, _LEAST_EXTERNAL)))}"
 
     body = _COMPONENT.sub(replaced, text)
-    named = {m.upper() for m in re.findall(r"(?<![A-Za-z0-9_])([A-Za-z]\d?)(?=[\s+\-.])", text)} & set(names)
+    named = {m.upper() for m in re.findall(r"(?<![A-Za-z0-9_])([A-Za-z]\d?)(?=[\s+\-.])", text)} & {*names, *external}
     if named != seen:
         what = f"{', '.join(sorted(named - seen))} is no plain number"
         raise KrlError(what, hint="give a program with literal targets", line=number)

@@ -125,15 +125,13 @@ def _on_machine(found: OnDiagnosedMachine | None) -> list[RenderableType]:
     if found is None:
         return []
     grid = _table("off the path, machine as diagnosed", "rms mm", "95 % mm", "worst mm")
-    for name, size in (
-        ("program as it was", found.before),
-        ("constants corrected", found.constants),
-        ("as written", found.after),
-    ):
+    for name, size in found.steps():
         grid.add_row(name, *(f"{v:.4f}" for v in (size.rms_mm, size.p95_mm, size.max_mm)))
     more = (
         f"corrected beyond constants: {', '.join(found.causes)}"
         if found.causes
         else "nothing beyond constants was corrected"
     )
+    if count := sum(map(len, found.targets_added.values())):
+        more += f"; {count:,} targets added within lines"
     return [Text(), grid, shown_text(more)]

@@ -87,17 +87,15 @@ def _on_machine(summary: CompensateSummary) -> str:
     found = summary.machine
     if found is None:
         return ""
-    named = [
-        ("the program as it was", found.before),
-        ("constants of the chain corrected", found.constants),
-        ("as written", found.after),
-    ]
-    rows = [[name, *(number(v, 4) for v in (s.rms_mm, s.p95_mm, s.max_mm))] for name, s in named]
+    rows = [[name, *(number(v, 4) for v in (s.rms_mm, s.p95_mm, s.max_mm))] for name, s in found.steps()]
     more = (
         f"Corrected beyond the constants: {escape(', '.join(found.causes))}."
         if found.causes
         else "Beyond the constants nothing was corrected: on the machine as diagnosed it would not have helped."
     )
+    count = sum(map(len, found.targets_added.values()))
+    if count:
+        more += f" {count:,} targets were added within lines, where the correction has to change more quickly than between two."
     caption = (
         f"{more} Distance of the tool from the intended path while it moves along lines and arcs, on the machine as diagnosed. "
         f"What no cause explains ({found.rest_mm:.3f} mm) is not among it."
