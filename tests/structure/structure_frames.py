@@ -169,7 +169,7 @@ class _Checker:
                 self.check_same(node, wanted, node.value, "function")
 
     def run(self) -> list[str]:
-        for node in ast.walk(self.module.tree):
+        for node in self.module.nodes:
             if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
                 self.check_product(node, node.left, node.right)
             elif isinstance(node, ast.Call):

@@ -129,7 +129,7 @@ def _graph(tree: tuple[Module, ...], *, late: bool = True, typed: bool = True) -
     for module in tree:
         inside = {
             id(node)
-            for branch in ast.walk(module.tree)
+            for branch in module.nodes
             if isinstance(branch, ast.If) and "TYPE_CHECKING" in ast.dump(branch.test)
             for statement in branch.body
             for node in ast.walk(statement)

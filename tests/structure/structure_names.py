@@ -43,7 +43,7 @@ def _registered(module: Module, maker: str) -> Iterator[str]:
 
 def _asked(module: Module, names: set[str]) -> Iterator[ast.Constant]:
     """Constants that are compared with, looked up, or listed to be compared with or looked up."""
-    for node in ast.walk(module.tree):
+    for node in module.nodes:
         asked: list[ast.AST] = []
         if isinstance(node, ast.Compare):
             asked = [node.left, *node.comparators]

@@ -67,7 +67,7 @@ def word_faults(tree: Iterable[Module]) -> list[str]:
     faults = []
     for module in tree:
         speaks = module.name in COMMAND_LINE
-        for node in ast.walk(module.tree):
+        for node in module.nodes:
             if isinstance(node, ast.Assert):
                 faults.append(f"{module.at(node)}: assert")
             elif isinstance(node, ast.Call) and not speaks and ast.unparse(node.func) in _SPEAKING:
@@ -90,11 +90,11 @@ def empty_faults(tree: Iterable[Module]) -> list[str]:
     for module in tree:
         protocols = {
             id(inner)
-            for node in ast.walk(module.tree)
+            for node in module.nodes
             if isinstance(node, ast.ClassDef) and any("Protocol" in ast.unparse(base) for base in node.bases)
             for inner in ast.walk(node)
         }
-        for node in ast.walk(module.tree):
+        for node in module.nodes:
             body = getattr(node, "body", None)
             if not isinstance(body, list) or not body:
                 continue
@@ -203,7 +203,7 @@ def unit_faults(tree: Iterable[Module]) -> list[str]:
             if f"{module.file}:{function.name}" in NO_CONVERSION
             for node in ast.walk(function)
         }
-        for node in ast.walk(module.tree):
+        for node in module.nodes:
             if id(node) not in excused and _converts(node):
                 faults.append(f"{module.at(node)}: {ast.unparse(node)}: convert through camrob.units")
     return faults

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -21,6 +21,11 @@ class Module:
     path: Path
     text: str
     tree: ast.Module
+
+    @cached_property
+    def nodes(self) -> tuple[ast.AST, ...]:
+        """All nodes of the tree: walked once for all tests."""
+        return tuple(ast.walk(self.tree))
 
     @property
     def is_package(self) -> bool:
@@ -61,8 +66,13 @@ def modules(package: str = "camrob") -> tuple[Module, ...]:
     return tuple(found)
 
 
-def imports(module: Module, known: frozenset[str] | set[str] = frozenset()) -> list[Import]:
+def imports(module: Module, known: frozenset[str] | set[str] = frozenset()) -> tuple[Import, ...]:
     """All imports of a module as dotted names; `from a import b` gives a.b where that is a module among `known`."""
+    return _imports(module, frozenset(known))
+
+
+@cache
+def _imports(module: Module, known: frozenset[str]) -> tuple[Import, ...]:
     found: list[Import] = []
 
     def walk(node: ast.AST, early: bool) -> None:
@@ -89,12 +99,12 @@ def imports(module: Module, known: frozenset[str] | set[str] = frozenset()) -> l
                 walk(child, early)
 
     walk(module.tree, True)
-    return found
+    return tuple(found)
 
 
 def functions(module: Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
     """Every function and method, nested ones too."""
-    for node in ast.walk(module.tree):
+    for node in module.nodes:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             yield node
 
