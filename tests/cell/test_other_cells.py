@@ -89,11 +89,14 @@ def test_an_arm_without_a_spherical_wrist(make_cell, tmp_path):
         return text.replace(old, old.replace("a_mm = 0", "a_mm = 40"))
 
     cell = make_cell(change)
-    result = post(SAMPLE, cell=cell, out=tmp_path / "out", report=False)
+    shutil.copytree(SAMPLE.parent, tmp_path / "in")
+    clfile = tmp_path / "in" / "engraving.cls"
+    clfile.write_text("".join(SAMPLE.open().readlines()[:23]) + "END-OF-PATH\n")  # its first letter
+    result = post(clfile, cell=cell, out=tmp_path / "out", report=False)
     assert result.summary.verified.position_error_mm_max < 0.002
     text = (tmp_path / "out" / "engraving.src").read_text()
     assert "PTP {E6POS" not in text and "PTP {E6AXIS" in text  # KUKA defines no Status for such an arm
-    assert verify(tmp_path / "out" / "engraving.src", cell=cell, against=SAMPLE).ok
+    assert verify(tmp_path / "out" / "engraving.src", cell=cell, against=clfile).ok
 
 
 @pytest.mark.slow(after=1)

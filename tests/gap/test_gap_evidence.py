@@ -74,7 +74,7 @@ def test_a_set_is_divided_over_the_names_that_count() -> None:
     assert posterior({both: 0.0}, {both: {"a": 1.0, "b": 0.3}}, frozenset({"b"})) == {frozenset({"a"}): 1.0}
 
 
-@pytest.mark.slow(after=1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "apply", "place"),
     [

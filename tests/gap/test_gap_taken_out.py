@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from gap_cases import kr15, simulated
 from test_gap_effects import plant_link
 from test_gap_experiment import sagging
@@ -22,6 +23,7 @@ def test_compliance_taken_out_makes_no_other_name_sure() -> None:
     assert max(said.values()) < 0.8
 
 
+@pytest.mark.slow
 def test_where_no_part_of_a_cycle_is_needed_a_name_is_as_sure_as_ever() -> None:
     assert beliefs(sagging)["joint_compliance"] > 0.95
     assert beliefs(plant_link(2, lambda w: 1.5e-3))["joint_offset"] > 0.95

@@ -120,9 +120,9 @@ def test_no_posture_beats_its_certificate():
     certificate = certify(SPACE, w.base_T_tip)
     rng = np.random.default_rng(5)
     work, q = plan_work(), np.empty(6)
-    for k in range(0, len(w), 12):
+    for k in range(0, len(w), 24):
         tried = 0.0
-        for _ in range(3000):
+        for _ in range(1500):
             u = np.array([rng.uniform(-np.pi, np.pi), rng.uniform(-1.0, 1.0), rng.uniform(-np.pi, np.pi)])
             b = int(rng.integers(8))
             if posture(SPACE, w.base_T_tip[k], u, b, SPACE.center, q, work) and np.all(

@@ -95,6 +95,7 @@ def test_a_retract_goes_out_along_the_tool_and_back_in_at_the_feed(helix: tuple[
     assert after[0] == "$VEL.CP = 0.025000" and after[1].startswith("LIN")
 
 
+@pytest.mark.slow
 def test_report_and_terminal_show_the_curve(helix: tuple[Path, Path, PostResult]) -> None:
     _clfile, _cell, made = helix
     page = (made.out / "helix.html").read_text()
