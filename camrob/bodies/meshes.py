@@ -15,6 +15,8 @@ __all__ = ["body_triangles", "read_triangles", "wraps"]
 Array = NDArray[np.float64]
 
 _KINDS = (".stl", ".obj", ".ply", ".off")
+_STL_HEAD = 84  # bytes before the first facet: 80 of any kind, and the facets' number
+_STL_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _BOX_FACES = np.array(
     [
         [0, 2, 3],
@@ -40,11 +42,13 @@ def read_triangles(path: Path, scale: float, error: type[InputError] = SetupErro
     """
     if path.suffix.lower() not in _KINDS:
         raise error("is no mesh that camrob reads", hint="give STL, OBJ, PLY or OFF", path=path)
-    import trimesh  # heavy: only where a mesh is there
-
     try:
-        mesh = trimesh.load(str(path), force="mesh", process=False, skip_materials=True)
-        triangles = np.array(mesh.triangles, dtype=np.float64) * scale
+        found = _binary_stl(path)
+        if found is None:
+            import trimesh  # takes as long to import as a small post to run: only where it has something to tell apart
+
+            found = np.array(trimesh.load(str(path), force="mesh", process=False, skip_materials=True).triangles, float)
+        triangles = found * scale
     except OSError as e:
         raise error(f"can't be read ({e.strerror or 'no such file'})", hint="check the path", path=path) from None
     except Exception as e:  # the readers of meshes raise whatever they stumble over
@@ -56,6 +60,17 @@ def read_triangles(path: Path, scale: float, error: type[InputError] = SetupErro
     if not len(solid):
         raise error("holds no surface", hint="export it again", path=path)
     return solid
+
+
+def _binary_stl(path: Path) -> Array | None:
+    """Triangles (k, 3, 3) of an STL file whose size says that it is a binary one, None of any other file."""
+    if path.suffix.lower() != ".stl":
+        return None
+    data = path.read_bytes()
+    count = int.from_bytes(data[_STL_HEAD - 4 : _STL_HEAD], "little")
+    if len(data) != _STL_HEAD + count * _STL_FACET.itemsize:
+        return None
+    return np.asarray(np.frombuffer(data, _STL_FACET, offset=_STL_HEAD)["corners"], np.float64)
 
 
 def body_triangles(body: Body) -> Array:

@@ -26,8 +26,8 @@ from camrob.jobs.release.release import ReadBack, check_release, path_margins, r
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.solving.device import check_device
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
-from camrob.jobs.solving.machine_errors import Sought, check_sought
 from camrob.jobs.solving.resolved_job import METHODS, Residual, ResolvedJob, check_method, resolve_job
+from camrob.jobs.solving.sought import Sought, check_sought
 from camrob.jobs.solving.watch import Watch
 from camrob.languages import language_named
 from camrob.program.assemble import assemble_program

@@ -75,11 +75,11 @@ class Job:
         body = self.bodies.get(name)
         if body is None:
             return None
-        if body.box is not None:
-            grid = np.array(np.meshgrid(*body.box.T, indexing="ij"))
-            part_p_corners = grid.reshape(3, -1).T
+        if body.file is not None:
+            part_p_corners = _vertices(body.file) * body.scale
         else:
-            part_p_corners = _vertices(body)
+            grid = np.array(np.meshgrid(*np.asarray(body.box).T, indexing="ij"))
+            part_p_corners = grid.reshape(3, -1).T
         return np.asarray(part_p_corners @ self.base_T_part[:3, :3].T + self.base_T_part[:3, 3])
 
 
@@ -88,18 +88,35 @@ def no_job() -> Job:
     return Job(given=False)
 
 
-def _vertices(body: Body) -> Array:
-    """The vertices (K, 3) m of a body's mesh."""
-    import trimesh  # heavy, and needed by few
+def _facets(file: Path) -> Array | None:
+    """The corners (K, 3) of a binary STL file: 84 bytes, then 50 of each facet, its normal and three corners as 32-bit numbers.
 
+    None where the number of facets and the size of the file don't fit: another kind, or a damaged one.
+    """
+    content = np.fromfile(file, np.uint8)
+    if file.suffix.lower() != ".stl" or len(content) < 84 or (len(content) - 84) % 50:
+        return None
+    facets = content[84:].reshape(-1, 50)
+    if int(content[80:84].view("<u4")[0]) != len(facets):
+        return None
+    numbers = np.ascontiguousarray(facets[:, 12:48]).view("<f4")
+    return np.unique(numbers.reshape(-1, 3), axis=0).astype(np.float64)
+
+
+def _vertices(file: Path) -> Array:
+    """The vertices (K, 3) of a mesh, in its own unit."""
     try:
-        mesh = trimesh.load(str(body.file), force="mesh")
-        points = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+        points = _facets(file)
+        if points is None:
+            import trimesh  # takes long to import
+
+            mesh = trimesh.load(str(file), force="mesh")
+            points = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
     except (OSError, ValueError, IndexError, KeyError, TypeError, AttributeError) as failure:
-        raise SetupError(f"the mesh can't be read ({failure})", hint="give an STL file", path=body.file) from failure
+        raise SetupError(f"the mesh can't be read ({failure})", hint="give an STL file", path=file) from failure
     if not len(points) or not np.isfinite(points).all():
-        raise SetupError("the mesh has no points, or some that are no numbers", hint="give an STL file", path=body.file)
-    return points * body.scale
+        raise SetupError("the mesh has no points, or some that are no numbers", hint="give an STL file", path=file)
+    return points
 
 
 def _tool(fields: Fields) -> Tool:

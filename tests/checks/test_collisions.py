@@ -26,6 +26,7 @@ from camrob.errors import SetupError
 from camrob.findings import Severity
 from camrob.kinematics.frames import base_T_flange, base_T_root, base_T_tool, world_T_base
 from camrob.se3 import inverse, pose, rotation_exp
+from camrob.witness.job import read_job
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = read_cell(ROOT / "cells" / "kr15_track_table")
@@ -532,6 +533,31 @@ def test_meshes_that_cannot_be_read_are_refused(tmp_path):
     good = tmp_path / "good.stl"
     trimesh.creation.box((10, 20, 30)).export(good)
     assert np.allclose(np.ptp(read_triangles(good, 0.001).reshape(-1, 3), axis=0), [0.01, 0.02, 0.03])
+
+
+def test_a_binary_stl_is_read_as_a_library_reads_it(tmp_path):
+    """By the program's reader and by the witness's, each its own; what isn't one to the byte is left to the library."""
+    ball = trimesh.creation.icosphere(2, 7.5)
+    plain = ball.export(file_type="stl")
+    kinds = {
+        "binary.stl": plain,
+        "named.stl": b"solid ball".ljust(80) + plain[80:],
+        "text.stl": ball.export(file_type="stl_ascii"),
+    }
+    for name, content in kinds.items():
+        file = tmp_path / name
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+        assert np.allclose(read_triangles(file, 0.001), 1e-3 * ball.triangles, rtol=1e-6, atol=1e-9)
+        setup = tmp_path / "setup.toml"
+        setup.write_text(f'part_in_base = [0, 0, 0, 0, 0, 0]\n[part]\nmesh = "{name}"\n')
+        corners = read_job(setup).corners("part")
+        assert np.allclose(
+            np.unique(corners.round(7), axis=0), np.unique(1e-3 * ball.vertices.round(4), axis=0), atol=2e-7
+        )
+    short = tmp_path / "short.stl"
+    short.write_bytes(plain[:-30])
+    with pytest.raises(SetupError, match=r"short\.stl"):
+        read_triangles(short, 0.001)
 
 
 def test_interpolate_void():

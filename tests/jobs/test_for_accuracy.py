@@ -17,7 +17,8 @@ from camrob.cell.read_cell import read_cell
 from camrob.cli import app as cli
 from camrob.errors import InputError
 from camrob.gap.effects.robot_size import ordinary_compliance
-from camrob.jobs.solving.machine_errors import Sought, check_sought, machine_errors
+from camrob.jobs.solving.machine_errors import machine_errors
+from camrob.jobs.solving.sought import Sought, check_sought
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "cells" / "kr15_track_table"

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,13 +13,13 @@ from camrob.errors import InputError
 from camrob.gap.effects.robot_size import ordinary_compliance
 from camrob.gap.fitted_units import FittedUnits
 from camrob.jobs.files.diagnosed import diagnosed
+from camrob.jobs.solving.sought import Sought
 from camrob.prediction.deflection import known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
-from camrob.redundancy.planning.objective import plan_weights
 from camrob.redundancy.planning.posture_errors import ARM_AXES, NoForce, PostureErrors
 
-__all__ = ["Sought", "check_sought", "machine_errors"]
+__all__ = ["machine_errors"]
 
 Array = NDArray[np.float64]
 
@@ -31,27 +28,6 @@ _RATIO = np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0])
 and said.
 """
 _ANY_FORCE = 100.0  # N, of a cut that nobody has said anything of: an ordinary one for arms of this class
-
-
-@dataclass(frozen=True, slots=True)
-class Sought:
-    """What a plan for accuracy goes by: files, each None where there is none. cell: the cell's folder."""
-
-    cell: Path
-    calibration: Path | None = None
-    diagnosis: Path | None = None
-    force: Path | None = None
-
-
-def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool) -> Sought | None:
-    """What the plan is to go by; None where nobody looks at the part's error. Raises InputError for options that don't fit."""
-    given = [n for n in ("calibration", "diagnosis", "force") if getattr(sought, n) is not None]
-    if asked and not planned:
-        raise InputError("--for-accuracy needs postures that are planned", hint="add --method planned")
-    looks = planned and (asked or plan_weights(cell).accuracy > 0.0)
-    if given and not looks:
-        raise InputError(f"--{given[0]} is for plans that look at the part's error", hint="add --for-accuracy")
-    return sought if looks else None
 
 
 def machine_errors(sought: Sought, cell: Cell) -> PostureErrors:

@@ -14,8 +14,8 @@ from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.release.release import named_region
 from camrob.jobs.solving.device import batch_score
 from camrob.jobs.solving.elsewhere import with_a_place
-from camrob.jobs.solving.machine_errors import Sought, machine_errors
 from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
+from camrob.jobs.solving.sought import Sought
 from camrob.progress import Share
 from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.published.virtual_joint import resolve_vjm
@@ -100,6 +100,12 @@ def _solved(
     if resolve is resolve_vjm:
         return resolve_vjm(inputs.cell, inputs.path, progress=progress)
     score = batch_score(inputs.cell, device)
-    errors = None if sought is None else machine_errors(sought, inputs.cell)
+    errors = None
+    if sought is not None:
+        from camrob.jobs.solving.machine_errors import (
+            machine_errors,  # reads calibrations and diagnoses: few ask for it
+        )
+
+        errors = machine_errors(sought, inputs.cell)
     obstacles = job_obstacles(inputs)
     return resolve(inputs.cell, inputs.path, obstacles=obstacles, score=score, errors=errors, progress=progress)

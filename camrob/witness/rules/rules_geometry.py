@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from camrob.witness.happenings import Path
 from camrob.witness.units import deg_to_rad
@@ -285,8 +284,12 @@ class Clear:
 
 def _hull(points: Array) -> Array:
     """The corners of the points' hull, or all of them where they are few, or lie in a plane."""
+    if len(points) <= 500:
+        return points
+    from scipy.spatial import ConvexHull, QhullError  # takes long to import: only where there is much
+
     try:
-        return points[ConvexHull(points).vertices] if len(points) > 500 else points
+        return np.asarray(points[ConvexHull(points).vertices])
     except QhullError:
         return points
 
