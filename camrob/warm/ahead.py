@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import multiprocessing
 import os
+import platform
 import signal
 import sys
 import time
@@ -11,6 +13,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
 
 from camrob.warm.signatures import Known, known_kernels
 
@@ -54,8 +58,25 @@ def _told() -> Iterator[Callable[[str, float], None]]:
         yield lambda what, share: bar.update(task, description=what, completed=share)
 
 
+def _mark() -> tuple[Path, str] | None:
+    """The file that says that all kernels were compiled, and what it says; None where the cache's folder isn't camrob's own.
+
+    That folder is one for each state of the sources (`camrob.__init__`), so that nothing else can make it untrue than another
+    Numba or another machine.
+    """
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR", ""))
+    if not folder.name.startswith("kernels-"):
+        return None
+    known = hashlib.sha256(repr(known_kernels()).encode()).hexdigest()
+    return folder / "ready", f"{known} numba {version('numba')} {platform.node()} {platform.machine()}\n"
+
+
 def main() -> int:
     """Compile what is not in the cache yet; the dearest kernels first. Returns the exit status."""
+    mark = _mark()
+    if mark is not None and mark[0].is_file() and mark[0].read_text(encoding="utf-8") == mark[1]:
+        print("camrob: the kernels are ready", file=sys.stderr)
+        return 0
     kernels = sorted(known_kernels(), key=lambda kernel: -kernel.seconds)
     whole, done, compiled, start = sum(kernel.seconds for kernel in kernels), 0.0, 0, time.monotonic()
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -80,5 +101,7 @@ def main() -> int:
         return 1
     pool.shutdown()
     took = time.monotonic() - start
+    if mark is not None:
+        mark[0].write_text(mark[1], encoding="utf-8")
     print(f"camrob: {len(kernels)} kernels are ready ({compiled} compiled, {took:.0f} s)", file=sys.stderr)
     return 0

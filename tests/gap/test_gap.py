@@ -122,7 +122,7 @@ CASES = {
 }
 
 
-@pytest.mark.slow(after=1)
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_labelled_samples_come_out_right(case: str, tmp_path: Path) -> None:
     folder = SAMPLES / "cases" / case

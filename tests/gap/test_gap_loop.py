@@ -44,6 +44,7 @@ def test_an_effect_s_columns_are_those_of_its_terms_in_the_shared_error_model(ef
     assert told > 0
 
 
+@pytest.mark.slow
 def test_what_is_handed_over_is_what_was_planted_and_reads_back(tmp_path: Path) -> None:
     def apply(world) -> None:
         world.link[:, 4] += 1e-3 * world.command[:, 3]
@@ -86,6 +87,7 @@ def program(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_closed_loop_reaches_what_was_predicted(tmp_path: Path) -> None:
     def apply(world) -> None:
         world.link[:, 2] += 0.06 * closed_loop.DEG

@@ -51,7 +51,7 @@ def test_until_an_axis_has_moved_by_its_play_nothing_is_known_of_its_side() -> N
     assert np.sum(1.0 / column.doubt[: known[0]] ** 2) == pytest.approx(0.25)
 
 
-@pytest.mark.slow(after=1)
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("same_side", [False, True])
 def test_a_log_that_begins_at_rest_shows_play_and_nothing_unknown(axis: int, same_side: bool) -> None:

@@ -47,7 +47,7 @@ def spring_at_the_tip(world) -> None:
     world.after += 3e-6 * force
 
 
-@pytest.mark.slow(after=1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "apply", "axes"),
     [

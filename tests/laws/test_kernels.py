@@ -140,6 +140,26 @@ def test_every_verb_runs_where_compiling_is_told_of() -> None:
     assert [verb.__name__ for verb in VERBS if "perform(" not in inspect.getsource(verb)] == []
 
 
+def test_what_is_ready_is_not_looked_for_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    """Only in a cache of camrob's own, which is one for each state of the sources, and for the same kernels."""
+    tried = []
+    monkeypatch.setattr(
+        warm, "ProcessPoolExecutor", lambda *_args, **_more: tried.append(1) or SimpleNamespace(shutdown=int)
+    )
+    monkeypatch.setattr(warm, "as_completed", lambda _running: ())
+    monkeypatch.setattr(warm, "known_kernels", tuple)
+    for folder, again in (("kernels-1", False), ("elsewhere", True)):
+        (tmp_path / folder).mkdir()
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / folder))
+        tried.clear()
+        assert warm.main() == 0 and tried == [1]
+        assert warm.main() == 0 and (tried == [1, 1]) is again
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kernels-1"))
+    monkeypatch.setattr(warm, "version", lambda _name: "another")
+    assert warm.main() == 0 and tried == [1, 1, 1]
+    assert capsys.readouterr().err.count("camrob: the kernels are ready\n") == 1
+
+
 @pytest.mark.slow
 def test_warming_says_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     small = [k for k in known_kernels() if k.seconds < 2.0][:2]
