@@ -274,12 +274,11 @@ class _Loop:
             else:
                 self.logs.append(log)
                 said, name = self._diagnosis(folder / "diagnosis_2"), f"turn_{turn.turn}/diagnosis_2"
-        rest = np.sqrt(max(said.together.rms_after_mm**2 - said.gap.noise_mm**2, 0.0))
         self.turns[-1] = replace(
             turn,
             diagnosis=name,
             found=tuple(f"{e.effect} {' '.join(e.axes)}".strip() for e in said.claimed),
-            rest_mm=round(float(rest), 6),
+            rest_mm=round(said.unexplained_mm, 6),
             experiment=wanted,
         )
         if not self.outcome and not said.claimed:

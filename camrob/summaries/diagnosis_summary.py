@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import sqrt
 
 from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
 from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, Standard
@@ -380,6 +381,11 @@ class DiagnosisSummary(OpenSummary):
     def claimed(self) -> tuple[EffectFound, ...]:
         """The effects that are claimed."""
         return tuple(e for e in self.effects if e.claimed)
+
+    @property
+    def unexplained_mm(self) -> float:
+        """What stays on withheld samples beyond the noise, 3-D rms."""
+        return sqrt(max(self.together.rms_after_mm**2 - self.gap.noise_mm**2, 0.0))
 
     @property
     def blamed_axes(self) -> tuple[str, ...]:

@@ -41,7 +41,5 @@ def diagnosed(
         ) from error
     if said.compensable.fitted is None:
         raise InputError("holds no fitted units", hint="diagnose again with this camrob", path=file)
-    left = max(said.together.rms_after_mm**2 - said.gap.noise_mm**2, 0.0)
-    return fitted_units(said.compensable.fitted, library(extra=cell_effects(cell, machine))), mm_to_m(
-        float(np.sqrt(left / 3.0))
-    )
+    units = fitted_units(said.compensable.fitted, library(extra=cell_effects(cell, machine)))
+    return units, mm_to_m(said.unexplained_mm) / float(np.sqrt(3.0))
