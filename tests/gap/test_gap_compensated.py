@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from itertools import groupby
 from pathlib import Path
 
@@ -16,11 +17,14 @@ from gap_cases import KR15, bench_accuracy, closed_loop, generator
 from test_gap_program import HEAD, HOME, start
 
 from camrob.errors import InputError
-from camrob.jobs.closing.diagnosed_machine import shifted
+from camrob.jobs.closing.added_targets import places_to_add
+from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, shifted
 from camrob.jobs.closing.run_way import RunWay
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
+from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.post import post
+from camrob.languages import language_of_file
 from camrob.measurement.write_log import write_log
 from camrob.prediction.deflection import CAUSE
 from camrob.program.motion import Motion
@@ -55,6 +59,20 @@ def test_what_is_linear_along_the_motions_is_met_exactly() -> None:
     nodes = np.array([2.0, -1.0, 3.0, 0.5])
     values = np.where(motion == 0, nodes[0], (1 - share) * nodes[np.maximum(motion - 1, 0)] + share * nodes[motion])
     assert np.allclose(RunWay(kind, motion, step).fit(values[:, None])[:, 0], nodes, atol=2e-3)
+
+
+def test_a_kink_within_a_line_is_met_where_the_line_is_divided_there() -> None:
+    kind = np.full(4, Motion.LIN)
+    motion = np.repeat(np.arange(4), 40)
+    way = RunWay(kind, motion, np.full(160, 1e-3))
+    at = np.cumsum(way.step)
+    values = np.interp(at, [0.04, 0.07, 0.08, 0.09, 0.11, 0.16], [0.0, 0.0, 1.0, -1.0, 2.0, 2.0])[:, None]
+    share = way.share()
+    divided = way.split({1: [share[69]], 2: [share[89], share[109]]})
+    off = [float(np.abs(w.between(w.fit(values)) - values)[40:].max()) for w in (way, divided)]
+    assert off[0] > 0.2 and off[1] < 2e-3
+    assert divided.kind.tolist() == [Motion.LIN] * 7
+    assert np.bincount(divided.motion).tolist() == [40, 30, 10, 10, 20, 10, 40]
 
 
 def test_a_machine_that_errs_by_a_twist_meets_the_shifted_target() -> None:
@@ -125,6 +143,28 @@ def test_play_is_taken_off_the_path_of_the_true_machine(tmp_path: Path) -> None:
     assert len(added) == len(new) - len(old) > 0
     assert all(new[line - 1] == new[line] for line in added)
     assert [line for line, _ in groupby(old)] == [line for line, _ in groupby(new)]
+
+
+def test_no_file_gets_more_motions_than_its_controller_takes(tmp_path: Path) -> None:
+    """And those that it gets are where they matter most."""
+    program = circles(tmp_path)
+    cell = tmp_path / "cell"
+    shutil.copytree(KR15, cell)
+    text = (cell / "cell.toml").read_text()
+    full = 1 + sum(line.startswith("LIN") for line in program.read_text().splitlines())
+    (cell / "cell.toml").write_text(re.sub(r"max_lines = \d+", f"max_lines = {full + 3}", text))
+    machine = DiagnosedMachine(cell_for("compensate", cell), None, None, 0.0, "")
+    run = machine.run(language_of_file(program).read(program))
+    kink = np.maximum(np.abs(np.arange(len(run.log)) - len(run.log) // 2)[:, None] * -1e-6 + 4e-4, 0.0)
+    twist = kink * np.array([1.0, 0, 0, 0, 0, 0]) + 1e-4 * np.sign(np.sin(np.arange(len(run.log)) / 40.0))[:, None]
+    object.__setattr__(run, "beyond_constants", twist)
+    places = places_to_add(run, language_of_file(program), tmp_path)
+    assert sum(map(len, places.values())) == 3
+    (cell / "cell.toml").write_text(text)
+    machine = DiagnosedMachine(cell_for("compensate", cell), None, None, 0.0, "")
+    free = machine.run(language_of_file(program).read(program))
+    object.__setattr__(free, "beyond_constants", twist)
+    assert sum(map(len, places_to_add(free, language_of_file(program), tmp_path).values())) > 10
 
 
 def off_path(run: Path, intended: Path, apply, added: tuple[int, ...] = ()) -> np.ndarray:

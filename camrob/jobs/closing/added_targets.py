@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -35,30 +36,55 @@ def places_to_add(run: MachineRun, language: Language, folder: Path) -> dict[int
     """Shares of the program's lines at which a target more would let the correction follow what has to be corrected.
 
     Of the lines only those whose target is written in the statement, which run once, are not stopped behind, and before which
-    the program does nothing else: a line that is divided is the same line then. folder: of the program's files.
+    the program does nothing else: a line that is divided is the same line then. A file gets no more than the cell's controller
+    takes. folder: of the program's files.
     """
     program, way, twist = run.program, run.way, run.beyond_constants
-    length = np.bincount(way.motion, weights=way.step, minlength=len(program))
-    speed = np.nan_to_num(np.asarray(program.speed))
-    spacing = np.maximum(_NEAREST, CYCLE * speed) / np.maximum(length, _NEAREST)
-    divisible = _divisible(program, language, folder) & (2.0 * spacing < 1.0)
-    share = way.share()
+    spacing = np.maximum(_NEAREST, CYCLE * np.nan_to_num(np.asarray(program.speed)))[way.motion]
+    divisible = _divisible(program, language, folder)[way.motion]
+    whole, file = way.share(), np.asarray(program.file)
+    room = _room(run, folder)
     places: dict[int, list[float]] = {}
     for _turn in range(_TURNS):
         finer = way.split(places)
         off = np.linalg.norm((twist - finer.between(finer.fit(twist)))[:, :3], axis=1)
-        off[~divisible[way.motion]] = 0.0
-        found = False
-        for row in np.flatnonzero(off > _WORTH)[np.argsort(-off[off > _WORTH])]:
-            m, s = int(way.motion[row]), float(share[row])
-            taken = [0.0, *places.get(m, ()), 1.0]
-            if off[row] > 0.0 and min(abs(s - t) for t in taken) >= spacing[m]:
-                places[m] = sorted([*places.get(m, ()), s])
-                off[way.motion == m] = 0.0
-                found = True
-        if not found:
+        share = finer.share()
+        away = np.minimum(share, 1.0 - share) * finer.length()[finer.motion]
+        rows = np.flatnonzero((off > _WORTH) & divisible & (away >= spacing))
+        # the worst row of each piece of a line
+        rows = rows[np.lexsort([off[rows], finer.motion[rows]])]
+        rows = rows[np.append(np.diff(finer.motion[rows]) > 0, True)] if len(rows) else rows
+        rows = rows[np.argsort(-off[rows])]
+        rows = rows[[room[f] > before for f, before in _in_their_files(file[way.motion[rows]])]]
+        if not len(rows):
             break
+        for m, s in zip(way.motion[rows].tolist(), whole[rows].tolist(), strict=True):
+            places[m] = sorted([*places.get(m, ()), s])
+            room[int(file[m])] -= 1
     return places
+
+
+def _in_their_files(file: NDArray[np.int32]) -> list[tuple[int, int]]:
+    """Of each target its file, and how many stand before it in the same one."""
+    seen: Counter[int] = Counter()
+    out = []
+    for f in file.tolist():
+        out.append((f, seen[f]))
+        seen[f] += 1
+    return out
+
+
+def _room(run: MachineRun, folder: Path) -> dict[int, int]:
+    """How many motions more each of a program's files may hold, by what the cell says of its controller."""
+    limits = run.cell.controller_section
+    most = (sys.maxsize, sys.maxsize) if limits is None else (limits.max_lines, limits.max_bytes)
+    out = {}
+    for f, name in enumerate(run.program.files):
+        text = (folder / name).read_bytes()
+        longest = max(map(len, text.split(b"\n"))) + 1
+        motions = most[0] - int(np.sum(np.asarray(run.program.file) == f))
+        out[f] = max(min(motions, (most[1] - len(text)) // longest), 0)
+    return out
 
 
 def _divisible(program: ProgramText, language: Language, folder: Path) -> NDArray[np.bool_]:

@@ -23,8 +23,8 @@ _FLOOR = (
 
 @dataclass(frozen=True)
 class RunWay:
-    """kind: (M,) of the program's motions. motion: (N,) the motion that each row of a run belongs to. step: (N,) m that the tool
-    has moved since the row before.
+    """kind: (M,) of the program's motions. motion: (N,) the motion that each row of a run belongs to, in order. step: (N,) m
+    that the tool has moved since the row before.
     """
 
     kind: NDArray[np.int8]
@@ -34,6 +34,10 @@ class RunWay:
     def share(self) -> Array:
         """(N,) the share of its motion that is done at each row; 1 in the first, and where the tool stands."""
         return self._nodes()[1]
+
+    def length(self) -> Array:
+        """(M,) m that the tool moves in each motion."""
+        return np.asarray(np.bincount(self.motion, weights=self.step, minlength=len(self.kind)), np.float64)
 
     def fit(self, values: Array) -> Array:
         """Values (M, k) at the motions' ends that, interpolated, fit those at the rows (N, k) best, by the rows' ways.
@@ -69,15 +73,14 @@ class RunWay:
 
     def split(self, shares: Mapping[int, Sequence[float]]) -> RunWay:
         """The same rows along a program in which lines end at these shares of them too: by motion, increasing, within 0 and 1."""
-        kinds, before = [], np.zeros(len(self.motion), np.int64)
+        count = np.zeros(len(self.kind), np.int64)
+        count[list(shares)] = [len(cuts) for cuts in shares.values()]
+        before = (np.cumsum(count) - count)[self.motion]
         share = self.share()
-        for m, kind in enumerate(self.kind.tolist()):
-            kinds += [kind] * (len(shares.get(m, ())) + 1)
         for m, cuts in shares.items():
-            before[self.motion > m] += len(cuts)
-            own = self.motion == m
-            before[own] += np.searchsorted(np.asarray(cuts), share[own], side="left")
-        return RunWay(np.array(kinds, self.kind.dtype), self.motion + before, self.step)
+            first, last = np.searchsorted(self.motion, [m, m + 1])
+            before[first:last] += np.searchsorted(np.asarray(cuts), share[first:last], side="left")
+        return RunWay(np.repeat(self.kind, count + 1), self.motion + before, self.step)
 
     def _ends(self) -> NDArray[np.int64]:
         return np.flatnonzero(self.kind != Motion.CIRC_VIA)
