@@ -1,0 +1,207 @@
+"""A program on its way to other targets: with which the calibrated chain, or the machine as diagnosed, meets what was meant."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.calibration.calibration import Calibration, calibrated_chain
+from camrob.calibration.compensate import Compensated, compensate_postures
+from camrob.calibration.error_model import ErrorModel
+from camrob.cell.cell import Cell
+from camrob.controller.judge import judge
+from camrob.controller.programmed_path import programmed_path
+from camrob.controller.replay import Replay, replay
+from camrob.errors import SingularError, UnreachableError
+from camrob.findings import Finding, Severity
+from camrob.jobs.closing.added_targets import lines_added, places_to_add, with_targets_added
+from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, off_path_size, shifted
+from camrob.jobs.closing.rewrite import rewritten
+from camrob.program.language import Language
+from camrob.program.motion import Motion
+from camrob.program.program_text import ProgramText
+from camrob.progress import Progress, Share, stage_of
+from camrob.summaries.compensate_summary import OnDiagnosedMachine
+from camrob.units import m_to_mm
+
+__all__ = ["Correction", "met_on_machine"]
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 2  # corrections on the machine as diagnosed: the second takes what the first has changed
+_BETTER = 0.98  # of the mean square off the path: a round that takes less than that off is not worth another program
+_SLACK = 1.1  # by so much 95 % of the way may be farther off where the mean square is less
+_GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis by
+
+
+class Correction:
+    """A program on its way: read, replayed, judged and compensated. targets: (N, 4, 4) what the calibrated chain is to meet.
+
+    more: whether these hold more than the chain's constants.
+    """
+
+    def __init__(
+        self,
+        source: Path,
+        found: Calibration | None,
+        language: Language,
+        machine: Cell,
+        progress: Progress | None,
+    ) -> None:
+        self.source, self.found, self.language, self.machine = source, found, language, machine
+        self.text = text = language.read(source)
+        self.progress = progress
+        self.planned = replay(text, machine, progress=self.tell("replay"))
+        self.judged = judge(text, self.planned)
+        _followed(self.planned)
+        self.model, self.values = calibrated_chain(found, self.planned.one_tool(text))
+        self.q = _postures(text, self.planned)
+        self.targets = np.asarray(self.planned.base_T_tool)
+        self.result, self.left = self._compensated(self.targets)
+        self.on_machine: OnDiagnosedMachine | None = None
+        self.off_path, self.more = np.zeros(0), False
+
+    def tell(self, stage: str) -> Share:
+        """What one stage tells."""
+        return stage_of(self.progress, stage)
+
+    def _compensated(self, targets: Array) -> tuple[Compensated, list[Finding]]:
+        tell = self.tell("compensate")
+        return _compensated(self.model, self.values, self.planned, self.q, targets, self.text, tell)
+
+    def rewritten(self, q: Array, folder: Path) -> tuple[ProgramText, list[Finding]]:
+        """The program whose targets postures q (N, n) reach, written into a folder and read back; what was left as it is."""
+        return rewritten(self.source, self.language, self.text, self.planned, q, folder)
+
+    def run_on(self, known: DiagnosedMachine, progress: Share | None = None) -> MachineRun:
+        """The program as it stands, with this work's corrections, on the machine as diagnosed."""
+        with TemporaryDirectory() as scratch:
+            program = self.rewritten(np.asarray(self.result.q), Path(scratch))[0]
+            return known.run(program, progress=progress)
+
+    def meet_on(self, known: DiagnosedMachine) -> Array:
+        """Take off the targets what the machine as diagnosed does beyond the calibrated chain, while that brings the tool nearer
+        to the path: most of it is taken at once, as errors are smooth beside corrections.
+
+        Returns (K,) m off the path with the chain's constants corrected; what stays is `off_path`.
+        """
+        intended = programmed_path(self.text, self.planned)
+        told = self.tell("run on the machine as diagnosed")
+
+        def run(turn: int) -> tuple[MachineRun, Array]:
+            now = self.run_on(known, lambda share: told((turn + share) / (_ROUNDS + 1)))
+            return now, now.off_path(intended)
+
+        now, self.off_path = run(0)
+        constants, meant = self.off_path, self.targets
+        for turn in range(1, _ROUNDS + 1):
+            was = self.result, self.left
+            targets = shifted(meant, now.beyond_at_ends())
+            self.result, self.left = self._compensated(targets)
+            now, off = run(turn)
+            if not _worth(off, self.off_path):
+                self.result, self.left = was
+                break
+            self.targets, self.off_path, self.more = targets, off, True
+        return constants
+
+
+def _worth(off: Array, best: Array) -> bool:
+    """Whether distances off the path, m, are worth another program than the one with the `best` so far."""
+    return bool(
+        np.mean(off**2) < _BETTER * np.mean(best**2) and np.quantile(off, 0.95) <= _SLACK * np.quantile(best, 0.95)
+    )
+
+
+def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> Correction:
+    """The work on the machine as diagnosed: with targets added to the program where that brings the tool nearer to its path."""
+    as_it_was = known.run(made.text, progress=made.tell("run as it is on the machine as diagnosed"))
+    before = as_it_was.off_path(programmed_path(made.text, made.planned))
+    constants, added = made.meet_on(known), dict[str, tuple[int, ...]]()
+    places = places_to_add(as_it_was, made.language, made.source.parent)
+    if places:
+        scratch.mkdir()
+        divided = with_targets_added(made.source, made.language, made.text, made.planned, places, scratch)
+        finer = Correction(divided, made.found, made.language, made.machine, made.progress)
+        finer.judged = made.judged  # nothing may stand against the new program that did not stand against the one given
+        finer.meet_on(known)
+        if _worth(finer.off_path, made.off_path):
+            added, made = lines_added(made.text, places), finer
+    made.on_machine = OnDiagnosedMachine(
+        diagnosis=known.name,
+        causes=as_it_was.further_causes() if made.more else (),
+        not_reckoned=as_it_was.path.not_reckoned,
+        rest_mm=float(m_to_mm(known.rest * np.sqrt(3.0))),
+        targets_added=added,
+        before=off_path_size(before),
+        constants=off_path_size(constants),
+        after=off_path_size(made.off_path),
+    )
+    return made
+
+
+def _followed(planned: Replay) -> None:
+    """The original can be replayed. Raises UnreachableError."""
+    stopped = [f for f in planned.findings if f.severity is Severity.ERROR]
+    if stopped:
+        raise UnreachableError(f"the program can't be followed as it is: {stopped[0].text}", line=stopped[0].line)
+
+
+def _postures(text: ProgramText, planned: Replay) -> Array:
+    """The motions' postures (N, n); at a CIRC's auxiliary point the other axes are half-way, the arm meets the point."""
+    q = np.array(planned.q)
+    via = np.flatnonzero(np.asarray(text.kind) == Motion.CIRC_VIA)
+    if len(via):
+        half_way = 0.5 * (q[np.maximum(via - 1, 0)] + q[via + 1])
+        nominal = ErrorModel.of(planned.cell, (), in_base=True)
+        targets = np.asarray(planned.base_T_tool)[via]
+        q[via] = compensate_postures(nominal, np.zeros(0), half_way, targets, farthest=np.pi).q
+    return q
+
+
+def _compensated(
+    model: ErrorModel,
+    values: Array,
+    planned: Replay,
+    q: Array,
+    targets: Array,
+    text: ProgramText,
+    progress: Share,
+) -> tuple[Compensated, list[Finding]]:
+    """Compensated postures within the axes' limits, and what was left because of them."""
+    cell = planned.cell
+    try:
+        result = compensate_postures(model, values, q, targets, progress=progress)
+    except SingularError as error:
+        row = int(error.value or 0.0)
+        what = "the pose can't be compensated: the arm is singular there"
+        raise SingularError(what, line=int(text.line[row])) from None
+    return _within_limits(cell, q, result, text)
+
+
+def _within_limits(cell: Cell, q: Array, result: Compensated, text: ProgramText) -> tuple[Compensated, list[Finding]]:
+    """Corrections shrunk, point by point, to what the limits leave of them; so they fade where an axis nears its limit."""
+    part = cell.arm_slice
+    wanted = (np.asarray(result.q) - q)[:, part]
+    room = np.where(wanted > 0.0, cell.q_upper[part] - q[:, part], q[:, part] - cell.q_lower[part])
+    room = np.maximum(room - _GUARD, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(np.abs(wanted) > room, room / np.abs(wanted), 1.0)
+    least = np.min(share, axis=1)
+    short = np.flatnonzero(least < 1.0)
+    if not len(short):
+        return result, []
+    kept = np.array(result.q)
+    kept[:, part] = q[:, part] + least[:, None] * wanted
+    findings = []
+    for axis in np.unique(np.argmin(share[short], axis=1)):
+        rows = short[np.argmin(share[short], axis=1) == axis]
+        joint = cell.joints[part.start + int(axis)]
+        count = f"{len(rows)} points are" if len(rows) > 1 else "1 point is"
+        what = f"{count} corrected in part only: {joint.name} is at its limit"
+        findings.append(Finding("limit", what, line=int(text.line[rows[0]]), axis=joint.name, count=len(rows)))
+    return replace(result, q=kept), findings
