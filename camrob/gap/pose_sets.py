@@ -68,35 +68,35 @@ def frozen_frames(model: Model, trial: Trial) -> Trial:
     the gap before and after an effect is what frames of the fitted poses leave there. Paths, whose blocks are long, and
     withheld logs with frames of their own stay as they are.
     """
-    panels = list(trial.panels)
+    panels, solved = list(trial.panels), dict[int | None, dict[tuple[int, str], Array]]()
     for k, rows, left_out in trial.asked:
-        panel, info = panels[k], panels[k].scene.log.info
+        panel = panels[k]
         if not panel.scene.poses:
             continue
-        own = trial.panels[k]
-        told = (
-            (own, own)
-            if left_out is not None
-            else (_panel(model, info.same_frame_as), _panel(model, info.same_target_as))
-        )
-        for side, source in enumerate(told):
-            if source is not None:
-                fitted = ~rows if left_out is not None else np.ones(len(source.scene), np.bool_)
-                panel = _frozen(model, panel, rows, side, _taken(source, fitted))
+        if left_out not in solved:
+            solved[left_out] = _taken(model.panels, left_out)
+        for side, named in enumerate((panel.scene.log.info.same_frame_as, panel.scene.log.info.same_target_as)):
+            name = _owner(panel.scene, side, model.scenes) if left_out is not None else named
+            taken = solved[left_out].get((side, name))
+            if left_out is not None or taken is not None:
+                panel = _frozen(model, panel, rows, side, np.zeros((6, 1)) if taken is None else taken)
         panels[k] = panel
     return replace(trial, panels=tuple(panels))
 
 
-def _panel(model: Model, name: str) -> Panel | None:
-    return next((p for p in model.panels if name and p.scene.name == name), None)
+def _owner(scene: Scene, side: int, scenes: Sequence[Scene]) -> str:
+    """The log whose frame (side 0) or target (1) is a log's own: the one that it names, or itself."""
+    name = (scene.log.info.same_frame_as, scene.log.info.same_target_as)[side]
+    return name if _named(scenes, name) is not None else scene.name
 
 
 def _frozen(model: Model, panel: Panel, rows: NDArray[np.bool_], side: int, taken: Array) -> Panel:
-    """A panel whose gap and columns at `rows` are less what the frame of one side (0 left, 1 right), as it takes up each column
-    where it was fitted (`_taken`), makes there. Columns of that frame are 0: nothing is left for it to settle.
+    """A panel whose gap and columns at `rows` are less what the frame of one side (0 left, 1 right) makes there, as it takes up
+    each column where it was fitted (`_taken`; (6, K + 1), or (6, 1) of zeros where it was not). Columns of that frame are 0:
+    nothing is left for it to settle.
     """
     twists = (left_twists, right_twists)[side](panel.scene.nominal)[rows]
-    moved = np.einsum("nij,jk->nik", twists, taken[6 * side : 6 * side + 6])
+    moved = np.einsum("nij,jk->nik", twists, np.broadcast_to(taken, (6, panel.tcp.shape[2] + 1)))
     y, tcp = np.array(panel.y_tcp), np.array(panel.tcp)
     y[rows] -= moved[..., -1]
     tcp[rows] -= moved[..., :-1]
@@ -106,17 +106,35 @@ def _frozen(model: Model, panel: Panel, rows: NDArray[np.bool_], side: int, take
     return replace(panel, tcp=tcp, y_tcp=y)
 
 
-def _taken(panel: Panel, rows: NDArray[np.bool_]) -> Array:
-    """(12, K + 1) twists on the left and right by which frames take up each column, and the gap, at some rows."""
-    frames = panel.scene.frames
-    X = np.concatenate([left_twists(panel.scene.nominal), right_twists(panel.scene.nominal)], axis=2)[rows]
-    free = np.repeat([frames.fitted_left, frames.fitted_right], 6)
-    Y = np.concatenate([panel.tcp, panel.y_tcp[..., None]], axis=2)[rows]
-    w = panel.w_tcp[rows][..., None]
-    A, B = (np.reshape(c, (c.shape[0] * c.shape[1], c.shape[2])) for c in ((X * w)[..., free], Y * w))
-    out = np.zeros((12, Y.shape[2]))
-    out[free] = np.linalg.lstsq(A, B, rcond=_RANK)[0]
-    return out
+def _taken(panels: Sequence[Panel], left_out: int | None) -> dict[tuple[int, str], Array]:
+    """By side (0 left, 1 right) and log, the twists (6, K + 1) by which its frame takes up each column, and the gap, on all
+    poses but those of a block: together, as logs may share a frame or a target.
+    """
+    own = [p for p in panels if p.scene.poses]
+    scenes = [p.scene for p in own]
+    free = [
+        (side, s.name)
+        for s in scenes
+        for side, fitted in enumerate((s.frames.fitted_left, s.frames.fitted_right))
+        if fitted
+    ]
+    if not free:
+        return {}
+    A, B = [], []
+    for p in own:
+        at = p.block != left_out
+        w = p.w_tcp[at][..., None]
+        X = np.zeros((int(at.sum()), 6, 6 * len(free)))
+        for side, twists in enumerate((left_twists, right_twists)):
+            key = side, _owner(p.scene, side, scenes)
+            if key in free:
+                first = 6 * free.index(key)
+                X[:, :, first : first + 6] = twists(p.scene.nominal)[at]
+        Y = np.concatenate([p.tcp, p.y_tcp[..., None]], axis=2)[at]
+        A.append((X * w).reshape(-1, X.shape[2]))
+        B.append((Y * w).reshape(-1, Y.shape[2]))
+    solved = np.linalg.lstsq(np.concatenate(A), np.concatenate(B), rcond=_RANK)[0]
+    return {key: solved[6 * k : 6 * k + 6] for k, key in enumerate(free)}
 
 
 def with_whole_postures(model: Model) -> Model:

@@ -45,7 +45,7 @@ Array = NDArray[np.float64]
 
 _RUN, _EXPERIMENT = "run", "experiment"
 _SUFFIXES = (".csv", ".parquet")
-_RIVAL = 0.2  # probability of the second set of causes from which on an experiment is worth a run
+_RIVAL = 0.25  # probability of the second set of causes from which on an experiment is worth a run; a part of a cycle leaves 0.22
 _WORTH = 0.95  # of the best rms so far: a turn that is not below has not helped
 _EVERY = 5  # rows of the simulated run: a tracker tells every 20 ms
 

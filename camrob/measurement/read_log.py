@@ -35,6 +35,9 @@ _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _TOGETHER = (POSITION, ORIENTATION, FORCE)
 # from the first on, as many as there are
 _ROWS = (AXES, tuple(f"c{n}" for n in AXES), TORQUE, MOTOR[: len(AXES)], CURRENT[: len(AXES)])
+_ALSO = re.compile(r"(?:joint|axis|j|q|a)_?(\d+)\b")  # what others call A1 ..
+_COMMAS = 1.5  # times the cells of the header: then commas are decimals' too
+_TIMES = ("time", "timestamp", "seconds", "zeit")
 _SLOW_CELLS = 20_000_000  # entries: 640 MB of places
 
 
@@ -62,7 +65,9 @@ def _check_names(names: Sequence[str], path: Path) -> None:
         if name in COLUMNS:
             continue
         shown = repr(name[:40])
-        bare = re.split(r"[ _\[(]", name.strip('"'))[0].lower()
+        others = _ALSO.match(name.strip('"').lower())
+        bare = f"a{others[1]}" if others else re.split(r"[ _\[(]", name.strip('"'))[0].lower()
+        bare = "t" if bare in _TIMES else bare
         if re.fullmatch(r"[cC]?[AE]\d+", name):
             raise LogError(f"has an axis {shown}", hint="the format knows A1..A7 and E1..E6", path=path, line=1)
         if bare in known:
@@ -131,7 +136,10 @@ def _read_csv(path: Path) -> tuple[list[str], Array]:
     for row, at, first, last in slow[:left].tolist():
         table[row, at] = _slow_number(raw[first:last], names[at], path, row + 2)
     if code == BAD_COUNT:
-        hint = f"the header names {len(names)} columns"
+        cells = raw[end + 1 :].split(b"\n", rows + 1)[rows].count(b",") + 1
+        hint = f"it has {cells}, the header names {len(names)} columns"
+        if cells > _COMMAS * len(names):
+            hint += "; where decimals are written with commas, write points"
         raise LogError("has more or fewer cells than the header", hint=hint, path=path, line=rows + 2)
     if code == BLANK_LINE:
         raise LogError("there is an empty line within the table", hint="remove it", path=path, line=rows + 2)

@@ -117,6 +117,11 @@ class Row:
             out.append((names, a["probability"], hit))
         return out
 
+    def told(self, hold=0.95):
+        """The fewest of `sets` that hold so much of the probability."""
+        likely = sorted(self.sets, key=lambda s: -s[1])
+        return likely[: int(np.searchsorted(np.cumsum([p for _, p, _ in likely]), hold - 1e-9)) + 1]
+
     @cached_property
     def groups(self):
         """[(probability, hit)]: sets that can't be told apart from the truth count as one, all with the unknown as one."""
@@ -268,11 +273,13 @@ def score(rows):
         },
         "two effects": _several(kinds["two"]),
         "three effects": _several(kinds["three"]),
-        "truth in the reported set": of(any(h for _, _, h in r.sets) for r in inside),
-        "truth in the reported set, by name": of(any(n == r.truth for n, _, _ in r.sets) for r in inside),
+        "truth in the reported set": of(any(h for _, _, h in r.told()) for r in inside),
+        "truth in the reported set, by name": of(any(n == r.truth for n, _, _ in r.told()) for r in inside),
         "size of the reported set": {
-            "groups": float(np.mean([len(r.groups) for r in inside])) if inside else None,
-            "names": float(np.mean([len(r.sets) for r in inside])) if inside else None,
+            "groups": float(np.mean([len({(h, n if not h else 0) for n, _, h in r.told()}) for r in inside]))
+            if inside
+            else None,
+            "names": float(np.mean([len(r.told()) for r in inside])) if inside else None,
         },
         "outside the library": {
             "flagged": of(r.flagged for r in kinds["outside"]),

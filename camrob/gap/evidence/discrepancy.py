@@ -22,7 +22,7 @@ from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import play
 from camrob.units import deg_to_rad
 
-__all__ = ["PARTS", "FieldGram", "Integrated", "SmoothBasis", "smooth_basis"]
+__all__ = ["PARTS", "FieldGram", "Integrated", "SmoothBasis", "normalised", "smooth_basis"]
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ class SmoothBasis:
         """(N, M) functions at the samples of a log."""
         parts = [
             np.ones((len(scene), 1)),
-            _kernel(_normalised(scene, self.axes), self.anchors, self.tables) @ self.mix - self.middle,
+            _kernel(normalised(scene, self.axes), self.anchors, self.tables) @ self.mix - self.middle,
         ]
         if (self.part == 1).any():
             parts.append(_directions(scene, self.axes))
@@ -89,7 +89,7 @@ class SmoothBasis:
         """(N, N) covariance of posture's part that its functions don't hold at some rows: 0 where the logs were, all of it far
         from there (Quinonero-Candela and Rasmussen, J. Mach. Learn. Res. 6, 2005, 1939, section 6).
         """
-        postures = _normalised(scene, self.axes)[rows]
+        postures = normalised(scene, self.axes)[rows]
         held = _kernel(postures, self.anchors, self.tables) @ self.raw
         return np.asarray((_kernel(postures, postures, self.tables) - held @ held.T) / self.unit)
 
@@ -101,7 +101,7 @@ def smooth_basis(scenes: Sequence[Scene]) -> SmoothBasis:
         for k, a in enumerate(scenes[0].axes)
         if all(f"{a}.zero" in s.places for s in scenes) and any(float(np.ptp(s.link[:, k])) > _STILL for s in scenes)
     )
-    postures = np.concatenate([_normalised(s, axes) for s in scenes])
+    postures = np.concatenate([normalised(s, axes) for s in scenes])
     anchors = postures[np.linspace(0, len(postures) - 1, min(_ANCHORS, len(postures))).astype(int)]
     some = postures[:: max(1, len(postures) // _SOME)]
     joints = [scenes[0].cell.joints[scenes[0].cell.index(a)] for a in axes]
@@ -141,7 +141,7 @@ def _travel(scenes: Sequence[Scene], axis: str) -> tuple[float, float]:
     return float(min(v.min() for v in values)), float(max(v.max() for v in values))
 
 
-def _normalised(scene: Scene, axes: Sequence[str]) -> Array:
+def normalised(scene: Scene, axes: Sequence[str]) -> Array:
     """(N, k) rad of turning axes, and what counts as such of sliding ones."""
     columns = [scene.index(a) for a in axes]
     scale = [_TRACK if scene.cell.joints[scene.cell.index(a)].prismatic else 1.0 for a in axes]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.evidence.design import Panel
+from camrob.gap.evidence.far_off import stays_far_off
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import RANK, Trial, frame_columns, settled
 
@@ -17,11 +18,12 @@ Set = frozenset[int]
 _SOME = 300  # rows of a log that tell the variance well enough
 
 
-def expected(model: Model, trial: Trial, keep: Set) -> tuple[float, float]:
-    """m (rms) on withheld samples before and after `keep` is taken away.
+def expected(model: Model, trial: Trial, keep: Set, *, far: bool = True) -> tuple[float, float]:
+    """m (rms) on withheld samples before and after `keep` is taken away. far: what parts of the logs that a fit left out show of
+    far postures counts too; a name is held to what its own fit says.
 
     What `keep` moves the TCP by there, beside what else was found, the discrepancy at these postures as far as it is known, by
-    how much these may be off, and the noise.
+    how much these may be off (as the fit says, or as parts of the logs that it left out show, whichever is more), and the noise.
     """
     values, rest = model.values(keep, model.best), model.values(model.best.members - keep, model.best)
     before, after, spread, count = [], [], [], []
@@ -32,7 +34,8 @@ def expected(model: Model, trial: Trial, keep: Set) -> tuple[float, float]:
         after.append(settled(model, p, rows, stays))
         spread.append(_variance(model, p, trial.unfrozen[k], rows))
         count.append(int(rows.sum()))
-    chance = float(np.average(spread, weights=count)) + model.noise**2 + model.excess**2
+    known = float(np.average(spread, weights=count))
+    chance = max(known, stays_far_off(model, trial, keep) if far else 0.0) + model.noise**2 + model.excess**2
     first, last = (float(np.sqrt(np.mean(np.sum(np.concatenate(x) ** 2, axis=1)) + chance)) for x in (before, after))
     return first, last
 

@@ -22,6 +22,7 @@ _SLOWEST = 5.0  # s between the rows of a path
 _FARTHEST_MM, _FARTHEST_DEG = 30.0, 3.0  # no gap of a working cell is larger, unless an axis lost its zero
 _LOST = deg_to_rad(10.0)  # the most that a zero is off: more is no mastering mark of that axis
 _LEFT = 0.2  # of the gap that a lost zero may leave, to be its cause
+_CARRIED, _STUCK = mm_to_m(0.5), 5  # from row to row; rows of which a reading that stays is no chance
 _STEPS = 6
 _SOME = 400
 
@@ -40,6 +41,7 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
             what = f"its rows are {step:.3g} s apart"
             hint = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
             raise LogError(what, hint=hint, path=scene.log.path)
+        _check_reading(scene)
         size = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
         turned = scene.seen[:, 3:].all(axis=1)
         angle = float(np.median(np.linalg.norm(scene.tcp_gap[turned, 3:], axis=1))) if turned.any() else 0.0
@@ -61,6 +63,18 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
         )
         raise LogError(what, hint="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", path=scene.log.path)
     return lost
+
+
+def _check_reading(scene: Scene) -> None:
+    """Raises LogError for positions that stay the very same while the axes carry the tool on."""
+    place = scene.measured[:, :3, 3]
+    carried = np.linalg.norm(np.diff(scene.nominal[:, :3, 3], axis=0), axis=1) > _CARRIED
+    stuck = np.flatnonzero((np.diff(place, axis=0) == 0.0).all(axis=1) & carried)
+    if scene.tracked and len(stuck) >= _STUCK:
+        first = scene.t[stuck[0] + 1]
+        what = f"x, y, z stay the same to the last digit in {len(stuck)} rows while the axes move (first at t = {first:g} s)"
+        hint = "leave cells empty where the instrument saw nothing new"
+        raise LogError(what, hint=hint, path=scene.log.path)
 
 
 def lost_zero(scene: Scene) -> tuple[str, float] | None:

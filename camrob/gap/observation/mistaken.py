@@ -1,8 +1,9 @@
-"""A log that can't be this cell's, tried as what may have been mixed up: a frame mirrored, columns exchanged, rows one off."""
+"""A log that can't be this cell's, tried as what may have been mixed up: frame, columns, rows, units, an axis's sign or zero."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.measurement.log import POSITION, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame
-from camrob.units import m_to_mm
+from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["mistaken"]
 
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 _SOME = 600  # rows that tell well enough
 _LEFT = 0.1  # of the gap that is left where a mistake is mended, at the most
 _CLEARER = 0.5  # times the next best mending: then it is this one
+_LENGTHS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0}  # mm
+_ZEROS = (90.0, -90.0, 180.0)  # degrees by which makers and textbooks count axes differently
 
 
 def mistaken(scene: Scene) -> str:
@@ -28,7 +31,9 @@ def mistaken(scene: Scene) -> str:
     """
     rows = np.unique(np.linspace(0, len(scene) - 1, min(len(scene), _SOME)).astype(int))
     found = []
-    for words, log in _mended(scene.log):
+    turning = [a for a in scene.axes if not scene.cell.joints[scene.cell.index(a)].prismatic]
+    sliding = [a for a in scene.axes if a not in turning]
+    for words, log in (*_mended(scene.log), *_recounted(scene.log, turning, sliding)):
         # neighbours belong together where rows are one off, so these are thinned only after
         part = log if scene.poses else log.select(rows[rows < len(log)])
         found.append((_size(make_scene(part, scene.cell)), words))
@@ -70,3 +75,33 @@ def _mended(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
             kept = slice(0, -1) if off > 0 else slice(1, None)
             moved = {n: np.roll(plain[n], -off) for n in POSITION}
             yield f"its readings stand one row {word} the poses that they belong to", made(**moved).select(kept)
+    for unit, factor in _LENGTHS.items():
+        yield f"its x, y, z are in {unit}", made(**{n: factor * np.asarray(plain[n]) for n in POSITION})
+
+
+def _recounted(
+    log: MeasurementLog, turning: Sequence[str], sliding: Sequence[str]
+) -> Iterator[tuple[str, MeasurementLog]]:
+    """Mistakes in axis values, as `_mended`: units, an axis's sign or zero, two axes exchanged; set-points as encoders."""
+    plain = {n: np.asarray(v) for n, v in log.columns.items() if n not in ("a", "b", "c")}
+
+    def made(**changed: Array) -> MeasurementLog:
+        told = {f"{kind}{n}": v for n, v in changed.items() for kind in ("", "c")}
+        return MeasurementLog(plain | {n: v for n, v in told.items() if n in plain}, log.info, log.path)
+
+    def of(axes: Sequence[str]) -> dict[str, Array]:
+        return {a: plain[a] if a in plain else plain[f"c{a}"] for a in axes}
+
+    for a, v in of(sliding).items():
+        yield f"its {a} counts the other way", made(**{a: -v})
+        for unit, factor in _LENGTHS.items():
+            yield f"its {a} is in {unit}", made(**{a: factor * v})
+    value = of(turning)
+    yield "its axis values are in radians", made(**{a: rad_to_deg(v) for a, v in value.items()})
+    for a, v in value.items():
+        yield f"its {a} is in radians", made(**{a: rad_to_deg(v)})
+        yield f"its {a} counts the other way", made(**{a: -v})
+        for zero in _ZEROS:
+            yield f"its {a} is counted from {zero:g} degrees off the cell's zero", made(**{a: v + zero})
+    for a, b in combinations(value, 2):
+        yield f"its {a} and {b} are exchanged", made(**{a: value[b], b: value[a]})

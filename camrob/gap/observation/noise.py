@@ -25,6 +25,7 @@ _TURNS, _RANK, _LEAST_FREEDOM = 4, 1e-7, 0.3
 _LEVER = 0.5  # m, where a log has no orientation to say
 _OUTLIER = 7.0  # sigmas from the median of the neighbours
 _POSES_A_CONSTANT = 2.0  # coordinates to a constant of the chain, for gross poses to be told
+_SAME = deg_to_rad(0.05)  # and m / 1000: postures that differ by less are one
 _WIDE = mm_to_m(5.0)  # that a constant may move the tool by
 _ROBUST_TURNS, _TUKEY, _GROSS = 12, 6.0, 8.0  # times the median of what is left: no weight; a gross pose
 
@@ -125,25 +126,27 @@ def find_outliers(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
 def _gross_poses(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
     """(N,) True for single poses that no constant error of the chain explains, as it explains the others.
 
-    Every constant of the chain is fitted robustly (Tukey's weights, from the median on); none where there are too few poses for
-    that.
+    Every constant of the chain is fitted robustly (Tukey's weights, from the median over distinct postures on); where there are
+    too few of these for that, the frames at both ends alone, beside which only what is far larger than all else is gross.
     """
-    J = np.concatenate([scene.place(n)[:, :3] for n in scene.places], axis=0).reshape(len(scene.places), len(scene), 3)
-    X = np.moveaxis(J, 0, 2)
+    once = np.unique(np.round(scene.link / _SAME), axis=0, return_index=True)[1]
+    few = len(once) < _POSES_A_CONSTANT * len(scene.places) / 3.0
+    names = [n for n in scene.places if not few or n.partition(".")[0] in ("base", "tool")]
+    X = np.moveaxis(np.stack([scene.place(n)[:, :3] for n in names]), 0, 2)
     gap = scene.tcp_gap[:, :3]
-    if len(scene) < _POSES_A_CONSTANT * len(scene.places) / 3.0:
+    if len(once) < _POSES_A_CONSTANT * len(names) / 3.0:
         return np.zeros(len(scene), bool)
     size = np.maximum(np.sqrt(np.mean(np.sum(X**2, axis=1), axis=0)), 1e-12)
     # no constant is thought to move the tool by more than some millimetres: else it would follow what is gross
     held = np.diag(noise.tcp[0] / _WIDE * np.ones(len(size)))
     weight = np.ones(len(scene))
-    left = gap - np.median(gap, axis=0)
+    left = gap - np.median(gap[once], axis=0)
     for _ in range(_ROBUST_TURNS):
         off = np.linalg.norm(left, axis=1)
-        scale = max(float(np.median(off)), float(noise.rms))
+        scale = max(float(np.median(off[once])), float(noise.rms))
         weight = np.clip(1.0 - (off / (_TUKEY * scale)) ** 2, 0.0, None)
         A = np.concatenate([(X / size * weight[:, None, None]).reshape(-1, len(size)), held])
         b = np.concatenate([(gap * weight[:, None]).ravel(), np.zeros(len(size))])
         left = gap - X @ (np.linalg.lstsq(A, b, rcond=_RANK)[0] / size)
     off = np.linalg.norm(left, axis=1)
-    return np.asarray(off > _GROSS * max(float(np.median(off)), float(noise.rms)))
+    return np.asarray(off > _GROSS * max(float(np.median(off[once])), float(noise.rms)))

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 
 PLACES = ("x", "y", "z", "rx", "ry", "rz")
 LEAST = 12  # samples that a log has at the least
+_WRAP = deg_to_rad(300.0)  # that no axis turns from row to row: its angle was wrapped
 ROOM_TEMPERATURE = 21.0  # degrees C at which a cell is taken to have its nominal lengths, where a log starts warmer
 
 
@@ -196,9 +197,17 @@ def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, 
     )
     fewest = LEAST if any(free) else least
     if whole.sum() < fewest:
-        raise LogError(f"holds {int(whole.sum())} whole samples", hint=f"give at least {fewest}", path=log.path)
+        what = f"holds {int(whole.sum())} whole samples{_emptiest(log)}"
+        raise LogError(what, hint=f"give at least {fewest}", path=log.path)
     kept = log.select(np.flatnonzero(whole))
     return _lay_out(kept, cell, axes, usable, told)
+
+
+def _emptiest(log: MeasurementLog) -> str:
+    """Which of a log's columns lacks most rows, in words; "" where none lacks any."""
+    empty = {n: int(np.count_nonzero(np.isnan(v))) for n, v in log.columns.items()}
+    name = max(empty, key=lambda n: empty[n])
+    return f", as {name} is empty in {empty[name]} of {len(log)} rows" if empty[name] else ""
 
 
 def axis_values(cell: Cell, axes: Sequence[str], values: Array) -> Array:
@@ -216,6 +225,7 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
 
     encoder = si(log.axes(axes)) if usable[""] else None
     setpoint = si(log.setpoints(axes)) if usable["c"] else None
+    encoder, setpoint = _without_turns(encoder, setpoint, ~prismatic, poses=log.info.poses)
     edge = log.axes(axes) if usable[""] else log.setpoints(axes)
     q = cell.to_q(edge)
     plain = ErrorModel.of(cell, [], in_base=in_base)
@@ -266,6 +276,25 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
         frames=frames,
         sigma=sigma,
     )
+
+
+def _without_turns(
+    encoder: Array | None, setpoint: Array | None, turning: NDArray[np.bool_], *, poses: bool
+) -> tuple[Array | None, Array | None]:
+    """Axis values without the whole turns that a logger adds or takes off: a run goes on from row to row, and an encoder stands
+    in the turn of its set-point.
+    """
+
+    def going_on(values: Array) -> Array:
+        step = np.diff(values, axis=0)
+        turns = np.round(step / (2.0 * np.pi)) * (np.abs(step) > _WRAP) * turning
+        return np.concatenate([values[:1], values[1:] - 2.0 * np.pi * np.cumsum(turns, axis=0)])
+
+    if not poses:
+        encoder, setpoint = (None if v is None else going_on(v) for v in (encoder, setpoint))
+    if encoder is not None and setpoint is not None:
+        encoder = encoder - 2.0 * np.pi * np.round((encoder - setpoint) / (2.0 * np.pi)) * turning
+    return encoder, setpoint
 
 
 def _place_names(cell: Cell, in_base: bool) -> list[str]:

@@ -17,6 +17,7 @@ from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
 from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.pose_sets import frozen_frames
+from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.part_of_cycle import energy_of, partly_seen
@@ -30,7 +31,6 @@ __all__ = ["Verdict", "judge_effects"]
 Set = frozenset[int]
 
 _WORTH_A_LINE = 0.02  # of probability
-_REPORTED = 0.97  # of the probability: the likeliest sets that hold as much are told
 _TRIES, _LIKELY = 3, 0.02
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
 _MOST_PART = 0.1  # of the withheld gap's energy: an unknown with less leaves a gap explained
@@ -101,7 +101,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
             "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
             "regimes_withheld": regimes_withheld(model, members),
         },
-        "alternatives": _alternatives(model.sets),
+        "alternatives": alternatives(model.sets, probability),
         "unknown": {**stays, "implausible": reasons},
         "aliases": _alias_lists(model, library, in_world),
         "residual": {
@@ -136,7 +136,7 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     if not members or not trial.named:
         return dict(probability)
     reached = shrinkage(model, trial, model.best.members, members)
-    beyond = reached.rms_after**2 - expected(model, trial, members)[1] ** 2
+    beyond = reached.rms_after**2 - expected(model, trial, members, far=False)[1] ** 2
     doubtful = BELIEF.surprised(beyond, model.noise, model.discrepancy, reached.doubt)
     seen = {e.name for e in library if e.rungs == ("setpoint_to_encoder",)}
     sure = seen if all(p.servo is not None for p in model.panels) else set()
@@ -290,22 +290,6 @@ def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Mapping[st
         return "unexplained" if cares else "no gap"
     # one of several that can't be told apart, so that none is claimed
     return "explained" if BEYOND in within.values() else "no gap"
-
-
-def _alternatives(sets: Mapping[frozenset[str], float]) -> list[dict[str, Any]]:
-    """The likeliest sets of effects with their probabilities, the unknown beside them or not; they sum to 1."""
-    total: dict[frozenset[str], float] = {}
-    for names, p in sets.items():
-        known = names - {"unknown"}
-        total[known] = total.get(known, 0.0) + p
-    out = sorted(total.items(), key=lambda x: (-x[1], sorted(x[0])))
-    whole = np.cumsum([p for _, p in out])
-    kept = out[: int(np.searchsorted(whole, _REPORTED * whole[-1])) + 1]
-    shares = np.array([p for _, p in kept]) ** BELIEF.slope
-    return [
-        {"effects": sorted(names), "probability": float(p)}
-        for (names, _), p in zip(kept, shares / shares.sum(), strict=True)
-    ]
 
 
 def _entries(
