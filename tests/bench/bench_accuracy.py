@@ -1,7 +1,7 @@
 """What do plans for accuracy gain? `python tests/bench/bench_accuracy.py --out DIR [--cells N] [--table]`; `--trial` for 24
 poses.
 
-Simulated cells whose errors come from `gap_generator`, which shares no code with camrob: all six joints yield to gravity and to
+Simulated cells whose errors come from `gap.generator`, which shares no code with camrob: all six joints yield to gravity and to
 the force of the cut, axes have play, drives have friction. The cell is diagnosed on one noisy run of the engraving in air. A
 drawn raster (place, direction, size by rule) is then posted twice with planned postures at the same feed, by conditioning, and
 for accuracy with that diagnosis and a force that is off by what is drawn; both are compensated with the constants that were
@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import gap_generator as generator
 from closed_loop import CELL, DEG, EDGE, ROOT, run_on_cell
+from gap import generator
 from row_file import add_rows, read_rows
 
 from camrob.cell.read_cell import read_cell

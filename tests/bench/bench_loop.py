@@ -1,7 +1,7 @@
 """What correction takes off the path of cells that other code made: `python tests/bench/bench_loop.py --out DIR [--cells N]`.
 
-Each cell has two to five effects of `gap_draws`, in half of them beside a smooth discrepancy of 1 to 10 times the noise
-(`gap_field`); nothing of it comes from camrob. The engraving is run, its log diagnosed, what was found taken off, and it is run
+Each cell has two to five effects of `gap.draws`, in half of them beside a smooth discrepancy of 1 to 10 times the noise
+(`gap.field`); nothing of it comes from camrob. The engraving is run, its log diagnosed, what was found taken off, and it is run
 again: how far the true tool (without the noise) is off the intended path as posted, with the constants corrected, with
 all that was found, and on a cell that has the discrepancy alone, which nobody can take off. `--table` writes loop_table.md.
 """
@@ -21,9 +21,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import closed_loop
-import gap_generator as generator
-from gap_draws import draw
-from gap_field import draw_field
+from gap import generator
+from gap.draws import draw
+from gap.field import draw_field
 from row_file import add_rows, read_rows
 
 from camrob.cell.read_cell import read_cell

@@ -1,6 +1,6 @@
 """Does the part come out as predicted? `python tests/bench/bench_predict.py --out DIR [--cells N] [--table]`.
 
-The engraving runs on simulated cells whose errors come from `gap_generator`, which shares no code with camrob. One run is logged
+The engraving runs on simulated cells whose errors come from `gap.generator`, which shares no code with camrob. One run is logged
 with noise and diagnosed; `camrob predict` then says what the part will be like, and how sure that is; what the same cell, without
 noise, does on the same program is cut from the same stock. Compared at every point of the surface: the share of points whose
 deviation lies within the stated 95 % band, and the 95 % error predicted and reached. Removal itself is camrob's in both
@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import gap_generator as generator
 from closed_loop import CELL, DEG, EDGE, ROOT, run_on_cell
+from gap import generator
 from row_file import add_rows, read_rows
 
 from camrob.bodies.meshes import body_triangles

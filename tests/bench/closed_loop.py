@@ -1,7 +1,7 @@
 """The loop closed on a simulated cell: `python tests/bench/closed_loop.py [PROGRAM.src[.gz]] --out DIR`.
 
 A program is run by the virtual controller; what a cell with true effects would make of its set-points comes from
-`gap_generator`, which shares no code with camrob. The log is diagnosed, what can be corrected is handed to `compensate`,
+`gap.generator`, which shares no code with camrob. The log is diagnosed, what can be corrected is handed to `compensate`,
 and the compensated program is run on the same cell: deviation from the programmed path before, predicted, reached.
 Writes loop.json and loop.md.
 """
@@ -20,7 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import gap_generator as generator
+from gap import generator
 
 from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.read_cell import read_cell

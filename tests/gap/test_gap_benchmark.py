@@ -13,12 +13,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
 
-import gap_benchmark
-import gap_maker
-from gap_draws import shift
-from gap_motions import read_motion
-from gap_score import Row, calibration, placed, score, share, upper_bound
-from gap_separable import Separation
+from gap import benchmark as gap_benchmark
+from gap import maker as gap_maker
+from gap.draws import shift
+from gap.motions import read_motion
+from gap.score import Row, calibration, placed, score, share, upper_bound
+from gap.separable import Separation
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from test_gap_effects import plant_lag, plant_link, plant_play
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
 
-from gap_field import draw_field
+from gap.field import draw_field
 
 from camrob.gap.diagnose import diagnose
 from camrob.gap.effects.effect import EffectParameter, Unit

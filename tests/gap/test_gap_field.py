@@ -11,9 +11,9 @@ from gap_cases import motion
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
 
-import gap_maker
-from gap_field import FASTEST, draw_field
-from gap_generator import World
+from gap import maker as gap_maker
+from gap.field import FASTEST, draw_field
+from gap.generator import World
 
 
 def displaced(seed: int, command, size: float = 1e-4, first=None):

@@ -27,7 +27,7 @@ from camrob.prediction.true_path import true_path
 
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
 
-import gap_generator as generator
+from gap import generator
 
 __all__ = ["program"]
 

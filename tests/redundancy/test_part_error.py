@@ -22,7 +22,7 @@ from camrob.redundancy.planning.waypoints import waypoints
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
 
-import gap_generator as generator
+from gap import generator
 
 COMPLIANCE = np.array([1.2, 1.5, 2.0, 5.0, 8.0, 10.0]) * 1e-6
 NOTHING = np.zeros(6)

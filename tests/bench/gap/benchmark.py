@@ -1,6 +1,6 @@
-"""The sealed benchmark of the diagnosis: `python tests/bench/gap_benchmark.py --out DIR` runs all of it and writes DIR/report.md.
+"""The sealed benchmark of the diagnosis: `python tests/bench/gap/benchmark.py --out DIR` runs all of it and writes DIR/report.md.
 
-Cases come from `gap_maker`, which shares no code with camrob; makers and diagnoses are processes of their own. A maker
+Cases come from `gap.maker`, which shares no code with camrob; makers and diagnoses are processes of their own. A maker
 hands the logs to a folder, and the label to DIR/sealed, which no diagnosis is told of and which is opened by the scorer,
 once every case has been diagnosed. A run that was stopped goes on where it stood. `--score` only scores what is there; what
 DIR/preface.md says is put before the figures.
@@ -20,10 +20,10 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
-CELL = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
+CELL = Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table"
 ALL = (
     "frame_base", "frame_tool", "frame_table", "measurement_frame", "joint_offset", "geometry", "track", "lean",
     "joint_compliance", "payload", "backlash", "servo_lag", "acceleration_error", "friction", "gear_ripple", "wrist_coupling",
@@ -34,7 +34,7 @@ KEPT = ("status", "effects", "together", "alternatives", "unknown", "aliases", "
 
 def make(folder: str, task: dict) -> dict:
     """Write a case's logs; gives the label."""
-    from gap_maker import write_case
+    from gap.maker import write_case
 
     sizes = tuple(task["sizes"]) if task.get("sizes") else None
     on, field = tuple(task.get("on", ())), task.get("field", 0.0)
@@ -76,7 +76,7 @@ def tasks_of(arguments: argparse.Namespace) -> list[dict]:
     """
     first, motions, names = arguments.first, motions_of(arguments), ALL
     if motions:
-        from gap_maker import names_on
+        from gap.maker import names_on
 
         names = names_on(motions[0])
     groups = [
@@ -166,7 +166,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     try:
-        from gap_motions import read_motion
+        from gap.motions import read_motion
 
         for motion in motions_of(arguments):
             read_motion(motion)
@@ -174,8 +174,8 @@ def main() -> None:
         parser.error(str(error))
     if not arguments.score:
         run(arguments)
-    from gap_report import write_report
-    from gap_score import rows_of, score
+    from gap.report import write_report
+    from gap.score import rows_of, score
 
     sealed = arguments.out / "sealed" / "labels.jsonl"
     labels, answers = read_lines(sealed), read_lines(arguments.out / "answers.jsonl")

@@ -9,7 +9,8 @@ eccentric encoder, a spring at the tip. Nothing here comes from camrob.
 from __future__ import annotations
 
 import numpy as np
-from gap_generator import AXES, DEG, NOMINAL, STEP, play, rigid, smooth
+
+from gap.generator import AXES, DEG, NOMINAL, STEP, play, rigid, smooth
 
 PATHS = (
     "frame_base", "frame_tool", "joint_offset", "geometry", "track", "lean", "joint_compliance", "payload", "backlash",

@@ -1,6 +1,6 @@
 """A cell that may be wrong, for the gap benchmark, with nothing of camrob: numpy alone, a product of exponentials.
 
-The KR15 cell's figures are typed in anew. `gap_draws` makes it wrong, `gap_maker` writes logs of it.
+The KR15 cell's figures are typed in anew. `gap.draws` makes it wrong, `gap.maker` writes logs of it.
 """
 
 from __future__ import annotations

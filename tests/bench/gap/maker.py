@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from gap_draws import ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
-from gap_field import draw_field
-from gap_generator import AXES, DEG, World, growths, jacobian, moment, path, pose, show, torques, turns
-from gap_motions import fitted_rig, read_motion
+
+from gap.draws import ON_TABLE, OUTSIDE, PATHS, POSES, POSES_OUTSIDE, draw
+from gap.field import draw_field
+from gap.generator import AXES, DEG, World, growths, jacobian, moment, path, pose, show, torques, turns
+from gap.motions import fitted_rig, read_motion
 
 KINDS = {"none": 0.15, "one": 0.35, "two": 0.25, "three": 0.10, "outside": 0.15}
 NUISANCE = 0.1  # of the noise: what all absent effects together move the TCP by at most

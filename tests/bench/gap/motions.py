@@ -12,8 +12,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from gap_generator import AXES, DEG, STEP
 from scipy.interpolate import CubicSpline
+
+from gap.generator import AXES, DEG, STEP
 
 MARGIN = 0.5  # s by which a motion goes on straight at both ends, for what is late there
 _UNITS = np.array([DEG] * 6 + [1e-3, DEG])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 HOW = """\
-Cells with true effects, drawn by `tests/bench/gap_maker.py` from a simulator that shares no code with camrob (its own product
+Cells with true effects, drawn by `tests/bench/gap/maker.py` from a simulator that shares no code with camrob (its own product
 of exponentials of the KR15 cell on a track with a turntable; effects richer than the library's: play with state on a 4 ms
 grid, a lag that steps once a cycle, Stribeck friction, Denavit-Hartenberg tolerances, growth of every link, a ripple that is
 no pure sine). Two in five draws of an effect follow another physics of the same name: a lag of each axis's own, friction
@@ -169,7 +169,7 @@ def _plots(figures, folder: Path):
 
 def write_report(figures, folder: Path, preface: str = ""):
     """Write report.md, calibration.png and confusion.png."""
-    from gap_separable import LIMIT
+    from gap.separable import LIMIT
 
     counts = figures["cases"]
     lines = [

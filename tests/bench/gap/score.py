@@ -6,8 +6,9 @@ from collections import defaultdict
 from functools import cached_property
 
 import numpy as np
-from gap_draws import MARKERS
-from gap_separable import LIMIT, Separation
+
+from gap.draws import MARKERS
+from gap.separable import LIMIT, Separation
 
 CLAIM = 0.5
 BANDS = ((0.5, 1.0), (1.0, 2.0), (2.0, 5.0), (5.0, 20.01))

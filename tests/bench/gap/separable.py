@@ -7,9 +7,10 @@ over the instrument's noise. Effects that no two parameters of which are alike (
 from __future__ import annotations
 
 import numpy as np
-from gap_draws import _DRAWS, shift
-from gap_generator import DEG, STEP, log_rotation, play, rigid, show, smooth
-from gap_maker import clone, drawn
+
+from gap.draws import _DRAWS, shift
+from gap.generator import DEG, STEP, log_rotation, play, rigid, show, smooth
+from gap.maker import clone, drawn
 
 LIMIT = 6.0  # degrees: what lies nearer can't be told apart
 _ROWS = 240
