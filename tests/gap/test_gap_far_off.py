@@ -11,9 +11,9 @@ from gap_cells import ur10
 from stranger_arms import UR, Faults, Machine, columns_of, scattered, true_poses
 
 from camrob.gap.effects.registry import library
+from camrob.gap.evidence import foretold
 from camrob.gap.evidence.comparison import compare
 from camrob.gap.evidence.far_off import stays_far_off
-from camrob.gap.evidence.foretold import expected
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import shrinkage, trial_of
 from camrob.gap.observation.scene import make_scene
@@ -30,6 +30,7 @@ ARM = replace(
         )
     ),
 )
+TRAVEL = np.array([0.3, 0.6, 1.2, 0.3, 0.3, 0.3])  # rad; A3 goes farthest
 LENGTHS = np.random.default_rng(2).normal(0, 1, (6, 3)) * (2e-4, 3e-4, 3e-4)
 
 
@@ -50,10 +51,14 @@ def measured(machine: Machine, count: int, seed: int):
     return make_scene(MeasurementLog(columns, info, Path(f"{seed}.csv")), ur10())
 
 
+# where the log was made, and where nobody has been: the arm lower and farther out
+NEAR = replace(ARM, home=ARM.home - 0.5 * TRAVEL, swing=0.5 * TRAVEL)
+FAR = replace(ARM, home=ARM.home + 0.7 * TRAVEL, swing=0.3 * TRAVEL)
+
+
 @pytest.fixture(scope="module")
 def model() -> Model:
-    near = replace(ARM, home=ARM.home - 0.5 * ARM.swing, swing=0.5 * ARM.swing)
-    return compare([measured(near, 300, 1)], [e for e in library() if e.name in ("joint_offset", "geometry")])
+    return compare([measured(NEAR, 300, 1)], [e for e in library() if e.name in ("joint_offset", "geometry")])
 
 
 def found(model: Model) -> frozenset[int]:
@@ -61,15 +66,21 @@ def found(model: Model) -> frozenset[int]:
 
 
 def test_where_postures_were_fitted_nothing_is_added(model: Model) -> None:
-    near = replace(ARM, home=ARM.home - 0.5 * ARM.swing, swing=0.45 * ARM.swing)
-    beside = trial_of(model, [measured(near, 100, 2)])
-    far = trial_of(model, [measured(replace(ARM, home=ARM.home + 0.7 * ARM.swing, swing=0.3 * ARM.swing), 100, 3)])
+    beside = trial_of(model, [measured(replace(NEAR, swing=0.45 * TRAVEL), 100, 2)])
+    far = trial_of(model, [measured(FAR, 100, 3)])
     assert stays_far_off(model, trial_of(model, ()), found(model)) == 0.0
     assert 0.0 <= stays_far_off(model, beside, found(model)) < 0.5 * stays_far_off(model, far, found(model))
 
 
-def test_what_is_foretold_far_off_comes_nearer_to_what_is_reached(model: Model) -> None:
-    far = trial_of(model, [measured(replace(ARM, home=ARM.home + 0.7 * ARM.swing, swing=0.3 * ARM.swing), 100, 3)])
+@pytest.mark.parametrize("known", [0.0, 1.0])
+def test_what_is_foretold_counts_the_larger_of_the_two(
+    model: Model, known: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the fit is sure of itself (0 m2), what the halves tell brings it nearer to what is reached; else nothing is added."""
+    monkeypatch.setattr(foretold, "_variance", lambda *_: known)
+    far = trial_of(model, [measured(FAR, 100, 3)])
     reached = shrinkage(model, far, model.best.members, found(model)).rms_after
-    whole, plain = (expected(model, far, found(model), far=f)[1] for f in (True, False))
-    assert plain < whole <= reached
+    whole, plain = (foretold.expected(model, far, found(model), far=f)[1] for f in (True, False))
+    more = stays_far_off(model, far, found(model)) if known == 0.0 else 0.0
+    assert whole**2 - plain**2 == pytest.approx(more, abs=1e-12)
+    assert whole == plain or plain < whole <= reached

@@ -29,15 +29,16 @@ def stays_far_off(model: Model, trial: Trial, keep: Set) -> float:
     """m2 (mean square of the position) that stay on named withheld samples beyond what stays near what was fitted, once `keep`
     is taken away; 0 for blocks of the logs themselves, and where one half tells the other as well as neighbourhoods.
 
-    In proportion to the median distance to the nearest fitted posture, from that of neighbourhoods up to that of the halves, of
-    all axes, that tell each other least.
+    In proportion to the median distance to the nearest fitted posture, from that of neighbourhoods up to that of halves.
     """
     blocks = sorted({(k, int(b)) for k, p in enumerate(model.panels) for b in np.unique(p.block)})
     if not trial.named or len(blocks) < 2:
         return 0.0
-    d_near, m_near = _told([_left_out(model, keep, [b]) for b in blocks])
-    halves = [_told([_left_out(model, keep, half) for half in pair]) for pair in _halves(model, blocks)]
-    d_far, m_far = max(halves, key=lambda x: x[1])
+    near = [_left_out(model, keep, [b]) for b in blocks]
+    far = [_left_out(model, keep, half) for half in _halves(model, blocks)]
+    (d_near, m_near), (d_far, m_far) = (
+        np.average([x[:2] for x in s], axis=0, weights=[x[2] for x in s]) for s in (near, far)
+    )
     if d_far <= d_near or m_far <= m_near:
         return 0.0
     fitted = _postures(model, [(p.scene, np.ones(len(p.scene), np.bool_)) for p in model.panels])
@@ -46,19 +47,12 @@ def stays_far_off(model: Model, trial: Trial, keep: Set) -> float:
     return float(share * (m_far - m_near))
 
 
-def _told(parts: Sequence[tuple[float, float, int]]) -> tuple[float, float]:
-    """Distance and m2 of some parts together, by their rows."""
-    distance, left = np.average([p[:2] for p in parts], axis=0, weights=[p[2] for p in parts])
-    return float(distance), float(left)
-
-
-def _halves(
-    model: Model, blocks: Sequence[tuple[int, int]]
-) -> list[tuple[list[tuple[int, int]], list[tuple[int, int]]]]:
-    """Blocks to either side, by their middles, of each axis."""
+def _halves(model: Model, blocks: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """Blocks to either side of the axis along which their middles lie farthest apart."""
     middles = [_postures(model, [(model.panels[k].scene, model.panels[k].block == b)]).mean(axis=0) for k, b in blocks]
-    ordered = [[blocks[i] for i in np.argsort(along, kind="stable")] for along in np.transpose(middles)]
-    return [(order[: len(order) // 2], order[len(order) // 2 :]) for order in ordered]
+    along = np.array(middles)[:, int(np.argmax(np.ptp(middles, axis=0)))]
+    order = [blocks[i] for i in np.argsort(along, kind="stable")]
+    return order[: len(order) // 2], order[len(order) // 2 :]
 
 
 def _left_out(model: Model, keep: Set, blocks: Sequence[tuple[int, int]]) -> tuple[float, float, int]:
