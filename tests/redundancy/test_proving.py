@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -15,15 +16,19 @@ from camrob.redundancy.free_frames import rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.certificate import certify
 from camrob.redundancy.planning.freedoms import conditioning, plan_space, plan_work, pose_in_foot
-from camrob.redundancy.proving.affine import cosine_sine, highest, inverse, lowest, minus, plus, root, times
-from camrob.redundancy.proving.arm_shape import arm_shape
-from camrob.redundancy.proving.branch_and_bound import Bundles, bound_of_box, refute
-from camrob.redundancy.proving.bundles import bundled, pieces_of
-from camrob.redundancy.proving.proof import prove_path
 from camrob.se3 import pose
 from camrob.toolpath.region import Move
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
+
+from proving.affine import cosine_sine, highest, inverse, lowest, minus, plus, root, times
+from proving.arm_shape import arm_shape
+from proving.branch_and_bound import Bundles, bound_of_box, refute
+from proving.bundles import bundled, pieces_of
+from proving.proof import prove_path
+
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.slow  # its kernels compile for minutes, and no program rests on them yet
 CELL = read_cell(ROOT / "cells" / "kr15_track_table")
 UP = np.array([0.0, 0.0, 1.0])
 

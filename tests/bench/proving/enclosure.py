@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import bare, part
-from camrob.redundancy.proving.affine import (
+from proving.affine import (
     SLACK,
     Form,
     cosine_sine,
@@ -27,8 +27,8 @@ from camrob.redundancy.proving.affine import (
     square,
     times,
 )  # fmt: skip
-from camrob.redundancy.proving.arm_shape import ArmShape
-from camrob.redundancy.proving.jacobian_norms import THIN, bound_of_way, near_singular
+from proving.arm_shape import ArmShape
+from proving.jacobian_norms import THIN, bound_of_way, near_singular
 
 __all__ = ["WAYS", "bounds_of_box"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from camrob.compiled import part
-from camrob.redundancy.proving.affine import (
+from proving.affine import (
     Form,
     highest,
     inverse,
@@ -17,7 +17,7 @@ from camrob.redundancy.proving.affine import (
     square,
     times,
 )  # fmt: skip
-from camrob.redundancy.proving.arm_shape import ArmShape
+from proving.arm_shape import ArmShape
 
 __all__ = ["THIN", "bound_of_way", "near_singular"]
 

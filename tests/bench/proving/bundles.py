@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.freedoms import PlanSpace
-from camrob.redundancy.proving.branch_and_bound import Bundles
+from proving.branch_and_bound import Bundles
 
 __all__ = ["Pieces", "bundled", "pieces_of"]
 

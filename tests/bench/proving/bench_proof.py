@@ -1,6 +1,6 @@
 """How much better than what was found any posture along a sample could be, proved.
 
-`python tests/bench/bench_proof.py SAMPLE [EPSILON]`
+`python tests/bench/proving/bench_proof.py SAMPLE [EPSILON]`
 """
 
 from __future__ import annotations
@@ -17,9 +17,12 @@ from camrob.redundancy.planning.certificate import certify
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.planned import SPACING
 from camrob.redundancy.planning.waypoints import waypoints
-from camrob.redundancy.proving.proof import EPSILON, prove_path
 
-ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from proving.proof import EPSILON, prove_path
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def main(sample: str, epsilon: float) -> None:
