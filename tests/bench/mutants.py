@@ -71,13 +71,17 @@ def _run(options: argparse.Namespace, root: Path) -> int:
         print(f"{time.time() - started:7.1f} s  {text}", file=sys.stderr, flush=True)
 
     every, only, does = all_jobs(), {}, {}
+    listed = report.quick(report.TABLE.with_suffix(".csv"), options.seed) if options.quick else []
+    package = load({key.split(".")[0] for key, _, _ in listed} if options.quick else None)
     if options.quick:
-        listed = [row for row in report.quick(report.TABLE.with_suffix(".csv"), options.seed) if row[1] in every]
+        there = {m.key for source in package.sources.values() for m in source.mutants}
+        gone = sum(key not in there for key, _, _ in listed)
+        say(f"{gone} of {len(listed)} mutants of the table are not in the source any more")
+        listed = [row for row in listed if row[0] in there and row[1] in every][: report.QUICK]
         only, does = {key: [job] for key, job, _ in listed}, {key: what for key, _, what in listed}
         wanted = {job for jobs in only.values() for job in jobs}
     else:
         wanted = {n for n in every if not options.jobs or any(part in n for part in options.jobs)}
-    package = load({key.split(".")[0] for key in only} if options.quick else None)
     mutants = ordered([m for s in package.sources.values() for m in s.mutants], options.seed, package.kernels)
     wanted |= {every[n].before for n in wanted if every[n].before}
     bench = Bench(root, {n: j for n, j in every.items() if n in wanted})
@@ -90,9 +94,7 @@ def _run(options: argparse.Namespace, root: Path) -> int:
     warm = Warm(package, bench, baselines, coverage, options.seed, options.most, only, does)
     if options.quick:
         results, by_key = root / "results.jsonl", {m.key: m for m in mutants}
-        mutants = [by_key[key] for key in only if key in by_key and not touched_kernels(package, by_key[key])]
-        gone = [key for key in only if key not in by_key]
-        say(f"{len(gone)} of {len(only)} mutants of the table are not in the source any more")
+        mutants = [by_key[key] for key in only if not touched_kernels(package, by_key[key])]
     else:
         results = options.results
         mutants = report.chosen(mutants, results, options, warm)
