@@ -286,9 +286,7 @@ def _without_turns(
     """
 
     def going_on(values: Array) -> Array:
-        step = np.diff(values, axis=0)
-        turns = np.round(step / (2.0 * np.pi)) * (np.abs(step) > _WRAP) * turning
-        return np.concatenate([values[:1], values[1:] - 2.0 * np.pi * np.cumsum(turns, axis=0)])
+        return np.where(turning, np.unwrap(values, discont=_WRAP, axis=0), values)
 
     if not poses:
         encoder, setpoint = (None if v is None else going_on(v) for v in (encoder, setpoint))

@@ -20,7 +20,7 @@ from camrob.program.builder import printed_frames
 from camrob.program.language import AddedTarget, Language
 from camrob.program.motion import Blend, Motion
 from camrob.program.program_text import ProgramText
-from camrob.se3 import inverse, rotation_exp, rotation_log
+from camrob.se3 import inverse, slerp
 
 __all__ = ["lines_added", "meant_rows", "places_to_add", "with_targets_added"]
 
@@ -55,23 +55,15 @@ def places_to_add(run: MachineRun, language: Language, folder: Path) -> dict[int
         rows = rows[np.lexsort([off[rows], finer.motion[rows]])]
         rows = rows[np.append(np.diff(finer.motion[rows]) > 0, True)] if len(rows) else rows
         rows = rows[np.argsort(-off[rows])]
-        rows = rows[[room[f] > before for f, before in _in_their_files(file[way.motion[rows]])]]
-        if not len(rows):
-            break
+        added = False
         for m, s in zip(way.motion[rows].tolist(), whole[rows].tolist(), strict=True):
-            places[m] = sorted([*places.get(m, ()), s])
-            room[int(file[m])] -= 1
+            if room[int(file[m])] > 0:
+                places[m] = sorted([*places.get(m, ()), s])
+                room[int(file[m])] -= 1
+                added = True
+        if not added:
+            break
     return places
-
-
-def _in_their_files(file: NDArray[np.int32]) -> list[tuple[int, int]]:
-    """Of each target its file, and how many stand before it in the same one."""
-    seen: Counter[int] = Counter()
-    out = []
-    for f in file.tolist():
-        out.append((f, seen[f]))
-        seen[f] += 1
-    return out
 
 
 def _room(run: MachineRun, folder: Path) -> dict[int, int]:
@@ -115,11 +107,10 @@ def with_targets_added(
     offsets = base_offsets(program)
     added: dict[str, dict[int, list[AddedTarget]]] = {name: {} for name in program.files}
     for m, shares in places.items():
-        turn = rotation_log(poses[m - 1, :3, :3].T @ poses[m, :3, :3])
         for s in shares:
-            here = poses[m].copy()
-            here[:3, 3] = poses[m - 1, :3, 3] + s * (poses[m, :3, 3] - poses[m - 1, :3, 3])
-            here[:3, :3] = poses[m - 1, :3, :3] @ rotation_exp(s * turn)
+            before, here = poses[m - 1], poses[m].copy()
+            here[:3, 3] = before[:3, 3] + s * (here[:3, 3] - before[:3, 3])
+            here[:3, :3] = slerp(before[:3, :3], here[:3, :3], s)
             values = printed_frames(inverse(offsets[m]) @ here)
             carried = external[m - 1] + s * (external[m] - external[m - 1])
             added[program.files[program.file[m]]].setdefault(int(program.line[m]), []).append(

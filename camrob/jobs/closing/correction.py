@@ -70,8 +70,14 @@ class Correction:
         return stage_of(self.progress, stage)
 
     def _compensated(self, targets: Array) -> tuple[Compensated, list[Finding]]:
-        tell = self.tell("compensate")
-        return _compensated(self.model, self.values, self.planned, self.q, targets, self.text, tell)
+        """Postures that meet targets (N, 4, 4) within the axes' limits, and what was left because of them."""
+        try:
+            result = compensate_postures(self.model, self.values, self.q, targets, progress=self.tell("compensate"))
+        except SingularError as error:
+            row = int(error.value or 0.0)
+            what = "the pose can't be compensated: the arm is singular there"
+            raise SingularError(what, line=int(self.text.line[row])) from None
+        return _within_limits(self.planned.cell, self.q, result, self.text)
 
     def rewritten(self, q: Array, folder: Path) -> tuple[ProgramText, list[Finding]]:
         """The program whose targets postures q (N, n) reach, written into a folder and read back; what was left as it is."""
@@ -161,26 +167,6 @@ def _postures(text: ProgramText, planned: Replay) -> Array:
         targets = np.asarray(planned.base_T_tool)[via]
         q[via] = compensate_postures(nominal, np.zeros(0), half_way, targets, farthest=np.pi).q
     return q
-
-
-def _compensated(
-    model: ErrorModel,
-    values: Array,
-    planned: Replay,
-    q: Array,
-    targets: Array,
-    text: ProgramText,
-    progress: Share,
-) -> tuple[Compensated, list[Finding]]:
-    """Compensated postures within the axes' limits, and what was left because of them."""
-    cell = planned.cell
-    try:
-        result = compensate_postures(model, values, q, targets, progress=progress)
-    except SingularError as error:
-        row = int(error.value or 0.0)
-        what = "the pose can't be compensated: the arm is singular there"
-        raise SingularError(what, line=int(text.line[row])) from None
-    return _within_limits(cell, q, result, text)
 
 
 def _within_limits(cell: Cell, q: Array, result: Compensated, text: ProgramText) -> tuple[Compensated, list[Finding]]:
