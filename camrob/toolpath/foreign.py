@@ -10,6 +10,8 @@ __all__ = ["refuse_foreign"]
 
 _HEAD = 65_536  # bytes that are looked at
 _POST = "post the part as G-code or CL data (APT) instead"
+_KLARTEXT = "have it posted as plain language (.h)"
+_OTHER = "post the part for Fanuc, Siemens or Heidenhain, or as CL data (APT)"
 _PATH = "make a toolpath of it in the CAM system, and output that as CL data (APT) or G-code"
 _PROGRAM = "give the CL file that it was made from; 'camrob verify' judges programs"
 # what a file begins with, or holds; what it is called; what to do
@@ -20,6 +22,14 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
         (rb"\A(?:\s*%%%[^%]*%%%)?\s*MODULE[ \t]+\w+", "an ABB RAPID program", _PROGRAM),
         (rb"\A\s*/JOB\b", "a Yaskawa job", _PROGRAM),
         (rb"\A\s*/PROG\b", "a FANUC robot program", _PROGRAM),
+        (rb"\A\s*%\S+[ \t]+G7[01][ \t]*\*", "a program in Heidenhain's DIN/ISO", _KLARTEXT),
+        (rb"\A\s*\$[\w.-]+\.MIN%?\s*$|^[ \t]*(?:N\d+[ \t]*)?G15[ \t]*H\d", "a program for Okuma's OSP control", _OTHER),
+        (rb"\A\s*%PM\d+|^[ \t]*N\d+[ \t]+G7[ \t][^\n(]*\b[ABC][56]=", "a program for Heidenhain's MillPlus", _OTHER),
+        (
+            rb"\A[ \t]*\d{1,4}[ \t]*\r?\n(?:[ \t]*[-+.\d]+){5,}[ \t]*\r?\n[ \t]*\d{1,4}[ \t]*\r?\n",
+            "a Mastercam NCI file",
+            _POST,
+        ),
         (rb"\A\s*ISO-10303-21;", "a STEP file: a shape, no path", _PATH),
         (rb"\A.{72}S {6}1", "an IGES file: a shape, no path", _PATH),
         (rb"\A\s*solid\b[^\n]*\n\s*facet\b", "an STL mesh: a shape, no path", _PATH),

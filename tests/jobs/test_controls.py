@@ -50,7 +50,16 @@ def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name
     assert np.linalg.norm(points[:, :3] - far, axis=1).min() < 0.001
 
 
-@pytest.mark.parametrize(("name", "text"), [("a.mpf", SIEMENS), ("a.h", KLARTEXT)])
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.mpf", SIEMENS),
+        ("a.h", KLARTEXT),
+        ("r.mpf", SIEMENS.replace("N70 X10 A3=0.1 B3=0 C3=1", "N70 X10 RND=2\nN75 Y9 CHF=1\nN76 X0 CHR=1\nN77 Y0")),
+        ("r.h", KLARTEXT.replace("5 L X+10", "5 L X+10\n5 RND R2 F100\n5 L Y+9\n5 CHF 1\n5 L X+0")),
+        ("r.nc", "G21 G90\nT1 M6\nS3000 M3\nG0 X0 Y0 Z40\nG1 Z0 F500\nX9 ,R2\nY9 ,C1\nX0\nG0 Z40\nM30\n"),
+    ],
+)
 def test_plain_programs_of_siemens_and_heidenhain_are_verified_whole(tmp_path: Path, name: str, text: str) -> None:
     made = posted(tmp_path, name, text, setup=PLACE)
     assert not [f for f in made.findings if f.code == "verified-in-part"] and made.summary.witness.complete

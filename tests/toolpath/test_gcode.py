@@ -372,7 +372,7 @@ def test_cycle_dwell_is_an_event() -> None:
         ("G84 X1 Z-5 R1", "tapping"),
         ("G81 X1 Z-5 R1 L1000000", "repeats"),
         ("G18 G81 X1 Z-5 R1", "along the tool"),
-        ("G81 X1 Z-5 R1\nG80\nX5", "coordinates before"),
+        ("G2 X0 Y0 I1\nG81 X1 Z-5 R1\nG80\nX5", "coordinates before"),
         ("G0 G81 X1 Z-5 R1", "in one block"),
     ],
 )
@@ -507,7 +507,7 @@ def test_t_changes_the_tool_where_there_is_no_m6() -> None:
         ("o100 while [1 lt 2]", "without its end"),
         ("WHILE", "can't be read"),
         ("IF", "can't be read"),
-        ("G71", "not known here"),
+        ("G71 Z50", "words of its own"),
         ("O200", "O-words"),
         ("M98 P100", "not in this file"),
         ("H=5", "assignment"),
@@ -745,7 +745,7 @@ def test_freecad_helix() -> None:
         ("linuxcnc_5axisgui.ngc", 18, "W word"),
         ("linuxcnc_circular_pocket.ngc", 16, "nothing is cut"),
         ("linuxcnc_simple_example.ngc", 9, "not in this file"),
-        ("upm_spiral_xzc.nc", 6, "G71 is not known"),
+        ("upm_spiral_xzc.nc", 14, "coordinates before"),
     ],
 )
 def test_programs_of_the_corpus_that_can_not_be_posted_say_why(name: str, line: int, match: str) -> None:
@@ -754,6 +754,19 @@ def test_programs_of_the_corpus_that_can_not_be_posted_say_why(name: str, line: 
         pytest.skip("../shared is not here: the G-code corpus")
     assert looks_like_gcode(file.read_bytes())
     refused(file.read_bytes(), line=line, match=match)
+
+
+@pytest.mark.parametrize(("before", "move"), [("G0", Move.RAPID), ("G1", Move.CUT)])
+def test_behind_g80_the_motion_beside_the_cycles_goes_on(before: str, move: Move) -> None:
+    """Fanuc B-63944EN: cycles and G80 are of modal group 09, G0 to G3 of group 01."""
+    path = read(f"G21 G0 X0 Y0 Z20\nF100\n{before} X1\nG81 X2 Z-5 R1\nG80\nX5\nM30\n".encode())
+    region = path.regions[-1]
+    assert region.move[-1] == move and region.position[-1] == pytest.approx([0.005, 0.0, 0.02])
+
+
+def test_words_that_controls_write_in_their_own_way() -> None:
+    path = read(b"G71 G90\nT01 T02 M6\nG187 P2 E0.05\nG0 X0 Y0 Z20\nG1 X1 Z1 F100\nG0 Z20\nM6\nG0 X2\nG1 X3 Z1\nM30\n")
+    assert [r.tool for r in path.regions if r.move.max() == Move.CUT] == [1, 2] and path.units == "mm"
 
 
 def test_what_rounding_leaves_of_a_bite_is_none_of_its_own() -> None:

@@ -229,7 +229,7 @@ def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
     ("body", "match"),
     [
         ("L X+5 RL F100", "radius compensation"),
-        ("RND R2", "is not read"),
+        ("RND R2", "behind no straight cut"),
         ("APPR LCT X+5 Y+5 R2 RL F100", "is not read"),
         ("CT X+5 Y+5", "is not read"),
         ("CYCL DEF 19.0 WORKING PLANE", "CYCL DEF 19.0"),
@@ -468,3 +468,27 @@ def test_siemens_frames_that_turn_about_the_tool(tmp_path: Path) -> None:
     refused(
         tmp_path, SIEMENS + UP + "G1 X1\nROT Z5\nCYCLE800(1,,0,57,0,0,0,30,0,0)\nM30\n", "a.mpf", 10, "on top of TRANS"
     )
+
+
+def test_subprograms_of_siemens_in_one_file(tmp_path: Path) -> None:
+    body = "G1 X0 Y0 Z0\nEDGE P=2\nX9 Y9\nM30\n%_N_EDGE_SPF\nG91 G1 X1\nDEEPER\nG90 M17\n%_N_DEEPER_SPF\nY1\nRET\n"
+    found = ends(tmp_path, "%_N_MAIN_MPF\n" + SIEMENS + UP + body, "a.mpf")
+    np.testing.assert_allclose(found[:, :2], [[0, 0], [1, 0], [1, 1], [2, 1], [2, 2], [9, 9]], atol=1e-9)
+    last = "%_N_EDGE_SPF\nG1 X5 Z0 M17\n%_N_MAIN_MPF\n" + SIEMENS + UP + "EDGE\nX7\nM30\n"
+    np.testing.assert_allclose(ends(tmp_path, last, "b.mpf")[:, 0], [5, 7], atol=1e-9)
+    refused(tmp_path, SIEMENS + UP + "KONTUR P2\nM30\n", "c.mpf", 8, "KONTUR is not known")
+    refused(tmp_path, "%_N_A_MPF\n" + SIEMENS + UP + "M30\n%_N_B_MPF\nG1 X1\nM30\n", "d.mpf", 10, "several main")
+
+
+@pytest.mark.parametrize(("call", "times"), [("REPEAT AA EE", 2), ("REPEAT AA EE P=3", 4), ("REPEAT AA", 2)])
+def test_siemens_repeats_a_part_between_labels(tmp_path: Path, call: str, times: int) -> None:
+    found = siemens(tmp_path, f"G1 X0 Y0 Z0\nAA:\nG91 X1\nG90 Y1\nEE: Y0\n{call}\nX9\n")
+    want = [[0, 0], *[[k + i, y] for k in range(times) for i, y in ((1, 0), (1, 1), (1, 0))], [9, 0]]
+    np.testing.assert_allclose(found[:, :2], want, atol=1e-9)
+
+
+def test_what_klartext_writes_beside_tool_centre_points(tmp_path: Path) -> None:
+    body = (
+        "5 L B+0 C+0 FMAX M94 C\n6 M128 F20000\n7 LN X+1 Y+0 Z+5 TX+0 TY+0 TZ+1 F100\n8 LN X+2 Y+0 Z+5 TX+0 TY+0 TZ+1\n"
+    )
+    np.testing.assert_allclose(klartext(tmp_path, body)[:, 0], [1, 2], atol=1e-9)

@@ -14,7 +14,7 @@ from camrob.witness.cl import read_story
 from camrob.witness.cl.computing import COMPUTED
 from camrob.witness.cl.standing import TURNED
 from camrob.witness.cl.teller import UNREAD
-from camrob.witness.happenings import Story, Way
+from camrob.witness.happenings import Kind, Story, Way
 
 
 @pytest.fixture
@@ -350,9 +350,21 @@ def test_cycles_that_are_not_known_are_gaps(tell, block):
     assert len(story) == 2 and len(story.gaps) == 1 and not story.joined[1]
 
 
-def test_axes_behind_g80_are_no_motion_and_g0_beside_it_is(tell):
+def test_axes_behind_g80_go_on_as_before_the_cycle(tell):
     story = tell(START + "F60\nG99 G81 X0 Z-5 R2\nG80 G0 Z50\nG80\nX5\n")
-    assert mm(story)[-1] == [0, 0, 50] and len(story.gaps) == 1
+    assert mm(story)[-1] == [5, 0, 50] and not story.gaps
+    story = tell(START + "F60\nG1 X1\nG3 X0 Y1 I-1\nG99 G81 X0 Z-5 R2\nG80\nX5\n")
+    assert len(story.gaps) == 1
+
+
+def test_words_that_controls_write_in_their_own_way(tell):
+    story = tell("G71 G90\nT01 T02 M6\nG187 P2 E0.05\nG0 X0 Y0 Z20\nG1 X1 Z1 F100\nG0 Z20\nM6\nG0 X2\nG1 X3 Z1\nM30\n")
+    assert [e.value for e in story.events if e.kind is Kind.TOOL] == [1.0, 2.0] and not story.gaps
+    assert tell("G70\nG0 X1 Y0 Z0\nG1 X2 F9\n").units == "inch" and tell("G0 X1 Y0 Z0\nG71 Z5\nG1 X2 F9\n").gaps
+
+
+def test_a_comment_makes_no_program_siemens(tell):
+    assert not tell("(T1 D=10. CR=0. - ZMIN=-5.)\n" + START + "F60\nG1 X1\n").gaps
 
 
 # -- five axes

@@ -127,7 +127,7 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
         "4 FN 0: Q1 = +5", "4 L X+Q1", "4 CALL LBL 1", "4 LBL 1", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0 STAY",
         "4 CYCL DEF 203 DRILLING",
         "4 CYCL DEF 7.1 IX+5", "4 CYCL DEF 10.1 ROT+30", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
-        "4 TOOL CALL 2 Z S9 DR+0.1", "4 TOOL CALL 2 Y S9", "4 RND R2", "4 APPR LCT X+1 Y+1 R2", "4 L X+5 R+", "4 L X+5 M97",
+        "4 TOOL CALL 2 Z S9 DR+0.1", "4 TOOL CALL 2 Y S9", "4 APPR LCT X+1 Y+1 R2", "4 L X+5 R+", "4 L X+5 M97",
         "4 CC", "4 L X+5 F AUTO", "4 CALL PGM B",
     ],
 )  # fmt: skip

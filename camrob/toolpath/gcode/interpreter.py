@@ -11,6 +11,7 @@ from camrob.errors import ToolpathError
 from camrob.toolpath.defaults import Defaults
 from camrob.toolpath.gcode.arc import circle
 from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
+from camrob.toolpath.gcode.cornering import Open, closes, no_second_cut
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.cycles import CYCLES
 from camrob.toolpath.gcode.drill import Drill
@@ -20,14 +21,16 @@ from camrob.toolpath.gcode.moves import Motions
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.tools import Process
 from camrob.toolpath.sampling import arc_angle, arc_radius
-from camrob.units import deg_to_rad
+from camrob.units import deg_to_rad, m_to_mm, mm_min_to_m_s
 
 __all__ = ["Interpreter"]
 
-_MOTION = frozenset((0, 10, 20, 30)) | CYCLES
+_PLAIN = frozenset((0, 10, 20, 30))
+_MOTION = _PLAIN | CYCLES
 _AXES = frozenset("XYZABC")
 _ARC_WORDS = frozenset("XYZABCIJKR")
 _CORNER = frozenset("IJKR")
+_CUT_TO = frozenset("XYZ")
 _VECTOR = frozenset("IJK")
 _DEGREE = deg_to_rad(1.0)
 _DWELLS = frozenset("PXU")  # a dwell's time; F only where it has none of them
@@ -44,11 +47,17 @@ class Interpreter:
         self.process = Process(path, frame, modal, defaults)
         self.motions = Motions(path, frame, modal, self.process, defaults)
         self._drill = Drill(self.motions)
+        self._open: Open | None = None
 
     @property
     def ended(self) -> bool:
         """Whether M2 or M30 has been read."""
         return self.process.ended
+
+    def finish(self) -> None:
+        """The program is over. Raises ToolpathError where it has left a cut open."""
+        if self._open is not None:
+            raise no_second_cut(self._open.line)
 
     def state(self, name: str) -> float | None:
         """What the program has set so far: "motion", "plane", "distance", "feed mode", "units", "return" as G numbers, "F", "S",
@@ -74,6 +83,10 @@ class Interpreter:
     def run(self, block: Block) -> None:
         """Carry one block out. Raises ToolpathError (without its place) for what can't be read honestly."""
         line, words, modal = block.line, block.words, self.modal
+        if self._open is not None and not closes(block):
+            raise no_second_cut(self._open.line)
+        if block.corner is not None and _CUT_TO.isdisjoint(words):
+            raise no_second_cut(line)
         if block.comment:
             self.path.comment(block.comment, line)
         if block.again:
@@ -95,6 +108,8 @@ class Interpreter:
         self._values(block)
         if block.m or "S" in words:
             self.process.before(block)
+        if block.ready is not None:
+            self.modal.next_tool = int(block.ready)
         if 40 in block.g:
             self.process.dwell(block)
             consumed = True
@@ -153,11 +168,17 @@ class Interpreter:
                 self.modal.cycle_start = self.frame.xyz[2]
             if named not in CYCLES:
                 self.modal.cycle.clear()
-            motion = self.modal.motion = None if named == 800 else named
+            if named in _PLAIN:
+                self.modal.beside = named
+            motion = self.modal.motion = self._uncycled() if named == 800 else named
         consumed = apply_setup(setup, block, self.modal, self.frame, self.path) if setup else False
         if 533 in setup:
             motion = 0
         return motion, consumed
+
+    def _uncycled(self) -> int | None:
+        """The motion behind G80: Fanuc has its cycles beside G0 and G1, which go on; other controls forget it."""
+        return self.modal.beside if self.modal.keeps_motion and self.modal.beside in (0, 10) else None
 
     def _values(self, block: Block) -> None:
         """F, T, S and letters that have no meaning here."""
@@ -189,6 +210,8 @@ class Interpreter:
             raise ToolpathError(
                 "coordinates before any of G0, G1, G2, G3 (or after G80)", hint="name the kind of motion in the block"
             )
+        if block.corner is not None and motion != 10:
+            raise no_second_cut(block.line)
         modal, frame, words = self.modal, self.frame, block.words
         if modal.vectors and not _VECTOR.isdisjoint(words):
             if motion not in (0, 10):
@@ -216,12 +239,30 @@ class Interpreter:
                 block.line,
             )
         to = frame.stance()
+        if block.corner is not None or self._open is not None:
+            self._open = self._cornered(block, motion, np.array(before), to)
+            return
         if motion == 10:
             place = self.path.place
             length = math.nan if place is None else math.dist(place.tip, to.tip)
             self.path.cut(to, self.motions.feed(block, length, to), block.line)
         else:
             self._arc(block, motion, np.array(before), to)
+
+    def _cornered(self, block: Block, motion: int, before: NDArray[np.float64], to: Stance) -> Open | None:
+        """A straight cut with a corner before it or at its end; what it leaves open waits for the next one."""
+        modal, frame = self.modal, self.frame
+        if motion != 10 or modal.feed_mode == 930 or not np.isfinite(before).all() or self.path.place is None:
+            raise no_second_cut(block.line)
+        feed, at = self.motions.feed(block, math.nan, to), np.array(frame.xyz)
+        if self._open is not None:
+            before = self._open.cut(self.path, frame, at, to)
+        if block.corner is None:
+            self.path.cut(to, feed, block.line)
+            return None
+        own = block.corner.feed
+        slow = feed if own is None else mm_min_to_m_s(m_to_mm(own * modal.scale))
+        return Open(block.corner, block.corner.size * modal.scale, before, at, feed, slow, modal.plane, block.line)
 
     def _arc(self, block: Block, motion: int, before: NDArray[np.float64], to: Stance) -> None:
         """A circle or helix of a G2 or G3 block."""

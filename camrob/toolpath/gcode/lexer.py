@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.corner import LEG, ROUND, Corner
 
-__all__ = ["Block", "Plane", "Word", "assemble", "block_of", "decode", "lex", "strip_comments"]
+__all__ = ["Block", "Plane", "Word", "assemble", "block_of", "decode", "lex", "strip_comments", "without_corner"]
 
 _LONGEST_LINE = 10_000  # characters: real blocks stay under 256
 _LARGEST = 1e9  # of any number in a block
@@ -18,6 +19,7 @@ _NUMBER = r"[+-]?+[ \t]*+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++)"  # possessive: a host
 _BLOCK = re.compile(rf"(?:[A-Z][ \t]*+{_NUMBER}[ \t]*+)*+")
 _WORD = re.compile(r"([A-Z])([-+.0-9]+)")
 _COMMENT = re.compile(r"\(([^()]*+)\)|;(.*)")
+_CORNER = re.compile(r",[ \t]*([RC])[ \t]*([0-9]++\.?[0-9]*+|\.[0-9]++)")
 _NEWLINE = re.compile(r"\r\n|\n|\r")
 _NAME = re.compile(r":[0-9]{1,8}|O?<[A-Z0-9_.+-]*>")
 _LABEL = re.compile(r"N[0-9]++[ \t]*+")
@@ -49,6 +51,8 @@ class Block(NamedTuple):
     plane: Plane | Literal[False] = False  # a tilted plane from here on; None: none any more; False: nothing is said
     aligned: bool = False  # the control turns the tool onto that plane
     again: bool = False  # the program would begin again here (M99 in a main program)
+    corner: Corner | None = None  # at the end of its straight cut
+    ready: float | None = None  # the tool that a second T behind the first makes ready (Mazak: T01 T02 M6)
 
 
 def decode(data: bytes, path: Path) -> list[str]:
@@ -149,6 +153,7 @@ def block_of(text: str, line: int) -> Block:
         bare = bare[1:].lstrip("0123456789 \t") if bare[1:2].isdigit() else bare[1:].lstrip()
     if _NAME.fullmatch(bare):  # a program's name or number, written otherwise
         bare = "O" + (bare[1:] if bare[0] == ":" else "0")
+    bare, corner = without_corner(bare)
     if not _BLOCK.fullmatch(bare):
         if _LABEL.sub("", bare, count=1).strip() == "MSG":
             return Block(line, {}, comment="MSG," + comment.strip('"'))
@@ -156,7 +161,18 @@ def block_of(text: str, line: int) -> Block:
             bare = pattern.sub(code, bare)
         if not _BLOCK.fullmatch(bare):
             raise _unreadable(bare)
-    return _words(bare.replace(" ", "").replace("\t", ""), line, comment, optional)
+    block = _words(bare.replace(" ", "").replace("\t", ""), line, comment, optional)
+    return block if corner is None else block._replace(corner=corner)
+
+
+def without_corner(bare: str) -> tuple[str, Corner | None]:
+    """A block without Fanuc's ,R or ,C, and the corner that these ask for."""
+    match = _CORNER.search(bare) if "," in bare else None
+    if match is None:
+        return bare, None
+    size = float(match[2])
+    corner = Corner(ROUND if match[1] == "R" else LEG, size) if size else None
+    return (bare[: match.start()] + bare[match.end() :]).strip(), corner
 
 
 def _words(bare: str, line: int, comment: str, optional: bool) -> Block:
@@ -171,6 +187,7 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
     g: list[int] = []
     m: list[int] = []
     whole_p = False
+    tools: list[float] = []
     for letter, value, is_whole in found:
         if not -_LARGEST < value < _LARGEST:
             raise ToolpathError(f"{letter}{value:.6g} is out of all proportion", hint="check the exported number")
@@ -180,16 +197,24 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
             m.append(_code("M", value))
         elif letter == "N":
             continue
+        elif letter == "T" and len(tools) < 2:
+            tools.append(value)
+            words.setdefault("T", value)
         elif letter in words:
             raise ToolpathError(f"the word {letter} stands twice in one block", hint="split the block")
         else:
             words[letter] = value
             whole_p = whole_p or (letter == "P" and is_whole)
+    if len(tools) > 1 and 60 not in m:
+        raise ToolpathError("the word T stands twice in one block", hint="split the block")
+    if 1870 in g:  # Haas: how smoothly the path is run, G187 P2 E0.05
+        words.pop("E", None)
     if "E" in words:
         raise ToolpathError(
             "an E word, or a number with an exponent; G-code has neither", hint="export plain decimal numbers"
         )
-    return Block(line, words, tuple(g), tuple(m), comment, False, optional, whole_p)
+    ready = tools[1] if len(tools) > 1 else None
+    return Block(line, words, tuple(g), tuple(m), comment, False, optional, whole_p, ready=ready)
 
 
 def _code(letter: str, value: float) -> int:

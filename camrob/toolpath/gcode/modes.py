@@ -143,6 +143,16 @@ def _units(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGr
     return False
 
 
+def _old_units(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """G70 and G71 alone: inches and millimetres (Mach3, Fagor, older controls). With words, they are cycles elsewhere."""
+    if not set("FSTDH").issuperset(block.words):
+        raise ToolpathError(
+            f"G{code // 10} with words of its own (a bolt circle, a turning cycle, Okuma's return level) is not read",
+            hint="have the post-processor write the moves out",
+        )
+    return _units(200 if code == 700 else 210, block, modal, frame, path)
+
+
 def _modal(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     if code in (170, 180, 190):
         modal.plane = code
@@ -318,6 +328,7 @@ def _orient(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathG
 
 _HANDLERS: dict[int, Handler] = {
     **dict.fromkeys((200, 210), _units),
+    **dict.fromkeys((700, 710), _old_units),
     **dict.fromkeys((170, 180, 190, 900, 910, 901, 911, 930, 940, 950, 980, 990), _modal),
     **dict.fromkeys((400, 410, 420), _compensation),
     **dict.fromkeys((434, 435, 2340, 490), _tcp),
@@ -342,6 +353,8 @@ _RANK = {
             190,
             200,
             210,
+            700,
+            710,
             400,
             410,
             420,

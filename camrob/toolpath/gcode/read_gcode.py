@@ -43,7 +43,7 @@ _COMMENT = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 _TOOL_CHANGE = re.compile(r"M[ \t]*+0*+6(?![0-9.])")
 _ANY_TCP = re.compile(r"G[ \t]*0*(?:43\.[45]|234)(?![0-9.])|M[ \t]*128(?![0-9.])|TRAORI")
 _NO_AXES = re.compile(
-    r"<[^>\n]*>|^.*G[ \t]*0*65(?![0-9.]).*$", re.M
+    r"<[^>\n]*>|,[ \t]*C|^.*G[ \t]*0*65(?![0-9.]).*$", re.M
 )  # names of parameters and labels, arguments of macros
 _LINUXCNC_TCP = re.compile(r"M[ \t]*428(?![0-9.])")
 KINEMATICS = ("xyzac", "xyzbc", "xyzac-iso", "xyzbc-iso")
@@ -95,7 +95,12 @@ def read_gcode(
     machine = _kinematics(bare, kinematics, path, plain=control.name in ("iso", "linuxcnc"))
     grower = PathGrower(machine, chord_tolerance, angle_tolerance)
     defaults = defaults or Defaults()
-    modal = Modal(tool_by_t=not _TOOL_CHANGE.search(bare), wear=defaults.wear, zero_edge=control.name != "linuxcnc")
+    modal = Modal(
+        tool_by_t=not _TOOL_CHANGE.search(bare),
+        wear=defaults.wear,
+        zero_edge=control.name != "linuxcnc",
+        keeps_motion=control.name == "iso",
+    )
     if units is not None:
         modal.scale, modal.forced = SCALES[units], True
     interpreter = Interpreter(grower, ToolFrame(machine), modal, defaults)
@@ -103,9 +108,10 @@ def read_gcode(
     if machine != "3axis":
         _suspect_radians(bare, grower)
     try:
+        interpreter.finish()
         regions = grower.finish()
     except ToolpathError as error:
-        raise error.at(path, len(lines)) from None
+        raise error.at(path, error.line or len(lines)) from None
     regions, findings = _with_defaults(regions, interpreter)
     _suspect_size(regions, grower)
     numbers = sorted({region.tool for region in regions if region.tool})

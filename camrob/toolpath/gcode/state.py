@@ -23,6 +23,8 @@ class Modal:
     forced: bool = False
     stated: bool = False  # a G20 or G21 was read
     motion: int | None = None
+    beside: int | None = None  # of G0 to G3, the last one
+    keeps_motion: bool = False  # G80 leaves that one in force
     plane: int = 170
     incremental: bool = False
     absolute_center: bool = False

@@ -39,6 +39,8 @@ _OTHERS = (
         SinumerikReader,
         re.compile(
             r"\b(CYCLE8\d+|ORIWKS|ORIMKS|ORIVECT|SUPA|COMPCAD|FFWON|G64[0-5]|STOPRE|MCALL|GOTO[FB])\b|^%_N_"
+            r"|\bA?(TRANS|ROT|MIRROR|SCALE)[ \t]+[XYZ]|\b(POCKET\d?|LONGHOLE|SLOT[12]|HOLES[12]|CIP|WORKPIECE|CYCLE[67]\d)\b"
+            r"|\b(RND|CH[RF])[ \t]*=|^[ \t]*(N\d+[ \t]+)?REPEATB?[ \t]+[A-Z_]"
             r"|\b(DEF[ \t]+(REAL|INT)|R\d+[ \t]*=)|\b([XYZABC]|[ABC]3|CR|TURN|T)[ \t]*=[ \t]*[-+(\dR\"A-Z]",
             re.I | re.M,
         ),
@@ -113,7 +115,8 @@ def read_story(
         kind = _named(dialect) if dialect else _recognised(text)
         reader: AptReader | GcodeReader
         if kind == "gcode":
-            language = next((reader for reader, mark in _OTHERS if mark.search(text)), GcodeReader)
+            bare = re.sub(r"\([^()\n]*\)|;[^\n]*", "", text)  # comments, and values of calls
+            language = next((reader for reader, mark in _OTHERS if mark.search(bare)), GcodeReader)
             by_tool = bool(dialect) and str(dialect).endswith("-iso")
             reader = language(tell, units, Offsets(tell, wear), by_tool=by_tool)
         else:

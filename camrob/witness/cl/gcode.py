@@ -11,15 +11,17 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.witness.cl.circles import centre_by_offsets, centre_by_radius, normal_of
+from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of
 from camrob.witness.cl.computing import COMPUTED, computes
+from camrob.witness.cl.customs import corner_of, plain_words
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.standing import TURNED, Standing, Words
+from camrob.witness.cl.switching import Switching
 from camrob.witness.cl.teller import UNREAD, Teller
 from camrob.witness.cl.turning import on_the_way
 from camrob.witness.happenings import Kind, Pecks, Way
-from camrob.witness.units import INCH_MM, mm_to_m, ms_to_s
+from camrob.witness.units import INCH_MM, mm_to_m
 
 __all__ = ["GcodeReader"]
 
@@ -42,27 +44,24 @@ _OUT = {
 _CYCLES = (*_OUT, "76", "87", "88")
 _PLANES = ("17", "18", "19")
 _MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 234 8".split())
-_LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
 _KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
 _MOVED = "points behind it are in another frame"
 _UNTURNED = "a tilted plane other than by three angles, or beside G52 or TCP"
-_QUIET = frozenset("10 11 29 48 49".split())  # M codes that move and switch nothing of ours
 
 
-class GcodeReader:
+class GcodeReader(Switching):
     """Tells what the blocks of one file ask for. by_tool: rotary words turn the tool about the part (ISO 841), not the table."""
 
     def __init__(self, tell: Teller, units: str | None, offsets: Offsets, *, by_tool: bool = False) -> None:
-        self._offsets = offsets
-        self._tell, self._fixed, self.units = tell, units is not None, units or "mm"
-        self._stand = Standing(-1.0 if by_tool else 1.0)
+        super().__init__(tell, Standing(-1.0 if by_tool else 1.0))
+        self._offsets, self._fixed, self.units = offsets, units is not None, units or "mm"
         self._motion, self._plane, self._feed_mode = "", "17", "94"
+        self._bent: Wanted | None = None  # the corner at the end of the block
+        self._beside = ""  # of G0 to G3, the last one
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame = "54"
-        self._next_tool, self._spinning = 0.0, False
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
-        self._ended = False
 
     def read(self, text: str) -> None:
         """Reads the text up to M2, M30 or the second %."""
@@ -77,15 +76,6 @@ class GcodeReader:
                 self._read(block, i)
             if self._ended:
                 return
-
-    def _forget(self) -> None:
-        """Where the tool stands is not known."""
-        self._stand.forget()
-        self._tell.lose()
-
-    def _gap(self, line: int, text: str, last: int = 0) -> None:
-        self._tell.gap(line, text, last=last)
-        self._forget()
 
     def _another(self, block: str, line: int) -> bool:
         """True where a program's name or number stands; behind motions it is another program's."""
@@ -102,79 +92,28 @@ class GcodeReader:
         block = block.replace("TRAORI", "M128").replace("TRAFOOF", "M129")  # Siemens
         if re.fullmatch(r"(N\d+)?MSG", block):  # a message to the operator
             return
+        block, corner = corner_of(block, self._scale)
         if _WORD.sub("", block):
             self._gap(line, f"{_WORD.sub('', block)[:20]}: not known")
             return
-        pairs = [(letter, value) for letter, value in _WORD.findall(block) if letter != "N"]
+        pairs, ready = plain_words([(letter, value) for letter, value in _WORD.findall(block) if letter != "N"])
         g = [f"{float(v):g}" for letter, v in pairs if letter == "G"]
         m = [f"{float(v):g}" for letter, v in pairs if letter == "M"]
         words = {letter: v for letter, v in pairs if letter not in "GM"}
-        for code in set(g) & set(_LOOK_AHEAD):  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
-            if _LOOK_AHEAD[code] in words and not any(float(words.get(axis, "0")) for axis in "XYZABCIJK"):
-                g, words = [other for other in g if other != code], {k: v for k, v in words.items() if k in "FST"}
-                pairs = [("G", code) for code in g] + [("M", code) for code in m] + list(words.items())
         strange = [f"G{code}" for code in g if code not in _KNOWN]
         if strange or len(words) + len(g) + len(m) != len(pairs) or {"U", "V", "W"} & set(words):
             self._gap(line, f"{', '.join(strange) or 'a word said twice, or U, V, W'}: not known")
             g, words = [], {k: v for k, v in words.items() if k in "FST"}
         moves = bool(set(words) & set("XYZABCIJK")) and not {"4", "10"} & set(g)
         self._process(g, m, words, line, moves)
+        self._next_tool = self._next_tool if ready is None else ready
         self._offsets.block(g, m, words, line)
         self._modes(g, words, line)
         self._go(g, words, line)
+        if want := corner or self._bent:
+            self._tell.corner(want, self._stand.direction(normal_of(self._plane, False)), line)
+            self._bent = None
         self._process_after(m, line, moves)
-
-    # -- the process
-
-    def _process(self, g: list[str], m: list[str], words: Words, line: int, moves: bool) -> None:
-        """What comes before the block's motion."""
-        tell = self._tell
-        if "96" in g:
-            tell.gap(line, "G96: the spindle's speed is not known", lost=False)
-        if "T" in words:
-            self._next_tool = float(words["T"])
-        if "6" in m:
-            tell.tool(line, self._next_tool)
-        senses = [{"3": "CLW", "4": "CCLW"}[code] for code in m if code in ("3", "4")]
-        rpm = float(words["S"]) if "S" in words and "4" not in g else None
-        if senses or (rpm is not None and self._spinning):
-            tell.spindle(line, rpm, senses[-1] if senses else None)
-            self._spinning = True
-        elif rpm is not None:
-            tell.rpm = rpm
-        for code in m:
-            if code in ("7", "8"):
-                tell.coolant(line, "MIST" if code == "7" else "FLOOD")
-            elif code in ("128", "428", "129", "429"):
-                self._stand.switch("M", code.endswith("28"))
-            elif code in ("97", "98"):
-                self._gap(line, f"M{code}: a subprogram")
-            elif code not in _QUIET and code not in ("0", "1", "2", "3", "4", "5", "6", "9", "30", "60", "99"):
-                tell.gap(line, f"M{code}: not known", lost=False)
-        if not moves:
-            self._switch_off(m, line)
-
-    def _switch_off(self, m: list[str], line: int) -> None:
-        if "5" in m:
-            self._tell.spindle_off(line)
-            self._spinning = False
-        if "9" in m:
-            self._tell.coolant(line, None)
-
-    def _process_after(self, m: list[str], line: int, moves: bool) -> None:
-        if moves:  # ISO 6983: M5 and M9 act behind the block's motion
-            self._switch_off(m, line)
-        if {"0", "1", "60"} & set(m):
-            self._tell.event(Kind.STOP, line)
-        self._ended = bool({"2", "30", "99"} & set(m))
-
-    def _seconds(self, text: str, line: int) -> float:
-        """A dwell. Fanuc counts P in ms and without a point, LinuxCNC in seconds."""
-        value = float(text)
-        if "." in text:
-            return value
-        self._tell.note(f"a dwell of P{text} is taken as {'milliseconds' if value >= 100.0 else 'seconds'}")
-        return ms_to_s(value) if value >= 100.0 else value
 
     # -- modes
 
@@ -248,6 +187,10 @@ class GcodeReader:
         motion = motions[-1] if motions else None
         if motion and not (motion in _CYCLES and self._motion in _CYCLES):
             self._heights = {}
+        if motion in ("0", "1", "2", "3"):
+            self._beside = motion
+        elif motion == "80" and self._beside in ("0", "1"):  # cycles are of a modal group of their own
+            motion = self._beside
         self._motion = motion or self._motion
         axes = set(words) & set("XYZABC")
         if "4" in g:

@@ -10,6 +10,7 @@ import re
 
 import numpy as np
 
+from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
 from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
 from camrob.witness.units import deg_to_rad, rad_to_deg
@@ -20,11 +21,11 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _TOKEN = re.compile(
     rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|PR|I?[XYZABC]|[NT][XYZ]|[FMR]))\s?(?P<value>{_NUMBER})?\s?|DR(?P<sense>[-+])\s?"
 )
-_NOTHING = re.compile(r"(BLK FORM|TOOL DEF|\*|CYCL DEF (32|247)\b|END PGM)")
+_NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|CYCL DEF (32|247)\b|END PGM)")
 _FIRST = {"3": "M3", "4": "M4", "7": "M7", "8": "M8", "13": "M3M8", "14": "M4M8", "128": "M128"}
 _LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129": "M129"}
 # how the path is run, and which way rotary axes go round
-_QUIET = frozenset("116 117 120 124 126 127 134 135 137 138 107 108 25 26".split())
+_QUIET = frozenset("94 116 117 120 124 126 127 134 135 137 138 107 108 25 26".split())
 _FULL = 360.0  # degrees
 
 
@@ -61,6 +62,8 @@ class KlartextReader(ForeignReader):
             self._straight(rest, line)
         elif head in ("C", "CR", "CP", "LP"):
             self._round(head, rest, line)
+        elif corner := re.fullmatch(rf"(RND R|CHF) ?({_NUMBER})(?: F ?({_NUMBER}))?", row):
+            self._round_off(corner, line)
         elif head == "CC":
             self._set_pole(rest)
         elif row.startswith("PLANE"):
@@ -71,7 +74,7 @@ class KlartextReader(ForeignReader):
             self._tool(row[9:].strip(), line)
         elif row.startswith("CYCL DEF"):
             self._defined(row[8:].strip(), line)
-        elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+", row):
+        elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+|M128 F ?[A-Z\d.]+", row):
             codes = re.findall(r"M(\d+)", row)
             self._switch(codes, line, first=True)
             self._block(["M0"] if head == "STOP" else [], line)
@@ -82,6 +85,12 @@ class KlartextReader(ForeignReader):
             self._switch(["129"], line, first=False)
         elif not _NOTHING.match(row):
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
+
+    def _round_off(self, found: re.Match[str], line: int) -> None:
+        """RND and CHF between the last motion and the next one; a chamfer is as long as its sides."""
+        size, feed = float(found[2]) * self._scale, None if found[3] is None else float(found[3]) * self._scale / 60.0
+        want = Wanted(radius=size, feed=feed) if found[1] == "RND R" else Wanted(side=size, feed=feed)
+        self._tell.corner(want, self._stand.direction(np.array([0.0, 0.0, 1.0])), line)
 
     def _plane_of(self, row: str) -> None:
         """PLANE SPATIAL and PLANE RESET that turn the tool along."""
@@ -114,7 +123,7 @@ class KlartextReader(ForeignReader):
         """Words, M functions, and whether it is a rapid."""
         words: dict[str, str] = {}
         codes: list[str] = []
-        at, text = 0, text.replace("F MAX", "FMAX")
+        at, text = 0, re.sub(r" ?\bM94( [ABC](?![-+\d]))?(?!\d)", "", text.replace("F MAX", "FMAX"))
         while at < len(text):
             token = _TOKEN.match(text, at)
             if token is None or token.end() == at:

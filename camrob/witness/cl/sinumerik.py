@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign_cycles import Hole, drill_here, siemens_hole, swivelled_plane
 from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
 
@@ -32,6 +33,7 @@ _QUIET_G = frozenset("9 60 64 601 602 603 641 642 643 644 645 450 451 460 461 46
 _UNITS = {"70": "G20", "700": "G20", "71": "G21", "710": "G21"}
 _PLAIN_G = frozenset("0 1 2 3 4 17 18 19 40 41 42 53 54 55 56 57 90 91 93 94 95 97".split())
 _VECTOR = ("A3", "B3", "C3")
+_CORNERS = {"RND": "radius", "CHR": "side", "CHF": "across"}
 
 
 class SinumerikReader(ForeignReader):
@@ -112,7 +114,7 @@ class SinumerikReader(ForeignReader):
         words: list[str] = []
         vector: dict[str, float] = {}
         hows: dict[str, str] = {}
-        machine, at = False, 0
+        machine, at, corner = False, 0, None
         while at < len(body):
             token = _TOKEN.match(body, at)
             if token is None:
@@ -126,6 +128,8 @@ class SinumerikReader(ForeignReader):
             elif token["said"]:
                 machine = machine or token["said"] == "SUPA"
                 words += self._said(token["said"])
+            elif token["key"] in _CORNERS:
+                corner = Wanted(**{_CORNERS[token["key"]]: abs(float(token["set"])) * self._scale})
             elif token["key"] in _VECTOR:
                 vector[token["key"]] = float(token["set"])
             elif (token["word"] or token["key"]) == "G":
@@ -145,6 +149,7 @@ class SinumerikReader(ForeignReader):
             words = [word for word in words if not re.fullmatch(r"M0*6", word)]
         before, after = self._measured(hows, words)
         self._block(before, line)
+        self._bent = corner
         self._block(words, line, aims)
         self._block(after, line)
 

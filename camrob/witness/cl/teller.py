@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.witness.cl.circles import Wanted, bend, bent
 from camrob.witness.happenings import Event, Gap, Kind, Path, Pecks, Stand, Story, Way
 
 __all__ = ["NO_CIRCLE", "UNREAD", "Teller", "unit"]
@@ -21,6 +22,7 @@ UNREAD = "not read by the second opinion: "
 """How the gap begins that reaches to the end of a file."""
 NO_CIRCLE = "an arc whose ends lie on no circle about its centre"
 _NOWHERE = (math.nan,) * 7  # centre, normal and angle of a straight motion
+_NO_CORNER = "a rounded or chamfered corner that isn't between two straight cuts, or doesn't fit them"
 _CURVED = (*_NOWHERE[1:], 0.0)  # of a piece of a curve
 _COLUMNS = 18  # tip, axis, centre, normal, angle, line, way, feed, joined, operation
 
@@ -59,6 +61,10 @@ class Teller:
         self._blocks: list[Array] = []
         self._operation, self._marked = 0, False
         self._tool: tuple[float, str] | None = None
+        self._came: Array | None = None  # from where the last motion came
+        self._corner: tuple[Wanted, Array, int, int] | None = (
+            None  # with its plane's normal, its line, and how much was told
+        )
 
     # -- what stands beside the motions
 
@@ -186,17 +192,58 @@ class Teller:
         self._count()
         self._rows.append((*tip, *axis, *round_, line, way, feed, self._linked, self._operation))
         self.n += 1
+        self._came = self.here if self._linked else None
         self.here, self.axis, self._linked, self._from = tip, axis, True, 0
 
     def move(self, tip: Array, axis: Array, way: Way, line: int, feed: float | None = None) -> None:
         """Straight to `tip` with the tool along `axis`; a point where the tool stands already is no motion."""
         if self._covered(line) or (self.n and self._linked and self._at(tip, axis)):
             return
+        if self._corner is not None:
+            self._bend(tip, axis, way)
         if way != Way.RAPID:
             self._begin_where_it_stands()
         if feed is None:
             feed = math.nan if way == Way.RAPID else self.speed(line)
         self._row(tip, axis, way, line, feed, _NOWHERE)
+
+    def corner(self, want: Wanted, normal: Array, line: int) -> None:
+        """The last cut and the next one, both straight, meet in this corner; normal: of the plane in the part."""
+        self._corner = (want, normal, line, self.n + len(self.events))
+
+    def _unbent(self) -> None:
+        """No straight cut follows a corner that waits for one."""
+        if self._corner is not None:
+            self.gap(self._corner[2], _NO_CORNER)
+            self._corner = None
+
+    def _bend(self, tip: Array, axis: Array, way: Way) -> None:
+        """The corner that waits, now that the cut behind it goes to `tip`: the cut before it ends earlier."""
+        if self._corner is None:
+            return
+        (want, normal, line, told), self._corner = self._corner, None
+        row = self._rows[-1] if self._rows else None
+        straight = row is not None and row[14] == Way.FEED and math.isnan(row[12]) and told == self.n + len(self.events)
+        if row is None or not straight or way != Way.FEED or self.here is None or self._came is None:
+            self.gap(line, _NO_CORNER)
+            return
+        if float(np.abs(axis - self.axis).max()) > _SAME:
+            self.gap(line, _NO_CORNER)
+            return
+        found = bend(self._came, self.here, tip, normal, want)
+        if found is None:
+            if not bent(self._came, self.here, tip):
+                return
+            self.gap(line, _NO_CORNER)
+            return
+        self._rows[-1] = (*found.first, *row[3:])
+        self.here = found.first
+        feed = row[15] if want.feed is None else want.feed
+        if found.center is None:
+            self._row(found.last, axis, Way.FEED, line, feed, _NOWHERE)
+        else:
+            turn = 2.0 * math.asin(min(1.0, float(np.linalg.norm(found.last - found.first)) / (2.0 * want.radius)))
+            self._row(found.last, axis, Way.FEED, line, feed, (*found.center, *found.normal, turn))
 
     def arc(
         self,
@@ -210,6 +257,7 @@ class Teller:
         time: float = 0.0,
     ) -> None:
         """On a circle, right-handed about `normal`, to `tip`; `turns` full ones more. time: s that it takes, 0: by the feed."""
+        self._unbent()
         if self._covered(line):
             return
         if self.here is None or not (self._linked or self._from):
@@ -237,6 +285,7 @@ class Teller:
 
     def curve(self, tips: Array, axis: Array, line: int) -> None:
         """Cuts on a curve, from where the tool stands through tips (N, 3) so near together that the way between is straight."""
+        self._unbent()
         if self._covered(line):
             return
         if not (self._linked or self._from):
@@ -293,6 +342,7 @@ class Teller:
 
     def story(self, dialect: str, units: str) -> Story | None:
         """Everything that was collected; None where there is no motion, and no gap that says why."""
+        self._unbent()
         self._flush()
         if not self._blocks and not any(gap.text.startswith(UNREAD) for gap in self.gaps):
             return None

@@ -17,7 +17,7 @@ from camrob.toolpath.gcode.controls.fanuc_programs import PROGRAM, REPEATS, spli
 from camrob.toolpath.gcode.language.computed import words_of
 from camrob.toolpath.gcode.language.flow import DEEPEST, Line, StepCount, prepared, unset
 from camrob.toolpath.gcode.language.formulas import NOTHING, Reader, Value, whole
-from camrob.toolpath.gcode.lexer import Block, Word, assemble
+from camrob.toolpath.gcode.lexer import Block, Word, assemble, without_corner
 
 __all__ = ["INCREMENT", "SUBPROGRAMS", "run_macro"]
 
@@ -175,15 +175,16 @@ class _Macro:
 
     def _words(self, line: Line) -> Iterator[Block]:
         """A block of words, with or without a call."""
-        found = words_of(self._reader(line.text))
+        text, corner = without_corner(line.text)
+        found = words_of(self._reader(text))
         letters = {letter for letter, _, _ in found}
         codes = {(letter, round(value * 10.0)) for letter, value, _ in found if letter in "GM"}
         calls = codes & {("M", 970), ("M", 980), ("M", 990), ("G", 650), ("G", 660), ("G", 661)}
         if not calls:
-            yield assemble(found, line.number, line.comment)
+            yield assemble(found, line.number, line.comment)._replace(corner=corner)
             return
-        if len(calls) > 1:
-            raise ToolpathError("two calls in one block", hint="split the block")
+        if len(calls) > 1 or corner is not None:
+            raise ToolpathError("two calls, or a call and a corner, in one block", hint="split the block")
         (call,) = calls
         if call == ("G", 650):
             self._call_macro(found, letters)

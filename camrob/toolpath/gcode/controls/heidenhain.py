@@ -75,6 +75,7 @@ class _Program:
             try:
                 self._count.one(number)
                 if not self._flow(text):
+                    self._moves.corner_ahead(self._texts[self._at][1] if self._at < len(self._texts) else "")
                     yield from self._moves.blocks(text, number)
             except ToolpathError as error:
                 raise error.at(self._path, number) from None

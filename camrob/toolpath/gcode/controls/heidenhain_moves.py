@@ -8,21 +8,22 @@ from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, check_cycle, drilled, level
-from camrob.toolpath.gcode.controls.heidenhain_words import motion_words, offset_blocks
+from camrob.toolpath.gcode.controls.heidenhain_words import corner_of, motion_words, offset_blocks
 from camrob.toolpath.gcode.coordinates import euler
+from camrob.toolpath.gcode.corner import Corner
 from camrob.toolpath.gcode.lexer import Block, Plane
 from camrob.units import deg_to_rad, rad_to_deg
 
 __all__ = ["HeidenhainMoves"]
 
 _NOTHING_HERE = re.compile(
-    r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|247)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF"
+    r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|247)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF|M94\b"
 )
 _MACHINE = frozenset((91, 92))
 _TCP = {128: 128, 129: 129}
 # what turns on how the control runs the path, or which way round a rotary axis goes in rapid
-_SILENT = frozenset((116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
-_MODES = frozenset((94, 97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141, 143, 144, 145, 148, 149, 197))
+_SILENT = frozenset((94, 116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
+_MODES = frozenset((97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141, 143, 144, 145, 148, 149, 197))
 
 
 class HeidenhainMoves:
@@ -42,6 +43,12 @@ class HeidenhainMoves:
         self._cycle_number = 0
         self._begun = False
         self._tcp = False
+        self._corner: Corner | None = None  # at the end of the next straight cut
+        self._rounded = False  # the last one has taken it
+
+    def corner_ahead(self, text: str) -> None:
+        """Take note of the statement behind the next one: RND and CHF change how that one ends."""
+        self._corner = corner_of(text, self._value)
 
     def blocks(self, text: str, line: int) -> Iterator[Block]:
         """The blocks that one statement stands for. Raises ToolpathError for what is not read."""
@@ -79,12 +86,22 @@ class HeidenhainMoves:
             self._tcp = False
         elif text.startswith("STOP"):
             yield Block(line, {}, m=(0,))
-        elif re.fullmatch(r"(?:M[0-9]+ ?)+", text):
+        elif text.startswith(("RND", "CHF")):
+            self._close_corner()
+        elif re.fullmatch(r"M128 F ?(?:MAX|AUTO|[0-9.]+)|(?:M[0-9]+ ?)+", text):  # F: of what makes up for turning
             yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
         elif text.startswith("M140"):
             yield self._away(line)
         elif not _NOTHING_HERE.match(text):
             raise ToolpathError(f"{text[:28]!r} is not read", hint="have the CAM system write the motions out")
+
+    def _close_corner(self) -> None:
+        """RND or CHF itself, which the cut before it has taken in."""
+        if not self._rounded:
+            raise ToolpathError(
+                "RND or CHF behind no straight cut", hint="have the CAM system write the corner out as moves"
+            )
+        self._rounded = False
 
     def _begin(self, text: str, line: int) -> Iterator[Block]:
         if self._begun:
@@ -179,7 +196,9 @@ class HeidenhainMoves:
             yield Block(line, {**to, **feed}, (530, motion))
             self._at.update(dict.fromkeys(set(to) & set("XYZ")))
         elif to or vector is not None:
-            yield Block(line, {**to, **feed}, (motion,), vector=vector)
+            corner = self._corner if motion else None
+            self._rounded = corner is not None
+            yield Block(line, {**to, **feed}, (motion,), vector=vector, corner=corner)
             self._at.update({k: v for k, v in to.items() if k in self._at})
         elif feed:
             yield Block(line, feed)

@@ -11,8 +11,9 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import Control, State
+from camrob.toolpath.gcode.controls.siemens_sections import Sections
 from camrob.toolpath.gcode.controls.siemens_words import SiemensWords
-from camrob.toolpath.gcode.language.flow import StepCount, unset
+from camrob.toolpath.gcode.language.flow import DEEPEST, StepCount, unset
 from camrob.toolpath.gcode.language.formulas import NOTHING, Reader, Value, whole
 from camrob.toolpath.gcode.lexer import Block
 
@@ -24,6 +25,8 @@ _MARKS = tuple(
         r"\b(?:TRAORI|TRAFOOF|CYCLE8[0-9]{1,2}|ORIWKS|ORIMKS|ORIVECT|ORIAXES|SUPA|COMPCAD|COMPOF|FFWON|G64[0-5]|G710|STOPRE|MCALL)\b",
         r"^%_N_|^;\$PATH=",
         r"\bMSG[ \t]*\(",
+        r"\bA?(?:TRANS|ROT|MIRROR|SCALE)[ \t]+[XYZ]|\b(?:RND|CH[RF])[ \t]*=|^[ \t]*(?:N[0-9]+[ \t]+)?REPEATB?[ \t]+[A-Z_]",
+        r"\b(?:POCKET[0-9]?|LONGHOLE|SLOT[12]|HOLES[12]|CIP|WORKPIECE|CYCLE[67][0-9])\b",
         r"^[ \t]*(?:N[0-9]+[ \t]+)?(?:DEF[ \t]+(?:REAL|INT)|R[0-9]+[ \t]*=|GOTO[FB][ \t]|A3[ \t]*=)",
         r"\b(?:[XYZABC]|A3|B3|C3|CR|TURN)[ \t]*=[ \t]*[-+(0-9R]|\bT[ \t]*=[ \t]*\"",
     )
@@ -33,6 +36,9 @@ _LABEL = re.compile(r"([A-Z_][A-Z0-9_]+):(?!=)")
 _JUMP = re.compile(r"(?:IF(.*?))? ?(GOTOF|GOTOB|GOTOC|GOTO) ?([A-Z_][A-Z0-9_]*|[0-9]+)$")
 _SET = re.compile(r"(R[0-9]+|R\(.*?\)|[A-Z_][A-Z0-9_]*)=(?!=)(.*)$")
 _FOR = re.compile(r"FOR (\w+)=(.*?) ?TO ?(.*)$")
+_REPEAT = re.compile(r"REPEAT ([A-Z_][A-Z0-9_]*)(?: ([A-Z_][A-Z0-9_]*))?(?: P=?(.+))?")
+_BACK = re.compile(r"\b(?:M0*17(?![0-9.])|RET\b)")
+_MOST_REPEATS = 9_999  # P has four digits
 _OPENS = {"ENDIF": "IF", "ENDWHILE": "WHILE", "ENDFOR": "FOR", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
 _ADDRESSES = frozenset(
     "X Y Z A B C I J K F S T D A3 B3 C3 CR TURN AP RP AR RND RNDM CHF CHR A2 B2 C2 A4 B4 C4 A5 B5 C5 LEAD TILT OFFN FA FRC "
@@ -65,9 +71,11 @@ class _Program:
         self._ends: dict[int, int] = {}
         self._begins: dict[int, int] = {}
         self._else: dict[int, int] = {}
+        self._sections = Sections(self._texts)
         self._structure()
         self._tools(lines)
-        self._at = 0
+        self._at = self._sections.main
+        self._repeats: list[tuple[int, int, int, int]] = []  # first and last line of a part, passes left, and back
 
     def _tools(self, lines: list[str]) -> None:
         """Whether tools are named by one name only: it is then the one that the set-up describes."""
@@ -103,6 +111,8 @@ class _Program:
         """The blocks, one after the other."""
         while self._at < len(self._texts):
             index = self._at
+            if self._repeated(index):
+                continue
             text = self._texts[index]
             self._at += 1
             try:
@@ -116,9 +126,19 @@ class _Program:
 
     def _one(self, text: str, index: int) -> Iterator[Block]:
         word = _keyword(text)
-        if text.startswith(("%_N_", "PROC")) or re.fullmatch(r"%\w*", text):
-            if index and self._words.moved:
+        if text.startswith("%_N_") and index != self._sections.main:
+            yield from self._end(index)
+        elif text.startswith(("%_N_", "PROC")) or re.fullmatch(r"%\w*", text):
+            if index and self._words.moved and not self._sections.called:
                 raise ToolpathError("a further program in the same file", hint="give each program a file of its own")
+        elif self._sections.called and _BACK.search(text):
+            if rest := _BACK.sub("", text).strip():
+                yield from self._one(rest, index)
+            self._at = self._sections.back()
+        elif place := self._sections.call(text, self._at):
+            self._at = place
+        elif word == "REPEAT" and text != "REPEAT":
+            self._repeat(text)
         elif match := _JUMP.match(text):
             if match[1] is None or self.true(match[1]):
                 self._go_to(match[3], match[2])
@@ -163,10 +183,45 @@ class _Program:
         elif word == "UNTIL":
             if not self.true(text[5:]):
                 self._at = self._begins[index] + 1
-        elif word == "REPEAT" and text != "REPEAT":
-            raise ToolpathError("REPEAT of a part between labels", hint="write the loop out")
         elif word in ("FOR", "ENDFOR"):
             self._for(word, index)
+
+    def _end(self, index: int) -> Iterator[Block]:
+        """The heading of another program, which the one before it runs into: its end."""
+        if self._sections.called:
+            self._at = self._sections.back()
+            return
+        yield Block(index + 1, {}, m=(300,))
+
+    def _repeat(self, text: str) -> None:
+        """REPEAT LABEL [P=n]: from the label to here once more, or n times; REPEAT FIRST LAST [P=n]: what stands between them."""
+        match = _REPEAT.fullmatch(text)
+        if match is None:
+            raise ToolpathError(f"{text[:24]} can't be read", hint="REPEAT LABEL or REPEAT FIRST LAST, with P=n")
+        here = self._at - 1
+        low, high = self._sections.bounds
+        places = {name: at for name, at in self._labels if low <= at < high}
+        missing = [name for name in (match[1], match[2]) if name and name not in places]
+        if missing:
+            raise ToolpathError(f"{missing[0]} is repeated, and there is no such label", hint="check the label")
+        first, last = places[match[1]], places[match[2]] if match[2] else here - 1
+        times = 1 if match[3] is None else whole(self.value(match[3]), "P")
+        if first > last or first <= here <= last or not 1 <= times <= _MOST_REPEATS:
+            raise ToolpathError(f"{text[:24]} of a part that holds itself, or too often", hint="write the loop out")
+        if len(self._repeats) > DEEPEST:
+            raise ToolpathError(f"REPEAT nested more than {DEEPEST} deep", hint="write the loops out")
+        self._repeats.append((first, last, times - 1, self._at))
+        self._at = first
+
+    def _repeated(self, index: int) -> bool:
+        """Whether a part that is being repeated ends before this line; it begins anew, or goes on behind its REPEAT."""
+        if not self._repeats or index != self._repeats[-1][1] + 1:
+            return False
+        first, last, left, back = self._repeats.pop()
+        if left:
+            self._repeats.append((first, last, left - 1, back))
+        self._at = first if left else back
+        return True
 
     def _for(self, word: str, index: int) -> None:
         begin = index if word == "FOR" else self._begins[index]
@@ -180,7 +235,8 @@ class _Program:
     def _go_to(self, label: str, how: str) -> None:
         label = f"N{label}" if label.isdigit() else label
         here = self._at - 1
-        places = [at for name, at in self._labels if name == label]
+        low, high = self._sections.bounds
+        places = [at for name, at in self._labels if name == label and low <= at < high]
         ahead, behind = [p for p in places if p > here], [p for p in places if p <= here]
         found = ahead if how == "GOTOF" else behind[::-1] if how == "GOTOB" else ahead or behind
         if not found:
@@ -271,7 +327,7 @@ def _tight(part: str) -> str:
 
 def _keyword(text: str) -> str:
     """The word of flow that a text begins with."""
-    match = re.match(r"ENDWHILE|ENDLOOP|ENDFOR|ENDIF|WHILE|LOOP|FOR|ELSE|IF|REPEAT|UNTIL", text)
+    match = re.match(r"(?:ENDWHILE|ENDLOOP|ENDFOR|ENDIF|WHILE|LOOP|FOR|ELSE|IF|REPEAT|UNTIL)(?![A-Z0-9_])", text)
     return match[0] if match else ""
 
 

@@ -18,6 +18,7 @@ SILENT_CALLS = frozenset(
 )
 REFUSED = {
     "ROT": "a turned frame (ROT about X or Y)", "AROT": "a turned frame (AROT about X or Y)",
+    "RNDM": "rounding of all corners (RNDM)", "FRC": "a feed of corners (FRC)", "FRCM": "a feed of corners (FRCM)",
     "ROTS": "a turned frame (ROTS)", "CROTS": "a turned frame",
     "AROTS": "a turned frame", "RPL": "a turned frame", "MIRROR": "mirroring", "AMIRROR": "mirroring", "SCALE": "scaling",
     "ASCALE": "scaling", "CIP": "an arc through a point (CIP)", "CT": "a tangential arc (CT)", "BSPLINE": "a spline",

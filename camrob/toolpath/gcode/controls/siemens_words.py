@@ -11,6 +11,7 @@ from camrob.toolpath.gcode.controls.control import State
 from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, Hole, hole_of
 from camrob.toolpath.gcode.controls.siemens_frames import Frame, swivel
 from camrob.toolpath.gcode.controls.siemens_vocabulary import CODES, REFUSED, SILENT, SILENT_CALLS, SILENT_G
+from camrob.toolpath.gcode.corner import BASE, LEG, ROUND, Corner
 from camrob.toolpath.gcode.language.formulas import (
     ARITHMETIC,
     COMPARISONS,
@@ -27,7 +28,8 @@ __all__ = ["SiemensWords"]
 _TOLERANCE = re.compile(r"\b[CO]TOL=[-+0-9.]+")  # of the compressor
 _CALL = re.compile(r"([A-Z_][A-Z0-9_]*)\(")
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
-_ADDRESS = re.compile(r"((?:A3|B3|C3|CR|TURN|S1|M1)(?==)|[A-Z])(=)?")
+_ADDRESS = re.compile(r"((?:A3|B3|C3|CR|TURN|S1|M1|RND|CHR|CHF)(?==)|[A-Z])(=)?")
+_CORNERS = {"RND": ROUND, "CHR": LEG, "CHF": BASE}
 _ROT = re.compile(r"A?ROT(?: ?(?:Z|RPL)=?([^ ,]+))?")  # about the tool's axis; other turns are refused
 
 
@@ -174,6 +176,7 @@ class SiemensWords:
         said = re.findall(r"\bG9([01])(?![0-9.])", text)
         self._distance = 90.0 + float(said[-1]) if said else self._state("distance")
         self._vector: dict[str, float] = {}
+        self._corner: Corner | None = None
         found = self._found(text)
         if self.one_name:
             found = [w for w in found if w[:2] != ("M", 6.0)]
@@ -205,7 +208,7 @@ class SiemensWords:
         vector = None
         if self._vector:
             vector = tuple(self._vector.get(k, 0.0) for k in ("A3", "B3", "C3"))
-        yield block._replace(vector=vector, note=self._note)
+        yield block._replace(vector=vector, note=self._note, corner=self._corner)
         if self._center:
             yield Block(line, {}, (911,))
         if mode != before:
@@ -236,13 +239,13 @@ class SiemensWords:
 
     def _keyword(self, rest: str) -> str:
         """The longest keyword that stands here, "" where none does."""
-        names = [k for k in (*SILENT, *REFUSED, "TRAORI", "TRAFOOF", "SUPA", "RET") if rest.startswith(k)]
+        names = [k for k in (*SILENT, *REFUSED, "TRAORI", "TRAFOOF", "SUPA", "RET") if _stands(k, rest)]
         name = max(names, key=len, default="")
         whole_word = re.match(r"[A-Z_]{3,}[A-Z0-9_]*", rest)
-        if not name and whole_word and not re.match(r"(?:TURN)=", rest):
+        if not name and whole_word and not re.match(r"(?:TURN|RND|CHR|CHF)=", rest):
             raise ToolpathError(
-                f"{whole_word[0]} is not known here: a subprogram, or a word of the control",
-                hint="have the post-processor write plain blocks",
+                f"{whole_word[0]} is not known here: a subprogram that is not in this file, or a word of the control",
+                hint="append the subprogram behind a line %_N_NAME_SPF, or have the post-processor write plain blocks",
             )
         return name if len(name) > 1 else ""
 
@@ -278,6 +281,8 @@ class SiemensWords:
             self._vector[name] = value
         elif name == "G":
             self._code(value, found)
+        elif name in _CORNERS:
+            self._corner = self._cornered(name, value)
         elif name == "CR":
             found.append(("R", value, is_whole))
         elif name == "TURN":
@@ -294,6 +299,11 @@ class SiemensWords:
             raise ToolpathError(f"{name}{value:g} is no word that is read here", hint="export X, Y, Z, A, B, C")
         else:
             found.append((name, value, is_whole))
+
+    def _cornered(self, name: str, value: float) -> Corner | None:
+        if value < 0.0 or self._corner is not None:
+            raise ToolpathError(f"{name}={value:g}: no corner, or one of two", hint="check the block")
+        return Corner(_CORNERS[name], value) if value else None
 
     def _mode(self, how: str, name: str, value: float) -> None:
         """IC, AC, DC, ACP, ACN behind an address."""
@@ -360,6 +370,11 @@ class SiemensWords:
             if value == 70.0:
                 self._note = "G70: feeds are taken in inches a minute, as with G700"
             found.append(("G", float(CODES.get(int(value), value)), True))
+
+
+def _stands(word: str, rest: str) -> bool:
+    """Whether the word begins `rest`, and no longer one does."""
+    return rest.startswith(word) and not re.match(r"[A-Z0-9_]*[A-Z_](?![-+=.0-9])|[0-9]", rest[len(word) :])
 
 
 def _g(found: list[Word]) -> set[float]:

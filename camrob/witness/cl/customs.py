@@ -1,0 +1,47 @@
+"""Words of a block that move nothing, or that a control writes in its own way, as plain words."""
+
+from __future__ import annotations
+
+import re
+
+from camrob.witness.cl.circles import Wanted
+
+__all__ = ["corner_of", "plain_words"]
+
+Pairs = list[tuple[str, str]]
+
+_CORNER = re.compile(r",([RC])(\d+\.?\d*|\.\d+)")
+_LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
+_UNITS = {"70": "20", "71": "21"}  # Mach3, Fagor; with words of their own they are cycles elsewhere
+
+
+def plain_words(pairs: Pairs) -> tuple[Pairs, float | None]:
+    """The block's words without look-ahead modes, with G70 and G71 as units, with one T; and the tool that a second T of a change
+    makes ready (Mazak's T01 T02 M6), None without.
+    """
+    letters = [letter for letter, _ in pairs]
+    codes = {f"{float(value):g}" for letter, value in pairs if letter == "G"}
+    words = dict(pairs)
+    if codes & _UNITS.keys() and set(letters) <= set("GMFSTDHN"):
+        pairs = [(k, _UNITS.get(f"{float(v):g}", v)) if k == "G" else (k, v) for k, v in pairs]
+    if "187" in codes:
+        pairs = [pair for pair in pairs if pair[0] not in "EP"]
+    if any(k in words and code in codes for code, k in _LOOK_AHEAD.items()) and not any(
+        float(words.get(axis, "0")) for axis in "XYZABCIJK"
+    ):
+        gone = {code for code, k in _LOOK_AHEAD.items() if k in words}
+        pairs = [p for p in pairs if p[0] in "MFST" or (p[0] == "G" and f"{float(p[1]):g}" not in gone)]
+    if letters.count("T") == 2 and ("M", 6.0) in [(k, float(v)) for k, v in pairs]:
+        second = len(pairs) - 1 - [k for k, _ in reversed(pairs)].index("T")
+        return [*pairs[:second], *pairs[second + 1 :]], float(pairs[second][1])
+    return pairs, None
+
+
+def corner_of(block: str, scale: float) -> tuple[str, Wanted | None]:
+    """A block without Fanuc's ,R or ,C (a chamfer's sides), and what they ask for. scale: metres in one of its units."""
+    found = _CORNER.search(block)
+    if not found or not float(found[2]):
+        return _CORNER.sub("", block, count=1), None
+    size = float(found[2]) * scale
+    want = Wanted(radius=size) if found[1] == "R" else Wanted(side=size)
+    return block[: found.start()] + block[found.end() :], want
