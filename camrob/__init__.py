@@ -325,7 +325,7 @@ def _keep_kernels_fresh() -> None:
     try:
         os.makedirs(place, exist_ok=True)
     except OSError:
-        return  # nowhere to write: Numba's own places serve
+        return  # nowhere to write: Numba's own places will do
     if os.access(place, os.W_OK):
         os.environ["NUMBA_CACHE_DIR"] = place
         loaded = sys.modules.get("numba.core.config")

@@ -18,7 +18,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.extending import register_jitable
 
-from camrob.compiling import tell
+from camrob.compiling import report_compile
 
 __all__ = ["bare", "inlined", "kernel", "part"]
 
@@ -112,7 +112,7 @@ class _Watch(event.Listener):  # type: ignore[misc]
         if self._depth == 0:
             self._collects = gc.isenabled()
             gc.disable()
-            tell(happening.data["dispatcher"].py_func.__name__.strip("_"))
+            report_compile(happening.data["dispatcher"].py_func.__name__.strip("_"))
         self._depth += 1
 
     def on_end(self, happening: Any) -> None:

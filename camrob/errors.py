@@ -45,7 +45,7 @@ __all__ = [
 
 # characters of a message's parts: whatever an input file held, a message can be read on a terminal
 _WHAT = 700
-_CURE = 500
+_HINT = 500
 _NAME = 200
 _PATH = 4200  # more than a path may have: a place is named whole
 
@@ -64,7 +64,7 @@ class InputError(CamrobError):
         self.path = None if path is None else Path(path)
         self.line = line
         self.what = one_line(what, _WHAT)
-        self.hint = one_line(hint, _CURE)
+        self.hint = one_line(hint, _HINT)
         super().__init__(str(self))
 
     def __str__(self) -> str:

@@ -26,7 +26,7 @@ __all__ = ["Links", "Riders", "chain_links", "follow_pair", "pair_distances"]
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-_SPLITS = 30  # halvings of a path step: fine enough for a millimetre of a motion across the hall
+_SPLITS = 30  # halvings of a path step: fine enough for a millimetre of a motion across the shop floor
 _ROUGH = 0.1  # of a distance to a mesh, on the way
 _EXACT = 1e-3
 _CLOSE = 0.1  # how finely the smallest clearance is looked for, as a part of itself

@@ -63,8 +63,8 @@ def follows(cell: Cell, frame: str) -> tuple[int, Array]:
         if not workpiece:
             return -1, np.eye(4)
         home = cell.q_home
-        base_T_hall = base_T_joint_frames(cell, home)[workpiece[-1]]
-        return workpiece[-1], inverse(world_T_base(cell, home) @ base_T_hall)
+        base_T_floor = base_T_joint_frames(cell, home)[workpiece[-1]]
+        return workpiece[-1], inverse(world_T_base(cell, home) @ base_T_floor)
     if frame == "root":
         link_T_foot = cell.base_T_first if arm[0] == 0 else np.eye(4)
         return arm[0] - 1, link_T_foot @ cell.foot_T_root

@@ -1,4 +1,4 @@
-"""Calibration of a cell from measured poses: what can be told, the fit, and what it is worth on poses that took no
+"""Calibration of a cell from measured poses: what can be identified, the fit, and what it is worth on poses that took no
 part.
 """
 
@@ -79,7 +79,7 @@ def study_cell(
     standard ones) are tried, and what the poses don't tell is left out and said. withheld: sets that take no part, else
     a share of the poses (0: none). Where the instrument of a withheld set is unknown, only the robot's parameters carry
     over: base and reflector are refitted on half of it, and the other half judges. Raises LogError for data that can't
-    serve, SingularError for parameters that can't be told apart, JobError for a fit that ends where no robot is.
+    be used, SingularError for parameters that can't be told apart, JobError for a fit that ends where no robot is.
     """
     sets = [data] if isinstance(data, Measurements) else list(data)
     others = [withheld] if isinstance(withheld, Measurements) else list(withheld or ())
@@ -92,7 +92,7 @@ def study_cell(
     firsts = [fit_frames(cell, part.select(sampled_rows(len(part), _SAMPLE)), ParameterSet.of(())) for part in sets]
     for part, (_, first) in zip(sets, firsts, strict=True):
         _believable(cell, first, part)
-    kept, fit, seen = _fitted_as_far_as_told(cell, prepared, [first for _, first in firsts], names)
+    kept, fit, seen = _fitted_as_far_as_seen(cell, prepared, [first for _, first in firsts], names)
     stages = [_stages(part, first, fit) for part, first in zip(kept, firsts, strict=True)]
     poses = [pose_errors_of(part, s, withheld=False) for part, s in zip(sets, stages, strict=True)]
     poses += [
@@ -117,14 +117,14 @@ def _asked(
     return (*(n for n in FRAMES if n in unknown and n not in names), *names)
 
 
-def _fitted_as_far_as_told(
+def _fitted_as_far_as_seen(
     cell: Cell, prepared: Sequence[Prepared], firsts: Sequence[Fit], names: Sequence[str] | None
 ) -> tuple[tuple[Prepared, ...], Fit, Identifiability]:
-    """The sets with the parameters that the poses tell, and their fit."""
+    """The sets with the parameters that the poses determine, and their fit."""
     scales = np.array([named_parameter(cell, n).scale for n in prepared[0].names])
     noise = [(_EXPLAINED * f.scatter_position, _EXPLAINED * f.scatter_angle) for f in firsts]
     for _ in range(2):
-        seen = _told(prepared, scales, noise, cell)
+        seen = _identifiability(prepared, scales, noise, cell)
         if names is not None:
             _refuse(cell, seen, names, prepared[0].data)
         _enough(prepared, seen.kept)
@@ -176,7 +176,7 @@ def _fits_elsewhere(cell: Cell, data: Measurements) -> bool:
     return fit.scatter_position <= _MOST_POSITION and fit.scatter_angle <= _MOST_ANGLE
 
 
-def _told(
+def _identifiability(
     prepared: Sequence[Prepared], scales: Array, noise: Sequence[tuple[float, float]], cell: Cell
 ) -> Identifiability:
     try:

@@ -1,4 +1,4 @@
-"""A calibration: the error parameters of a cell with their standing, and the chain that they make of it."""
+"""A calibration: the error parameters of a cell and how well they are known, and the chain that they make of it."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class ModelArrays(NamedTuple):
     """The constant part of the chain.
 
     left (4, 4): the measured frame seen to `world` or `base`. start: the first joint walked; workpiece: the first
-    joint that stands in the hall; arm: the first of the arm. hall, hall_inverse: world_T_hall with all workpiece axes
+    joint that stands on the floor; arm: the first of the arm. floor, floor_inverse: world_T_floor with all workpiece axes
     at 0. root, root_inverse: foot_T_root. before, after (n, 4, 4): around each joint's motion; last (4, 4): behind
     the last one, to the tip; right (4, 4): the target seen from the tip. prismatic (n,); zero (n,): q where the axis
     value is 0.
@@ -41,8 +41,8 @@ class ModelArrays(NamedTuple):
     start: int
     workpiece: int
     arm: int
-    hall: Array
-    hall_inverse: Array
+    floor: Array
+    floor_inverse: Array
     root: Array
     root_inverse: Array
     before: Array
@@ -171,10 +171,10 @@ def _walk(model: ModelArrays, given: Displacements, row: int, q: Array, S: Array
     for i in range(model.start, n):
         if i == model.workpiece:
             if model.start < model.workpiece:
-                compose(R, p, model.hall_inverse)
+                compose(R, p, model.floor_inverse)
             _leave(S, BASE, R, p, given.base, given.base_J, False)
             compose(R, p, given.base)
-            compose(R, p, model.hall)
+            compose(R, p, model.floor)
         if i == model.arm:
             compose(R, p, model.root)
             if given.root.shape[0] > 0:

@@ -22,7 +22,7 @@ from camrob.calibration.error_kernel import (
 from camrob.calibration.terms import ErrorTerm, TermKind, term_of
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
-from camrob.cell.world import world_T_hall
+from camrob.cell.world import world_T_floor
 from camrob.dynamics.gravity import GravityArrays, gravity_arrays, gravity_stiffness, gravity_torques
 from camrob.errors import LogError
 from camrob.se3 import inverse, left_jacobian, rotation_exp
@@ -235,14 +235,14 @@ def _arrays(cell: Cell, in_base: bool, left: Array | None, right: Array | None) 
     before = np.stack([np.asarray(j.before) for j in joints])
     if workpiece:
         before[0] = cell.base_T_first @ before[0]
-    hall = world_T_hall(cell)
+    floor = world_T_floor(cell)
     return ModelArrays(
         left=np.eye(4) if left is None else np.ascontiguousarray(left, float),
         start=0 if in_base else workpiece,
         workpiece=workpiece,
         arm=cell.indices(Role.ARM)[0],
-        hall=np.array(hall),  # a copy: frozen arrays would be compiled for separately
-        hall_inverse=np.array(inverse(hall)),
+        floor=np.array(floor),  # a copy: frozen arrays would be compiled for separately
+        floor_inverse=np.array(inverse(floor)),
         root=np.ascontiguousarray(cell.foot_T_root),
         root_inverse=np.ascontiguousarray(inverse(np.asarray(cell.foot_T_root))),
         before=before,

@@ -87,18 +87,18 @@ def select_poses(
     rows = 3 if sigma_angle is None else 6
     sigma = np.repeat((sigma_position, sigma_angle or 1.0), 3)[:rows, None]
 
-    def told(q: Array) -> Array:
+    def sensitivity(q: Array) -> Array:
         return np.asarray(model.poses_and_jacobian(zero, q)[1][:, :rows] * scales / sigma)
 
     information = np.eye(len(names)) / _PRIOR**2
     if measured is not None and len(measured):
-        J = told(measured).reshape(-1, len(names))
+        J = sensitivity(measured).reshape(-1, len(names))
         information += J.T @ J
     C = np.linalg.inv(information)
     every = path[np.unique(np.linspace(0, len(path) - 1, min(len(path), _MOST_ON_PATH)).astype(np.int64))]
     on_path = model.poses_and_jacobian(zero, every)[1][:, :3] * scales
     M = np.einsum("kip,kiq->pq", on_path, on_path) / len(every)
-    J = told(candidates)
+    J = sensitivity(candidates)
     chosen: list[int] = []
     expected = [np.sqrt(np.sum(C * M))]
     for _ in range(count):

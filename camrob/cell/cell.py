@@ -33,7 +33,7 @@ class Cell:
     the last joint before the arm ends in. wrist_T_flange: the mounting plate seen from the frame that the arm's last
     joint ends in (its Denavit-Hartenberg row included). flange_T_tool: `$TOOL`. condition_length: the characteristic
     length, m. controller_section, resolve_section: None where cell.toml has no such section, which only some jobs need;
-    `controller` and `resolve` give them. `provenance` maps dotted keys of cell.toml to their standing.
+    `controller` and `resolve` give them. `provenance` maps dotted keys of cell.toml to where their numbers come from.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Cell:
             raise self._lacks("resolve", "this job")
         return self.resolve_section
 
-    def serving(self, verb: str, *, controller: bool = False, resolve: bool = False) -> Cell:
+    def checked_for(self, verb: str, *, controller: bool = False, resolve: bool = False) -> Cell:
         """The cell itself, where it has the sections that a verb needs. Raises CellError naming section and verb."""
         if controller and self.controller_section is None:
             raise self._lacks("controller", verb)
@@ -180,9 +180,9 @@ class Cell:
 
     @property
     def digest(self) -> str:
-        """What the cell says: every number and setting of cell.toml, not where it lies, its title or its numbers' standings.
+        """What the cell says: every number and setting of cell.toml, not where it lies, its title or its numbers' provenance.
 
         Engines and meshes count by their files' names.
         """
-        told = replace(self, title="", folder=Path(), provenance={})
-        return digest(*leaves(told))
+        content = replace(self, title="", folder=Path(), provenance={})
+        return digest(*leaves(content))

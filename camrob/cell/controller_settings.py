@@ -151,8 +151,8 @@ class ControllerSettings:
             raise CellError(f"base_follows_table is true, but base_template is {shown}, which stands still", hint=hint)
         numbers = {int(n) for n in re.findall(r"MACHINE_DEF\s*\[\s*(\d+)\s*\]", self.base_template, re.IGNORECASE)}
         if len(numbers | ({self.act_ex_ax} if self.act_ex_ax else set())) > 1 and numbers:
-            told = " and ".join(f"MACHINE_DEF[{n}]" for n in sorted(numbers))
-            what = f"base_template names {told} where act_ex_ax is {self.act_ex_ax}"
+            named = " and ".join(f"MACHINE_DEF[{n}]" for n in sorted(numbers))
+            what = f"base_template names {named} where act_ex_ax is {self.act_ex_ax}"
             raise CellError(what, hint="name the mechanism that carries the part in all places")
 
     def hook_lines(self, name: str, value: float = 0.0) -> tuple[str, ...]:

@@ -82,9 +82,9 @@ def check_poses(cell: Cell, path: Path, bounds: PoseBounds) -> None:
         found = _missed(row, base_T_tool[k], path, bounds)
         given = {"S": 0 if status is None else status[k], "T": turn[k], "inv_kf": inverse_kf[k]}
         for key, value in given.items():
-            told = row.numbers.get(key, value)
-            if not found and abs(told - value) > (bounds.inv_kf if key == "inv_kf" else 0.0):
-                found = f"{key} is {value:.4g}, not {told:g}"
+            stated = row.numbers.get(key, value)
+            if not found and abs(stated - value) > (bounds.inv_kf if key == "inv_kf" else 0.0):
+                found = f"{key} is {value:.4g}, not {stated:g}"
         if found:
             missed.append((row, found))
     if missed:
@@ -177,24 +177,24 @@ def _row(header: list[str], cells: list[str], path: Path, line: int) -> _Row:
 
 def _posture(cell: Cell, row: _Row, path: Path, bounds: PoseBounds) -> Array:
     """The row's posture (n,); axis values and q have to agree where both are given."""
-    axes, told = row.some(_axis_columns(cell), path), row.some(_q_columns(cell), path)
+    axes, stated = row.some(_axis_columns(cell), path), row.some(_q_columns(cell), path)
     roll = row.numbers.get("q_roll_rad", 0.0)
-    if axes is None and told is None:
+    if axes is None and stated is None:
         raise row.fail("says nothing of the axes", f"fill in {', '.join(_axis_columns(cell))}", path)
     real = [i for i, j in enumerate(cell.joints) if j.role is not Role.ROLL]
     q = np.full(len(cell), roll)
     if axes is not None:
         q = cell.to_q(axes, roll=roll)
-    if told is None:
+    if stated is None:
         return q
     if axes is not None:
-        for i, value in zip(real, told, strict=True):
+        for i, value in zip(real, stated, strict=True):
             joint, off = cell.joints[i], abs(float(q[i] - value))
             if off > (bounds.position if joint.prismatic else bounds.angle):
                 by = f"{m_to_mm(off):.3f} mm" if joint.prismatic else f"{rad_to_deg(off):.3f} degrees"
                 what = f"has axis values whose {joint.name} is {by} off its q: sign or offset of the axis is not the file's"
                 raise row.fail(what, "mend cell.toml, or the row", path)
-    q[real] = told
+    q[real] = stated
     return q
 
 

@@ -1,4 +1,4 @@
-"""Reading a cell's folder: cell.toml, checked key by key, edge units to SI, the standing of every number kept."""
+"""Reading a cell's folder: cell.toml, checked key by key, edge units to SI, the provenance of every number kept."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 SCHEMA = 1
-_MOST_TOLD = 7  # things that are wrong, beside the first
+_MOST_FAULTS = 7  # things that are wrong, beside the first
 _LENGTH = 0.4  # m, the characteristic length of a cell that doesn't say
 SHAPE_FRAMES = ("world", "base", "root", "flange", "tool")
 JOB_GROUPS = ("part", "stock")  # bodies that a job brings, not the cell
@@ -71,7 +71,7 @@ def read_cell(path: str | Path) -> Cell:
     """
     path = Path(path)
     file = path if path.suffix == ".toml" and not os.path.isdir(path) else path / "cell.toml"
-    table = TableReader(read_toml(file), file, standings=True)
+    table = TableReader(read_toml(file), file, needs_provenance=True)
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
     cell, bounds = _assembled(table, file.parent)
     check_poses(cell, file.parent / POSES_FILE, bounds)
@@ -79,7 +79,7 @@ def read_cell(path: str | Path) -> Cell:
 
 
 def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
-    """The cell of a file, and how well it has to meet its poses; what is wrong in each table is told together.
+    """The cell of a file, and how well it has to meet its poses; what is wrong in each table is reported together.
 
     A cell without [controller] and [resolve] is measured, not programmed: of it, the chain is enough.
     """
@@ -118,7 +118,7 @@ def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
 
 
 class _Faults:
-    """What is wrong in a file's tables, gathered so that it is told at once."""
+    """What is wrong in a file's tables, gathered so that it is reported at once."""
 
     def __init__(self) -> None:
         self.found: list[InputError] = []
@@ -143,12 +143,12 @@ class _Faults:
         first, *more = self.found
         if not more:
             raise first
-        told = "; ".join(f"{e.what} ({e.hint})" for e in more[:_MOST_TOLD])
-        what = f"{first.what} ({first.hint}); {told}" + (
-            f"; and {len(more) - _MOST_TOLD} more" if len(more) > _MOST_TOLD else ""
+        others = "; ".join(f"{e.what} ({e.hint})" for e in more[:_MOST_FAULTS])
+        what = f"{first.what} ({first.hint}); {others}" + (
+            f"; and {len(more) - _MOST_FAULTS} more" if len(more) > _MOST_FAULTS else ""
         )
         raise CellError(
-            f"{len(self.found)} things are wrong: {what}", hint="mend them all", path=first.path, line=first.line
+            f"{len(self.found)} things are wrong: {what}", hint="correct them all", path=first.path, line=first.line
         )
 
 
@@ -211,7 +211,7 @@ def _pose_bounds(table: TableReader) -> PoseBounds:
     """[poses], which may be left out."""
     found = {"position_mm": 0.5, "angle_deg": 0.05, "inv_kf": 1e-4}
     if "poses" in table:
-        part = table.table("poses", standings=False)
+        part = table.table("poses", needs_provenance=False)
         for key, most in (("position_mm", 10.0), ("angle_deg", 1.0), ("inv_kf", 0.01)):  # more finds no slip any more
             found[key] = part.number(key, lower=1e-6, upper=most) if key in part else found[key]
         part.finish()
@@ -219,7 +219,7 @@ def _pose_bounds(table: TableReader) -> PoseBounds:
 
 
 def _joint(table: TableReader, *, measured: bool) -> Joint:
-    """One [[joint]]. measured: of a cell that no program is made for, whose axes may be told without limits, sign and home."""
+    """One [[joint]]. measured: of a cell that no program is made for, whose axes may be given without limits, sign and home."""
     name = table.text("name")
     role = Role(table.text("role", choices=tuple(r.value for r in Role)))
     prismatic = table.text("type", choices=("revolute", "prismatic")) == "prismatic"

@@ -1,4 +1,4 @@
-"""A TOML table read with a watchful eye: every key used, every number with its standing, every error with its key."""
+"""A TOML table read with a watchful eye: every key used, every number with its provenance, every error with its key."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from camrob.errors import CellError, InputError
 
-__all__ = ["STANDINGS", "TableReader"]
+__all__ = ["PROVENANCES", "TableReader"]
 
-STANDINGS = ("datasheet", "paper", "measured", "assumed")
+PROVENANCES = ("datasheet", "paper", "measured", "assumed")
 
 
 def _finite(value: Any) -> bool:
@@ -43,9 +43,9 @@ def _shown(value: Any) -> str:
 class TableReader:
     """Reads one table of a TOML file; `key` is its dotted place, `error` what is raised when something is wrong.
 
-    Keys that nobody asked for are found by `finish`. Standings are looked up by the longest name in `standing` that
-    the key begins with and collected in `provenance`, which tables below share; with `standings`, every number below
-    the file's top needs one.
+    Keys that nobody asked for are found by `finish`. A number's provenance is that of the longest name in the file's
+    `standing` that the key begins with; it is collected in `provenance`, which tables below share. `stated`: what the table above
+    says of this one. With `needs_provenance`, every number below the file's top needs one.
     """
 
     def __init__(
@@ -56,8 +56,8 @@ class TableReader:
         *,
         error: type[InputError] = CellError,
         provenance: dict[str, str] | None = None,
-        standing: str | Mapping[str, str] | None = None,
-        standings: bool = False,
+        stated: str | Mapping[str, str] | None = None,
+        needs_provenance: bool = False,
     ) -> None:
         self.path = path
         self.key = key
@@ -65,17 +65,17 @@ class TableReader:
         self.provenance = {} if provenance is None else provenance
         self._data = data
         self._used: set[str] = set()
-        self._standing: str | Mapping[str, str] | None = standing
-        self._standings = standings
+        self._stated: str | Mapping[str, str] | None = stated
+        self._needs_provenance = needs_provenance
         if "standing" in data:
-            self._standing = self._checked_standing(data["standing"])
+            self._stated = self._checked(data["standing"])
             self._used.add("standing")
 
-    def _checked_standing(self, value: Any) -> str | Mapping[str, str]:
+    def _checked(self, value: Any) -> str | Mapping[str, str]:
         values = value.values() if isinstance(value, Mapping) else [value]
         for v in values:
-            if v not in STANDINGS:
-                raise self.fail("standing", f"{_shown(v)} is no standing", f"use one of {', '.join(STANDINGS)}")
+            if v not in PROVENANCES:
+                raise self.fail("standing", f"{_shown(v)} is no provenance", f"use one of {', '.join(PROVENANCES)}")
         result: str | Mapping[str, str] = value
         return result
 
@@ -96,18 +96,20 @@ class TableReader:
         self._used.add(key)
         return self._data[key]
 
-    def _note_standing(self, key: str) -> None:
-        standing = self._standing
-        if standing is None:
-            if self._standings and self.key:
-                raise self.fail(key, "has no standing", f'write standing = "..." beside it: {" or ".join(STANDINGS)}')
+    def _note_provenance(self, key: str) -> None:
+        stated = self._stated
+        if stated is None:
+            if self._needs_provenance and self.key:
+                raise self.fail(
+                    key, "has no provenance", f'write standing = "..." beside it: {" or ".join(PROVENANCES)}'
+                )
             return
-        if isinstance(standing, Mapping):
-            fits = [name for name in standing if key == name or key.startswith((name + "_", name + "."))]
+        if isinstance(stated, Mapping):
+            fits = [name for name in stated if key == name or key.startswith((name + "_", name + "."))]
             if not fits:
-                raise self.fail(key, "has no standing", f"name it in standing: one of {', '.join(STANDINGS)}")
-            standing = standing[max(fits, key=len)]
-        self.provenance[self.place(key)] = str(standing)
+                raise self.fail(key, "has no provenance", f"name it in `standing`: one of {', '.join(PROVENANCES)}")
+            stated = stated[max(fits, key=len)]
+        self.provenance[self.place(key)] = str(stated)
 
     def number(self, key: str, *, lower: float = -math.inf, upper: float = math.inf) -> float:
         """A finite number within [lower, upper]."""
@@ -116,7 +118,7 @@ class TableReader:
             raise self.fail(key, f"is {_shown(value)}", "give a finite number")
         if not lower <= value <= upper:
             raise self.fail(key, f"is {value:g}", f"give a number from {lower:g} to {upper:g}")
-        self._note_standing(key)
+        self._note_provenance(key)
         return float(value)
 
     def integer(self, key: str, *, lower: int, upper: int) -> int:
@@ -148,7 +150,7 @@ class TableReader:
         good = isinstance(value, list) and len(value) == length
         if not good or not all(_finite(v) for v in value):
             raise self.fail(key, f"is {_shown(value)}", f"give a list of {length} finite numbers")
-        self._note_standing(key)
+        self._note_provenance(key)
         return np.array(value, float)
 
     def vectors(self, key: str, length: int) -> NDArray[np.float64]:
@@ -157,7 +159,7 @@ class TableReader:
         rows = value if isinstance(value, list) else []
         if not rows or any(not isinstance(r, list) or len(r) != length or not all(_finite(v) for v in r) for r in rows):
             raise self.fail(key, f"is {_shown(value)}", f"give a list of rows of {length} finite numbers")
-        self._note_standing(key)
+        self._note_provenance(key)
         return np.array(rows, float)
 
     def texts(self, key: str) -> tuple[str, ...]:
@@ -180,22 +182,22 @@ class TableReader:
         """The table's own keys."""
         return tuple(k for k in self._data if k != "standing")
 
-    def table(self, key: str, *, standings: bool | None = None) -> TableReader:
-        """The table below `key`; `standings` as on construction, where it differs from this table's."""
+    def table(self, key: str, *, needs_provenance: bool | None = None) -> TableReader:
+        """The table below `key`; `needs_provenance` as on construction, where it differs from this table's."""
         value = self._take(key, "a table")
         if not isinstance(value, Mapping):
             raise self.fail(key, f"is {_shown(value)}", "give a table")
-        standing = self._standing
-        if isinstance(standing, Mapping):
-            standing = standing.get(key)
+        stated = self._stated
+        if isinstance(stated, Mapping):
+            stated = stated.get(key)
         return TableReader(
             value,
             self.path,
             self.place(key),
             error=self.error,
             provenance=self.provenance,
-            standing=standing,
-            standings=self._standings if standings is None else standings,
+            stated=stated,
+            needs_provenance=self._needs_provenance if needs_provenance is None else needs_provenance,
         )
 
     def tables(self, key: str) -> list[TableReader]:
@@ -215,8 +217,8 @@ class TableReader:
                     f"{self.place(key)}[{_short(str(label))}]",
                     error=self.error,
                     provenance=self.provenance,
-                    standing=self._standing if isinstance(self._standing, str) else None,
-                    standings=self._standings,
+                    stated=self._stated if isinstance(self._stated, str) else None,
+                    needs_provenance=self._needs_provenance,
                 )
             )
         return readers

@@ -9,10 +9,10 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.se3 import rotation_exp
 
-__all__ = ["world_T_hall"]
+__all__ = ["world_T_floor"]
 
 
-def world_T_hall(cell: Cell) -> NDArray[np.float64]:
+def world_T_floor(cell: Cell) -> NDArray[np.float64]:
     """The frame (4, 4) that the last workpiece joint ends in, seen from `world`, which is `base` with these axes at
     0.
     """

@@ -61,7 +61,7 @@ def check_collisions(
     may touch the part while it cuts; in air it may not by more than `touch` (m), and close to where a cut ends or
     begins it is seen as a ball cutter. The stock never stops the tool, which cuts it; everything else may touch
     neither. Samples are as far apart as the clearance allows, and at least `step` (m); where max_samples would not do,
-    the step grows. progress is told after each pair. Raises ValueError for arrays that don't fit,
+    the step grows. progress is called after each pair. Raises ValueError for arrays that don't fit,
     CellError for a mesh of the cell that can't be read.
     """
     q = np.ascontiguousarray(q, float)

@@ -318,8 +318,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except usage_error as error:  # type: ignore[misc]
         context = getattr(error, "ctx", None)
         where = context.command_path if context is not None else "camrob"
-        told = " ".join(error.format_message().split()).rstrip(".")  # type: ignore[attr-defined]
-        typer.echo(f"{where}: {told}; see '{where} --help'", err=True)
+        what = " ".join(error.format_message().split()).rstrip(".")  # type: ignore[attr-defined]
+        typer.echo(f"{where}: {what}; see '{where} --help'", err=True)
         return 2
     except typer.Abort:
         typer.echo(f"camrob: {error_line(KeyboardInterrupt())}", err=True)

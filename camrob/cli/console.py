@@ -18,7 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from camrob.compiling import told_of_compiling
+from camrob.compiling import reporting_compiles
 from camrob.errors import CellError, InputError
 from camrob.jobs.exit_status import CHECK_FAILED, DONE, INPUT_WRONG, disk_full, failure_line, failure_status
 from camrob.progress import Progress, silent
@@ -74,7 +74,7 @@ def exit_status(error: BaseException) -> int:
 
 
 def error_line(error: BaseException) -> str:
-    """What the user is told, in one line of printable characters."""
+    """What the user reads, in one line of printable characters."""
     if isinstance(error, KeyboardInterrupt):
         return "interrupted; no unfinished file was left"
     return failure_line(error)
@@ -111,8 +111,8 @@ def perform(
             _show(render(result.summary))
     except OSError as error:
         why = "disk full" if disk_full(error) else error.strerror or "input or output failed"
-        told = f"the job is done, but its summary can't be printed ({why}); send standard output elsewhere"
-        print(f"camrob: {told}", file=sys.stderr)
+        line = f"the job is done, but its summary can't be printed ({why}); send standard output elsewhere"
+        print(f"camrob: {line}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return INPUT_WRONG
     if status is not None:
@@ -154,7 +154,7 @@ def _progress(quiet: bool) -> Iterator[Progress]:
         yield silent
         return
     if not sys.stderr.isatty():
-        with told_of_compiling(_Once()):
+        with reporting_compiles(_Once()):
             yield silent
         return
     from rich.console import Console
@@ -168,7 +168,7 @@ def _progress(quiet: bool) -> Iterator[Progress]:
         def compiling(kernel: str) -> None:
             bar.update(task, description=f"compiling {kernel}, once on this machine")
 
-        with told_of_compiling(compiling):
+        with reporting_compiles(compiling):
             yield lambda what, share: bar.update(task, description=what, completed=min(max(share, 0.0), 1.0))
 
 

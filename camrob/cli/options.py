@@ -99,7 +99,7 @@ QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but er
 
 # of `tracker --listen`; None where nothing was said, so that the cell or the job decides
 ListenOption = Annotated[
-    str | None, typer.Option("--listen", metavar="HOST:PORT", help="Serve a controller's RSI frames that come here.")
+    str | None, typer.Option("--listen", metavar="HOST:PORT", help="Answer a controller's RSI frames that arrive here.")
 ]
 InstrumentOption = Annotated[
     str | None,
@@ -123,7 +123,7 @@ CorrectedOption = Annotated[
 SenTypeOption = Annotated[str | None, typer.Option("--sen-type", metavar="NAME", help="SENTYPE of the configuration.")]
 RealtimeOption = Annotated[bool, typer.Option("--realtime", help="Ask the system for real-time priority.")]
 DurationOption = Annotated[
-    float | None, typer.Option("--duration", metavar="S", help="Serve so long. Default: until it is interrupted.")
+    float | None, typer.Option("--duration", metavar="S", help="Run for this long. Default: until it is interrupted.")
 ]
 PairOption = Annotated[
     list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A bound of the loop (README).")

@@ -106,7 +106,7 @@ def calibrate(
         typer.Option("--next", min=0, max=500, metavar="N", help="Choose N poses to measure next, as a KRL program."),
     ] = 0,
     path: Annotated[
-        Path | None, typer.Option("--for", metavar="PROGRAM.src", help="The program that these poses are to serve.")
+        Path | None, typer.Option("--for", metavar="PROGRAM.src", help="The program that these poses are meant for.")
     ] = None,
     published: Annotated[
         Path | None,

@@ -15,7 +15,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
 from camrob.cell.urdf import cell_urdf
-from camrob.cell.world import world_T_hall
+from camrob.cell.world import world_T_floor
 from camrob.compiled import kernel, part
 from camrob.frame_steps import compose, move_joint
 
@@ -30,7 +30,7 @@ class GravityArrays(NamedTuple):
     """What the compiled torques need of a cell.
 
     before, after (n, 4, 4): constant transforms around each joint's motion. up (3,): `world`'s z seen from the frame
-    where the part of the chain that stands in the hall begins. first: the first joint of that part (those of the
+    where the part of the chain that stands on the floor begins. first: the first joint of that part (those of the
     workpiece bear the part, not the robot). prismatic (n,). joint, mass, center: (M,), (M,), (M, 3), the masses,
     centred in the frames behind their joints' motion.
     """
@@ -49,7 +49,7 @@ def gravity_arrays(cell: Cell, masses: Sequence[PointMass] | None = None) -> Gra
     """The cell as arrays, with its own masses or others."""
     loads = cell.masses if masses is None else tuple(masses)
     first = len(cell.indices(Role.WORKPIECE))
-    up = world_T_hall(cell)[2, :3]
+    up = world_T_floor(cell)[2, :3]
     before = np.stack([np.asarray(j.before) for j in cell.joints])
     after = np.stack([np.asarray(j.after) for j in cell.joints])
     last = cell.indices(Role.ARM)[-1]
@@ -131,14 +131,14 @@ def _stiffness(arrays: GravityArrays, q: Array) -> Array:
 def pinocchio_torques(cell: Cell, q: Array) -> Array:
     """Torques (N, n) of postures q (N, n) by Pinocchio, from the cell's URDF; a second opinion, 10 microseconds each.
 
-    The workpiece axes' entries are 0, as in `gravity_torques`: in the hall it is the part that they turn.
+    The workpiece axes' entries are 0, as in `gravity_torques`: on the floor it is the part that they turn.
     """
     import pinocchio as pin
 
     model = pin.buildModelFromXML(cell_urdf(cell))
     data = model.createData()
     first = len(cell.indices(Role.WORKPIECE))
-    hall = gravity_arrays(cell)
+    arrays = gravity_arrays(cell)
     out = np.zeros(q.shape)
     for row, posture in enumerate(np.asarray(q, float)):
         resting = posture.copy()
@@ -152,6 +152,6 @@ def pinocchio_torques(cell: Cell, q: Array) -> Array:
         model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])
         effort = -pin.computeGeneralizedGravity(model, data, x)
         for i, joint in enumerate(cell.joints):
-            if i >= hall.first:
+            if i >= arrays.first:
                 out[row, i] = effort[model.joints[model.getJointId(joint.name)].idx_v]
     return out

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
-from camrob.cell.world import world_T_hall
+from camrob.cell.world import world_T_floor
 from camrob.dynamics.gravity import GRAVITY
 from camrob.dynamics.torques import JointTorques
 
@@ -75,7 +75,7 @@ class _Frames:
 
 def _newton_euler(cell: Cell, q: Array, speed: Array, acceleration: Array) -> Array:
     """Torques (n, N): outwards the motion of every mass, inwards the forces that it takes, about `world`'s origin."""
-    frames = _Frames(world_T_hall(cell), q.shape[1])
+    frames = _Frames(world_T_floor(cell), q.shape[1])
     joints, forces = [], []
     for i, joint in enumerate(cell.joints[: cell.arm_slice.stop]):
         if joint.role in (Role.WORKPIECE, Role.ROLL):

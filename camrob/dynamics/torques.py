@@ -1,6 +1,6 @@
 """Torques that a motion asks of a cell's joints, by Pinocchio's recursive Newton-Euler algorithm.
 
-The robot stands in the hall and moves the tool; axes that turn the workpiece carry the part and not the robot, so they are
+The robot stands on the floor and moves the tool; axes that turn the workpiece carry the part and not the robot, so they are
 left out, and so is the virtual roll. A torque is what the joint has to bring up: positive drives the chain's q upward.
 """
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
-from camrob.cell.world import world_T_hall
+from camrob.cell.world import world_T_floor
 
 __all__ = ["STANDARD_GRAVITY", "JointTorques", "joint_torques"]
 
@@ -68,7 +68,7 @@ def _model(pin: Any, cell: Cell, masses: tuple[PointMass, ...]) -> tuple[Any, li
     """Pinocchio's model of the carriage and arm in `world`, and which of the chain's joints its joints are."""
     model = pin.Model()
     order: list[int] = []
-    parent, parent_T_next = 0, world_T_hall(cell)
+    parent, parent_T_next = 0, world_T_floor(cell)
     arm_end = cell.arm_slice.stop - 1
     for i, joint in enumerate(cell.joints):
         if joint.role in (Role.WORKPIECE, Role.ROLL):

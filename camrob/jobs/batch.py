@@ -58,7 +58,7 @@ def batch(
         out: the folder that the jobs' own are in; None: as JOBS.toml says.
         workers: processes on this machine; None: one a core.
         scheduler: the address of a Dask cluster that does the jobs instead.
-        progress: is told what runs and the share that is done, 0 to 1.
+        progress: called with what runs and the share that is done, 0 to 1.
 
     Returns:
         The summary, a row a job, and the status of the worst job.

@@ -71,7 +71,7 @@ def calibrate(
         share: the share of the poses that is withheld where no logs are, 0 to below 1.
         poses: how many poses to measure next are wanted, as a program NAME_poses beside the file.
         path: the program for whose accuracy they are chosen; None: the poses measured.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The calibration (SI), what it rests on, and the summary.
@@ -91,7 +91,7 @@ def calibrate(
     tell = progress or silent
     _check(out, share, poses, path)
     _once([measured, *more], withheld)
-    machine = read_cell(cell).serving("camrob calibrate --next", controller=poses > 0)
+    machine = read_cell(cell).checked_for("camrob calibrate --next", controller=poses > 0)
     tell("read", 0.1)
     fitted, others = _read([measured, *more], machine), _read(withheld, machine)
     names: Sequence[str] | None = tuple(dict.fromkeys(parameters)) or None

@@ -70,7 +70,7 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     Args:
         job: JOB.toml.
         out: the folder of the loop.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The ledger.
@@ -168,8 +168,8 @@ class _Loop:
                 progress=self.progress,
             )
         said = self._compensated(turn)
-        foretold = None if said.machine is None else said.machine.after
-        return LoopTurn(turn=turn, program=name, made=made, foretold=foretold)
+        predicted = None if said.machine is None else said.machine.after
+        return LoopTurn(turn=turn, program=name, made=made, predicted=predicted)
 
     def _compensated(self, turn: int) -> CompensateSummary:
         return CompensateSummary.from_json(_json(self._folder(turn) / f"{self.title}.json"))
@@ -245,8 +245,8 @@ class _Loop:
         last = self.turns[-1]
         rest = next((t.rest_mm for t in reversed(self.turns) if t.rest_mm is not None), 0.0)
         parts = [f"{rest:.3f} mm stay unexplained"]
-        if last.foretold is not None:
-            parts.insert(0, f"these targets can't take {last.foretold.rms_mm:.3f} mm rms of what was found off")
+        if last.predicted is not None:
+            parts.insert(0, f"these targets can't take {last.predicted.rms_mm:.3f} mm rms of what was found off")
         if last.noise_mm is not None:
             parts.append(f"the instrument's noise is {last.noise_mm:.3f} mm")
         return ", ".join(parts)
@@ -270,7 +270,9 @@ class _Loop:
             log = self._log(turn.turn, _EXPERIMENT)
             if log is None:
                 self._await(turn.turn, Path(wanted).name, _EXPERIMENT)
-                self.next += f"; two sets of causes remain ({_told(said)}); `experiments = false` goes on without"
+                self.next += (
+                    f"; two sets of causes remain ({_remaining_sets(said)}); `experiments = false` goes on without"
+                )
             else:
                 self.logs.append(log)
                 said, name = self._diagnosis(folder / "diagnosis_2"), f"turn_{turn.turn}/diagnosis_2"
@@ -336,24 +338,24 @@ def _rivals(said: DiagnosisSummary) -> bool:
     return len(said.alternatives) > 1 and said.alternatives[1].probability > _RIVAL
 
 
-def _told(said: DiagnosisSummary) -> str:
+def _remaining_sets(said: DiagnosisSummary) -> str:
     return " or ".join(", ".join(a.effects) or "nothing" for a in said.alternatives[:2])
 
 
-def _rehearse(told: Rehearsal, job: LoopJob, cell: Cell, program: Path, file: Path, turn: int) -> None:
+def _rehearse(rehearsal: Rehearsal, job: LoopJob, cell: Cell, program: Path, file: Path, turn: int) -> None:
     """Write the log of a program's run on the machine that JOB.toml has simulated, seen in `base` with noise."""
-    constants = None if told.calibration is None else read_calibration(told.calibration, cell)
-    units, rest = diagnosed(told.diagnosis, constants, job.cell, cell)
+    constants = None if rehearsal.calibration is None else read_calibration(rehearsal.calibration, cell)
+    units, rest = diagnosed(rehearsal.diagnosis, constants, job.cell, cell)
     machine = DiagnosedMachine(cell, constants, units, rest, "rehearsal")
     ran = machine.run(language_of_file(program).read(program))
     rows = slice(None, None, _EVERY)
-    rng = np.random.default_rng([told.seed, turn, len(file.stem)])
+    rng = np.random.default_rng([rehearsal.seed, turn, len(file.stem)])
     true = np.asarray(ran.path.true)[rows]
-    xyz = m_to_mm(true[:, :3, 3]) + rng.normal(0.0, told.noise_mm, (len(true), 3))
+    xyz = m_to_mm(true[:, :3, 3]) + rng.normal(0.0, rehearsal.noise_mm, (len(true), 3))
     names = cell.axis_names
     columns = {name: np.asarray(ran.log.columns[name])[rows] for name in ("t", "line")}
     columns |= dict(zip("xyz", xyz.T, strict=True))
     columns |= {f"c{a}": v for a, v in zip(names, ran.log.setpoints(names)[rows].T, strict=True)}
-    info = LogInfo(measured_frame=MeasuredFrame.BASE, sigma_position=mm_to_m(told.noise_mm), program=program.name)
+    info = LogInfo(measured_frame=MeasuredFrame.BASE, sigma_position=mm_to_m(rehearsal.noise_mm), program=program.name)
     with staged_output(file.parent) as folder:
         write_log(MeasurementLog(columns, info), folder / file.name)

@@ -88,7 +88,7 @@ def compensate(
         diagnosis: the folder of the diagnosis that wrote the calibration.
         force: FORCE.toml, what pushes on the tool while it cuts; what yields under it is taken off too.
         feed: mm/min, for a solution only.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The summary, and the errors before and after (N, 2) in m and rad, a row a motion (of a CIRC's auxiliary points

@@ -60,7 +60,7 @@ def diagnose(
         out: the folder to write into.
         experiment: a file, where the next experiment is written as a checked program.
         calibration: FILE.toml, where the fitted effects that `compensate` can correct are written for it.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The diagnosis and its summary.
@@ -85,7 +85,7 @@ def diagnose(
     machine = read_cell(cell)
     logs = [read_log(path) for path in log]
     kept_out = [read_log(path) for path in withheld]
-    _told_once(logs, kept_out)
+    _given_once(logs, kept_out)
     programs = [_program(one, program) for one in logs]
     withheld_programs = [_program(one, program) for one in kept_out]
     _check_sections(machine, [*programs, *withheld_programs], experiment)
@@ -123,7 +123,7 @@ def diagnose(
     return DiagnoseResult(found, summary)
 
 
-def _told_once(logs: Sequence[MeasurementLog], withheld: Sequence[MeasurementLog]) -> None:
+def _given_once(logs: Sequence[MeasurementLog], withheld: Sequence[MeasurementLog]) -> None:
     """Refuse rows that are given twice, under any name: they would count as new evidence, or not be withheld at all."""
     seen: dict[str, tuple[MeasurementLog, bool]] = {}
     for log, kept_out in [*((one, False) for one in logs), *((one, True) for one in withheld)]:
@@ -139,11 +139,11 @@ def _told_once(logs: Sequence[MeasurementLog], withheld: Sequence[MeasurementLog
         raise LogError(what, hint=hint, path=log.path)
 
 
-def _hand_over(found: Diagnosis, told: Compensable, file: Path) -> None:
+def _hand_over(found: Diagnosis, compensable: Compensable, file: Path) -> None:
     """Write the calibration. Raises JobError where nothing that was found can be corrected by `compensate`."""
     if found.calibration is None:
-        why = "by itself it would not shrink the gap: " if told.effects else ""
-        left = ", ".join([*told.effects, *told.left]) or "no effect was found"
+        why = "that alone would not shrink the gap: " if compensable.effects else ""
+        left = ", ".join([*compensable.effects, *compensable.left]) or "no effect was found"
         raise JobError(f"there is nothing that compensate could correct ({why}{left}), so no {file.name} was written")
     with staged_output(file.parent) as staging:
         (staging / file.name).write_text(calibration_text(found.calibration), encoding="utf-8")
@@ -151,8 +151,8 @@ def _hand_over(found: Diagnosis, told: Compensable, file: Path) -> None:
 
 def _check_sections(machine: Cell, programs: Sequence[ProgramText | None], experiment: Path | None) -> None:
     """Raise CellError where the cell lacks what replaying a program, or writing one, needs."""
-    machine.serving("camrob diagnose with a program", controller=any(p is not None for p in programs))
-    machine.serving("camrob diagnose --write-experiment", controller=experiment is not None)
+    machine.checked_for("camrob diagnose with a program", controller=any(p is not None for p in programs))
+    machine.checked_for("camrob diagnose --write-experiment", controller=experiment is not None)
 
 
 def _program(log: MeasurementLog, given: Path | None) -> ProgramText | None:

@@ -23,7 +23,7 @@ def disk_full(error: OSError) -> bool:
 
 
 def failure_line(error: BaseException) -> str:
-    """What the user is told, in one line of printable characters."""
+    """What the user reads, in one line of printable characters."""
     if isinstance(error, CamrobError):
         text = str(error)
     elif isinstance(error, OSError) and disk_full(error):

@@ -82,7 +82,7 @@ def feed(
         calibration: CALIBRATION.toml, whose coordinates stand beside it.
         axis: whose curves are drawn, "all" for all; None: the arm's first.
         rate: ds/dt, rad/s.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Raises:
         InputError and its kin: input that is wrong.

@@ -68,7 +68,7 @@ def place(
         x_mm: mm along X to either side of the set-up's own placement.
         y_mm: mm along Y to either side of it.
         z_mm: mm upwards of it.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Raises:
         InputError: input that is wrong, or a freedom below 0.

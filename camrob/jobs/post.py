@@ -110,7 +110,7 @@ def post(
         diagnosis: the folder of the diagnosis that wrote them: play, friction, doubt.
         force: FORCE.toml, what pushes on the tool while it cuts.
         report: whether NAME.html is written.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The summary, all findings, the files' names, and path, solution and program behind them (SI).

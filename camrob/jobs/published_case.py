@@ -65,7 +65,7 @@ def published_case(
         case: published.toml; None for the cell's own.
         cell: the cell's folder.
         out: CALIBRATION.toml.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Raises:
         InputError, CellError: input that is wrong.
@@ -81,36 +81,41 @@ def published_case(
     tell = progress or silent
     check_calibration_name(out)
     machine = read_cell(cell)
-    told = read_published(machine.folder / "published.toml" if case is None else case, machine)
-    errors = drawn_errors(told, machine)
+    case_read = read_published(machine.folder / "published.toml" if case is None else case, machine)
+    errors = drawn_errors(case_read, machine)
     logs = {
-        part: measured_poses(told, machine, errors, count, seed, f"{out.stem}_{part}.csv")
+        part: measured_poses(case_read, machine, errors, count, seed, f"{out.stem}_{part}.csv")
         for part, count, seed in (
-            ("measured", told.poses, _FITTED_SEED),
-            ("withheld", told.withheld, _WITHHELD_SEED),
+            ("measured", case_read.poses, _FITTED_SEED),
+            ("withheld", case_read.withheld, _WITHHELD_SEED),
         )
     }
     studies: list[Study] = []
-    for harmonics in (0, told.ripple_orders):
+    for harmonics in (0, case_read.ripple_orders):
         tell("fit", 0.1 + 0.4 * len(studies))
         names = standard_names(machine, harmonics=harmonics)
         studies.append(study_cell(machine, logs["measured"], candidates=names, withheld=logs["withheld"]))
     plain, extended = (study.calibration for study in studies)
     tell("compensate", 0.8)
-    line = tape_line(told, machine, errors, plain, extended)
-    rows = _rows(told, plain, extended, line, _seconds_of_many(machine, plain, line))
+    line = tape_line(case_read, machine, errors, plain, extended)
+    rows = _rows(case_read, plain, extended, line, _seconds_of_many(machine, plain, line))
     summary = CalibrationSummary(
         figures=calibration_figures(plain),
         file=out.name,
         report=out.with_suffix(".html").name,
         published=tuple(PublishedFigure(what=what, published=theirs, ours=ours) for what, theirs, ours in rows),
-        withheld=(WithheldLog(file=logs["withheld"].name, poses=told.withheld, refitted=False),),
+        withheld=(WithheldLog(file=logs["withheld"].name, poses=case_read.withheld, refitted=False),),
     )
     with staged_output(out.parent) as folder:
         (folder / out.name).write_text(calibration_text(plain), encoding="utf-8")
         (folder / f"{out.stem}_extended.toml").write_text(calibration_text(extended), encoding="utf-8")
         page = calibration_report(
-            summary, studies[0].evidence, machine.axis_names, published=rows, charts=_charts(line), source=told.source
+            summary,
+            studies[0].evidence,
+            machine.axis_names,
+            published=rows,
+            charts=_charts(line),
+            source=case_read.source,
         )
         (folder / summary.report).write_text(page, encoding="utf-8")
         for data in logs.values():

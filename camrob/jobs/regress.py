@@ -70,7 +70,7 @@ def regress(
         toolpaths: the folder of the samples.
         cell: the cell's folder.
         update: whether what comes out now becomes golden, if every sample can be posted.
-        progress: is told a sample and the share of all that is done, 0 to 1.
+        progress: called with a sample and the share of all that is done, 0 to 1.
 
     Raises:
         InputError: there are no samples.

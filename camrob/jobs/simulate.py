@@ -55,7 +55,7 @@ def simulate(
         cell: the cell's folder.
         out: the log to write; its suffix, .csv or .parquet, says how.
         cycle_ms: ms from row to row, 0.5 to 1000.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The summary, the simulation behind it (SI), and all findings.

@@ -87,9 +87,9 @@ def track_live(
         duration_s: s; None: without end.
         realtime: asks for real-time priority.
         out: a folder where tracker.csv (a row for each answer) and tracker.json appear afterwards.
-        ready: is told when both ports are open.
+        ready: called when both ports are open.
         should_stop: is asked whether to end.
-        progress: is told where is waited.
+        progress: called where the job waits.
 
     Raises:
         InputError: an address or an option that is wrong.

@@ -73,7 +73,7 @@ def tracker(
         out: the folder to write into.
         gain: one more gain to run.
         laps: to learn from.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Raises:
         InputError and its kin: input that is wrong.
@@ -155,7 +155,7 @@ def _summary(cell: Cell, study: TrackerStudy) -> TrackerSummary:
         },
         sensitivity=tuple(_sensitivity(s) for s in study.sensitivity),
         equation_2_off_mm=float(m_to_mm(study.order_off)),
-        standings=case.provenance,
+        provenance=case.provenance,
         files=_FILES,
     )
 

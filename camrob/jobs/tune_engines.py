@@ -103,9 +103,9 @@ def tune_engines(
         withheld: samples to judge on.
         engine: "joint" for the weights of h_jnt, "condition" for those of h_cond.
         budget: candidates that each fit may try.
-        seeds: fits of either kind, each from a seed of its own; the spread is told, and the best where it was fitted is written.
+        seeds: fits of either kind, each from a seed of its own; the spread is reported; the best where it was fitted is written.
         points: cutting points that a sample is thinned to.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Raises:
         InputError: no samples, a number that makes no sense, or input that is wrong.
@@ -254,14 +254,14 @@ def _price(merits: Sequence[Merit]) -> float:
 def _remarks(summary: TuneSummary, name: str) -> list[str]:
     """What the .fis says of itself."""
     way = next(w for w in summary.ways if w.way == _WAYS[name])
-    told = [
+    lines = [
         f"{_WAYS[name].capitalize()} by `camrob tune-engines` from {summary.engine} of {summary.cell}:",
         f"{summary.budget} candidates a fit, {summary.seeds} seeds, on {', '.join(summary.trained_on)}.",
         f"Price where fitted {way.trained.price:.4f} m a metre cut, the cell's own rules {summary.ways[0].trained.price:.4f}.",
     ]
     own = summary.ways[0].withheld
     if way.withheld is not None and own is not None:
-        told.append(
+        lines.append(
             f"Withheld ({', '.join(summary.withheld)}): {way.withheld.price:.4f}, the cell's own {own.price:.4f}."
         )
-    return [*told, "A conclusion of a rule is the weight itself; the rules are the cell's own."]
+    return [*lines, "A conclusion of a rule is the weight itself; the rules are the cell's own."]

@@ -92,7 +92,7 @@ def verify(
         setup: setup.toml; None: the one beside the CL file, where there is one.
         collisions: whether bodies are followed along the whole program.
         manifest: whether the files have to be those that the NAME.json beside the program names.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         `ok`: True where nothing stands against the program, False where something does, None where not all could be judged;
@@ -247,7 +247,7 @@ def _against(coverage: Coverage | None, inputs: JobInputs) -> Against | None:
         met=int(met.sum()),
         position_error_mm_max=m_to_mm(float(coverage.position_error.max(initial=0.0))),
         axis_error_deg_max=rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
-        stray_mm_max=m_to_mm(coverage.stray),
+        deviation_mm_max=m_to_mm(coverage.stray),
     )
 
 

@@ -1,6 +1,6 @@
 """The arm alone: poses of the tool seen from the robot's foot to its six axes, closed form where the geometry allows.
 
-`Arm` hides which of three serves: the eight branches of an arm whose shoulder and wrist are a machine tool builder's
+`Arm` hides which of three is used: the eight branches of an arm whose shoulder and wrist are a machine tool builder's
 (`spherical_wrist`), those of the families of `screw_arm`, or Newton's method from many starts for any other six axes.
 Angles are the chain's q.
 """

@@ -91,9 +91,9 @@ def world_T_base(cell: Cell, q: Array) -> Array:
     zero = np.array(cell.q_home)
     for i in workpiece:
         zero[i] = float(cell.joints[i].q_value(np.zeros(())))
-    world_T_hall = base_T_joint_frames(cell, zero)[workpiece[-1]]  # frames: world is base
-    base_T_hall = base_T_joint_frames(cell, q)[workpiece[-1]]
-    return np.asarray(world_T_hall @ inverse(base_T_hall))
+    world_T_floor = base_T_joint_frames(cell, zero)[workpiece[-1]]  # frames: world is base
+    base_T_floor = base_T_joint_frames(cell, q)[workpiece[-1]]
+    return np.asarray(world_T_floor @ inverse(base_T_floor))
 
 
 def seen_by_program(cell: Cell, q: Array, poses: Array) -> Array:

@@ -137,7 +137,7 @@ def _self_motion(cell: Cell, given: list[int]) -> float:
 
 @part
 def postures_at(chain: FreedChain, R: Array, p: Array, q: Array, Q: Array, why: Ints) -> int:
-    """All postures of the six that put the tool at rotation R (3, 3), position p (3,) in `base`, the given axes standing as in
+    """All postures of the six that put the tool at rotation R (3, 3), position p (3,) in `base`, the given axes held as in
     q (n,); the six's own entries are where turns are counted from. Q (8, 6), why (8,), as `solve_screws` fills them.
     """
     h, o = np.empty((6, 3)), np.empty((6, 3))

@@ -19,7 +19,7 @@ Vector = tuple[float, float, float]
 
 _MEET = 1e-12  # m, within which the wrist's axes have to meet
 _SINGULAR = 1e-13  # determinant of a block, over its columns' lengths, below which there is no inverse
-_REGULAR = 1e-4  # and from where on the blocks serve a solver
+_REGULAR = 1e-4  # and from where on the blocks are good enough for a solver
 
 
 def wrist_distance(before: Array, after: Array) -> float:

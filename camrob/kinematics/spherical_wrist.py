@@ -49,7 +49,7 @@ class SphericalArm(NamedTuple):
 
 
 def spherical_arm(cell: Cell) -> SphericalArm | None:
-    """The arm of a cell, tool included, or None where its geometry has no closed form (then a numeric arm serves).
+    """The arm of a cell, tool included, or None where its geometry has no closed form (then a numeric arm is used).
 
     Closed form needs: axes 2 and 3 parallel, axes 4, 5 and 6 through one point, within 1e-9 m and rad.
     """

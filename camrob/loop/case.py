@@ -72,7 +72,7 @@ class TrackerCase:
     """A case, SI. base_T_tracker: where the tracker stands, as calibrated. latency: cycles. corner, center: (3,), m.
 
     `link`: what [instrument] and [rsi] say of the real loop, by the names of their keys and in the units of these; the study
-    doesn't use it. `provenance` maps dotted keys of tracker.toml to their standing.
+    doesn't use it. `provenance` maps dotted keys of tracker.toml to where their numbers come from.
     """
 
     law: CorrectionLaw
@@ -100,7 +100,7 @@ class TrackerCase:
 def read_tracker_case(folder: Path) -> TrackerCase:
     """The case of a cell's folder. Raises CellError, with key and hint, where tracker.toml is wrong or absent."""
     file = folder / "tracker.toml"
-    table = TableReader(read_toml(file), file, standings=True)
+    table = TableReader(read_toml(file), file, needs_provenance=True)
     tracker, motion = table.table("tracker"), table.table("motion")
     square, circle = table.table("square"), table.table("circle")
     case = TrackerCase(

@@ -18,7 +18,7 @@ __all__ = ["Reversal", "RunMeasure", "Size", "across", "measure_run", "off_path"
 
 Array = NDArray[np.float64]
 
-_STILL = 1e-7  # rad/s below which a joint counts as standing
+_STILL = 1e-7  # rad/s below which a joint counts as at rest
 # s about a reversal: where its peak is counted from, and where it is looked for
 _BEFORE, _AFTER = (-0.6, -0.3), (-0.3, 1.5)
 _CORNER = (-0.2, 1.5)  # s about a corner

@@ -30,7 +30,7 @@ _LARGEST = {
     "temp": 200.0,
     "line": 1e9,
 }
-_CURE = "the format's units are mm, degrees, s, Nm, N and degrees C"
+_HINT = "the format's units are mm, degrees, s, Nm, N and degrees C"
 _REACH_MM = 6000.0  # the longest lever that an axis turns the tool with
 _GROSS_DEG = 30.0  # of travel of A1 to A3, with which no tool stays within ...
 _METRES = 10.0  # ... mm
@@ -47,7 +47,7 @@ def check_plausible(columns: Mapping[str, Array], path: Path, first: int) -> Non
             beyond = np.abs(columns[name]) > largest
             if beyond.any():
                 row = int(np.argmax(beyond))
-                raise LogError(f"{name} is {columns[name][row]:g}", hint=_CURE, path=path, line=row + first)
+                raise LogError(f"{name} is {columns[name][row]:g}", hint=_HINT, path=path, line=row + first)
     if "x" not in columns:
         return
     prefix = "" if "A1" in columns or "E1" in columns else "c"

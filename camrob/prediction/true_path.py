@@ -164,11 +164,11 @@ def _scene(run: MeasurementLog, cell: Cell, moved: Array | None = None) -> Scene
 
 
 def _columns(scene: Scene, found: FittedUnits) -> list[Column | None]:
-    """A column a parameter; None of units that a run without temperature, force or masses does not tell."""
+    """A column a parameter; None of units that a run without temperature, force or masses does not determine."""
     out: list[Column | None] = []
     for unit, effect, state in zip(found.units, found.effects, found.states, strict=True):
-        told = effect.columns(scene, unit, state)
-        out += told if len(told) == len(unit.parameters) else [None] * len(unit.parameters)
+        own = effect.columns(scene, unit, state)
+        out += own if len(own) == len(unit.parameters) else [None] * len(unit.parameters)
     return out
 
 

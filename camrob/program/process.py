@@ -199,8 +199,8 @@ class _Planner:
         self._between(len(self.regions))
         self._speeds()
         self._coolants()
-        told = [e for group in self.events for e in (*group.before, *group.within, *group.after)]
-        in_file = sum(e.kind is not EventKind.MESSAGE for e in told)
+        all_events = [e for group in self.events for e in (*group.before, *group.within, *group.after)]
+        in_file = sum(e.kind is not EventKind.MESSAGE for e in all_events)
         changes = tuple(self.changes.values())
         return Process(tuple(self.steps), changes, in_file, tuple(self.urgent), tuple(self.findings))
 
@@ -357,8 +357,8 @@ class _Planner:
             raise JobError(f"{what}; state the spindle's speed with each tool", line=line)
         if self.cell.controller.spindle_rpm == (0.0, 0.0) or self.urgent:
             return
-        told = (e for group in self.events for e in (*group.before, *group.within, *group.after))
-        if any(e.kind is EventKind.SPINDLE_ON for e in told):
+        all_events = (e for group in self.events for e in (*group.before, *group.within, *group.after))
+        if any(e.kind is EventKind.SPINDLE_ON for e in all_events):
             text = "the tool cuts with the spindle off: that is what the file says"
             self.urgent.append(Finding("spindle-off", text, line=line))
         else:

@@ -121,7 +121,7 @@ def program_events(
         open_to(step.region + 1)
         row = rows.row(step)
         placed.append(row)
-        events += [ProgramEvent(row, *told) for told in _told(step)]
+        events += [ProgramEvent(row, *event) for event in _events_of(step)]
         if last_change.get(step.region) == n and step.region in tools:
             events.append(ProgramEvent(row, ProgramEventKind.TOOL, value=float(tools[step.region])))
         if last_change.get(step.region) == n and step.region in loads and step.region > 0:
@@ -135,7 +135,7 @@ def program_events(
     return tuple(in_order), tuple(placed)
 
 
-def _told(step: Step) -> list[tuple[ProgramEventKind, str, float]]:
+def _events_of(step: Step) -> list[tuple[ProgramEventKind, str, float]]:
     """What a step writes: kind, text and value of events."""
     if step.kind is EventKind.DWELL:
         return [(ProgramEventKind.DWELL, "", step.value)]

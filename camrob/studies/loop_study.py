@@ -182,7 +182,7 @@ def _better(
     choice: GainChoice,
     asked: CorrectionLaw | None,
 ) -> tuple[list[Variant], tuple[tuple[float, float], ...]]:
-    """Variants that need what the first runs told, the last one with all of it; and the gains that are tried on the circle."""
+    """Variants that need what the first runs showed, the last one with all of it; and the gains that are tried on the circle."""
     law = replace(case.law, gain=choice.chosen)
     ways: list[tuple[str, str, dict[str, object]]] = [
         ("gain", f"gain by analysis, K = {law.gain:g}", {"law": law}),

@@ -1,9 +1,9 @@
 """The base of all summaries: a frozen dataclass that is also a JSON object.
 
 The fields of a summary are the keys of its object, in their order; what a field holds is a plain value, another summary, a tuple
-or a mapping of these. Four things a field may say of itself: that its key is no name in Python (`keyed`), that the key is left
-out where there is nothing to tell (`left_out`), that another summary's keys stand among this one's own (`spread`), and that it
-holds the keys which no field is there for (`further`).
+or a mapping of these. A field may say four things of itself: that its key is not its name (`keyed`), that the key is left out
+where there is nothing to say (`left_out`), that another summary's keys stand among this one's own (`spread`), and that it holds
+the keys which no field is there for (`further`).
 
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Limits(Summary):
@@ -27,9 +27,9 @@ __all__ = ["OpenSummary", "Summary", "further", "keyed", "left_out", "spread"]
 _KEY, _LEFT_OUT, _SPREAD, _FURTHER = "key", "left out", "spread", "further"
 
 
-def keyed(key: str) -> Any:
+def keyed(key: str, default: object = MISSING) -> Any:
     """A field whose key in the JSON object is `key`."""
-    return field(metadata={_KEY: key})
+    return field(default=default, metadata={_KEY: key})
 
 
 def left_out(default: object = None) -> Any:
@@ -145,11 +145,11 @@ def _typed(hint: Any, value: Any) -> Any:
     """A JSON value as the type that a hint names: summaries, alone, in tuples and as values of mappings."""
     origin, inside = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
-        told = [one for one in inside if one is not types.NoneType]
-        return value if value is None or len(told) != 1 else _typed(told[0], value)
+        kinds = [one for one in inside if one is not types.NoneType]
+        return value if value is None or len(kinds) != 1 else _typed(kinds[0], value)
     if origin is tuple and isinstance(value, list | tuple):
-        kinds = inside[:1] * len(value) if inside[1:] == (...,) else inside
-        return tuple(_typed(kind, one) for kind, one in zip(kinds, value, strict=True))
+        each = inside[:1] * len(value) if inside[1:] == (...,) else inside
+        return tuple(_typed(kind, one) for kind, one in zip(each, value, strict=True))
     if origin is not None and issubclass(origin, Mapping) and isinstance(value, Mapping):
         return {key: _typed(inside[1], one) for key, one in value.items()}
     return hint.from_json(value) if isinstance(hint, type) and issubclass(hint, Summary) else value

@@ -67,7 +67,7 @@ class HeldParameter(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correlation(Summary):
-    """How strongly the estimates of two parameters hang together, -1 to 1."""
+    """How strongly the estimates of two parameters are correlated, -1 to 1."""
 
     pair: tuple[str, str]
     value: float

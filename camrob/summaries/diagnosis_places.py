@@ -272,12 +272,12 @@ class AddedLoad(OpenSummary):
 class Places(OpenSummary):
     """Where the gap lies, with intervals of 90 %.
 
-    rungs: mm rms that each step from program to set-point, encoder and TCP adds, None where a log lacks it. axes, regimes: the
+    stages: mm rms that each step from program to set-point, encoder and TCP adds, None where a log lacks it. axes, regimes: the
     share of the gap's energy that each would explain alone. program_left_mm: what the rounding of corners leaves.
     """
 
-    rungs: Mapping[str, float | None]
-    rung_intervals: Mapping[str, Interval | None]
+    stages: Mapping[str, float | None] = keyed("rungs")
+    stage_intervals: Mapping[str, Interval | None] = keyed("rung_intervals")
     missing: tuple[str, ...]
     segments: tuple[Stretch, ...]
     change_points: tuple[ChangePoint, ...]

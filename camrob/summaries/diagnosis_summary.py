@@ -120,7 +120,7 @@ class EffectFound(OpenSummary):
     evidence: float
     implausible: str
     compensable: bool
-    rungs: tuple[str, ...]
+    stages: tuple[str, ...] = keyed("rungs")
     regimes: tuple[str, ...]
     corner: CornerFigures | None = spread()
     unusual: str
@@ -177,9 +177,9 @@ class Alternative(OpenSummary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnknownShape(OpenSummary):
-    """Something unexplained: its rung, what moves, what that follows, and how far it swings, in `unit`."""
+    """Something unexplained: its stage, what moves, what that follows, and how far it swings, in `unit`."""
 
-    rung: str
+    stage: str = keyed("rung")
     moves: str
     follows: str
     swing: float
@@ -188,11 +188,11 @@ class UnknownShape(OpenSummary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnknownPlace(OpenSummary):
-    """Where what is unknown sits: its rung (None for nowhere), axes, what it follows, and how it comes back, "" where not:
+    """Where what is unknown sits: its stage (None for nowhere), axes, what it follows, and how it comes back, "" where not:
     "every 1.14 s", "every 90 mm of E1".
     """
 
-    rung: str | None
+    stage: str | None = keyed("rung")
     axes: tuple[str, ...]
     regimes: tuple[str, ...]
     comes_back: str
@@ -224,7 +224,7 @@ class RegimeLeft(OpenSummary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Residual(OpenSummary):
-    """What stays on withheld samples, how much of it hangs together from sample to sample, and the discrepancy's fitted size."""
+    """What stays on withheld samples, how much of it is correlated from sample to sample, and the discrepancy's fitted size."""
 
     rms_mm: float
     noise_mm: float
@@ -349,9 +349,9 @@ class InstrumentSuspect(OpenSummary):
 class DiagnosisSummary(OpenSummary):
     """The diagnosis: the gap, where it lies, the effects that cause it, how far it shrinks, and what stays unknown.
 
-    status: "explained", "partly explained", "unexplained" or "no gap". within: by logged rung, what the gap is within, "noise" or
-    "tolerance", or "beyond". aliases: effects that these logs can't tell apart.
-    axes_report: axes of which both ends are logged. added_load: None where no drive tells it. experiment: None where there is
+    status: "explained", "partly explained", "unexplained" or "no gap". within: by logged stage, what the gap is within, "noise"
+    or "tolerance", or "beyond". aliases: effects that these logs can't tell apart.
+    axes_report: axes of which both ends are logged. added_load: None where no drive shows it. experiment: None where there is
     nothing to tell apart.
     """
 

@@ -24,7 +24,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatementFigures(Summary):
-    """What a paper states, what was found, and the verdict: holds, holds not, unclear."""
+    """What a paper states, what was found, and the verdict: holds, does not hold, unclear."""
 
     published: str
     found: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from camrob.summaries.base import Summary
+from camrob.summaries.base import Summary, keyed
 
 __all__ = [
     "AxesErrors",
@@ -230,5 +230,5 @@ class TrackerSummary(Summary):
     lags: Mapping[str, JointLagFigures | None]
     sensitivity: tuple[SensitivityFigures, ...]
     equation_2_off_mm: float
-    standings: Mapping[str, str]
+    provenance: Mapping[str, str] = keyed("standings")
     files: tuple[str, ...]

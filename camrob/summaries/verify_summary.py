@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from camrob.summaries.base import Summary, spread
+from camrob.summaries.base import Summary, keyed, spread
 from camrob.summaries.remarks import Approximated, AxisLimits, JudgedRemark
 
 __all__ = ["Against", "Judged", "LeastConditioning", "ProgramEvents", "ReplayFigures", "VerifySummary"]
@@ -12,7 +12,7 @@ __all__ = ["Against", "Judged", "LeastConditioning", "ProgramEvents", "ReplayFig
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged(Summary):
-    """Area by area: True (judged, nothing stands against it), False (something does), None (not judged, or not all of it)."""
+    """Area by area: True (judged, nothing was found against it), False (something does), None (not judged, or not all of it)."""
 
     path: bool | None
     frames: bool | None
@@ -60,14 +60,14 @@ class Against(Summary):
     met: int
     position_error_mm_max: float
     axis_error_deg_max: float
-    stray_mm_max: float
+    deviation_mm_max: float = keyed("stray_mm_max")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerifySummary(Summary):
     """The judgement of a program.
 
-    ok: None where nothing stands against it but not all of it was judged. motions, replay: None where it could not be
+    ok: None where nothing was found against it but not all of it was judged. motions, replay: None where it could not be
     replayed. against: None without a CL file.
     """
 

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 _ROUNDS = 12  # of slowing where a limit is passed: an end for a stretch that does not settle
 _OVER = 1.0 + 1e-6  # a use of 1 is the limit itself; what lies beyond by rounding is none
 _HARDEST = 0.7  # of a speed is the least that one round leaves of it
-_SLOWEST = 1e-3  # m/s: what is passed below it is the ramp's own, which no lower speed would cure
+_SLOWEST = 1e-3  # m/s: what is passed below it is the ramp's own, which no lower speed would remove
 _STAIR = 1.02  # lowered speeds are powers of it, so that neighbours share one
 _PRINTED = 1e-5  # m/s
 

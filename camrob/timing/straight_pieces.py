@@ -93,7 +93,7 @@ def _turn(A: Array, B: Array, out: Array) -> float:
     if sine > 1e-9:
         for r in range(3):
             out[r] *= angle / sine
-    elif angle > 1.0:  # half a turn: any axis serves, for only its size counts
+    elif angle > 1.0:  # half a turn: any axis will do, for only its size counts
         out[0] = angle
     return float(angle)
 

@@ -20,7 +20,7 @@ from camrob.warm.signatures import Known, known_kernels
 
 __all__ = ["compile_kernel", "left", "main"]
 
-TOLD_EVERY = 5.0  # s between two lines where there is no terminal: often enough to see that it lives
+REPORT_EVERY = 5.0  # s between two lines where there is no terminal: often enough to show that it is alive
 INTERRUPTED = 130  # as shells have it: 128 and the signal's number
 
 
@@ -37,14 +37,14 @@ def left(done: float, whole: float, elapsed: float) -> str:
 
 
 @contextmanager
-def _told() -> Iterator[Callable[[str, float], None]]:
+def _reporter() -> Iterator[Callable[[str, float], None]]:
     """A hook (what, share of the whole): a bar that moves on a terminal, else a line now and then."""
     if not sys.stderr.isatty():
-        last = -TOLD_EVERY
+        last = -REPORT_EVERY
 
         def line(what: str, share: float) -> None:
             nonlocal last
-            if time.monotonic() - last >= TOLD_EVERY or share >= 1.0:
+            if time.monotonic() - last >= REPORT_EVERY or share >= 1.0:
                 print(f"camrob: {what}", file=sys.stderr, flush=True)
                 last = time.monotonic()
 
@@ -84,14 +84,14 @@ def main() -> int:
         cores, multiprocessing.get_context("spawn"), initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)
     )
     try:
-        with _told() as told:
+        with _reporter() as report:
             running = {pool.submit(compile_kernel, kernel): kernel for kernel in kernels}
-            told(f"compiling kernels, once on this machine: {len(kernels)} on {cores} cores", 0.0)
+            report(f"compiling kernels, once on this machine: {len(kernels)} on {cores} cores", 0.0)
             for number, future in enumerate(as_completed(running), 1):
                 compiled += future.result()
                 done += running[future].seconds
                 rest = left(done, whole, time.monotonic() - start)
-                told(f"kernel {number} of {len(kernels)}{rest}", done / whole)
+                report(f"kernel {number} of {len(kernels)}{rest}", done / whole)
     except KeyboardInterrupt:
         print("camrob: interrupted; what was compiled is kept", file=sys.stderr)
         pool.shutdown(wait=False, cancel_futures=True)

@@ -11,7 +11,7 @@ from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.terms import parameter_of, standard_names
 from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
-from camrob.cell.world import world_T_hall
+from camrob.cell.world import world_T_floor
 from camrob.dynamics.gravity import gravity_arrays, gravity_stiffness, gravity_torques, pinocchio_torques
 from camrob.errors import LogError
 from camrob.kinematics.frames import base_T_tool, world_T_base
@@ -58,14 +58,14 @@ def twin(model: ErrorModel, values: np.ndarray, q: np.ndarray, row: int, given) 
         return T
 
     T = model.arrays.left
-    hall = world_T_hall(CELL)
+    world_T_start = world_T_floor(CELL)
     if model.in_base:
         T = T @ CELL.base_T_first
     for i, joint in enumerate(CELL.joints[:-1]):
         if joint.role is Role.WORKPIECE and not model.in_base:
             continue
         if i == 1:
-            T = T @ (inverse(hall) if model.in_base else np.eye(4)) @ place("base") @ hall
+            T = T @ (inverse(world_T_start) if model.in_base else np.eye(4)) @ place("base") @ world_T_start
         if joint.name == "A1":
             lean = np.array([v["root.rx.by.lean"], v["root.y.by.lean"]]) * given["lean"][row]
             foot = moved(np.array([0, lean[1], 0, lean[0], 0, 0]))

@@ -59,7 +59,7 @@ def test_a_bare_arm_is_under_forty_lines_and_is_the_long_ones_arm(tmp_path: Path
     assert short.axis_names == ("A1", "A2", "A3", "A4", "A5", "A6")
     assert short.payload == 10.0
     with pytest.raises(CellError, match=r"has no \[controller\], which post needs"):
-        short.serving("post", controller=True)
+        short.checked_for("post", controller=True)
 
 
 def craig(rows, q: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import trimesh
 from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
 from camrob.cell.shape import ShapeKind
-from camrob.cell.toml_table import STANDINGS
+from camrob.cell.toml_table import PROVENANCES
 from camrob.errors import CellError
 from camrob.kinematics import frames
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
@@ -73,8 +73,8 @@ def test_limits(name, lower, upper, speed, acceleration):
     assert ends == pytest.approx([joint.lower, joint.upper])
 
 
-def test_every_number_has_a_standing():
-    assert set(CELL.provenance.values()) <= set(STANDINGS)
+def test_every_number_has_a_provenance():
+    assert set(CELL.provenance.values()) <= set(PROVENANCES)
     assert CELL.provenance["joint[A3].dh.a_mm"] == "paper"
     assert CELL.provenance["joint[A3].limits.range_deg"] == "assumed"
     assert CELL.provenance["kinematics.characteristic_length_mm"] == "paper"
@@ -284,9 +284,9 @@ BROKEN = [
     ("schema = 1\n", "", "schema: is missing"),
     ("characteristic_length_mm = 350.57", "characteristic_length_mm = 0", "kinematics.characteristic_length_mm: is 0"),
     ("base_follows_table = true", 'base_follows_table = "yes"', "kinematics.base_follows_table: is 'yes'"),
-    ('standing = { flange_to_tool = "paper" }\n', "", "tool.flange_to_tool: has no standing"),
-    ('standing = { flange_to_tool = "paper" }', 'standing = "hearsay"', "tool.standing: 'hearsay' is no standing"),
-    ('standing = { flange_to_tool = "paper" }', 'standing = { x = "paper" }', "tool.flange_to_tool: has no standing"),
+    ('standing = { flange_to_tool = "paper" }\n', "", "tool.flange_to_tool: has no provenance"),
+    ('standing = { flange_to_tool = "paper" }', 'standing = "hearsay"', "tool.standing: 'hearsay' is no provenance"),
+    ('standing = { flange_to_tool = "paper" }', 'standing = { x = "paper" }', "tool.flange_to_tool: has no provenance"),
     ('after = "A2"', 'after = "A7"', "mass[A2 arm].after: is 'A7'; use one of E2, E1, A1"),
     ("mass_kg = 42", "mass_kg = -42", "mass[A2 arm].mass_kg: is -42"),
     ("payload_kg = 15", "payload_kg = [15]", "load.payload_kg: is [15]"),

@@ -73,13 +73,13 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_cell_without_both_is_read(tmp_path: Path) -> None:
     bare, whole = read_cell(without(tmp_path / "cell", "controller", "resolve")), read_cell(KR15)
     assert bare.digest != whole.digest
-    assert bare.serving("camrob calibrate") is bare
+    assert bare.checked_for("camrob calibrate") is bare
     with pytest.raises(CellError, match=r"cell\.toml: has no \[controller\], which this job needs; add it"):
         _ = bare.controller
     with pytest.raises(CellError, match=r"cell\.toml: has no \[resolve\], which this job needs; add it"):
         _ = bare.resolve
     with pytest.raises(CellError, match=r"has no \[resolve\], which camrob post needs"):
-        read_cell(without(tmp_path / "other", "resolve")).serving("camrob post", controller=True, resolve=True)
+        read_cell(without(tmp_path / "other", "resolve")).checked_for("camrob post", controller=True, resolve=True)
 
 
 @pytest.mark.slow

@@ -90,7 +90,7 @@ def test_the_loop_ends_nearer_to_the_path_on_a_machine_of_other_code(job: Path, 
     run(1)
     said = close_loop(job, out=out).summary
     first, second = said.turns
-    assert first.measured is not None and second.foretold is not None
+    assert first.measured is not None and second.predicted is not None
     assert {"backlash A1", "wrist_coupling A5"} <= set(first.found)
     assert said.outcome == "awaiting a log" and "turn_2/short.src" in said.next
     # what was measured is what a judge outside camrob's loop measures
@@ -104,7 +104,7 @@ def test_the_loop_ends_nearer_to_the_path_on_a_machine_of_other_code(job: Path, 
     assert reached is not None
     assert reached.rms_mm < 0.35 * first.measured.rms_mm
     noise = closed_loop.SIGMA_MM * np.sqrt(2.0)
-    assert reached.rms_mm == pytest.approx(np.hypot(second.foretold.rms_mm, noise), rel=0.25)
+    assert reached.rms_mm == pytest.approx(np.hypot(second.predicted.rms_mm, noise), rel=0.25)
 
     (out / "turn_1" / "run.csv").write_text((out / "turn_1" / "run.csv").read_text().rsplit("\n", 2)[0] + "\n")
     with pytest.raises(InputError, match="is not the log that the next turn was made with"):

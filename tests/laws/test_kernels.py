@@ -17,7 +17,7 @@ import pytest
 from camrob.cli.app import VERBS
 from camrob.cli.console import COMPILING, perform
 from camrob.compiled import kernel, part
-from camrob.compiling import tell, told_of_compiling
+from camrob.compiling import report_compile, reporting_compiles
 from camrob.warm import ahead as warm
 from camrob.warm.signatures import Known, known_kernels, numba_type, spelled
 
@@ -116,17 +116,17 @@ def _quadruple(x: float) -> float:
 def test_a_kernel_that_compiles_is_told_of_once_and_the_collector_rests_meanwhile() -> None:
     told: list[str] = []
     collects: list[bool] = []
-    with told_of_compiling(told.append), told_of_compiling(lambda kernel: collects.append(gc.isenabled())):
+    with reporting_compiles(told.append), reporting_compiles(lambda kernel: collects.append(gc.isenabled())):
         assert _quadruple(1.5) == 6.0 == _double(3.0)
         assert _quadruple(2.5) == 10.0
     assert told == ["quadruple"] and collects == [False] and gc.isenabled()
-    tell("nobody listens")
+    report_compile("nobody listens")
     assert told == ["quadruple"]
 
 
 def _job(progress) -> SimpleNamespace:
-    tell("first")
-    tell("second")
+    report_compile("first")
+    report_compile("second")
     return SimpleNamespace(summary=SimpleNamespace(to_json=dict))
 
 

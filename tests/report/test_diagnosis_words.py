@@ -92,7 +92,7 @@ def test_where_one_rung_is_logged_no_share_is_made_up() -> None:
     }
     said = sentence(summary([BACKLASH], where=where))
     assert said.startswith(
-        "The gap (0.310 mm rms) lies between set-point and TCP, the only rung that is logged; it follows"
+        "The gap (0.310 mm rms) lies between set-point and TCP, the only stage that is logged; it follows"
     )
 
 
@@ -141,7 +141,7 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
     beside = summary([BACKLASH], unknown=unknown, together=shrunk(0.3, 0.2, withheld="a.csv, b.csv"))
     assert "on runs that took no part (a.csv, b.csv)" in sentence(beside)
     assert sentence(beside).endswith(
-        "0.198 mm, 7 times the noise, stays and is unknown: A1 deviates with its own position. That is 44 % of the gap's energy."
+        "0.198 mm, 7 times the noise, remains unexplained: A1 deviates with its own position. That is 44 % of the gap's energy."
     )
 
 
@@ -154,7 +154,7 @@ def test_what_stays_without_a_shape_is_the_second_statement() -> None:
         "where": {"rung": "encoder_to_tcp", "axes": [], "regimes": ["position"], "comes_back": ""},
     }
     assert sentence(summary([BACKLASH], unknown=unknown)).endswith(
-        "0.198 mm, 7 times the noise, stays and is unknown; it follows position. That is 44 % of the gap's energy."
+        "0.198 mm, 7 times the noise, remains unexplained; it follows position. That is 44 % of the gap's energy."
     )
     assert sentence(summary([], status="unexplained", unknown=unknown)).endswith(
         "Something unknown is at work, and follows position."
@@ -194,7 +194,7 @@ def test_of_several_causes_alike_none_is_claimed_and_all_are_named() -> None:
     ]
     said = sentence(summary([*rivals, effect_found("lean", [], {"x_mm": 0.1}, probability=0.04)]))
     assert said.endswith(
-        "several causes would explain it alike, so none is claimed: track (49 % sure) and frame base (40 % sure)."
+        "several causes would explain it equally well, so none is claimed: track (49 % sure) and frame base (40 % sure)."
     )
 
 

@@ -176,7 +176,7 @@ def test_the_command_writes_the_report_and_a_summary(tmp_path, capsys):
     assert run(["feed", "--cell", str(FOLDER), "--out", str(tmp_path), "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert summary["torque_max_nm"]["A2"] > summary["torque_max_nm"]["A3"]
-    assert {s["verdict"] for s in summary["statements"]} <= {"holds", "holds not", "unclear"}
+    assert {s["verdict"] for s in summary["statements"]} <= {"holds", "does not hold", "unclear"}
     page = (tmp_path / "feed.html").read_text(encoding="utf-8")
     assert "Figure 6" in page and "Joint 2 carries the largest torque" in page
 

@@ -137,7 +137,7 @@ def test_the_papers_line_on_its_machine_nominal_beside_compensated(tmp_path):
     for kind, least in smooth[0]["rate_admitted"].items():
         assert smooth[1]["rate_admitted"][kind] == pytest.approx(least, rel=0.01)
     verdicts = [s["verdict"] for s in summary["statements"]]
-    assert len(verdicts) == 6 and verdicts[0] == "holds" and set(verdicts) <= {"holds", "holds not", "unclear"}
+    assert len(verdicts) == 6 and verdicts[0] == "holds" and set(verdicts) <= {"holds", "does not hold", "unclear"}
     page = (tmp_path / "out" / "feed.html").read_text(encoding="utf-8")
     assert all(f"{axis}: third derivative, smooth interpolation" in page for axis in KR500.axis_names)
 

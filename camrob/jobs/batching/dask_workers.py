@@ -25,7 +25,7 @@ from camrob.jobs.files.files import check_file_name
 __all__ = ["camrob_digest", "do_on_worker", "run_cluster"]
 
 _PATIENCE = 30.0  # s that a scheduler, or a first worker, gets to answer
-_TOLD_EVERY = 0.5  # s, between two words of progress
+_REPORT_EVERY = 0.5  # s, between two reports of progress
 _AHEAD = 2  # jobs that lie at the scheduler for each that is being done
 
 
@@ -96,13 +96,13 @@ def do_on_worker(parcel: Parcel, contents: Mapping[Place, bytes], topic: str) ->
 
     worker = get_worker()
     key = worker.get_current_task()
-    stage_told, told = "", 0.0
+    last_stage, last = "", 0.0
 
     def speak(stage: str, share: float) -> None:
-        nonlocal stage_told, told
+        nonlocal last_stage, last
         now = time.monotonic()
-        if stage != stage_told or now - told >= _TOLD_EVERY:
-            stage_told, told = stage, now
+        if stage != last_stage or now - last >= _REPORT_EVERY:
+            last_stage, last = stage, now
             worker.log_event(topic, (parcel.index, stage, share))
             task = worker.state.tasks.get(key)
             if task is None or task.state == "cancelled":  # Dask itself would let it run to its end

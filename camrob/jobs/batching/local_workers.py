@@ -27,7 +27,7 @@ __all__ = ["cores", "run_local"]
 
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _ATTEMPTS = 2
-_TOLD_EVERY = 0.1  # s, between two words of progress
+_REPORT_EVERY = 0.1  # s, between two reports of progress
 _PATIENCE = 5.0  # s that a worker gets to end
 
 
@@ -125,7 +125,7 @@ def _start() -> _Worker:
     """A new worker."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs,), daemon=True)
+    process = context.Process(target=_work_for, args=(theirs,), daemon=True)
     with _one_thread(), _deaf():
         process.start()
     theirs.close()
@@ -173,25 +173,25 @@ def _deaf() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _serve(pipe: Connection) -> None:
+def _work_for(pipe: Connection) -> None:
     """A worker's life: jobs from a pipe until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     with suppress(EOFError, OSError):  # the other end is gone: nobody waits for us any more
         while True:
             parcel, sandbox = pipe.recv()
-            pipe.send(work(parcel, sandbox, _teller(pipe)))
+            pipe.send(work(parcel, sandbox, _reporter(pipe)))
 
 
-def _teller(pipe: Connection) -> Progress:
+def _reporter(pipe: Connection) -> Progress:
     """A progress hook that speaks through a pipe, not too often."""
-    stage_told, told = "", 0.0
+    last_stage, last = "", 0.0
 
-    def tell(stage: str, share: float) -> None:
-        nonlocal stage_told, told
+    def report(stage: str, share: float) -> None:
+        nonlocal last_stage, last
         now = time.monotonic()
-        if stage != stage_told or now - told >= _TOLD_EVERY:
-            stage_told, told = stage, now
+        if stage != last_stage or now - last >= _REPORT_EVERY:
+            last_stage, last = stage, now
             pipe.send((stage, share))
 
-    return tell
+    return report

@@ -1,4 +1,4 @@
-"""One job of a batch, done where it was sent to: files laid out, the verb's function called, its outcome told."""
+"""One job of a batch, done where it was sent to: files laid out, the verb's function called, its outcome reported."""
 
 from __future__ import annotations
 

@@ -96,10 +96,10 @@ class Correction:
         Returns (K,) m off the path with the chain's constants corrected; what stays is `off_path`.
         """
         intended = programmed_path(self.text, self.planned)
-        told = self.tell("run on the machine as diagnosed")
+        report = self.tell("run on the machine as diagnosed")
 
         def run(turn: int) -> tuple[MachineRun, Array]:
-            now = self.run_on(known, lambda share: told((turn + share) / (_ROUNDS + 1)))
+            now = self.run_on(known, lambda share: report((turn + share) / (_ROUNDS + 1)))
             return now, now.off_path(intended)
 
         now, self.off_path = run(0)

@@ -39,7 +39,7 @@ def measured_off_path(
 ) -> Array:
     """(K,) m from the measured tool to the intended path, at the rows of motions along lines and arcs.
 
-    program: what ran. meant: (M,) the motion that `intended` has for each of its motions. Frames that nobody told (the
+    program: what ran. meant: (M,) the motion that `intended` has for each of its motions. Frames that nobody gave (the
     instrument's, the reflector's) are those that bring the nominal poses nearest: their part of an error can't be seen. Raises
     LogError for a log without measured positions, or of another program.
     """

@@ -19,7 +19,7 @@ _RESOLVE = frozenset({"post", "place"})
 
 def cell_for(verb: str, path: str | Path) -> Cell:
     """The cell in a folder. Raises CellError for a cell that can't be read, or lacks a section that the verb needs."""
-    cell = read_cell(path).serving(f"camrob {verb}", controller=verb in _CONTROLLER, resolve=verb in _RESOLVE)
+    cell = read_cell(path).checked_for(f"camrob {verb}", controller=verb in _CONTROLLER, resolve=verb in _RESOLVE)
     if cell.controller_section is not None:
         language_named(cell.controller.language).settings(cell.controller)
     return cell

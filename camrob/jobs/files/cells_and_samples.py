@@ -91,7 +91,7 @@ def new_cell(name: str, *, source: Path, out: Path = Path()) -> NewCellResult:
     return _made(
         folder,
         (
-            "write the machine's own numbers into cell.toml, each with its standing; README.md says key by key what they mean",
+            "write the machine's own numbers into cell.toml, each with its provenance; README.md says key by key what they mean",
             "replace the rows of poses.csv when the chain changes: every command holds the cell against them",
         ),
     )
@@ -100,7 +100,7 @@ def new_cell(name: str, *, source: Path, out: Path = Path()) -> NewCellResult:
 def cell_from_urdf(urdf: Path, *, name: str | None = None, tip: str | None = None, out: Path = Path()) -> NewCellResult:
     """A cell's folder out of a URDF: chain, limits and masses up to the link `tip`. All of it appears, or nothing.
 
-    Such a cell serves `calibrate` and `diagnose`; what `post` needs beside it (controller, redundancy, tool) no URDF says.
+    Such a cell is enough for `calibrate` and `diagnose`; what `post` needs beside it (controller, redundancy, tool) no URDF says.
 
     Args:
         urdf: the file; it is copied into the folder.

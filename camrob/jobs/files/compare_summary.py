@@ -25,15 +25,15 @@ def comparable(summary: Mapping[str, Any]) -> dict[str, Any]:
 def compare_summary(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
     """What differs, a line each: numbers beyond rounding, anything else at all; keys that came and went."""
     old, new = dict(_flat(comparable(before))), dict(_flat(comparable(after)))
-    told = []
+    differences = []
     for key in [*old, *(k for k in new if k not in old)]:
         if key not in new:
-            told.append(f"{key} is gone (was {_shown(old[key])})")
+            differences.append(f"{key} is gone (was {_shown(old[key])})")
         elif key not in old:
-            told.append(f"{key} is new: {_shown(new[key])}")
+            differences.append(f"{key} is new: {_shown(new[key])}")
         elif not _alike(key, old[key], new[key]):
-            told.append(f"{key} was {_shown(old[key])}, is {_shown(new[key])}{_change(old[key], new[key])}")
-    return told
+            differences.append(f"{key} was {_shown(old[key])}, is {_shown(new[key])}{_change(old[key], new[key])}")
+    return differences
 
 
 def _flat(value: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -111,7 +111,7 @@ def read_inputs(
 def inputs_of(toolpath: Toolpath, machine: Cell, job: Setup) -> JobInputs:
     """A job's inputs from what was read: tools mounted, the path laid into `base`. Raises InputError and its kin."""
     changes = tool_changes(toolpath.regions)
-    mounted, told = mounted_tools(toolpath.regions, changes, job, machine)
+    mounted, remarks = mounted_tools(toolpath.regions, changes, job, machine)
     machine = mounted[0].cell
     base_T_part = np.asarray(job.base_T_part)
     part, stock = (None if body is None else body_triangles(body) for body in (job.part, job.stock))
@@ -122,5 +122,5 @@ def inputs_of(toolpath: Toolpath, machine: Cell, job: Setup) -> JobInputs:
         machine, toolpath, base_T_part, clearance=clearance, bounds=corners, changes=change_poses(mounted, changes)
     )
     rapid_speed = RAPID_SPEED if job.rapid_feed is None else job.rapid_feed
-    findings, urgent = (*assumed_limits(machine), *told), taken_for_granted(machine, job, toolpath)
+    findings, urgent = (*assumed_limits(machine), *remarks), taken_for_granted(machine, job, toolpath)
     return JobInputs(machine, job, mounted[0].tool, toolpath, path, rapid_speed, part, stock, findings, mounted, urgent)

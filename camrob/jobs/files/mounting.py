@@ -37,7 +37,7 @@ class MountedTool:
 def mounted_tools(
     regions: Sequence[Region], changes: Sequence[ToolChange], setup: Setup, machine: Cell
 ) -> tuple[tuple[MountedTool, ...], tuple[Finding, ...]]:
-    """The tool of each stretch between `changes`, and a warning where one tool of the set-up serves several of the file's.
+    """The tool of each stretch between `changes`, and a warning where one tool of the set-up stands for several of the file's.
 
     Raises SetupError for a tool that the set-up lacks.
     """
@@ -51,7 +51,7 @@ def mounted_tools(
         label = f"tool {number}" if number else name or "tool"
         mounted.append(MountedTool(label, tool, machine.with_tool(np.asarray(tool.flange_T_tool))))
     line = next((c.line for c in changes), 0)
-    findings = list(_loads_told(mounted, setup, line))
+    findings = list(_masses_stated(mounted, setup, line))
     labels = list(dict.fromkeys(m.label for m in mounted if m.tool.number is None))
     if len(labels) < 2:
         return tuple(mounted), tuple(findings)
@@ -62,7 +62,7 @@ def mounted_tools(
     return tuple(mounted), (Finding("one-tool-for-several", text, line=line), *findings)
 
 
-def _loads_told(mounted: Sequence[MountedTool], setup: Setup, line: int) -> Iterator[Finding]:
+def _masses_stated(mounted: Sequence[MountedTool], setup: Setup, line: int) -> Iterator[Finding]:
     """A warning where several tools are mounted and none states its mass; raises SetupError where some do and others don't."""
     silent = [m.label for m in mounted if m.tool.mass is None]
     stated = [m.label for m in mounted if m.tool.mass is not None]

@@ -18,7 +18,7 @@ _R = TypeVar("_R")
 def takes_paths(verb: Callable[_P, _R]) -> Callable[_P, _R]:
     """A verb whose arguments that are paths, alone or in sequences, may be text: `camrob.post("part.cls", ...)`.
 
-    One path serves as a sequence of one.
+    One path counts as a sequence of one.
     """
     signature = inspect.signature(verb)
     paths = {name: str(p.annotation) for name, p in signature.parameters.items() if "Path" in str(p.annotation)}

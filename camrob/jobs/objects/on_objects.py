@@ -65,7 +65,7 @@ def resolve(
         cell: the machine, with or without a tool.
         setup: where the part lies, and the tools.
         method: "vjm", the published method, or "planned".
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The path in `base` (m, rad), and its postures, rad and m.
@@ -109,7 +109,7 @@ def fit(
         The calibration (SI), and what it rests on.
 
     Raises:
-        LogError: poses that can't serve.
+        LogError: poses that can't be used.
         SingularError, JobError: a fit that can't be had honestly.
 
     Example:
@@ -171,7 +171,7 @@ def explain(
         withheld: logs that take no part in choosing or fitting.
         programs: one a log, None where there is none.
         without: effects to leave out of the library.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The diagnosis; its `summary` is what `diagnosis.json` holds.

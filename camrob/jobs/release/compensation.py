@@ -47,7 +47,7 @@ Array = NDArray[np.float64]
 
 _PRINTED = 2e-6  # m and rad: what rounding to 4 and 5 decimals may leave, seen from a far flange
 _BETWEEN_MM = 0.02
-_TOLD_MM = 5e-4  # less is told as 0.000
+_WORTH_MM = 5e-4  # less is printed as 0.000
 _SLOWER = 0.9  # of the feed that the axes allow: less than that share of it is said
 # a bound counts as newly passed from here on, or where it was passed before already, by so many times as much: linear
 # interpolation makes peaks of rounding, whose heights say little
@@ -250,7 +250,7 @@ def _not_covered(machine: OnDiagnosedMachine | None) -> list[Finding]:
     if machine is None:
         return [Finding("not-covered", "backlash, drift and what the calibration left unexplained are not corrected")]
     left = list(machine.not_reckoned)
-    if machine.rest_mm > _TOLD_MM:
+    if machine.rest_mm > _WORTH_MM:
         left.append(f"what the diagnosis left unexplained ({machine.rest_mm:.3f} mm)")
     if not machine.causes:
         left.append("what is no constant of the chain (on the machine as diagnosed that would not have helped)")

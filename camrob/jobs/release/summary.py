@@ -184,15 +184,15 @@ def _plan(inputs: JobInputs, solution: Solution) -> PlanFigures | None:
     )
 
 
-def _accuracy(told: PlanAccuracy) -> AccuracyFigures:
+def _accuracy(plan: PlanAccuracy) -> AccuracyFigures:
     """What was gained for the part."""
     both = [
         ExpectedErrorFigures(rms_mm=m_to_mm(e.rms), p95_mm=m_to_mm(e.p95), turns=e.turns)
-        for e in (told.conditioning, told.accuracy)
+        for e in (plan.conditioning, plan.accuracy)
     ]
     return AccuracyFigures(
-        conditioning=both[0], accuracy=both[1], taken=told.taken, best_rms_mm=m_to_mm(told.best), counted=told.counted,
-        left_out=told.left_out,
+        conditioning=both[0], accuracy=both[1], taken=plan.taken, best_rms_mm=m_to_mm(plan.best), counted=plan.counted,
+        left_out=plan.left_out,
     )  # fmt: skip
 
 

@@ -33,7 +33,7 @@ _LINE = re.compile(rb"(?:" + _NUMBER + rb" ){7}" + _NUMBER + rb"\r?\n?")
 _FARTHEST_MM = 1e6  # a kilometre: no instrument sees as far
 _LATEST_S = 1e12  # thirty thousand years: any clock's zero fits
 _UNIT = 1e-3  # how far the quaternion's length may be from 1
-_CURE = "send 't_s x_mm y_mm z_mm q0 q1 q2 q3'"
+_HINT = "send 't_s x_mm y_mm z_mm q0 q1 q2 q3'"
 
 
 class InstrumentPose(NamedTuple):
@@ -46,13 +46,13 @@ class InstrumentPose(NamedTuple):
 def read_instrument(data: bytes) -> InstrumentPose:
     """One datagram of the instrument. Raises InputError, with one of a few fixed texts, for anything that isn't such a line."""
     if len(data) > _LONGEST or _LINE.fullmatch(data) is None:
-        raise InputError("a measurement isn't eight finite numbers", hint=_CURE)
+        raise InputError("a measurement isn't eight finite numbers", hint=_HINT)
     t_s, x, y, z, q0, q1, q2, q3 = (float(part) for part in data.split())
     if not abs(t_s) <= _LATEST_S or not max(abs(x), abs(y), abs(z)) <= _FARTHEST_MM:
-        raise InputError("a measurement's time or place is beyond any instrument's range", hint=_CURE)
+        raise InputError("a measurement's time or place is beyond any instrument's range", hint=_HINT)
     length = math.hypot(q0, q1, q2, q3)
     if not abs(length - 1.0) <= _UNIT:
-        raise InputError("a measurement's quaternion isn't of length 1", hint=_CURE)
+        raise InputError("a measurement's quaternion isn't of length 1", hint=_HINT)
     rows = quaternion_rotation(q0 / length, q1 / length, q2 / length, q3 / length)
     T = [*((*row, mm_to_m(place)) for row, place in zip(rows, (x, y, z), strict=True)), (0.0, 0.0, 0.0, 1.0)]
     return InstrumentPose(t_s, locked(T, shape=(4, 4), name="pose"))

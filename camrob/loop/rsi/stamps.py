@@ -21,7 +21,7 @@ _AHEAD = "a measurement's time runs ahead of its arrival"
 _NOT_GROWING = "a measurement's time doesn't grow"
 CLOCK_REFUSALS = frozenset({_AHEAD, _NOT_GROWING})
 
-_CURE = "send the instrument's own time in seconds, of the instant that was measured"
+_HINT = "send the instrument's own time in seconds, of the instant that was measured"
 
 
 class StampClock:
@@ -51,10 +51,10 @@ class StampClock:
         Raises InputError, and remembers nothing of it, where the stamp isn't later than the one before, or later than it can be.
         """
         if not stamp_s > self._stamp_s:
-            raise InputError(_NOT_GROWING, hint=_CURE)
+            raise InputError(_NOT_GROWING, hint=_HINT)
         age = wall_s - stamp_s if self.shared else self._growth(at_s - stamp_s, at_s)
         if age < -self._slack_s:
-            raise InputError(_AHEAD, hint=_CURE)
+            raise InputError(_AHEAD, hint=_HINT)
         self._stamp_s = stamp_s
         return max(age, 0.0)
 

@@ -44,7 +44,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]{1,20}(?:\.[0-9]{0,20})?|\.[0-9]{1,20})(?:[e
 _COUNTER = re.compile(r"[0-9]{1,18}")
 _SEN_TYPE = re.compile(r"[A-Za-z0-9_.\-]{1,32}")
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
-_CURE = "check the controller's Ethernet configuration, and what else sends to this port"
+_HINT = "check the controller's Ethernet configuration, and what else sends to this port"
 
 
 class RobFrame(NamedTuple):
@@ -106,7 +106,7 @@ def check_sen_type(sen_type: str) -> str:
 
 
 def _refused(what: str) -> InputError:
-    return InputError(what, hint=_CURE)
+    return InputError(what, hint=_HINT)
 
 
 def _children(text: str) -> list[tuple[str, dict[str, str], str]]:

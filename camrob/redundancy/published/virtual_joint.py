@@ -27,7 +27,7 @@ from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
 from camrob.se3 import pose
 
-__all__ = ["Attempt", "Failure", "PathTracker", "postures_along", "resolve_vjm", "standing_joints"]
+__all__ = ["Attempt", "Failure", "PathTracker", "held_joints", "postures_along", "resolve_vjm"]
 
 Array = NDArray[np.float64]
 
@@ -231,7 +231,7 @@ def _moved_in_holes(cell: Cell, path: ToolPathInBase, q: Array) -> tuple[Finding
     return (Finding("external-axis-in-hole", text, line=int(path.line[k]), region=int(path.region[k]), point=k),)
 
 
-def standing_joints(cell: Cell) -> NDArray[np.bool_]:
+def held_joints(cell: Cell) -> NDArray[np.bool_]:
     """(n,) True for joints that may move in void motions only: the table where the controller's base doesn't follow it."""
     return np.array([j.role is Role.WORKPIECE and not cell.base_follows_table for j in cell.joints])
 
@@ -280,7 +280,7 @@ class PathTracker:
             weighting.joint,
             weighting.condition,
             weighting.threshold,
-            standing_joints(cell),
+            held_joints(cell),
             weighting.gradient,
         )
         locked = np.asarray(self.settings.locked).copy()

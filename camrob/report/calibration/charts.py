@@ -204,7 +204,7 @@ def _singular(evidence: Evidence) -> Chart:
     layout["yaxis"]["type"] = "log"
     return _chart(
         "singular",
-        "What the poses tell: singular values",
+        "What the poses show: singular values",
         "Of the Jacobian of the parameters that were fitted, each in its ordinary size and the measurements in their "
         "noise. The inverse of the last is the largest standard error of a mixture of parameters.",
         [trace],
@@ -264,7 +264,7 @@ def _remaining(poses: Sequence[PoseErrors], axes: Sequence[str]) -> Chart:
         "remaining",
         "What stays, by axis",
         "The share of the errors' energy that follows the value of one axis alone (means of 12 bins, less what chance "
-        "gives). Blue bars that stand out: the model lacks something of that axis.",
+        "gives). Blue bars that stand out: the model lacks something about that axis.",
         traces,
         layout,
     )

@@ -57,7 +57,7 @@ def calibration_report(
             place["parameters"],
             _parameters(found),
             place["singular"],
-            _told(found),
+            _identifiable(found),
             place["correlation"],
             place["remaining"],
             _remaining(found, evidence),
@@ -98,10 +98,10 @@ def _cards(summary: CalibrationFigures, evidence: Evidence) -> str:
         cards.append(("Mean error of orientation", value, f"worst {after.max_deg:.4f} degrees"))
     held = len(summary.held)
     cards.append(("Parameters", str(len(summary.parameters)), f"{held} more asked for and left out"))
-    cards.append(("Poses fitted", f"{summary.poses:,}", f"{summary.outliers} outliers, which weigh little"))
+    cards.append(("Poses fitted", f"{summary.poses:,}", f"{summary.outliers} outliers, with little weight"))
     noise = _noise(evidence)
     note = f"the instrument's noise is {noise:.4f} mm" if noise is not None else "the instrument's noise isn't known"
-    cards.append(("Scatter an axis that remains", number(summary.scatter_mm, 4, "mm"), note))
+    cards.append(("Scatter that remains, per axis", number(summary.scatter_mm, 4, "mm"), note))
     return card_row(cards)
 
 
@@ -164,7 +164,7 @@ def _parameters(summary: CalibrationFigures) -> str:
     return section("Parameters", table(head, rows), f'<p class="caption">{caption}</p>')
 
 
-def _told(summary: CalibrationFigures) -> str:
+def _identifiable(summary: CalibrationFigures) -> str:
     rows = [
         [escape(h.name), escape(_WHY[h.why]) + (f" {escape(', '.join(h.others))}" if h.others else "")]
         for h in summary.held

@@ -55,7 +55,7 @@ def _published(rows: Sequence[PublishedFigure]) -> Table:
 
 
 def render_calibration(summary: CalibrationSummary) -> RenderableType:
-    """Errors by stage, the parameters with their standard errors, and those that the poses do not tell."""
+    """Errors by stage, the parameters with their standard errors, and those that the poses do not determine."""
     found, rows = summary.figures, []
     for stage, size in found.errors.items():
         name, _, part = stage.partition("/")
@@ -67,18 +67,18 @@ def render_calibration(summary: CalibrationSummary) -> RenderableType:
         shown = [f"{v:.{decimals}f}" if decimals else f"{v:.3g}" for v in (p.value, p.std)]
         parameters.add_row(p.name, *shown, p.unit + (" (instrument)" if p.nuisance else ""))
     parts: list[RenderableType] = [*_warnings(found.warnings), _errors(rows), Text(), parameters]
-    for why, told in (
+    for why, title in (
         ("merged", "part of others in these poses"),
         ("unseen", "without effect in these poses"),
         ("weak", "too weak in these poses"),
     ):
         names = [h.name for h in found.held if h.why == why]
         if names:
-            parts += [Text(), Text(f"{told}: {', '.join(names)}")]
+            parts += [Text(), Text(f"{title}: {', '.join(names)}")]
     for log in summary.withheld:
         if log.refitted:
-            told = f"{log.file}: base and reflector refitted on half of it, judged on {log.poses} poses"
-            parts += [Text(), shown_text(told)]
+            text = f"{log.file}: base and reflector refitted on half of it, judged on {log.poses} poses"
+            parts += [Text(), shown_text(text)]
     if summary.published is not None:
         parts += [Text(), _published(summary.published)]
     wrote = f"wrote {summary.file} and {summary.report}"

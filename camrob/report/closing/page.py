@@ -25,8 +25,8 @@ def ledger_report(ledger: CloseLoopSummary) -> str:
             section("How it stands", f"<p><b>{escape(ledger.outcome)}</b>: {escape(ledger.next)}.</p>", _cards(ledger)),
             *(chart_section(c) for c in charts),
             _turns(ledger),
-            "<footer>Made by camrob. Measured figures hold the instrument's noise; what is foretold holds neither noise nor what "
-            "stays unexplained. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
+            "<footer>Made by camrob. Measured figures include the instrument's noise; predicted ones include neither noise nor "
+            "what stays unexplained. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
         ]
     )
     return page(f"The loop of {ledger.toolpath}", body, {"names": {}, "charts": chart_data(charts)})
@@ -44,16 +44,18 @@ def _cards(ledger: CloseLoopSummary) -> str:
 
 def _chart(ledger: CloseLoopSummary) -> LineChart:
     seen = [t for t in ledger.turns if t.measured is not None]
-    told = [t for t in ledger.turns if t.foretold is not None]
+    predicted = [t for t in ledger.turns if t.predicted is not None]
     turn = np.array([float(t.turn) for t in seen])
     curves = [
         Curve("95 %, measured", turn, np.array([t.measured.p95_mm for t in seen if t.measured]), "solid", 0),
         Curve("rms, measured", turn, np.array([t.measured.rms_mm for t in seen if t.measured]), "solid", 1),
         Curve("tolerance", turn, np.full(len(seen), ledger.tolerance_mm), "dash", 3),
     ]
-    if told:
-        at = np.array([float(t.turn) for t in told])
-        curves.append(Curve("rms, foretold", at, np.array([t.foretold.rms_mm for t in told if t.foretold]), "dot", 1))
+    if predicted:
+        at = np.array([float(t.turn) for t in predicted])
+        curves.append(
+            Curve("rms, predicted", at, np.array([t.predicted.rms_mm for t in predicted if t.predicted]), "dot", 1)
+        )
     return LineChart(
         "turns", "Off the intended path, turn by turn", "Along lines and arcs.", "turn", "mm", tuple(curves)
     )
@@ -70,8 +72,11 @@ def _turns(ledger: CloseLoopSummary) -> str:
                 f"<code>{escape(t.program)}</code><br>{escape(t.made)}",
                 "<br>".join([escape(", ".join(t.found)) or "–", *links]),
                 *(["–"] * 3 if size is None else [number(v, 3) for v in (size.rms_mm, size.p95_mm, size.max_mm)]),
-                *("–" if v is None else f"{v:.3f}" for v in (t.foretold and t.foretold.rms_mm, t.noise_mm, t.rest_mm)),
+                *(
+                    "–" if v is None else f"{v:.3f}"
+                    for v in (t.predicted and t.predicted.rms_mm, t.noise_mm, t.rest_mm)
+                ),
             ]
         )
-    head = ("turn", "program", "found", "rms mm", "95 %", "worst", "foretold rms", "noise", "unexplained")
+    head = ("turn", "program", "found", "rms mm", "95 %", "worst", "predicted rms", "noise", "unexplained")
     return section("The turns", table(head, rows, left=3))

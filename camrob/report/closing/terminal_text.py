@@ -15,7 +15,7 @@ __all__ = ["render_ledger"]
 def render_ledger(summary: CloseLoopSummary) -> RenderableType:
     """The turns side by side, how the loop stands, and what to do next."""
     table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
-    for title in ("turn", "program", "foretold rms", "measured rms", "95 %", "worst", "found"):
+    for title in ("turn", "program", "predicted rms", "measured rms", "95 %", "worst", "found"):
         left = title in ("program", "found")
         table.add_column(title, justify="left" if left else "right", overflow="fold")
     for turn in summary.turns:
@@ -23,7 +23,7 @@ def render_ledger(summary: CloseLoopSummary) -> RenderableType:
         table.add_row(
             str(turn.turn),
             shown_text(turn.made),
-            "-" if turn.foretold is None else f"{turn.foretold.rms_mm:.3f}",
+            "-" if turn.predicted is None else f"{turn.predicted.rms_mm:.3f}",
             *(["-"] * 3 if size is None else [f"{v:.3f}" for v in (size.rms_mm, size.p95_mm, size.max_mm)]),
             shown_text(", ".join(turn.found) or "-"),
         )

@@ -95,10 +95,10 @@ def _on_machine(summary: CompensateSummary) -> str:
     )
     count = sum(map(len, found.targets_added.values()))
     if count:
-        more += f" {count:,} targets were added within lines, where the correction has to change more quickly than between two."
+        more += f" {count:,} targets were added within lines, where the correction changes faster than two targets can follow."
     caption = (
         f"{more} Distance of the tool from the intended path while it moves along lines and arcs, on the machine as diagnosed. "
-        f"What no cause explains ({found.rest_mm:.3f} mm) is not among it."
+        f"What no cause explains ({found.rest_mm:.3f} mm) is not included."
     )
     head = ("on the machine as diagnosed", "rms mm", "95 % mm", "worst mm")
     return section("What the tool does", table(head, rows), f'<p class="caption">{caption}</p>')
@@ -126,7 +126,7 @@ def _cards(summary: CompensateSummary) -> str:
         ("Newton iterations", number(iterations.mean, 1), f"at most {iterations.max} a point"),
     ]
     if known is not None and not (summary.machine and summary.machine.causes):
-        note = "mean error on withheld poses: no program can be truer"
+        note = "mean error on withheld poses: no program can do better"
         cards.append(("What the calibration leaves", number(known, 3, "mm"), note))
     return card_row(cards)
 
@@ -241,7 +241,7 @@ def _derivatives(summary: CompensateSummary) -> str:
 
 def _violations(found: Violations | None) -> str:
     if found is None:
-        return "<p>The program states no speed, so that bounds can't be counted at it.</p>"
+        return "<p>The program states no speed, so the bounds can't be evaluated.</p>"
     rate = f"At the program's own mean rate, ds/dt = {number(found.rate_rad_s, 4, 'rad/s')},"
     if found.new:
         items = "".join(

@@ -62,7 +62,7 @@ def _violations(analyses: Mapping[str, Sequence[DerivativeAnalysis]], rate: floa
         f"compensation{where}; all limits admit {least[0]:.3f} rad/s before and {least[1]:.3f} after, so that compensation adds "
         f"none. With the published linear interpolation it is {linear[0]} and {linear[1]}, for there each point is a corner. "
         "The paper prints neither limits nor the line's place; the limits of jerk are assumed here.",
-        "holds" if sum(smooth) == 0 else "holds not" if smooth[1] > smooth[0] else "unclear",
+        "holds" if sum(smooth) == 0 else "does not hold" if smooth[1] > smooth[0] else "unclear",
     )
 
 
@@ -80,7 +80,7 @@ def _shift(nominal: DerivativeAnalysis, compensated: DerivativeAnalysis) -> Stat
         "The compensated curves are slightly shifted, without significant increase of their extremes.",
         f"Axes are moved by {moved:.3f} degrees at most; the extremes of q_s, q_ss and q_sss change by "
         f"{100 * peaks[0]:.2f} %, {100 * peaks[1]:.1f} % and {100 * peaks[2]:.1f} % of the largest (smooth curve).",
-        "holds" if max(peaks) < _ALIKE else "holds not" if peaks[0] > _ALIKE else "unclear",
+        "holds" if max(peaks) < _ALIKE else "does not hold" if peaks[0] > _ALIKE else "unclear",
     )
 
 
@@ -93,21 +93,21 @@ def _linear(linear: Sequence[DerivativeAnalysis], smooth: Sequence[DerivativeAna
         "Coordinates between points by linear interpolation, then differentiated three times (eq. 10, 14 to 19).",
         f"The second derivative then is {second:.0f} times and the third {third:,.0f} times that of a smooth curve within the "
         "coordinates' resolution, and both grow with the number of parts: they measure the sampling, not the machine.",
-        "holds not",
+        "does not hold",
     )
 
 
 def _signs(one: DerivativeAnalysis) -> Statement:
     """Eq. 21, 27 and 28 as printed take the greatest signed derivative."""
-    told = []
+    parts = []
     for power, (name, limit, _eq) in enumerate(_EQUATIONS, start=1):
         shares = np.asarray(getattr(one, name)) / getattr(one.bounds, limit)
         signed, true = np.max(shares, axis=1), np.max(np.abs(shares), axis=1)
         more = (true / np.maximum(signed, 1e-12)) ** (1.0 / power)
-        told.append(f"{limit} on {100.0 * float(np.mean(more > 1.001)):.0f} %")
+        parts.append(f"{limit} on {100.0 * float(np.mean(more > 1.001)):.0f} %")
     return Statement(
         "Eq. 21, 27 and 28: the admitted rate is 1 / max(q_i,s / v_max), its square and third root likewise.",
-        f"The sizes have to be taken: the greatest signed value lets axes that move backwards go free ({', '.join(told)} of "
+        f"The sizes have to be taken: the greatest signed value lets axes that move backwards go free ({', '.join(parts)} of "
         "the way). Here sizes count.",
-        "holds not",
+        "does not hold",
     )

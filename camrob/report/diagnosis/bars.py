@@ -1,4 +1,4 @@
-"""Bars of a diagnosis: the gap by rung, axis and regime with intervals, and how far it shrinks on withheld samples."""
+"""Bars of a diagnosis: the gap by stage, axis and regime with intervals, and how far it shrinks on withheld samples."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _LEGEND = {"orientation": "h", "x": 0, "y": 1.16}
 
 
 def place_charts(summary: DiagnosisSummary) -> list[Chart]:
-    """The gap by rung (mm), by axis and by regime (%), each with its 90 % interval."""
+    """The gap by stage (mm), by axis and by regime (%), each with its 90 % interval."""
     where = summary.where
-    rungs = {_arrow(k, summary): (v, where.rung_intervals[k]) for k, v in where.rungs.items()}
+    stages = {_arrow(k, summary): (v, where.stage_intervals[k]) for k, v in where.stages.items()}
     blamed = [a for a in summary.blamed_axes if a in where.axes]
     order = [*blamed, *(a for a in where.axes if a not in blamed)]
     axes = {k: (where.axes[k], where.axis_intervals[k]) for k in order}
@@ -30,20 +30,20 @@ def place_charts(summary: DiagnosisSummary) -> list[Chart]:
     colors = [AFTER if a in blamed or not blamed else NOISE for a in order]
     unit = "share of the gap's energy [%]"
     title = "By axis, those that are blamed first" if blamed else "By axis"
-    told = {**where.regimes, **{k: v for k, v in where.further_regimes.items() if v}}
-    follow = [r for r in summary.blamed_regimes if r in told]
-    kinds = [*follow, *(r for r in told if r not in follow)]
-    regimes = {k: (told[k], where.regime_intervals[k]) for k in kinds}
+    shares = {**where.regimes, **{k: v for k, v in where.further_regimes.items() if v}}
+    follow = [r for r in summary.blamed_regimes if r in shares]
+    kinds = [*follow, *(r for r in shares if r not in follow)]
+    regimes = {k: (shares[k], where.regime_intervals[k]) for k in kinds}
     shades = [_GREEN if k in follow or not follow else NOISE for k in kinds]
     return [
-        _bars("by-rung", "By rung", "rms [mm]", rungs, BEFORE, 1.0),
+        _bars("by-stage", "By stage", "rms [mm]", stages, BEFORE, 1.0),
         _bars("by-axis", title, unit, axes, colors, 100.0),
         _bars("by-regime", "By regime, what is blamed first" if follow else "By regime", unit, regimes, shades, 100.0),
     ]
 
 
-def _arrow(rung: str, summary: DiagnosisSummary) -> str:
-    return between(rung, summary).removeprefix("between ").replace(" and ", " to ")
+def _arrow(stage: str, summary: DiagnosisSummary) -> str:
+    return between(stage, summary).removeprefix("between ").replace(" and ", " to ")
 
 
 def _bars(
@@ -55,11 +55,11 @@ def _bars(
     factor: float,
 ) -> Chart:
     """Bars with intervals; where there is no value, words say so."""
-    told = {k: (v, i) for k, (v, i) in values.items() if v is not None and i is not None}
+    known = {k: (v, i) for k, (v, i) in values.items() if v is not None and i is not None}
     trace = {
         "type": "bar",
-        "x": [_broken(k) for k in told],
-        "y": [factor * v for v, _ in told.values()],
+        "x": [_broken(k) for k in known],
+        "y": [factor * v for v, _ in known.values()],
         "marker": {"color": color},
         "hovertemplate": "%{x}: %{y:.3g}<extra></extra>",
         "error_y": {
@@ -68,8 +68,8 @@ def _bars(
             "color": NOISE,
             "thickness": 1.5,
             "width": 4,
-            "array": [factor * max(i[1] - v, 0.0) for v, i in told.values()],
-            "arrayminus": [factor * max(v - i[0], 0.0) for v, i in told.values()],
+            "array": [factor * max(i[1] - v, 0.0) for v, i in known.values()],
+            "arrayminus": [factor * max(v - i[0], 0.0) for v, i in known.values()],
         },
     }
     missing = [
@@ -135,12 +135,12 @@ def shrink_charts(summary: DiagnosisSummary) -> list[Chart]:
 
 def _steps(summary: DiagnosisSummary, noise: float) -> Chart:
     """rms on withheld samples: before, with each claimed effect alone, with all of them, with what compensate corrects."""
-    t, told = summary.together, summary.compensable
+    t, compensable = summary.together, summary.compensable
     claimed = [e for e in summary.claimed if not only_first(e)]
     bars = [("before", t.rms_before_mm, BEFORE)]
     bars += [(f"{plain_name(e.effect)} alone", e.alone.rms_after_mm, _GREEN) for e in claimed if len(claimed) > 1]
-    if told.effects and told.shrink_interval[0] > 0.0:
-        bars.append(("what compensate corrects", told.rms_after_mm, _GREEN))
+    if compensable.effects and compensable.shrink_interval[0] > 0.0:
+        bars.append(("what compensate corrects", compensable.rms_after_mm, _GREEN))
     bars.append(("all that is claimed", t.rms_after_mm, AFTER))
     trace = {
         "type": "bar",

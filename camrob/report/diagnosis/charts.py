@@ -1,4 +1,4 @@
-"""The pictures of a diagnosis: the path coloured by error, the error over time, what stays beside the noise."""
+"""The pictures of a diagnosis: the path coloured by error, the error over time, what remains besides the noise."""
 
 from __future__ import annotations
 
@@ -188,4 +188,4 @@ def residual_chart(gap: GapFigures, paths: Sequence[PathError]) -> Chart:
         "xaxis": {"title": {"text": "error [mm]"}, "range": [0.0, highest]},
         "yaxis": {"title": {"text": "samples [%]"}, "range": [0.0, 1.15 * max(tallest, min(peak, 2.0 * tallest))]},
     }
-    return {"id": "residual", "title": "What stays, beside the noise", "traces": traces, "layout": layout}
+    return {"id": "residual", "title": "What remains, besides the noise", "traces": traces, "layout": layout}

@@ -73,9 +73,9 @@ def values_of(parameters: Mapping[str, FittedValue], most: int) -> tuple[list[st
         stds = [values.pop(name)[1] for name in pair if name in values]
         values[pair[0]] = (size, max(stds), f"{axis}, {order} times a turn,", "degrees")
     known = sorted(values.values(), key=lambda x: -abs(x[0]) / max(x[1], 1e-30))
-    told = [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:most] if abs(value) >= std]
-    told = told or [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:1]]
-    return told, len(known) - len(told)
+    texts = [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:most] if abs(value) >= std]
+    texts = texts or [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:1]]
+    return texts, len(known) - len(texts)
 
 
 def waves(parameters: Mapping[str, FittedValue]) -> dict[tuple[str, str], float]:

@@ -52,7 +52,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
                 "Where the gap lies",
                 _pair(places),
                 _caption(
-                    "Lines on the bars: 90 % intervals, whole stretches of the path drawn anew. An axis or a regime is shown "
+                    "Lines on the bars: 90 % intervals, by resampling whole stretches of the path. An axis or a regime is shown "
                     "with the share of the gap's energy that it would explain alone, on stretches that took no part: these "
                     "overlap and do not add up."
                 ),
@@ -66,8 +66,8 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             *place_sections(summary, paths),
             timing_section(summary),
             *(section(str(c["title"]), _chart(c)) for c in along[1:]),
-            "<footer>Made by camrob. Shrinkage is told on samples that took no part in choosing or fitting; the pictures show "
-            "those. This page loads nothing and sends nothing.</footer></main>",
+            "<footer>Made by camrob. Shrinkage is measured on samples that took no part in choosing or fitting; the pictures "
+            "show those. This page loads nothing and sends nothing.</footer></main>",
         ]
     )
     charts = [*space, *places, *shrunk, *along, stays]
@@ -128,36 +128,34 @@ def _cards(summary: DiagnosisSummary) -> str:
 
 
 def _unexplained(summary: DiagnosisSummary) -> str:
-    told = unexplained(summary)
-    if not told:
+    sentences = unexplained(summary)
+    if not sentences:
         return ""
     note = _caption(
         "A place and a shape, found without physics: no cause. The next experiment below is meant to isolate it."
     )
-    return section("What is unexplained", _bullets(told), note)
+    return section("What is unexplained", _bullets(sentences), note)
 
 
 def _space_caption(summary: DiagnosisSummary, *, claimed: bool) -> str:
     scale = "No effect is claimed, so there is no picture of an after."
     if claimed:
-        scale = (
-            f"Both pictures share one scale. Errors {withheld_text(summary)}: those that the figures above are told of."
-        )
+        scale = f"Both pictures share one scale. Errors {withheld_text(summary)}: those behind the figures above."
     return _caption(f"Nominal TCP in the measured frame, to scale. {scale}")
 
 
 def _missing(summary: DiagnosisSummary) -> str:
-    told = [f"{m[0].upper()}{m[1:]}." for m in summary.where.missing]
-    if not told:
+    sentences = [f"{m[0].upper()}{m[1:]}." for m in summary.where.missing]
+    if not sentences:
         return section("What the logs lack", "<p>Nothing.</p>")
-    return section("What the logs lack, and what that costs", _bullets(told))
+    return section("What the logs lack, and what that costs", _bullets(sentences))
 
 
 def _causes(summary: DiagnosisSummary) -> str:
     rows = []
     for e in summary.effects:
-        told, more = values_of(e.parameters, _MOST_VALUES)
-        values = "<br>".join(escape(v) for v in told) + (f"<br>and {more} more in diagnosis.json" if more else "")
+        known, more = values_of(e.parameters, _MOST_VALUES)
+        values = "<br>".join(escape(v) for v in known) + (f"<br>and {more} more in diagnosis.json" if more else "")
         name = f"<b>{escape(e.effect)}</b>" if e.claimed else escape(e.effect)
         axes = f"<br>{escape(', '.join(e.axes))}" if e.axes else ""
         rivals = escape(", ".join(e.indistinguishable_from) or "none")
@@ -173,7 +171,7 @@ def _causes(summary: DiagnosisSummary) -> str:
     shown = table(head, rows, left=4, whole=True) if rows else "<p>No effect of the library is worth a line.</p>"
     note = _caption(
         f"Bold: claimed. Sizes {withheld_text(summary)}. Alone: nothing else is fitted; added last: to all else that the best "
-        "set holds. No effect is called more than 97 % sure: so often clear answers were right on simulated cells."
+        "set holds. No effect is called more than 97 % sure: that is how often clear answers were right on simulated cells."
     )
     return section("Causes", shown, note if rows else "", _sets(summary))
 
@@ -226,14 +224,14 @@ def _residual(summary: DiagnosisSummary, chart: Chart) -> str:
         f"the chance that something unknown is at work is {sure(summary.unknown.probability)}."
     )
     if 0.0 < left.structured_mm <= left.rms_mm:
-        text += f" {mm(left.structured_mm)} of what stays hang together from sample to sample."
+        text += f" {mm(left.structured_mm)} of what remains are correlated from sample to sample."
     text += f" What stays on the logs still follows: {', '.join(follows)} of its energy." if follows else ""
     clock = "can't be seen in single poses" if latency is None else measure(s_to_ms(latency), "ms", 2)
     if latency is not None and interval is not None:
         low, high = (measure(s_to_ms(v), "ms", 2) for v in interval)
         clock += f" (95 %: {low} to {high})"
-    note = _caption(f"Where bars lie beyond the line, more than noise is left. Latency of the instrument: {clock}.")
-    return section("What stays, beside the noise", f"<p>{escape(text)}</p>", _chart(chart), note)
+    note = _caption(f"Where bars reach beyond the line, more than noise is left. Latency of the instrument: {clock}.")
+    return section("What remains, besides the noise", f"<p>{escape(text)}</p>", _chart(chart), note)
 
 
 def _sigmas(value: float) -> str:
@@ -241,14 +239,14 @@ def _sigmas(value: float) -> str:
 
 
 def _next(summary: DiagnosisSummary) -> str:
-    told = summary.experiment
+    experiment = summary.experiment
     rows = [
         [escape(c.text), escape(mm(c.separation_mm)), _sigmas(c.separation_sigmas)]
-        for c in (() if told is None else told.considered or ())
+        for c in (() if experiment is None else experiment.considered or ())
     ]
-    alone = told is not None and ("unknown",) in told.rivals
+    alone = experiment is not None and ("unknown",) in experiment.rivals
     what = "shows of what is unexplained" if alone else "sets the rivals apart by"
     shown = table(("run", what, "sigmas"), rows, whole=True) if rows else ""
-    written = None if told is None else told.written
+    written = None if experiment is None else experiment.written
     note = f"<p>Written as a checked program: {escape(written.file)}.</p>" if written else ""
     return section("Next experiment", f"<p>{escape(summary.next_experiment)}</p>", shown, note)

@@ -1,4 +1,4 @@
-"""Where the gap lies, in numbers: worst stretches, rungs, directions, axes and regimes with intervals, standards."""
+"""Where the gap lies, in numbers: worst stretches, stages, directions, axes and regimes with intervals, standards."""
 
 from __future__ import annotations
 
@@ -55,25 +55,26 @@ def _worst(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
 
 def _changes(summary: DiagnosisSummary) -> str:
     """Where the mean gap changes at once."""
-    told = sorted(summary.where.change_points, key=lambda c: -c.step_mm)
-    if not told:
+    changes = sorted(summary.where.change_points, key=lambda c: -c.step_mm)
+    if not changes:
         return ""
-    several = len({c.log for c in told}) > 1
+    several = len({c.log for c in changes}) > 1
     words = [
-        f"{mm(c.step_mm)} after {c.t_s:.1f} s (line {c.line}{' of ' + c.log if several else ''})" for c in told[:_WORST]
+        f"{mm(c.step_mm)} after {c.t_s:.1f} s (line {c.line}{' of ' + c.log if several else ''})"
+        for c in changes[:_WORST]
     ]
-    more = f", and less {len(told) - _WORST} times more" if len(told) > _WORST else ""
+    more = f", and {len(changes) - _WORST} times more by less" if len(changes) > _WORST else ""
     return f"<p>The mean gap changes at once by {escape('; '.join(words))}{more}.</p>"
 
 
 def _numbers(summary: DiagnosisSummary) -> str:
-    """Rungs, directions, axes and regimes, each with its 90 % interval."""
+    """Stages, directions, axes and regimes, each with its 90 % interval."""
     where = summary.where
     regimes = {**where.regimes, **where.further_regimes}
-    rungs: Values = {between(k, summary): (v, where.rung_intervals[k]) for k, v in where.rungs.items()}
+    stages: Values = {between(k, summary): (v, where.stage_intervals[k]) for k, v in where.stages.items()}
     directions: Values = {_DIRECTIONS[k]: (v, where.direction_intervals[k]) for k, v in where.directions.items()}
     groups: tuple[tuple[str, Values, Callable[[float], str]], ...] = (
-        ("Rung", rungs, mm),
+        ("Stage", stages, mm),
         ("Direction", directions, mm),
         ("Axis", {k: (v, where.axis_intervals[k]) for k, v in where.axes.items()}, share),
         ("Regime", {k: (v, where.regime_intervals[k]) for k, v in regimes.items()}, share),

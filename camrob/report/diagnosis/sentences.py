@@ -21,7 +21,7 @@ __all__ = [
 ]
 
 _FIRST = "program_to_setpoint"
-_RUNG = {
+_STAGE = {
     _FIRST: "between program and set-point",
     "setpoint_to_encoder": "between set-point and encoder",
     "encoder_to_tcp": "between encoder and TCP",
@@ -34,7 +34,7 @@ _FOLLOWS = {
     "load": "follows the load",
     "time": "drifts with time",
 }
-_READ_OFF = (_RUNG[_FIRST], "between set-point and encoder, E", "between set-point and encoder, A")
+_READ_OFF = (_STAGE[_FIRST], "between set-point and encoder, E", "between set-point and encoder, A")
 _TIMES = 1.5  # the noise, from which what stays is held against it in words
 _MAIN = ("tau_s", "delay_s", "cdis_mm")  # the value that tells such an effect's size, whatever stands beside it
 _MOST_VALUES = 3  # axes of an effect that the sentence gives values of
@@ -48,14 +48,14 @@ def plain_name(effect: str) -> str:
     return effect.replace("_", " ")
 
 
-def between(rung: str, summary: DiagnosisSummary) -> str:
-    """A rung in words; without encoders the last one begins at the set-point."""
+def between(stage: str, summary: DiagnosisSummary) -> str:
+    """A stage in words; without encoders the last one begins at the set-point."""
     blind = any(m.startswith("no encoders") for m in summary.where.missing)
-    return "between set-point and TCP" if rung == "encoder_to_tcp" and blind else _RUNG[rung]
+    return "between set-point and TCP" if stage == "encoder_to_tcp" and blind else _STAGE[stage]
 
 
 def withheld_text(summary: DiagnosisSummary) -> str:
-    """On what the shrinkage is told."""
+    """Which samples the shrinkage is measured on."""
     name = summary.together.withheld
     if name == "blocks of the logs":
         return "on stretches that took no part"
@@ -83,7 +83,7 @@ def sentence(summary: DiagnosisSummary) -> str:
     elif summary.status == "explained":
         rivals = [e for e in summary.effects if e.probability >= _RIVAL]
         each = [f"{plain_name(e.effect)} ({sure(e.probability)} sure)" for e in rivals]
-        text += f", and several causes would explain it alike, so none is claimed: {_listed(each)}."
+        text += f", and several causes would explain it equally well, so none is claimed: {_listed(each)}."
     else:
         text += f", and nothing in the library explains it{_best_single(summary)}."
     for e in first:
@@ -95,7 +95,7 @@ def sentence(summary: DiagnosisSummary) -> str:
 def _no_gap(summary: DiagnosisSummary) -> str:
     """That there is none, and whether noise or the user's tolerance says so, stage by stage."""
     noise = f"{mm(summary.gap.rms_mm)} rms, and the noise is {mm(summary.gap.noise_mm)}."
-    loose = [rung for rung, said in summary.within.items() if said == "tolerance"]
+    loose = [stage for stage, said in summary.within.items() if said == "tolerance"]
     if "encoder_to_tcp" in loose:
         return f"There is no gap beyond the tolerance that the log names: {noise}"
     text = f"There is no gap beyond the instrument's noise: {noise}"
@@ -111,14 +111,14 @@ def unexplained(summary: DiagnosisSummary) -> list[str]:
     unknown = summary.unknown
     if unknown.probability < 0.5:
         return []
-    told = [f"B{_RUNG[s.rung][1:]}: {_shape(s)}" for s in unknown.shapes]
+    sentences = [f"B{_STAGE[s.stage][1:]}: {_shape(s)}" for s in unknown.shapes]
     words = unknown.text.split("; ")
-    told += [w[0].upper() + w[1:] for w in words if w and (not unknown.shapes or w.startswith(_READ_OFF))]
-    told += [
+    sentences += [w[0].upper() + w[1:] for w in words if w and (not unknown.shapes or w.startswith(_READ_OFF))]
+    sentences += [
         f"{plain_name(name)} would fit, with a value that no such machine has: {why}"
         for name, why in unknown.implausible.items()
     ]
-    return [printable(t) for t in told]
+    return [printable(t) for t in sentences]
 
 
 def _shape(shape: UnknownShape) -> str:
@@ -135,20 +135,20 @@ def _followed(shape: UnknownShape) -> str:
 
 def compensable_text(summary: DiagnosisSummary) -> str:
     """What `compensate` can make of it; "" where nothing is claimed."""
-    told = summary.compensable
-    if not (told.effects or told.left):
+    compensable = summary.compensable
+    if not (compensable.effects or compensable.left):
         return ""
-    left = ", ".join(told.left)
-    if not told.effects:
+    left = ", ".join(compensable.left)
+    if not compensable.effects:
         return printable(f"compensate can correct nothing of this: it has no term for {left}.")
-    sizes = f"{mm(told.rms_before_mm)} to {mm(told.rms_after_mm)}"
-    split = {n.partition(" of ")[0] for n in told.left}
-    names = ", ".join(f"a part of {n}" if n in split else n for n in told.effects)
-    if told.shrink_interval[0] <= 0.0:
+    sizes = f"{mm(compensable.rms_before_mm)} to {mm(compensable.rms_after_mm)}"
+    split = {n.partition(" of ")[0] for n in compensable.left}
+    names = ", ".join(f"a part of {n}" if n in split else n for n in compensable.effects)
+    if compensable.shrink_interval[0] <= 0.0:
         why = f"correcting that alone would not surely shrink the gap ({sizes})"
-        rest = f"the rest of {left}" if split & {*told.effects} else left
+        rest = f"the rest of {left}" if split & {*compensable.effects} else left
         return printable(f"compensate could correct {names} only, not {rest}; {why}, so nothing is handed over.")
-    rest = f"; what stays is {left}{' (the rest of it)' if split & {*told.effects} else ''}" if left else ""
+    rest = f"; what stays is {left}{' (the rest of it)' if split & {*compensable.effects} else ''}" if left else ""
     return printable(f"compensate can correct {names}: {sizes}{rest}.")
 
 
@@ -176,7 +176,7 @@ def _deviations(run: RunStandard) -> str:
 
 def only_first(entry: EffectFound) -> bool:
     """Whether an effect lies between program and set-point alone, apart from the gap."""
-    return entry.rungs == (_FIRST,)
+    return entry.stages == (_FIRST,)
 
 
 def _listed(words: Sequence[str], by: str = ", ") -> str:
@@ -186,15 +186,15 @@ def _listed(words: Sequence[str], by: str = ", ") -> str:
 
 def _place(summary: DiagnosisSummary) -> tuple[str, str]:
     """Where most of the gap sits, and what joins that to the next words."""
-    rungs = {k: v for k, v in summary.where.rungs.items() if v is not None}
+    stages = {k: v for k, v in summary.where.stages.items() if v is not None}
     whole = f"gap ({mm(summary.gap.rms_mm)} rms)"
-    most = max(rungs, key=lambda k: rungs[k])
+    most = max(stages, key=lambda k: stages[k])
     if most == _FIRST:
-        part = rungs[most] ** 2 / max(sum(v * v for v in rungs.values()), 1e-12)
-        return f"{_part(part)} what separates the measured TCP from the program sits {_RUNG[most]}", " and"
-    inside = {k: v for k, v in rungs.items() if k != _FIRST}
+        part = stages[most] ** 2 / max(sum(v * v for v in stages.values()), 1e-12)
+        return f"{_part(part)} what separates the measured TCP from the program sits {_STAGE[most]}", " and"
+    inside = {k: v for k, v in stages.items() if k != _FIRST}
     if len(inside) == 1:
-        return f"The {whole} lies {between(most, summary)}, the only rung that is logged", "; it"
+        return f"The {whole} lies {between(most, summary)}, the only stage that is logged", "; it"
     part = inside[most] ** 2 / max(sum(v * v for v in inside.values()), 1e-12)
     return f"{_part(part)} the {whole} sits {between(most, summary)}", " and"
 
@@ -204,7 +204,7 @@ def _part(value: float) -> str:
 
 
 def _follows(summary: DiagnosisSummary, claimed: Sequence[EffectFound]) -> str:
-    """What the gap depends on most, of what its causes follow where any is told; "" where that is not clear."""
+    """What the gap depends on most, of what its causes follow where any are claimed; "" where that is not clear."""
     shares, blamed = summary.where.regimes, summary.blamed_regimes
     shares = {k: v for k, v in shares.items() if k in blamed} or shares
     most = max(shares, key=lambda k: shares[k], default="")
@@ -257,7 +257,7 @@ def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
     unknown = summary.unknown
     if unknown.probability < 0.5:
         return ""
-    told = unexplained(summary)
+    sentences = unexplained(summary)
     at: dict[str, list[str]] = {}
     for s in unknown.shapes:
         at.setdefault(s.moves, []).append(_followed(s))
@@ -269,22 +269,22 @@ def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
             parts += [f"{place} is off by a constant"] if len(moving) < len(what) else []
             parts += [f"{place} deviates with {_listed(moving)}"] if moving else []
         text += ": " + "; ".join(parts)
-    elif told and (told[0].startswith("Between") or unknown.implausible):
-        text += f": {told[0][0].lower()}{told[0][1:]}"
+    elif sentences and (sentences[0].startswith("Between") or unknown.implausible):
+        text += f": {sentences[0][0].lower()}{sentences[0][1:]}"
     elif unknown.where.comes_back:
         text += f"{'; it' if claimed else ', and'} comes back {unknown.where.comes_back}"
     elif unknown.where.regimes:
         text += f"{'; it' if claimed else ', and'} follows {_listed(unknown.where.regimes[:2])}"
     elif not claimed:
-        text += ": what stays hangs together beyond the noise"
+        text += ": what remains is correlated, beyond the noise"
     if claimed and unknown.share > _WORTH:
         text += f". That is {share(unknown.share)} of the gap's energy"
     return text + "."
 
 
 def _stays(summary: DiagnosisSummary) -> str:
-    """How much stays and is unknown, beside the noise."""
+    """How much remains unexplained, besides the noise."""
     unknown, noise = summary.unknown, summary.gap.noise_mm
     times = unknown.rms_mm / noise if noise > 0.0 else 0.0
     beside = f", {times:.0f} times the noise," if times >= _TIMES else ""
-    return f"{mm(unknown.rms_mm)}{beside} stays and is unknown"
+    return f"{mm(unknown.rms_mm)}{beside} remains unexplained"

@@ -24,7 +24,7 @@ from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 __all__ = ["render_diagnosis"]
 
-_MOST = 3  # axes and regimes that are told
+_MOST = 3  # axes and regimes that are shown
 
 
 def render_diagnosis(summary: DiagnosisSummary) -> RenderableType:
@@ -67,11 +67,11 @@ def _facts(summary: DiagnosisSummary) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
     table.add_column(no_wrap=True, style="bold")
     table.add_column()
-    rungs = [
+    stages = [
         f"{between(k, summary).removeprefix('between ').replace(' and ', ' to ')} {'not logged' if v is None else mm(v)}"
-        for k, v in where.rungs.items()
+        for k, v in where.stages.items()
     ]
-    rows = [("by rung", ", ".join(rungs))]
+    rows = [("by stage", ", ".join(stages))]
     if summary.status != "no gap":  # shares of noise say nothing
         rows += [
             ("by axis", _largest(where.axes, summary.blamed_axes)),
@@ -103,5 +103,5 @@ def _facts(summary: DiagnosisSummary) -> Table:
 def _largest(shares: Mapping[str, float], first: Sequence[str] = ()) -> str:
     """The largest shares of the gap's energy that one axis or regime explains alone; those named `first` before all others."""
     order = sorted(shares, key=lambda k: (k not in first, -shares[k]))[:_MOST]
-    told = [f"{name} {share(shares[name])}" for name in order if shares[name] >= 0.05]
-    return ", ".join(told) + " (each alone)" if told else "none stands out"
+    named = [f"{name} {share(shares[name])}" for name in order if shares[name] >= 0.05]
+    return ", ".join(named) + " (each alone)" if named else "none stands out"

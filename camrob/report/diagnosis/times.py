@@ -54,18 +54,18 @@ def _held(speed: RunSpeed) -> str:
 
 def _why(lost: LostTime) -> str:
     """What holds the tool back on a stretch, as far as log and virtual controller tell."""
-    told = []
+    reasons = []
     if lost.paused_s > 0.0:
-        told.append(f"paused for {_s(lost.paused_s)}")
+        reasons.append(f"paused for {_s(lost.paused_s)}")
     steady = lost.steady
     if steady is not None:
         share = "" if steady.percent is None else f", {steady.percent:.2g} % of {steady.of}"
         name = "the tool" if steady.what == "tool" else steady.what
         highest = "" if steady.what == "tool" else ", its highest in the log"
-        told.append(f"{name} runs at {measure(steady.speed, steady.unit, 2)}{highest}{share}")
+        reasons.append(f"{name} runs at {measure(steady.speed, steady.unit, 2)}{highest}{share}")
     if lost.limit:
-        told.append(f"held back by {lost.limit}, in the virtual controller too")
-    return "; ".join(told)
+        reasons.append(f"held back by {lost.limit}, in the virtual controller too")
+    return "; ".join(reasons)
 
 
 def _s(seconds: float) -> str:
@@ -73,12 +73,13 @@ def _s(seconds: float) -> str:
 
 
 def timing_section(summary: DiagnosisSummary) -> str:
-    """The section of the page; "" where no log is told of."""
-    told = summary.where.timing
-    if not told:
+    """The section of the page; "" where no log's timing is known."""
+    timings = summary.where.timing
+    if not timings:
         return ""
     lines = [
-        f"{one.log}: not compared, {one.reason}." if one.duration is None else _line(one, one.duration) for one in told
+        f"{one.log}: not compared, {one.reason}." if one.duration is None else _line(one, one.duration)
+        for one in timings
     ]
     words = "".join(f"<li>{escape(line)}</li>" for line in lines)
     rows = [
@@ -88,22 +89,22 @@ def timing_section(summary: DiagnosisSummary) -> str:
             *(escape(_s(v)) for v in (lost.lost_s, lost.logged_s, lost.predicted_s, lost.at_programmed_speed_s)),
             escape(_why(lost)),
         ]
-        for one in told
+        for one in timings
         for lost in one.lost
     ]
     head = ("log", "program lines", "lost", "logged", "virtual controller", "at $VEL.CP", "what holds back")
     stretches = table(head, rows, left=2, whole=True) if rows else ""
     stops = [
         [escape(one.log), str(s.line), *(escape(_s(v)) for v in (s.t_s, s.seconds, s.programmed_s)), escape(s.what)]
-        for one in told
+        for one in timings
         for s in one.stops
     ]
     rests = (
         table(("log", "program line", "after", "rests for", "programmed", "so it is"), stops, left=2) if stops else ""
     )
     note = (
-        '<p class="caption">Apart from the gap, which is told by place on the path. Lost: against $VEL.CP throughout. The worst '
-        "stretches of each log; where nothing is said of what holds back, the virtual controller would not be held back there: "
+        '<p class="caption">Apart from the gap, which is compared by place on the path. Lost: against $VEL.CP throughout. The '
+        "worst stretches of each log; where no reason is given, nothing holds the virtual controller back there: look for "
         "an override, limits that the cell does not know, or the operator.</p>"
     )
     return section("Timing along the program", f"<ul>{words}</ul>", stretches, rests, note if rows or stops else "")

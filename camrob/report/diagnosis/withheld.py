@@ -22,65 +22,65 @@ def sizes_table(summary: DiagnosisSummary) -> str:
     first = any(only_first(e) for e in summary.claimed)
     taken = "all but what lies before the set-points" if first else "all that is claimed"
     rows.append(["<b>together</b>", taken, *_cells(summary.together)])
-    told = summary.compensable
-    if told.effects:
-        sizes = escape(to_mm(told.rms_before_mm, told.rms_after_mm))
-        gone = 1.0 - told.rms_after_mm / max(told.rms_before_mm, 1e-12)
+    compensable = summary.compensable
+    if compensable.effects:
+        sizes = escape(to_mm(compensable.rms_before_mm, compensable.rms_after_mm))
+        gone = 1.0 - compensable.rms_after_mm / max(compensable.rms_before_mm, 1e-12)
         rows.append(["<b>compensate</b>", "what a postprocessor can correct", sizes, "", "", escape(share(gone))])
     rows.append(["the instrument's noise", "the floor", escape(mm(summary.gap.noise_mm)), "", "", ""])
     return table(("effect", "taken", "rms", "95 %", "worst", "shrinks by (90 %)"), rows, left=2, whole=True)
 
 
-def _sizes(told: Shrunk | Together) -> list[str]:
+def _sizes(shrunk: Shrunk | Together) -> list[str]:
     """rms, 95 % and worst error, before and after."""
     pairs = (
-        (told.rms_before_mm, told.rms_after_mm),
-        (told.p95_before_mm, told.p95_after_mm),
-        (told.max_before_mm, told.max_after_mm),
+        (shrunk.rms_before_mm, shrunk.rms_after_mm),
+        (shrunk.p95_before_mm, shrunk.p95_after_mm),
+        (shrunk.max_before_mm, shrunk.max_after_mm),
     )
     return [to_mm(before, after) for before, after in pairs]
 
 
-def sizes_text(told: Together) -> str:
+def sizes_text(together: Together) -> str:
     """Errors before and after in a line."""
-    return ", ".join(f"{name} {size}" for name, size in zip(("rms", "95 %", "worst"), _sizes(told), strict=True))
+    return ", ".join(f"{name} {size}" for name, size in zip(("rms", "95 %", "worst"), _sizes(together), strict=True))
 
 
-def _cells(told: Shrunk | Together) -> list[str]:
-    low, high = told.shrink_interval
-    return [*map(escape, _sizes(told)), escape(f"{share(told.shrink)} ({share(low)} to {share(high)})")]
+def _cells(shrunk: Shrunk | Together) -> list[str]:
+    low, high = shrunk.shrink_interval
+    return [*map(escape, _sizes(shrunk)), escape(f"{share(shrunk.shrink)} ({share(low)} to {share(high)})")]
 
 
 def careful_text(summary: DiagnosisSummary) -> str:
     """What speaks against a claim on samples that took no part, and which of them were not asked; "" for nothing."""
     claimed, together = summary.claimed, summary.together
-    told = [
+    warnings = [
         f"adding {e.effect} last makes it worse there, {to_mm(last.rms_before_mm, last.rms_after_mm)}"
         for e in claimed
         for last in (e.added_last,)
         if last.shrink_interval[1] < 0.0
     ]
     if claimed and together.shrink < 0.0:
-        told.append(f"all together leave more than there was, {to_mm(together.rms_before_mm, together.rms_after_mm)}")
+        warnings.append(
+            f"all together leave more than there was, {to_mm(together.rms_before_mm, together.rms_after_mm)}"
+        )
     aside = together.left_aside
     if claimed and aside >= _WORTH_A_WORD:
-        told.append(
-            f"{aside} samples are left aside, taken before an axis had moved by its play: its side is not known then"
+        warnings.append(
+            f"{aside} samples are left out, taken before an axis had moved by its play: its side is not known then"
         )
-    return "; ".join(told)
+    return "; ".join(warnings)
 
 
 def regimes_text(summary: DiagnosisSummary) -> str:
     """How far it holds where nobody has looked, in a sentence or two; "" where no regime was withheld."""
-    told = summary.together.regimes_withheld
-    if not told:
+    regimes = summary.together.regimes_withheld
+    if not regimes:
         return ""
-    least, most = (pick(told, key=lambda r: r.shrink) for pick in (min, max))
-    worse = [r for r in told if r.worse]
-    text = (
-        f"with one of {len(told)} regimes withheld whole, the gap there shrinks by {share(least.shrink)} ({least.what})"
-    )
-    text += f" to {share(most.shrink)} ({most.what})" if len(told) > 1 else ""
+    least, most = (pick(regimes, key=lambda r: r.shrink) for pick in (min, max))
+    worse = [r for r in regimes if r.worse]
+    text = f"with one of {len(regimes)} regimes withheld whole, the gap there shrinks by {share(least.shrink)} ({least.what})"
+    text += f" to {share(most.shrink)} ({most.what})" if len(regimes) > 1 else ""
     if worse:
         named = "; ".join(f"{r.what}, {to_mm(r.rms_before_mm, r.rms_after_mm)}" for r in worse)
         text += f". Fitted to the rest it predicts worse than nothing on {named}: there, don't rely on it"
@@ -89,11 +89,11 @@ def regimes_text(summary: DiagnosisSummary) -> str:
 
 def regimes_table(summary: DiagnosisSummary) -> str:
     """Every regime with what is left there when all the rest is fitted; "" for none."""
-    told = summary.together.regimes_withheld
-    if not told:
+    regimes = summary.together.regimes_withheld
+    if not regimes:
         return ""
     rows = []
-    for r in told:
+    for r in regimes:
         low, high = r.shrink_interval
         shrinks = f"{share(r.shrink)} ({share(low)} to {share(high)})"
         rows.append(
@@ -108,7 +108,7 @@ def regimes_table(summary: DiagnosisSummary) -> str:
         )
     head = ("regime", "withheld", "samples", "rms", "shrinks by (90 %)", "the fit's own doubt there")
     note = (
-        '<p class="caption">Each regime in turn takes no part in the fit, and its gap is then told. The set itself was chosen '
-        "with all of it. Doubt: by how much the prediction there may be off, as the rest of the samples does not tell better.</p>"
+        '<p class="caption">Each regime in turn takes no part in the fit, and its gap is then predicted. The set of effects was '
+        "chosen with all of them. Doubt: how far that prediction may be off, as the other samples can't say more.</p>"
     )
     return table(head, rows, left=2, whole=True) + note

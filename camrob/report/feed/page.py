@@ -40,21 +40,21 @@ def weld_statements(cell: Cell, study: WeldStudy) -> tuple[Statement, ...]:
             "Positions, speeds, accelerations and jerks of the joints are within the limits (Figures 6 to 9).",
             f"At {low.top:g} m/s they take {100 * low.use[0]:.0f} %, {100 * low.use[1]:.0f} % and {100 * low.use[2]:.0f} % of "
             f"the limits; positions stay {'within' if inside else 'outside'} the assumed ranges.",
-            "holds" if inside and low.use.max() <= 1.0 else "holds not",
+            "holds" if inside and low.use.max() <= 1.0 else "does not hold",
         ),
         Statement(
             "The optimal feed varies along the seam (printed as Figure 11's caption, shown in the other figure).",
             f"On the printed seam and limits no limit binds below {least} at a constant feed, so that the scheme gives "
             f"{low.published.feed.min():.3f} to {low.published.feed.max():.3f} m/s at f_max {low.top:g}; at f_max "
             f"{high.top:g} it varies from {high.published.feed.min():.3f} to {high.published.feed.max():.3f} m/s.",
-            "holds" if varies else "holds not",
+            "holds" if varies else "does not hold",
         ),
         Statement(
             "The feed that is raised point by point keeps every limit.",
             f"At f_max {high.top:g} m/s, with the profile's own df/dt and d2f/dt2, it takes {high.use[1]:.2f} times the "
             f"acceleration and {high.use[2]:.0f} times the jerk limit; the scheme looks at each point as if its feed "
             "were constant.",
-            "holds" if high.use.max() <= 1.0 else "holds not",
+            "holds" if high.use.max() <= 1.0 else "does not hold",
         ),
         Statement(
             "f_optimal = max f(u): the feed so found is the optimum (eq. 18).",
@@ -62,13 +62,13 @@ def weld_statements(cell: Cell, study: WeldStudy) -> tuple[Statement, ...]:
             f"{low.moving.grid.at[-1] / low.at[-1] - 1.0:+.0e} of its time more: they are one. At f_max {high.top:g} m/s the "
             f"optimum keeps all limits and takes {high.moving.grid.at[-1]:.4f} s where the scheme's profile, were it possible, "
             f"would take {high.at[-1]:.4f} s: a point by itself doesn't know that the feed may fall and rise between points.",
-            "holds" if abs(high.moving.grid.at[-1] / high.at[-1] - 1.0) < 1e-3 else "holds not",
+            "holds" if abs(high.moving.grid.at[-1] / high.at[-1] - 1.0) < 1e-3 else "does not hold",
         ),
         Statement(
             "Joint 2 carries the largest torque.",
             f"Joint {first + 1} does: {largest[first]:.0f} Nm, of which gravity takes up to "
             f"{np.abs(study.torques.gravity).max(axis=0)[first]:.0f} Nm; under every assumption about the masses that was tried.",
-            "holds" if all(int(np.argmax(c.largest)) == 1 for c in study.loads) else "holds not",
+            "holds" if all(int(np.argmax(c.largest)) == 1 for c in study.loads) else "does not hold",
         ),
         *_equations(study),
     )
@@ -82,19 +82,19 @@ def _equations(study: WeldStudy) -> tuple[Statement, ...]:
             f"A term is missing: (I - J+ J) J'^T (J J^T)^-1 x'. Without it the second derivative is off by up to "
             f"{100 * study.slip[0]:.1f} % of its size; with it, numeric differentiation agrees within "
             f"{100 * study.numeric[0]:.3f} %.",
-            "holds not",
+            "does not hold",
         ),
         Statement(
             "Eq. 10 and 16: q''' = J+ (x''' - 2 J' q'' - J'' q').",
             f"Terms are missing likewise: off by up to {100 * study.slip[1]:.1f} %; ours agrees with numeric differentiation "
             f"within {100 * study.numeric[1]:.3f} %.",
-            "holds not",
+            "does not hold",
         ),
         Statement(
             "Eq. 15: x'' over s adds the projection x'(x'^T x'') / |x'|^4.",
             f"It has to be taken off: as printed, the second derivative of the seam is off by {100 * study.slip[2]:.0f} % of its "
             "size.",
-            "holds not",
+            "does not hold",
         ),
         Statement(
             "Figure 11 shows torques, Figure 12 the optimal feed (captions).",

@@ -13,7 +13,7 @@ from camrob.summaries.feed_summary import DerivativeSummary, FeedSummary, Statem
 
 __all__ = ["render_feed"]
 
-_STYLES = {"holds": "green", "holds not": "red", "unclear": "yellow"}
+_STYLES = {"holds": "green", "does not hold": "red", "unclear": "yellow"}
 _WORST = 3  # a screen's room; the JSON has all
 
 

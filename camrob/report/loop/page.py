@@ -234,14 +234,14 @@ def _sensitivity(study: TrackerStudy) -> str:
 
 def _assumed(study: TrackerStudy) -> str:
     kinds: dict[str, list[str]] = {}
-    for key, standing in study.case.provenance.items():
-        kinds.setdefault(standing, []).append(key)
+    for key, source in study.case.provenance.items():
+        kinds.setdefault(source, []).append(key)
     rows = "".join(
         f"<tr><td>{escape(kind)}</td><td class='text'>{escape(', '.join(sorted(keys)))}</td></tr>"
         for kind, keys in sorted(kinds.items(), reverse=True)
     )
     return (
-        "<section><h2>Where the numbers of tracker.toml come from</h2><table><thead><tr><th>standing</th><th>keys</th></tr>"
+        "<section><h2>Where the numbers of tracker.toml come from</h2><table><thead><tr><th>provenance</th><th>keys</th></tr>"
         f"</thead><tbody>{rows}</tbody></table><p class='caption'>All of robot was assumed and sized by hand until the errors "
         "without correction came out as published and reversals showed; no number was set for the sake of the reductions, though "
         "they were in view. The gain, the feed and the tests are the paper's.</p></section>"

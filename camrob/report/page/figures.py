@@ -160,7 +160,7 @@ def _facets(mesh: trimesh.Trimesh, world_T_mesh: Array, color: str, body: int, *
 def _body_facets(
     cell: Cell, poses: Mapping[str, Array], part_mesh: trimesh.Trimesh | None, base_T_part: Array
 ) -> list[tuple[str, Facets]]:
-    """Every body's triangles in `world` by its frame; standing boxes are cut off some way round what moves."""
+    """Every body's triangles in `world` by its frame; boxes fixed in the world are cut off some way round what moves."""
     out: list[tuple[str, Facets]] = []
     for k, shape in enumerate(cell.shapes):
         mesh = shape_mesh(shape, cell.folder, sides=_SIDES)
@@ -182,8 +182,8 @@ def _body_facets(
     every = np.concatenate(moving)
     low, high = every.min(axis=0) - _FLOOR, every.max(axis=0) + _FLOOR
     boxes = [shape.kind is ShapeKind.BOX and shape.frame == "world" for shape in cell.shapes]
-    for k, standing in enumerate(boxes):
-        if standing:
+    for k, fixed in enumerate(boxes):
+        if fixed:
             name, f = out[k]
             out[k] = (name, replace(f, corners=np.clip(f.corners, low, high)))
     return out

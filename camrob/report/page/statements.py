@@ -9,11 +9,11 @@ from camrob.report.page.html import escape
 
 __all__ = ["Statement", "statements_section"]
 
-_TAGS = {"holds": "info", "holds not": "error", "unclear": "warning"}
+_TAGS = {"holds": "info", "does not hold": "error", "unclear": "warning"}
 
 
 class Statement(NamedTuple):
-    """What the paper states, what was found, and the verdict: holds, holds not, unclear."""
+    """What the paper states, what was found, and the verdict: holds, does not hold, unclear."""
 
     published: str
     found: str

@@ -100,7 +100,7 @@ def _view(path: ToolPathInBase, poses: Mapping[str, Array], meshes: list[tuple[S
 
 
 def _cut_off(mesh: trimesh.Trimesh, view: Array) -> trimesh.Trimesh:
-    """A standing box (floor, track bed) as far as the view goes, so that its cut is clean."""
+    """A fixed box (floor, track bed) as far as the view goes, so that its cut is clean."""
     cut = mesh.copy()
     cut.vertices = np.clip(mesh.vertices, view[0], view[1])
     return cut
@@ -140,8 +140,8 @@ def scene_data(
     view = _view(path, poses, meshes)
     bodies = []
     for shape, mesh in meshes:
-        standing = shape.frame == "world" and shape.kind is ShapeKind.BOX
-        shown = _cut_off(mesh, view) if standing else mesh
+        fixed = shape.frame == "world" and shape.kind is ShapeKind.BOX
+        shown = _cut_off(mesh, view) if fixed else mesh
         bodies.append(_body(shape.name, role_of(cell, shape.frame), frames.index(shape.frame), shown))
     if part_mesh is not None and len(part_mesh.faces):
         placed = thinned(part_mesh, PART_FACES).copy()

@@ -62,7 +62,7 @@ def _breaks(feed: FeedFigures) -> str:
             f'<td class="n">{"–" if planned is None else number(planned, 4)}</td></tr>'
         )
     text = (
-        f"As it stands the program passes a limit on {number(breaks.percent_of_cutting, 1, '%')} of its way of cutting."
+        f"As it stands the program passes a limit on {number(breaks.percent_of_cutting, 1, '%')} of its cutting path."
     )
     written = feed.written
     if written is not None:
@@ -86,7 +86,7 @@ def _losses(feed: FeedFigures) -> str:
         for axis, lost in feed.lost_by_axis_s.items()
     )
     kept = (
-        f"<p>The programmed feed is held on {number(feed.kept_percent, 1, '%')} of the way of cutting; "
+        f"<p>The programmed feed is held on {number(feed.kept_percent, 1, '%')} of the cutting path; "
         f"{number(feed.lost_s, 1, 's')} are lost in {number(feed.losses_count, 0)} places"
         f"{': ' + shares if shares else ''}.</p>"
     )
@@ -111,7 +111,7 @@ def _lines(loss: LostFeed) -> str:
 
 
 def torque_section(torques: Torques | None) -> str:
-    """The largest torques, axis by axis, with the standing of the masses; nothing for a cell without masses."""
+    """The largest torques, axis by axis, and where the masses come from; nothing for a cell without masses."""
     if torques is None:
         return ""
     rows = []

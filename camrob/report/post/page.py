@@ -19,7 +19,7 @@ from camrob.report.page.viewer import ROLE_COLORS, scene_data
 from camrob.report.post.feed_sections import feed_section, torque_chart, torque_section
 from camrob.report.post.plan_section import plan_section
 from camrob.report.post.sections import cards, headline, regions_table, verdict, warnings_table
-from camrob.report.post.weights_section import weights_chart, weights_told
+from camrob.report.post.weights_section import weights_along, weights_chart
 from camrob.summaries.post_summary import PostSummary
 
 __all__ = ["post_report"]
@@ -117,9 +117,9 @@ def _charts(
     candidates: list[tuple[str, str, Chart | None, str]] = [
         (
             "conditioning",
-            "How well the arm stands: 1/k<sub>F</sub>",
+            "How well conditioned the arm is: 1/k<sub>F</sub>",
             conditioning_chart(along, solution, threshold=threshold, comparison=comparison, bound=bound),
-            "The higher, the evener the arm moves and pushes in every direction. Look for stretches below the red line "
+            "The higher, the more evenly the arm moves and pushes in all directions. Look for stretches below the red line "
             f"({threshold:g}): there the arm is close to a singular posture.{limited}{compared} {bands} {_LINKED}",
         ),
         (
@@ -144,12 +144,12 @@ def _charts(
 
 def _weights(cell: Cell, path: ToolPathInBase, solution: Solution, names: Mapping[int, str]) -> list[Chart]:
     """What weighed the joints, where the published method made the postures and an engine weighs any of them."""
-    found = weights_told(cell, path, solution) if cell.resolve.joint_engine.weights else None
+    found = weights_along(cell, path, solution) if cell.resolve.joint_engine.weights else None
     if found is None:
         return []
-    chart, told = weights_chart(cell, Along.of(path, names), path, found)
+    chart, caption = weights_chart(cell, Along.of(path, names), path, found)
     title = f"Weights of the reference posture, by {escape(cell.resolve.joint_engine.file)}"
-    return [{"id": "weights", "title": title, "caption": told, **chart}]
+    return [{"id": "weights", "title": title, "caption": caption, **chart}]
 
 
 def _motion_charts(

@@ -28,14 +28,14 @@ def plan_section(plan: PlanFigures | None) -> str:
     chosen = next((k for k, p in enumerate(curve) if p.name == plan.chosen), -1)
     keys = list(curve[0].travel) if curve else []
     pictures = "".join(_picture(curve, key, chosen) for key in keys) if len(curve) > 1 else ""
-    told = (
+    rule = (
         f"Taken: <b>{escape(plan.chosen)}</b>, by this rule: {escape(plan.rule)}. The bound is the best that any "
         f"posture found reaches at each point, {number(plan.bound_mean, 3)} in the mean and "
         f"{number(plan.bound_min, 3)} at its lowest; the chart of 1/k<sub>F</sub> shows both along the path."
     )
     return (
         "<section><h2>The plan: conditioning against external travel</h2>"
-        f'<div class="trade" style="display:flex;flex-wrap:wrap;gap:12px">{pictures}</div><p class="caption">{told} '
+        f'<div class="trade" style="display:flex;flex-wrap:wrap;gap:12px">{pictures}</div><p class="caption">{rule} '
         "Still axes hold feed and accuracy better than moving ones: look for how little more conditioning the travel to the "
         f"right of the ringed point buys.</p>{_curve_table(curve, keys, chosen)}{_terms(plan)}{_accuracy(plan.accuracy)}"
         f"{_cuts(plan)}</section>"
@@ -119,25 +119,25 @@ def _terms(plan: PlanFigures) -> str:
     )
 
 
-def _accuracy(told: AccuracyFigures | None) -> str:
+def _accuracy(accuracy: AccuracyFigures | None) -> str:
     """The part's expected error with and without looking at it, and what that holds."""
-    if told is None:
+    if accuracy is None:
         return ""
-    axes = list(told.conditioning.turns)
-    named = (("by conditioning", told.conditioning), ("for accuracy", told.accuracy))
+    axes = list(accuracy.conditioning.turns)
+    named = (("by conditioning", accuracy.conditioning), ("for accuracy", accuracy.accuracy))
     rows = "".join(
         f"<tr><td>{name}</td><td>{number(e.rms_mm, 3)}</td><td>{number(e.p95_mm, 3)}</td>"
         f"{''.join(f'<td>{e.turns[a]}</td>' for a in axes)}</tr>"
         for name, e in named
     )
     heads = "".join(f"<th>turns of {escape(a)} in cuts</th>" for a in axes)
-    counted = escape("; ".join(told.counted))
-    left = f" Known, and not in it: {escape(', '.join(told.left_out))}." if told.left_out else ""
-    kept = "" if told.taken else " The plan by conditioning was kept, as the other is no better."
+    counted = escape("; ".join(accuracy.counted))
+    left = f" Known, but not included: {escape(', '.join(accuracy.left_out))}." if accuracy.left_out else ""
+    kept = "" if accuracy.taken else " The plan by conditioning was kept, as the other is no better."
     return (
         f"<h3>The part's expected error</h3><table><thead><tr><th>plan</th><th>rms mm</th><th>95 % mm</th>{heads}</tr></thead>"
-        f'<tbody>{rows}</tbody></table><p class="caption">Across the feed, over what is cut. It holds: {counted}.{left} At each '
-        f"place's best posture of a scan it would be {number(told.best_rms_mm, 3)} mm rms.{kept}</p>"
+        f'<tbody>{rows}</tbody></table><p class="caption">Across the feed, over what is cut. Included: {counted}.{left} At each '
+        f"place's best posture of a scan it would be {number(accuracy.best_rms_mm, 3)} mm rms.{kept}</p>"
     )
 
 

@@ -16,11 +16,11 @@ __all__ = ["accuracy_text", "plan_lines"]
 _MOST_CUTS = 8  # as many as a screen has room for; the JSON has all
 
 
-def accuracy_text(told: AccuracyFigures) -> str:
+def accuracy_text(accuracy: AccuracyFigures) -> str:
     """What was gained for the part, in a sentence."""
-    before, after = told.conditioning, told.accuracy
+    before, after = accuracy.conditioning, accuracy.accuracy
     turns = ", ".join(f"{a} turns round {after.turns[a]} times in cuts, not {n}" for a, n in before.turns.items())
-    kept = "" if told.taken else "; the plan by conditioning is kept, as the other is no better"
+    kept = "" if accuracy.taken else "; the plan by conditioning is kept, as the other is no better"
     return (
         f"expected error of the part: {after.rms_mm:.3f} mm rms, {after.p95_mm:.3f} mm on 95 %, by conditioning alone "
         f"{before.rms_mm:.3f} and {before.p95_mm:.3f} mm{'; ' if turns else ''}{turns}{kept}"

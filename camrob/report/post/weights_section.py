@@ -11,14 +11,14 @@ from camrob.redundancy.solution import Solution
 from camrob.report.page.html import number
 from camrob.report.page.path_charts import Along, Chart
 
-__all__ = ["weights_chart", "weights_told"]
+__all__ = ["weights_along", "weights_chart"]
 
 _COLORS = ("#2f7fd1", "#e08a1e", "#2f9e77", "#d64545", "#8a63d2", "#6b7785", "#b5651d", "#0aa3a3")
 _LONGEST = 20_000  # points up to which a report works this out: as its comparison with other ways
 _BOUNDED = -0.06  # of the greatest weight: where the marks of bounded self-motion lie, under the curves
 
 
-def weights_told(cell: Cell, path: ToolPathInBase, solution: Solution) -> Equilibrium | None:
+def weights_along(cell: Cell, path: ToolPathInBase, solution: Solution) -> Equilibrium | None:
     """The weights along a path by the published method; None for other methods, several tools, and very long paths."""
     if solution.method != "vjm" or len(path.stretches) != 1 or not 1 < len(path) <= _LONGEST:
         return None

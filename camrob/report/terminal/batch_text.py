@@ -22,7 +22,7 @@ def render_batch(summary: BatchSummary) -> RenderableType:
     for heading in ("job", "verb", "result", "points", "worst 1/k_F", "warnings", "seconds"):
         left = heading in ("job", "verb", "result")
         table.add_column(heading, justify="left" if left else "right", overflow="fold", no_wrap=heading != "job")
-    told: list[RenderableType] = []
+    reasons: list[RenderableType] = []
     for job in summary.jobs:
         of_job = job.summary or {}
         word, style = _WORDS.get(job.status, ("?", "red"))
@@ -39,11 +39,11 @@ def render_batch(summary: BatchSummary) -> RenderableType:
         )
         for reason in _reasons(job):
             whose = () if job.input in reason else (shown_text(job.input, "bold"), ": ")
-            told.append(Text.assemble(*whose, shown_text(reason), overflow="fold"))
+            reasons.append(Text.assemble(*whose, shown_text(reason), overflow="fold"))
     well = summary.counts.get("0", 0)
     where = f"{summary.workers} workers" if summary.workers else f"the cluster at {summary.scheduler}"
     end = f"{well} of {len(summary.jobs)} jobs done in {_number(summary.seconds, 1)} s on {where}"
-    return Group(table, *([Text(""), *told] if told else []), Text(""), shown_text(end))
+    return Group(table, *([Text(""), *reasons] if reasons else []), Text(""), shown_text(end))
 
 
 def _reasons(job: JobFigures) -> list[str]:

@@ -16,14 +16,14 @@ def render_regress(summary: RegressSummary) -> RenderableType:
     """The samples, one after the other."""
     parts: list[RenderableType] = []
     for sample in summary.samples:
-        told = sample.differences
+        differences = sample.differences
         points = f"{sample.points} points" if sample.points is not None else "no program"
         verdict = "written" if summary.updated else "as before" if sample.ok else "DIFFERS"
         rounding = f", {sample.rounded} numbers rounded the other way" if sample.rounded else ""
         parts.append(Text(_printable(f"{sample.part}: {verdict} ({points}{rounding}, {sample.seconds:.1f} s)")))
-        parts += [Text(_printable(f"  {line}"), overflow="fold") for line in told[:_MOST]]
-        if len(told) > _MOST:
-            parts.append(Text(f"  ... and {len(told) - _MOST} more differences (--json shows all)"))
+        parts += [Text(_printable(f"  {line}"), overflow="fold") for line in differences[:_MOST]]
+        if len(differences) > _MOST:
+            parts.append(Text(f"  ... and {len(differences) - _MOST} more differences (--json shows all)"))
     count = sum(not sample.ok for sample in summary.samples)
     if summary.updated:
         end = "the golden files are what came out now: look at the difference before you commit it"

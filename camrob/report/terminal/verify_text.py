@@ -1,4 +1,4 @@
-"""The summary of `camrob verify` for a terminal: the verdict, what stands against the program, what was not judged."""
+"""The summary of `camrob verify` for a terminal: the verdict, what was found against the program, what was not judged."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST = 20  # findings of a kind that are shown
 
 
 def render_verify(summary: VerifySummary) -> RenderableType:
-    """What stands against the program first, then what could not be judged, warnings and figures."""
+    """What was found against the program first, then what could not be judged, warnings and figures."""
     parts: list[RenderableType] = [_verdict(summary)]
     kinds = (("against it", summary.errors, "red"), ("to read", summary.warnings, "yellow"))
     for title, remarks, style in kinds:
@@ -38,7 +38,7 @@ def _verdict(summary: VerifySummary) -> Text:
     """One line: good, bad, or open."""
     name, ok, count = summary.program, summary.ok, len(summary.errors)
     if ok:
-        return Text(f"{name}: nothing stands against it", style="bold green")
+        return Text(f"{name}: nothing was found against it", style="bold green")
     if ok is None:
         return Text(f"{name}: nothing was found against it, but not all of it could be judged", style="bold yellow")
     return Text(f"{name}: {count} thing{'s' if count != 1 else ''} against it", style="bold red")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from camrob.summaries.base import Summary, left_out
+from camrob.summaries.base import Summary, keyed, left_out
 from camrob.summaries.compensate_summary import OffPathSize
 
 __all__ = ["CloseLoopSummary", "LoopTurn"]
@@ -13,10 +13,10 @@ __all__ = ["CloseLoopSummary", "LoopTurn"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopTurn(Summary):
-    """A turn: its program and how that was made, what it was foretold to do, what its log shows, and what was found from all
+    """A turn: its program and how that was made, what it was predicted to do, what its log shows, and what was found from all
     logs so far.
 
-    program, log, diagnosis: files as the ledger's folder has them; log "" while it is awaited. foretold: off the intended path
+    program, log, diagnosis: files as the ledger's folder has them; log "" while it is awaited. predicted: off the intended path
     on the machine as diagnosed, without noise and what is unexplained; None of the first program. measured: as logged, the
     instrument's noise in it. found: the claimed effects; rest_mm: what stays unexplained (3-D rms), None without a diagnosis.
     experiment: the program that would tell two sets of causes apart, "" where none is needed.
@@ -27,7 +27,7 @@ class LoopTurn(Summary):
     made: str
     log: str = ""
     log_digest: str = ""
-    foretold: OffPathSize | None = None
+    predicted: OffPathSize | None = keyed("foretold", None)
     measured: OffPathSize | None = None
     noise_mm: float | None = None
     diagnosis: str = ""
