@@ -60,9 +60,15 @@ def gravity_arrays(cell: Cell, masses: Sequence[PointMass] | None = None) -> Gra
         for i, m in zip(joints, loads, strict=True)
     ]
     return GravityArrays(
-        before, after, np.array(up), first, np.array([j.prismatic for j in cell.joints]),
-        np.array(joints, np.int64), np.array([m.mass for m in loads], float), np.array(centers, float).reshape(-1, 3),
-    )  # fmt: skip
+        before,
+        after,
+        np.array(up),
+        first,
+        np.array([j.prismatic for j in cell.joints]),
+        np.array(joints, np.int64),
+        np.array([m.mass for m in loads], float),
+        np.array(centers, float).reshape(-1, 3),
+    )
 
 
 def gravity_torques(arrays: GravityArrays, q: Array) -> Array:

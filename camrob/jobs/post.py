@@ -143,11 +143,20 @@ def post(
         files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", made)
         summary = post_summary(
-            made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
-            residual=made.residual, feed=made.feed, process=process,
-            files=files, verdict=made.verdict,
+            made.inputs,
+            made.solution,
+            title,
+            made.back,
+            made.collisions,
+            made.margins,
+            made.findings,
+            residual=made.residual,
+            feed=made.feed,
+            process=process,
+            files=files,
+            verdict=made.verdict,
             manifest=manifest_of(folder, made.files, order.cell, clfile, inputs.setup.path),
-        )  # fmt: skip
+        )
         if report:
             with watch.stage("report"):
                 _report(folder / f"{title}.html", summary, made)
@@ -226,11 +235,20 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
         keep = decimated(inputs.path, solution, inputs.setup.decimate)
         targets, postures, keep = feed.targets(inputs.path, solution, keep)
         program = assemble_program(
-            order.title, inputs.cell, inputs.toolpath, targets, postures, process=order.process,
-            cells=tuple(m.cell for m in inputs.mounted), loads=mounted_loads(inputs.mounted),
-            rapid_speed=inputs.rapid_speed, keep=keep, speed=feed.speed,
-            comment=_comment(inputs, solution.method), rounding=language.round,
-        )  # fmt: skip
+            order.title,
+            inputs.cell,
+            inputs.toolpath,
+            targets,
+            postures,
+            process=order.process,
+            cells=tuple(m.cell for m in inputs.mounted),
+            loads=mounted_loads(inputs.mounted),
+            rapid_speed=inputs.rapid_speed,
+            keep=keep,
+            speed=feed.speed,
+            comment=_comment(inputs, solution.method),
+            rounding=language.round,
+        )
     for old in folder.iterdir():
         old.unlink()
     with watch.stage("write"):
@@ -239,9 +257,14 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
         back = read_back(folder / main, program, inputs, solution, watch.share)
     with watch.stage("witness"):
         verdict = judge(
-            folder / main, order.cell, clfile=order.clfile, setup=inputs.setup.path,
-            dialect=order.dialect, units=order.units, slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else "",
-        )  # fmt: skip
+            folder / main,
+            order.cell,
+            clfile=order.clfile,
+            setup=inputs.setup.path,
+            dialect=order.dialect,
+            units=order.units,
+            slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else "",
+        )
         second = hold_to_witness(verdict, folder)
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
@@ -305,12 +328,18 @@ def _report(file: Path, summary: PostSummary, made: _Made) -> None:
     inputs, solution = made.inputs, made.solution
     body = inputs.part if inputs.part is not None else inputs.stock
     page = post_report(
-        summary, inputs.cell, inputs.path, solution, findings=made.findings,
+        summary,
+        inputs.cell,
+        inputs.path,
+        solution,
+        findings=made.findings,
         part_mesh=None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body)),
-        base_T_part=np.asarray(inputs.setup.base_T_part), comparison=_comparison(inputs, solution),
+        base_T_part=np.asarray(inputs.setup.base_T_part),
+        comparison=_comparison(inputs, solution),
         bound=None if solution.plan is None else np.asarray(solution.plan.bound),
-        reached=made.feed.reached(inputs.path), torques=(made.feed.sampled, made.feed.torques),
-    )  # fmt: skip
+        reached=made.feed.reached(inputs.path),
+        torques=(made.feed.sampled, made.feed.torques),
+    )
     file.write_text(page, encoding="utf-8")
 
 
@@ -328,8 +357,10 @@ def _comparison(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
     others = {}
     for name, way in ways.items():
         with suppress(JobError):
-            others[name] = np.concatenate([
-                np.asarray(way(here.cell, here.path).inv_kf)
-                for here in (inputs.of_stretch(k, None) for k in range(len(inputs.path.stretches)))
-            ])  # fmt: skip
+            others[name] = np.concatenate(
+                [
+                    np.asarray(way(here.cell, here.path).inv_kf)
+                    for here in (inputs.of_stretch(k, None) for k in range(len(inputs.path.stretches)))
+                ]
+            )
     return others

@@ -79,7 +79,13 @@ def decimated(path: ToolPathInBase, solution: Solution, tolerance: float) -> NDA
     external = np.asarray(solution.q)[:, :2] if solution.q.shape[1] > 6 else np.zeros((len(path), 0))
     frames = np.asarray(path.base_T_tip)
     _greedy(
-        np.ascontiguousarray(frames[:, :3, 3]), np.ascontiguousarray(frames[:, :3, 2]), np.ascontiguousarray(external),
-        fixed, tolerance, AXIS_TOLERANCE, EXTERNAL_TOLERANCE, keep,
-    )  # fmt: skip
+        np.ascontiguousarray(frames[:, :3, 3]),
+        np.ascontiguousarray(frames[:, :3, 2]),
+        np.ascontiguousarray(external),
+        fixed,
+        tolerance,
+        AXIS_TOLERANCE,
+        EXTERNAL_TOLERANCE,
+        keep,
+    )
     return keep

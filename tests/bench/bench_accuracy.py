@@ -269,7 +269,7 @@ def table(rows: list[dict[str, Any]], trial_rows: list[str]) -> str:
         "`python tests/bench/bench_accuracy.py --out DIR`, then `--table`. How far the tip is off the programmed path across the",
         "feed, mm: rms / 95 % / worst, over what is cut, at equal feed. Cells are diagnosed on another program's run in air.",
         "",
-        "| family, draw | found | plan by conditioning | plan for accuracy | compensated | both | less rms | foretold |",
+        "| family, draw | found | plan by conditioning | plan for accuracy | compensated | both | less rms | predicted |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     gains: dict[str, list[float]] = {}

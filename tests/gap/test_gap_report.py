@@ -60,7 +60,7 @@ def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
         console.print(render_diagnosis(diagnosis_summary(play().summary)))
     text = captured.get()
     assert max(len(line) for line in text.splitlines()) <= 80
-    for words in ("backlash", "by rung", "run next", "can correct nothing", "reverses with A2's direction"):
+    for words in ("backlash", "by stage", "run next", "can correct nothing", "reverses with A2's direction"):
         assert words in " ".join(text.split())
 
 
@@ -75,7 +75,7 @@ def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
     for name in (
         "space-before",
         "space-after",
-        "by-rung",
+        "by-stage",
         "by-axis",
         "by-regime",
         "shrunk",

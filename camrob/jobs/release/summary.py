@@ -191,9 +191,13 @@ def _accuracy(plan: PlanAccuracy) -> AccuracyFigures:
         for e in (plan.conditioning, plan.accuracy)
     ]
     return AccuracyFigures(
-        conditioning=both[0], accuracy=both[1], taken=plan.taken, best_rms_mm=m_to_mm(plan.best), counted=plan.counted,
+        conditioning=both[0],
+        accuracy=both[1],
+        taken=plan.taken,
+        best_rms_mm=m_to_mm(plan.best),
+        counted=plan.counted,
         left_out=plan.left_out,
-    )  # fmt: skip
+    )
 
 
 def _edge_travel(inputs: JobInputs, travel: Mapping[str, float]) -> dict[str, float]:

@@ -72,9 +72,14 @@ def room_work(room: Room) -> RoomWork:
     """Arrays for one thread."""
     K, n = room.riders.link.shape[0], room.links.prismatic.shape[0]
     return RoomWork(
-        np.empty((K, 3, 3)), np.empty((K, 3)), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3),
+        np.empty((K, 3, 3)),
+        np.empty((K, 3)),
+        np.empty((n, 3, 3)),
+        np.empty((n, 3)),
+        np.empty((3, 3)),
+        np.empty(3),
         np.zeros((9, 3)),
-    )  # fmt: skip
+    )
 
 
 @part
