@@ -97,7 +97,7 @@ def predict(
         force: FORCE.toml, what pushes on the tool while it cuts; None: nothing does.
         pitch_mm: mm between the rays on which material is kept.
         cycle_ms: ms from row to row of the simulated run.
-        progress: called with a stage and the share of it that is done, 0 to 1.
+        progress: is told a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The summary, the surface and the path (SI).
@@ -202,7 +202,7 @@ def _force(pushes: CuttingForce, path: TruePath) -> PredictedForce:
     size = np.linalg.norm(bent[:, :3], axis=1)
     return PredictedForce(
         model=pushes.path.name,
-        words=pushes.words,
+        told=pushes.told,
         doubt=pushes.doubt,
         yields=path.yields,
         tool=bool(np.any(pushes.give > 0.0)),
