@@ -80,13 +80,13 @@ def log_of(
     return MeasurementLog(columns, info, Path("made.csv"))
 
 
-def not_finite(told: Any, where: str = "") -> list[str]:
+def not_finite(value: Any, where: str = "") -> list[str]:
     """Places in a summary that hold NaN or infinity."""
-    if isinstance(told, Mapping):
-        return [f for k, v in told.items() for f in not_finite(v, f"{where}/{k}")]
-    if isinstance(told, list | tuple):
-        return [f for k, v in enumerate(told) for f in not_finite(v, f"{where}/{k}")]
-    return [where] if isinstance(told, float) and not np.isfinite(told) else []
+    if isinstance(value, Mapping):
+        return [f for k, v in value.items() for f in not_finite(v, f"{where}/{k}")]
+    if isinstance(value, list | tuple):
+        return [f for k, v in enumerate(value) for f in not_finite(v, f"{where}/{k}")]
+    return [where] if isinstance(value, float) and not np.isfinite(value) else []
 
 
 @cache

@@ -83,12 +83,12 @@ def text_of(made: PostResult) -> str:
 
 def story(text: str) -> list[str]:
     """Motions as "X Z" in the part's own frame ("home" for PTP to axes), and hooks of the KR15 cell between them."""
-    told: list[str] = []
+    lines: list[str] = []
     for line in text[text.index(";ENDFOLD (INI)") :].splitlines():
         said = _said(line)
-        if said and (not told or told[-1] != said or said[0] not in "-0123456789"):
-            told.append(said)
-    return told
+        if said and (not lines or lines[-1] != said or said[0] not in "-0123456789"):
+            lines.append(said)
+    return lines
 
 
 def _said(line: str) -> str:

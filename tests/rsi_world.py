@@ -64,7 +64,7 @@ def line(t_s: float, p_mm, R: np.ndarray) -> bytes:
 
 @dataclass
 class Plant:
-    """A robot that stands `off_mm` and `off_deg` (in the base's axes) away from what it is told; POSCORR in `$BASE`."""
+    """A robot that stands `off_mm` and `off_deg` (in the base's axes) away from where it is sent; POSCORR in `$BASE`."""
 
     mode: str
     off_mm: np.ndarray = field(default_factory=lambda: np.array([0.3, -0.2, 0.4]))

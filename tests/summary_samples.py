@@ -226,9 +226,9 @@ DIAGNOSIS: dict[str, Any] = {
 """A diagnosis.json: 0.3 mm, most of it behind the encoders, that reverses with the direction of motion."""
 
 
-def diagnosis_summary(told: Mapping[str, Any] = MappingProxyType(DIAGNOSIS), **changes: Any) -> DiagnosisSummary:
+def diagnosis_summary(summary: Mapping[str, Any] = MappingProxyType(DIAGNOSIS), **changes: Any) -> DiagnosisSummary:
     """A diagnosis as the engine tells it, by default DIAGNOSIS, with some of its entries changed."""
-    return DiagnosisSummary.from_json(_changed({"cell": "kr15", "without": [], **told}, changes))
+    return DiagnosisSummary.from_json(_changed({"cell": "kr15", "without": [], **summary}, changes))
 
 
 def post_summary(**changes: Any) -> PostSummary:
@@ -242,7 +242,7 @@ def verify_summary(**changes: Any) -> VerifySummary:
 
 
 def _changed(sample: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    told = copy.deepcopy(sample)
+    summary = copy.deepcopy(sample)
     for key, value in changes.items():
-        told[key] = told[key] | value if isinstance(value, dict) and isinstance(told[key], dict) else value
-    return told
+        summary[key] = summary[key] | value if isinstance(value, dict) and isinstance(summary[key], dict) else value
+    return summary

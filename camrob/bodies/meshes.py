@@ -41,7 +41,7 @@ def read_triangles(path: Path, scale: float, error: type[InputError] = SetupErro
     Raises `error`, naming the file, where it can't be read as STL, OBJ, PLY or OFF or holds no surface.
     """
     if path.suffix.lower() not in _KINDS:
-        raise error("is no mesh that camrob reads", hint="give STL, OBJ, PLY or OFF", path=path)
+        raise error("is not a mesh that camrob reads", hint="give STL, OBJ, PLY or OFF", path=path)
     try:
         found = _binary_stl(path)
         if found is None:
@@ -52,9 +52,9 @@ def read_triangles(path: Path, scale: float, error: type[InputError] = SetupErro
     except OSError as e:
         raise error(f"can't be read ({e.strerror or 'no such file'})", hint="check the path", path=path) from None
     except Exception as e:  # the readers of meshes raise whatever they stumble over
-        raise error(f"is no readable mesh ({type(e).__name__})", hint="export it again", path=path) from None
+        raise error(f"is not a readable mesh ({type(e).__name__})", hint="export it again", path=path) from None
     if triangles.ndim != 3 or not len(triangles) or not np.all(np.isfinite(triangles)):
-        raise error("holds no triangles, or some that are no numbers", hint="export it again", path=path)
+        raise error("holds no triangles, or some that are not numbers", hint="export it again", path=path)
     area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
     solid = np.asarray(triangles[area > 0.0])
     if not len(solid):

@@ -145,7 +145,7 @@ def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:
     if rows >= 2 * len(names):
         return
     poses = sum(len(part.data) for part in prepared)
-    hint = f"{len(names)} parameters need {-(-2 * len(names) * poses // rows)} at the least"
+    hint = f"{len(names)} parameters need at least {-(-2 * len(names) * poses // rows)}"
     raise LogError(f"holds {poses} poses to fit", hint=hint, path=prepared[0].data.name)
 
 
@@ -191,7 +191,7 @@ def _refuse(cell: Cell, seen: Identifiability, names: Sequence[str], data: Measu
     if lost:
         first = lost[0]
         others = seen.merged.get(first, ())
-        why = f"it can't be told from {', '.join(others[:6])}" if others else "the poses say too little of it"
+        why = f"it can't be told from {', '.join(others[:6])}" if others else "the poses say too little about it"
         if first.endswith(".compliance") and not cell.masses:
             why = f"cell {cell.name} states no masses, so that gravity's torques aren't known"
         what = f"{', '.join(lost[:8])} can't be fitted to {data.name or 'these poses'}: {first}: {why}"

@@ -91,7 +91,7 @@ class Calibration:
             )
         if self.cell_digest != robot_digest(cell):
             what = f"cell {cell.name} has changed since it was calibrated"
-            raise StaleInputError(f"{what}; calibrate again, or give the cell of then")
+            raise StaleInputError(f"{what}; calibrate again, or give the cell as it was then")
 
     def model(self, cell: Cell, *, in_base: bool = False) -> tuple[ErrorModel, Array]:
         """The calibrated chain of the cell (with its present tool) and the parameters' values.

@@ -194,7 +194,7 @@ def read_calibration(path: str | Path, cell: Cell) -> Calibration:
 def _pair(table: TableReader) -> tuple[str, str]:
     pair = table.texts("pair")
     if len(pair) != 2:
-        raise table.fail("pair", "is no pair of names", "give two")
+        raise table.fail("pair", "is not a pair of names", "give two")
     return pair[0], pair[1]
 
 

@@ -65,7 +65,7 @@ class ErrorModel:
         """
         if len(set(names)) < len(names):
             twice = next(n for n in names if names.count(n) > 1)
-            raise LogError(f"the parameter {twice} is there twice", hint="name it once")
+            raise LogError(f"the parameter {twice} appears twice", hint="name it once")
         terms = tuple(term_of(cell, name) for name in names)
         return cls(cell, terms, in_base, _arrays(cell, in_base, left, right), gravity_arrays(cell))
 

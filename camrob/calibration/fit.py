@@ -114,7 +114,7 @@ def fit_parameters(pairs: Sequence[tuple[PoseModel, Measurements]], parameters: 
     found = parameters.with_values(values, stds)
     stuck = [p.name for p in found.items_ if p.at_bound]
     if stuck:
-        what = f"{', '.join(stuck)} ended at the bound of what is believable; the cell, the log or the units don't fit"
+        what = f"{', '.join(stuck)} ended at the bound of what is plausible; the cell, the log or the units don't fit"
         raise JobError(what, reasons={})
     scattered = np.concatenate([_lengths(model, values, data, spread) for model, data in pairs])
     return Fit(
@@ -219,7 +219,7 @@ def _step(H: Array, g: Array, lower: Array, upper: Array, names: tuple[str, ...]
     size = np.sqrt(np.diag(H))
     if np.any(size == 0.0):
         dead = ", ".join(n for n, s in zip(names, size, strict=True) if s == 0.0)
-        raise SingularError(f"the poses say nothing of {dead}; leave them out")
+        raise SingularError(f"the poses say nothing about {dead}; leave them out")
     unit = H / np.outer(size, size)
     low, vectors = np.linalg.eigh(unit)
     if low[0] < 1e-11:

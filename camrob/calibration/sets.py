@@ -131,9 +131,7 @@ def prepare(cell: Cell, data: Measurements, names: Sequence[str]) -> Prepared:
 def _placed(cell: Cell, data: Measurements) -> tuple[Array, Array]:
     """Where the instrument stands and its reflector sits."""
     if len(data) < _FEWEST:
-        raise LogError(
-            f"holds {len(data)} whole poses", hint=f"measure {_FEWEST} at the least, better 50", path=data.name
-        )
+        raise LogError(f"holds {len(data)} whole poses", hint=f"measure at least {_FEWEST}, better 50", path=data.name)
     plain = ErrorModel.of(cell, (), in_base=data.in_base)
     index = sampled_rows(len(data), _SAMPLE)
     return align(

@@ -70,7 +70,9 @@ def term_of(cell: Cell, name: str) -> ErrorTerm:
         return ErrorTerm(name, ROOT + PARTS.index(found[1]), TermKind.BY, by=found[2])
     if owner not in cell.axis_names:
         known = f"base, tool, root, {', '.join(cell.axis_names)}"
-        raise LogError(f"{name[:40]!r} is no error parameter of cell {cell.name}", hint=f"begin with one of {known}")
+        raise LogError(
+            f"{name[:40]!r} is not an error parameter of cell {cell.name}", hint=f"begin with one of {known}"
+        )
     i = cell.index(owner)
     joint = cell.joints[i]
     slot = JOINT + JOINT_SLOTS * i
@@ -82,7 +84,7 @@ def term_of(cell: Cell, name: str) -> ErrorTerm:
     found = _MOTION.fullmatch(rest)
     if not found:
         hint = f"use {owner} with {', '.join(places)}, zero, scale, compliance, cos1, sin1, by.NAME"
-        raise LogError(f"{name[:40]!r} is no error parameter", hint=hint)
+        raise LogError(f"{name[:40]!r} is not an error parameter", hint=hint)
     if found[1]:
         return ErrorTerm(name, slot + MOTION, TermKind(found[1]), i)
     if found[2]:

@@ -93,7 +93,7 @@ def _of_urdf(table: TableReader, folder: Path) -> BareArm:
     name = table.text("urdf")
     file = folder / name
     if Path(name).is_absolute() or ".." in Path(name).parts or not os.path.isfile(file):
-        raise table.fail("urdf", f"{name[:60]!r} is no file in the cell's folder", "put the URDF there")
+        raise table.fail("urdf", f"{name[:60]!r} is not a file in the cell's folder", "put the URDF there")
     text = file.read_bytes()[: _LARGEST + 1]
     if len(text) > _LARGEST or b"<!DOCTYPE" in text or b"<!ENTITY" in text:
         raise table.fail("urdf", "is too large, or declares entities", "give a plain URDF")
@@ -116,7 +116,7 @@ def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
         )
     link: str | None = tip or ends[0]
     if link not in into:
-        raise table.fail("tip", f"{str(link)[:40]!r} is no link that a joint carries", "name a link of the URDF")
+        raise table.fail("tip", f"{str(link)[:40]!r} is not a link that a joint carries", "name a link of the URDF")
     way: list[ElementTree.Element] = []
     while link in into and len(way) <= len(into):
         way.append(into[link])

@@ -71,7 +71,7 @@ def check_poses(cell: Cell, path: Path, bounds: PoseBounds) -> None:
         return
     rows = list(_rows(cell, path))
     if not rows:
-        raise CellError("holds no pose", hint="write a row for each, or take the file away", path=path)
+        raise CellError("holds no pose", hint="write a row for each, or remove the file", path=path)
     q = np.stack([_posture(cell, row, path, bounds) for row in rows])
     base_T_tool, inverse_kf = _walk(cell, q)
     status, turn = _status_of(cell, q)
@@ -89,8 +89,8 @@ def check_poses(cell: Cell, path: Path, bounds: PoseBounds) -> None:
             missed.append((row, found))
     if missed:
         row, found = missed[0]
-        others = f" (and {len(missed) - 1} of the {len(rows)} poses besides)" if len(missed) > 1 else ""
-        raise row.fail(f"is not where cell.toml puts it: {found}{others}", "mend cell.toml, or the row", path)
+        others = f" (and {len(missed) - 1} more of the {len(rows)} poses)" if len(missed) > 1 else ""
+        raise row.fail(f"is not where cell.toml puts it: {found}{others}", "correct cell.toml or the row", path)
 
 
 def _rows(cell: Cell, path: Path) -> Iterator[_Row]:
@@ -101,7 +101,7 @@ def _rows(cell: Cell, path: Path) -> Iterator[_Row]:
     except OSError as e:
         raise CellError(f"can't be read ({e.strerror})", hint="check the file", path=path) from None
     except UnicodeDecodeError:
-        raise CellError("is no UTF-8 text", hint="save it as UTF-8", path=path) from None
+        raise CellError("is not UTF-8 text", hint="save it as UTF-8", path=path) from None
     if len(data) > _LARGEST:
         raise CellError(f"is larger than {_LARGEST // 10**6} MB", hint="keep some dozen poses", path=path)
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
@@ -116,11 +116,11 @@ def _rows(cell: Cell, path: Path) -> Iterator[_Row]:
                 continue
             row = _row(header, cells, path, reader.line_num)
             if row.name in seen:
-                raise row.fail("is there twice", "give every pose a name of its own", path)
+                raise row.fail("appears twice", "give every pose a name of its own", path)
             seen.add(row.name)
             yield row
     except csv.Error as e:
-        raise CellError(f"is no CSV: {e}", hint="mend that line", path=path, line=reader.line_num) from None
+        raise CellError(f"is not CSV: {e}", hint="correct that line", path=path, line=reader.line_num) from None
 
 
 def _axis_columns(cell: Cell) -> tuple[str, ...]:
@@ -140,10 +140,10 @@ def _header(cell: Cell, names: list[str], path: Path, line: int) -> list[str]:
     for k, name in enumerate(names):
         if name not in known:
             raise CellError(
-                f"{name[:40]!r} is no column for this cell", hint=f"use {', '.join(known)}", path=path, line=line
+                f"{name[:40]!r} is not a column for this cell", hint=f"use {', '.join(known)}", path=path, line=line
             )
         if name in names[:k]:
-            raise CellError(f"the column {name} is there twice", hint="leave one", path=path, line=line)
+            raise CellError(f"the column {name} appears twice", hint="leave one", path=path, line=line)
     for name in ("name", *_PLACE, *_TURN):
         if name not in names:
             raise CellError(
@@ -156,7 +156,7 @@ def _row(header: list[str], cells: list[str], path: Path, line: int) -> _Row:
     """One row's numbers."""
     if len(cells) != len(header):
         what = f"has {len(cells)} columns where the first line has {len(header)}"
-        raise CellError(what, hint="mend that line", path=path, line=line)
+        raise CellError(what, hint="correct that line", path=path, line=line)
     entries = {name: entry.strip() for name, entry in zip(header, cells, strict=True)}
     row = _Row(line, entries["name"], {})
     if not row.name:
@@ -171,7 +171,7 @@ def _row(header: list[str], cells: list[str], path: Path, line: int) -> _Row:
         if not math.isfinite(row.numbers[name]):
             raise row.fail(f"has {entry[:40]!r} as {name}", "give a finite number, or leave it empty", path)
     if row.some((*_PLACE, *_TURN), path) is None:
-        raise row.fail("says nothing of the tool", f"fill in {', '.join((*_PLACE, *_TURN))}", path)
+        raise row.fail("says nothing about the tool", f"fill in {', '.join((*_PLACE, *_TURN))}", path)
     return row
 
 
@@ -180,7 +180,7 @@ def _posture(cell: Cell, row: _Row, path: Path, bounds: PoseBounds) -> Array:
     axes, stated = row.some(_axis_columns(cell), path), row.some(_q_columns(cell), path)
     roll = row.numbers.get("q_roll_rad", 0.0)
     if axes is None and stated is None:
-        raise row.fail("says nothing of the axes", f"fill in {', '.join(_axis_columns(cell))}", path)
+        raise row.fail("says nothing about the axes", f"fill in {', '.join(_axis_columns(cell))}", path)
     real = [i for i, j in enumerate(cell.joints) if j.role is not Role.ROLL]
     q = np.full(len(cell), roll)
     if axes is not None:
@@ -193,7 +193,7 @@ def _posture(cell: Cell, row: _Row, path: Path, bounds: PoseBounds) -> Array:
             if off > (bounds.position if joint.prismatic else bounds.angle):
                 by = f"{m_to_mm(off):.3f} mm" if joint.prismatic else f"{rad_to_deg(off):.3f} degrees"
                 what = f"has axis values whose {joint.name} is {by} off its q: sign or offset of the axis is not the file's"
-                raise row.fail(what, "mend cell.toml, or the row", path)
+                raise row.fail(what, "correct cell.toml or the row", path)
     q[real] = stated
     return q
 

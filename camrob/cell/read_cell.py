@@ -49,14 +49,14 @@ def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, obje
     except OSError as e:
         raise error(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
     except UnicodeDecodeError:
-        raise error("is no UTF-8 text", hint="save it as UTF-8", path=path) from None
+        raise error("is not UTF-8 text", hint="save it as UTF-8", path=path) from None
     except tomllib.TOMLDecodeError as e:
         found = re.search(r" \(at line (\d+), column (\d+)\)$", str(e))
         what = str(e)[: found.start()] + f" at column {found[2]}" if found else str(e)
         line = int(found[1]) if found else 0
-        raise error(f"is no valid TOML: {what[:200]}", hint="mend that place", path=path, line=line) from None
+        raise error(f"is not valid TOML: {what[:200]}", hint="correct that place", path=path, line=line) from None
     except (RecursionError, ValueError) as e:
-        raise error(f"is no valid TOML: {str(e)[:200]}", hint="mend that place", path=path) from None
+        raise error(f"is not valid TOML: {str(e)[:200]}", hint="correct that place", path=path) from None
 
 
 def frame_of(xyzabc_mm_deg: Array) -> Array:
@@ -272,7 +272,7 @@ def _joint(table: TableReader, *, measured: bool) -> Joint:
         )
     for key, value in (("home", joint.home), ("reference", joint.reference)):
         if not (measured and f"{key}_{unit}" not in table) and not joint.q_lower <= value <= joint.q_upper:
-            raise table.fail(f"{key}_{unit}", "lies outside the axis's range", f"mend {key} or limits")
+            raise table.fail(f"{key}_{unit}", "lies outside the axis's range", f"correct {key} or limits")
     return joint
 
 
@@ -295,7 +295,7 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
     names = [j.name for j in joints]
     for name in names:
         if names.count(name) > 1:
-            raise table.fail("joint", f"{name!r} is there twice", "give every joint a name of its own")
+            raise table.fail("joint", f"{name!r} appears twice", "give every joint a name of its own")
     arm = [j for j in joints if j.role is Role.ARM]
     arm_names = [j.name for j in arm]
     counted = arm_names == [f"A{i}" for i in range(1, len(arm) + 1)] and 1 <= len(arm) <= MOST_ARM
@@ -309,12 +309,14 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
     for j in joints:
         external = j.role in (Role.WORKPIECE, Role.CARRIAGE)
         if external and not (len(j.name) == 2 and j.name[0] == "E" and j.name[1] in "123456"):
-            raise table.fail("joint", f"{j.name!r} is no name of an external axis", "use E1 .. E6")
+            raise table.fail("joint", f"{j.name!r} is not a name of an external axis", "use E1 .. E6")
     if sum(j.role is Role.ROLL for j in joints) > 1:
         raise table.fail("joint", "there are two roll joints", "leave one")
     for j in joints:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,23}", j.name):
-            raise table.fail("joint", f"{j.name[:40]!r} is no name for a joint", "use letters and digits, 24 at most")
+            raise table.fail(
+                "joint", f"{j.name[:40]!r} is not a name for a joint", "use letters and digits, 24 at most"
+            )
 
 
 def _mass(table: TableReader, names: tuple[str, ...]) -> PointMass:
@@ -339,10 +341,10 @@ def _shapes(table: TableReader, folder: Path, names: tuple[str, ...]) -> tuple[S
     groups = sorted({s.group for s in shapes} | set(JOB_GROUPS))
     for i, (part, shape) in enumerate(zip(tables, shapes, strict=True)):
         if any(shape.name == s.name for s in shapes[:i]):
-            raise part.fail("name", "is there twice", "give every shape a name of its own")
+            raise part.fail("name", "appears twice", "give every shape a name of its own")
         for group in shape.ignore:
             if group not in groups:
-                raise part.fail("ignore", f"{group[:40]!r} is no group of this cell", f"use {', '.join(groups)}")
+                raise part.fail("ignore", f"{group[:40]!r} is not a group of this cell", f"use {', '.join(groups)}")
     return shapes
 
 
@@ -353,7 +355,7 @@ def _shape(table: TableReader, folder: Path, names: tuple[str, ...]) -> Shape:
     if kind is ShapeKind.MESH:
         file = table.text("file")
         if not os.path.isfile(folder / file) or ".." in Path(file).parts or Path(file).is_absolute():
-            raise table.fail("file", f"{file[:60]!r} is no file in the cell's folder", "put the mesh there")
+            raise table.fail("file", f"{file[:60]!r} is not a file in the cell's folder", "put the mesh there")
         size = np.array([table.number("scale", lower=1e-6, upper=1e6)])
     else:
         size = mm_to_m(table.vector("size_mm", _SIZES[kind]))
@@ -381,7 +383,7 @@ def _resolve(table: TableReader, names: tuple[str, ...]) -> ResolveSettings:
         weights = part.text_map("weights")
         for joint in weights:
             if joint not in names:
-                raise part.fail(f"weights.{joint}", "is no joint of this cell", f"use {', '.join(names)}")
+                raise part.fail(f"weights.{joint}", "is not a joint of this cell", f"use {', '.join(names)}")
         nodes = part.text("table", choices=TABLES) if "table" in part else TABLES[0]
         engines.append(
             FuzzyEngine(part.text("file"), weights, part.number("default_weight", lower=1e-6, upper=1e3), nodes)

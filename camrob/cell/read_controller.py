@@ -90,5 +90,5 @@ def _pose(table: TableReader, key: str, joints: tuple[Joint, ...]) -> tuple[floa
     for joint, value in zip(axes, values, strict=True):
         si = mm_to_m(float(value)) if joint.prismatic else deg_to_rad(float(value))
         if not joint.lower <= si <= joint.upper:
-            raise table.fail(key, f"{joint.name} {value:g} lies outside the axis's range", "mend it or limits")
+            raise table.fail(key, f"{joint.name} {value:g} lies outside the axis's range", "correct it or limits")
     return tuple(float(v) for v in values)

@@ -75,7 +75,7 @@ class TableReader:
         values = value.values() if isinstance(value, Mapping) else [value]
         for v in values:
             if v not in PROVENANCES:
-                raise self.fail("standing", f"{_shown(v)} is no provenance", f"use one of {', '.join(PROVENANCES)}")
+                raise self.fail("standing", f"{_shown(v)} is not a provenance", f"use one of {', '.join(PROVENANCES)}")
         result: str | Mapping[str, str] = value
         return result
 
@@ -206,7 +206,7 @@ class TableReader:
             return []
         value = self._take(key, "an array of tables")
         if not isinstance(value, list) or any(not isinstance(v, Mapping) for v in value):
-            raise self.fail(key, "is no array of tables", f"write [[{self.place(key)}]]")
+            raise self.fail(key, "is not an array of tables", f"write [[{self.place(key)}]]")
         readers = []
         for i, v in enumerate(value):
             label = v.get("name", i) if isinstance(v.get("name", i), str | int) else i
@@ -234,5 +234,5 @@ class TableReader:
         unknown = sorted(set(self._data) - self._used)
         if unknown:
             raise self.fail(
-                _short(unknown[0]), "is no key that camrob knows here", f"use {', '.join(sorted(self._used))}"
+                _short(unknown[0]), "is not a key that camrob knows here", f"use {', '.join(sorted(self._used))}"
             )

@@ -152,7 +152,7 @@ def check_margins(
     worst = int(np.argmin(kf))
     singular = kf < SINGULAR
     if singular.any():
-        text = "the arm is singular or all but: an axis would have to race"
+        text = "the arm is singular or nearly so: an axis would have to race"
         first, times = int(np.argmax(singular)), int(singular.sum())
         findings.append(
             places.finding("singular", text, Severity.ERROR, first, value=float(kf[first]), limit=SINGULAR, count=times)

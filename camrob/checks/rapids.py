@@ -51,7 +51,7 @@ def rapids_in_stock(regions: Sequence[Region], box: Array, diameter: float) -> F
     line, _ = hits[0]
     deepest = m_to_mm(max(depth for _, depth in hits))
     text = (
-        f"the file goes in rapid into the stock where nothing has been cut, {deepest:.1f} mm deep; "
+        f"the file moves in rapid through stock that has not been cut, {deepest:.1f} mm deep; "
         "correct it in the CAM system, or the [stock] of setup.toml"
     )
     return Finding("rapid-in-stock", text, line=line, count=len(hits))

@@ -230,7 +230,7 @@ def batch(
         typer.Option("--out", metavar="DIR", help="What `out` is relative to. Default: JOBS.toml's folder."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option("--workers", min=1, metavar="N", help="Processes. Default: one a core.")
+        int | None, typer.Option("--workers", min=1, metavar="N", help="Processes. Default: one per core.")
     ] = None,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Use this Dask cluster: tcp://host:port.")

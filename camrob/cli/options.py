@@ -104,14 +104,14 @@ ListenOption = Annotated[
 InstrumentOption = Annotated[
     str | None,
     typer.Option(
-        "--instrument", metavar="HOST:PORT", help="Where the instrument's datagrams come. Default: 127.0.0.1:59153."
+        "--instrument", metavar="HOST:PORT", help="Where the instrument's datagrams arrive. Default: 127.0.0.1:59153."
     ),
 ]
 ModeOption = Annotated[LoopMode | None, typer.Option("--mode", help="RSI_ON's mode. Default: absolute.")]
 GainOption = Annotated[float | None, typer.Option("--gain", metavar="K", help="Share of the error added each cycle.")]
 CycleOption = Annotated[float | None, typer.Option("--cycle-ms", metavar="MS", help="RSI's cycle, 4 or 12.")]
 LatencyOption = Annotated[
-    float | None, typer.Option("--latency-ms", metavar="MS", help="How much later than true a measurement arrives.")
+    float | None, typer.Option("--latency-ms", metavar="MS", help="How late a measurement arrives.")
 ]
 FrameOption = Annotated[
     str | None,

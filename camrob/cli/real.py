@@ -67,7 +67,7 @@ def simulate(
         Path, typer.Option("--out", metavar="LOG.csv", help="The log (.csv or .parquet); LOG.toml beside it.")
     ],
     cycle_ms: Annotated[
-        float, typer.Option("--cycle-ms", metavar="MS", help="Milliseconds a row, such as 12 or 4.")
+        float, typer.Option("--cycle-ms", metavar="MS", help="Milliseconds per row, such as 12 or 4.")
     ] = 12.0,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -123,7 +123,7 @@ def calibrate(
             return job_of("published_case")(published, cell=cell, out=out, progress=progress)
         if not measured:
             hint = "give MEASURED.csv, or --published CASE.toml"
-            raise InputError("what shall be calibrated from?", hint=hint)
+            raise InputError("there is nothing to calibrate from", hint=hint)
         return job_of("calibrate")(
             measured[0],
             more=measured[1:],
@@ -202,7 +202,7 @@ def diagnose(
         typer.Option(
             "--log",
             metavar="LOG.csv",
-            help="A measured run (may be repeated); LOG.toml beside it tells its frame and program.",
+            help="A measured run (may be repeated); LOG.toml beside it gives its frame and program.",
         ),
     ],
     out: Annotated[
@@ -274,7 +274,8 @@ def predict(
         float, typer.Option("--pitch-mm", min=0.01, max=10.0, metavar="MM", help="Between rays of material.")
     ] = 0.2,
     cycle_ms: Annotated[
-        float, typer.Option("--cycle-ms", min=1.0, max=100.0, metavar="MS", help="A row of the simulated run.")
+        float,
+        typer.Option("--cycle-ms", min=1.0, max=100.0, metavar="MS", help="Milliseconds per row of the simulated run."),
     ] = 4.0,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -300,9 +301,11 @@ def predict(
 
 def close_loop(
     job: Annotated[
-        Path, typer.Argument(metavar="JOB.toml", help="The toolpath, the cell, the tolerance; docs say which keys.")
+        Path, typer.Argument(metavar="JOB.toml", help="The toolpath, the cell, the tolerance; the docs list the keys.")
     ],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the loop, a folder a turn in it.")],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="The folder of the loop; each turn has a folder in it.")
+    ],
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:

@@ -96,5 +96,5 @@ def has_become(status: int, quiet: bool, *names: str) -> int:
     """Say on standard error that what was done under other words is `camrob study NAME` for one of names; gives the status on."""
     if status == 0 and not quiet:
         now = " or ".join(f"`camrob study {name}`" for name in names)
-        typer.echo(f"camrob: this is {now} now; the old words work for one version", err=True)
+        typer.echo(f"camrob: this is {now} now; the old command works for one more version", err=True)
     return status

@@ -177,7 +177,7 @@ class _View:
     def _show(self) -> None:
         if self.progress is None:
             return
-        failed = f", {self.failed} not well" if self.failed else ""
+        failed = f", {self.failed} not done" if self.failed else ""
         lines = [f"{self.done} of {len(self.jobs)} jobs done{failed}"]
         for index, (stage, share) in list(self.shares.items()):
             name = "".join(c if c.isprintable() else " " for c in Path(self.jobs[index].label).name)

@@ -204,7 +204,7 @@ class _Loop:
     def _await(self, turn: int, program: str, stem: str) -> None:
         self.outcome = "awaiting a log"
         self.next = (
-            f"run turn_{turn}/{program} on the machine, put its log at turn_{turn}/{stem}.csv (and what LOG.toml tells at "
+            f"run turn_{turn}/{program} on the machine, put its log at turn_{turn}/{stem}.csv (and its LOG.toml at "
             f"turn_{turn}/{stem}.toml), and give the same command again"
         )
 
@@ -217,7 +217,7 @@ class _Loop:
         made = self._compensated(turn.turn).machine if turn.turn > 1 else None
         rows = meant_rows(program, {} if made is None else made.targets_added)
         if len(meant) != (rows[-1] + 1 if len(rows) else 0):
-            raise VerificationError(f"{turn.program} holds another number of motions than {self.intended.name}")
+            raise VerificationError(f"{turn.program} holds a different number of motions from {self.intended.name}")
         size = off_path_size(measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows))
         noise = log.info.sigma_position
         self.logs.append(path)
@@ -244,7 +244,7 @@ class _Loop:
         """What stands in the way of more."""
         last = self.turns[-1]
         rest = next((t.rest_mm for t in reversed(self.turns) if t.rest_mm is not None), 0.0)
-        parts = [f"{rest:.3f} mm stay unexplained"]
+        parts = [f"{rest:.3f} mm remain unexplained"]
         if last.predicted is not None:
             parts.insert(0, f"these targets can't take {last.predicted.rms_mm:.3f} mm rms of what was found off")
         if last.noise_mm is not None:
@@ -323,7 +323,7 @@ def _json(file: Path) -> dict[str, object]:
     except (OSError, ValueError) as error:
         raise InputError("can't be read", hint="remove its folder, and give the command again", path=file) from error
     if not isinstance(found, dict):
-        raise InputError("is no summary", hint="remove its folder, and give the command again", path=file)
+        raise InputError("is not a summary", hint="remove its folder, and give the command again", path=file)
     return found
 
 

@@ -203,7 +203,7 @@ def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay,
     """Errors (N, 2) of the calibrated robot in the written program. Raises VerificationError where it deviates."""
     if len(replayed.q) != len(targets) or any(f.severity is Severity.ERROR for f in replayed.findings):
         stopped = next((f for f in replayed.findings if f.severity is Severity.ERROR), None)
-        what = stopped.text if stopped else "it holds another number of motions"
+        what = stopped.text if stopped else "it holds a different number of motions"
         raise VerificationError(
             f"the compensated program can't be followed: {what}", line=stopped.line if stopped else 0
         )

@@ -63,7 +63,7 @@ def _solved(file: Path) -> tuple[Array, NDArray[np.int64]]:
     hint = "give the NAME.path.npz that camrob post wrote, or a program"
     q, line = read_arrays(file, "q", "line", hint=hint)
     if q.dtype.kind != "f" or line.dtype.kind != "i":
-        raise InputError("is no solved path", hint=hint, path=file)
+        raise InputError("is not a solved path", hint=hint, path=file)
     return np.asarray(q, float), np.asarray(line, np.int64)
 
 

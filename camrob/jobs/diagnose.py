@@ -81,7 +81,9 @@ def diagnose(
     if calibration is not None:
         check_file_name(calibration.name)
         if calibration.suffix.lower() != ".toml":
-            raise InputError(f"--calibration {calibration.name!r} is no calibration's name", hint="end it with .toml")
+            raise InputError(
+                f"--calibration {calibration.name!r} is not a calibration's name", hint="end it with .toml"
+            )
     machine = read_cell(cell)
     logs = [read_log(path) for path in log]
     kept_out = [read_log(path) for path in withheld]

@@ -43,7 +43,7 @@ def check_experiment_name(file: Path) -> None:
     check_file_name(file.name)
     if file.suffix.lower() not in program_suffixes():
         hint = "end it with " + " or ".join(program_suffixes())
-        raise InputError(f"--write-experiment {file.name!r} is no program's name", hint=hint)
+        raise InputError(f"--write-experiment {file.name!r} is not a program's name", hint=hint)
     language = language_of_file(file)
     if language.program_name(file.stem).lower() != file.stem.lower():
         raise InputError(
@@ -59,9 +59,7 @@ def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> 
     where there is nothing to tell apart, VerificationError where none can be run; nothing is left behind then.
     """
     if not motions:
-        raise JobError(
-            "no experiment is needed: there is nothing that another motion would tell apart; none was written"
-        )
+        raise JobError("no experiment is needed: no other motion would tell more apart; none was written")
     passed_over: list[str] = []
     language = language_of_file(file)
     for motion in motions:

@@ -94,7 +94,7 @@ def feed(
     """
     machine = read_cell(cell)
     if compensated is not None and solution is None:
-        raise InputError("--compensated has nothing to stand beside", hint="give the nominal path with --solution")
+        raise InputError("--compensated has nothing to be compared with", hint="give the nominal path with --solution")
     (progress or silent)("feed", 0.1)
     summary: FeedSummary
     if solution is None and calibration is None and (machine.folder / "seam.toml").is_file():
@@ -115,7 +115,7 @@ def _coordinates(
 ) -> tuple[list[Coordinates], bool]:
     """Nominal coordinates, compensated ones where there are any, and whether they are the published line."""
     if other is not None and calibration is not None:
-        raise InputError("--compensated and --calibration say two things", hint="give one of them")
+        raise InputError("--compensated and --calibration exclude each other", hint="give one of them")
     if solution is not None:
         both = [coordinates_of(solution, machine)]
         if other is not None:
@@ -136,13 +136,13 @@ def _derivatives(
 ) -> tuple[DerivativeSummary, str]:
     """Summary and page of a derivative analysis."""
     if not (np.isfinite(rate) and rate > 0.0):
-        raise InputError(f"--rate {rate:g} is no rate", hint="give a positive number, rad/s")
+        raise InputError(f"--rate {rate:g} is not a rate", hint="give a positive number, rad/s")
     both, published = found
     analyses = analyses_of(machine, both)
     known = analyses["smooth"][0].axes
     shown = known if axis == "all" else (axis if axis is not None else machine.names[machine.arm_slice.start],)
     if shown[0] not in known:
-        raise InputError(f"--axis {axis!r} is no axis of this cell", hint=f"use {', '.join(known)} or all")
+        raise InputError(f"--axis {axis!r} is not an axis of this cell", hint=f"use {', '.join(known)} or all")
     statements: tuple[Statement, ...] = ()
     if published:
         tips = base_T_tool(machine, both[0].q)[:, :3, 3]

@@ -138,7 +138,7 @@ def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: st
         best=replace(entry(trial.best), trial=tried),
         placements=len(found.mean),
         in_reach=int(np.sum(found.mean > 0.0)),
-        table="the cell has no plate that a part may stand on: no edge was heeded" if plate is None else plate.name,
+        table="the cell has no plate that a part may stand on: no edge was checked" if plate is None else plate.name,
         tried=trial.tried,
         refused=trial.refused,
         files=(f"{name}.place.json", f"{name}.place.svg"),

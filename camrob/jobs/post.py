@@ -222,7 +222,7 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
             text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
             made.findings.append(Finding("plan-collides", text, line=first.line))
         return made
-    raise first or VerificationError(f"method {order.method} has no way to go")
+    raise first or VerificationError(f"method {order.method} has no variant to try")
 
 
 def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _Made:

@@ -164,7 +164,7 @@ def _rows(
         (
             "parameters of the robot",
             "30 geometric, 5 stiffness",
-            f"{asked} beside base and tool, {own} told apart from these",
+            f"{asked} besides base and tool, {own} distinguishable from these",
         ),
         ("mean error before", _pair(case.before), _pair(_means(plain, "nominal"))),
         ("base and tool fitted alone", "-", _pair(_means(plain, "frames"))),

@@ -102,7 +102,7 @@ def regress(
 def _samples(toolpaths: Path) -> list[_Sample]:
     """The samples of a folder, by name."""
     if not toolpaths.is_dir():
-        raise InputError("is no folder", hint="give the folder that holds the samples", path=toolpaths)
+        raise InputError("is not a folder", hint="give the folder that holds the samples", path=toolpaths)
     files = [f for f in sorted(toolpaths.glob("*/*")) if f.suffix.lower() in _SUFFIXES and f.is_file()]
     if not files:
         raise InputError(
@@ -122,7 +122,7 @@ def _make(sample: _Sample, cell: Path) -> None:
         try:
             result = post(sample.clfile, cell=cell, out=Path(folder), report=False)
         except CamrobError as error:
-            sample.differences.append(f"{sample.clfile.name} can't be posted any more: {error}")
+            sample.differences.append(f"{sample.clfile.name} can no longer be posted: {error}")
         else:
             sample.summary = json.loads(json.dumps(comparable(result.summary.to_json())))
             programs = [f for f in result.files if f.endswith(language_suffixes())]
@@ -166,7 +166,7 @@ def _compare(sample: _Sample) -> None:
         return
     for name in sorted({*golden, *sample.made}):
         if name not in sample.made:
-            sample.differences.append(f"{name} is not made any more")
+            sample.differences.append(f"{name} is no longer made")
         elif name not in golden:
             sample.differences.append(f"{name} is new")
         elif name.endswith(".json"):

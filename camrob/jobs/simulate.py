@@ -133,7 +133,7 @@ def _check(out: Path, cycle_ms: float) -> None:
         )
     check_file_name(out.name)
     if out.suffix.lower() not in _SUFFIXES:
-        raise InputError(f"--out {out.name!r} is no log's name", hint="end it with .csv or .parquet", path=None)
+        raise InputError(f"--out {out.name!r} is not a log's name", hint="end it with .csv or .parquet", path=None)
     if out.stem.lower() in _TAKEN:
         raise InputError(f"--out {out.name!r} would replace {out.stem}.toml", hint="give the log another name")
 

@@ -124,7 +124,7 @@ def _address(text: str) -> Address:
     """HOST:PORT, an IPv4 address or a name."""
     match = re.fullmatch(r"([A-Za-z0-9_.\-]{1,253}):([0-9]{1,5})", text)
     if match is None or int(match[2]) > 65535:
-        raise InputError(f"{text!r} is no address", hint="give HOST:PORT, such as 127.0.0.1:59152")
+        raise InputError(f"{text!r} is not an address", hint="give HOST:PORT, such as 127.0.0.1:59152")
     return match[1], int(match[2])
 
 

@@ -46,7 +46,7 @@ class Size(NamedTuple):
         """Of some values, whatever their signs. Raises InputError where there are none or one is no number."""
         v = np.abs(np.asarray(values, float))
         if v.size == 0 or not np.isfinite(v).all():
-            raise InputError("there are no errors to measure, or one is no number", hint="check the run")
+            raise InputError("there are no errors to measure, or one is not a number", hint="check the run")
         return cls(float(v.mean()), float(np.sqrt(np.mean(v**2))), float(np.percentile(v, 95)), float(v.max()))
 
 

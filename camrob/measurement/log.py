@@ -68,7 +68,7 @@ class MeasurementLog:
         unknown = sorted(set(self.columns) - set(COLUMNS))
         if unknown:
             raise LogError(
-                f"{unknown[0][:40]!r} is no column of a log", hint=f"use {', '.join(COLUMNS)}", path=self.path
+                f"{unknown[0][:40]!r} is not a column of a log", hint=f"use {', '.join(COLUMNS)}", path=self.path
             )
         ordered = {n: locked(self.columns[n], shape=(count,), name=n) for n in COLUMNS if n in self.columns}
         object.__setattr__(self, "columns", MappingProxyType(ordered))

@@ -91,14 +91,14 @@ def read_info(path: Path) -> LogInfo:
             values[_NUMBERS[key][0]] = _NUMBERS[key][1](_number(path, key, value))
         elif key in _TEXTS:
             if not isinstance(value, str) or not all(c.isprintable() or c in "\n\t" for c in value):
-                raise _wrong(path, key, "is no text", "give a text in quotes")
+                raise _wrong(path, key, "is not a text", "give a text in quotes")
             values[key] = " ".join(value.split())
         elif key == "poses":
             if not isinstance(value, bool):
                 raise _wrong(path, key, "is neither true nor false", "write true or false")
             values[key] = value
         elif near := difflib.get_close_matches(key.lower(), _KEYS, n=1, cutoff=0.8):
-            raise _wrong(path, key[:40], "is no key of a log", f"is {near[0]} meant?")
+            raise _wrong(path, key[:40], "is not a key of a log", f"is {near[0]} meant?")
     return LogInfo(**values)
 
 
@@ -108,12 +108,12 @@ def _load(path: Path) -> dict[str, Any]:
     except OSError as e:
         raise LogError(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
     except UnicodeDecodeError:
-        raise LogError("is no UTF-8 text", hint="save it as UTF-8", path=path) from None
+        raise LogError("is not UTF-8 text", hint="save it as UTF-8", path=path) from None
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
         found = re.search(r" \(at line (\d+), column \d+\)$", str(e))
         what = str(e)[: found.start()] if found else str(e)
         line = int(found[1]) if found else 0
-        raise LogError(f"is no valid TOML: {what[:200]}", hint="mend that place", path=path, line=line) from None
+        raise LogError(f"is not valid TOML: {what[:200]}", hint="correct that place", path=path, line=line) from None
 
 
 def _wrong(path: Path, key: str, what: str, hint: str) -> LogError:

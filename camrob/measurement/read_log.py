@@ -120,7 +120,7 @@ def _read_csv(path: Path) -> tuple[list[str], Array]:
     try:
         header = raw[begin:end].decode("utf-8").rstrip("\r")
     except UnicodeDecodeError:
-        raise LogError("is no UTF-8 text", hint="save it as UTF-8", path=path, line=1) from None
+        raise LogError("is not UTF-8 text", hint="save it as UTF-8", path=path, line=1) from None
     if not header.strip():
         raise LogError("is empty", hint="give a header row and samples", path=path, line=1)
     for other, word in ((";", "semicolons"), ("\t", "tabs")):
@@ -172,7 +172,7 @@ def _read_parquet(path: Path) -> tuple[list[str], Array]:
     except OSError as e:
         raise LogError(f"can't be read ({e.strerror or 'no Parquet'})", hint="check the file", path=path) from None
     except Exception as e:  # pyarrow's errors share no root but Exception
-        raise LogError(f"is no Parquet file ({type(e).__name__})", hint="check the file", path=path) from None
+        raise LogError(f"is not a Parquet file ({type(e).__name__})", hint="check the file", path=path) from None
     names = [str(n) for n in data.column_names]
     _check_names(names, path)
     if data.num_rows == 0:

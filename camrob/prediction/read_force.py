@@ -27,7 +27,7 @@ def read_force(path: Path) -> CuttingForce:
     table = TableReader(read_toml(Path(path), InputError), Path(path), error=InputError)
     doubt = table.number("doubt", lower=0.0, upper=2.0) if "doubt" in table else _DOUBT
     if ("mean" in table) == ("milling" in table):
-        raise table.fail("mean", "stands beside [milling], or both are missing", "give [mean] or [milling]")
+        raise table.fail("mean", "is given with [milling], or both are missing", "give [mean] or [milling]")
     if "mean" in table:
         mean = table.table("mean")
         along = [mean.number(f"{k}_n", lower=-_MOST, upper=_MOST) for k in ("along", "across", "axial")]

@@ -383,9 +383,7 @@ class _Planner:
         """A warning where the file tells kinds of coolant apart and the cell has one output for all."""
         kinds = [kind for kind in self.kinds if kind not in ("ON", "FLOOD")]
         if kinds and self._hook("coolant_on"):
-            text = (
-                f"the cell has one coolant: {' and '.join(kinds)} is switched as any other; check what the output opens"
-            )
+            text = f"the cell has one coolant: {' and '.join(kinds)} is switched like any other; check what the output opens"
             self.findings.append(Finding("coolant-kind", text, line=self.kinds[kinds[0]]))
 
     def _speeds(self) -> None:

@@ -134,7 +134,7 @@ def study_tracker(
     square, circle = square_path(cell, case), circle_path(cell, case)
     if case.switched_on + SETTLED >= float(square.time[square.corners[-1]]):
         raise InputError(
-            "the correction is switched on after the square's end", hint="mend square.on_s in tracker.toml"
+            "the correction is switched on after the square's end", hint="correct square.on_s in tracker.toml"
         )
     tell("the tests as published", 0.02)
     begin = round(case.switched_on / case.law.cycle_s)

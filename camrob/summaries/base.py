@@ -78,7 +78,7 @@ class Summary:
         Raises InputError for a key that is not there or not known, and for a value that is no object where one has to stand.
         """
         if not isinstance(data, Mapping):
-            raise InputError(f"{data!r:.40} is no {cls.__name__}", hint="give the JSON object that camrob wrote")
+            raise InputError(f"{data!r:.40} is not a {cls.__name__}", hint="give the JSON object that camrob wrote")
         unknown = sorted(set(data) - _keys(cls))
         if unknown and not any(_FURTHER in f.metadata for f in fields(cls)):
             raise InputError(f"{cls.__name__} has no key {unknown[0]!r}", hint="read it with the camrob that wrote it")

@@ -52,7 +52,7 @@ def path_rates(cell: Cell, path: ToolPathInBase, q: Array) -> PathRates:
     if q.shape != (len(path), len(cell)):
         raise ValueError(f"q has shape {q.shape}, expected {(len(path), len(cell))}")
     if not np.all(np.isfinite(q)):
-        raise ValueError("q holds a value that is no finite number")
+        raise ValueError("q holds a value that is not a finite number")
     real = q
     if cell.indices(Role.ROLL):
         real = q.copy()

@@ -82,7 +82,7 @@ def program_time(
     if speed.shape != (len(path),) or stop.shape != speed.shape:
         raise ValueError(f"speed and stops must have one value for each of {len(path)} points")
     if not np.all(np.isfinite(speed[1:]) & (speed[1:] > 0.0)):
-        raise ValueError("speed holds a value that is no positive number")
+        raise ValueError("speed holds a value that is not a positive number")
     rates = path_rates(cell, path, q)
     count = len(rates.end)
     causes = (

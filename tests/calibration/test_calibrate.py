@@ -1,4 +1,4 @@
-"""Calibration: planted errors found, what can't be told named, hopeless fits refused, real measurements predicted."""
+"""Calibration: planted errors found, what can't be identified named, hopeless fits refused, real measurements predicted."""
 
 from __future__ import annotations
 
@@ -124,12 +124,12 @@ def test_hopeless_fits_are_refused_by_name() -> None:
     with pytest.raises(LogError, match="parameters need"):
         calibrate_cell(CELL, data.select(slice(0, 9)), share=0.0)
     wrong = measure(CELL, {"A6.zero": 0.2}, axis_values(CELL, 60))
-    with pytest.raises(JobError, match=r"A6\.zero ended at the bound of what is believable"):
+    with pytest.raises(JobError, match=r"A6\.zero ended at the bound of what is plausible"):
         calibrate_cell(CELL, wrong, names=["A6.zero"])
     turned = replace(data, q=-np.array(data.q))
     with pytest.raises(JobError, match=r"can't be this cell's: with base and tool fitted, \d+"):
         calibrate_cell(CELL, turned)
-    with pytest.raises(LogError, match="is no error parameter"):
+    with pytest.raises(LogError, match="is not an error parameter"):
         calibrate_cell(CELL, data, names=["A6.frobnicate"])
 
 
@@ -177,17 +177,17 @@ def test_the_file_says_what_was_found(tmp_path) -> None:
     with pytest.raises(StaleInputError, match="has changed since"):
         read_calibration(path, heavier)
     assert read_calibration(path, CELL.with_tool(np.eye(4))).rows == 64
-    for old, new, told in [
+    for old, new, message in [
         ('unit = "mm"', 'unit = "m"', "base.x is in mm"),
         ("schema = 1", "schema = 2", "schema: is 2"),
-        ('name = "A2.zero"', 'name = "A9.zero"', "is no error parameter"),
+        ('name = "A2.zero"', 'name = "A9.zero"', "is not an error parameter"),
         ("value = ", "value = 1e9 #", "value: lies beyond"),
         ("nuisance = false", "nuisance = 0", "nuisance: is 0"),
     ]:
         text = path.read_text()
         start = text.index("A2.zero") if "1e9" in new else 0
         (tmp_path / "bad.toml").write_text(text[:start] + text[start:].replace(old, new, 1))
-        with pytest.raises(LogError, match=told):
+        with pytest.raises(LogError, match=message):
             read_calibration(tmp_path / "bad.toml", CELL)
 
 
@@ -201,7 +201,7 @@ def test_the_command(tmp_path, capsys) -> None:
     assert summary["errors"]["calibrated/withheld"]["mean_mm"] < 0.06 < summary["errors"]["nominal/withheld"]["mean_mm"]
     assert (tmp_path / "o" / "C.toml").is_file()
     assert run([*command, "--parameter", "A7.zero", "--quiet"]) == 2
-    assert "is no error parameter" in capsys.readouterr().err
+    assert "is not an error parameter" in capsys.readouterr().err
     assert run([*command, "--parameter", "base.x", "--parameter", "A1.x"]) == 3
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
 

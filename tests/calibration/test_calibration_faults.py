@@ -43,7 +43,7 @@ def changed(measured: MeasurementLog, **columns) -> MeasurementLog:
 
 def test_too_few_poses(tmp_path, capsys) -> None:
     status, line = attempt(tmp_path, log(axis_values(CELL, 5)), capsys, "--share", "0")
-    assert status == 2 and "holds 5 whole poses; measure 8 at the least, better 50" in line
+    assert status == 2 and "holds 5 whole poses; measure at least 8, better 50" in line
     status, line = attempt(tmp_path, log(axis_values(CELL, 9)), capsys, "--share", "0")
     assert status == 2 and "holds 9 poses to fit" in line and "parameters need" in line
 

@@ -149,14 +149,14 @@ def test_the_command_takes_several_logs(made) -> None:
 
 def test_the_page_holds_what_was_found_and_loads_nothing(made) -> None:
     page = (made / "C.html").read_text()
-    told = (
+    expected = (
         "Errors before and after",
         "What the poses can tell apart",
         "Correlations",
         "What stays unexplained",
         "A3.zero",
     )
-    for text in (*told, "Poses to measure next", "base and reflector were fitted to half of it", "t be told from"):
+    for text in (*expected, "Poses to measure next", "base and reflector were fitted to half of it", "t be told from"):
         assert text in page
     ids = set(re.findall(r'class="chart" id="([\w-]+)"', page))
     charts = json.loads(re.search(r'id="charts">(.*?)</script>', page)[1])
@@ -190,7 +190,7 @@ def test_the_robot_of_one_real_series_predicts_the_other(tmp_path: Path, capsys)
     errors = summary["errors"]
     assert errors["frames/withheld"]["mean_mm"] > 0.70 and errors["calibrated/withheld"]["mean_mm"] < 0.42
     assert any("something else is at work" in w["text"] for w in summary["warnings"])
-    assert "stay unexplained" in (tmp_path / "D.html").read_text()
+    assert "remain unexplained" in (tmp_path / "D.html").read_text()
 
 
 SAMPLES = SHARED / "gap_samples" / "cases" / "e_tool_and_compliance"

@@ -170,22 +170,22 @@ def test_torques_are_pinocchio_s() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
-        ("A7.zero", "is no error parameter of cell"),
+        ("A7.zero", "is not an error parameter of cell"),
         ("A3.banana", "use A3 with x, y, z, rx, ry, zero"),
         ("E1.x", "use E1 with rx, ry, zero"),
-        ("A1.rz", "is no error parameter"),
-        ("A1.zero\n", "is no error parameter"),
+        ("A1.rz", "is not an error parameter"),
+        ("A1.zero\n", "is not an error parameter"),
     ],
 )
-def test_names_that_say_nothing(name: str, told: str) -> None:
-    with pytest.raises(LogError, match=told):
+def test_names_that_say_nothing(name: str, message: str) -> None:
+    with pytest.raises(LogError, match=message):
         ErrorModel.of(CELL, [name])
 
 
 def test_names_twice_and_quantities_that_are_absent() -> None:
-    with pytest.raises(LogError, match=r"A1\.zero is there twice"):
+    with pytest.raises(LogError, match=r"A1\.zero appears twice"):
         ErrorModel.of(CELL, ["A1.zero", "A1.zero"])
     with pytest.raises(LogError, match="needs a quantity 'speed'"):
         ErrorModel.of(CELL, ["A3.by.speed"]).poses(np.zeros(1), postures(1))

@@ -1,4 +1,4 @@
-"""Cells that are only measured: short, of either convention or a URDF, and all that is wrong in one told at once."""
+"""Cells that are only measured: short, of either convention or a URDF, and all that is wrong in one reported at once."""
 
 from __future__ import annotations
 
@@ -138,13 +138,13 @@ BAD = {
     "eight rows": (f"[arm]\ndh = {[[0, 0, 0, 0]] * 8}\n", "has 8 rows"),
     "short rows": ("[arm]\ndh = [[0, 0, 0]]\n", "rows of 4 finite numbers"),
     "a convention of its own": ('[arm]\nconvention = "mine"\ndh = [[0, 0, 0, 0]]\n', "use one of standard, modified"),
-    "a file elsewhere": ('[arm]\nurdf = "../arm.urdf"\n', "is no file in the cell's folder"),
+    "a file elsewhere": ('[arm]\nurdf = "../arm.urdf"\n', "is not a file in the cell's folder"),
     "signs": ("[arm]\ndh = [[0, 0, 0, 0]]\nsigns = [2]\n", "holds others than 1 and -1"),
 }
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_is_wrong_is_told(tmp_path: Path, name: str) -> None:
+def test_what_is_wrong_is_reported(tmp_path: Path, name: str) -> None:
     part, words = BAD[name]
     with pytest.raises(CellError, match=words):
         read_cell(written(tmp_path / "bad", f'schema = 1\nname = "bad"\nstanding = "assumed"\n{part}'))
@@ -159,16 +159,16 @@ def test_a_urdf_that_would_read_other_files_is_refused(tmp_path: Path) -> None:
         read_cell(folder)
 
 
-def test_all_that_is_wrong_is_told_at_once_in_one_line(tmp_path: Path) -> None:
+def test_all_that_is_wrong_is_reported_at_once_in_one_line(tmp_path: Path) -> None:
     text = SHORT.replace("payload_kg = 10", 'payload_kg = "ten"') + "[tool]\nflange_to_tool = [1, 2]\n"
     text += '[[mass]]\nname = "m"\nafter = "A9"\nmass_kg = 1\ncenter_mm = [0, 0, 0]\n[poses]\nposition_mm = -1\n'
     with pytest.raises(CellError) as caught:
         read_cell(written(tmp_path / "many", text))
-    told = str(caught.value)
-    assert "\n" not in told
-    assert "3 things are wrong" in told
+    message = str(caught.value)
+    assert "\n" not in message
+    assert "3 things are wrong" in message
     for words in ("tool.flange_to_tool", "load.payload_kg", "poses.position_mm"):
-        assert words in told
+        assert words in message
     text = (
         text.replace('"ten"', "10")
         .replace("[1, 2]", "[0, 0, 0, 0, 0, 0]")

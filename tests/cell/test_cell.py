@@ -39,9 +39,9 @@ def test_chain_and_its_names():
 
 def test_home_as_krl_prints_it():
     np.testing.assert_allclose(CELL.to_axis_values(CELL.q_home), [0, -90, 90, 0, 90, 0, 0, 0], atol=1e-12)
-    told = [np.pi, 0.0, np.pi, -np.pi / 2, 0.0, 0.0, np.pi / 2, 0.0, 0.0]
-    np.testing.assert_allclose(CELL.q_home, told, atol=1e-15)
-    np.testing.assert_allclose(CELL.q_reference, told, atol=1e-15)
+    expected = [np.pi, 0.0, np.pi, -np.pi / 2, 0.0, 0.0, np.pi / 2, 0.0, 0.0]
+    np.testing.assert_allclose(CELL.q_home, expected, atol=1e-15)
+    np.testing.assert_allclose(CELL.q_reference, expected, atol=1e-15)
 
 
 def test_axis_values_map_to_the_table_of_the_paper():
@@ -95,13 +95,13 @@ def test_every_number_has_a_provenance():
 
 
 def test_masses_are_the_specs_in_table_1s_own_frames():
-    """Flange and spindle are told in Table 1's A6 row, which ends behind the plate, tilted by 0.3564 rad."""
+    """Flange and spindle are given in Table 1's A6 row, which ends behind the plate, tilted by 0.3564 rad."""
     row = np.array([[1, 0, 0], [0, np.cos(0.3564), -np.sin(0.3564)], [0, np.sin(0.3564), np.cos(0.3564)]])
     shift = np.array([0.0, 0.0, -443.4 + 140.0])  # from the plate's row (d = -140) to Table 1's (d = -443.4)
     masses = {m.name: m for m in CELL.masses}
-    for name, kg, told in (("A6 flange", 4.0, [0, 127, 341]), ("spindle and tool", 12.0, [0, 0, 130])):
+    for name, kg, expected in (("A6 flange", 4.0, [0, 127, 341]), ("spindle and tool", 12.0, [0, 0, 130])):
         assert masses[name].mass == kg
-        np.testing.assert_allclose(m_to_mm(masses[name].center), row @ told + shift, atol=1e-3)
+        np.testing.assert_allclose(m_to_mm(masses[name].center), row @ expected + shift, atol=1e-3)
     assert [m.mass for m in CELL.masses] == [42, 48, 22, 4, 12]
 
 
@@ -254,11 +254,11 @@ BROKEN = [
     ("a_mm = 803,", "a_mm = nan,", "joint[E2].dh.a_mm: is nan"),
     ("a_mm = 803,", "a_mm = inf,", "joint[E2].dh.a_mm: is inf"),
     ("a_mm = 803,", f"a_mm = 1{'0' * 400},", "joint[E2].dh.a_mm: is 1000"),
-    ("a_mm = 803,", f"a_mm = 1{'0' * 5000},", "is no valid TOML"),
+    ("a_mm = 803,", f"a_mm = 1{'0' * 5000},", "is not valid TOML"),
     (
         "a_mm = 803,",
         "a_mm = 803, b_mm = 1,",
-        "joint[E2].dh.b_mm: is no key that camrob knows here; use a_mm, alpha_deg",
+        "joint[E2].dh.b_mm: is not a key that camrob knows here; use a_mm, alpha_deg",
     ),
     ("range_deg = [-145, 25]", "range_deg = [25, -145]", "joint[A2].limits.range_deg: has its lower end above"),
     ("range_deg = [-145, 25]", "range_deg = [-145]", "joint[A2].limits.range_deg: is [-145]; give a list of 2"),
@@ -273,32 +273,32 @@ BROKEN = [
         "joint[A5].axis.sign: is 0.5",
     ),
     ("axis = { sign = -1, offset_deg = 180 }", "axis = 3", "joint[A5].axis: is 3; give a table"),
-    ('name = "A2"', 'name = "A1"', "joint: 'A1' is there twice; give every joint a name of its own"),
+    ('name = "A2"', 'name = "A1"', "joint: 'A1' appears twice; give every joint a name of its own"),
     ('name = "A2"', 'name = "A9"', "the arm's joints are not A1, A2"),
-    ('name = "E1"\n', 'name = "X1"\n', "joint: 'X1' is no name of an external axis; use E1 .. E6"),
+    ('name = "E1"\n', 'name = "X1"\n', "joint: 'X1' is not a name of an external axis; use E1 .. E6"),
     ('role = "workpiece"', 'role = "arm"', "roles are out of order"),
     ('role = "carriage"', 'role = "boat"', "role: is 'boat'; use one of workpiece, carriage, arm, roll"),
     ('type = "prismatic"', 'type = "sliding"', "joint[E1].type: is 'sliding'"),
-    ('name = "roll"', 'name = "r; HALT"', "is no name for a joint"),
+    ('name = "roll"', 'name = "r; HALT"', "is not a name for a joint"),
     ("schema = 1", "schema = 2", "schema: is 2; give a number from 1 to 1"),
     ("schema = 1\n", "", "schema: is missing"),
     ("characteristic_length_mm = 350.57", "characteristic_length_mm = 0", "kinematics.characteristic_length_mm: is 0"),
     ("base_follows_table = true", 'base_follows_table = "yes"', "kinematics.base_follows_table: is 'yes'"),
     ('standing = { flange_to_tool = "paper" }\n', "", "tool.flange_to_tool: has no provenance"),
-    ('standing = { flange_to_tool = "paper" }', 'standing = "hearsay"', "tool.standing: 'hearsay' is no provenance"),
+    ('standing = { flange_to_tool = "paper" }', 'standing = "hearsay"', "tool.standing: 'hearsay' is not a provenance"),
     ('standing = { flange_to_tool = "paper" }', 'standing = { x = "paper" }', "tool.flange_to_tool: has no provenance"),
     ('after = "A2"', 'after = "A7"', "mass[A2 arm].after: is 'A7'; use one of E2, E1, A1"),
     ("mass_kg = 42", "mass_kg = -42", "mass[A2 arm].mass_kg: is -42"),
     ("payload_kg = 15", "payload_kg = [15]", "load.payload_kg: is [15]"),
     ("size_mm = [5, 80]", "size_mm = [5, 0]", "shape[tool].size_mm: is not above 0"),
     ("size_mm = [5, 80]", "size_mm = [5, 80, 1]", "shape[tool].size_mm: is [5, 80, 1]; give a list of 2"),
-    (SHAPE, '[[shape]]\nname = "spindle"\n', "shape[spindle].name: is there twice"),
+    (SHAPE, '[[shape]]\nname = "spindle"\n', "shape[spindle].name: appears twice"),
     (SHAPE + 'group = "tool"', '[[shape]]\nname = "t"\ngroup = "part"', "shape[t].group: is 'part'"),
-    ('ignore = ["A5", "tool"]', 'ignore = ["A5", "toll"]', "'toll' is no group of this cell; use A1, A2"),
+    ('ignore = ["A5", "tool"]', 'ignore = ["A5", "toll"]', "'toll' is not a group of this cell; use A1, A2"),
     ('frame = "flange"', 'frame = "flansch"', "is 'flansch'; use one of world, base, root, flange, tool, E2"),
-    ('kind = "capsule"', 'kind = "mesh"\nscale = 1\nfile = "../../x.stl"', "is no file in the cell's folder"),
+    ('kind = "capsule"', 'kind = "mesh"\nscale = 1\nfile = "../../x.stl"', "is not a file in the cell's folder"),
     ('kind = "capsule"', 'kind = "egg"', "kind: is 'egg'"),
-    ('E1 = "w_L", A3', 'E7 = "w_L", A3', "resolve.joint_engine.weights.E7: is no joint of this cell"),
+    ('E1 = "w_L", A3', 'E7 = "w_L", A3', "resolve.joint_engine.weights.E7: is not a joint of this cell"),
     ("[1000, 24000]", "[24000, 1000]", "controller: spindle_rpm is [24000.0, 1000.0]; give [least, most]"),
     ("[1000, 24000]", "[-1, 24000]", "controller: spindle_rpm is -1.0; write a number from 0"),
     ("[1000, 24000]", "24000", "controller.spindle_rpm: is 24000; give a list of 2"),
@@ -310,10 +310,10 @@ BROKEN = [
     ),
     ("threshold = 0.5", "threshold = 5", "resolve.threshold: is 5; give a number from 0 to 1"),
     ("[load]", "[loads]", "load: is missing; give a table"),
-    ("[[mass]]\nname", "[mass]\nname", "is no valid TOML"),
-    ("[load]", "[load", "is no valid TOML"),
+    ("[[mass]]\nname", "[mass]\nname", "is not valid TOML"),
+    ("[load]", "[load", "is not valid TOML"),
     ('title = "KUKA', 'title = "\\u001b[31mKUKA\\nHALT', "title: is '"),
-    ("schema = 1", 'schema = 1\n"a\\nb\\u001b" = 2', "is no key that camrob knows here"),
+    ("schema = 1", 'schema = 1\n"a\\nb\\u001b" = 2', "is not a key that camrob knows here"),
 ]
 
 
@@ -337,20 +337,20 @@ def test_bad_toml_names_its_line(tmp_path):
     with pytest.raises(CellError) as caught:
         read_cell(tmp_path)
     assert caught.value.line == 2
-    assert f"{tmp_path / 'cell.toml'}:2: is no valid TOML" in str(caught.value)
+    assert f"{tmp_path / 'cell.toml'}:2: is not valid TOML" in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
         (b"", "schema: is missing"),
-        (b"\xff\xfe\x00\x80", "is no UTF-8 text; save it as UTF-8"),
-        (bytes(range(256)), "is no UTF-8 text"),
-        (b"\x00" * 100, "is no valid TOML"),
-        (b"a = " + b"[" * 100_000, "is no valid TOML"),
-        (b"joint = 3\nschema = 1\n[kinematics]\n", "joint: is no array of tables; write [[joint]]"),
+        (b"\xff\xfe\x00\x80", "is not UTF-8 text; save it as UTF-8"),
+        (bytes(range(256)), "is not UTF-8 text"),
+        (b"\x00" * 100, "is not valid TOML"),
+        (b"a = " + b"[" * 100_000, "is not valid TOML"),
+        (b"joint = 3\nschema = 1\n[kinematics]\n", "joint: is not an array of tables; write [[joint]]"),
         (b"schema = 1\n[kinematics]\n", "the arm's joints are not A1, A2"),
-        (TEXT.encode("utf-16"), "is no UTF-8 text"),
+        (TEXT.encode("utf-16"), "is not UTF-8 text"),
     ],
     ids=range(8),
 )

@@ -71,11 +71,11 @@ LEAVES = ["END", "DEF OTHER ( )", "GLOBAL DEF X ()", "RETURN", "GOTO AWAY", "RES
 def test_frames_motions_and_ends_are_refused(tmp_path: Path, hook: str, line: str) -> None:
     with pytest.raises(CellError) as caught:
         read_cell(with_hook(tmp_path, hook, line))
-    told = str(caught.value)
-    assert f"cell.toml: controller: hook {hook} " in told and line.strip() in told
-    assert "leave it to camrob, or to a subprogram that puts back what it changes" in told
+    message = str(caught.value)
+    assert f"cell.toml: controller: hook {hook} " in message and line.strip() in message
+    assert "leave it to camrob, or to a subprogram that puts back what it changes" in message
     kind = "sets " if line in SETS else "moves the robot" if line in MOVES else "leaves the program's course"
-    assert kind in told
+    assert kind in message
 
 
 @pytest.mark.parametrize("hook", sorted(HOOK_PLACEHOLDERS))

@@ -67,8 +67,8 @@ MISTAKES = [
 
 @pytest.mark.parametrize(("old", "new", "pose", "said"), MISTAKES, ids=range(len(MISTAKES)))
 def test_a_cell_that_misses_its_poses_is_refused(folder: Path, old: str, new: str, pose: str, said: str) -> None:
-    told = changed(folder, old, new)
-    assert f"pose {pose!r} " in told and said in told and "mend cell.toml, or the row" in told
+    message = changed(folder, old, new)
+    assert f"pose {pose!r} " in message and said in message and "correct cell.toml or the row" in message
 
 
 @pytest.mark.slow
@@ -88,9 +88,7 @@ def test_every_verb_refuses_it_with_one_line(folder: Path, tmp_path: Path) -> No
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert (
-        f"{folder / 'poses.csv'}:2: pose 'home' " in done.stderr and "(and 12 of the 13 poses besides)" in done.stderr
-    )
+    assert f"{folder / 'poses.csv'}:2: pose 'home' " in done.stderr and "(and 12 more of the 13 poses)" in done.stderr
     assert not (tmp_path / "out").exists()
 
 
@@ -120,7 +118,7 @@ def test_the_cell_may_set_its_own_bounds(folder: Path, bounds: str, good: bool) 
         ("position_mm = 1000", "poses.position_mm: is 1000; give a number from 1e-06 to 10"),
         ("angle_deg = 90", "poses.angle_deg: is 90; give a number from 1e-06 to 1"),
         ("angle_deg = 0", "poses.angle_deg: is 0"),
-        ("angle = 1", "poses.angle: is no key that camrob knows here"),
+        ("angle = 1", "poses.angle: is not a key that camrob knows here"),
     ],
 )
 def test_bounds_that_find_nothing_are_refused(folder: Path, bounds: str, said: str) -> None:
@@ -154,15 +152,15 @@ def without_columns(*names: str) -> str:
 
 
 BAD_FILES = [
-    ("", ": holds no pose; write a row for each, or take the file away"),
+    ("", ": holds no pose; write a row for each, or remove the file"),
     (LINES[0], ": holds no pose"),
-    (b"\xff\xfe\x00", ": is no UTF-8 text; save it as UTF-8"),
-    ("pose,x_mm\n", ":1: 'pose' is no column for this cell; use name, source, note, A1_deg"),
-    (POSES.replace("E1_mm", "E3_mm", 1), ":1: 'E3_mm' is no column for this cell"),
-    (POSES.replace("E1_mm", "E1_deg", 1), ":1: 'E1_deg' is no column for this cell"),
-    (POSES.replace("tool_z_x", "inv_kf", 1), ":1: the column inv_kf is there twice; leave one"),
+    (b"\xff\xfe\x00", ": is not UTF-8 text; save it as UTF-8"),
+    ("pose,x_mm\n", ":1: 'pose' is not a column for this cell; use name, source, note, A1_deg"),
+    (POSES.replace("E1_mm", "E3_mm", 1), ":1: 'E3_mm' is not a column for this cell"),
+    (POSES.replace("E1_mm", "E1_deg", 1), ":1: 'E1_deg' is not a column for this cell"),
+    (POSES.replace("tool_z_x", "inv_kf", 1), ":1: the column inv_kf appears twice; leave one"),
     (without_columns("c_deg"), ":1: the column c_deg is missing; give name, x_mm, y_mm, z_mm, a_deg, b_deg, c_deg"),
-    (POSES + "more,1,2\n", ":15: has 3 columns where the first line has 32; mend that line"),
+    (POSES + "more,1,2\n", ":15: has 3 columns where the first line has 32; correct that line"),
     (with_cell("A1_deg", "zero"), ":2: pose 'home' has 'zero' as A1_deg; give a finite number, or leave it empty"),
     (with_cell("A1_deg", "nan"), ":2: pose 'home' has 'nan' as A1_deg"),
     (with_cell("x_mm", "1e999"), ":2: pose 'home' has '1e999' as x_mm"),
@@ -171,10 +169,13 @@ BAD_FILES = [
     (with_cell("c_deg", ""), ":2: pose 'home' gives x_mm without c_deg"),
     (with_cell("tool_z_y", ""), ":2: pose 'home' gives tool_z_x without tool_z_y"),
     (with_cell("name", "", 3), ":4: a pose has no name; give it one"),
-    (with_cell("name", "home", 3), ":4: pose 'home' is there twice"),
-    (without_columns(*(n for n in HEADER if re.match(r"[AE]\d_|q_", n))), ":2: pose 'home' says nothing of the axes"),
-    (with_cell("source", '"spec'), ": is no CSV: "),
-    ("a\0b\n" + POSES, "'a\\x00b' is no column"),
+    (with_cell("name", "home", 3), ":4: pose 'home' appears twice"),
+    (
+        without_columns(*(n for n in HEADER if re.match(r"[AE]\d_|q_", n))),
+        ":2: pose 'home' says nothing about the axes",
+    ),
+    (with_cell("source", '"spec'), ": is not CSV: "),
+    ("a\0b\n" + POSES, "'a\\x00b' is not a column"),
     (with_cell("S", "0"), ":2: pose 'home' is not where cell.toml puts it: S is 2, not 0"),
     (with_cell("T", "3"), ":2: pose 'home' is not where cell.toml puts it: T is 2, not 3"),
     (with_cell("inv_kf", "0.5727"), "inv_kf is 0.5725, not 0.5727"),
@@ -191,9 +192,9 @@ def test_bad_files_are_refused_by_line(folder: Path, content: str | bytes, said:
     (folder / "poses.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(CellError) as caught:
         read_cell(folder)
-    told = str(caught.value)
-    assert told.startswith(str(folder / "poses.csv")) and said in told
-    assert told.isprintable() and "; " in told
+    message = str(caught.value)
+    assert message.startswith(str(folder / "poses.csv")) and said in message
+    assert message.isprintable() and "; " in message
 
 
 def test_a_folder_in_its_place_is_no_file_of_poses(folder: Path) -> None:

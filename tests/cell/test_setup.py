@@ -91,7 +91,7 @@ def test_one_tool_serves_every_number(tmp_path):
 
 
 def test_the_digest_sees_every_choice(tmp_path):
-    told = read_setup(write(tmp_path, FULL), CELL).digest
+    digest = read_setup(write(tmp_path, FULL), CELL).digest
     for old, new in (
         ("30.5", "30.6"),
         ('"inch"\nd', '"mm"\nd'),
@@ -100,7 +100,7 @@ def test_the_digest_sees_every_choice(tmp_path):
         ("200, 100", "200, 101"),
     ):
         assert old in FULL
-        assert read_setup(write(tmp_path, FULL.replace(old, new)), CELL).digest != told
+        assert read_setup(write(tmp_path, FULL.replace(old, new)), CELL).digest != digest
 
 
 def test_a_tools_mass_and_its_centre(tmp_path):
@@ -126,10 +126,10 @@ BROKEN = [
     ("clearance_mm = -1", "clearance_mm: is -1"),
     ("chord_tolerance_mm = 0", "chord_tolerance_mm: is 0"),
     ("decimate_mm = 100", "decimate_mm: is 100"),
-    ("part_in_bas = [0, 0, 0, 0, 0, 0]", "part_in_bas: is no key that camrob knows here"),
+    ("part_in_bas = [0, 0, 0, 0, 0, 0]", "part_in_bas: is not a key that camrob knows here"),
     ("tool = 3", "tool: is 3; give a table"),
-    ("tool = [1, 2]", "tool: is no array of tables"),
-    ("[tool]\nnumber = 1", "tool.number: is no key"),
+    ("tool = [1, 2]", "tool: is not an array of tables"),
+    ("[tool]\nnumber = 1", "tool.number: is not a key"),
     ("[tool]\nmass_kg = 0\ncenter_of_mass_mm = [0, 0, 0]", "tool.mass_kg: is 0; give a number from 0.001 to 1000"),
     ("[tool]\nmass_kg = -3\ncenter_of_mass_mm = [0, 0, 0]", "tool.mass_kg: is -3"),
     ("[tool]\nmass_kg = nan\ncenter_of_mass_mm = [0, 0, 0]", "tool.mass_kg: is nan; give a finite number"),
@@ -141,22 +141,22 @@ BROKEN = [
     ("[[tool]]\nname = 'x'", "tool[x].number: is missing"),
     ("[[tool]]\nnumber = 1.5", "tool[0].number: is 1.5; give a whole number"),
     ("[[tool]]\nnumber = 0", "tool[0].number: is 0"),
-    ("[[tool]]\nnumber = 1\n[[tool]]\nnumber = 1", "tool[1].number: 1 is there twice"),
+    ("[[tool]]\nnumber = 1\n[[tool]]\nnumber = 1", "tool[1].number: 1 appears twice"),
     ("[tool]\ndiameter_mm = 0", "tool.diameter_mm: is 0"),
     ('[tool]\nname = "a\\nHALT"', "tool.name: is 'a\\nHALT'"),
     ("[part]", "part.mesh: and box_mm are both given or both missing"),
     ('[part]\nmesh = "part.STL"\nbox_mm = [0, 0, 0, 1, 1, 1]', "part.mesh: and box_mm are both given"),
-    ('[part]\nmesh = "other.stl"', "part.mesh: 'other.stl' is no file beside this one"),
-    ('[part]\nmesh = "../part.STL"', "part.mesh: '../part.STL' is no file beside this one"),
-    ('[part]\nmesh = "/etc/passwd"', "part.mesh: '/etc/passwd' is no file beside this one"),
-    (f'[part]\nmesh = "{"x" * 5000}.stl"', "is no file beside this one"),
-    ('[part]\nmesh = "setup.toml"', "part.mesh: 'setup.toml' is no mesh; use one of .stl"),
+    ('[part]\nmesh = "other.stl"', "part.mesh: 'other.stl' is not a file beside this one"),
+    ('[part]\nmesh = "../part.STL"', "part.mesh: '../part.STL' is not a file beside this one"),
+    ('[part]\nmesh = "/etc/passwd"', "part.mesh: '/etc/passwd' is not a file beside this one"),
+    (f'[part]\nmesh = "{"x" * 5000}.stl"', "is not a file beside this one"),
+    ('[part]\nmesh = "setup.toml"', "part.mesh: 'setup.toml' is not a mesh; use one of .stl"),
     ('[part]\nmesh = "part.STL"\nunit = "cm"', "part.unit: is 'cm'"),
     ("[stock]\nbox_mm = [0, 0, 0, 1, 1, 0]", "stock.box_mm: has no volume"),
     ("[stock]\nbox_mm = [0, 0, 0, 1, 1]", "stock.box_mm: is [0, 0, 0, 1, 1]"),
     ("stock = 5", "stock: is 5; give a table"),
-    ('"a\\nb" = 1', "is no key that camrob knows here"),
-    ("part_in_base = [", "is no valid TOML"),
+    ('"a\\nb" = 1', "is not a key that camrob knows here"),
+    ("part_in_base = [", "is not valid TOML"),
 ]
 
 
@@ -165,11 +165,11 @@ def test_broken_ones_are_refused_by_name(tmp_path, text, message):
     file = write(tmp_path, text)
     with pytest.raises(SetupError) as caught:
         read_setup(file, CELL)
-    told = str(caught.value)
-    assert told.startswith(str(file))
-    assert message in told
-    assert told.isprintable()
-    assert len(told) < 400 + len(str(file))
+    shown = str(caught.value)
+    assert shown.startswith(str(file))
+    assert message in shown
+    assert shown.isprintable()
+    assert len(shown) < 400 + len(str(file))
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"\x00\x01", b"a = " + b"[" * 100_000])

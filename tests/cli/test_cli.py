@@ -188,7 +188,7 @@ def test_quiet_is_quiet(plant: Plant, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.parametrize(
-    ("verb", "arguments", "summary", "told"),
+    ("verb", "arguments", "summary", "expected"),
     [
         ("verify", ["p.src"], verify_summary(), ("p: ", "against it", "limits not judged")),
         (
@@ -206,13 +206,13 @@ def test_a_failed_check_is_status_1(
     verb: str,
     arguments: list[str],
     summary: VerifySummary | RegressSummary,
-    told: tuple[str, ...],
+    expected: tuple[str, ...],
     ok: bool,
 ) -> None:
     calls = plant(verb, Result(replace(summary, ok=ok), ok))
     assert cli.run([verb, *arguments, "--cell", "c"]) == (0 if ok else 1)
     shown = capsys.readouterr()
-    assert shown.err == "" and all(text in shown.out for text in told)
+    assert shown.err == "" and all(text in shown.out for text in expected)
     assert calls[0]["first"] == Path(arguments[0]) and calls[0]["cell"] == Path("c")
     assert cli.run([verb, *arguments, "--cell", "c", "--json"]) == (0 if ok else 1)
     assert json.loads(capsys.readouterr().out)["ok"] is ok
@@ -294,7 +294,7 @@ def test_an_error_line_is_one_line_whatever_it_says() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ([], "Missing command"),
         (["carve"], "No such command 'carve'"),
@@ -309,13 +309,13 @@ def test_an_error_line_is_one_line_whatever_it_says() -> None:
     ],
 )
 def test_a_wrong_command_line_is_status_2_and_one_line(
-    plant: Plant, capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
+    plant: Plant, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
 ) -> None:
     calls = plant("post", Result())
     assert cli.run(arguments) == 2
     shown = capsys.readouterr()
     assert calls == [] and shown.out == ""
-    assert told in shown.err and shown.err.count("\n") == 1 and "--help" in shown.err
+    assert message in shown.err and shown.err.count("\n") == 1 and "--help" in shown.err
 
 
 def test_verbs_are_there_when_their_jobs_are(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
@@ -418,9 +418,9 @@ def test_an_interrupted_command_leaves_nothing(tmp_path: Path, how: signal.Signa
     ) as process:
         assert process.stderr is not None and process.stderr.readline() == "ready\n"
         process.send_signal(how)
-        told, error = process.communicate()  # left alone, the job would end well after half a minute
+        printed, error = process.communicate()  # left alone, the job would end well after half a minute
     assert process.returncode == status
-    assert told == "" and error == "camrob: interrupted; no unfinished file was left\n"
+    assert printed == "" and error == "camrob: interrupted; no unfinished file was left\n"
     assert not out.exists()
 
 

@@ -179,5 +179,5 @@ def test_rows_given_twice_are_refused_under_any_name(tmp_path: Path) -> None:
 
 
 def test_a_calibration_s_name_ends_in_toml(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"--calibration 'fit\.csv' is no calibration's name; end it with \.toml"):
+    with pytest.raises(InputError, match=r"--calibration 'fit\.csv' is not a calibration's name; end it with \.toml"):
         diagnose_job(cell=KR15, log=[tmp_path / "run.csv"], out=tmp_path / "out", calibration=tmp_path / "fit.csv")

@@ -177,7 +177,7 @@ def off_path(run: Path, intended: Path, apply, added: tuple[int, ...] = ()) -> n
 
 
 def test_without_any_word_of_what_is_wrong_it_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="nobody says what is wrong with the machine"):
+    with pytest.raises(InputError, match="nothing says what is wrong with the machine"):
         compensate(circles(tmp_path), cell=KR15, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

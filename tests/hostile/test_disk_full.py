@@ -87,6 +87,6 @@ def test_a_summary_that_can_t_be_printed(tmp_path: Path, how: str | None) -> Non
     with Path("/dev/full").open("w") as sink:
         done = subprocess.run(command, stdout=sink, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 2
-    told = "the job is done, but its summary can't be printed (disk full); send standard output elsewhere"
-    assert done.stderr == f"camrob: {told}\n"
+    expected = "the job is done, but its summary can't be printed (disk full); send standard output elsewhere"
+    assert done.stderr == f"camrob: {expected}\n"
     assert (tmp_path / "L.csv").is_file()

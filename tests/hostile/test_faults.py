@@ -116,16 +116,16 @@ def dying_at(count: int) -> Callable[[str, float], None]:
 @pytest.mark.parametrize("verb", ["post", "diagnose", "calibrate", "simulate"])
 def test_killed_at_every_stage(verbs: dict[str, Job], tmp_path: Path, verb: str) -> None:
     """kill -9 as each stage begins: no file under a final name, an old file untouched, and the next run does it all."""
-    told: list[str] = []
-    verbs[verb](tmp_path / "whole", lambda stage, done: told.append(stage))
+    calls: list[str] = []
+    verbs[verb](tmp_path / "whole", lambda stage, done: calls.append(stage))
     whole = set(listed(tmp_path / "whole"))
-    assert whole and len(told) >= 2
+    assert whole and len(calls) >= 2
     out = tmp_path / "out"
     out.mkdir()
     (out / "mine.txt").write_text("mine")
-    for count in sorted({*(told.index(stage) for stage in told), len(told) - 1}):
+    for count in sorted({*(calls.index(stage) for stage in calls), len(calls) - 1}):
         assert in_a_child(lambda count=count: verbs[verb](out, dying_at(count))) == -signal.SIGKILL
-        assert set(listed(out)) == {"mine.txt"}, told[count]
+        assert set(listed(out)) == {"mine.txt"}, calls[count]
     verbs[verb](out, lambda stage, done: None)
     assert set(listed(out)) == whole | {"mine.txt"}
     assert (out / "mine.txt").read_text() == "mine"
@@ -290,7 +290,7 @@ def test_an_interrupted_terminal(inputs: Path, tmp_path: Path) -> None:
         ) as process:
             assert process.stdout is not None and process.stdout.readline() == "now\n"
             process.send_signal(how)
-            _, told = process.communicate()  # left alone, the job would go on after a minute
-        assert process.returncode == status, (how, told)
-        assert "Traceback" not in told
+            _, printed = process.communicate()  # left alone, the job would go on after a minute
+        assert process.returncode == status, (how, printed)
+        assert "Traceback" not in printed
         assert list(tmp_path.iterdir()) == []

@@ -21,7 +21,7 @@ DOWN = "RAPID\nGOTO/0,0,50\nGOTO/0,0,-2\nGOTO/20,0,-2\n"
 OUT = "RAPID\nGOTO/30,0,50\nSPINDL/OFF\nFINI\n"
 
 
-def told(made: PostResult) -> list[str]:
+def happenings(made: PostResult) -> list[str]:
     return story(text_of(made))
 
 
@@ -58,7 +58,7 @@ BETWEEN = {
 def test_a_region_that_goes_on_with_a_cut_stays_in_it(tmp_path: Path, between: str) -> None:
     begin = NX.format(name="ONE") + "MSYS/0,0,0,1,0,0,0,1,0\n" + HEAD.replace("UNITS/MM\n", "") + DOWN
     made = posted(tmp_path, "part.cls", begin + BETWEEN[between] + OUT.replace("FINI", "END-OF-PATH"))
-    motions = [s for s in told(made) if s[0] in "-0123456789"]
+    motions = [s for s in happenings(made) if s[0] in "-0123456789"]
     assert motions[:5] == ["0 100", "0 50", "0 -2", "20 -2", "30 -2"] and motions[-2:] == ["30 50", "30 100"]
     assert feeds(made) == [500.0]
 
@@ -70,7 +70,7 @@ def test_an_operation_that_cuts_from_where_the_one_before_retracted_to(tmp_path:
         "part.cls",
         begin + NX.format(name="TWO") + "GOTO/20,10,-2\nGOTO/30,0,-2\n" + OUT.replace("FINI", "END-OF-PATH"),
     )
-    assert told(made)[6:13] == ["0 -2", "20 -2", "20 50", "20 -2", "30 -2", "30 50", "30 100"]
+    assert happenings(made)[6:13] == ["0 -2", "20 -2", "20 50", "20 -2", "30 -2", "30 50", "30 100"]
 
 
 def test_a_tool_changed_within_a_cut_is_refused(tmp_path: Path) -> None:
@@ -105,7 +105,7 @@ FROM = {
 def test_a_cut_from_where_from_says_that_the_tool_stands(tmp_path: Path, case: str) -> None:
     before, way, points = FROM[case]
     made = posted(tmp_path, "part.apt", HEAD + before + way + OUT)
-    motions = [s for s in told(made) if s[0] in "-0123456789"]
+    motions = [s for s in happenings(made) if s[0] in "-0123456789"]
     assert any(motions[k : k + 3] == points for k in range(len(motions)))
     assert made.summary.witness.complete
 
@@ -126,7 +126,7 @@ def test_a_spindle_that_is_locked_stands(tmp_path: Path, case: str) -> None:
     made = posted(
         tmp_path, "part.apt", HEAD + DOWN + up + word + "DELAY/1\nSPINDL/ON\n" + up + "GOTO/20,0,-2\n" + up + OUT
     )
-    way = told(made)
+    way = happenings(made)
     at = way.index("off")
     assert way[at : at + 4] == ["off", "wait 1", "speed 3000", "on"]
 
@@ -134,23 +134,23 @@ def test_a_spindle_that_is_locked_stands(tmp_path: Path, case: str) -> None:
 def test_a_speed_of_zero_lets_the_spindle_stand_and_the_cut_warns(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.nc", GCODE + "S0 M3\nG0 X0 Y0 Z50\nZ5\nG1 Z-2 F500\nX20\nG0 Z50\nM5\nM30\n")
     codes = [w.code for w in made.summary.warnings]
-    assert "spindle-zero" in codes and "cut-without-spindle" in codes and "on" not in told(made)
+    assert "spindle-zero" in codes and "cut-without-spindle" in codes and "on" not in happenings(made)
 
 
 def test_a_surface_speed_goes_by_the_setups_tool(tmp_path: Path) -> None:
     setup = "part_in_base = [0, 0, 198, 0, 0, 0]\n[tool]\ndiameter_mm = 10\n"
     content = HEAD.replace("3000,RPM", "100,SMM") + DOWN + OUT
     made = posted(tmp_path, "part.apt", content, setup=setup)
-    assert "speed 3183.099" in told(made) and made.summary.witness.complete
+    assert "speed 3183.099" in happenings(made) and made.summary.witness.complete
     two = setup.replace("[tool]", "[[tool]]\nnumber = 1") + "[[tool]]\nnumber = 2\ndiameter_mm = 20\n"
     (tmp_path / "two").mkdir()
     made = posted(tmp_path / "two", "part.apt", content, setup=two)
-    assert "speed 3183.099" in told(made)
+    assert "speed 3183.099" in happenings(made)
 
 
 def test_a_speed_that_is_no_whole_number(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.apt", HEAD.replace("3000", "3183.5") + DOWN + OUT)
-    assert "speed 3183.5" in told(made)
+    assert "speed 3183.5" in happenings(made)
 
 
 # ---- G-code: cycles and changes
@@ -167,7 +167,7 @@ CYCLE = {
 def test_r_counts_from_where_the_cycles_began(tmp_path: Path, case: str) -> None:
     start = GCODE + "S3000 M3\nG0 X0 Y0 Z50\nZ10\n"
     made = posted(tmp_path, "part.nc", start + CYCLE[case] + "G80\nG90 G0 Z50\nM5\nM30\n")
-    holes = [s for s in told(made) if s.endswith(" -5")]
+    holes = [s for s in happenings(made) if s.endswith(" -5")]
     assert holes == ["10 -5", "20 -5", "30 -5", "40 -5"] and made.summary.witness.complete
 
 
@@ -182,7 +182,7 @@ def test_a_tap_takes_no_pecks_from_the_cycle_before_it(tmp_path: Path) -> None:
         ),
     )
     made = posted(tmp_path, "part.nc", start + "G84 X20 Z-5 R2 F300\nG80\nG0 Z50\nM5\nM30\n", cell=cell)
-    assert "on, reversed" in told(made)
+    assert "on, reversed" in happenings(made)
     message = refused(tmp_path, "part.nc", start + "G84 X20 Z-5 R2 Q1 F300\nG80\nG0 Z50\nM5\nM30\n", cell=cell)
     assert "tapping (G84) by pecks" in message
 
@@ -192,7 +192,7 @@ def test_a_tool_changed_at_depth_before_a_rapid_is_changed_in_the_clear(tmp_path
     start = GCODE + "S3000 M3\nG0 X0 Y0 Z50\nZ5\nG1 Z-2 F500\nX20\n"
     spindle = "" if "M3" in behind else "S3000 M3\n"
     made = posted(tmp_path, "part.nc", start + "T2 M6\n" + spindle + behind + "G1 Z-2\nG0 Z50\nM5\nM30\n")
-    way = told(made)
+    way = happenings(made)
     at = way.index("tool 2")
     assert way[at - 4 : at] == ["20 -2", "20 100", "off", "home"]
     assert made.summary.process.tool_changes
@@ -224,8 +224,8 @@ def test_a_cut_that_is_interrupted_is_said(tmp_path: Path, case: str) -> None:
     word, code = INTERRUPTED[case]
     made = posted(tmp_path, "part.apt", HEAD + DOWN + word + "GOTO/30,0,-2\n" + OUT)
     said = {w.code: w.line for w in made.summary.warnings}
-    told_of = {"spindle-in-part", "stop-in-part", "coolant-kind"} & set(said)
-    assert told_of == ({code} if code else set())
+    coded = {"spindle-in-part", "stop-in-part", "coolant-kind"} & set(said)
+    assert coded == ({code} if code else set())
     assert not code or said[code] == 9
 
 

@@ -1,4 +1,4 @@
-"""Texts of a LOG.toml stay text: no path out of the folder, nothing active in a report, one line wherever they are told."""
+"""Texts of a LOG.toml stay text: no path out of the folder, nothing active in a report, one line wherever they are shown."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from camrob.measurement.write_log import write_log
 
 MACHINE = read_cell(CELL)
 SECRET = "DEF secret ( )\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0,E1 0,E2 0}\nEND\n"
-TOLD = ("script", "an image", "a style", "a template", "a newline", "right to left", "very long")
+TEXTS = ("script", "an image", "a style", "a template", "a newline", "right to left", "very long")
 
 
 def quoted(text: str) -> str:
@@ -62,7 +62,7 @@ def test_texts_are_one_line_or_refused_in_one(name: str, measured: Path, tmp_pat
     assert all(text.isprintable() for text in (info.note, info.instrument, info.program))
 
 
-@pytest.mark.parametrize("name", TOLD)
+@pytest.mark.parametrize("name", TEXTS)
 def test_the_report_of_a_calibration_is_inert(name: str, measured: Path, tmp_path: Path) -> None:
     log = beside(measured, tmp_path / "in", PAYLOADS[name])
     try:

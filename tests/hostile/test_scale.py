@@ -32,8 +32,8 @@ def test_one_point_out_of_reach_among_many(tmp_path: Path, capfd: pytest.Capture
     part = written(tmp_path / "in", wavy_spiral(20_000, unreachable=True))
     wanted = next(k for k, line in enumerate(part.read_text().splitlines(), 1) if ",-9000.0000" in line)
     assert cli.run(["post", str(part), "--cell", str(CELL), "--out", str(tmp_path / "out")]) == 3
-    told = capfd.readouterr().err
-    assert told.count("\n") == 1 and f"line {wanted}" in told and "out of reach" in told and "mm" in told
+    printed = capfd.readouterr().err
+    assert printed.count("\n") == 1 and f"line {wanted}" in printed and "out of reach" in printed and "mm" in printed
     assert [f.name for f in tmp_path.iterdir()] == ["in"]
     made = post(written(tmp_path / "in", wavy_spiral(20_000)), cell=CELL, out=tmp_path / "out", report=False)
     assert made.summary.points == 20_002
@@ -46,9 +46,9 @@ def test_many_regions_of_one_point(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("lines", "told"), [(blanks(200), "empty"), (long_line(100), "part.cls:4:")])
-def test_much_of_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str], lines: Iterator[str], told: str) -> None:
+@pytest.mark.parametrize(("lines", "message"), [(blanks(200), "empty"), (long_line(100), "part.cls:4:")])
+def test_much_of_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str], lines: Iterator[str], message: str) -> None:
     part = written(tmp_path / "in", lines)
     assert cli.run(["post", str(part), "--cell", str(CELL), "--out", str(tmp_path / "out")]) == 2
     shown = capfd.readouterr().err
-    assert shown.count("\n") == 1 and told in shown and len(shown) < 400
+    assert shown.count("\n") == 1 and message in shown and len(shown) < 400

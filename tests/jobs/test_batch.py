@@ -75,13 +75,13 @@ def same_as_single(out: Path, posted: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "holds no jobs"),
         ("[[job]]", "clfile: is missing"),
-        ('[[job]]\nclfile = "a.cls"\nclfil = 1', "clfil: is no key of verb 'post'; use calibration, cell, clfile"),
+        ('[[job]]\nclfile = "a.cls"\nclfil = 1', "clfil: is not a key of verb 'post'; use calibration, cell, clfile"),
         ('[[job]]\nclfile = "a.cls"\nverb = "fly"', "verb: is 'fly'; use one of post, verify"),
-        ('[[job]]\nclfile = "*.nothing"', "'*.nothing' stands for no file"),
+        ('[[job]]\nclfile = "*.nothing"', "'*.nothing' matches no file"),
         ('[[job]]\nclfile = ""', "clfile: is empty"),
         ('[[job]]\nclfile = "a\\u0000b"', "clfile: is 'a\\x00b'"),
         ('[[job]]\nclfile = "a.cls"\nout = "../b"', "leads out of the batch's folder"),
@@ -96,11 +96,11 @@ def same_as_single(out: Path, posted: Path) -> None:
         ('[[job]]\nclfile = "part/*"\nname = "x"', "name: would be the name of 3 programs"),
         ('[[job]]\nverb = "simulate"\nprogram = "a.src"', "out: is missing; give a file"),
         ('[[job]]\nverb = "diagnose"\nlog = "a.csv"', "log: is 'a.csv'; give a list of texts"),
-        ("job = 3", "job: is no array of tables"),
-        ("[[job]\n", "is no valid TOML"),
+        ("job = 3", "job: is not an array of tables"),
+        ("[[job]\n", "is not valid TOML"),
     ],
 )
-def test_a_wrong_file_is_told_at_once(folder: Path, text: str, told: str) -> None:
+def test_a_wrong_file_is_reported_at_once(folder: Path, text: str, message: str) -> None:
     (folder / "o").mkdir()
     (folder / "o" / "link").symlink_to(folder / "part")
     jobs = write_jobs(folder, text, defaults="")
@@ -108,7 +108,7 @@ def test_a_wrong_file_is_told_at_once(folder: Path, text: str, told: str) -> Non
         jobs.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         batch(jobs, out=folder / "o")
-    assert told in str(caught.value) and str(caught.value).startswith(str(jobs))
+    assert message in str(caught.value) and str(caught.value).startswith(str(jobs))
 
 
 def test_defaults_are_checked_and_used_where_they_fit(folder: Path) -> None:
@@ -119,7 +119,7 @@ def test_defaults_are_checked_and_used_where_they_fit(folder: Path) -> None:
     assert second.arguments["cell"] == folder / "c" and first.arguments["cell"] == CELL
     with pytest.raises(InputError, match=r"defaults\.report: is 'x'"):
         read_jobs(write_jobs(folder, text, defaults='report = "x"'), folder / "o")
-    with pytest.raises(InputError, match=r"defaults\.reprot: is no key of any of these jobs"):
+    with pytest.raises(InputError, match=r"defaults\.reprot: is not a key of any of these jobs"):
         read_jobs(write_jobs(folder, text, defaults="reprot = false"), folder / "o")
     with pytest.raises(InputError, match="out: is missing; give a folder, or --out"):
         read_jobs(write_jobs(folder, text))
@@ -200,7 +200,7 @@ def test_a_job_that_fails_does_not_stop_the_rest(
     assert missing.error.startswith(str(folder / "missing.cls")) and "camrob-batch" not in missing.error
     same_as_single(folder / "o", posted)
     assert {f.name for f in (folder / "o").iterdir()} == {f.name for f in posted.iterdir()}  # nothing of the others
-    assert seen[-1] == ("3 of 3 jobs done, 2 not well", 1.0) and any("engraving.cls: resolve" in s for s, _ in seen)
+    assert seen[-1] == ("3 of 3 jobs done, 2 not done", 1.0) and any("engraving.cls: resolve" in s for s, _ in seen)
     json.dumps(result.summary.to_json(), allow_nan=False)
 
 
@@ -229,7 +229,7 @@ def test_a_dead_workers_job_is_done_again(folder: Path, posted: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_job_that_kills_its_workers_is_told_and_the_rest_is_done(folder: Path, posted: Path) -> None:
+def test_a_job_that_kills_its_workers_is_reported_and_the_rest_is_done(folder: Path, posted: Path) -> None:
     (folder / "far.cls").write_text(FAR)
     jobs = write_jobs(folder, '[[job]]\nclfile = "part/engraving.cls"\n[[job]]\nclfile = "far.cls"')
     result = batch(jobs, out=folder / "o", workers=1, progress=kill_when("engraving.cls: re", 2))
@@ -248,8 +248,8 @@ def test_an_interruption_leaves_nothing(folder: Path, posted: Path) -> None:
     process = subprocess.Popen(command, cwd=folder, env=environment, start_new_session=True, stderr=subprocess.PIPE)
     until(lambda: any((folder / "tmp").glob("camrob-batch-*/0-0/root")))
     os.killpg(process.pid, signal.SIGINT)  # what a terminal does: the workers get it, too
-    told = process.communicate()[1].decode()
-    assert process.returncode == 130 and told == "camrob: interrupted; no unfinished file was left\n"
+    printed = process.communicate()[1].decode()
+    assert process.returncode == 130 and printed == "camrob: interrupted; no unfinished file was left\n"
     assert not (folder / "o").exists() and not list((folder / "tmp").iterdir())
     until(lambda: not alive(process.pid))
 

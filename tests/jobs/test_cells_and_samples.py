@@ -97,7 +97,7 @@ def test_camrobs_own_urdf_of_a_cell_comes_back_as_that_chain(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("text", "tip", "told"),
+    ("text", "tip", "message"),
     [
         (ARM, None, "2 ends"),
         (ARM, "middle", "no link"),
@@ -105,9 +105,9 @@ def test_camrobs_own_urdf_of_a_cell_comes_back_as_that_chain(tmp_path: Path) -> 
         (ARM.replace('type="revolute"', 'type="floating"'), "right", "floating"),
     ],
 )
-def test_a_urdf_that_is_no_arm_leaves_nothing_behind(tmp_path: Path, text: str, tip: str | None, told: str) -> None:
+def test_a_urdf_that_is_no_arm_leaves_nothing_behind(tmp_path: Path, text: str, tip: str | None, message: str) -> None:
     (tmp_path / "arm.urdf").write_text(text)
-    with pytest.raises(CellError, match=told):
+    with pytest.raises(CellError, match=message):
         cell_from_urdf(tmp_path / "arm.urdf", tip=tip, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

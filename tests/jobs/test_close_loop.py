@@ -53,20 +53,20 @@ def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "message"),
     [
         ("tolerance_mm = 0.0", "tolerance_mm: is 0"),
         ("turns = 0", "turns: is 0"),
         ('method = "magic"', "method: is 'magic'"),
-        ("tolerence = 1", "tolerence: is no key"),
+        ("tolerence = 1", "tolerence: is not a key"),
     ],
 )
-def test_a_job_that_is_wrong_is_refused_by_its_key(job: Path, tmp_path: Path, line: str, told: str, capsys) -> None:
+def test_a_job_that_is_wrong_is_refused_by_its_key(job: Path, tmp_path: Path, line: str, message: str, capsys) -> None:
     kept = [old for old in job.read_text().splitlines() if old.split(" =")[0] != line.split(" =")[0]]
     job.write_text("\n".join([*kept, line]) + "\n")
     assert cli.run(["close-loop", str(job), "--out", str(tmp_path / "loop")]) == 2
     shown = capsys.readouterr().err
-    assert told in shown and shown.count("\n") == 1
+    assert message in shown and shown.count("\n") == 1
     assert not (tmp_path / "loop").exists()
 
 

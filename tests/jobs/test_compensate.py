@@ -265,13 +265,13 @@ def test_the_text_of_targets() -> None:
     assert patch_source("PTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0,E1 5}", {1: [axes]}) == (
         "PTP {A1 1.00000,A2 2.00000,A3 3.00000,A4 4.00000,A5 5.00000,A6 6.00000,E1 5}"
     )
-    for text, told in [
+    for text, message in [
         ("LIN P1", "is not written in the statement"),
         ("LIN {X 1+2,Y 2,Z 3}", "X is no plain number"),
         ("LIN {E1 5}", "holds no pose"),
         ("$BASE={X 1,Y 2}", "is not written in the statement"),
     ]:
-        with pytest.raises(KrlError, match=told) as caught:
+        with pytest.raises(KrlError, match=message) as caught:
             patch_source("\n" + text, {2: [pose]})
         assert caught.value.line == 2
     assert [literal_targets(t) for t in ("LIN P1", "CIRC {X 1},{X 2}", "$BASE={X 1}", ";LIN {X 1}")] == [0, 2, 0, 0]
@@ -314,7 +314,7 @@ def test_compensation_of_a_real_program_brings_no_new_hurry(tmp_path: Path, cali
 
 
 def test_external_axes_stay_as_planned_and_the_arm_is_corrected(tmp_path: Path, calibration: Path) -> None:
-    """All that the controller is told of table, track, tool and base is what it was; A1 to A6 follow from other poses."""
+    """All that the controller gets to know of table, track, tool and base is what it was; A1 to A6 follow from other poses."""
     source = program(tmp_path)
     summary = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out").summary
     old, new = read_krl(source), read_krl(tmp_path / "out" / "sample.src")
@@ -370,17 +370,17 @@ def test_a_solved_path_becomes_a_compensated_program(tmp_path: Path, calibration
     other = tmp_path / "other.path.npz"
     np.savez(other, q=np.zeros((9, 6)), axes=np.array(["A1"] * 6), line=np.zeros(9, int))
     capsys.readouterr()
-    for given, told in [
+    for given, message in [
         ([str(source)], "bow.path.npz: holds no speeds; give --feed in mm/min"),
         ([str(source), "--feed", "0"], "a feed of 0 mm/min can't be run"),
         ([str(program(tmp_path)), "--feed", "900"], "sample.src: writes its own speeds; leave --feed out"),
-        ([str(tmp_path / "torn.path.npz"), "--feed", "900"], "torn.path.npz: is no solved path"),
+        ([str(tmp_path / "torn.path.npz"), "--feed", "900"], "torn.path.npz: is not a solved path"),
         ([str(other), "--feed", "900"], "other.path.npz: holds postures of another cell"),
-        ([str(tmp_path / "none.path.npz"), "--feed", "900"], "none.path.npz: is no solved path"),
+        ([str(tmp_path / "none.path.npz"), "--feed", "900"], "none.path.npz: is not a solved path"),
     ]:
         assert run([*command, *given]) == 2
         line = capsys.readouterr().err.strip()
-        assert told in line and len(line.splitlines()) == 1 and not (tmp_path / "no").exists()
+        assert message in line and len(line.splitlines()) == 1 and not (tmp_path / "no").exists()
 
 
 def test_a_new_violation_is_said_and_an_old_one_is_not_new(tmp_path: Path) -> None:

@@ -42,6 +42,6 @@ def test_the_place_that_a_refusal_names_serves(tmp_path: Path) -> None:
     assert posted(tmp_path / "near", found[2]).summary.points > 0
 
 
-def test_a_part_that_no_shift_brings_into_reach_is_told_so(tmp_path: Path) -> None:
+def test_a_part_that_no_shift_brings_into_reach_is_reported_so(tmp_path: Path) -> None:
     with pytest.raises(camrob.UnreachableError, match="no shift of the part by up to 800 mm along the axes of base"):
         posted(tmp_path / "far", "[0, 0, 2600, 0, 0, 0]")

@@ -1,4 +1,4 @@
-"""What a plan for accuracy is told: from a calibration, a force model, or nothing at all; options that don't belong together."""
+"""What a plan for accuracy knows: from a calibration, a force model, or nothing at all; options that don't belong together."""
 
 from __future__ import annotations
 

@@ -134,10 +134,10 @@ def test_the_arrays_meet_the_cl_points(posted: Path) -> None:
     assert list(path["axes"]) == ["E2", "E1", "A1", "A2", "A3", "A4", "A5", "A6", "roll"]
     for name in ("line", "region", "inv_kf", "s"):
         assert path[name].shape == (N,)
-    told = cl_points()
-    assert set(told) <= set(path["line"].tolist())
+    points = cl_points()
+    assert set(points) <= set(path["line"].tolist())
     part_in_base = np.array([0.0, 0.0, 220.0])  # set-up and MSYS
-    for line, point in told.items():
+    for line, point in points.items():
         poses = np.array([table_1(path["q"][k]) for k in np.flatnonzero(path["line"] == line)])  # a cycle makes several
         far = np.abs(1e3 * poses[:, :3, 3] - point[:3] - part_in_base).max(axis=1)
         assert far.min() < 1e-5, line
@@ -301,8 +301,8 @@ def test_the_program_itself_is_verified(posted: Path, capsys: pytest.CaptureFixt
     assert cli.run(command) == 0
     capsys.readouterr()
     assert cli.run([*command, "--against", str(SAMPLE), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["ok"] and told["errors"] == [] and told["against"]["met"] == told["against"]["points"]
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["ok"] and summary["errors"] == [] and summary["against"]["met"] == summary["against"]["points"]
 
 
 @pytest.mark.parametrize("name", VERIFIED_FAULTS)
@@ -310,8 +310,8 @@ def test_verify_refuses(posted: Path, tmp_path: Path, name: str, capsys: pytest.
     program = planted(posted, tmp_path, VERIFIED_FAULTS[name])
     assert cli.run(["verify", str(program), "--cell", str(CELL), "--against", str(SAMPLE), "--json"]) == 1
     shown = capsys.readouterr()
-    told = json.loads(shown.out)
-    assert not told["ok"] and (told["errors"] or told["not_judged"]) and shown.err == ""
+    summary = json.loads(shown.out)
+    assert not summary["ok"] and (summary["errors"] or summary["not_judged"]) and shown.err == ""
 
 
 MEANT_FAULTS: dict[str, Fault] = {

@@ -1,4 +1,4 @@
-"""`camrob regress`: what is the same is the same, and a planted change is told with its size."""
+"""`camrob regress`: what is the same is the same, and a planted change is reported with its size."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def edited(samples: Path, file: str, pattern: str, replacement: str, count: int 
 
 
 @pytest.mark.parametrize(
-    ("file", "pattern", "replacement", "told"),
+    ("file", "pattern", "replacement", "message"),
     [
         ("engraving.src", r"Y 4\.027,Z 223\.000", "Y 4.127,Z 223.000", "moved most: Y by 0.1 mm"),
         ("engraving.src", r"E2 -4\.6295", "E2 355.3705", "E2 by 360"),
@@ -83,12 +83,12 @@ def edited(samples: Path, file: str, pattern: str, replacement: str, count: int 
         ("engraving.json", r'"code": "assumed-limits"', '"code": "assumed"', "'assumed-limits'"),
     ],
 )
-def test_a_planted_change_is_told(samples: Path, file: str, pattern: str, replacement: str, told: str) -> None:
+def test_a_planted_change_is_reported(samples: Path, file: str, pattern: str, replacement: str, message: str) -> None:
     edited(samples, file, pattern, replacement)
     result = regress(samples, cell=CELL)
     lines = result.summary.samples[0].differences
     assert not result.ok and not result.summary.samples[0].ok
-    assert any(told in line and line.startswith(file) for line in lines), lines
+    assert any(message in line and line.startswith(file) for line in lines), lines
 
 
 def test_one_unit_in_the_last_decimal_is_no_difference(samples: Path) -> None:
@@ -102,7 +102,7 @@ def test_files_that_come_and_go(samples: Path) -> None:
     folder = samples / "engraving" / "golden"
     (folder / "engraving.dat").rename(folder / "engraving_001.src")
     lines = regress(samples, cell=CELL).summary.samples[0].differences
-    assert "engraving.dat is new" in lines and "engraving_001.src is not made any more" in lines
+    assert "engraving.dat is new" in lines and "engraving_001.src is no longer made" in lines
     assert regress(samples, cell=CELL, update=True).ok
     assert not (folder / "engraving_001.src").exists()
 
@@ -125,12 +125,12 @@ def test_a_sample_that_can_not_be_posted(samples: Path) -> None:
     for update in (False, True):
         result = regress(samples, cell=CELL, update=update)
         assert not result.ok and not result.summary.updated
-        assert "can't be posted any more" in result.summary.samples[0].differences[0]
+        assert "can no longer be posted" in result.summary.samples[0].differences[0]
     assert {f: f.read_bytes() for f in (samples / "engraving" / "golden").iterdir()} == before
 
 
 def test_what_is_no_folder_of_samples(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="is no folder"):
+    with pytest.raises(InputError, match="is not a folder"):
         regress(tmp_path / "none", cell=CELL)
     with pytest.raises(InputError, match="holds no samples"):
         regress(tmp_path, cell=CELL)
@@ -147,8 +147,8 @@ def test_the_command(samples: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "all 1 samples come out as before" in " ".join(capsys.readouterr().out.split())
     edited(samples, "engraving.src", r"Y 4\.027,Z 223\.000", "Y 4.127,Z 223.000")
     assert cli.run(command) == 1
-    told = capsys.readouterr()
-    assert told.err == "" and "DIFFERS" in told.out and "Y by 0.1 mm" in told.out
+    printed = capsys.readouterr()
+    assert printed.err == "" and "DIFFERS" in printed.out and "Y by 0.1 mm" in printed.out
     assert cli.run([*command, "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["samples"][0]["ok"] is False
     assert cli.run([*command, "--update", "--quiet"]) == 0

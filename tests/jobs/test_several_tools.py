@@ -64,8 +64,8 @@ def test_the_program(made: PostResult) -> None:
                 "PTP {E6AXIS: A1 20.0000,A2 -80.0000,A3 100.0000,A4 10.0000,A5 60.0000,A6 5.0000,E1 300"
             )
             assert lines[k + 1].startswith("$TOOL")
-    told = [s for s in story(text_of(made)) if s[0].isalpha()]
-    assert told == [
+    steps = [s for s in story(text_of(made)) if s[0].isalpha()]
+    assert steps == [
         "home",
         "home",
         "tool 1",
@@ -179,8 +179,8 @@ def test_two_tools_at_the_same_points(tmp_path: Path) -> None:
         folder = tmp_path / name
         folder.mkdir()
         made = posted(folder, "part.nc", content, setup=setup)
-        told = [s for s in story(text_of(made)) if not s.startswith(("speed", "mount"))]
-        assert told == [
+        lines = [s for s in story(text_of(made)) if not s.startswith(("speed", "mount"))]
+        assert lines == [
             "home",
             "tool 1",
             "on",
@@ -233,8 +233,8 @@ def test_the_report_of_a_job_with_several_tools(tmp_path: Path) -> None:
     (tmp_path / "setup.toml").write_text(TWO_TOOLS)
     made = job.post(tmp_path / "part.nc", cell=KR15, out=tmp_path / "out")
     assert (made.out / "part.html").stat().st_size > 10_000
-    told = json.loads((made.out / "part.json").read_text())
-    assert told["process"]["events_in_program"] == told["process"]["events_in_file"] + 2  # the spindle off, twice
+    summary = json.loads((made.out / "part.json").read_text())
+    assert summary["process"]["events_in_program"] == summary["process"]["events_in_file"] + 2  # the spindle off, twice
 
 
 def test_a_tool_that_the_set_up_lacks(tmp_path: Path) -> None:

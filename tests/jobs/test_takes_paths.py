@@ -1,4 +1,4 @@
-"""Paths may be given as text: what a verb is told is the same."""
+"""Paths may be given as text: a verb gets the same."""
 
 from __future__ import annotations
 

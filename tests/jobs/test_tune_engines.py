@@ -21,18 +21,18 @@ ENGRAVING = ROOT / "toolpaths" / "engraving" / "engraving.cls"
 
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory: pytest.TempPathFactory):
-    told: list[tuple[str, float]] = []
+    calls: list[tuple[str, float]] = []
     out = tmp_path_factory.mktemp("tune") / "out"
     result = tune_engines(
         CELL, on=[ENGRAVING], withheld=[ENGRAVING.parent], out=out, budget=30, seeds=2, points=60,
-        progress=lambda stage, share: told.append((stage, share)),
+        progress=lambda stage, share: calls.append((stage, share)),
     )  # fmt: skip
-    return result, out, told
+    return result, out, calls
 
 
 @pytest.mark.slow
 def test_both_engines_open_and_the_summary_is_their_file(fitted) -> None:
-    result, out, told = fitted
+    result, out, calls = fitted
     assert {f.name for f in out.iterdir()} == set(result.files)
     assert TuneSummary.from_json(json.loads((out / "tune.json").read_text())) == result.summary
     x = np.random.default_rng(1).uniform([-120, -135], [160, 135], (30, 2))
@@ -41,7 +41,7 @@ def test_both_engines_open_and_the_summary_is_their_file(fitted) -> None:
     np.testing.assert_allclose(constant, np.tile(weights, (30, 1)), rtol=2e-3)
     rules = read_fis(out / "weights_jnt_rules.fis")
     assert rules.kind == "sugeno" and [v.name for v in rules.inputs] == ["A3", "A5"]
-    assert {stage for stage, _ in told} == {"fit constant", "fit engine"} and told[-1][1] > 0.9
+    assert {stage for stage, _ in calls} == {"fit constant", "fit engine"} and calls[-1][1] > 0.9
 
 
 def test_a_fit_is_never_worse_where_it_was_fitted_than_what_it_began_with(fitted) -> None:

@@ -93,8 +93,8 @@ def test_reasons_count_every_branch() -> None:
     far[:3, 3] += 5.0
     assert ARM.branches(far, CELL.q_home[PART]) == []
     assert ARM.reasons(far, CELL.q_home[PART]) == {"out of reach": 8}
-    told = ARM.reasons(foot_T_tool(CELL.q_home), CELL.q_home[PART])
-    assert set(told) <= {f"at A{k}'s limit" for k in range(1, 7)} and told
+    reasons = ARM.reasons(foot_T_tool(CELL.q_home), CELL.q_home[PART])
+    assert set(reasons) <= {f"at A{k}'s limit" for k in range(1, 7)} and reasons
 
 
 def test_newton_meets_or_says_no() -> None:
@@ -131,7 +131,7 @@ def test_following(arm: Arm) -> None:
     assert code == FOLLOW_LIMIT and q[count - 1, PART][5] <= 0.0 < q[count + 1, PART][5]
 
 
-def test_an_arm_without_closed_form_is_told() -> None:
+def test_an_arm_without_closed_form_is_reported() -> None:
     def bent(k: int, change: np.ndarray) -> Cell:
         joints = list(CELL.joints)
         i = CELL.indices(Role.ARM)[k]
@@ -183,9 +183,9 @@ def test_overhead_by_the_arms_side_view() -> None:
     axes = CELL.to_axis_values(postures(500, seed=9))[:, :6]
     a2, forearm = np.radians(axes[:, 1]), np.radians(axes[:, 1] + axes[:, 2])
     reach = 300.0 + 650.0 * np.cos(a2) + 600.0 * np.cos(forearm) + 155.0 * np.sin(forearm)
-    told = StatusTurn.of(CELL).status(axes) & 1
-    np.testing.assert_array_equal(told, reach < 0.0)
-    assert 50 < told.sum() < 450
+    overhead = StatusTurn.of(CELL).status(axes) & 1
+    np.testing.assert_array_equal(overhead, reach < 0.0)
+    assert 50 < overhead.sum() < 450
 
 
 def test_turn_bits_are_signs() -> None:

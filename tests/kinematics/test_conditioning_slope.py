@@ -9,7 +9,7 @@ from camrob.kinematics.conditioning_slope import kf_and_slope
 from camrob.kinematics.kernels import forward, inverse_kf_many
 
 
-def told(q: np.ndarray) -> tuple[float, np.ndarray]:
+def looked_at(q: np.ndarray) -> tuple[float, np.ndarray]:
     n = len(q)
     Z, P, R, p, plate = np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     forward(CHAIN, q, Z, P, R, p, plate)
@@ -23,7 +23,7 @@ def test_against_differences() -> None:
     step = 1e-6
     for _ in range(20):
         q = CELL.q_home + rng.normal(0, 0.3, len(CELL))
-        kf, slope = told(q)
+        kf, slope = looked_at(q)
         assert abs(kf * inverse_kf_many(CHAIN, q[None])[0] - 1.0) < 1e-13
         both = [1.0 / inverse_kf_many(CHAIN, q + sign * step * np.eye(len(q))) for sign in (1.0, -1.0)]
         expected = (both[0] - both[1]) / (2.0 * step)
@@ -33,6 +33,6 @@ def test_against_differences() -> None:
 
 
 def test_a_singular_arm_has_none() -> None:
-    kf, slope = told(CELL.to_q(np.array([0.0, -60.0, 60.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    kf, slope = looked_at(CELL.to_q(np.array([0.0, -60.0, 60.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
     assert kf > 1e6 or np.isinf(kf)
     assert np.all(np.isfinite(slope))

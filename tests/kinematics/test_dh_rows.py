@@ -159,10 +159,10 @@ def test_random_rows_under_gravity(tmp_path: Path, seed: int) -> None:
 
     torque = gravity_torques(gravity_arrays(cell), q)
     part = cell.arm_slice
-    for x, told in zip(q, torque, strict=True):
+    for x, expected in zip(q, torque, strict=True):
         steps = 1e-6 * np.eye(len(cell))[part]
         fall = [(energy(x - d) - energy(x + d)) / 2e-6 for d in steps]
-        np.testing.assert_allclose(told[part], fall, atol=2e-5)
+        np.testing.assert_allclose(expected[part], fall, atol=2e-5)
 
 
 @pytest.mark.parametrize("seed", range(8))

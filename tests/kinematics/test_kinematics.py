@@ -67,10 +67,10 @@ def test_known_poses(name):
     np.testing.assert_allclose(CELL.to_axis_values(q), axes, atol=1e-9)
 
     xyz_mm, abc_deg = numbers(row, "x_mm", "y_mm", "z_mm"), numbers(row, "a_deg", "b_deg", "c_deg")
-    base_T_told = frame_from_xyzabc(np.concatenate([mm_to_m(xyz_mm), deg_to_rad(abc_deg)]))
+    base_T_given = frame_from_xyzabc(np.concatenate([mm_to_m(xyz_mm), deg_to_rad(abc_deg)]))
     for base_T_tool in (frames.base_T_tool(CELL, q), kernels.forward_many(CHAIN, q[None])[0]):
         np.testing.assert_allclose(m_to_mm(base_T_tool[:3, 3]), xyz_mm, atol=6e-4)
-        assert rad_to_deg(float(angle_between(base_T_told[:3, :3], base_T_tool[:3, :3]))) < 1e-3
+        assert rad_to_deg(float(angle_between(base_T_given[:3, :3], base_T_tool[:3, :3]))) < 1e-3
         np.testing.assert_allclose(base_T_tool[:3, 2], numbers(row, "tool_z_x", "tool_z_y", "tool_z_z"), atol=6e-5)
     if row["inv_kf"]:
         assert kernels.inverse_kf_many(CHAIN, q[None])[0] == pytest.approx(float(row["inv_kf"]), abs=6e-5)
@@ -133,9 +133,9 @@ def test_inverse_kf_ignores_what_is_not_the_arm():
         moved = q.copy()
         moved[[0, 1, 2, 7, 8]] += [1.0, 0.2, -0.7, 0.9, 2.0]
         other = kernels.chain_arrays(CELL.with_tool(frame_from_xyzabc(np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))))
-        told = kernels.inverse_kf_many(CHAIN, q[None])[0]
-        assert kernels.inverse_kf_many(CHAIN, moved[None])[0] == pytest.approx(told, abs=1e-9)
-        assert kernels.inverse_kf_many(other, q[None])[0] == pytest.approx(told, abs=1e-9)
+        expected = kernels.inverse_kf_many(CHAIN, q[None])[0]
+        assert kernels.inverse_kf_many(CHAIN, moved[None])[0] == pytest.approx(expected, abs=1e-9)
+        assert kernels.inverse_kf_many(other, q[None])[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_kernels_and_their_plain_twin_agree():
@@ -200,5 +200,5 @@ def test_tool_row_is_table_1s_own():
     turn[:, 3] = q[:, CELL.index("A6")]
     roll = np.zeros((len(q), 6))
     roll[:, 3] = q[:, CELL.index("roll")]
-    told = base_T_a5 @ frame_from_xyzabc(turn) @ row_a6 @ frame_from_xyzabc(roll) @ row_roll
-    np.testing.assert_allclose(frames.base_T_tool(CELL, q), told, atol=1e-8)
+    expected = base_T_a5 @ frame_from_xyzabc(turn) @ row_a6 @ frame_from_xyzabc(roll) @ row_roll
+    np.testing.assert_allclose(frames.base_T_tool(CELL, q), expected, atol=1e-8)

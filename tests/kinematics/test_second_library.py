@@ -51,13 +51,13 @@ def test_pinocchio_sees_the_same_poses(model, postures):
     base_T_root, compiled = frames.base_T_root(CELL, postures), kernels.forward_many(CHAIN, postures)
     for k, q in enumerate(postures):
         pinocchio.framesForwardKinematics(model, data, pinocchio_q(q))
-        for name, told in (
+        for name, expected in (
             ("tool", base_T_tool[k]),
             ("tool", compiled[k]),
             ("flange", base_T_flange[k]),
             ("root", base_T_root[k]),
         ):
-            assert np.max(np.abs(data.oMf[model.getFrameId(name)].homogeneous - told)) < 1e-12
+            assert np.max(np.abs(data.oMf[model.getFrameId(name)].homogeneous - expected)) < 1e-12
 
 
 def test_pinocchio_sees_the_same_jacobian(model, postures):
@@ -74,10 +74,10 @@ def test_pinocchio_sees_the_same_jacobian(model, postures):
     for q in postures[:50]:
         kernels.forward(CHAIN, q, Z, P, R, p, plate)
         kernels.jacobian(CHAIN, Z, P, p, J)
-        told = pinocchio.computeFrameJacobian(
+        expected = pinocchio.computeFrameJacobian(
             model, data, pinocchio_q(q), model.getFrameId("tool"), pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
         )
-        assert np.max(np.abs(J - told)) < 1e-12
+        assert np.max(np.abs(J - expected)) < 1e-12
 
 
 def test_urdf_carries_limits_and_masses(model):
@@ -105,8 +105,8 @@ def test_inertials_pull_where_the_masses_hang(model, postures):
     data = model.createData()
     for q in postures[:5]:
         slope = [(energy(q + d) - energy(q - d)) / 2e-6 for d in 1e-6 * np.eye(len(CELL))]
-        told = pinocchio.computeGeneralizedGravity(model, data, pinocchio_q(q))
-        np.testing.assert_allclose(told, slope, atol=2e-6)
+        expected = pinocchio.computeGeneralizedGravity(model, data, pinocchio_q(q))
+        np.testing.assert_allclose(expected, slope, atol=2e-6)
 
 
 def test_hostile_names_stay_text():
@@ -130,10 +130,10 @@ def test_batched_chain_is_the_same(batched, postures):
         np.empty(3),
         np.empty((6, n)),
     )
-    for q, told in zip(postures, batched.jacobian(postures), strict=True):
+    for q, expected in zip(postures, batched.jacobian(postures), strict=True):
         kernels.forward(CHAIN, q, Z, P, R, p, plate)
         kernels.jacobian(CHAIN, Z, P, p, J)
-        assert np.max(np.abs(J - told)) < 1e-12
+        assert np.max(np.abs(J - expected)) < 1e-12
     assert np.max(np.abs(batched.inverse_kf(postures) - kernels.inverse_kf_many(CHAIN, postures))) < 1e-9
 
 
@@ -164,6 +164,6 @@ def test_pytorch_kinematics_reads_the_urdf(postures):
     pytorch_kinematics = pytest.importorskip("pytorch_kinematics")
     torch = pytest.importorskip("torch")
     chain = pytorch_kinematics.build_serial_chain_from_urdf(cell_urdf(CELL), "tool").to(dtype=torch.float64)
-    told = chain.forward_kinematics(torch.tensor(postures)).get_matrix().numpy()
+    expected = chain.forward_kinematics(torch.tensor(postures)).get_matrix().numpy()
     assert chain.get_joint_parameter_names() == list(CELL.names)
-    assert np.max(np.abs(told - frames.base_T_tool(CELL, postures))) < 5e-6
+    assert np.max(np.abs(expected - frames.base_T_tool(CELL, postures))) < 5e-6

@@ -113,15 +113,15 @@ def _quadruple(x: float) -> float:
     return _double(_double(x))
 
 
-def test_a_kernel_that_compiles_is_told_of_once_and_the_collector_rests_meanwhile() -> None:
-    told: list[str] = []
+def test_a_kernel_that_compiles_is_reported_of_once_and_the_collector_rests_meanwhile() -> None:
+    calls: list[str] = []
     collects: list[bool] = []
-    with reporting_compiles(told.append), reporting_compiles(lambda kernel: collects.append(gc.isenabled())):
+    with reporting_compiles(calls.append), reporting_compiles(lambda kernel: collects.append(gc.isenabled())):
         assert _quadruple(1.5) == 6.0 == _double(3.0)
         assert _quadruple(2.5) == 10.0
-    assert told == ["quadruple"] and collects == [False] and gc.isenabled()
+    assert calls == ["quadruple"] and collects == [False] and gc.isenabled()
     report_compile("nobody listens")
-    assert told == ["quadruple"]
+    assert calls == ["quadruple"]
 
 
 def _job(progress) -> SimpleNamespace:
@@ -136,7 +136,7 @@ def test_a_verb_says_once_that_it_compiles(quiet: bool, said: str, capsys: pytes
     assert capsys.readouterr().err == said
 
 
-def test_every_verb_runs_where_compiling_is_told_of() -> None:
+def test_every_verb_runs_where_compiling_is_reported_of() -> None:
     assert [verb.__name__ for verb in VERBS if "perform(" not in inspect.getsource(verb)] == []
 
 
@@ -171,6 +171,6 @@ def test_warming_says_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pyt
     assert not warm.compile_kernel(Known(small[0].kernel, 1.0, small[0].arguments))
 
 
-def test_what_is_left_is_told_by_the_work_that_is_done() -> None:
+def test_what_is_left_is_reported_by_the_work_that_is_done() -> None:
     assert warm.left(25.0, 100.0, 10.0) == ", about 30 s left"
     assert warm.left(0.0, 100.0, 10.0) == ""

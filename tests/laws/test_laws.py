@@ -57,8 +57,8 @@ rows = st.lists(st.lists(unit, min_size=10, max_size=10), min_size=1, max_size=6
 
 @FEW
 @given(shares=rows)
-def test_the_hall_may_move(cell: Cell, shares: list[list[float]]) -> None:
-    """The whole cell set up elsewhere in the hall: poses in `base` follow the first frame, and nothing else changes."""
+def test_the_world_may_move(cell: Cell, shares: list[list[float]]) -> None:
+    """The whole cell set up elsewhere in the world: poses in `base` follow the first frame, and nothing else changes."""
     q = postures(cell, shares)
     new_T_old = pose(rotation_exp(np.array([0.3, -0.2, 0.9])), np.array([1.0, -2.0, 0.5]))
     moved = replace(cell, base_T_first=new_T_old @ np.asarray(cell.base_T_first))
@@ -221,9 +221,9 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
                 env={**os.environ, **threading, "PYTHONPATH": str(ROOT)},
             )
             files = {f.name: f.read_bytes() for f in out.iterdir()}
-            told = json.loads(files.pop("part.json"))
-            told.pop("seconds")
-            files["part.json"] = json.dumps(told).encode()
+            summary = json.loads(files.pop("part.json"))
+            summary.pop("seconds")
+            files["part.json"] = json.dumps(summary).encode()
             made.append({name: data for name, data in files.items() if not name.endswith(".html")})
         assert [n for n in made[-1] if made[-1][n] != made[-2].get(n)] == [], method
     assert made[0]["part.src"] != made[-1]["part.src"]

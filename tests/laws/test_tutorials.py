@@ -116,8 +116,8 @@ def test_the_site_builds(tmp_path: Path) -> None:
 
 def test_the_reference_names_every_public_name_and_every_command() -> None:
     python = (DOCS / "reference" / "python.md").read_text(encoding="utf-8")
-    told = re.findall(r"^::: camrob\.(\w+)$", python, re.MULTILINE)
-    assert sorted(told) == camrob.__all__
+    named = re.findall(r"^::: camrob\.(\w+)$", python, re.MULTILINE)
+    assert sorted(named) == camrob.__all__
     commands = (DOCS / "reference" / "commands.md").read_text(encoding="utf-8")
     verbs = [v.__name__.replace("_", "-") for v in VERBS]
     assert not [verb for verb in [*verbs, "samples", "cell"] if f"`camrob {verb}" not in commands]

@@ -340,11 +340,11 @@ POSES = {
 @pytest.mark.parametrize("what", POSES)
 @pytest.mark.parametrize("from_cycle", [0, 12])
 def test_a_lie_about_the_pose_holds_and_then_stops_with_a_reason(what, from_cycle) -> None:
-    told, word = POSES[what]
+    lie, word = POSES[what]
     bench = Telling(
         SOFT,
         program=lambda t: (500, -300, 800, 10, 20, 30),
-        lie=lambda k, t, p, R: told(k, t, p, R) if k >= from_cycle else line(t, p, R),
+        lie=lambda k, t, p, R: lie(k, t, p, R) if k >= from_cycle else line(t, p, R),
     )
     sources = bench.turns(60)
     assert len(sources) <= from_cycle + 2 + HELD and not set(sources[-HELD:]) & {USED}

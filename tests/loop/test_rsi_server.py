@@ -192,11 +192,11 @@ def test_the_command_serves_and_says_what_ended_it(ending, status, code, tmp_pat
         else:
             gone = controller.run(80, 0.012, measured=lambda k: False)
             assert 20 <= len(gone.answers) < 80
-        told, complaint = process.communicate(timeout=60)
+        printed, complaint = process.communicate(timeout=60)
     finally:
         process.kill()
         controller.close()
-    summary = json.loads(told)
+    summary = json.loads(printed)
     assert (process.returncode, complaint) == (status, "")
     assert summary["stopped"]["code"] == code and summary["stopped"]["fault"] == (status == 3)
     assert summary == json.loads((tmp_path / "tracker.json").read_text())
@@ -205,6 +205,6 @@ def test_the_command_serves_and_says_what_ended_it(ending, status, code, tmp_pat
 def test_the_command_says_what_is_wrong() -> None:
     for arguments, word in ((["--listen", "here"], "HOST:PORT"), (["--duration", "5"], "--listen")):
         process = cli(*arguments)
-        told, complaint = process.communicate(timeout=60)
-        assert process.returncode == 2 and not told
+        printed, complaint = process.communicate(timeout=60)
+        assert process.returncode == 2 and not printed
         assert word in complaint and complaint.count("\n") == 1

@@ -205,10 +205,10 @@ def test_a_latency_and_a_shared_clock_contradict_each_other(cell_of) -> None:
 def test_what_cannot_be_seen_is_said() -> None:
     """No list, no shared clock: two warnings, each with the key that cures it; both given, none."""
     ends = {"listen": f"{HOST}:0", "instrument": f"{HOST}:0", "duration_s": 0.05}
-    told = track_live(**ends).summary.warnings
-    assert [w.code for w in told] == ["any-sender", "own-clock"]
-    assert "[rsi] allow" in told[0].text and "constant part can't be seen" in told[1].text
-    assert '[instrument] clock = "shared"' in told[1].text
+    warnings = track_live(**ends).summary.warnings
+    assert [w.code for w in warnings] == ["any-sender", "own-clock"]
+    assert "[rsi] allow" in warnings[0].text and "constant part can't be seen" in warnings[1].text
+    assert '[instrument] clock = "shared"' in warnings[1].text
     quiet = LiveOptions(clock="shared", allow=("127.0.0.1:5", "127.0.0.1:6"))
     assert track_live(options=quiet, **ends).summary.warnings == ()
     heard = []

@@ -431,10 +431,10 @@ def test_the_study_from_end_to_end(small_cell, tmp_path):
 
 def refused(capsys, arguments, status, *words):
     assert run(["tracker", *map(str, arguments)]) == status
-    told = capsys.readouterr()
-    assert told.out == "" and told.err.count("\n") == 1
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.count("\n") == 1
     for word in words:
-        assert word in told.err
+        assert word in printed.err
 
 
 def test_wrong_cells_and_numbers_end_with_one_line_and_no_file(small_cell, tmp_path, capsys):

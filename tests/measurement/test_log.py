@@ -66,7 +66,7 @@ def test_numbers_are_those_of_python(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         (lambda r: [], r"log\.csv:1: holds no samples"),
         (lambda r: [r[0], r[2], r[1]], r"log\.csv:4: t is 0\.012 after 0\.024; time has to advance"),
@@ -83,14 +83,14 @@ def test_numbers_are_those_of_python(tmp_path: Path) -> None:
         (lambda r: [r[0], r[1].replace("197.5", "1e7")], r"log\.csv:3: x is 1e\+07; the format's units are mm"),
     ],
 )
-def test_rows_that_are_refused(tmp_path: Path, change, told: str) -> None:
-    with pytest.raises(LogError, match=told) as caught:
+def test_rows_that_are_refused(tmp_path: Path, change, message: str) -> None:
+    with pytest.raises(LogError, match=message) as caught:
         read_log(written(tmp_path, change(ROWS)))
     assert "\n" not in str(caught.value) and caught.value.hint
 
 
 @pytest.mark.parametrize(
-    ("header", "told"),
+    ("header", "message"),
     [
         (HEADER.replace("t,", "time,"), "has a column 'time'"),
         (HEADER.replace("z,", "zz,"), "has a column 'zz'"),
@@ -108,8 +108,8 @@ def test_rows_that_are_refused(tmp_path: Path, change, told: str) -> None:
         ("x,y,z", "has no column t"),
     ],
 )
-def test_headers_that_are_refused(tmp_path: Path, header: str, told: str) -> None:
-    with pytest.raises(LogError, match=told) as caught:
+def test_headers_that_are_refused(tmp_path: Path, header: str, message: str) -> None:
+    with pytest.raises(LogError, match=message) as caught:
         read_log(written(tmp_path, [], header))
     assert caught.value.line == 1
 
@@ -152,9 +152,9 @@ def test_any_number_of_axes_and_what_their_drives_tell(tmp_path: Path) -> None:
         assert log.axis_names == names
         assert not log.has_position
         for kind, value in (("I", 1.5), ("T", 20.0)):
-            told = log.beside(kind, names)
-            assert told is not None
-            assert told[0].tolist() == [value + k for k in range(len(names))]
+            beside = log.beside(kind, names)
+            assert beside is not None
+            assert beside[0].tolist() == [value + k for k in range(len(names))]
         assert log.beside("M", (*names, "E6")) is None
 
 
@@ -210,19 +210,19 @@ def test_parquet(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ('measured_frame = "table"', "measured_frame: is 'table'; use one of world, base, unknown"),
         ("sigma_mm = -1", "sigma_mm: is -1"),
         ('sigma_mm = "a"', "sigma_mm: is a"),
         ("sigma_m = 1", "is sigma_mm meant"),
         ("poses = 1", "poses: is neither true nor false"),
-        ("a = [1,,]", r"l\.toml:1: is no valid TOML"),
+        ("a = [1,,]", r"l\.toml:1: is not valid TOML"),
     ],
 )
-def test_facts_that_are_refused(tmp_path: Path, text: str, told: str) -> None:
+def test_facts_that_are_refused(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "l.toml").write_text(text)
-    with pytest.raises(LogError, match=told):
+    with pytest.raises(LogError, match=message):
         read_info(tmp_path / "l.toml")
 
 

@@ -75,10 +75,10 @@ def test_the_removal_says_how_much_is_engaged() -> None:
     inside = (tip[1:, 0] > 8 * MM) & (tip[1:, 0] < 32 * MM)
     np.testing.assert_allclose(area[inside], 20e-6, rtol=0.02)  # 10 mm wide, 2 mm deep
     assert np.all(area[tip[1:, 0] < -6 * MM] == 0.0)
-    told = mill(diameter=10 * MM, width=np.nan).mean(np.full(60, 0.02), area)
+    forces = mill(diameter=10 * MM, width=np.nan).mean(np.full(60, 0.02), area)
     full = mill(diameter=10 * MM, width=10 * MM).mean(np.full(60, 0.02))
-    np.testing.assert_allclose(told[inside], full[inside], rtol=0.03)
-    assert np.all(told[tip[1:, 0] < -6 * MM] == 0.0)
+    np.testing.assert_allclose(forces[inside], full[inside], rtol=0.03)
+    assert np.all(forces[tip[1:, 0] < -6 * MM] == 0.0)
 
 
 def force_file(folder: Path, text: str) -> Path:
@@ -146,7 +146,7 @@ def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, 
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("doubt = 0.1\n", "mean"),
         (MEAN + "[milling]\nteeth = 2\n", "mean"),
@@ -156,6 +156,6 @@ def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, 
          "axial_n_mm2 = 1\n", "milling.width_mm"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_in_the_file_is_named(text: str, told: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=told):
+def test_what_is_wrong_in_the_file_is_named(text: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=message):
         read_force(force_file(tmp_path, text))

@@ -32,7 +32,7 @@ def level_path(count: int = 41) -> np.ndarray:
     return poses
 
 
-def test_a_push_is_told_by_cause_and_its_doubt_by_the_band() -> None:
+def test_a_push_is_reported_by_cause_and_its_doubt_by_the_band() -> None:
     ideal = level_path()
     true, push = ideal.copy(), np.array([0.0, 8e-6, -20e-6, 0.0, 0.0, 0.0])
     true[:, :3, 3] += push[:3]
@@ -130,7 +130,7 @@ def test_what_is_missing_is_asked_for(program: Path, tmp_path: Path) -> None:
 def test_nobody_says_what_is_wrong_with_the_machine(tmp_path: Path) -> None:
     program = ROOT / "toolpaths" / "engraving" / "golden" / "engraving.src"
     setup = ROOT / "toolpaths" / "engraving" / "setup.toml"
-    with pytest.raises(InputError, match="nobody says what is wrong with the machine; give --calibration"):
+    with pytest.raises(InputError, match="nothing says what is wrong with the machine; give --calibration"):
         predict(program, cell=CELL, setup=setup, out=tmp_path / "out")
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="is a file, not a folder"):  # before anything is reckoned

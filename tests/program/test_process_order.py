@@ -102,10 +102,10 @@ def test_two_tools_in_g_code(tmp_path: Path) -> None:
         "off",
         *END,
     ]
-    told = made.summary.process
-    assert told.events_in_file == told.events_in_program == 6
-    assert told.spindle == ((4, 3000.0, "CLW"), (11, 4000.0, "CLW"))
-    assert [(c.line, c.number) for c in told.tool_changes] == [(10, 2)]
+    process = made.summary.process
+    assert process.events_in_file == process.events_in_program == 6
+    assert process.spindle == ((4, 3000.0, "CLW"), (11, 4000.0, "CLW"))
+    assert [(c.line, c.number) for c in process.tool_changes] == [(10, 2)]
     assert verify(made.out / "part.src", cell=KR15, against=tmp_path / "in" / "part.nc").ok
 
 
@@ -166,8 +166,8 @@ def test_two_tools_in_camworks(tmp_path: Path) -> None:
 def test_coolant_that_the_file_leaves_on_is_on_behind_the_change(tmp_path: Path) -> None:
     second = NX.rindex("COOLNT/ON\n")
     made = posted(tmp_path, "part.cls", NX[:second] + NX[second + len("COOLNT/ON\n") :])
-    told = plain(made)
-    assert told[told.index("dry") :][:6] == ["dry", "home", "tool 2", "speed 4000", "on", "wet"]
+    lines = plain(made)
+    assert lines[lines.index("dry") :][:6] == ["dry", "home", "tool 2", "speed 4000", "on", "wet"]
 
 
 @pytest.mark.parametrize("kind", ["M7", "M8"])
@@ -175,24 +175,24 @@ def test_so_is_coolant_of_a_kind_that_the_program_does_not_tell_apart(tmp_path: 
     lines = (
         f"G21 G90 G17\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\n{kind}\nG1 Z2 F300\nX20\nG0 Z50\nM5\nT2 M6\nS4000 M3\nG0 X30 Y0\n"
     )
-    told = plain(posted(tmp_path, "part.nc", f"{lines}G1 Z2 F280\nX40\nG0 Z50\nM5\nM30\n"))
-    assert told[told.index("dry") :][:6] == ["dry", "home", "tool 2", "speed 4000", "on", "wet"]
+    steps = plain(posted(tmp_path, "part.nc", f"{lines}G1 Z2 F280\nX40\nG0 Z50\nM5\nM30\n"))
+    assert steps[steps.index("dry") :][:6] == ["dry", "home", "tool 2", "speed 4000", "on", "wet"]
 
 
 def test_coolant_that_the_file_switches_again_behind_the_change_is_switched_once(tmp_path: Path) -> None:
     """It is left on at the change, and the next operation speaks of it on its way to the first cut."""
     lines = "G21 G90 G17\nT1 M6\nS3000 M3\nG0 X0 Y0 Z50\nM8\nG1 Z2 F300\nX20\nG0 Z50\nM5\nT2 M6\nS4000 M3\nG0 X30 Y0\nZ25\nM8\n"
-    told = plain(posted(tmp_path, "part.nc", f"{lines}G1 Z2 F280\nX40\nG0 Z50\nM5\nM9\nM30\n"))
-    assert told.count("wet") == 2 and told[told.index("tool 2") :].index("30 25") < told[told.index("tool 2") :].index(
-        "wet"
-    )
+    steps = plain(posted(tmp_path, "part.nc", f"{lines}G1 Z2 F280\nX40\nG0 Z50\nM5\nM9\nM30\n"))
+    assert steps.count("wet") == 2 and steps[steps.index("tool 2") :].index("30 25") < steps[
+        steps.index("tool 2") :
+    ].index("wet")
 
 
 def test_a_machine_position_is_left_by_way_of_the_cells_own_retract(tmp_path: Path) -> None:
     """G28 in the middle of an operation, and nothing is changed: the straight way would go through the wall between."""
     content = GCODE.replace("G0 Z50\nM5\nT2 M6\nS4000 M3\n", "G91 G28 Z0\nG90\n").replace("X26 Y0\nZ5", "X26 Y0 Z5")
-    told = plain(posted(tmp_path, "part.nc", content))
-    assert told[told.index("20 2") :][:5] == ["20 2", "20 100", "26 100", "26 5", "26 2"]
+    lines = plain(posted(tmp_path, "part.nc", content))
+    assert lines[lines.index("20 2") :][:5] == ["20 2", "20 100", "26 100", "26 5", "26 2"]
 
 
 def test_what_stands_at_depth_behind_the_last_cut_waits_for_the_clear(tmp_path: Path) -> None:
@@ -246,9 +246,9 @@ def test_an_event_keeps_its_point_when_points_are_thinned_out(tmp_path: Path, de
     content = content.replace(
         "GOTO/20.,0,2.\n", f"{points}COOLNT/ON\n{points.replace('GOTO/', 'GOTO/1')}GOTO/20.,0,2.\n"
     )
-    told = plain(posted(tmp_path, "part.apt", content, setup=f"{PLACE}decimate_mm = {decimate}\n"))
-    at = told.index("wet")
-    assert told[at - 1] == "10 2" and (len(told) < 30 if decimate else len(told) > 40)
+    lines = plain(posted(tmp_path, "part.apt", content, setup=f"{PLACE}decimate_mm = {decimate}\n"))
+    at = lines.index("wet")
+    assert lines[at - 1] == "10 2" and (len(lines) < 30 if decimate else len(lines) > 40)
 
 
 def test_a_drilling_cycle_that_names_a_step_pecks(tmp_path: Path) -> None:
@@ -256,8 +256,8 @@ def test_a_drilling_cycle_that_names_a_step_pecks(tmp_path: Path) -> None:
     cycle = "CYCLE/DRILL,RAPTO,3.0,FEDTO,-10.0,STEP,4.0,RTRCTO,20.0,MMPM,300.0\nGOTO/0.0,0.0,0.0\nCYCLE/OFF\n"
     content = NX[: NX.index("FEDRAT")] + cycle + "RAPID\nGOTO/0.0,0.0,25.0\nEND-OF-PATH\n"
     made = posted(tmp_path, "part.cls", content)
-    told = plain(made)
-    assert told[told.index("0 3") :][:9] == ["0 3", "0 -4", "0 3", "0 -3.5", "0 -8", "0 3", "0 -7.5", "0 -10", "0 20"]
+    lines = plain(made)
+    assert lines[lines.index("0 3") :][:9] == ["0 3", "0 -4", "0 3", "0 -3.5", "0 -8", "0 3", "0 -7.5", "0 -10", "0 20"]
     assert verify(made.out / "part.src", cell=KR15, against=tmp_path / "in" / "part.cls").ok
 
 
@@ -290,8 +290,8 @@ def refused(tmp_path: Path, content: str, *, name: str = "part.apt", **options) 
 def test_a_tap_comes_out_turning_the_other_way(tmp_path: Path) -> None:
     """Always by way of off; the cell's spindle turns both ways."""
     cell = cell_with(tmp_path, TURNS_BOTH_WAYS, SLOW)
-    told = plain(posted(tmp_path, "part.cls", TAP, cell=cell))
-    assert told == [
+    lines = plain(posted(tmp_path, "part.cls", TAP, cell=cell))
+    assert lines == [
         "home",
         "tool 1",
         "speed 300",
@@ -333,8 +333,8 @@ def test_the_ends_of_the_spindles_range_are_in_it(tmp_path: Path, speed: int) ->
 def test_a_cell_that_does_not_say_its_spindles_range_warns(tmp_path: Path) -> None:
     cell = cell_with(tmp_path, (r"^spindle_rpm = .*\n", ""))
     made = posted(tmp_path, "part.apt", CAMWORKS.replace("4000", "90000"), cell=cell)
-    told = next(w for w in made.summary.warnings if w.code == "spindle-range-unknown")
-    assert "3000 to 90000" in told.text and told.line == 5
+    warning = next(w for w in made.summary.warnings if w.code == "spindle-range-unknown")
+    assert "3000 to 90000" in warning.text and warning.line == 5
 
 
 def urgent(made: PostResult, code: str) -> Remark:
@@ -374,8 +374,8 @@ def test_a_cell_without_a_hook_for_changes_can_t_change(tmp_path: Path) -> None:
 def test_a_tool_without_a_number_needs_a_hook_that_prints_none(tmp_path: Path) -> None:
     content = NX.replace("LOAD/TOOL,1\n", "").replace("LOAD/TOOL,2\n", "END-OF-PATH\nTOOL PATH/B,TOOL,T2\n")
     made = posted(tmp_path, "part.cls", content)  # the hook's number stands in a comment
-    told = text_of(made)
-    assert told.index("; tool T1") < told.index("; tool T2") < told.index("HALT ;change to tool 0")
+    text = text_of(made)
+    assert text.index("; tool T1") < text.index("; tool T2") < text.index("HALT ;change to tool 0")
     assert made.summary.process.tool_changes[0].name == "T2"
     cell = cell_with(tmp_path, (r"^tool_change = .*", 'tool_change = ["CHANGE_TOOL ({number})"]'))
     shown = tmp_path / "again"

@@ -86,15 +86,15 @@ def test_what_happens_at_a_repeated_point_happens_there(tmp_path: Path) -> None:
     at = RICH.index("GOTO/20.,0,-2.\n")
     line = "GOTO/20.,0,-2.\n"
     content = RICH[:at] + line + "DELAY/2\n" + line + "STOP\n" + line + RICH[at + len(line) :]
-    told = story(text_of(posted(tmp_path, "part.apt", content)))
-    assert told[told.index("20 -2") :][:5] == ["20 -2", "wait 2", "stop", "wet", "20 -2"]
+    lines = story(text_of(posted(tmp_path, "part.apt", content)))
+    assert lines[lines.index("20 -2") :][:5] == ["20 -2", "wait 2", "stop", "wet", "20 -2"]
 
 
 def test_two_operations_that_share_a_retract_point(tmp_path: Path) -> None:
     content = RICH.replace("GOTO/5.,10.,25.", "GOTO/20.,10.,25.").replace("GOTO/5.,10.,-3.", "GOTO/20.,10.,-3.")
     made = posted(tmp_path, "part.apt", content)
-    told = story(text_of(made))
-    assert told[told.index("wet") :][1:6] == ["20 -2", "20 25", "speed 5000", "on", "20 -3"]
+    lines = story(text_of(made))
+    assert lines[lines.index("wet") :][1:6] == ["20 -2", "20 25", "speed 5000", "on", "20 -3"]
     assert [r.points for r in made.summary.regions] == [5, 4]
 
 

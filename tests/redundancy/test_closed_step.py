@@ -1,4 +1,4 @@
-"""The tracker's step by the arm's closed inverse: held to NumPy, and to the QR factorisation that serves where it doesn't."""
+"""The tracker's step by the arm's closed inverse: held to NumPy, and to the QR factorisation that is used where it doesn't."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def test_sine_and_cosine_within_a_unit_in_the_last_place() -> None:
     x = np.concatenate(
         [np.linspace(-8.0, 8.0, 4001), 1e5 * np.linspace(-1.0, 1.0, 2001), np.arange(-40, 41) * np.pi / 4]
     )
-    told = np.array([sine_cosine(v) for v in x])
-    assert np.abs(told[:, 0] - np.sin(x)).max() <= 1.2e-16
-    assert np.abs(told[:, 1] - np.cos(x)).max() <= 1.2e-16
+    expected = np.array([sine_cosine(v) for v in x])
+    assert np.abs(expected[:, 0] - np.sin(x)).max() <= 1.2e-16
+    assert np.abs(expected[:, 1] - np.cos(x)).max() <= 1.2e-16
     assert np.isnan(numba.njit(sine_cosine)(np.nan)[0])  # in Python there is no integer for it
 
 
@@ -46,11 +46,11 @@ def test_the_arms_inverse_and_its_condition_against_numpy() -> None:
     assert CHAIN.spherical
     for q in CELL.q_home + rng.normal(0.0, 0.6, (50, N)):
         Z, P, plate, H = homogeneous(q)
-        told = np.empty((6, 6))
-        square = homogeneous_inverse(Z, P, plate, CHAIN.arm_start, CHAIN.wrist, CHAIN.length, told)
+        wanted = np.empty((6, 6))
+        square = homogeneous_inverse(Z, P, plate, CHAIN.arm_start, CHAIN.wrist, CHAIN.length, wanted)
         expected = np.linalg.inv(H)
         size = np.linalg.norm(expected)
-        np.testing.assert_allclose(told, expected, atol=1e-13 * size**2)
+        np.testing.assert_allclose(wanted, expected, atol=1e-13 * size**2)
         assert square == pytest.approx(size**2, rel=1e-11)
         k_f = np.linalg.norm(H) * size / 6.0
         assert inverse_kf_many(CHAIN, q[None])[0] == pytest.approx(1.0 / k_f, rel=1e-11)

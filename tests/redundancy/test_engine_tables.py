@@ -125,9 +125,9 @@ def test_a_sugeno_engine_by_hand(tmp_path: Path) -> None:
         folded, up = ramp(a3, 20, 60), ramp(a5, -50, 50)
         bent, down = 1.0 - folded, 1.0 - up
         strength = np.array([bent * down, 0.5 * folded * down, bent + up - bent * up])
-        told = strength @ [0.1, 0.7, 0.002 * a3 + 0.001 * a5 + 0.3] / strength.sum()
-        np.testing.assert_allclose(system.evaluate(np.array([a3, a5])), [told], rtol=1e-12)
-        np.testing.assert_allclose(system.evaluate_grid(np.array([[a3, a5]])), [[told]], rtol=1e-12)
+        expected = strength @ [0.1, 0.7, 0.002 * a3 + 0.001 * a5 + 0.3] / strength.sum()
+        np.testing.assert_allclose(system.evaluate(np.array([a3, a5])), [expected], rtol=1e-12)
+        np.testing.assert_allclose(system.evaluate_grid(np.array([[a3, a5]])), [[expected]], rtol=1e-12)
     summed = replace(system, defuzzification="wtsum")
     assert summed.evaluate(np.array([10.0, -80.0]))[0] == pytest.approx(0.1 + 0.002 * 10.0 + 0.001 * -80.0 + 0.3)
 
@@ -208,9 +208,9 @@ def test_the_compiled_table_is_scikit_fuzzys_engine(file: Path) -> None:
     k = [o.name for o in system.outputs].index(output)
     for a3, a5 in rng.uniform([-120, -135], [160, 135], (150, 2)):
         q = CELL.to_q(np.array([0, -90, a3, 0, a5, 0, 0, 0.0]))
-        told = system.evaluate(np.array([a3, a5]))[k]
+        expected = system.evaluate(np.array([a3, a5]))[k]
         for s, into in ((surface, off), (coarse, off_even)):
             weights_at(s, q, out)
-            into.append(abs(out[CELL.index(joint)] / told - 1.0))
+            into.append(abs(out[CELL.index(joint)] / expected - 1.0))
     assert max(off) < 0.1 and np.mean(off) < 0.002
     assert np.mean(off) < 0.5 * np.mean(off_even)

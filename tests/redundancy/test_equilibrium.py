@@ -30,8 +30,8 @@ def test_the_weights_are_the_compiled_engines() -> None:
     for table in ("even", "corners"):
         engine = replace(cell.resolve.joint_engine, table=table)
         surface = engine_weighting(replace(cell, resolve_section=replace(cell.resolve, joint_engine=engine))).joint
-        told = np.stack([bilinear(surface, posture) for posture in q[::40]])
-        np.testing.assert_allclose(weights_along(surface, q[::40]), told, atol=1e-14)
+        expected = np.stack([bilinear(surface, posture) for posture in q[::40]])
+        np.testing.assert_allclose(weights_along(surface, q[::40]), expected, atol=1e-14)
 
 
 def test_a_path_that_is_never_bounded_stands_at_the_equilibrium_but_where_the_arm_goes_alone() -> None:
@@ -41,7 +41,7 @@ def test_a_path_that_is_never_bounded_stands_at_the_equilibrium_but_where_the_ar
     assert cutting.sum() > 700 and not found.bounded[cutting].any() and not found.acting.any()
 
 
-def test_a_posture_moved_off_it_is_told() -> None:
+def test_a_posture_moved_off_it_is_reported() -> None:
     cell, path, solution = engraved()
     q = np.array(solution.q)
     moved = np.array([200, 500])
@@ -52,7 +52,7 @@ def test_a_posture_moved_off_it_is_told() -> None:
 
 
 def test_bounds_on_self_motion_leave_the_posture_behind() -> None:
-    """The same piece followed with next to no self-motion: nearly all of it is told to lag."""
+    """The same piece followed with next to no self-motion: nearly all of it is reported to lag."""
     cell, path, _solution = engraved()
     tracker = PathTracker(cell, path)
     tracker._limits = lambda *_args: np.full((len(_args[0]) - 1, len(cell)), 1e-9)  # type: ignore[method-assign]

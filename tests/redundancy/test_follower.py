@@ -84,7 +84,7 @@ def test_the_tracker_ends_where_the_published_loop_does(even: bool) -> None:
         settings = settings._replace(joint_weights=constant_surface(EVEN), condition_weights=constant_surface(EVEN))
     path = five_axis_path(CELL.q_home, 4, 4 * STEP, 3 * TURN)
     joint, condition = surfaces_as_weights(settings)
-    told = follow_as_published(
+    expected = follow_as_published(
         CELL,
         path,
         TwinState(CELL.q_home),
@@ -95,8 +95,8 @@ def test_the_tracker_ends_where_the_published_loop_does(even: bool) -> None:
     )
     code, _, q, inv_kf = follow(settings, path, state_at(CELL.q_home))
     assert code == TRACKED
-    np.testing.assert_allclose(q, told.q, atol=5e-7)
-    np.testing.assert_allclose(inv_kf, told.inv_kf, atol=1e-6)
+    np.testing.assert_allclose(q, expected.q, atol=5e-7)
+    np.testing.assert_allclose(inv_kf, expected.inv_kf, atol=1e-6)
     assert np.abs(q[-1] - CELL.q_home).max() > 0.05  # there was a way to go
 
 
@@ -105,7 +105,7 @@ def test_with_the_condition_term_too() -> None:
     recorded = LOW + 0.02
     path = five_axis_path(LOW, 3, STEP, 0.5 * TURN)
     joint, condition = surfaces_as_weights(SETTINGS)
-    told = follow_as_published(
+    expected = follow_as_published(
         CELL,
         path,
         TwinState(LOW, recorded),
@@ -118,7 +118,7 @@ def test_with_the_condition_term_too() -> None:
     code, _, q, inv_kf = follow(SETTINGS, path, state)
     assert code == TRACKED and state.flags[0] == 1
     assert inv_kf.max() < CELL.resolve.threshold
-    np.testing.assert_allclose(q, told.q, atol=1e-6)
+    np.testing.assert_allclose(q, expected.q, atol=1e-6)
     _, _, without, _ = follow(SETTINGS._replace(threshold=0.0), path, state_at(LOW))
     assert np.abs(without - q).max() > 0.01
 
@@ -324,9 +324,9 @@ def test_qr_against_numpy(m: int) -> None:
     R = np.triu(F[:6])
     np.testing.assert_allclose(Q.T @ Q, np.eye(m), atol=1e-13)
     np.testing.assert_allclose(Q[:, :6] @ R, A, atol=1e-13)
-    told = np.abs(np.diag(np.linalg.qr(A)[1]))
-    np.testing.assert_allclose(np.abs(np.diag(R)), told, rtol=1e-12)
-    assert least == pytest.approx(told.min() / told.max(), rel=1e-12)
+    expected = np.abs(np.diag(np.linalg.qr(A)[1]))
+    np.testing.assert_allclose(np.abs(np.diag(R)), expected, rtol=1e-12)
+    assert least == pytest.approx(expected.min() / expected.max(), rel=1e-12)
     x = np.arange(1.0, m + 1.0)
     y = x.copy()
     la.apply_q_transposed(F, m, tau, y)
@@ -389,7 +389,7 @@ def test_curvature_against_differences() -> None:
     unit = np.eye(n) * step
     for multipliers in np.eye(6):
         chain_work.curvature(CHAIN, n, scale, multipliers, w)
-        told = np.empty((n, n))
+        expected = np.empty((n, n))
         for a in range(n):
             for b in range(n):
                 second = (
@@ -398,8 +398,8 @@ def test_curvature_against_differences() -> None:
                     - task(unit[b] - unit[a])
                     + task(-unit[a] - unit[b])
                 )
-                told[a, b] = multipliers @ second / (4.0 * step * step)
-        np.testing.assert_allclose(w.C[:n, :n], told, atol=2e-6)
+                expected[a, b] = multipliers @ second / (4.0 * step * step)
+        np.testing.assert_allclose(w.C[:n, :n], expected, atol=2e-6)
 
 
 def test_pose_error_is_the_logarithm() -> None:
@@ -435,9 +435,9 @@ def test_weights_enter_the_criterion_with_their_slopes() -> None:
         return w.g.copy()
 
     inv_kf = float(inverse_kf_many(CHAIN, LOW[None])[0])
-    told = bilinear(SETTINGS.joint_weights, LOW) * (LOW - CELL.q_reference)
-    told += bilinear(SETTINGS.condition_weights, LOW) * (LOW - recorded) / inv_kf
-    np.testing.assert_allclose(gradient(LOW), told, atol=1e-12)
+    expected = bilinear(SETTINGS.joint_weights, LOW) * (LOW - CELL.q_reference)
+    expected += bilinear(SETTINGS.condition_weights, LOW) * (LOW - recorded) / inv_kf
+    np.testing.assert_allclose(gradient(LOW), expected, atol=1e-12)
 
 
 def test_half_turns_are_met() -> None:

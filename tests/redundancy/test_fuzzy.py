@@ -70,9 +70,9 @@ def by_control_system(file: Path, points: np.ndarray) -> np.ndarray:
 def test_the_engine_is_scikit_fuzzys(file: Path) -> None:
     system = read_fis(file)
     points = points_of(system, 25)
-    told = by_control_system(file, points)
+    expected = by_control_system(file, points)
     ours = np.array([system.evaluate(x) for x in points])
-    np.testing.assert_allclose(ours, told, atol=3e-4)
+    np.testing.assert_allclose(ours, expected, atol=3e-4)
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda f: f.stem)
@@ -101,13 +101,13 @@ def test_the_surface_is_the_engine(engine: FuzzyEngine) -> None:
             out = np.empty(len(CELL))
             weights_at(surface, q, out)
             np.testing.assert_allclose(out, bilinear(surface, q), atol=1e-14)
-            told = np.full(len(CELL), engine.default_weight)
+            expected = np.full(len(CELL), engine.default_weight)
             for joint, output in engine.weights.items():
-                told[CELL.index(joint)] = system.evaluate(axes[places])[names.index(output)]
+                expected[CELL.index(joint)] = system.evaluate(axes[places])[names.index(output)]
             if on_node:
-                np.testing.assert_allclose(out, told, atol=1e-9)
+                np.testing.assert_allclose(out, expected, atol=1e-9)
             else:
-                off.append(np.abs(out - told).max())
+                off.append(np.abs(out - expected).max())
     assert max(off) < 0.03 and np.mean(off) < 0.003  # of weights up to 0.5
     assert np.all(surface.table[..., CELL.index("roll")] == 0.01)  # Table 2
 
@@ -157,7 +157,7 @@ def test_what_the_technician_meant() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "parameters", "x", "told"),
+    ("kind", "parameters", "x", "expected"),
     [
         ("trimf", (0, 1, 3), [0, 0.5, 1, 2, 3], [0, 0.5, 1, 0.5, 0]),
         ("trapmf", (0, 1, 2, 4), [0, 0.5, 1.5, 3], [0, 0.5, 1, 0.5]),
@@ -169,8 +169,8 @@ def test_what_the_technician_meant() -> None:
         ("smf", (1, 8), [1, 4.5, 8], [0, 0.5, 1]),
     ],
 )
-def test_membership_functions_are_the_toolboxs(kind, parameters, x, told) -> None:
-    np.testing.assert_allclose(Membership("m", kind, parameters)(np.array(x, float)), told, atol=1e-12)
+def test_membership_functions_are_the_toolboxs(kind, parameters, x, expected) -> None:
+    np.testing.assert_allclose(Membership("m", kind, parameters)(np.array(x, float)), expected, atol=1e-12)
 
 
 # ---- files that are wrong
@@ -260,7 +260,7 @@ def test_an_engine_that_does_not_fit_its_cell(tmp_path: Path) -> None:
     shutil.copytree(FOLDER, folder)
     engine = CELL.resolve.joint_engine
     for old, new, said in (
-        ("Name='A3'", "Name='A9'", "'A9' is no axis"),
+        ("Name='A3'", "Name='A9'", "'A9' is not an axis"),
         ("Name='w_3'", "Name='w_4'", "no output 'w_3' for A3"),
     ):
         (folder / engine.file).write_text(GOOD.replace(old, new))
@@ -308,7 +308,7 @@ MF2='high':'trimf',[0.6 0.8 1]
 
     cell = replace(CELL, folder=tmp_path)
     surface = compile_surface(cell, FuzzyEngine("one.fis", {"A5": "w"}))
-    for mm, told in ((-900.0, 0.2), (0.0, 0.5), (900.0, 0.8), (5000.0, 0.8)):
+    for mm, expected in ((-900.0, 0.2), (0.0, 0.5), (900.0, 0.8), (5000.0, 0.8)):
         out = np.empty(len(CELL))
         weights_at(surface, CELL.to_q(np.array([0, -90, 90, 0, 90, 0, mm, 0.0])), out)
-        assert out[CELL.index("A5")] == pytest.approx(told, abs=1e-6)
+        assert out[CELL.index("A5")] == pytest.approx(expected, abs=1e-6)

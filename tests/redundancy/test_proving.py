@@ -205,7 +205,7 @@ def lies_in(poses, p, z, azimuth):
     ways = np.array([[*poses[5], *poses[4]], [*poses[7], *poses[6]]])
     share = np.clip(np.linalg.lstsq(ways.T, np.concatenate([dp, dz]), rcond=None)[0], -1.0, 1.0)
     left = np.concatenate([dp, dz]) - share @ ways
-    return np.linalg.norm(left) <= poses[8, 0] + poses[8, 1] + 1e-9  # the share that serves both is not looked for
+    return np.linalg.norm(left) <= poses[8, 0] + poses[8, 1] + 1e-9  # the share that suits both is not looked for
 
 
 def test_a_value_that_a_posture_has_is_never_refuted_and_one_above_the_best_is():

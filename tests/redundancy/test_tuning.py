@@ -22,18 +22,18 @@ PARAMETERS = EngineParameters(SYSTEM)
 
 def test_the_search_finds_a_planted_optimum() -> None:
     planted = np.array([0.7, -1.2, 0.3, 2.0])
-    told: list[float] = []
+    calls: list[float] = []
     found = minimise(
         lambda x: float(np.sum((x - planted) ** 2)),
         [np.zeros(4)],
         spread=np.ones(4),
         budget=400,
         seed=3,
-        progress=told.append,
+        progress=calls.append,
     )
     np.testing.assert_allclose(found.vector, planted, atol=1e-2)
     assert found.tried <= 400 and np.all(np.diff(found.course) <= 0.0)
-    assert told == sorted(told) and told[-1] <= 1.0
+    assert calls == sorted(calls) and calls[-1] <= 1.0
 
 
 def test_the_same_seed_finds_the_same_and_a_start_is_never_lost() -> None:
@@ -65,8 +65,8 @@ def test_the_start_is_the_engine_itself() -> None:
 def test_terms_all_alike_are_a_constant_vector() -> None:
     weights = np.array([0.095, 0.56, 0.076, 0.126])
     x = np.random.default_rng(2).uniform([-120, -135], [160, 135], (50, 2))
-    told = PARAMETERS.engine(PARAMETERS.alike(weights)).evaluate_grid(x)
-    np.testing.assert_allclose(told, np.tile(weights, (50, 1)), rtol=1e-12)
+    expected = PARAMETERS.engine(PARAMETERS.alike(weights)).evaluate_grid(x)
+    np.testing.assert_allclose(expected, np.tile(weights, (50, 1)), rtol=1e-12)
 
 
 def test_whatever_the_vector_the_file_opens_again(tmp_path) -> None:

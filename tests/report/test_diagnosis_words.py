@@ -61,8 +61,8 @@ def fits(**values: tuple[float, float]) -> dict[str, FittedValue]:
 
 
 def test_of_many_values_those_that_are_known_best_come_first() -> None:
-    told, more = values_of(fits(a_mm=(0.1, 1.0), b_mm=(0.1, 0.001), c_mm=(9.0, 1.0)), 2)
-    assert [t.split()[0] for t in told] == ["b", "c"]
+    texts, more = values_of(fits(a_mm=(0.1, 1.0), b_mm=(0.1, 0.001), c_mm=(9.0, 1.0)), 2)
+    assert [t.split()[0] for t in texts] == ["b", "c"]
     assert more == 1
     waves = {"A1_cos16.6_deg": (0.003, 0.0001), "A1_sin16.6_deg": (-0.004, 0.0001), "A2_cos16.6_deg": (0.00001, 0.0001)}
     assert values_of(fits(**waves), 6) == (["A1, 16.6 times a turn, 0.00500 ± 0.00010 degrees"], 1)
@@ -172,19 +172,26 @@ def test_no_gap_says_whether_noise_or_the_tolerance_says_so() -> None:
 
 
 def test_what_compensate_can_do_is_never_promised_too_much() -> None:
-    told = {
+    compensable = {
         "effects": ["track"],
         "left": ["track of E1"],
         "rms_before_mm": 0.2,
         "rms_after_mm": 0.19,
         "shrink_interval": [0.01, 0.1],
     }
-    assert compensable_text(summary([], compensable=told)).startswith(
+    assert compensable_text(summary([], compensable=compensable)).startswith(
         "compensate can correct a part of track: 0.200 mm to 0.190 mm"
     )
-    worse = told | {"effects": ["frame_base"], "left": ["lean"], "rms_after_mm": 0.24, "shrink_interval": [-0.3, 0.1]}
+    worse = compensable | {
+        "effects": ["frame_base"],
+        "left": ["lean"],
+        "rms_after_mm": 0.24,
+        "shrink_interval": [-0.3, 0.1],
+    }
     assert "so nothing is handed over" in compensable_text(summary([], compensable=worse))
-    assert compensable_text(summary([], compensable=told | {"effects": []})).endswith("it has no term for track of E1.")
+    assert compensable_text(summary([], compensable=compensable | {"effects": []})).endswith(
+        "it has no term for track of E1."
+    )
 
 
 def test_of_several_causes_alike_none_is_claimed_and_all_are_named() -> None:

@@ -124,7 +124,7 @@ class _Checker:
         if left is None or right is None or left.kind not in "TR":
             return None
         if not self.one(node, left.b, right.a):
-            return None  # told where the product is visited itself
+            return None  # reported where the product itself is visited
         return Frames(left.kind, left.a, right.b) if left.kind == right.kind else None
 
     def check_product(self, node: ast.AST, left_node: ast.expr, right_node: ast.expr) -> None:

@@ -77,7 +77,7 @@ MAY_BE_HEAVY = {
     "bodies": frozenset({"trimesh"}),  # meshes
     "checks": frozenset({"trimesh", "fcl", "coal"}),  # collisions
 }
-# modules of such rooms that serve without the library
+# modules of such rooms that work without the library
 LIGHT = {"camrob.report.terminal.summaries"}
 
 

@@ -83,11 +83,11 @@ def _unexplained(module: Module) -> Iterator[str]:
         counted = _counts_on(before, node)
         if counted:
             continue
-        told = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
+        documented = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
         last = node.end_lineno or node.lineno
-        # one reason serves a group of constants that stand together
+        # one reason holds for a group of constants that stand together
         above = node.lineno - 1 in comments
-        explained = told or above or any(k in comments for k in range(node.lineno, last + 1)) or explained
+        explained = documented or above or any(k in comments for k in range(node.lineno, last + 1)) or explained
         if not explained:
             yield f"{module.file}:{node.lineno}: {ast.unparse(node)[:80]}: no reason stands beside it"
         explained = explained and _adjacent(node, following)

@@ -64,11 +64,11 @@ def test_every_public_verb_has_an_example_and_says_what_it_takes() -> None:
 
 @pytest.mark.slow
 def test_the_examples_do_what_they_say(workshop: Path, monkeypatch) -> None:
-    """One post serves them all."""
+    """One post is enough for all of them."""
     monkeypatch.chdir(workshop)
-    told: list[str] = []
+    output: list[str] = []
     for verb in VERBS:
         runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
-        if runner.run(_examples(verb), out=told.append).failed:
-            pytest.fail("".join(told), pytrace=False)
+        if runner.run(_examples(verb), out=output.append).failed:
+            pytest.fail("".join(output), pytrace=False)
         assert runner.summarize(verbose=False).attempted > 0

@@ -50,8 +50,8 @@ def test_the_cell_is_the_maker_s_arm() -> None:
 
 
 def test_the_published_means_come_out(case) -> None:
-    told = read_published(CASE, CELL)
-    assert {"before": told.before, "after": told.after} == PUBLISHED and told.iterations == (3, 5)
+    published = read_published(CASE, CELL)
+    assert {"before": published.before, "after": published.after} == PUBLISHED and published.iterations == (3, 5)
     plain = case.plain
     assert np.allclose(means(plain, "nominal"), PUBLISHED["before"], rtol=0.06)
     assert np.allclose(means(plain, "calibrated"), PUBLISHED["after"], rtol=0.06)
@@ -101,7 +101,7 @@ def test_the_simulated_logs_calibrate_to_the_same(case, folder: Path) -> None:
 
 def test_a_case_that_can_t_be_read_is_refused(tmp_path: Path, capsys) -> None:
     text = CASE.read_text()
-    for old, new, told in [
+    for old, new, message in [
         ("seed = 500", "seed = -1", "robot.seed: is -1"),
         ("points = 297", "points = 2", "line.points: is 2"),
         ("direction = [0.15, -1, 0.05]", "direction = [0, 0, 0]", "line.direction: has no length"),
@@ -110,7 +110,7 @@ def test_a_case_that_can_t_be_read_is_refused(tmp_path: Path, capsys) -> None:
     ]:
         assert old in text
         (tmp_path / "case.toml").write_text(text.replace(old, new))
-        with pytest.raises(InputError, match=told.replace(".", r"\.")):
+        with pytest.raises(InputError, match=message.replace(".", r"\.")):
             read_published(tmp_path / "case.toml", CELL)
     track = FOLDER.parent / "kr15_track_table"
     with pytest.raises(InputError, match="kr15_track_table has external axes"):

@@ -167,7 +167,7 @@ def test_torques_are_those_of_point_masses(cell):
     assert np.all(got.total[0, [i for i in range(len(cell)) if i not in moving]] == 0.0)
 
 
-def test_a_point_out_of_reach_is_told():
+def test_a_point_out_of_reach_is_reported():
     with pytest.raises(SingularError):
         follow_points(CELL, CELL.q_home, np.array([[5.0, 0.0, 0.0]]))
 

@@ -24,7 +24,7 @@ class Size(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Told(Summary):
+class Sample(Summary):
     name: str
     size: Size | None = spread()
     source: str = keyed("from")
@@ -41,10 +41,10 @@ class Open(Summary):
 
 
 SIZE = Size(x_mm=1.0, y_mm=None)
-WHOLE = Told(
+WHOLE = Sample(
     name="n", size=SIZE, source="s", by_axis={"A1": SIZE, "A2": None}, rows=((3, SIZE),), note="!", parts=(SIZE,)
 )
-BARE = Told(name="n", source="s", by_axis={}, rows=())
+BARE = Sample(name="n", source="s", by_axis={}, rows=())
 
 
 def test_keys_stand_in_the_order_of_the_fields() -> None:
@@ -56,47 +56,47 @@ def test_keys_stand_in_the_order_of_the_fields() -> None:
     assert json.dumps(BARE.to_json()) == '{"name": "n", "from": "s", "by_axis": {}, "rows": [], "parts": []}'
 
 
-@pytest.mark.parametrize("told", [WHOLE, BARE])
-def test_what_was_written_is_read_as_it_was(told: Told) -> None:
-    assert Told.from_json(json.loads(json.dumps(told.to_json()))) == told
+@pytest.mark.parametrize("summary", [WHOLE, BARE])
+def test_what_was_written_is_read_as_it_was(summary: Sample) -> None:
+    assert Sample.from_json(json.loads(json.dumps(summary.to_json()))) == summary
 
 
 def test_a_summary_cannot_be_changed() -> None:
     by_axis = {"A1": SIZE}
-    told = Told(name="n", source="s", by_axis=by_axis, rows=[(3, SIZE)])  # type: ignore[arg-type]
+    summary = Sample(name="n", source="s", by_axis=by_axis, rows=[(3, SIZE)])  # type: ignore[arg-type]
     by_axis["A1"] = None  # type: ignore[assignment]
-    assert told.by_axis == {"A1": SIZE} and told.rows == ((3, SIZE),)
+    assert summary.by_axis == {"A1": SIZE} and summary.rows == ((3, SIZE),)
     with pytest.raises(TypeError):
-        told.by_axis["A1"] = SIZE  # type: ignore[index]
+        summary.by_axis["A1"] = SIZE  # type: ignore[index]
     with pytest.raises(FrozenInstanceError):
-        told.name = "m"  # type: ignore[misc]
+        summary.name = "m"  # type: ignore[misc]
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"nmae": 1}, "Told has no key 'nmae'"),
+        ({"nmae": 1}, "Sample has no key 'nmae'"),
         ({"by_axis": {"A1": {"x_mm": 1.0}}}, "Size lacks the key 'y_mm'"),
-        ({"by_axis": {"A1": 7}}, "7 is no Size"),
+        ({"by_axis": {"A1": 7}}, "7 is not a Size"),
         ({"from": None, "parts": [{"x_mm": 1.0, "y_mm": None, "z_mm": 0.0}]}, "Size has no key 'z_mm'"),
     ],
 )
 def test_what_is_no_such_object_is_refused(change: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        Told.from_json(WHOLE.to_json() | change)
+        Sample.from_json(WHOLE.to_json() | change)
 
 
 def test_keys_that_no_field_is_there_for_are_kept_where_that_is_said() -> None:
-    told = Open.from_json({"new": [1, {"a": 2}], "x": 3})
-    assert told.x == 3 and told.further == {"new": (1, {"a": 2})}
-    assert json.dumps(told.to_json()) == '{"x": 3, "new": [1, {"a": 2}]}'
+    summary = Open.from_json({"new": [1, {"a": 2}], "x": 3})
+    assert summary.x == 3 and summary.further == {"new": (1, {"a": 2})}
+    assert json.dumps(summary.to_json()) == '{"x": 3, "new": [1, {"a": 2}]}'
 
 
 @pytest.mark.parametrize("part", ["engraving", "carving", "relief", "globe"])
 def test_a_golden_summary_comes_out_byte_for_byte(part: str) -> None:
     """The golden files were written from plain dictionaries; what they leave out stands at the end, and is left out again."""
     text = (ROOT / "toolpaths" / part / "golden" / f"{part}.json").read_text(encoding="utf-8")
-    told = json.loads(text)
-    told["collisions"]["sampled"] = told["verified"]["by"] = "as it was"
-    told["manifest"] = {"camrob": "0", "cl_file": {}, "setup": {}, "cell": {}, "program": {}}
-    assert json.dumps(comparable(PostSummary.from_json(told).to_json()), indent=1) + "\n" == text
+    summary = json.loads(text)
+    summary["collisions"]["sampled"] = summary["verified"]["by"] = "as it was"
+    summary["manifest"] = {"camrob": "0", "cl_file": {}, "setup": {}, "cell": {}, "program": {}}
+    assert json.dumps(comparable(PostSummary.from_json(summary).to_json()), indent=1) + "\n" == text

@@ -144,9 +144,11 @@ def test_the_papers_line_on_its_machine_nominal_beside_compensated(tmp_path):
 
 def test_the_terminal_shows_statements_and_the_worst_places(tmp_path, capsys):
     assert run(["feed", "--cell", str(KR500.folder), "--out", str(tmp_path / "out")]) == 0
-    told = " ".join(capsys.readouterr().out.split())
-    assert "unclear" in told and "compensated, smooth interpolation: stretches past a limit at 1.00 rad/s 1;" in told
-    assert "A3 acceleration 1.33 times at point 1" in told and len(told) < 6000
+    printed = " ".join(capsys.readouterr().out.split())
+    assert (
+        "unclear" in printed and "compensated, smooth interpolation: stretches past a limit at 1.00 rad/s 1;" in printed
+    )
+    assert "A3 acceleration 1.33 times at point 1" in printed and len(printed) < 6000
 
 
 def test_a_calibration_compensates_the_line(tmp_path):

@@ -82,7 +82,7 @@ def _known(table: TableReader, keys: set[str], who: str) -> None:
     """Raise for a key that nobody takes."""
     unknown = sorted(set(table.keys()) - keys)
     if unknown:
-        raise table.fail(unknown[0][:60], f"is no key of {who}", f"use {', '.join(sorted(keys))}")
+        raise table.fail(unknown[0][:60], f"is not a key of {who}", f"use {', '.join(sorted(keys))}")
 
 
 def _values(table: TableReader, verb: Verb) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def _matching(table: TableReader, key: str, text: str) -> list[str]:
         return [text]
     found = sorted(f for f in glob.glob(text, root_dir=base, recursive=True) if os.path.isfile(base / f))
     if not found:
-        raise table.fail(key, f"{text[:60]!r} stands for no file", "mend the pattern")
+        raise table.fail(key, f"{text[:60]!r} matches no file", "correct the pattern")
     return found
 
 

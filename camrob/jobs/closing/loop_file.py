@@ -58,7 +58,7 @@ class LoopJob:
             except OSError as error:
                 if part == "setup" and self.setup is None:
                     continue
-                raise InputError(f"can't be read ({error.strerror})", hint=f"mend {part}", path=file) from None
+                raise InputError(f"can't be read ({error.strerror})", hint=f"correct {part}", path=file) from None
         return found
 
 

@@ -64,5 +64,5 @@ def measured_off_path(
     kind = np.asarray(program.kind)[np.searchsorted(meant, owner, side="right") - 1]
     off = np.linalg.norm(tip - place, axis=1)[kind >= Motion.LIN]
     if not len(off) or np.median(off) > _FAR:
-        raise LogError("is no run of this program", hint=f"give the log of {program.name}", path=log.path)
+        raise LogError("is not a run of this program", hint=f"give the log of {program.name}", path=log.path)
     return np.asarray(off)

@@ -65,8 +65,8 @@ def _patched(
             new = [NewTarget(tuple(table[row + k]), bool(by_axes)) for k in range(count)]
             old = wanted[name].setdefault(line, new)
             if _apart(old, new):
-                what = "the motion runs several times and needs another correction each time"
-                raise ProgramError(what, hint="write the loop out", path=folder / name, line=line)
+                what = "the motion runs several times and needs a different correction each time"
+                raise ProgramError(what, hint="unroll the loop", path=folder / name, line=line)
         row += count
     for name, source in sources.items():
         try:

@@ -114,7 +114,7 @@ def cell_from_urdf(urdf: Path, *, name: str | None = None, tip: str | None = Non
     """
     urdf = Path(urdf)
     if not os.path.isfile(urdf):
-        raise InputError("is no file", hint="give a URDF", path=urdf)
+        raise InputError("is not a file", hint="give a URDF", path=urdf)
     name = re.sub(r"\W+", "_", urdf.stem).strip("_") if name is None else name
     folder = _free(Path(out), name)
     lines = [

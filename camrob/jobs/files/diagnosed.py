@@ -26,7 +26,7 @@ def diagnosed(
     if folder is None:
         if calibration is None:
             hint = "give --calibration FITTED.toml, --diagnosis DIR, or both where one command wrote them"
-            raise InputError("nobody says what is wrong with the machine", hint=hint)
+            raise InputError("nothing says what is wrong with the machine", hint=hint)
         size = calibration.errors.get("calibrated/withheld")
         if size is None:
             hint = "calibrate with withheld poses, or give --diagnosis"
@@ -37,7 +37,7 @@ def diagnosed(
         said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:
         raise InputError(
-            "is no diagnosis", hint="give the folder that `camrob diagnose --out` wrote", path=file
+            "is not a diagnosis", hint="give the folder that `camrob diagnose --out` wrote", path=file
         ) from error
     if said.compensable.fitted is None:
         raise InputError("holds no fitted units", hint="diagnose again with this camrob", path=file)

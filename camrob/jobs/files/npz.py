@@ -47,4 +47,4 @@ def read_arrays(path: Path, *names: str, hint: str) -> list[NDArray[Any]]:
             with np.load(path, allow_pickle=False) as data:
                 return [np.asarray(data[name]) for name in names]
     except (*_DAMAGED, Warning):
-        raise InputError("is no solved path", hint=hint, path=path) from None
+        raise InputError("is not a solved path", hint=hint, path=path) from None

@@ -253,5 +253,5 @@ def _not_covered(machine: OnDiagnosedMachine | None) -> list[Finding]:
     if machine.rest_mm > _WORTH_MM:
         left.append(f"what the diagnosis left unexplained ({machine.rest_mm:.3f} mm)")
     if not machine.causes:
-        left.append("what is no constant of the chain (on the machine as diagnosed that would not have helped)")
+        left.append("what is not a constant of the chain (on the machine as diagnosed that would not have helped)")
     return [Finding("not-covered", f"not corrected: {', '.join(left)}")] if left else []

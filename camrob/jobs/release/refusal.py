@@ -26,7 +26,7 @@ _ADVICE = {
     "singular": _PLACE,
     "table-in-cut": _PLACE,
 }
-_FAULT = "that is a fault of camrob's or of the cell's description: check poses.csv, and report this file"
+_FAULT = "that is an error in camrob or in the cell's description: check poses.csv, and report this file"
 
 
 def advice(code: str) -> str:

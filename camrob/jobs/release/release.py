@@ -156,7 +156,7 @@ def path_collisions(back: ReadBack, inputs: JobInputs, progress: Share) -> Colli
         )
         looked_at[np.flatnonzero(here)[: reports[-1].points]] = True
     if not looked_at.all():
-        what = "the program was not released: collisions were not looked for along all of it; report this file"
+        what = "the program was not released: collisions were not checked along all of it; report this file"
         raise VerificationError(what, line=int(line[owner[int(np.argmin(looked_at))]]))
     return reports[0] if len(reports) == 1 else joined_collisions(reports)
 

@@ -57,7 +57,7 @@ def hold_to_solution(
         joint = cell.joints[real[worst]]
         apart_by = float(np.abs(read[k, worst] - wanted[0][k, real[worst]]))
         value, unit = (m_to_mm(apart_by), "mm") if joint.prismatic else (rad_to_deg(apart_by), "degrees")
-        what = f"{joint.name} stands elsewhere than was solved, by {value:.4f} {unit}"
+        what = f"{joint.name} is not where it was solved to be, by {value:.4f} {unit}"
         findings.append(Finding("not-as-solved", what, Severity.ERROR, line=int(text.line[row[k]]), axis=joint.name))
     return findings + _said_twice(text)
 

@@ -95,5 +95,5 @@ def read_sender(text: str) -> Sender:
     port = None if match is None or match[2] == "*" else int(match[2])
     if not parts or max(parts) > 255 or (port is not None and not 0 < port < 65536):
         hint = "give ADDRESS:PORT in numbers, such as 192.168.1.15:49152, or ADDRESS:*"
-        raise InputError(f"{text!r} is no sender's address", hint=hint)
+        raise InputError(f"{text!r} is not a sender's address", hint=hint)
     return ".".join(map(str, parts)), port

@@ -72,7 +72,7 @@ def read_rob(data: bytes) -> RobFrame:
     ipoc = _only(children, "IPOC", needed=True)
     counter = "" if ipoc is None else ipoc[1].strip(" \t\r\n")
     if ipoc is None or ipoc[0] or _COUNTER.fullmatch(counter) is None:
-        raise _refused("a frame's IPOC is no counter")
+        raise _refused("a frame's IPOC is not a counter")
     setpoint = _only(children, "RSol", needed=True)
     actual = _only(children, "RIst", needed=False)
     if setpoint is None:
@@ -92,7 +92,7 @@ def write_sen(ipoc: str, correction: ArrayLike, sen_type: str = "ImFree") -> byt
     if max(abs(v) for v in printed) > _WIDEST_DEG:
         raise InputError("a correction is beyond any correction's range", hint="nothing is sent in its place")
     if _COUNTER.fullmatch(ipoc) is None:
-        raise InputError("an IPOC is no counter", hint="answer with the one that came")
+        raise InputError("an IPOC is not a counter", hint="answer with the one that came")
     # + 0.0 turns the -0.0 that rounding may leave into 0.0
     pairs = " ".join(f'{name}="{round(v, 6) + 0.0:.6f}"' for name, v in zip("XYZABC", printed, strict=True))
     return f'<Sen Type="{check_sen_type(sen_type)}"><RKorr {pairs} /><IPOC>{ipoc}</IPOC></Sen>'.encode("ascii")
@@ -181,7 +181,7 @@ def _pose(given: dict[str, str]) -> Array:
         raise _refused("a frame's pose isn't X, Y, Z, A, B, C")
     texts = [given[name].strip(" ") for name in "XYZABC"]
     if any(_NUMBER.fullmatch(text) is None for text in texts):
-        raise _refused("a frame's pose holds something that is no finite number")
+        raise _refused("a frame's pose holds something that is not a finite number")
     values = np.array([float(text) for text in texts])
     if not (np.abs(values[:3]) <= _FARTHEST_MM).all() or not (np.abs(values[3:]) <= _WIDEST_DEG).all():
         raise _refused("a frame's pose lies beyond any robot's reach")

@@ -53,7 +53,7 @@ def _tried(cell: Cell, arm: Arm) -> str:
     values = int(np.prod([_TURN if j.endless else _SPAN for j in axes]))
     where = f" at each of {values} values of {', '.join(j.name for j in axes)}" if axes else ""
     if arm.searched:
-        return f"searched from {STARTS} starts{where}, which is no proof"
+        return f"searched from {STARTS} starts{where}, which is not a proof"
     return f"all branches by closed form{where}"
 
 

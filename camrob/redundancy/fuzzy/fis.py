@@ -212,7 +212,7 @@ def read_fis(path: Path) -> FuzzySystem:
     outputs = tuple(_variable(sections, f"Output{i + 1}", path, kinds) for i in range(system.count("NumOutputs")))
     rules = tuple(_rule(line, text, inputs, outputs, path) for text, line in sections.get("Rules", {}).values())
     if len(rules) != system.count("NumRules"):
-        raise system.fail("NumRules", f"says {system.count('NumRules')}, there are {len(rules)}", "mend the count")
+        raise system.fail("NumRules", f"says {system.count('NumRules')}, there are {len(rules)}", "correct the count")
     result = FuzzySystem(
         system.text("Name"),
         inputs,
@@ -247,7 +247,7 @@ def _sections(lines: list[str], path: Path) -> dict[str, dict[str, tuple[str, in
         else:
             key, equals, value = text.partition("=")
             if not equals:
-                raise CellError(f"{text!r} is no key=value", hint="write key=value", path=path, line=number)
+                raise CellError(f"{text!r} is not a key=value", hint="write key=value", path=path, line=number)
             current[key.strip()] = (value.strip(), number)
     return sections
 
@@ -292,13 +292,13 @@ def _variable(
     section = _Section(sections.get(name, {}), path, name)
     span = section.numbers("Range", section.raw("Range"))
     if len(span) != 2 or not span[0] < span[1]:
-        raise section.fail("Range", "is no [lower upper]", "give two rising numbers")
+        raise section.fail("Range", "is not [lower upper]", "give two rising numbers")
     terms = []
     for i in range(section.count("NumMFs")):
         key = f"MF{i + 1}"
         match = re.fullmatch(r"'([^']*)'\s*:\s*'([^']*)'\s*,\s*(\[[^\]]*\]|[^\[\]]+)", section.raw(key))
         if match is None or match[2] not in kinds:
-            raise section.fail(key, "is no term", f"write 'name':'kind',[numbers], kind one of {', '.join(kinds)}")
+            raise section.fail(key, "is not a term", f"write 'name':'kind',[numbers], kind one of {', '.join(kinds)}")
         parameters = section.numbers(key, match[3])
         if len(parameters) != kinds[match[2]]:
             raise section.fail(key, f"has {len(parameters)} numbers", f"{match[2]} takes {kinds[match[2]]}")
@@ -330,7 +330,7 @@ def _rule(
         if fits and all(0 <= t <= len(v.terms) for t, v in zip(outs, outputs, strict=True)):
             return FuzzyRule(ins, outs, float(match[3]), match[4] == "1")
     raise CellError(
-        f"{text!r} is no rule", hint="write terms of inputs, outputs (weight) : 1 or 2", path=path, line=line
+        f"{text!r} is not a rule", hint="write terms of inputs, outputs (weight) : 1 or 2", path=path, line=line
     )
 
 

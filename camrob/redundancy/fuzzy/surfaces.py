@@ -150,7 +150,9 @@ def _check(cell: Cell, engine: FuzzyEngine, system: FuzzySystem) -> None:
     for variable in system.inputs:
         if variable.name not in cell.axis_names:
             raise CellError(
-                f"input {variable.name!r} is no axis of the cell", hint=f"use {', '.join(cell.axis_names)}", path=path
+                f"input {variable.name!r} is not an axis of the cell",
+                hint=f"use {', '.join(cell.axis_names)}",
+                path=path,
             )
     names = [o.name for o in system.outputs]
     for joint, output in engine.weights.items():

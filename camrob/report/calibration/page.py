@@ -21,7 +21,7 @@ _BEYOND = 0.1  # of the noise's energy: what the parameters' own uncertainty may
 _WHY = {
     "merged": "can't be told from",
     "unseen": "has no effect on what was measured",
-    "weak": "the poses say too little of it",
+    "weak": "the poses say too little about it",
 }
 
 
@@ -193,7 +193,7 @@ def _remaining(summary: CalibrationFigures, evidence: Evidence) -> str:
         rest = float(np.sqrt(max(after.rms_mm**2 - floor**2, 0.0)))
         text += f"{number(after.rms_mm, 4, 'mm')} rms stay, of which the instrument's noise makes {number(floor, 4, 'mm')}; "
         text += (
-            f"{number(rest, 4, 'mm')} rms stay unexplained."
+            f"{number(rest, 4, 'mm')} rms remain unexplained."
             if (after.rms_mm / floor) ** 2 - 1.0 > _BEYOND + 3.0 * float(np.sqrt(2.0 / (3.0 * after.poses)))
             else "nothing stays that the noise doesn't explain."
         )
