@@ -238,7 +238,7 @@ def batch(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Do many jobs side by side; the worst one's status is the batch's."""
+    """Run many jobs side by side; the exit status is that of the worst one."""
 
     def job(progress: Progress) -> Any:
         return job_of("batch")(jobs, out=out, workers=workers, scheduler=scheduler, progress=progress)

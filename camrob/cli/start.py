@@ -93,7 +93,7 @@ def samples(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """List the samples that come with camrob, or copy them to post them."""
+    """List the samples that come with camrob, or copy them, ready to be posted."""
 
     def job(progress: Progress) -> Any:
         from camrob.jobs.files.cells_and_samples import samples

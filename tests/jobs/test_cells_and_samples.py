@@ -100,7 +100,7 @@ def test_camrobs_own_urdf_of_a_cell_comes_back_as_that_chain(tmp_path: Path) -> 
     ("text", "tip", "message"),
     [
         (ARM, None, "2 ends"),
-        (ARM, "middle", "no link"),
+        (ARM, "middle", "not a link"),
         ("<robot", "right", "can't be read"),
         (ARM.replace('type="revolute"', 'type="floating"'), "right", "floating"),
     ],

@@ -107,7 +107,7 @@ def test_over_the_wire_silence_is_a_fault_and_ends_it() -> None:
 
 def test_wrong_options_and_taken_ports_are_said() -> None:
     for bad in ("nowhere", "127.0.0.1", "127.0.0.1:70000", "a b:1", "[::1]:5"):
-        with pytest.raises(InputError, match="no address"):
+        with pytest.raises(InputError, match="not an address"):
             track_live(listen=bad)
     with pytest.raises(InputError, match="12"):
         track_live(options=LiveOptions(cycle_ms=8.0))

@@ -71,7 +71,7 @@ def test_a_flood_of_strangers_is_counted_in_few_words() -> None:
              "1.2.3.4:**", " 1.2.3.4:5", "::1:5", "1.2.3.4:٥"],
 )  # fmt: skip
 def test_what_is_no_address_in_numbers_is_refused(text) -> None:
-    with pytest.raises(InputError, match="no sender's address"):
+    with pytest.raises(InputError, match="not a sender's address"):
         read_sender(text)
 
 

@@ -130,7 +130,7 @@ def test_measurements_that_are_none_are_refused():
         setpoint_error(np.zeros(6), np.full(6, np.nan))
     with pytest.raises(SingularError, match="quarter turn"):
         components(frame_from_xyzabc(np.array([0, 0, 0, 0.3, np.pi / 2, 0.1])))
-    with pytest.raises(InputError, match="no number"):
+    with pytest.raises(InputError, match="not a number"):
         Size.of(np.array([1.0, np.nan]))
 
 

@@ -205,7 +205,7 @@ def test_parquet(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="no axis values"):
         read_log(tmp_path / "bad.parquet")
     (tmp_path / "no.parquet").write_text("t,x")
-    with pytest.raises(LogError, match="no Parquet"):
+    with pytest.raises(LogError, match="not a Parquet"):
         read_log(tmp_path / "no.parquet")
 
 

@@ -16,9 +16,8 @@ __all__ = ["RunWay"]
 Array = NDArray[np.float64]
 
 _ASIDE = 1e-3  # weight of a way that is no line or arc
-_FLOOR = (
-    1e-6  # m: what a row counts by where the tool stands, and a motion's end by itself, so that each end has a value
-)
+# m: what a row counts by where the tool stands, and a motion's end by itself, so that each end has a value
+_FLOOR = 1e-6
 
 
 @dataclass(frozen=True)

@@ -95,10 +95,8 @@ _CRAMPED = 0.2  # rad a pose: the price of having no room to spare
 _HELD = 0.999  # of the largest step, so that rounding can't pass it
 _TURNS = 4  # rows kept a candidate, for whole turns
 _BRANCHES = 8
-_SIDES = (
-    5,
-    2,
-)  # neighbours of a freedom's value in a refining lattice, to each side: where one is given, and where more are
+# neighbours of a freedom's value in a refining lattice, to each side: where one is given, and where more are
+_SIDES = (5, 2)
 _LOOSE = 1.2  # rad that a joint may go between neighbours of the draft: between its lattice's values there are others
 _SOFTENED = 100.0  # times the lattice's spacing, what it may go while refining
 _BAND = 1.2  # rad from the posture that is refined

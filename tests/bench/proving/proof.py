@@ -28,11 +28,8 @@ EPSILON = 0.01
 """By what share of the searched bound the proved one is above it; half of it costs some three times the boxes."""
 BOXES = 40_000_000  # looked at, at most: about a quarter of an hour of one core
 _LEAST = 1e-3  # rad or m, weighed: half a box below which it is left open
-_PRISMATIC, _ROLL, _TURNING = (
-    1.2,
-    0.6,
-    0.3,
-)  # what a box's width costs its bound, measured: square root of the loss a m2 or rad2
+# what a box's width costs its bound, measured: square root of the loss a m2 or rad2
+_PRISMATIC, _ROLL, _TURNING = 1.2, 0.6, 0.3
 
 
 @dataclass(frozen=True, slots=True)
