@@ -309,7 +309,7 @@ def close_loop(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Program, run, diagnosis, correction, again and again, until the path is in tolerance or nothing helps; it can be resumed."""
+    """Program, run, diagnosis, correction, over and over, until the path is in tolerance or nothing helps; can be resumed."""
 
     def job_(progress: Progress) -> Any:
         return job_of("close_loop")(job, out=out, progress=progress)

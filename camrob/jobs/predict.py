@@ -240,7 +240,7 @@ def _remarks(findings: Sequence[Finding]) -> tuple[Remark, ...]:
 def _set_up(program: Path, setup: Path | None, machine: Cell) -> Setup:
     beside = program.parent / "setup.toml"
     if setup is None and not beside.is_file():
-        raise InputError("nothing says what is cut, and by which cutter", hint="give --setup SETUP.toml", path=program)
+        raise InputError("nobody says what is cut, and by which cutter", hint="give --setup SETUP.toml", path=program)
     return read_setup(setup or beside, machine)
 
 
