@@ -9,7 +9,7 @@ import pytest
 
 from camrob.errors import VerificationError
 from camrob.jobs.release.opinion import hold_to_witness
-from camrob.witness.cl.computing import COMPUTED
+from camrob.witness.cl.customs import COMPUTED
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.gcode import GcodeReader
 from camrob.witness.cl.offsets import Offsets

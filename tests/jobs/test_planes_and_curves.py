@@ -117,3 +117,21 @@ def test_a_point_of_the_curve_0_03_mm_off_is_found(curve: PostResult, share: flo
     point = ends[np.argmin(np.linalg.norm(ends - wanted, axis=1))]
     for by in ([0.0, 0.0, 0.03], [0.0, 0.0, -0.03]):
         assert again(curve, tmp_path, lambda text, by=by: moved(text, point, by)).judged["path"] is False
+
+
+COPIED = (
+    "PARTNO A\nUNITS/MM\nLOADTL/1\nSPINDL/5000,RPM,CLW\nFEDRAT/300,MMPM\nRAPID\nGOTO/0,0,30\nINDEX/1\nRAPID\nGOTO/25,0,30\n"
+    "GOTO/25,0,0\nCIRCLE/15,0,0,0,0,1,10\nGOTO/15,10,0\nRAPID\nGOTO/15,10,30\nCOPY/1,XYROT,120,2\n"
+    "TRACUT/0,-1,0,4,1,0,0,5,0,0,1,0\nRAPID\nGOTO/0,0,30\nGOTO/1,2,0,0,0,1,1,0,0\nRAPID\nGOTO/1,2,30\nTRACUT/NOMORE\nFINI\n"
+)
+AUTODESK = (
+    "PARTNO/'1'\nPPRINT/'1'\nUNITS/MM\nMULTAX/OFF\nLOADTL/1, 0, 60.000000, 1\nSPINDL/5000., RPM, CLW\nRAPID\nGOTO/10., 0., 30.\n"
+    "FEDRAT/500., MMPM\nGOTO/10., 0., 0.\nMOVARC/0., 0., 0., 0., 0., -1., 10., ANGLE, 180.\nGOTO/-10., 0., 0.\n"
+    "RAPID\nGOTO/-10., 0., 30.\nEND\nFINI\n"
+)
+
+
+@pytest.mark.parametrize("text", [COPIED, AUTODESK])
+def test_copies_and_autodesks_arcs_are_verified_whole(tmp_path: Path, text: str) -> None:
+    made = posted(tmp_path, "a.apt", text, setup=PLACE)
+    assert made.summary.witness.complete and not [f for f in made.findings if f.code == "verified-in-part"]

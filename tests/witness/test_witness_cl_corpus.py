@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from camrob.witness.cl import read_story
-from camrob.witness.cl.computing import COMPUTED
+from camrob.witness.cl.customs import COMPUTED
 from camrob.witness.cl.teller import UNREAD
 from camrob.witness.happenings import Story
 

@@ -11,7 +11,7 @@ from cl_stories import happened, mm, ways
 
 from camrob.errors import ToolpathError
 from camrob.witness.cl import read_story
-from camrob.witness.cl.computing import COMPUTED
+from camrob.witness.cl.customs import COMPUTED
 from camrob.witness.cl.standing import TURNED
 from camrob.witness.cl.teller import UNREAD
 from camrob.witness.happenings import Kind, Story, Way

@@ -12,13 +12,13 @@ from camrob.findings import Severity
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.apt.state import Machine, unit_axis
 
-__all__ = ["Table", "camera", "csys", "matrix_rows", "msys", "set_frame", "trntyp"]
+__all__ = ["Table", "camera", "csys", "matrix_rows", "msys", "rotation", "set_frame", "tracut", "trntyp"]
 
 _SLACK = 1e-3  # of a printed rotation: five decimals are common
 _CURE = "output the frame again from the CAM system"
 
 
-def _rotation(R: NDArray[np.float64], line: int) -> NDArray[np.float64]:
+def rotation(R: NDArray[np.float64], line: int) -> NDArray[np.float64]:
     """The rotation nearest to a printed one. Raises ToolpathError when that is no rotation (mirrored, skew, scaled)."""
     if not np.all(np.isfinite(R)) or np.max(np.abs(R.T @ R - np.eye(3))) > _SLACK:
         raise ToolpathError("a frame's axes are not unit vectors at right angles", hint=_CURE, line=line)
@@ -49,7 +49,16 @@ def msys(m: Machine, s: Statement) -> None:
     if len(v) != 9:
         raise ToolpathError(f"MSYS has {len(v)} numbers, not 9", hint=_CURE, line=s.line)
     x, y = v[3:6], v[6:9]
-    set_frame(m, _rotation(np.column_stack([x, y, np.cross(x, y)]), s.line), v[:3] * m.scale, s.line)
+    set_frame(m, rotation(np.column_stack([x, y, np.cross(x, y)]), s.line), v[:3] * m.scale, s.line)
+
+
+def tracut(m: Machine, s: Statement) -> None:
+    """TRACUT/matrix: the points behind it, transformed by three rows of four, are the part's; TRACUT/NOMORE ends it."""
+    if not (m.plain_frame or m.transformed):
+        raise ToolpathError("TRACUT in a frame of the file's own", hint="output the points transformed", line=s.line)
+    R, shift = (np.eye(3), np.zeros(3)) if {"NOMORE", "OFF"} & set(s.words) else _matrix(s.numbers, "TRACUT", s.line)
+    set_frame(m, R, shift * m.scale, s.line)
+    m.transformed = not m.plain_frame
 
 
 def _matrix(numbers: list[float], word: str, line: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -57,7 +66,7 @@ def _matrix(numbers: list[float], word: str, line: int) -> tuple[NDArray[np.floa
     if len(numbers) != 12:
         raise ToolpathError(f"{word} has {len(numbers)} numbers, not 12", hint=_CURE, line=line)
     rows = np.array(numbers).reshape(3, 4)
-    return _rotation(rows[:, :3], line), rows[:, 3]
+    return rotation(rows[:, :3], line), rows[:, 3]
 
 
 def trntyp(m: Machine, s: Statement) -> None:
@@ -181,7 +190,7 @@ class Table:
                 c, s = math.cos(angle), math.sin(sign * angle)
                 R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]] if name == "A" else [[c, 0, s], [0, 1, 0], [-s, 0, c]])
                 if np.allclose(R[:, 2], self.part_axis, atol=1e-3):
-                    exact: NDArray[np.float64] = _rotation(np.where(np.abs(R) < 1e-6, 0.0, R), line)
+                    exact: NDArray[np.float64] = rotation(np.where(np.abs(R) < 1e-6, 0.0, R), line)
                     return exact
         raise ToolpathError(
             "the table's turns (ROTABL) and the tool axis (TLAXIS) do not fit each other",

@@ -10,14 +10,30 @@ import numpy as np
 
 from camrob.errors import ToolpathError
 from camrob.findings import Finding, Severity
-from camrob.toolpath.apt.coordinates import Table, camera, csys, matrix_rows, msys, trntyp
+from camrob.toolpath.apt.coordinates import Table, camera, csys, matrix_rows, msys, tracut, trntyp
+from camrob.toolpath.apt.copies import Copies
 from camrob.toolpath.apt.curves import Nurbs, circle, indirv, tlon
 from camrob.toolpath.apt.cycles import check_words
 from camrob.toolpath.apt.lexer import Rows, Statement, number_of
 from camrob.toolpath.apt.policy import IGNORED, Strangers, is_off
 from camrob.toolpath.apt.spindle import auxfun, spindl
 from camrob.toolpath.apt.state import Machine
-from camrob.toolpath.apt.tools import coolnt, cutter, delay, load, tldata, toolname, toolno, turret, unload
+from camrob.toolpath.apt.tools import (
+    coolnt,
+    cutter,
+    delay,
+    load,
+    machin,
+    partno,
+    retrct,
+    stop,
+    tldata,
+    toolname,
+    toolno,
+    tprint,
+    turret,
+    unload,
+)
 from camrob.toolpath.apt.word_checks import all_numbers, coordinates, in_range, placed
 from camrob.toolpath.cutter_offset import offset_by_control
 from camrob.toolpath.region import EventKind, Move
@@ -28,7 +44,7 @@ _CODES = re.compile(r"\b[GMTS]\s*\d", re.I)
 _TEXT = frozenset(("$$", "PPRINT", "PARTNO", "INSERT", "TPRINT"))
 _NAMING = _TEXT | {"TOOL PATH", "END-OF-PATH", "OPFEATSTART", "OPFEATEND", "SETUP", "GOTO", "SYN"}
 _BREAKS_ARC = frozenset(("CIRCLE", "FROM", "GOHOME", "GODLTA", "CYCLE", "TOOL PATH", "END-OF-PATH", "FINI", "NURBS"))
-_MOTION = frozenset(("GOTO", "CIRCLE", "GODLTA", "NURBS", "CNTRL", "TLON,GOFWD", "FROM", "GOHOME"))
+_MOTION = frozenset(("GOTO", "CIRCLE", "MOVARC", "COPY", "GODLTA", "NURBS", "CNTRL", "TLON,GOFWD", "FROM", "GOHOME"))
 
 
 class Interpreter:
@@ -43,22 +59,26 @@ class Interpreter:
         self.silenced: set[str] = set()
         self.compensated: set[int] = set()
         self.profile = False  # Creo writes the part's contour, not the path of the tool's centre
+        self.copies = Copies()
         self.ended = 0
         self.handlers: dict[str, Callable[[Statement], None]] = {
             "$$": self._comment, "GOTO": self._goto, "RAPID": self._rapid, "FEDRAT": self._fedrat, "FROM": self._from,
             "GOHOME": self._gohome, "GODLTA": self._godlta, "CYCLE": self._cycle, "CUTCOM": self._cutcom,
             "TLCOMP": self._cutcom, "TLAXIS": self._tlaxis, "ROTABL": self._rotabl, "TOOL PATH": self._tool_path,
             "END-OF-PATH": self._close, "OPFEATSTART": self._feature, "OPFEATEND": self._close, "SETUP": self._setup,
-            "PPRINT": self._pprint, "PARTNO": self._partno, "INSERT": self._insert, "TPRINT": self._tprint,
+            "PPRINT": self._pprint,  "INSERT": self._insert,
             "NURBS": self._nurbs, "KNOT": self._nurbs, "CNTRL": self._nurbs, "SYN": self._syn, "SET": self._set,
             "MODE": self._set, "UNITS": self._units, "UNIT": self._units, "FINI": self._end, "END": self._end,
-            "STOP": self._stop, "OPSTOP": self._stop, "RETRCT": self._retrct, "RETRACT": self._retrct,
-            "MACHIN": self._machin, "MULTAX": self._multax,
+                         "MULTAX": self._multax,
+            "COPY": lambda s: self.copies.run(s, self.m, self._take, self.rows),
+            "INDEX": lambda s: self.copies.index(s, self.m.axis_raw),
         }  # fmt: skip
         plain = {
             "CIRCLE": circle, "TLON,GOFWD": tlon, "INDIRV": indirv, "MSYS": msys, "CSYS": csys, "TRNTYP": trntyp,
             "CAMERA": camera, "SPINDL": spindl, "COOLNT": coolnt, "DELAY": delay, "LOAD": load, "LOADTL": load,
             "CUTTER": cutter, "TLDATA": tldata, "TOOLNO": toolno, "TURRET": turret, "UNLOAD": unload, "AUXFUN": auxfun,
+            "TRACUT": tracut, "STOP": stop, "OPSTOP": stop, "PARTNO": partno, "TPRINT": tprint,
+            "MACHIN": machin, "RETRCT": retrct, "RETRACT": retrct,
         }  # fmt: skip
         for word, verb in {**plain, **machine.dialect.words}.items():
             self.handlers[word] = lambda s, verb=verb: verb(self.m, s)  # type: ignore[misc]
@@ -67,6 +87,7 @@ class Interpreter:
 
     def rows(self, rows: Rows) -> None:
         """A run of GOTO."""
+        self.copies.keep(rows, False)
         self._after_end("GOTO", int(rows.lines[0]))
         self._leave_blocks("GOTO")
         if self.m.takes_rows:
@@ -89,6 +110,8 @@ class Interpreter:
 
     def _take(self, s: Statement) -> None:
         word = s.word
+        if word not in ("$$", "COPY"):
+            self.copies.keep(s, self.m.rapid)
         if word != "$$":
             self._leave_blocks(word)
             self._after_end(word, s.line)
@@ -162,7 +185,10 @@ class Interpreter:
     # -- motion -------------------------------------------------------------------------------------------------
 
     def _goto(self, s: Statement) -> None:
-        self.m.goto(coordinates(s, (3, 6)), s.line)
+        values = coordinates(s, (3, 6, 9))
+        if len(values) > 6:
+            self.m.find("second-vector", "GOTO names a second vector, which is not used", s.line, Severity.INFO)
+        self.m.goto(values[:6], s.line)
 
     def _rapid(self, s: Statement) -> None:
         self.m.rapid = True
@@ -198,18 +224,6 @@ class Interpreter:
             m.find("home", "GOHOME without a point is left to the robot's own way home", s.line, Severity.INFO)
             m.lose()
         m.rapid = False
-
-    def _retrct(self, s: Statement) -> None:
-        if is_off(s):
-            return
-        if "ON" in s.words:
-            raise ToolpathError(
-                f"{s.word}/ON may retract the tool anywhere behind it", hint="output the retracts as GOTO", line=s.line
-            )
-        text = f"{s.word} names no point: the tool is taken out by the cell's own retract"
-        self.m.find("home", text, s.line, Severity.INFO)
-        self.m.lose()
-        self.m.rapid = False
 
     def _godlta(self, s: Statement) -> None:
         m = self.m
@@ -282,15 +296,6 @@ class Interpreter:
         elif inner.word == "CSYS" and inner.numbers != np.eye(3, 4).ravel().tolist():
             self.m.find("csys-comment", "the comment CSYS is not applied: the points hold it", line, Severity.INFO)
 
-    def _machin(self, s: Statement) -> None:
-        """The post-processor that the file is for; Creo calls those for lathes UNCL."""
-        if s.text.strip().upper().startswith("UNCL"):
-            raise ToolpathError(
-                "a turning file (MACHIN/UNCL...): no part turns against a standing tool here",
-                hint="give the milling operations a CL file of their own",
-                line=s.line,
-            )
-
     def _multax(self, s: Statement) -> None:
         """Behind MULTAX/OFF points carry no axis: a tilted one must not be taken along."""
         if is_off(s) and self.m.axis_raw[2] < 1.0 - 1e-9:
@@ -350,9 +355,6 @@ class Interpreter:
         if "START" in s.words:
             self.m.announce("")
 
-    def _partno(self, s: Statement) -> None:
-        self.m.program = s.text.strip()
-
     def _pprint(self, s: Statement) -> None:
         m = self.m
         head, _, tail = s.text.partition(",")
@@ -377,11 +379,13 @@ class Interpreter:
             if _CODES.search(text):
                 self.m.find("insert-text", "INSERT holds codes of the machine's, which are not carried out", s.line)
 
-    def _tprint(self, s: Statement) -> None:
-        self.m.next_tool_name = s.text.split(",")[0].strip()
-
     def _cutcom(self, s: Statement) -> None:
         """CL data is where the tool is, so that a compensation behind it is for wear, but where the file says otherwise."""
+        if any(word.startswith("NORM") for word in s.words):
+            what = (
+                f"CUTCOM/{s.words[0]}, compensation in space: the points may be where the cutter touches, not its tip"
+            )
+            raise ToolpathError(what, hint="output the tip of the tool, without compensation", line=s.line)
         if not {"LEFT", "RIGHT", "ON"} & set(s.words):
             return
         if self.profile and not self.m.feeds.defaults.wear:
@@ -391,9 +395,6 @@ class Interpreter:
         if self.m.announced not in self.compensated:
             self.compensated.add(self.m.announced)
             self.m.find("cutcom", f"cutter radius compensation (CUTCOM) is not applied: {where} runs as it is", s.line)
-
-    def _stop(self, s: Statement) -> None:
-        self.m.event(EventKind.STOP, 0.0, "" if s.word == "STOP" else s.word, s.line)
 
     def _end(self, s: Statement) -> None:
         self.ended = self.ended or s.line

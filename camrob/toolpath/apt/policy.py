@@ -25,13 +25,10 @@ _MOVING = {
     "ROTATE": "turns the points behind it",
     "ROTHED": "turns the head",
     "ROTABL": "turns the table",
-    "TRACUT": "transforms the points behind it",
     "MATRIX": "transforms the points behind it",
     "MIRROR": "mirrors the points behind it",
     "SCALE": "scales the points behind it",
     "MODIFY": "exchanges axes or signs of the points behind it",
-    "COPY": "repeats points that stand before it",
-    "INDEX": "marks points that COPY repeats",
     "REPEAT": "repeats what stands behind it",
     "CALLSUB": "calls a subprogram",
     "SUBPRG": "calls a subprogram",
@@ -42,7 +39,7 @@ _MOVING = {
     "COUPLE": "couples the feed to the spindle",
 }
 _MODES = frozenset(("SET", "MODE"))
-_MAY_BE_ZERO = frozenset(("TRANS", "ORIGIN", "ROTATE", "ROTHED", "ROTABL", "INDEX"))
+_MAY_BE_ZERO = frozenset(("TRANS", "ORIGIN", "ROTATE", "ROTHED", "ROTABL"))
 _HARMLESS_PREFUN = frozenset((17, 40, 49, 61, 64, 80, 90, 94))
 _MOST_STRANGERS = 50  # kinds of unknown words that are listed by name
 

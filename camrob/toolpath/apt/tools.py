@@ -5,11 +5,65 @@ from __future__ import annotations
 from camrob.errors import ToolpathError
 from camrob.findings import Severity
 from camrob.toolpath.apt.lexer import Statement
+from camrob.toolpath.apt.policy import is_off
 from camrob.toolpath.apt.state import Machine
 from camrob.toolpath.region import EventKind
 from camrob.units import m_to_mm
 
-__all__ = ["coolnt", "cutter", "delay", "load", "tldata", "toolname", "toolno", "turret", "unload"]
+__all__ = [
+    "coolnt",
+    "cutter",
+    "delay",
+    "load",
+    "machin",
+    "partno",
+    "retrct",
+    "stop",
+    "tldata",
+    "toolname",
+    "toolno",
+    "tprint",
+    "turret",
+    "unload",
+]
+
+
+def machin(m: Machine, s: Statement) -> None:
+    """The post-processor that the file is for; Creo calls those for lathes UNCL."""
+    if s.text.strip().upper().startswith("UNCL"):
+        raise ToolpathError(
+            "a turning file (MACHIN/UNCL...): no part turns against a standing tool here",
+            hint="give the milling operations a CL file of their own",
+            line=s.line,
+        )
+
+
+def retrct(m: Machine, s: Statement) -> None:
+    """RETRCT: the tool is taken out, how far isn't said."""
+    if is_off(s):
+        return
+    if "ON" in s.words:
+        raise ToolpathError(
+            f"{s.word}/ON may retract the tool anywhere behind it", hint="output the retracts as GOTO", line=s.line
+        )
+    m.find("home", f"{s.word} names no point: the tool is taken out by the cell's own retract", s.line, Severity.INFO)
+    m.lose()
+    m.rapid = False
+
+
+def stop(m: Machine, s: Statement) -> None:
+    """STOP, OPSTOP: the machine waits for its operator."""
+    m.event(EventKind.STOP, 0.0, "" if s.word == "STOP" else s.word, s.line)
+
+
+def tprint(m: Machine, s: Statement) -> None:
+    """TPRINT: the name of the tool that is loaded next."""
+    m.next_tool_name = s.text.split(",")[0].strip()
+
+
+def partno(m: Machine, s: Statement) -> None:
+    """PARTNO: the part's name."""
+    m.program = s.text.strip()
 
 
 def toolname(m: Machine, name: str, line: int) -> None:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.witness.cl.apt import AptReader
+from camrob.witness.cl.foreign.klartext import KlartextReader
+from camrob.witness.cl.foreign.sinumerik import SinumerikReader
 from camrob.witness.cl.gcode import GcodeReader
-from camrob.witness.cl.klartext import KlartextReader
 from camrob.witness.cl.offsets import Offsets
-from camrob.witness.cl.sinumerik import SinumerikReader
 from camrob.witness.cl.source import read_text
 from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Story
@@ -27,6 +27,7 @@ _APT = re.compile(
 _GCODE = re.compile(r"^[ \t/]*(N\d+)?[ \t]*[GXYZMTSF][ \t]*[-+]?[\d.#\[]", re.I | re.M)
 _MARKS = (
     ("makino", r"APTCL-SPEC,MAKINO"),
+    ("fusion-apt", r"^PARTNO/ ?'[^\n]*'\s*$"),
     ("camworks-clt", r"^\s*OPFEATSTART\s*/"),
     ("camworks-apt", r"^\s*(CSI_SET_\w+|TRNTYP)\s*/"),
     ("creo-ncl", r"PRO/CLFILE"),
@@ -49,7 +50,7 @@ _OTHERS = (
 _NAMES = {
     "nx": "nx-clsf", "clsf": "nx-clsf", "creo": "creo-ncl", "ncl": "creo-ncl", "catia": "catia", "camworks": "camworks-apt",
     "solidworks": "camworks-apt", "camworks-clt": "camworks-clt", "clt": "camworks-clt", "makino": "makino", "apt": "apt",
-    "iso-apt": "apt", "gcode": "gcode", "g-code": "gcode",
+    "iso-apt": "apt", "fusion": "fusion-apt", "gcode": "gcode", "g-code": "gcode",
 }  # fmt: skip
 
 

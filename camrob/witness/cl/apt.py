@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Mapping
 
@@ -13,15 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
-from camrob.witness.cl.curve import Curve
-from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill, feed_unit
+from camrob.witness.cl.apt_process import AptProcess
+from camrob.witness.cl.copying import copies_of, matrix_of, turns_right
+from camrob.witness.cl.curve import Curve, tlon
+from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.placing import Placing
 from camrob.witness.cl.source import Run, Source, Statement, number
 from camrob.witness.cl.teller import Teller, unit
 from camrob.witness.cl.words import CANCELS, CURVE, DRIVE, ENDS, HIDING, NO_AXIS, NOTHING, ONCE, STRANGE
 from camrob.witness.happenings import Kind, Way
-from camrob.witness.units import INCH_MM, mm_to_m
 
 __all__ = ["AptReader"]
 
@@ -30,26 +30,24 @@ Array = NDArray[np.float64]
 _REVERSED = ("nx-clsf", "makino")  # CIRCLE's axis is printed the other way round
 
 
-class AptReader:
+class AptReader(AptProcess):
     """Tells what the statements of one file ask for."""
 
     def __init__(
         self, tell: Teller, dialect: str, units: str, fixed_units: bool, offsets: Offsets, tools: Mapping[int, float]
     ) -> None:
-        self._offsets = offsets
-        self._tell, self._dialect, self._fixed_units = tell, dialect, fixed_units
-        self._place = Placing(tell, dialect, units)
-        self._tools = tools  # diameters of the set-up's tools, m
-        self._wide, self._number = 0.0, 0  # the cutter's diameter as the file has it, m; the tool's number
+        super().__init__(tell, dialect, Placing(tell, dialect, units), tools)
+        self._offsets, self._fixed_units = offsets, fixed_units
         self._rapid = False
+        self._angle: tuple[float, bool] | None = None  # of MOVARC, degrees, and whether its normal says the sense
         self._circle: tuple[Array, Array, int] | None = None  # centre and axis in the part, further full turns
         self._cycle: Cycle | None = None
         self._curve: Curve | None = None
-        self._per = ""  # unit of the feed
         self._direction: Array | None = None  # INDIRV
         self._opened = 0  # the line of a TOOL PATH or OPFEATSTART that is not closed yet
+        self._index: dict[int, tuple[int, Array]] = {}  # behind which line a stretch begins, and the axis there
+        self._lines: list[str] = []
         self._silenced: set[str] = set()  # words that SYN turns into comments
-        self._unknown: dict[str, int] = {}
         self._words = self._vocabulary()
 
     @property
@@ -60,6 +58,18 @@ class AptReader:
     def read(self, text: str) -> None:
         """Reads all of the text. Raises ToolpathError where it is no CL data."""
         source = Source(text)
+        self._lines = source.lines
+        self._all(source)
+        self._end_curve()
+        if self._opened:
+            what = f"the file ends inside the operation that line {self._opened} begins: it was cut off"
+            raise ToolpathError(what, hint="get the whole file from the CAM system", line=len(source.lines))
+        if self._unknown:
+            words = ", ".join(f"{word} ({count})" for word, count in self._unknown.items())
+            self._tell.note(f"words that are not known and carry no coordinates, skipped: {words}")
+
+    def _all(self, source: Source) -> None:
+        """The statements of a text, to its end or the program's."""
         while not source.done:
             if not (self._cycle or self._rapid or self._circle or self._curve) and (run := source.run()):
                 self._run(run)
@@ -75,13 +85,6 @@ class AptReader:
                 self._read(statement)
             except ToolpathError as error:
                 raise ToolpathError(error.what, hint=error.hint, line=error.line or statement.line) from None
-        self._end_curve()
-        if self._opened:
-            what = f"the file ends inside the operation that line {self._opened} begins: it was cut off"
-            raise ToolpathError(what, hint="get the whole file from the CAM system", line=len(source.lines))
-        if self._unknown:
-            words = ", ".join(f"{word} ({count})" for word, count in self._unknown.items())
-            self._tell.note(f"words that are not known and carry no coordinates, skipped: {words}")
 
     def _rest(self, source: Source) -> None:
         behind = [
@@ -116,7 +119,7 @@ class AptReader:
         place = self._place
         own = {
             "GOTO": self._goto, "FROM": self._from, "GOHOME": self._gohome, "GODLTA": self._godlta, "RAPID": self._set_rapid,
-            "CIRCLE": self._set_circle, "INDIRV": self._indirv, "TLON,GOFWD": self._tlon, "CYCLE": self._set_cycle,
+            "CIRCLE": self._set_circle, "INDIRV": self._indirv, "TLON,GOFWD": self._tlon_circle, "CYCLE": self._set_cycle,
             "MSYS": place.msys, "CSYS": place.csys, "TRNTYP": place.trntyp, "TLAXIS": place.tlaxis, "ROTABL": place.rotabl,
             "ROTHED": place.rotabl, "CAMERA": place.camera, "UNITS": self._set_units, "UNIT": self._set_units,
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
@@ -124,7 +127,9 @@ class AptReader:
             "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._feature,
             "OPFEATEND": self._end_of_path, "CUTCOM": self._offsets.cutcom, "INSERT": self._insert,
             "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
-            "TLCOMP": self._offsets.cutcom, "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
+            "TLCOMP": self._offsets.cutcom, "INDEX": self._set_index,
+            "COPY": self._copy, "TRACUT": self._tracut, "MOVARC": self._movarc,
+            "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
         }  # fmt: skip
         return {
             **dict.fromkeys(NOTHING, lambda s: None),
@@ -144,6 +149,8 @@ class AptReader:
             raise ToolpathError(what, hint="APT part programs have to go through the APT processor first")
         values = [v for v in read if v is not None]
         axis = unit(np.array(values[3:])) if len(values) == 6 else None
+        values = values[:6] if s.major == "GOTO" and len(values) == 9 else values  # of the surface, or ahead
+        axis = unit(np.array(values[3:])) if len(values) == 6 else None
         if len(values) not in (3, 6) or (len(values) == 6 and axis is None):
             self._tell.gap(
                 s.line, NO_AXIS if len(values) == 6 else f"{s.major} with neither 3 numbers nor 6", last=s.last
@@ -162,9 +169,62 @@ class AptReader:
         if self._cycle:
             drill(self._tell, self._cycle, tip, axis, s.line)
         elif circle:
-            self._tell.arc(tip, axis, circle[0], circle[1], way, s.line, circle[2])
+            normal = self._sense(tip, circle[0], circle[1])
+            if normal is None:
+                self._tell.gap(s.line, "an arc whose angle doesn't say which way round it goes")
+                return
+            self._tell.arc(tip, axis, circle[0], normal, way, s.line, circle[2])
         else:
             self._tell.move(tip, axis, way, s.line)
+
+    def _sense(self, tip: Array, center: Array, normal: Array) -> Array | None:
+        """The normal about which the arc goes right-handedly: as it is but for MOVARC, which names an angle, too."""
+        named, self._angle = self._angle, None
+        if named is None:
+            return normal
+        here = self._tell.here
+        right = None if here is None else turns_right(here, tip, center, normal, named[0], signed=named[1])
+        return None if right is None else normal if right else -normal
+
+    def _movarc(self, s: Statement) -> None:
+        """Autodesk: centre, normal, radius, ANGLE, degrees. The edition that signs its normals writes a point in every number."""
+        if len(s.numbers) != 8 or s.words != ["ANGLE"]:
+            self._tell.gap(s.line, "MOVARC that has no centre, normal and angle", last=s.last)
+            return
+        self._set_circle(Statement("CIRCLE", ",".join(s.rest.split(",")[:7]), s.line, s.last))
+        self._angle = (abs(s.numbers[7]), all("." in part for part in s.rest.split(",")[:6]))
+
+    def _set_index(self, s: Statement) -> None:
+        if len(s.numbers) == 1 and not s.words:
+            self._index[int(s.numbers[0])] = (s.last, self._place.axis)
+        else:
+            self._once(s)
+
+    def _copy(self, s: Statement) -> None:
+        """The stretch behind an INDEX again, in other frames."""
+        if CANCELS & set(s.words):
+            return
+        place = self._place
+        base, axis = (place.part_R_points, place.part_p_points), place.axis
+        found = copies_of(s, place.scale, base)
+        first = None if found is None else self._index.get(found[0])
+        if found is None or first is None:
+            self._once(s)
+            return
+        index, self._index = self._index, {}
+        stretch = "\n" * first[0] + "\n".join(self._lines[first[0] : s.line - 1]) + "\n"
+        for place.part_R_points, place.part_p_points in found[1]:
+            place.axis = first[1]
+            self._all(Source(stretch))
+        self._index, place.axis = index, axis
+        place.part_R_points, place.part_p_points = base
+
+    def _tracut(self, s: Statement) -> None:
+        found = (np.eye(3), np.zeros(3)) if CANCELS & set(s.words) else matrix_of(s.numbers, self._place.scale)
+        if found is None:
+            self._hide(s)
+        else:
+            self._place.part_R_points, self._place.part_p_points = found
 
     def _run(self, run: Run) -> None:
         axes = np.where(np.isnan(run.axes), self._place.axis, run.axes)
@@ -216,27 +276,9 @@ class AptReader:
         values = s.numbers
         self._direction = self._place.part_R_points @ np.array(values) if len(values) == 3 else None
 
-    def _tlon(self, s: Statement) -> None:
-        """CATIA's arc: (CIRCLE/centre, radius),ON,[2,INTOF,](LINE/centre, end), which sets out along INDIRV."""
-        found = re.fullmatch(
-            r"\(CIRCLE/([^()]*)\),ON,(?:2,INTOF,)?\(LINE/([^()]*)\)", re.sub(r"\s", "", s.rest.upper())
-        )
-        parts = [[number(f) for f in text.split(",")] for text in found.groups()] if found else []
-        circle, ends = ([v for v in part if v is not None] for part in parts or ([], []))
-        if len(circle) != 4 or len(ends) != 6 or [len(p) for p in parts] != [4, 6]:
-            what = "TLON,GOFWD with other curves than a circle and a line of numbers: an APT part program"
-            raise ToolpathError(what, hint="run it through the APT processor first")
-        way, self._rapid = Way.RAPID if self._rapid else Way.FEED, False
-        place, here, side = self._place, self._tell.here, 0.0
-        center, axis = place.point(circle[:3]), place.along()
-        spoke = place.point(ends[3:]) - center
-        end = center + spoke * (circle[3] * place.scale / max(float(np.linalg.norm(spoke)), 1e-12))
-        if here is not None and self._direction is not None:
-            side = float(np.cross(here - center, self._direction) @ axis)
-        if not side:
-            self._tell.gap(s.line, "an arc whose start or INDIRV is not known", last=s.last)
-        else:
-            self._tell.arc(end, axis, center, axis if side > 0.0 else -axis, way, s.line)
+    def _tlon_circle(self, s: Statement) -> None:
+        tlon(self._tell, self._place, s, self._direction, Way.RAPID if self._rapid else Way.FEED)
+        self._rapid = False
 
     def _nurbs(self, s: Statement) -> None:
         if s.major == "NURBS":
@@ -258,6 +300,9 @@ class AptReader:
         if not fields or fields[0] in ("OFF", "NOMORE"):
             self._cycle = None
         elif fields not in (["ON"], ["INIT"]):
+            if self._dialect == "fusion-apt":
+                self._cycle = Cycle(problem="CYCLE of Autodesk's, whose heights count in its own way")
+                return
             self._cycle = apt_cycle(fields, self._place.scale, self._dialect == "catia", self._tell)
             depth = number(fields[fields.index("FEDTO") + 1]) if "FEDTO" in fields[:-1] else None
             if self._dialect == "nx-clsf" and depth is not None and depth > 0.0:  # NX counts depths upwards
@@ -272,70 +317,6 @@ class AptReader:
         if not word.startswith(("MM", "MILLI", "IN")):
             raise ToolpathError(f"{s.major}/{word}: neither MM nor INCHES", hint="give the units")
         self._place.units = "inch" if word.startswith("IN") else "mm"
-
-    # -- the process
-
-    def _fedrat(self, s: Statement) -> None:
-        values = s.numbers
-        known = [w for w in s.words if feed_unit(w, 1.0)]
-        if len(values) != len(s.fields) - len(known) or len(known) > 1 or len(values) > 1:
-            self._tell.set_feed(0.0, "min")
-            self._tell.gap(s.line, f"FEDRAT/{s.rest.strip()[:40]}: not understood", last=s.last, lost=False)
-            return
-        self._per = known[0] if known else self._per or "PERMIN"
-        one, per = feed_unit(self._per, self._place.scale) or (0.0, "min")
-        if values:
-            self._tell.set_feed(values[0] * one, per)
-
-    def _spindl(self, s: Statement) -> None:
-        fields, most = s.fields, math.inf
-        for word in ("RANGE", "MAXRPM"):  # each takes the field behind it
-            if word in fields:
-                at = fields.index(word)
-                most = (number(fields[at + 1]) or most) if word == "MAXRPM" and at + 1 < len(fields) else most
-                del fields[at : at + 2]
-        values = [v for v in map(number, fields) if v is not None]
-        words = set(fields)
-        sense = next((w for w in ("CCLW", "CLW") if w in words), None)
-        strange = {"SFPM", "CSS"} & words
-        if {"OFF", "LOCK", "ORIENT", "NEUTRL"} & words or values == [0.0]:  # locked at an angle, it stands
-            self._tell.spindle_off(s.line)
-        elif {"SFM", "SMM"} & words and len(values) == 1:
-            self._tell.spindle(s.line, min(self._turns(values[0], "SFM" in words), most), sense)
-        elif strange or len(values) > 1 or not (values or {"ON", "CLW", "CCLW"} & words):
-            self._tell.spindle(s.line, float("nan"), sense)
-        else:
-            self._tell.spindle(s.line, min(values[0], most) if values else None, sense)
-
-    def _turns(self, speed: float, feet: bool) -> float:
-        """rev/min of a surface speed in feet or metres a minute: by the cutter, the set-up's tool, or the set-up's speed."""
-        tools = self._tools
-        size = self._wide or tools.get(self._number) or tools.get(0)
-        if not size:
-            return self._tell.default_rpm or math.nan
-        return speed * (mm_to_m(12.0 * INCH_MM) if feet else 1.0) / (math.pi * size)
-
-    def _coolnt(self, s: Statement) -> None:
-        words = s.words
-        self._tell.coolant(s.line, None if "OFF" in words else next((w for w in words if w != "ON"), ""))
-
-    def _load(self, s: Statement) -> None:
-        words = [w for w in s.words if w not in ("TOOL", "ADJUST", "MANUAL")]
-        if s.major == "LOAD" and "TOOL" not in s.fields:
-            self._unknown["LOAD"] = self._unknown.get("LOAD", 0) + 1
-            return
-        self._number = int(s.numbers[0]) if s.numbers else 0
-        self._tell.tool(s.line, s.numbers[0] if s.numbers else 0.0, "" if s.numbers else next(iter(words), ""))
-
-    def _tldata(self, s: Statement) -> None:
-        if s.numbers and not {"TURN", "GROOVE", "THREAD"} & set(s.words):
-            self._wide = s.numbers[0] * self._place.scale
-
-    def _cutter(self, s: Statement) -> None:
-        """The cutter's measures: where no statement names tools (.clt), other measures are another tool."""
-        self._wide = s.numbers[0] * self._place.scale if s.numbers else 0.0
-        if self._dialect == "camworks-clt":
-            self._tell.tool(s.line, 0.0, "CUTTER " + " ".join(f"{value:g}" for value in s.numbers))
 
     def _feature(self, s: Statement) -> None:
         self._tell.mark()
@@ -353,18 +334,6 @@ class AptReader:
     def _end_of_path(self, s: Statement) -> None:
         self._cycle = self._circle = None
         self._rapid, self._opened = False, 0
-
-    def _delay(self, s: Statement) -> None:
-        values = s.numbers
-        seconds = values[0] if len(values) == 1 else float("nan")
-        if "REV" in s.words:
-            seconds = seconds * 60.0 / self._tell.rpm if self._tell.rpm else float("nan")
-        if not seconds >= 0.0:
-            self._tell.gap(s.line, "DELAY of a time that is not known", lost=False)
-        self._tell.event(Kind.DWELL, s.line, seconds)
-
-    def _stop(self, s: Statement) -> None:
-        self._tell.event(Kind.STOP, s.line)
 
     def _insert(self, s: Statement) -> None:
         """Text for the machine's operator and control; where it says STOP, the machine stops for him."""

@@ -7,17 +7,20 @@ The curve begins at its first control point and ends at its last. (de Boor, A Pr
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.errors import ToolpathError
 from camrob.witness.cl.placing import Placing
-from camrob.witness.cl.source import Statement
+from camrob.witness.cl.source import Statement, number
 from camrob.witness.cl.teller import Teller
+from camrob.witness.happenings import Way
 from camrob.witness.units import mm_to_m
 
-__all__ = ["Curve", "spline_points"]
+__all__ = ["Curve", "spline_points", "tlon"]
 
 Array = NDArray[np.float64]
 _SAME = mm_to_m(0.001)  # nearer to the tool than this, the first control point is where it stands
@@ -111,3 +114,23 @@ def _piece(control: Array, knots: Array, degree: int, a: float, b: float) -> Arr
             break
         count *= 2
     return fine[2::2]
+
+
+def tlon(tell: Teller, place: Placing, s: Statement, direction: Array | None, way: Way) -> None:
+    """CATIA's arc: (CIRCLE/centre, radius),ON,[2,INTOF,](LINE/centre, end), which sets out along INDIRV."""
+    found = re.fullmatch(r"\(CIRCLE/([^()]*)\),ON,(?:2,INTOF,)?\(LINE/([^()]*)\)", re.sub(r"\s", "", s.rest.upper()))
+    parts = [[number(f) for f in text.split(",")] for text in found.groups()] if found else []
+    circle, ends = ([v for v in part if v is not None] for part in parts or ([], []))
+    if len(circle) != 4 or len(ends) != 6 or [len(p) for p in parts] != [4, 6]:
+        what = "TLON,GOFWD with other curves than a circle and a line of numbers: an APT part program"
+        raise ToolpathError(what, hint="run it through the APT processor first")
+    here, side = tell.here, 0.0
+    center, axis = place.point(circle[:3]), place.along()
+    spoke = place.point(ends[3:]) - center
+    end = center + spoke * (circle[3] * place.scale / max(float(np.linalg.norm(spoke)), 1e-12))
+    if here is not None and direction is not None:
+        side = float(np.cross(here - center, direction) @ axis)
+    if not side:
+        tell.gap(s.line, "an arc whose start or INDIRV is not known", last=s.last)
+    else:
+        tell.arc(end, axis, center, axis if side > 0.0 else -axis, way, s.line)

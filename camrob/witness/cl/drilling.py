@@ -31,7 +31,7 @@ UPWARD = "CYCLE whose depth lies above its point"
 
 _KINDS = {
     **dict.fromkeys(
-        ("DRILL", "DEEP", "DEEP2", "BRKCHP", "BRKCHP2", "FACE", "CSINK", "CBORE", "SPOT", "SPTDRL"), Out.RAPID
+        ("DRILL", "DEEP", "DEEP2", "DEEPHL", "BRKCHP", "BRKCHP2", "FACE", "CSINK", "CBORE", "SPOT", "SPTDRL"), Out.RAPID
     ),
     **dict.fromkeys(("REAM", "BORE"), Out.FEED),
     "DRAG": Out.STOPPED,
@@ -125,7 +125,7 @@ def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller) ->
         elif word == "DWELL" and after is not None:
             said["dwell"] = after
             tokens.pop(0)
-        elif word not in ("G98", "G99", "RIGID", "FLOAT"):
+        elif word not in ("G98", "G99", "RIGID", "FLOAT", "NODRAG"):
             return Cycle(problem=f"CYCLE with {word}")
     for name, height in zip(("depth", "clear", "retract"), plain, strict=False):
         if name in said:

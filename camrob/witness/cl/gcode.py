@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of
-from camrob.witness.cl.computing import COMPUTED, computes
-from camrob.witness.cl.customs import corner_of, plain_words
+from camrob.witness.cl.customs import COMPUTED, computes, corner_of, plain_words
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.standing import TURNED, Standing, Words

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.frames import rotation
 from camrob.witness.happenings import Kind, Pecks, Way
 from camrob.witness.units import deg_to_rad

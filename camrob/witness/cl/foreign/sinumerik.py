@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 
 from camrob.witness.cl.circles import Wanted
-from camrob.witness.cl.foreign_cycles import Hole, drill_here, siemens_hole, swivelled_plane
-from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, siemens_hole, swivelled_plane
+from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 
 __all__ = ["SinumerikReader"]
 

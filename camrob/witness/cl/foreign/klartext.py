@@ -11,8 +11,8 @@ import re
 import numpy as np
 
 from camrob.witness.cl.circles import Wanted
-from camrob.witness.cl.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
-from camrob.witness.cl.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
+from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.units import deg_to_rad, rad_to_deg
 
 __all__ = ["KlartextReader"]

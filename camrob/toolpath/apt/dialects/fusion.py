@@ -1,0 +1,94 @@
+"""Autodesk's posts for APT ("Common ISO 4343 APT", "Generative Machining APT", of Fusion, HSM and Inventor)."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.apt.curves import circle
+from camrob.toolpath.apt.cycles import Cycle
+from camrob.toolpath.apt.dialects.dialect import Dialect, score
+from camrob.toolpath.apt.lexer import Statement
+from camrob.toolpath.apt.state import Machine
+from camrob.toolpath.sampling import arc_angle
+from camrob.units import rad_to_deg
+
+__all__ = ["FUSION"]
+
+_NEAR = 0.5  # degrees: between the angle that MOVARC names and the arc's own
+
+
+def _recognise(head: str) -> int:
+    return score(head, {r"^PARTNO/ ?'": 8, r"^PPRINT/ ?'": 4, r"^MOVARC/": 15, r"^LOADTL/\d+, \d+, [\d.]+, \d+": 8})
+
+
+def _cycle(statement: Statement) -> Cycle:
+    raise ToolpathError(
+        "CYCLE of Autodesk's APT posts: their GOTO is the hole's bottom or its top, and the clearance a height or a distance,"
+        " as the post's edition has it",
+        hint="have the drilling written as moves (a post for G-code, or cycles expanded)",
+        line=statement.line,
+    )
+
+
+def _pprint(text: str) -> tuple[str, str] | None:
+    return ("message", text.strip().strip("'"))
+
+
+def _movarc(m: Machine, s: Statement) -> None:
+    """MOVARC/centre, normal, radius, ANGLE, degrees: an arc to the next GOTO, right-handed about its normal.
+
+    Old editions name the plane's normal for both senses: the angle tells them apart, but for half circles.
+    """
+    if len(s.numbers) != 8 or s.words != ["ANGLE"] or m.curve is not None:
+        raise ToolpathError("MOVARC without centre, normal, radius and ANGLE", hint="output it again", line=s.line)
+    angle = abs(s.numbers[7])
+    signed = all(
+        "." in part for part in s.text.split(",")[:6]
+    )  # numbers with a point each: the edition that signs them
+    plain = Statement("CIRCLE", ",".join(s.text.split(",")[:7]), s.line)
+    start, center = m.position, m.to_part(np.array(s.numbers[:3]))
+    circle(m, plain)
+    along = m.curve
+    normal = m.part_R_cl @ np.array(s.numbers[3:6])
+
+    def arc(end: np.ndarray, tool: np.ndarray, line: int) -> None:
+        if start is None or along is None:
+            raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=line)
+        turned = rad_to_deg(arc_angle(start, end, center, normal / float(np.linalg.norm(normal))))
+        other = 360.0 - turned  # degrees of a turn
+        half = abs(turned - other) < _NEAR
+        if abs(math.remainder(turned - angle, 360.0)) < _NEAR and (signed or not half):
+            along(end, tool, line)
+            return
+        if abs(other - angle) < _NEAR and not half and not signed:
+            back = Statement("CIRCLE", f"{plain.text},CLW", s.line)
+            circle(m, back)
+            if m.curve is not None:
+                backwards, m.curve = m.curve, None
+                backwards(end, tool, line)
+            return
+        raise ToolpathError(
+            "MOVARC whose angle does not say which way round it goes",
+            hint="output the arcs as lines, or post with a newer edition of the APT post",
+            line=s.line,
+        )
+
+    m.curve = arc
+
+
+def _mode(m: Machine, s: Statement) -> None:
+    """MODE/MILL or MODE/TURN."""
+    del m
+    if re.search(r"\bTURN\b", s.text, re.IGNORECASE):
+        raise ToolpathError(
+            "a turning operation (MODE/TURN): no part turns against a standing tool here",
+            hint="give the milling operations a CL file of their own",
+            line=s.line,
+        )
+
+
+FUSION = Dialect("fusion-apt", _recognise, _cycle, _pprint, must_end=True, words={"MOVARC": _movarc, "MODE": _mode})

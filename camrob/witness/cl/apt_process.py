@@ -1,0 +1,99 @@
+"""What APT's words switch: feed, spindle, coolant, tools, dwells and stops."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from camrob.witness.cl.drilling import feed_unit
+from camrob.witness.cl.placing import Placing
+from camrob.witness.cl.source import Statement, number
+from camrob.witness.cl.teller import Teller
+from camrob.witness.happenings import Kind
+from camrob.witness.units import INCH_MM, mm_to_m
+
+__all__ = ["AptProcess"]
+
+
+class AptProcess:
+    """The process of one file. tools: diameters (m) of the set-up's by their numbers, 0 for any."""
+
+    def __init__(self, tell: Teller, dialect: str, place: Placing, tools: Mapping[int, float]) -> None:
+        self._tell, self._dialect, self._place, self._tools = tell, dialect, place, tools
+        self._wide, self._number = 0.0, 0  # the cutter's diameter as the file has it, m; the tool's number
+        self._per = ""  # unit of the feed
+        self._unknown: dict[str, int] = {}
+
+    def _fedrat(self, s: Statement) -> None:
+        values = s.numbers
+        known = [w for w in s.words if feed_unit(w, 1.0)]
+        if len(values) != len(s.fields) - len(known) or len(known) > 1 or len(values) > 1:
+            self._tell.set_feed(0.0, "min")
+            self._tell.gap(s.line, f"FEDRAT/{s.rest.strip()[:40]}: not understood", last=s.last, lost=False)
+            return
+        self._per = known[0] if known else self._per or "PERMIN"
+        one, per = feed_unit(self._per, self._place.scale) or (0.0, "min")
+        if values:
+            self._tell.set_feed(values[0] * one, per)
+
+    def _spindl(self, s: Statement) -> None:
+        fields, most = s.fields, math.inf
+        for word in ("RANGE", "MAXRPM"):  # each takes the field behind it
+            if word in fields:
+                at = fields.index(word)
+                most = (number(fields[at + 1]) or most) if word == "MAXRPM" and at + 1 < len(fields) else most
+                del fields[at : at + 2]
+        values = [v for v in map(number, fields) if v is not None]
+        words = set(fields)
+        sense = next((w for w in ("CCLW", "CLW") if w in words), None)
+        strange = {"SFPM", "CSS"} & words
+        if {"OFF", "LOCK", "ORIENT", "NEUTRL"} & words or values == [0.0]:  # locked at an angle, it stands
+            self._tell.spindle_off(s.line)
+        elif {"SFM", "SMM"} & words and len(values) == 1:
+            self._tell.spindle(s.line, min(self._turns(values[0], "SFM" in words), most), sense)
+        elif strange or len(values) > 1 or not (values or {"ON", "CLW", "CCLW"} & words):
+            self._tell.spindle(s.line, float("nan"), sense)
+        else:
+            self._tell.spindle(s.line, min(values[0], most) if values else None, sense)
+
+    def _turns(self, speed: float, feet: bool) -> float:
+        """rev/min of a surface speed in feet or metres a minute: by the cutter, the set-up's tool, or the set-up's speed."""
+        tools = self._tools
+        size = self._wide or tools.get(self._number) or tools.get(0)
+        if not size:
+            return self._tell.default_rpm or math.nan
+        return speed * (mm_to_m(12.0 * INCH_MM) if feet else 1.0) / (math.pi * size)
+
+    def _coolnt(self, s: Statement) -> None:
+        words = s.words
+        self._tell.coolant(s.line, None if "OFF" in words else next((w for w in words if w != "ON"), ""))
+
+    def _load(self, s: Statement) -> None:
+        words = [w for w in s.words if w not in ("TOOL", "ADJUST", "MANUAL")]
+        if s.major == "LOAD" and "TOOL" not in s.fields:
+            self._unknown["LOAD"] = self._unknown.get("LOAD", 0) + 1
+            return
+        self._number = int(s.numbers[0]) if s.numbers else 0
+        self._tell.tool(s.line, s.numbers[0] if s.numbers else 0.0, "" if s.numbers else next(iter(words), ""))
+
+    def _tldata(self, s: Statement) -> None:
+        if s.numbers and not {"TURN", "GROOVE", "THREAD"} & set(s.words):
+            self._wide = s.numbers[0] * self._place.scale
+
+    def _cutter(self, s: Statement) -> None:
+        """The cutter's measures: where no statement names tools (.clt), other measures are another tool."""
+        self._wide = s.numbers[0] * self._place.scale if s.numbers else 0.0
+        if self._dialect == "camworks-clt":
+            self._tell.tool(s.line, 0.0, "CUTTER " + " ".join(f"{value:g}" for value in s.numbers))
+
+    def _delay(self, s: Statement) -> None:
+        values = s.numbers
+        seconds = values[0] if len(values) == 1 else float("nan")
+        if "REV" in s.words:
+            seconds = seconds * 60.0 / self._tell.rpm if self._tell.rpm else float("nan")
+        if not seconds >= 0.0:
+            self._tell.gap(s.line, "DELAY of a time that is not known", lost=False)
+        self._tell.event(Kind.DWELL, s.line, seconds)
+
+    def _stop(self, s: Statement) -> None:
+        self._tell.event(Kind.STOP, s.line)

@@ -1,0 +1,1 @@
+"""Readers of the programs of Siemens and Heidenhain."""
