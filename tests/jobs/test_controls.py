@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from process_story import posted
+from process_story import cell_with, posted
 from scipy.spatial.transform import Rotation
 
 from camrob.errors import SetupError, ToolpathError, VerificationError
@@ -121,3 +121,30 @@ def test_a_path_that_a_control_would_offset_is_not_released_where_the_reader_let
     monkeypatch.setattr(interpreter, "compensate", lambda block, modal, path: None)
     with pytest.raises(VerificationError, match=r"not released.*offset by the tool's radius"):
         posted(tmp_path, "worn.nc", WORN, setup=PLACE)
+
+
+HEAD = "N10 G90 G17 G710 G94\nN20 T1 M6\nN30 S2000 M3\nN35 F100\nN50 G0 X=0 Y0 Z40\n"
+HOLES = "MCALL CYCLE82(40,0,2,-5,,0.5)\nHOLES1(1,2,30,5,10,3)\nHOLES2(0,0,12,90,0,3)\nMCALL\n"
+KEY = KLARTEXT.partition("4 L")[0].replace("S6000", "S2000 F300")
+ENDS = "8 L Z+40 FMAX M5\n9 M30\n9 END PGM A MM\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("holes.mpf", HEAD + HOLES + "G0 Z40\nM5\nM30\n"),
+        ("tap.mpf", HEAD + "CYCLE84(40,0,2,-5,,,,,1,,1500,1500)\nX9\nCYCLE840(40,0,2,-5,,,4,3,1,6)\nG0 Z40\nM5\nM30\n"),
+        ("tap.h", KEY + "4 CYCL DEF 207 T Q200=2 Q201=-5 Q239=1 Q203=0 Q204=20\n5 L X+5 FMAX M99\n" + ENDS),
+        ("float.h", KEY + "4 CYCL DEF 206 T Q200=2 Q201=-5 Q206=900 Q211=0.5 Q203=0 Q204=20\n5 L X+5 FMAX M99\n" + ENDS),
+        ("place.h", KEY.replace("CALL 1", 'CALL "MILL"') + "4 CYCL DEF 200 D Q200=2 Q201=-5 Q206=100 Q202=2 Q210=0 Q203=1 Q204=20"
+         " Q211=0\n4 PLANE RESET STAY\n5 CYCL CALL POS X+4 Y+5 Z+0 FMAX M8\n5 CYCL CALL POS X+6 Y+5 Z+0 FMAX\n5 L Z+5 F AUTO\n"
+         "5 M9\n" + ENDS),
+    ],
+)  # fmt: skip
+def test_patterns_and_taps_are_verified_whole(tmp_path: Path, name: str, text: str) -> None:
+    reversing = (
+        "^spindle_off = ",
+        'spindle_on_ccw = ["$ANOUT[1] = {speed} / 24000.0", "$OUT[3] = TRUE"]\nspindle_off = ',
+    )
+    made = posted(tmp_path, name, text, setup=PLACE, cell=cell_with(tmp_path, reversing))
+    assert not [f for f in made.findings if f.code == "verified-in-part"] and made.summary.witness.complete

@@ -129,7 +129,7 @@ def test_supa_is_a_machine_position_and_one_tool_by_its_name_is_the_set_ups(tmp_
         ("X=R1 GOTOF NOWHERE", "R1 is read|NOWHERE"),
         ("GOTOF NOWHERE", "NOWHERE is jumped to"),
         ("POCKET3(50,0,2)", "POCKET3"),
-        ("MCALL CYCLE84(50,0,2,-5)", "modal call"),
+        ("MCALL SLOT1(50,0,2,-5)", "modal call"),
         ("L100", "subprogram call"),
         ("MY_SUB", "MY_SUB is not known"),
         ("ROT X30", "turned frame"),
@@ -242,7 +242,7 @@ def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
         ("L X+Q120 F100", "Q120 is read"),
         ("CALL PGM TNC:SUB.H", "is not read"),
         ("CALL LBL 77", "LBL 77"),
-        ('TOOL CALL "D10" Z S100', "by its name"),
+        ('TOOL CALL "D10" Z S100', "several tools"),
         ("TOOL CALL 2 Z S100 DL+0.5", "DL"),
         ("TOOL CALL 2 X S100", "along X"),
         ("C X+5 Y+5 DR+", "without a centre"),
@@ -366,7 +366,8 @@ def test_a_cycle_leaves_g91_and_the_motion_as_they_were(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "match"),
     [
-        ("CYCLE84(5,0,2,-9)", "CYCLE84"), ("MCALL HOLES1(0,0,0,5,5,3)", "MCALL HOLES1"), ("CYCLE81(5,0,2)", "without its depth"),
+        ("CYCLE84(5,0,2,-9)", "without its pitch"),
+        ("MCALL HOLES1(0,0,0,5,5,3)", "MCALL HOLES1"), ("CYCLE81(5,0,2)", "without its depth"),
         ("CYCLE81(5,0,2,-9,3)", "two depths"), ("CYCLE81(5,0,2,9)", "no hole"), ("CYCLE82(5,0,2,-9,,-3)", "turns of the spindle"),
         ("CYCLE83(5,0,2,-9,,-1,,-0.01,0,0,1,1)", "never end"), ("CYCLE81(5,0,2,-9,0,0,0,1,11)", "another way"),
     ],
@@ -492,3 +493,57 @@ def test_what_klartext_writes_beside_tool_centre_points(tmp_path: Path) -> None:
         "5 L B+0 C+0 FMAX M94 C\n6 M128 F20000\n7 LN X+1 Y+0 Z+5 TX+0 TY+0 TZ+1 F100\n8 LN X+2 Y+0 Z+5 TX+0 TY+0 TZ+1\n"
     )
     np.testing.assert_allclose(klartext(tmp_path, body)[:, 0], [1, 2], atol=1e-9)
+
+
+def bottoms(folder: Path, text: str, name: str) -> np.ndarray:
+    """Tips of all cuts, mm."""
+    return np.concatenate([r.position[r.move == Move.CUT] * 1e3 for r in regions(folder, text, name)])
+
+
+def test_patterns_of_siemens_hold_the_modal_cycle(tmp_path: Path) -> None:
+    body = "MCALL CYCLE81(50,0,2,-5)\nHOLES1(1,2,30,5,10,3)\nHOLES2(0,0,20,90,0,4)\nMCALL\nG1 X0 Y0 Z0\n"
+    found = bottoms(tmp_path, SIEMENS + UP + body + "M30\n", "h.mpf")[:-1]
+    ray = np.array([math.cos(math.radians(30)), 0.5])
+    row = np.outer([5, 15, 25], ray) + np.array([1, 2])
+    ring = [[0, 20], [-20, 0], [0, -20], [20, 0]]
+    np.testing.assert_allclose(found, [[*xy, -5] for xy in (*row, *ring)], atol=1e-9)
+    refused(tmp_path, SIEMENS + UP + "HOLES2(0,0,20,90,0,4)\nM30\n", "a.mpf", 8, "HOLES2")
+    refused(tmp_path, SIEMENS + UP + "MCALL CYCLE81(50,0,2,-5)\nHOLES2(0,0,0,90,0,4)\nM30\n", "b.mpf", 9, "radius")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "sense"),
+    [
+        ("a.mpf", SIEMENS + UP + "CYCLE84(50,0,2,-9,,,,,1.25,,800,800)\nM30\n", "CLW"),
+        ("b.mpf", SIEMENS.replace("S5000", "S800") + UP + "CYCLE84(50,0,2,-9,,,,8)\nM30\n", "CLW"),
+        ("c.mpf", SIEMENS.replace("S5000", "S800") + UP + "CYCLE840(50,0,2,-9,,,4,3,1,,1.25)\nM30\n", "CLW"),
+        ("d.mpf", SIEMENS.replace("S5000 M3", "S800 M4") + UP + "CYCLE84(50,0,2,-9,,,,-8)\nM30\n", "CCLW"),
+        ("a.h", KLARTEXT.replace("S5000", "S800") + "CYCL DEF 207 T Q200=2 Q201=-9 Q239=1.25 Q203=0 Q204=50\n"
+         "L X+0 Y+0 FMAX M99\nM30\nEND PGM A MM\n", "CLW"),
+        ("b.h", KLARTEXT.replace("S5000", "S800") + "CYCL DEF 206 T Q200=2 Q201=-9 Q206=1000 Q211=0 Q203=0 Q204=50\n"
+         "CYCL CALL POS X+0 Y+0 Z+0 FMAX\nM30\nEND PGM A MM\n", "CLW"),
+    ],
+)  # fmt: skip
+def test_taps_go_in_and_out_by_their_pitch_with_the_spindle_reversed_between(
+    tmp_path: Path, name: str, text: str, sense: str
+) -> None:
+    (region,) = regions(tmp_path, text, name)
+    cut = region.move == Move.CUT
+    np.testing.assert_allclose(region.position[cut][:, 2] * 1e3, [-9, 2], atol=1e-9)
+    assert region.feed[cut] * 6e4 == pytest.approx([1000, 1000])  # 800 turns of 1.25 mm
+    bottom = int(np.flatnonzero(cut)[0])
+    other = {"CLW": "CCLW", "CCLW": "CLW"}[sense]
+    turned = [(e.point - bottom, e.text, e.value) for e in region.events if e.kind is EventKind.SPINDLE_ON][-3:]
+    assert (1, other, 800.0) in turned and (2, sense, 800.0) in turned
+
+
+def test_a_call_at_a_place_and_the_only_tool_by_its_name(tmp_path: Path) -> None:
+    text = KLARTEXT.replace("CALL 1", 'CALL "MILL 10"') + (
+        "CYCL DEF 200 D Q200=2 Q201=-5 Q206=100 Q202=9 Q210=0 Q203=1 Q204=20 Q211=0\n"
+        "CYCL CALL POS X+4 Y+5 Z+0 FMAX M8\nCYCL CALL POS X+6 Y+5 Z+0 FMAX\nM30\nEND PGM A MM\n"
+    )
+    np.testing.assert_allclose(bottoms(tmp_path, text, "a.h"), [[4, 5, -4], [6, 5, -4]], atol=1e-9)
+    (region,) = regions(tmp_path, text, "a.h")
+    assert region.tool == 0 and np.isclose(region.position[region.move == Move.RAPID][-1, 2], 0.021)
+    refused(tmp_path, text.replace("Z+0 FMAX M8", "Z+1 FMAX"), "b.h", 6, "another Z than 0")
+    refused(tmp_path, text.replace("M30", 'TOOL CALL "B" Z S9\nM30'), "c.h", 2, "several tools by their names")

@@ -203,8 +203,8 @@ def _pecks(
     depths = peck_depths(cycle.depth, cycle.first_peck, cycle.peck) * unit
     for n, depth in enumerate(depths):
         machine.move(hole - axis * depth, axis, Move.CUT, line, feed)
-        _dwell(machine, cycle, line)
-        if n + 1 == len(depths):
+        if n + 1 == len(depths):  # the dwell is the bottom's
+            _dwell(machine, cycle, line)
             return
         above = hole - axis * (depth - gap)
         if cycle.kind == "peck":

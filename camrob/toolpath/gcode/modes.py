@@ -221,14 +221,10 @@ def _offset(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathG
     modal.suspended = False
     key = (code, block.words.get("P", 0.0) if code in (541, 1540) else 0.0)
     if modal.offset not in (None, key) and modal.moved:
-        path.note(
-            "several-work-offsets",
-            "several work offsets (G54 ... G59): taken as one origin, which only the machine can confirm",
-            block.line,
-            Severity.ERROR,
+        raise ToolpathError(
+            "several work offsets (G54 ... G59): how they lie to each other only the machine knows",
+            hint="give what belongs to each offset a program of its own",
         )
-        frame.forget()
-        path.lose()
     modal.offset = key
     return False
 

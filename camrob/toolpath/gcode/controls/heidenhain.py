@@ -43,6 +43,7 @@ _ASSIGN = re.compile(r"FN ?([0-7]): ?(Q[0-9]+) ?= ?(.+)$")
 _DECIMAL = re.compile(r"(?<=[0-9]),(?=[0-9])")  # a comma for the point, as the control can be set to write it
 _LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
 _CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+)(?:/[0-9]+)?)?$')
+_TOOL = re.compile(r'TOOL CALL ("[^"]*"|[0-9]+)')
 _FREE = range(1600)
 _OF_THE_CONTROL = range(100, 200)  # Q100 to Q199 the control fills in
 
@@ -63,6 +64,8 @@ class _Program:
                 if match[1] in self._labels:
                     raise ToolpathError(f"LBL {match[1]} stands twice", hint="keep one", path=path, line=number)
                 self._labels[match[1]] = index
+        called = {match[1] for _, text in self._texts if (match := _TOOL.match(text))}
+        self._moves.one_name = len(called) == 1
         self._stack: list[int] = []
         self._repeats: dict[int, int] = {}
         self._at = 0

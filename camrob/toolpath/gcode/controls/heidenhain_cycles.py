@@ -1,19 +1,23 @@
-"""Heidenhain's cycles 200, 201, 203 and 240 as the moves that they stand for (TNC 640, "Programming of Machining Cycles", 4)."""
+"""Heidenhain's cycles 200, 201, 203, 206, 207, 240 as the moves that they stand for (TNC 640, "Machining Cycles")."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.lexer import Block
 
-__all__ = ["CYCLES", "check_cycle", "drilled", "level"]
+__all__ = ["CYCLES", "check_cycle", "drilled", "level", "place_of"]
 
-# Q numbers: 200 clearance, 201 depth, 202 bite, 203 surface, 204 second clearance, 206 feed, 208 feed out, 212 decrement
+# Q numbers: 200 clearance, 201 depth, 202 bite, 203 surface, 204 second clearance, 206 feed, 208 feed out, 212 decrement,
+# 239 pitch of a thread
 _NEEDED = {
     200: (200, 201, 202, 203, 204, 206),
     201: (200, 201, 203, 204, 206, 208),
     203: (200, 201, 202, 203, 204, 206, 208, 212, 213, 205),
+    206: (200, 201, 203, 204, 206),
+    207: (200, 201, 203, 204, 239),
     240: (200, 201, 203, 204, 206, 343),
 }
 CYCLES = frozenset(_NEEDED)
@@ -47,10 +51,38 @@ def level(q: Mapping[int, float]) -> float:
     return q[203] + max(q[200], q[204])
 
 
-def drilled(number: int, q: Mapping[int, float], z: float | None, line: int) -> Iterator[Block]:
+def place_of(text: str, value: Callable[[str], float]) -> tuple[list[int], dict[str, float] | None]:
+    """The M functions of CYCL CALL, and X and Y of CYCL CALL POS, else None. Raises ToolpathError for what is not read.
+
+    Z of CYCL CALL POS shifts the cycle, and is read as 0 only.
+    """
+    codes = [int(n) for n in re.findall(r"\bM([0-9]+)", text)]
+    if re.fullmatch(r"CYCL CALL(?: F[^ ]+| M[0-9]+)*", text):
+        return codes, None
+    place = re.match(r"CYCL CALL POS((?: [XYZ] ?[-+]?[0-9.Q]+)+)((?: F ?[A-Z0-9.]+| R0| M[0-9]+)*)$", text)
+    if place is None:
+        raise ToolpathError(f"{text[:20]!r} is not read", hint="position by L, and call with CYCL CALL or M99")
+    to = {k: value(v) for k, v in re.findall(r"([XYZ]) ?([-+]?[0-9.Q]+)", place[1])}
+    if "FMAX" not in place[2].replace(" ", "") or to.pop("Z", None) != 0.0:
+        raise ToolpathError("CYCL CALL POS at a feed, or with another Z than 0", hint="Z+0 FMAX, the surface by Q203")
+    return codes, to
+
+
+def _tapped(number: int, q: Mapping[int, float], line: int, speed: float | None) -> Iterator[Block]:
+    """Cycles 206 and 207, as a tap in a floating holder goes: G84 or, for a left-hand thread, G74."""
+    pitch = q.get(239, 0.0)
+    if number == 207 and not (pitch and speed):
+        raise ToolpathError("cycle 207 without its pitch Q239, or a speed in TOOL CALL", hint="name both")
+    words = {"Z": q[203] + q[201], "R": q[203] + q[200], "F": abs(pitch) * (speed or 0.0) if number == 207 else q[206]}
+    if q.get(211):
+        words["P"] = q[211]
+    yield Block(line, words, (990, 740 if pitch < 0.0 else 840))
+
+
+def drilled(number: int, q: Mapping[int, float], z: float | None, line: int, speed: float | None) -> Iterator[Block]:
     """The blocks of one hole from height `z`: bites from the surface Q203, out to the clearance Q200 between them.
 
-    Raises ToolpathError from an unknown height, or from below the clearance.
+    `speed` is TOOL CALL's. Raises ToolpathError from an unknown height, or from below the clearance.
     """
     top = q[203] + q[200]
     if z is None or z < top - _EVEN:
@@ -58,6 +90,10 @@ def drilled(number: int, q: Mapping[int, float], z: float | None, line: int) -> 
             f"cycle {number} from an unknown height, or from below its clearance", hint="name Z before it"
         )
     yield Block(line, {"Z": top}, (0,))
+    if number in (206, 207):
+        yield from _tapped(number, q, line, speed)
+        yield Block(line, {"Z": level(q)}, (0,))
+        return
     yield from _down(number, q, line)
     yield from _dwell(q.get(211), line)
     if number in (201, 203):

@@ -7,8 +7,8 @@ import re
 from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, check_cycle, drilled, level
-from camrob.toolpath.gcode.controls.heidenhain_words import corner_of, motion_words, offset_blocks
+from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, check_cycle, drilled, level, place_of
+from camrob.toolpath.gcode.controls.heidenhain_words import corner_of, motion_words, offset_blocks, tool_call
 from camrob.toolpath.gcode.coordinates import euler
 from camrob.toolpath.gcode.corner import Corner
 from camrob.toolpath.gcode.lexer import Block, Plane
@@ -20,7 +20,7 @@ _NOTHING_HERE = re.compile(
     r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|247)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF|M94\b"
 )
 _MACHINE = frozenset((91, 92))
-_TCP = {128: 128, 129: 129}
+_STARTING = frozenset((3, 4, 13, 14, 8, 7))  # what acts before a motion
 # what turns on how the control runs the path, or which way round a rotary axis goes in rapid
 _SILENT = frozenset((94, 116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
 _MODES = frozenset((97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141, 143, 144, 145, 148, 149, 197))
@@ -31,11 +31,13 @@ class HeidenhainMoves:
 
     def __init__(self, value: Callable[[str], float]) -> None:
         self._value = value
+        self.one_name = False  # the file names one tool, by its name, and no more
         self._at: dict[str, float | None] = dict.fromkeys("XYZ")
         self._center: tuple[float, float] | None = None
         self._rapid = False  # FMAX of the block
         self._feed: float | None = None
         self._tool_feed: float | None = None  # of TOOL CALL
+        self._speed: float | None = None
         self._feed_left = False  # a cycle has left its own feed behind, and the program has named none
         self._shift = dict.fromkeys("XYZ", 0.0)
         self._plane: Plane = None
@@ -69,10 +71,7 @@ class HeidenhainMoves:
         elif text.startswith("CYCL DEF"):
             yield from self._define(text[8:].strip(), line)
         elif text.startswith("CYCL CALL"):
-            if text != "CYCL CALL" and not re.fullmatch(r"CYCL CALL (?:F[^ ]+ ?|M[0-9]+ ?)*", text):
-                raise ToolpathError(f"{text[:20]!r} is not read", hint="position by L, and call with CYCL CALL or M99")
-            yield from self._drill(line)
-            yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
+            yield from self._called(text, line)
         elif match := re.fullmatch(
             r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*", text
         ):
@@ -185,7 +184,7 @@ class HeidenhainMoves:
             self._lose()
             yield from self._codes(codes, line)
             return
-        before = tuple(c for c in codes if c in (3, 4, 13, 14, 8, 7, 128))
+        before = tuple(c for c in codes if c in (*_STARTING, 128))
         yield from self._codes(list(before), line)
         to = self._place(words)
         vector = None
@@ -290,31 +289,17 @@ class HeidenhainMoves:
     # -- tools, planes, cycles ---------------------------------------------------------------------------------
 
     def _tool(self, text: str, line: int) -> Iterator[Block]:
-        match = re.match(r'("[^"]*"|[0-9]+(?:\.[0-9]+)?)?', text)
-        name = match[0] if match else ""
-        rest = text[len(name) :]
-        for key, value in re.findall(r"\b(D[LR]2?)([-+]?[0-9.]+)", rest):
-            if float(value):
-                raise ToolpathError(
-                    f"TOOL CALL with {key}{value}: an offset of the path", hint="put it into the CAM system"
-                )
-        axis = re.search(r" ([XYZ])\b", f" {rest.strip()}")
-        if axis and axis[1] != "Z":
-            raise ToolpathError(f"a tool along {axis[1]}", hint="post with the tool along Z")
-        speed = re.search(r"\bS([0-9.]+)", rest)
-        feed = re.search(r"\bF([0-9.]+)", rest)
-        words = {"F": float(feed[1])} if feed else {}
-        if feed or name:
-            self._tool_feed = float(feed[1]) if feed else None
-        if name.startswith('"'):
-            raise ToolpathError(
-                f"TOOL CALL {name[:40]}: a tool by its name", hint="call tools by numbers, as the set-up does"
-            )
-        if name:
+        call = tool_call(text, one_name=self.one_name)
+        words = {letter: value for letter, value in (("F", call.feed), ("S", call.speed)) if value is not None}
+        if call.feed is not None or call.changes:
+            self._tool_feed = call.feed
+        if call.changes:
             self._lose()
-            yield Block(line, {"T": float(name), **({"S": float(speed[1])} if speed else {}), **words}, m=(60,))
-        elif speed or feed:
-            yield Block(line, {**({"S": float(speed[1])} if speed else {}), **words})
+        self._speed = call.speed or self._speed
+        if call.number is not None:
+            yield Block(line, {"T": call.number, **words}, m=(60,))
+        elif words or call.note:
+            yield Block(line, words, note=call.note)
 
     def _set_plane(self, text: str, line: int) -> Iterator[Block]:
         if text.startswith("PLANE RESET"):
@@ -385,11 +370,25 @@ class HeidenhainMoves:
                 self._at[letter] += before - self._shift[letter]  # type: ignore[operator]
         yield Block(line, dict(self._shift), (520,))
 
+    def _called(self, text: str, line: int) -> Iterator[Block]:
+        """CYCL CALL, or CYCL CALL POS: in rapid at the second clearance, or as high as the tool stands above it."""
+        codes, to = place_of(text, self._value)
+        if to is not None and self._cycle is not None:
+            yield from self._codes([c for c in codes if c in _STARTING], line)
+            codes, up = [c for c in codes if c not in _STARTING], level(self._cycle)
+            if self._at["Z"] is None or self._at["Z"] < up:
+                yield Block(line, {"Z": up}, (0,))
+                self._at["Z"] = up
+            yield Block(line, to, (0,))
+            self._at.update(to)
+        yield from self._drill(line)
+        yield from self._codes(codes, line)
+
     def _drill(self, line: int) -> Iterator[Block]:
         """The cycle in force where the tool stands."""
         if self._cycle is None:
             raise ToolpathError("a cycle call without a cycle", hint="define it before")
-        yield from drilled(self._cycle_number, self._cycle, self._at["Z"], line)
+        yield from drilled(self._cycle_number, self._cycle, self._at["Z"], line, self._speed)
         self._feed_left = self._feed is None
         if self._feed is not None:  # the cycle's feed is its own
             yield Block(line, {"F": self._feed})

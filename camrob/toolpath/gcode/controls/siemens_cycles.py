@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.lexer import Block
 
-__all__ = ["CYCLES", "Hole", "hole_of"]
+__all__ = ["CYCLES", "TAPS", "Hole", "hole_of"]
 
 _NAMES = {
     "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE83": "RTP RFP SDIS DP DPR FDEP FDPR DAM DTB DTS FRF VARI AXN MDEP VRT DTD DIS1 GMODE DMODE AMODE",
+    "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1",
+    "CYCLE840": "RTP RFP SDIS DP DPR DTB SDR SDAC ENC MPIT PIT",
     "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
 }
 CYCLES = frozenset(_NAMES)
+TAPS = frozenset(("CYCLE84", "CYCLE840"))
+# mm: the coarse pitch of a metric thread by its size (ISO 261), which MPIT names
+_COARSE: dict[float, float] = {
+    3: 0.5, 4: 0.7, 5: 0.8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 16: 2.0, 18: 2.5, 20: 2.5, 22: 2.5, 24: 3.0, 27: 3.0,
+    30: 3.5, 33: 3.5, 36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0,
+}  # fmt: skip
 _MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
 _EVEN = 1e-9  # of the program's unit
 _BREAK = 1.0  # of the program's unit: VRT where it is left out or 0
@@ -38,8 +47,14 @@ class Hole:
         absolute, relative = self.value["DP"], self.value["DPR"]
         return absolute if absolute is not None else self["RFP"] - abs(relative or 0.0)
 
-    def blocks(self, feed: float | None, line: int) -> Iterator[Block]:
-        """One hole from where the tool stands; `feed` is the modal F, as written. Raises ToolpathError without one."""
+    def blocks(self, feed: float | None, line: int, speed: float | None) -> Iterator[Block]:
+        """One hole from where the tool stands; `feed` and `speed` are the modal F and S, as written.
+
+        Raises ToolpathError without a feed, or for a tap without its pitch or speed.
+        """
+        if self.name in TAPS:
+            yield from self._tapped(feed, speed, line)
+            return
         top, depth, out = self["RFP"] + self["SDIS"], self.depth, self["RTP"]
         feed = self["FFR"] or feed
         if not feed:
@@ -54,6 +69,26 @@ class Hole:
         if self.name == "CYCLE85":
             yield Block(line, {"Z": top, "F": self["RFF"] or feed}, (10,))
         yield Block(line, {"Z": max(out, top)}, (0,))
+
+    def _tapped(self, feed: float | None, speed: float | None, line: int) -> Iterator[Block]:
+        """CYCLE84 and CYCLE840, as a tap in a floating holder goes: G84 or, for a left-hand thread, G74."""
+        pitch = self["PIT"] or math.copysign(_COARSE.get(abs(self["MPIT"]), math.nan), self["MPIT"]) * bool(
+            self["MPIT"]
+        )
+        rpm = self["SST"] or speed
+        if math.isnan(pitch) or not rpm or (not pitch and not (feed and self.name == "CYCLE840")):
+            raise ToolpathError(f"{self.name} without its pitch or speed", hint="name PIT, and SST or S")
+        if self["SST"] and self["SST1"] not in (0.0, self["SST"]):
+            raise ToolpathError("CYCLE84 that comes out at another speed (SST1)", hint="leave SST1 out")
+        words = {"Z": self.depth, "R": self["RFP"] + self["SDIS"], "F": abs(pitch) * rpm if pitch else feed or 0.0}
+        if self["DTB"]:
+            words["P"] = self["DTB"]
+        if rpm != speed:
+            yield Block(line, {"S": rpm})
+        yield Block(line, words, (990, 740 if pitch < 0.0 else 840))
+        if rpm != speed and speed is not None:
+            yield Block(line, {"S": speed})
+        yield Block(line, {"Z": max(self["RTP"], self["RFP"] + self["SDIS"])}, (0,))
 
     def _pecks(self, top: float, feed: float, line: int) -> Iterator[Block]:
         """Bites: the first one to FDEP, each later one shorter by DAM (below 0: by that factor), none below DAM or MDEP."""

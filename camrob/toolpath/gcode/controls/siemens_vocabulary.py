@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["CODES", "REFUSED", "SILENT", "SILENT_CALLS", "SILENT_G"]
+import re
+
+__all__ = ["CODES", "REFUSED", "SILENT", "SILENT_CALLS", "SILENT_G", "stands"]
 
 CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
 # how fast and how exactly the path is run, compressors, feed forward: not where it goes
@@ -35,3 +37,8 @@ REFUSED = {
     "OFFN": "an offset of the contour (OFFN)", "ISD": "3-D cutter compensation (ISD)",
     "OEMIPO1": "an interpolation of the maker's",
 }  # fmt: skip
+
+
+def stands(word: str, rest: str) -> bool:
+    """Whether the word begins `rest`, and no longer one does."""
+    return rest.startswith(word) and not re.match(r"[A-Z0-9_]*[A-Z_](?![-+=.0-9])|[0-9]", rest[len(word) :])

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
-from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, Hole, hole_of
+from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, TAPS, Hole, hole_of
 from camrob.toolpath.gcode.controls.siemens_frames import Frame, swivel
-from camrob.toolpath.gcode.controls.siemens_vocabulary import CODES, REFUSED, SILENT, SILENT_CALLS, SILENT_G
-from camrob.toolpath.gcode.corner import BASE, LEG, ROUND, Corner
-from camrob.toolpath.gcode.language.formulas import (
-    ARITHMETIC,
-    COMPARISONS,
-    FUNCTIONS,
-    LOGIC,
-    Grammar,
-    Reader,
-    whole,
+from camrob.toolpath.gcode.controls.siemens_grammar import GRAMMAR
+from camrob.toolpath.gcode.controls.siemens_patterns import PATTERNS, places
+from camrob.toolpath.gcode.controls.siemens_vocabulary import (
+    CODES,
+    REFUSED,
+    SILENT,
+    SILENT_CALLS,
+    SILENT_G,
+    stands,
 )
+from camrob.toolpath.gcode.corner import BASE, LEG, ROUND, Corner
+from camrob.toolpath.gcode.language.formulas import Reader, whole
 from camrob.toolpath.gcode.lexer import Block, Word, assemble
 
 __all__ = ["SiemensWords"]
@@ -33,36 +34,10 @@ _CORNERS = {"RND": ROUND, "CHR": LEG, "CHF": BASE}
 _ROT = re.compile(r"A?ROT(?: ?(?:Z|RPL)=?([^ ,]+))?")  # about the tool's axis; other turns are refused
 
 
-def _ends(a: float, b: float) -> float:
-    return float(math.trunc(a / b)) if b else ARITHMETIC["/"](a, b)
-
-
 class SiemensWords:
     """Turns blocks of words into ISO's. `one_name`: the file names one tool, and no more; `moved`: a block has given axes."""
 
-    grammar = Grammar(
-        levels=(
-            {"|": LOGIC["OR"], "~": LOGIC["XOR"]},
-            {"&": LOGIC["AND"]},
-            {
-                "==": COMPARISONS["EQ"],
-                "<>": COMPARISONS["NE"],
-                ">=": COMPARISONS["GE"],
-                "<=": COMPARISONS["LE"],
-                ">": COMPARISONS["GT"],
-                "<": COMPARISONS["LT"],
-            },
-            {"+": ARITHMETIC["+"], "-": ARITHMETIC["-"]},
-            {"*": ARITHMETIC["*"], "/": ARITHMETIC["/"], "!": _ends, "%": ARITHMETIC["MOD"]},
-        ),
-        functions={
-            **{k: v for k, v in FUNCTIONS.items() if k not in ("ATAN",)},
-            "POT": lambda x: x * x,
-            "TRUNC": lambda x: float(math.trunc(x)),
-        },
-        opens="(",
-        closes=")",
-    )
+    grammar = GRAMMAR
 
     def __init__(self, reader: Callable[[str], Reader], state: State) -> None:
         self._reader, self._state = reader, state
@@ -97,6 +72,9 @@ class SiemensWords:
             else:
                 yield from self._drilled(hole, line)
             return
+        if call and call[1] in PATTERNS and text.endswith(")") and self._hole is not None:
+            yield from self._pattern(call[1], self._arguments(text[call.end() : -1]), line)
+            return
         if call and text.endswith(")") and call[1] not in ("TRAORI",):
             yield from self._call(call[1], text[call.end() : -1], line)
             return
@@ -109,11 +87,23 @@ class SiemensWords:
         if self._hole is not None and self._goes:
             yield from self._drilled(self._hole, line)
 
+    def _pattern(self, name: str, arguments: Sequence[float | None], line: int) -> Iterator[Block]:
+        """HOLES1 or HOLES2: the modal cycle at each of its places."""
+        if self._hole is None:
+            return
+        motion, distance = self._state("motion"), self._state("distance")
+        for x, y in places(name, arguments):
+            yield Block(line, {"X": x, "Y": y}, (900, 0))
+            yield from self._drilled(self._hole, line)
+        yield Block(line, {}, tuple(int(c * 10) for c in (distance, motion) if c is not None))
+
     def _drilled(self, hole: Hole, line: int) -> Iterator[Block]:
         """One hole where the tool stands; motion, G90 or G91 and F are behind it what they were before."""
         motion, distance, feed = (self._state(name) for name in ("motion", "distance", "F"))
+        if hole.name in TAPS and self._state("units") == 20.0:
+            raise ToolpathError(f"{hole.name} in inches: whose unit its pitch is in", hint="post in millimetres (G71)")
         yield Block(line, {}, (900,))
-        yield from hole.blocks(feed, line)
+        yield from hole.blocks(feed, line, self._state("S"))
         yield Block(
             line, {} if feed is None else {"F": feed}, tuple(int(c * 10) for c in (distance, motion) if c is not None)
         )
@@ -239,7 +229,7 @@ class SiemensWords:
 
     def _keyword(self, rest: str) -> str:
         """The longest keyword that stands here, "" where none does."""
-        names = [k for k in (*SILENT, *REFUSED, "TRAORI", "TRAFOOF", "SUPA", "RET") if _stands(k, rest)]
+        names = [k for k in (*SILENT, *REFUSED, "TRAORI", "TRAFOOF", "SUPA", "RET") if stands(k, rest)]
         name = max(names, key=len, default="")
         whole_word = re.match(r"[A-Z_]{3,}[A-Z0-9_]*", rest)
         if not name and whole_word and not re.match(r"(?:TURN|RND|CHR|CHF)=", rest):
@@ -370,11 +360,6 @@ class SiemensWords:
             if value == 70.0:
                 self._note = "G70: feeds are taken in inches a minute, as with G700"
             found.append(("G", float(CODES.get(int(value), value)), True))
-
-
-def _stands(word: str, rest: str) -> bool:
-    """Whether the word begins `rest`, and no longer one does."""
-    return rest.startswith(word) and not re.match(r"[A-Z0-9_]*[A-Z_](?![-+=.0-9])|[0-9]", rest[len(word) :])
 
 
 def _g(found: list[Word]) -> set[float]:

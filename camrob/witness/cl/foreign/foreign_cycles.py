@@ -13,19 +13,47 @@ from camrob.witness.frames import rotation
 from camrob.witness.happenings import Kind, Pecks, Way
 from camrob.witness.units import deg_to_rad
 
-__all__ = ["Hole", "drill_here", "klartext_hole", "siemens_hole", "spatial_plane", "swivelled_plane"]
+__all__ = ["Hole", "drill_here", "klartext_hole", "places", "siemens_hole", "spatial_plane", "swivelled_plane"]
 
 Array = NDArray[np.float64]
 
 _SIEMENS = {
     "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
+    "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1",
+    "CYCLE840": "RTP RFP SDIS DP DPR DTB SDR SDAC ENC MPIT PIT",
     "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
 }
 _KLARTEXT = {
     "200": (200, 201, 202, 203, 204, 206),
     "201": (200, 201, 203, 204, 206, 208),
+    "206": (200, 201, 203, 204, 206),
+    "207": (200, 201, 203, 204, 239),
     "240": (200, 201, 203, 204, 206),
+}
+# mm: what a metric thread rises in a turn, by its size (ISO 261, coarse)
+_RISES: dict[float, float] = {
+    3: 0.5,
+    4: 0.7,
+    5: 0.8,
+    6: 1.0,
+    8: 1.25,
+    10: 1.5,
+    12: 1.75,
+    14: 2.0,
+    16: 2.0,
+    18: 2.5,
+    20: 2.5,
+    22: 2.5,
+    24: 3.0,
+    27: 3.0,
+    30: 3.5,
+    33: 3.5,
+    36: 4.0,
+    39: 4.0,
+    42: 4.5,
+    45: 4.5,
+    48: 5.0,
 }
 _FMAX = 99999.0  # a feed that stands for the rapid
 
@@ -43,6 +71,8 @@ class Hole(NamedTuple):
     feed_out: float | None = None
     dwell: float = 0.0
     bite: float = 0.0
+    tap: float | None = None  # the thread's rise a turn, left-handed below 0, 0: by the modal feed
+    rpm: float | None = None  # of the tap, None: the modal one
 
 
 def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
@@ -58,6 +88,21 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
 
     if pose[0][2] < hole.clear * scale + zero - 1e-9:
         raise UnreadError("a cycle from below its clear height")
+    sense, before = tell.sense, tell.rpm
+    if hole.tap is not None:
+        feed = _threaded(reader, hole, line)
+        tell.move(at(hole.clear), axis, Way.RAPID, line)
+        tell.move(at(hole.bottom), axis, Way.HOLE, line, feed)
+        if hole.dwell:
+            tell.event(Kind.DWELL, line, hole.dwell)
+        tell.spindle(line, sense="CCLW" if sense == "CLW" else "CLW")
+        tell.move(at(hole.clear), axis, Way.FEED, line, feed)
+        tell.spindle(line, sense=sense)
+        if hole.rpm and before and hole.rpm != before:
+            tell.spindle(line, before)
+        tell.move(at(hole.level), axis, Way.RAPID, line)
+        stand.at["Z"] = hole.level * scale + zero
+        return
     feed = tell.speed(line, None if hole.feed_in is None else (hole.feed_in * scale / 60.0, "min"))
     tell.move(at(hole.clear), axis, Way.RAPID, line)
     if hole.bite:
@@ -72,6 +117,32 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
     stand.at["Z"] = hole.level * scale + zero
 
 
+def _threaded(reader: ForeignReader, hole: Hole, line: int) -> float:
+    """The speed, m/s, at which a tap goes in and comes out; starts the spindle at the tap's own speed."""
+    tell = reader.tell
+    if not tell.turning or tell.sense != ("CCLW" if (hole.tap or 0.0) < 0.0 else "CLW"):
+        raise UnreadError("a tap whose spindle stands, or turns the other way")
+    if hole.rpm and hole.rpm != tell.rpm:
+        tell.spindle(line, hole.rpm)
+    if hole.feed_in is not None:
+        return tell.speed(line, (hole.feed_in * reader.scale / 60.0, "min"))
+    return tell.speed(line, (abs(hole.tap) * reader.scale, "rev") if hole.tap else None)
+
+
+def places(name: str, values: Sequence[float | None]) -> list[tuple[float, float]]:
+    """X and Y of the holes of HOLES1 (a row) and HOLES2 (a circle). Raises UnreadError for what makes none."""
+    x, y, a, b, c, n = [value or 0.0 for value in (*values, *[None] * 6)][:6]
+    if any(values[6:]) or n % 1 or not 1 <= n <= 1000:
+        raise UnreadError(f"{name} of holes that aren't known")
+    if name == "HOLES1":
+        ray = np.array([np.cos(deg_to_rad(a)), np.sin(deg_to_rad(a))])
+        found = np.array([x, y]) + np.outer(b + c * np.arange(n), ray)
+    else:
+        turns = deg_to_rad(b) + np.arange(n) * (deg_to_rad(c) if c else 2.0 * np.pi / n)
+        found = np.array([x, y]) + a * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    return [(float(u), float(v)) for u, v in found]
+
+
 def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
     """CYCLE81, CYCLE82 and CYCLE85 by their values. Raises UnreadError for others, and for depths that count otherwise."""
     names = _SIEMENS.get(name, "").split()
@@ -80,13 +151,20 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
     said = dict(zip(names, values, strict=False))
     value = {key: said.get(key) or 0.0 for key in names}
     bottom, deep = said.get("DP"), value["DPR"]
-    odd = value["GMODE"] or value["DMODE"] % 10 > 1 or value["AMODE"] % 10 == 1 or value["AMODE"] // 10 % 10 == 2
+    mode = value.get("AMODE", 0.0)
+    odd = value.get("GMODE") or value.get("DMODE", 0.0) % 10 > 1 or mode % 10 == 1 or mode // 10 % 10 == 2
     if odd or value["DTB"] < 0.0 or (bottom is None and not deep):
         raise UnreadError(f"{name} whose depth or dwell counts in another way")
     end = value["RFP"] - abs(deep) if bottom is None else bottom
     if bottom is not None and deep and abs(value["RFP"] - abs(deep) - bottom) > 1e-9:
         raise UnreadError(f"{name} of two depths")
     clear = value["RFP"] + value["SDIS"]
+    if "PIT" in value:
+        rise = value["PIT"] or np.sign(value["MPIT"]) * _RISES.get(abs(value["MPIT"]), 0.0)
+        if (not rise and (name == "CYCLE84" or value["MPIT"])) or value.get("SST1", 0.0) not in (0.0, value.get("SST")):
+            raise UnreadError(f"{name} whose pitch or speed isn't known")
+        level = max(value["RTP"], clear)
+        return Hole(clear, end, level, value["RFP"], dwell=value["DTB"], tap=float(rise), rpm=value.get("SST") or None)
     inwards, back = value.get("FFR") or None, value.get("RFF") or value.get("FFR")
     if back == 0.0:
         raise UnreadError("CYCLE85 without its feeds")
@@ -105,6 +183,9 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
     back = (q[208] or q[206]) if number == "201" else None
     clear = surface + q[200]
     level = max(clear, surface + q[204])
+    if number in ("206", "207"):
+        per = None if number == "207" else q[206]
+        return Hole(clear, surface - deep, level, surface, per, dwell=q.get(211, 0.0), tap=q.get(239, 0.0))
     return Hole(
         clear,
         surface - deep,

@@ -35,6 +35,9 @@ class KlartextReader(ForeignReader):
     def read(self, text: str) -> None:
         """Reads the text up to its end, or to the first statement that is not read."""
         self._here: dict[str, float] = {}  # X, Y, Z as the program counts them, where they are known
+        named = {name.upper() for name in re.findall(r"TOOL CALL\s+(\"[^\"]*\"|\d+)", re.sub(r";.*", "", text), re.I)}
+        self._lone = len(named) == 1
+        self._called_feed = ""  # of TOOL CALL, which F AUTO means
         self._drills: Hole | None = None
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
         self._pole: tuple[float, float] | None = None
@@ -68,8 +71,16 @@ class KlartextReader(ForeignReader):
             self._set_pole(rest)
         elif row.startswith("PLANE"):
             self._plane_of(row)
-        elif re.fullmatch(r"CYCL CALL( M\d+)*", row):
-            self._hole(re.findall(r"M(\d+)", row), line)
+        elif found := re.fullmatch(
+            rf"CYCL CALL( POS X ?({_NUMBER}) Y ?({_NUMBER}) Z ?[-+]?0+\.?0*(?= .*F ?MAX)( R0| F ?MAX)*)?(( M\d+| F ?MAX)*)",
+            row,
+        ):
+            codes = re.findall(r"M(\d+)", found[5])
+            if found[1]:
+                self._switch([code for code in codes if code in _FIRST], line, first=True)
+                codes = [code for code in codes if code not in _FIRST]
+                self._over(float(found[2]), float(found[3]), line)
+            self._hole(codes, line)
         elif row.startswith("TOOL CALL"):
             self._tool(row[9:].strip(), line)
         elif row.startswith("CYCL DEF"):
@@ -95,11 +106,15 @@ class KlartextReader(ForeignReader):
     def _plane_of(self, row: str) -> None:
         """PLANE SPATIAL and PLANE RESET that turn the tool along."""
         said = re.fullmatch(rf"PLANE SPATIAL SPA ?({_NUMBER}) SPB ?({_NUMBER}) SPC ?({_NUMBER}) (MOVE|TURN)\b.*", row)
-        if said is None and not re.fullmatch(r"PLANE RESET (MOVE|TURN)\b.*", row):
+        if said is None and not re.fullmatch(r"PLANE RESET (MOVE|TURN|STAY)\b.*", row):
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
         stand, self._here = self._stand, {}
+        if said is None and "STAY" in row and not stand.tilted:
+            return
         if self._datum is None:
             self._datum = dict(stand.shift)
+        if said is None and "STAY" in row:
+            raise UnreadError("PLANE RESET that leaves the tool turned")
         if said is None:
             self._unswivel()
             stand.shift, self._datum = self._datum, None
@@ -107,6 +122,16 @@ class KlartextReader(ForeignReader):
         stand.untilt()
         stand.shift = dict.fromkeys("XYZ", 0.0)
         self._swivel(spatial_plane([float(said[k]) for k in (1, 2, 3)]), np.array([self._datum[k] for k in "XYZ"]))
+
+    def _over(self, x: float, y: float, line: int) -> None:
+        """In rapid over a place, at the height where the cycle in force ends, or where the tool stands above that."""
+        if self._drills is None:
+            raise UnreadError("a cycle call without a cycle that is read")
+        if self._here.get("Z", -math.inf) < self._drills.level:
+            self._block(["G0", f"Z{self._drills.level:.9f}"], line)
+            self._here["Z"] = self._drills.level
+        self._block(["G0", f"X{x:.9f}", f"Y{y:.9f}"], line)
+        self._here |= {"X": x, "Y": y}
 
     def _hole(self, codes: list[str], line: int) -> None:
         """The cycle in force where the tool stands."""
@@ -123,6 +148,8 @@ class KlartextReader(ForeignReader):
         """Words, M functions, and whether it is a rapid."""
         words: dict[str, str] = {}
         codes: list[str] = []
+        if self._called_feed:
+            text = re.sub(r"F ?AUTO", f"F{self._called_feed}", text)
         at, text = 0, re.sub(r" ?\bM94( [ABC](?![-+\d]))?(?!\d)", "", text.replace("F MAX", "FMAX"))
         while at < len(text):
             token = _TOKEN.match(text, at)
@@ -220,9 +247,10 @@ class KlartextReader(ForeignReader):
         feed = [f"F{words.pop('F')}"] if "F" in words else []
         sense = words.pop("DR", "")
         to, more = self._ends(words), list[str]()
-        if not {"X", "Y"} <= self._here.keys() or (kind != "CR" and self._pole is None) or (kind != "LP" and not sense):
+        begun = {"X", "Y"} <= self._here.keys() or (kind == "LP" and {"PR", "PA"} <= words.keys())
+        if not begun or (kind != "CR" and self._pole is None) or (kind != "LP" and not sense):
             raise UnreadError(f"{kind} from where the tool isn't known to be, or without its pole or sense")
-        x, y = self._here["X"], self._here["Y"]
+        x, y = self._here.get("X", 0.0), self._here.get("Y", 0.0)
         cx, cy = self._pole or (x, y)
         if kind in ("CP", "LP"):
             to, more = self._polar(kind, words, to, (x - cx, y - cy))
@@ -264,11 +292,19 @@ class KlartextReader(ForeignReader):
 
     def _tool(self, text: str, line: int) -> None:
         found = re.fullmatch(
-            rf"(\d+)?\s*(?:Z)?\s*(?:S\s?({_NUMBER}))?\s*(?:F\s?({_NUMBER}))?\s*(?:D[LR]2?[-+]?0*\.?0* ?)*", text
+            rf"(\d+|\"[^\"]*\")?\s*(?:Z)?\s*(?:S\s?({_NUMBER}))?\s*(?:F\s?({_NUMBER}))?\s*(?:D[LR]2?[-+]?0*\.?0* ?)*",
+            text,
         )
         if found is None:
             raise UnreadError("TOOL CALL by a name, with another axis, or with an offset")
         number, speed, feed = found.groups()
+        if number and number.startswith('"'):
+            if not (self._lone or number.strip('"').isdigit()):
+                raise UnreadError("several tools by their names")
+            self._here, self._called_feed = {}, feed or ""
+            number = number.strip('"') if number.strip('"').isdigit() else None
+        if number or feed:
+            self._called_feed = feed or ""
         words = [f"S{speed}"] * bool(speed) + [f"F{feed}"] * bool(feed)
         if number:
             self._here = {}
@@ -280,7 +316,7 @@ class KlartextReader(ForeignReader):
         main = number.partition(".")[0]
         shift = re.fullmatch(rf"(?:[XYZ]\s?{_NUMBER}\s?)+", rest)
         time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({_NUMBER})", rest)
-        if main in ("200", "201", "240"):
+        if main in ("200", "201", "206", "207", "240"):
             self._drills = klartext_hole(
                 main, {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({_NUMBER})(?![\d.])", rest)}
             )

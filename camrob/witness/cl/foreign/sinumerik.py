@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 
 from camrob.witness.cl.circles import Wanted
-from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, siemens_hole, swivelled_plane
+from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, places, siemens_hole, swivelled_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 
 __all__ = ["SinumerikReader"]
@@ -62,7 +62,13 @@ class SinumerikReader(ForeignReader):
         if shift := re.match(r"A?TRANS\b", body):
             self._shift(body[shift.end() :], line, adds=body.startswith("A"))
             return
-        if call := re.fullmatch(r"(MCALL\s+)?(CYCLE8\d+)\s*\((.*)\)", body):
+        if (call := re.fullmatch(r"(HOLES[12])\s*\((.*)\)", body)) and self._called is not None:
+            motion, absolute = self._motion, self._absolute
+            for x, y in places(call[1], self._values(call[2])):
+                self._block(["G90", "G0", f"X{x:.9f}", f"Y{y:.9f}"], line)
+                drill_here(self, self._called, line)
+            self._motion, self._absolute = motion, absolute
+        elif call := re.fullmatch(r"(MCALL\s+)?(CYCLE8\d+)\s*\((.*)\)", body):
             self._cycle_of(call[2], self._values(call[3]), line, modal=bool(call[1]))
         elif body == "MCALL":
             self._called = None
