@@ -47,12 +47,13 @@ class ControllerSettings:
     standing for the frame, as in `EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})`; empty prints the frame.
     act_ex_ax: `$ACT_EX_AX`, 0 leaves it alone. tool_number, base_number: entries of the controller's tables that are
     made active (for load data and the pendant) before the frames are written, None leaves them alone.
+    stop_message: whether a program declares the usual interrupt for stop messages, IR_STOPM, which shows them.
     spindle_rpm: the least and the most that the spindle turns at while it is on, None where nobody says.
     tool_change_pose: where tools are changed, axis values in the order A1..A6, E1.. (degrees and mm); None is HOME.
     hooks: lines of KRL for each name of `HOOK_PLACEHOLDERS`; `{speed}` and the like stand for numbers. `spindle_on`
     turns clockwise, `spindle_on_ccw` counter-clockwise.
     language: what programs are written in; own: what the cell says beside all this, for that language alone (ori_type, circ_type,
-    base_template, act_ex_ax, tool_number and base_number are the usual language's, and checked here).
+    base_template, act_ex_ax, tool_number, base_number and stop_message are the usual language's, and checked here).
 
     The templates are printed as they are, so they may come from the cell's own files only. Raises CellError for a value
     that could not be printed, an unknown hook, a placeholder that the hook has no number for, and a hook that sets frames
@@ -74,6 +75,7 @@ class ControllerSettings:
     act_ex_ax: int = 0
     tool_number: int | None = None
     base_number: int | None = None
+    stop_message: bool = False
     spindle_rpm: tuple[float, float] | None = None
     tool_change_pose: tuple[float, ...] | None = None
     hooks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

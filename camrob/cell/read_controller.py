@@ -69,6 +69,7 @@ def _words(table: TableReader) -> dict[str, Any]:
         "base_template": table.text("base_template") if "base_template" in table else "",
         "act_ex_ax": table.integer("act_ex_ax", lower=0, upper=6) if "act_ex_ax" in table else 0,
         "tool_number": table.integer("tool_number", lower=0, upper=64) if "tool_number" in table else None,
+        "stop_message": table.flag("stop_message") if "stop_message" in table else False,
         "base_number": table.integer("base_number", lower=0, upper=64) if "base_number" in table else None,
     }
 

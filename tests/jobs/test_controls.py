@@ -148,3 +148,13 @@ def test_patterns_and_taps_are_verified_whole(tmp_path: Path, name: str, text: s
     )
     made = posted(tmp_path, name, text, setup=PLACE, cell=cell_with(tmp_path, reversing))
     assert not [f for f in made.findings if f.code == "verified-in-part"] and made.summary.witness.complete
+
+
+def test_the_interrupt_for_stop_messages_is_declared_where_the_cell_asks_for_it(tmp_path: Path) -> None:
+    cell = cell_with(tmp_path, ("^act_ex_ax = 2", "act_ex_ax = 2\nstop_message = true"))
+    made = posted(tmp_path, "a.mpf", SIEMENS, setup=PLACE, cell=cell)
+    text = next(made.out.glob("*.src")).read_text()
+    lines = [line.strip() for line in text.splitlines()]
+    at = lines.index("GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )")
+    assert lines[at - 1 : at + 3] == [";FOLD INI", lines[at], "INTERRUPT ON 3", "BAS (#INITMOV,0 )"]
+    assert made.summary.witness.complete and not [f for f in made.findings if f.code == "verified-in-part"]

@@ -26,6 +26,10 @@ def meant_actions(program: Program, controller: ControllerSettings) -> MeantActi
 def _settings(controller: ControllerSettings) -> list[str]:
     """The statements that a program opens with, in the controller's own words."""
     said = [
+        "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS == TRUE DO IR_STOPM ( )",
+        "INTERRUPT ON 3",
+    ] * controller.stop_message
+    said += [
         "BAS (#INITMOV, 0)",
         f"BAS (#VEL_PTP, {controller.ptp_velocity_percent:.0f})",
         f"$ADVANCE = {controller.advance}",

@@ -27,6 +27,7 @@ _APT = re.compile(
 _GCODE = re.compile(r"^[ \t/]*(N\d+)?[ \t]*[GXYZMTSF][ \t]*[-+]?[\d.#\[]", re.I | re.M)
 _MARKS = (
     ("makino", r"APTCL-SPEC,MAKINO"),
+    ("freecad-apt", r"^\$\$ CL data of FreeCAD, written by camrob_post"),
     ("fusion-apt", r"^PARTNO/ ?'[^\n]*'\s*$"),
     ("camworks-clt", r"^\s*OPFEATSTART\s*/"),
     ("camworks-apt", r"^\s*(CSI_SET_\w+|TRNTYP)\s*/"),
@@ -50,7 +51,7 @@ _OTHERS = (
 _NAMES = {
     "nx": "nx-clsf", "clsf": "nx-clsf", "creo": "creo-ncl", "ncl": "creo-ncl", "catia": "catia", "camworks": "camworks-apt",
     "solidworks": "camworks-apt", "camworks-clt": "camworks-clt", "clt": "camworks-clt", "makino": "makino", "apt": "apt",
-    "iso-apt": "apt", "fusion": "fusion-apt", "gcode": "gcode", "g-code": "gcode",
+    "iso-apt": "apt", "freecad": "freecad-apt", "fusion": "fusion-apt", "gcode": "gcode", "g-code": "gcode",
 }  # fmt: skip
 
 

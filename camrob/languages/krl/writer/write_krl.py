@@ -124,7 +124,10 @@ def _opening(program: Program, controller: ControllerSettings, body: KrlBody) ->
         f"{ANGLE_DECIMALS} (angles, deg), {EXTERNAL_DECIMALS} (E)"
     ]
     lines += ["; " + comment_text(text, longest - 2) for text in program.comment]
-    lines += [";FOLD INI", "BAS (#INITMOV,0 )", f"BAS (#VEL_PTP,{krl_number(controller.ptp_velocity_percent, 0)} )"]
+    lines.append(";FOLD INI")
+    if controller.stop_message:  # as in KUKA's own template of a program
+        lines += ["GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )", "INTERRUPT ON 3"]
+    lines += ["BAS (#INITMOV,0 )", f"BAS (#VEL_PTP,{krl_number(controller.ptp_velocity_percent, 0)} )"]
     if controller.tool_number is not None:
         lines.append(f"BAS (#TOOL,{controller.tool_number} )")
     if controller.base_number is not None:

@@ -7,6 +7,7 @@ from camrob.toolpath.apt.dialects.camworks import CAMWORKS, CAMWORKS_CLT
 from camrob.toolpath.apt.dialects.catia import CATIA
 from camrob.toolpath.apt.dialects.creo import CREO
 from camrob.toolpath.apt.dialects.dialect import Dialect
+from camrob.toolpath.apt.dialects.freecad import FREECAD
 from camrob.toolpath.apt.dialects.fusion import FUSION
 from camrob.toolpath.apt.dialects.makino import MAKINO
 from camrob.toolpath.apt.dialects.nx import NX
@@ -14,7 +15,9 @@ from camrob.toolpath.apt.dialects.plain_apt import APT
 
 __all__ = ["DIALECTS", "choose_dialect"]
 
-DIALECTS: dict[str, Dialect] = {d.name: d for d in (NX, CREO, CATIA, CAMWORKS, CAMWORKS_CLT, FUSION, MAKINO, APT)}
+DIALECTS: dict[str, Dialect] = {
+    d.name: d for d in (NX, CREO, CATIA, CAMWORKS, CAMWORKS_CLT, FREECAD, FUSION, MAKINO, APT)
+}
 
 
 def choose_dialect(head: str, forced: str | None = None) -> Dialect:
