@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 __all__ = [
     "INCH_MM",
     "deg_to_rad",
+    "m3_to_mm3",
     "m_s_to_mm_min",
     "m_to_mm",
     "m_to_um",
@@ -41,6 +42,11 @@ def m_to_mm(length: Value) -> Value:
 def m_to_um(length: Value) -> Value:
     """Metres to micrometres."""
     return length * 1e6
+
+
+def m3_to_mm3(volume: Value) -> Value:
+    """Cubic metres to cubic millimetres."""
+    return volume * 1e9
 
 
 def um_to_m(length_um: Value) -> Value:

@@ -26,6 +26,7 @@ SLOWEST_MM_MIN = 0.06  # the least that six decimals of `$VEL.CP` can print
 HEAVIEST_KG = 1000.0  # no arm that mills carries more
 FARTHEST_MASS_MM = 5000.0  # nor farther off its flange
 FARTHEST_MM = 1e5  # a frame that lies farther off is a slip of units
+WIDEST_MM = 2000.0  # of a holder: no spindle's is wider or longer
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off")
 _MESH_UNITS = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
 
@@ -114,11 +115,25 @@ def _tool(table: TableReader, cell: Cell, *, numbered: bool) -> ToolSetup:
         diameter=_number(table, "diameter_mm", 1e-3, 1000.0, mm_to_m) or 0.0,
         length=_number(table, "length_mm", 1e-3, 2000.0, mm_to_m) or 0.0,
         corner=_number(table, "corner_radius_mm", 0.0, 500.0, mm_to_m),
+        holder=_holder(table),
+        runout=_number(table, "runout_mm", 0.0, 1.0, mm_to_m) or 0.0,
         mass=mass,
         center_of_mass=center,
     )
     table.finish()
     return tool
+
+
+def _holder(table: TableReader) -> tuple[tuple[float, float], ...]:
+    """Diameters and lengths (m) of a holder's cylinders, () where there are none."""
+    if "holder_mm" not in table:
+        return ()
+    pairs = table.vectors("holder_mm", 2)
+    if not np.all((pairs > 0.0) & (pairs < WIDEST_MM)):
+        raise table.fail(
+            "holder_mm", f"has a number that is not between 0 and {WIDEST_MM:g}", "give [[diameter, length], ...]"
+        )
+    return tuple((float(d), float(h)) for d, h in mm_to_m(pairs))
 
 
 def _load(table: TableReader) -> tuple[float | None, Array]:

@@ -21,7 +21,8 @@ class ToolSetup:
     """A tool as it is mounted. `number` is None for one that serves whatever number the CL file names.
 
     flange_T_tool: (4, 4), `$TOOL`. corner: m, the radius of the edge's rounding (of a ball half the diameter), None where not
-    given. diameter, length (from the tip to where the holder begins): m, 0.0 where not given.
+    given. diameter, length (from the tip to where the holder begins): m, 0.0 where not given. holder: diameters and lengths of
+    its cylinders, from there on up, m, () where not given. runout: m, as a dial gauge reads it in a turn of the spindle.
     mass: kg of all that hangs on the flange with this tool, None where not given; center_of_mass: (3,) its centre in `flange`, m.
     """
 
@@ -31,6 +32,8 @@ class ToolSetup:
     diameter: float = 0.0
     length: float = 0.0
     corner: float | None = None
+    holder: tuple[tuple[float, float], ...] = ()
+    runout: float = 0.0
     mass: float | None = None
     center_of_mass: Array = field(default_factory=lambda: np.zeros(3))
 
@@ -79,6 +82,8 @@ class Setup:
         name = "ball 6"
         flange_to_tool = [X, Y, Z, A, B, C]      the cell's `$TOOL` where it is left out
         diameter_mm = 6                length_mm = 45           corner_radius_mm = 3      for `camrob predict`: 0 of a flat one
+        holder_mm = [[40, 30], [63, 60]]         likewise: diameter and length of its cylinders, from the cutter up
+        runout_mm = 0.02               likewise: what a dial gauge at the cutter reads in a turn of the spindle
         mass_kg = 38.5                 of spindle, holder and tool together: the program then sets the controller's load data
         center_of_mass_mm = [X, Y, Z]            its centre in the flange's frame; both or neither, for every tool or for none
         [part]                         likewise [stock]: in the CL data's frame
@@ -120,9 +125,10 @@ class Setup:
     def digest(self) -> str:
         """What the placement, tools and choices are; meshes by their names."""
         tools = [(t.number, t.flange_T_tool, t.diameter, t.length) for t in self.tools]
+        cut = [(t.number, t.corner, t.holder, t.runout) for t in self.tools if t.holder or t.runout]
         loads = [(t.number, t.mass, t.center_of_mass) for t in self.tools if t.mass is not None]
         bodies = [(str(b.mesh), b.scale, b.lower, b.upper) for b in (self.part, self.stock) if b is not None]
         choices = (self.units, self.dialect, self.rapid_feed, self.feed, self.spindle_rpm, self.clearance)
         kept = (self.wear,) if self.wear else ()
-        nested = (x for group in (*tools, *loads, *bodies) for x in group)
+        nested = (x for group in (*tools, *cut, *loads, *bodies) for x in group)
         return digest(self.base_T_part, *choices, self.chord_tolerance, self.decimate, *kept, *nested)

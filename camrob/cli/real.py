@@ -57,6 +57,7 @@ _render_calibration = renderer("calibration.terminal_text", "render_calibration"
 _render_compensation = renderer("calibration.terminal_text", "render_compensation")
 _render_tracker = renderer("loop.terminal_text", "render_tracker")
 _render_ledger = renderer("closing.terminal_text", "render_ledger")
+_render_prediction = renderer("predict.terminal_text", "render_prediction")
 _render_plain = renderer("terminal.summaries", "render_summary")
 
 
@@ -296,7 +297,7 @@ def predict(
             progress=progress,
         )
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_prediction)
 
 
 def close_loop(

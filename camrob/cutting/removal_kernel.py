@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.compiled import kernel, part
 from camrob.cutting.cutter_kernel import off_envelope, outward, stretch_inside
 
-__all__ = ["carve", "contacts", "crossings_of_mesh"]
+__all__ = ["carve", "contacts", "crossings_of_mesh", "overlap"]
 
 Array = NDArray[np.float64]
 Owners = NDArray[np.int32]
@@ -27,9 +27,11 @@ _NEAR = 2e-8  # m within which the least is known then
 
 
 @part
-def _take(edge: Array, owner: Owners, count: int, low: float, high: float, who: int) -> int:
-    """Take low to high off a ray's stretches; returns how many are left, -1 where there is no room for another."""
-    k = 0
+def _take(edge: Array, owner: Owners, count: int, low: float, high: float, who: int) -> tuple[int, float]:
+    """Take low to high off a ray's stretches; returns how many are left, -1 where there is no room for another, and what was
+    taken.
+    """
+    k, taken = 0, 0.0
     while k < count:
         first, last = edge[2 * k], edge[2 * k + 1]
         if high <= first:
@@ -37,25 +39,29 @@ def _take(edge: Array, owner: Owners, count: int, low: float, high: float, who: 
         if low >= last:
             k += 1
         elif low <= first and high >= last:
+            taken += last - first
             for j in range(2 * k, 2 * count - 2):
                 edge[j], owner[j] = edge[j + 2], owner[j + 2]
             count -= 1
         elif low <= first:
+            taken += high - first
             edge[2 * k], owner[2 * k] = high, who
             break
         elif high >= last:
+            taken += last - low
             edge[2 * k + 1], owner[2 * k + 1] = low, who
             k += 1
         else:
             if 2 * count + 2 > len(edge):
-                return -1
+                return -1, 0.0
+            taken += high - low
             for j in range(2 * count - 1, 2 * k, -1):
                 edge[j + 2], owner[j + 2] = edge[j], owner[j]
             edge[2 * k + 1], owner[2 * k + 1] = low, who
             edge[2 * k + 2], owner[2 * k + 2] = high, who
             count += 1
             break
-    return count
+    return count, taken
 
 
 @part
@@ -205,13 +211,13 @@ def _within(a: Array, n: Array, R: float, L: float, box: Array) -> float:
 @kernel(nogil=True)
 def carve(
     edge: Array, owner: Owners, count: NDArray[np.int32], box: Array, first: int, grid: Array, tip: Array, axis: Array,
-    shape: Array, begin: int,
+    shape: Array, begin: int, taken: Array,
 ) -> int:  # fmt: skip
     """Carve a slab of rays (U, V, 2 M) by moves (N, 2, 3) of tips and axes from number `begin` on.
 
     box: (2, 3) corners of the slab; first: number of its first row of rays; grid: (u0, v0, pitch); shape: (N, 3) radius, corner,
-    length, radius 0 for what doesn't cut. Returns N, or the number of the move at which a ray had no room left: with more room it
-    can be done again from there.
+    length, radius 0 for what doesn't cut; taken: (N,) m of rays, to which is added what each move takes. Returns N, or the number
+    of the move at which a ray had no room left: with more room it can be done again from there.
     """
     U, V = edge.shape[0], edge.shape[1]
     u0, v0, pitch = grid[0] + first * grid[2], grid[1], grid[2]
@@ -219,15 +225,15 @@ def carve(
         R, L = shape[k, 0], shape[k, 2]
         if R <= 0.0:
             continue
-        a, b, n, m = tip[k, 0], tip[k, 1], axis[k, 0], axis[k, 1]
-        long = math.sqrt(np.sum((b - a) ** 2)) + L * math.sqrt(np.sum((m - n) ** 2))
+        a0, b0, n, m = tip[k, 0], tip[k, 1], axis[k, 0], axis[k, 1]
+        long = math.sqrt(np.sum((b0 - a0) ** 2)) + L * math.sqrt(np.sum((m - n) ** 2))
         parts = max(1, math.ceil(long / ((_STEP if shape[k, 1] > 0.0 else _SHARP) * R)))
-        turn, way, own = np.cross(n, m) / parts, (b - a) / parts, shape[k].copy()
+        turn, way, own = np.cross(n, m) / parts, (b0 - a0) / parts, shape[k].copy()
         ends = np.empty((2, 6))
         for p in range(parts):
             for e in range(2):
                 t = (p + e) / parts
-                ends[e, :3], ends[e, 3:] = a + t * (b - a), n + t * (m - n)
+                ends[e, :3], ends[e, 3:] = a0 + t * (b0 - a0), n + t * (m - n)
                 ends[e, 3:] /= math.sqrt(np.sum(ends[e, 3:] ** 2))
             a1, n1, b1, m1 = ends[0, :3], ends[0, 3:], ends[1, :3], ends[1, 3:]
             H = max(_within(a1, n1, R, L, box), _within(b1, m1, R, L, box))
@@ -241,17 +247,22 @@ def carve(
             for i in range(i2, i3 + 1):
                 for j in range(j2, j3 + 1):
                     c = count[i, j]
-                    if c == 0:
+                    # of the ray's stretches only those count that reach between low and high: from number `a` to `z`
+                    a, z = 0, c - 1
+                    while a < c and edge[i, j, 2 * a + 1] <= low:
+                        a += 1
+                    while z >= a and edge[i, j, 2 * z] >= high:
+                        z -= 1
+                    if z < a:
                         continue
-                    near, far = edge[i, j, 0], edge[i, j, 2 * c - 1]
-                    if near >= high or far <= low:
-                        continue
+                    near, far = edge[i, j, 2 * a], edge[i, j, 2 * z + 1]
                     w0, w1 = _swept(u0 + i * pitch, v0 + j * pitch, near, far, ends, way, turn, own)
                     if w0 < w1:
-                        left = _take(edge[i, j], owner[i, j], c, w0, w1, k)
+                        left, length = _take(edge[i, j], owner[i, j], c, w0, w1, k)
                         if left < 0:
                             return k
                         count[i, j] = left
+                        taken[k] += length
     return len(tip)
 
 
@@ -324,3 +335,23 @@ def crossings_of_mesh(triangles: Array, grid: Array, U: int, V: int, room: int) 
         for j in range(V):
             out[i, j].sort()
     return out, count
+
+
+@kernel
+def overlap(edge: Array, count: NDArray[np.int32], other: Array, others: NDArray[np.int32]) -> float:
+    """The length, summed over all rays (U, V), along which two bodies' stretches (U, V, 2 M) and (U, V, 2 K) lie together."""
+    together = 0.0
+    for i in range(edge.shape[0]):
+        for j in range(edge.shape[1]):
+            a, b = 0, 0
+            while a < count[i, j] and b < others[i, j]:
+                low, high = (
+                    max(edge[i, j, 2 * a], other[i, j, 2 * b]),
+                    min(edge[i, j, 2 * a + 1], other[i, j, 2 * b + 1]),
+                )
+                together += max(0.0, high - low)
+                if edge[i, j, 2 * a + 1] < other[i, j, 2 * b + 1]:
+                    a += 1
+                else:
+                    b += 1
+    return together

@@ -19,35 +19,38 @@ from camrob.cell.setup import Setup
 from camrob.controller.replay import program_cell
 from camrob.controller.simulate import simulate as run
 from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import Dexels, Moves, of_mesh
+from camrob.cutting.dexels import Dexels, of_mesh
 from camrob.cutting.engagement import removed_area
+from camrob.cutting.holder import holder_takes
 from camrob.errors import InputError, SetupError
 from camrob.findings import Finding, collapse
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.takes_paths import takes_paths
+from camrob.jobs.predicting.predicted_figures import (
+    causes_of,
+    force_of,
+    holder_of,
+    part_of,
+    places_of,
+    regions_of,
+    size_of,
+)
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
+from camrob.prediction.against_part import against_part
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
-from camrob.prediction.surface import PredictedSurface, predict_surface
+from camrob.prediction.surface import PredictedSurface, predict_surface, way_of
 from camrob.prediction.true_path import TruePath, true_path
 from camrob.program.motion import Blend
-from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, stage_of
 from camrob.report.predict.page import predict_report
 from camrob.se3 import inverse
-from camrob.summaries.predict_summary import (
-    DeviationSize,
-    PredictedForce,
-    PredictedPlace,
-    PredictedRegion,
-    PredictSeconds,
-    PredictSummary,
-)
+from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictSeconds, PredictSummary
 from camrob.summaries.remarks import Remark
 from camrob.units import m_to_mm, mm_to_m, ms_to_s
 
@@ -56,10 +59,7 @@ __all__ = ["PredictResult", "predict"]
 Array = NDArray[np.float64]
 
 _PERCENTILES = (1, 5, 25, 50, 75, 95, 99)  # of the deviations, with their signs
-_PLACES = 10  # the worst ones, as the contract says
-_APART = 3.0  # mm between two of them: nearer ones are one place
-_ROUNDING = "corner_rounding"
-_NOT_JUDGED = (CAUSE, "run-out and wear of the tool", "chatter", "the holder")
+_REACH = 5e-3  # m off the cut surface, along a ray, in which the part's wall is looked for: more is another wall
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +156,11 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     path = true_path(ran.log, tooled, found, units, rest=rest, force=pushes, area=area)
     programmed = base_T_tool(tooled, tooled.to_q(plain.log.axes(tooled.axis_names)))
     reckoned = time.perf_counter()
-    surface = predict_surface(stock, cutter, np.asarray(held.base_T_part), path, programmed)
+    surface = predict_surface(
+        stock, cutter, np.asarray(held.base_T_part), path, programmed, runout=0.5 * held.tool().runout
+    )
     _demand_cut(surface, program)
+    part, holder = _held_to_part(held, surface, path), _held_clear(held, stock, surface, path)
     done = time.perf_counter()
     summary = PredictSummary(
         program=program.stem,
@@ -165,18 +168,20 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         calibration="" if asked.calibration is None else Path(asked.calibration).name,
         diagnosis="" if diagnosis is None else Path(diagnosis).name,
         pitch_mm=asked.pitch_mm,
-        **_size(surface.deviation).to_json(),
+        **size_of(surface.deviation).to_json(),
         band_mm=m_to_mm(float(np.median(surface.band))),
         band_p95_mm=m_to_mm(float(np.quantile(surface.band, 0.95))),
         percentiles_mm={str(p): m_to_mm(float(np.quantile(surface.deviation, p / 100.0))) for p in _PERCENTILES},
-        causes=_causes(surface, path),
+        causes=causes_of(surface, path),
         rest_mm=m_to_mm(rest),
-        places=_places(surface, path),
-        regions=_regions(surface, path, text, ran.motion),
+        places=places_of(surface, path),
+        regions=regions_of(surface, path, text, ran.motion),
         not_met=surface.not_met,
         not_reckoned=path.not_reckoned,
-        not_judged=_NOT_JUDGED if pushes is None else _NOT_JUDGED[1:],
-        force=None if pushes is None else _force(pushes, path),
+        not_judged=_not_judged(held, pushes),
+        force=None if pushes is None else force_of(pushes, path),
+        part=part,
+        holder=holder,
         warnings=_remarks([*text.findings, *ran.findings, *findings]),
         files=("predict.json", "surface.npz", "predict.html"),
         seconds=PredictSeconds(
@@ -189,25 +194,41 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     return PredictResult(summary, surface, path)
 
 
+def _not_judged(setup: Setup, pushes: CuttingForce | None) -> tuple[str, ...]:
+    """What else a real cut has."""
+    tool, what = setup.tool(), ["wear of the tool", "chatter"]
+    given = {CAUSE: pushes is not None, "run-out of the tool": bool(tool.runout), "the holder": bool(tool.holder)}
+    return (*(name for name, there in given.items() if not there), *what)
+
+
+def _held_to_part(setup: Setup, surface: PredictedSurface, path: TruePath) -> HeldToPart | None:
+    """What the machine cuts, held to the set-up's mesh of the part, if it has one."""
+    if setup.part is None or setup.part.mesh is None:
+        return None
+    held = against_part(surface.left, surface.real, body_triangles(setup.part), farthest=_REACH)
+    if len(held.point) == 0:
+        hint = "check its unit, and that it lies in the CL data's frame"
+        raise SetupError(
+            f"[part] {setup.part.mesh.name} lies {m_to_mm(_REACH):g} mm and more off all that is cut",
+            hint=hint,
+            path=setup.path,
+        )
+    return part_of(held, setup.part.mesh.name, path)
+
+
+def _held_clear(
+    setup: Setup, stock: Dexels, surface: PredictedSurface, path: TruePath
+) -> tuple[HolderMeets, ...] | None:
+    """Where the set-up's holder meets the stock, if it has one."""
+    holder = setup.tool().holder
+    return holder_of(holder_takes(stock, surface.real.moves, holder), surface.real.kept, path) if holder else None
+
+
 def _removed(run: MeasurementLog, cell: Cell, stock: Dexels, cutter: Cutter, base_T_part: Array) -> Array:
     """(N,) m2 that is cut across the way to each row of a run, if the machine goes as it should."""
     part_T_tool = inverse(base_T_part) @ base_T_tool(cell, cell.to_q(run.setpoints(cell.axis_names)))
-    moves = Moves.along(part_T_tool[:, :3, 3], part_T_tool[:, :3, 2], cutter)
-    return np.append(0.0, removed_area(stock, moves))
-
-
-def _force(pushes: CuttingForce, path: TruePath) -> PredictedForce:
-    """What is said of the force and what yields under it."""
-    bent = next(c.twist for c in path.causes if c.name == CAUSE)
-    size = np.linalg.norm(bent[:, :3], axis=1)
-    return PredictedForce(
-        model=pushes.path.name,
-        told=pushes.told,
-        doubt=pushes.doubt,
-        yields=path.yields,
-        tool=bool(np.any(pushes.give > 0.0)),
-        deflection_p95_mm=m_to_mm(float(np.quantile(size, 0.95))),
-    )
+    way = way_of(part_T_tool, cutter)
+    return np.append(0.0, np.repeat(removed_area(stock, way.moves), np.diff(way.kept)))
 
 
 def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath) -> None:
@@ -264,69 +285,3 @@ def _stock(setup: Setup, pitch: float) -> Dexels:
     if body.mesh is None:
         return Dexels(body.lower, body.upper, pitch)
     return of_mesh(body_triangles(body), pitch)
-
-
-def _size(deviation: Array) -> DeviationSize:
-    size = np.abs(deviation)
-    return DeviationSize(
-        points=len(size),
-        rms_mm=m_to_mm(float(np.sqrt(np.mean(size**2)))),
-        p95_mm=m_to_mm(float(np.quantile(size, 0.95))),
-        worst_mm=m_to_mm(float(size.max())),
-        mean_mm=m_to_mm(float(np.mean(deviation))),
-    )
-
-
-def _named(surface: PredictedSurface, path: TruePath) -> tuple[list[str], Array]:
-    """Causes with the controller's rounding, and their parts of the deviations (P, C + 1)."""
-    return [*(c.name for c in path.causes), _ROUNDING], np.column_stack([surface.shares, surface.rounding])
-
-
-def _causes(surface: PredictedSurface, path: TruePath) -> dict[str, float]:
-    names, parts = _named(surface, path)
-    sizes = np.sqrt(np.mean(parts**2, axis=0))
-    return {names[k]: m_to_mm(float(sizes[k])) for k in np.argsort(-sizes)}
-
-
-def _places(surface: PredictedSurface, path: TruePath) -> tuple[PredictedPlace, ...]:
-    """The worst places, each the worst within some mm."""
-    names, parts = _named(surface, path)
-    left = np.abs(surface.deviation).copy()
-    found = []
-    for _ in range(_PLACES):
-        k = int(np.argmax(left))
-        if left[k] <= 0.0:
-            break
-        cause = int(np.argmax(np.abs(parts[k])))
-        x, y, z = m_to_mm(surface.point[k]).tolist()
-        found.append(
-            PredictedPlace(
-                x_mm=x,
-                y_mm=y,
-                z_mm=z,
-                line=int(path.line[surface.row[k] + 1]),
-                deviation_mm=m_to_mm(float(surface.deviation[k])),
-                band_mm=m_to_mm(float(surface.band[k])),
-                cause=names[cause],
-                cause_mm=m_to_mm(float(parts[k, cause])),
-                share=float(np.abs(parts[k, cause]) / max(float(np.abs(parts[k]).sum()), 1e-12)),
-            )
-        )
-        left[np.linalg.norm(surface.point - surface.point[k], axis=1) < mm_to_m(_APART)] = 0.0
-    return tuple(found)
-
-
-def _regions(
-    surface: PredictedSurface, path: TruePath, text: ProgramText, motion: NDArray[np.int64]
-) -> tuple[PredictedRegion, ...]:
-    """What each file of the program cuts."""
-    file, line = np.asarray(text.file)[motion[surface.row + 1]], path.line[surface.row + 1]
-    return tuple(
-        PredictedRegion(
-            file=text.files[int(k)],
-            first_line=int(line[file == k].min()),
-            last_line=int(line[file == k].max()),
-            size=_size(surface.deviation[file == k]),
-        )
-        for k in np.unique(file)
-    )

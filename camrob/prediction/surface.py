@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import CutSurface, Dexels, Moves, deviation
+from camrob.cutting.way import Way
 from camrob.prediction.true_path import TruePath
 from camrob.se3 import inverse
 
-__all__ = ["PredictedSurface", "predict_surface"]
+__all__ = ["PredictedSurface", "predict_surface", "way_of"]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 _CHUNK = 100_000  # points at once
+_STRAIGHT = 1e-6  # m that rows of a run may lie off one straight move: what is predicted are hundredths of a mm
 _FARTHEST = 2e-3  # m: what a ray meets farther off is another wall
 # of the distance that causes make to first order, and besides: by so much the cutter's curvature may change it (2 % were found at
 # errors of a fifth of the cutter's radius, and errors here are no larger than it); another wall is farther off
@@ -30,54 +33,80 @@ class PredictedSurface:
     stands beyond what was programmed (below 0: cut too deep); band: (P,) m, 95 % of the deviation lie within it, either way.
 
     row: (P,) row of the run that cut there, at: (P,) which share of the way to the next; shares: (P, C) m of the deviation by
-    cause, `rounding` (P,) that of the controller's rounded corners. not_met: points whose rays meet no other surface.
+    cause, `rounding` (P,) that of the controller's rounded corners, `runout` (P,) that of a cutter that runs out of true.
+    not_met: points whose rays meet no other surface. left: what the machine leaves of the stock, by moves `real`.
     """
 
     point: Array
     normal: Array
     deviation: Array
     band: Array
-    row: NDArray[np.int64]
+    row: Ints
     at: Array
     shares: Array
     rounding: Array
+    runout: Array
     not_met: int
+    left: Dexels
+    real: Way
 
 
 def predict_surface(
-    stock: Dexels, cutter: Cutter, base_T_part: Array, path: TruePath, programmed: Array
+    stock: Dexels, cutter: Cutter, base_T_part: Array, path: TruePath, programmed: Array, *, runout: float = 0.0
 ) -> PredictedSurface:
     """Cut the stock three times: as programmed, as the simulated controller goes, and as the machine goes.
 
-    stock: in `part`, left as it is. programmed: (M, 4, 4) tool in `base` on the path without any rounding.
+    stock: in `part`, left as it is. programmed: (M, 4, 4) tool in `base` on the path without any rounding. runout: m by which the
+    cutter's axis lies beside the spindle's; what it sweeps is a cutter of that much more radius, its corner as it is.
     """
     part_T_base = inverse(base_T_part)
-    asked, meant, real = (_moves(part_T_base, x, cutter) for x in (programmed, path.ideal, path.true))
+    swept = replace(cutter, radius=cutter.radius + runout)
+    ways = ((programmed, cutter, None), (path.ideal, cutter, path.line), (path.true, swept, path.line))
+    asked, meant, real = (way_of(part_T_base @ x, c, line) for x, c, line in ways)
     carved = []
-    for moves in (asked, meant, real):
+    for way in (asked, meant, real):
         left = stock.copy()
-        left.carve(moves)
+        left.carve(way.moves)
         carved.append(left)
-    surface = carved[1].surface(meant)
-    rounding = -deviation(surface, asked, carved[0], farthest=_FARTHEST)
-    moved = deviation(surface, real, carved[2], farthest=_FARTHEST)
+    surface = carved[1].surface(meant.moves)
+    rounding = -deviation(surface, asked.moves, carved[0], farthest=_FARTHEST)
+    moved = deviation(surface, real.moves, carved[2], farthest=_FARTHEST)
     met = np.isfinite(rounding) & np.isfinite(moved)
     keep = np.flatnonzero(met)
+    row, at = meant.rows(surface.move, surface.at)
     twists = np.stack([c.twist for c in path.causes], axis=2) if path.causes else np.zeros((len(path.t), 6, 0))
-    shares, band = _reckoned(surface, keep, path, twists, part_T_base)
-    own = _own_wall(moved[keep], shares.sum(axis=1))
-    keep, shares, band = keep[own], shares[own], band[own]
+    shares, band = _reckoned(surface, keep, row, at, path, twists, part_T_base)
+    wider = -runout * _across(surface, keep, meant.moves)
+    own = _own_wall(moved[keep], shares.sum(axis=1) + wider)
+    keep, shares, band, wider = keep[own], shares[own], band[own], wider[own]
     return PredictedSurface(
         point=surface.point[keep],
         normal=surface.normal[keep],
         deviation=(rounding + moved)[keep],
         band=band,
-        row=surface.move[keep],
-        at=surface.at[keep],
+        row=row[keep],
+        at=at[keep],
         shares=shares,
         rounding=rounding[keep],
+        runout=wider,
         not_met=int(len(met) - len(keep)),
+        left=carved[2],
+        real=real,
     )
+
+
+def way_of(part_T_tool: Array, cutter: Cutter, line: Ints | None = None) -> Way:
+    """The way of a cutter along poses (N, 4, 4), whose moves belong to one line of the program (N,) each."""
+    tip, axis = part_T_tool[:, :3, 3].copy(), part_T_tool[:, :3, 2].copy()
+    return Way.of(tip, axis, cutter, tolerance=_STRAIGHT, label=line)
+
+
+def _across(surface: CutSurface, keep: Ints, moves: Moves) -> Array:
+    """(P,) how much of the normal at points lies across the tool's axis."""
+    row, at = surface.move[keep], surface.at[keep][:, None]
+    axis = moves.axis[row, 0] * (1.0 - at) + moves.axis[row, 1] * at
+    along = np.sum(surface.normal[keep] * axis, axis=1) / np.linalg.norm(axis, axis=1)
+    return np.asarray(np.sqrt(np.maximum(0.0, 1.0 - along**2)))
 
 
 def _own_wall(moved: Array, reckoned: Array) -> NDArray[np.bool_]:
@@ -87,20 +116,15 @@ def _own_wall(moved: Array, reckoned: Array) -> NDArray[np.bool_]:
     return np.asarray(np.abs(moved - reckoned) <= _CURVED * np.abs(reckoned) + _CURVED_ANYWAY)
 
 
-def _moves(part_T_base: Array, base_T_tool: Array, cutter: Cutter) -> Moves:
-    part_T_tool = part_T_base @ base_T_tool
-    return Moves.along(part_T_tool[:, :3, 3], part_T_tool[:, :3, 2], cutter)
-
-
 def _reckoned(
-    surface: CutSurface, keep: NDArray[np.int64], path: TruePath, twists: Array, part_T_base: Array
+    surface: CutSurface, keep: Ints, rows: Ints, ats: Array, path: TruePath, twists: Array, part_T_base: Array
 ) -> tuple[Array, Array]:
-    """Shares (P, C) of the causes in the deviation, and the band (P,)."""
+    """Shares (P, C) of the causes in the deviation, and the band (P,). rows, ats: where on the run each point was cut."""
     shares, band = np.zeros((len(keep), twists.shape[2])), np.zeros(len(keep))
     part_p_tip = (part_T_base @ path.ideal)[:, :3, 3]
     for start in range(0, len(keep), _CHUNK):
         some = keep[start : start + _CHUNK]
-        row, at = surface.move[some], surface.at[some][:, None]
+        row, at = rows[some], ats[some][:, None]
         n = surface.normal[some]
         arm = surface.point[some] - (part_p_tip[row] * (1.0 - at) + part_p_tip[row + 1] * at)
         # n . (v + w x r), seen from `base`
@@ -115,7 +139,7 @@ def _reckoned(
     return shares, band
 
 
-def _between(values: Array, row: NDArray[np.int64], at: Array) -> Array:
+def _between(values: Array, row: Ints, at: Array) -> Array:
     """Values (N, ...) of the run between its rows: (P, ...) at shares (P, 1) of the way to the next."""
     share = at.reshape(-1, *[1] * (values.ndim - 1))
     return np.asarray(values[row] * (1.0 - share) + values[row + 1] * share)

@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from camrob.summaries.base import Summary, left_out
 from camrob.summaries.remarks import Remark
 
-__all__ = ["DeviationSize", "PredictSeconds", "PredictSummary", "PredictedForce", "PredictedPlace", "PredictedRegion"]
+__all__ = [
+    "DeviationSize",
+    "HeldToPart",
+    "HolderMeets",
+    "PartPlace",
+    "PredictSeconds",
+    "PredictSummary",
+    "PredictedForce",
+    "PredictedPlace",
+    "PredictedRegion",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +76,45 @@ class PredictedForce(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PartPlace(Summary):
+    """A place of the cut surface (mm, in the part), the program's line that cut it, and by how much material stands there beyond
+    the part's mesh (below 0: a gouge).
+    """
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    line: int
+    deviation_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeldToPart(Summary):
+    """The cut surface held to the part's own mesh, with what the CAM left of it: deviations along the normal, volumes that the
+    part lacks and that stand beyond it; the deepest gouges and the thickest rests. elsewhere: cut points with no wall of the part
+    near; beyond_stock_mm: by how much the mesh reaches out of the stock.
+    """
+
+    mesh: str
+    size: DeviationSize
+    gouged_mm3: float
+    left_mm3: float
+    gouges: tuple[PartPlace, ...]
+    rests: tuple[PartPlace, ...]
+    elsewhere: int
+    beyond_stock_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HolderMeets(Summary):
+    """Where the holder goes through material, as the stock is at that moment: the program's lines from first to last, and mm3."""
+
+    first_line: int
+    last_line: int
+    taken_mm3: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PredictSeconds(Summary):
     """How long the stages took."""
 
@@ -80,7 +129,8 @@ class PredictSummary(Summary):
     """The part as it would come out. band_mm: 95 % of a deviation's doubt lie within it, either way, the middle one of all
     points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in one direction of what nothing
     explains. not_met: points left out, as another wall stands there. not_reckoned: causes that were found and this run does not
-    tell. not_judged: what else a real cut has. force: where a force model was given.
+    tell. not_judged: what else a real cut has. force: where a force model was given; part: where the set-up has the part's mesh;
+    holder: where it has the holder (none: it meets nothing).
     """
 
     program: str
@@ -107,3 +157,5 @@ class PredictSummary(Summary):
     files: tuple[str, ...]
     seconds: PredictSeconds
     force: PredictedForce | None = left_out(None)
+    part: HeldToPart | None = left_out(None)
+    holder: tuple[HolderMeets, ...] | None = left_out(None)

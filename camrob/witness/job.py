@@ -128,6 +128,8 @@ def _tool(fields: Fields) -> Tool:
         "diameter_mm",
         "length_mm",
         "corner_radius_mm",
+        "holder_mm",
+        "runout_mm",
         "mass_kg",
         "center_of_mass_mm",
     )

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
+from rich.console import Console
 
 from camrob.calibration.calibration import Calibration, ErrorSize, robot_digest
 from camrob.calibration.calibration_file import calibration_text
@@ -19,6 +23,7 @@ from camrob.errors import InputError, SetupError
 from camrob.jobs.predict import predict
 from camrob.prediction.surface import predict_surface
 from camrob.prediction.true_path import Cause, TruePath
+from camrob.report.predict.terminal_text import render_prediction
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"
@@ -54,12 +59,27 @@ def test_a_push_is_reported_by_cause_and_its_doubt_by_the_band() -> None:
     found = predict_surface(Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 40 * MM),
                             np.eye(4), path, ideal)  # fmt: skip
     assert len(found.point) > 1000
-    assert np.abs(found.rounding).max() < 1e-9
+    assert np.abs(found.rounding).max() < 5e-9  # the same way, cut into moves differently
     assert np.allclose(found.shares[:, 0], found.normal @ push[:3], atol=1e-9)
     assert np.quantile(np.abs(found.deviation - found.shares[:, 0]), 0.98) < 0.2e-6
     assert found.deviation.min() < -19e-6  # cut too deep
     expected = 1.96 * np.sqrt((3e-6 * found.normal[:, 2]) ** 2 + 4e-6**2)
     assert found.band == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_cutter_out_of_true_cuts_wider_and_no_deeper() -> None:
+    """A flat cutter whose axis runs 0.04 mm beside the spindle's: 0.04 mm off each wall, nothing off the floor."""
+    ideal = level_path()
+    count = len(ideal)
+    nothing = np.zeros((count, 6))
+    t, line, causes = np.arange(count) * 0.004, np.arange(count), (Cause("nothing", nothing),)
+    path = TruePath(t, line, ideal, ideal, causes, nothing[:, :, None], nothing, 0.0, ())
+    stock = Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM)
+    found = predict_surface(stock, Cutter(3 * MM, 0.0, 40 * MM), np.eye(4), path, ideal, runout=0.04 * MM)
+    floor = found.normal[:, 2] > 0.9
+    assert floor.any() and np.abs(found.deviation[floor]).max() < 1e-9
+    assert (~floor).any() and found.deviation[~floor] == pytest.approx(np.full(np.sum(~floor), -0.04 * MM), abs=1e-7)
+    assert found.runout == pytest.approx(found.deviation, abs=1e-7)
 
 
 def calibration(file: Path, values: dict[str, float], *, withheld: bool = True) -> Path:
@@ -90,7 +110,16 @@ def program(tmp_path_factory) -> Path:
 
 def test_a_tool_that_is_too_long_cuts_too_deep(program: Path, tmp_path: Path) -> None:
     fitted = calibration(tmp_path / "fitted.toml", {"tool.z": -0.05e-3})
-    setup = ROOT / "toolpaths/engraving/setup.toml"
+    shutil.copy(ROOT / "toolpaths/engraving/stock.stl", tmp_path)
+    setup = tmp_path / "setup.toml"
+    text = (ROOT / "toolpaths/engraving/setup.toml").read_text(encoding="utf-8")
+    # a holder that is too wide for so short a cutter, and the blank plate as the part: every groove is a gouge
+    text = (
+        text.replace("length_mm = 80", "length_mm = 0.5\nholder_mm = [[400, 50]]")
+        .replace("radius_mm = 1.5", "radius_mm = 0.4")
+        .replace("[stock]", '[part]\nmesh = "stock.stl"\n[stock]')
+    )
+    setup.write_text(text, encoding="utf-8")
     made = predict(
         program, cell=CELL, calibration=fitted, setup=setup, out=tmp_path / "out", pitch_mm=0.4, cycle_ms=12.0
     )
@@ -104,8 +133,23 @@ def test_a_tool_that_is_too_long_cuts_too_deep(program: Path, tmp_path: Path) ->
     assert surface["causes"][floor, 0] == pytest.approx(-0.05, abs=1e-3)
     assert said["causes"]["tool.z"] > 0.0 and said["rest_mm"] == pytest.approx(0.03 / np.sqrt(3))
     assert said["places"][0]["line"] in range(20, 45)
+    part, meets = said["part"], said["holder"]
+    deepest = surface["points"][:, 2].min() - trimesh.load_mesh(tmp_path / "stock.stl").bounds[1, 2]
+    assert part["left_mm3"] == 0.0 and part["gouged_mm3"] > 10.0 and not part["rests"]
+    assert part["gouges"][0]["deviation_mm"] == pytest.approx(deepest - 0.05, abs=0.06)
+    assert meets and all(20 <= m["first_line"] <= m["last_line"] <= 45 for m in meets)
+    assert said["not_judged"] == [
+        "deflection under the cutting force",
+        "run-out of the tool",
+        "wear of the tool",
+        "chatter",
+    ]
     page = (tmp_path / "out" / "predict.html").read_text(encoding="utf-8")
-    assert "The ten worst places" in page and "tool.z" in page
+    assert "The ten worst places" in page and "tool.z" in page and "Held to stock.stl" in page
+    assert "The holder goes through the stock at" in page
+    console = Console(width=200, file=io.StringIO())
+    console.print(render_prediction(made.summary))
+    assert "! the holder goes through the stock at" in console.file.getvalue()
 
 
 def test_what_is_missing_is_asked_for(program: Path, tmp_path: Path) -> None:

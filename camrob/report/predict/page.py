@@ -11,7 +11,7 @@ from camrob.prediction.surface import PredictedSurface
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.pack import packed_floats
 from camrob.report.page.parts import card_row, figure, section, table
-from camrob.summaries.predict_summary import PredictedForce, PredictSummary
+from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictedForce, PredictSummary
 from camrob.units import m_to_mm
 
 __all__ = ["predict_report"]
@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 _POINTS = 60_000  # in the picture: what a browser turns without effort
 _SCALE = 0.98  # of the deviations lie within the ends of the colours
+_WORST = 5  # places of a kind in a table
 _THINNEST = 0.01  # of the longest side: a flat part has no less in the picture
 _FROM = (0.0, -0.55, 0.75)  # of the longest side: from the front and above
 _SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to show
@@ -40,6 +41,8 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
             f"<b>{escape(summary.cell)}</b>, by {known}</p></header>",
             _cards(summary),
             figure(picture),
+            _part(summary.part),
+            _holder(summary.holder),
             _places(summary),
             _causes(summary),
             _force(summary.force),
@@ -67,6 +70,14 @@ def _cards(summary: PredictSummary) -> str:
     ]
     if first:
         cards.append(("Most of it", escape(_words(first)), f"{summary.causes[first]:.3f} mm rms"))
+    if summary.part is not None:
+        deepest = summary.part.gouges[:1]
+        where = f"line {deepest[0].line} of the program" if deepest else f"held to {escape(summary.part.mesh)}"
+        cards.append(
+            ("Deepest gouge in the part", number(-deepest[0].deviation_mm if deepest else 0.0, 3, "mm"), where)
+        )
+    if summary.holder:
+        cards.append(("The holder", "meets the stock", f"first in line {_lines(summary.holder[0])} of the program"))
     return card_row(cards)
 
 
@@ -90,6 +101,51 @@ def _places(summary: PredictSummary) -> str:
     head = ("largest cause", "line", "error mm", "95 % mm", "of that the cause", "share", "x mm", "y", "z")
     note = "One place stands for all within 3 mm of it. A share is that of the sizes of all causes, which may cancel each other."
     return section("The ten worst places", table(head, rows), f'<p class="caption">{note}</p>')
+
+
+def _part(part: HeldToPart | None) -> str:
+    """What is cut, held to the part that is wanted."""
+    if part is None:
+        return ""
+    size = part.size
+    rows = [
+        ["off the part, rms", number(size.rms_mm, 3, "mm")],
+        ["95 % are within", number(size.p95_mm, 3, "mm")],
+        ["cut out of the part", f"{number(part.gouged_mm3, 0)} mm³"],
+        ["material that stands beyond it", f"{number(part.left_mm3, 0)} mm³"],
+    ]
+    worst = [
+        [what, f"{p.line}", number(p.deviation_mm, 3), *(number(v, 1) for v in (p.x_mm, p.y_mm, p.z_mm))]
+        for what, places in (("gouge", part.gouges), ("left", part.rests))
+        for p in places[:_WORST]
+    ]
+    notes = [
+        "Ridges between passes, corners that the cutter can't reach and what the CAM left on purpose stand here, too."
+    ]
+    if part.elsewhere:
+        notes.append(f"{part.elsewhere:,} points of the cut have no wall of the part near.")
+    if part.beyond_stock_mm > 0.0:
+        notes.append(f"The part reaches {number(part.beyond_stock_mm, 2, 'mm')} out of the stock.")
+    head = ("", "line", "off the part, mm", "x mm", "y", "z")
+    caption = f'<p class="caption">{escape(" ".join(notes))}</p>'
+    return section(f"Held to {part.mesh}", table(("", ""), rows), table(head, worst), caption)
+
+
+def _holder(meets: tuple[HolderMeets, ...] | None) -> str:
+    """Where the holder goes through material."""
+    if meets is None:
+        return ""
+    if not meets:
+        return section("The holder", '<p class="caption">It stays clear of the stock, as it is at each moment.</p>')
+    most = sorted(meets, key=lambda m: -m.taken_mm3)[:_WORST]
+    rows = [[_lines(m), number(m.taken_mm3, 1)] for m in most]
+    note = f"The holder goes through the stock at {len(meets)} places; those with the most material:"
+    return section("The holder", f"<p><strong>{note}</strong></p>", table(("lines", "mm³ in its way"), rows))
+
+
+def _lines(meets: HolderMeets) -> str:
+    first, last = meets.first_line, meets.last_line
+    return f"{first}" if first == last else f"{first}–{last}"
 
 
 def _causes(summary: PredictSummary) -> str:
