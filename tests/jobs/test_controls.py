@@ -35,8 +35,8 @@ POINT = re.compile(r"\{E6POS: X (\S+?),Y (\S+?),Z (\S+?),A (\S+?),B (\S+?),C (\S
     ("name", "text", "lines"),
     [
         ("macro.nc", MACRO, "lines 8-16"),
-        ("a.mpf", SIEMENS.replace("N70 X10", "N65 R1=5\nN70 X=R1+5"), "lines 7-12"),
-        ("a.h", KLARTEXT.replace("5 L X+10", "5 Q1 = 10\n6 L X+Q1"), "lines 6-11"),
+        ("a.mpf", SIEMENS.replace("N70 X10", "N65 IF 1>0 GOTOF N70\nN70 X10"), "lines 7-12"),
+        ("a.h", KLARTEXT.replace("5 L X+10", "5 LBL 1\n6 L X+10"), "lines 6-11"),
     ],
 )
 def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name: str, text: str, lines: str) -> None:
@@ -55,6 +55,8 @@ def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name
     [
         ("a.mpf", SIEMENS),
         ("a.h", KLARTEXT),
+        ("q.h", KLARTEXT.replace("5 L X+10", "5 Q1 = 4 * 2 + 2\n6 L X+Q1")),
+        ("v.mpf", SIEMENS.replace("N70 X10", "N65 R1=5 R2=R1*SIN(30)\nN70 X=R1+2*R2")),
         ("r.mpf", SIEMENS.replace("N70 X10 A3=0.1 B3=0 C3=1", "N70 X10 RND=2\nN75 Y9 CHF=1\nN76 X0 CHR=1\nN77 Y0")),
         ("r.h", KLARTEXT.replace("5 L X+10", "5 L X+10\n5 RND R2 F100\n5 L Y+9\n5 CHF 1\n5 L X+0")),
         ("r.nc", "G21 G90\nT1 M6\nS3000 M3\nG0 X0 Y0 Z40\nG1 Z0 F500\nX9 ,R2\nY9 ,C1\nX0\nG0 Z40\nM30\n"),

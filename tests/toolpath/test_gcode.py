@@ -504,6 +504,8 @@ def test_t_changes_the_tool_where_there_is_no_m6() -> None:
         ("WHILE", "can't be read"),
         ("IF", "can't be read"),
         ("G71 Z50", "words of its own"),
+        ("G13 I5 D1 F100", "circular pocket"),
+        ("G150 X1 Z-2 R1 Q1 D1", "a pocket"),
         ("O200", "O-words"),
         ("M98 P100", "not in this file"),
         ("H=5", "assignment"),

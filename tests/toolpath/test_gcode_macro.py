@@ -270,3 +270,10 @@ def test_axes_that_turn_by_values_are_no_less_turned(words: str) -> None:
 
 def test_calls_of_programs_elsewhere_are_refused() -> None:
     refused(HEAD + "M198 P5\nG1 X1.\nM30\n", 4, "M198")
+
+
+def test_k_of_a_cycle_counts_holes_and_needs_no_point() -> None:
+    text = "%\nO100\nG21 G90 G17\nG0 X0. Y0. Z20.\nG91 G99 G81 X5. R-15. Z-10. F100. K3\nG80\nG90 G0 Z20.\nM30\n%\n"
+    (region,) = read(text).regions
+    found = region.position[region.move == Move.CUT] * 1e3
+    np.testing.assert_allclose(found, [[5, 0, -5], [10, 0, -5], [15, 0, -5]], atol=1e-9)

@@ -106,9 +106,9 @@ def test_klartext_vectors(tell) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "G1 X=R1 F9", "R1=5", "DEF REAL A", "IF R1>2 GOTOF OUT", "CYCLE83(5,0,2,-9)", 'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
+        "G1 X=R1 F9", "IF R1>2 GOTOF OUT", "CYCLE83(5,0,2,-9)", 'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
         "CYCLE800(0,,1,57)", "MCALL HOLES1(0)", "CYCLE82(5,0,2,-9,,-3)", "CYCLE81(5,0,2,R1)", "CYCLE81(5,1,2,-9)", "ROT Z30",
-        "X=IC(5) Y3", "G3 X1 I=AC(5) J0", "X=5+2", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1",
+        "X=IC(5) Y3", "G3 X1 I=AC(5) J0", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1",
         "TRANS X=R1", "G4 S3", "A3=1 B3=0 C3=1 G1 X1 F9",
         "G500", "MIRROR X0", "AROT Z5",
     ],
@@ -124,7 +124,7 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "4 FN 0: Q1 = +5", "4 L X+Q1", "4 CALL LBL 1", "4 LBL 1", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0 STAY",
+        "4 L X+Q1", "4 CALL LBL 1", "4 LBL 1", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0 STAY",
         "4 CYCL DEF 203 DRILLING",
         "4 CYCL DEF 7.1 IX+5", "4 CYCL DEF 10.1 ROT+30", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
         "4 TOOL CALL 2 Z S9 DR+0.1", "4 TOOL CALL 2 Y S9", "4 APPR LCT X+1 Y+1 R2", "4 L X+5 R+", "4 L X+5 M97",
@@ -228,3 +228,38 @@ def test_klartext_holes(tell) -> None:
     np.testing.assert_allclose(_mm(story)[1:][:, [0, 2]], rows, atol=1e-9)
     (most,) = story.pecks.values()
     assert (most.first * 1e3, most.others * 1e3, most.out) == pytest.approx((6, 4, True))
+
+
+def _tips(story: Story) -> list[list[float]]:
+    return [[round(float(v) * 1e3, 6) + 0.0 for v in tip] for tip in story.path.tip]
+
+
+def test_siemens_values_without_jumps(tell) -> None:
+    """Named and computed values, the ends worked out by hand; a jump ends the reading as before."""
+    body = (
+        "R1=12 R2=20\nDEF REAL W=3, V\nV=W*2+R1\nG0 X=R2 Y0 Z20\nG1 Z=-W F=R1*10+80\nX=R2*COS(60) Y=R2*SIN(30) - 1\n"
+        "X=IC(R1/4) Y=IC(-V)\n"
+    )
+    story = _siemens(tell, body)
+    assert _tips(story)[-4:] == [[20, 0, 20], [20, 0, -3], [10, 9, -3], [13, -9, -3]]
+    assert not story.gaps and story.feed[-2] == pytest.approx(0.2 / 60)
+    for last in ("IF R1>3 GOTOF E1", "X=R7", "X=$AA_IM[X]", "X=R1/0", "WHILE R1<3"):
+        assert _siemens(tell, body + last + "\nX99\n").gaps
+
+
+def test_klartext_values_without_jumps(tell) -> None:
+    body = "1 FN 0: Q1 = +20\n2 Q2 = Q1 / 2 + 1\n3 Q3 = Q1 * COS 60\n3 L Z+0 F600\n4 L X+Q1 Y-Q3\n5 L X-Q2 IY+Q2 FQ1\n"
+    story = _klartext(tell, body)
+    assert (
+        _tips(story)[-2:] == [[20, -10, 0], [-11, 1, 0]]
+        and not story.gaps
+        and story.feed[-1] == pytest.approx(0.02 / 60)
+    )
+    for last in (
+        "6 FN 9: IF +Q1 EQU +3 GOTO LBL 4",
+        "6 L X+Q9",
+        "6 Q4 = Q1 % 3",
+        "6 Q101 = 5",
+        "6 FN 18: SYSREAD Q1 = ID1",
+    ):
+        assert _klartext(tell, body + last + "\n7 L X+99\n").gaps

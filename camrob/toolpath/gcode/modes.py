@@ -24,6 +24,9 @@ Handler = Callable[[int, Block, Modal, ToolFrame, PathGrower], bool]
 _REFUSED = {
     52: ("a NURBS block (G5.2)", "export lines and arcs"),
     70: ("diameter programming (G7)", "export a milling program"),
+    120: ("a circular pocket (G12)", "have the CAM system write the moves out"),
+    130: ("a circular pocket (G13)", "have the CAM system write the moves out"),
+    1500: ("a pocket (G150)", "have the CAM system write the moves out"),
     160: ("polar coordinates (G16)", "export X, Y, Z"),
     71: ("a cylinder's surface (G7.1)", "export X, Y, Z"),
     121: ("polar interpolation (G12.1)", "export X, Y, Z"),
@@ -337,60 +340,12 @@ _HANDLERS: dict[int, Handler] = {
     682: _tilt,
     **dict.fromkeys((531, 533, 536), _orient),
 }
+# In which order the codes of one block are carried out.
 _RANK = {
-    code: rank
+    int(code): rank
     for rank, code in enumerate(
-        (
-            930,
-            940,
-            950,
-            170,
-            180,
-            190,
-            200,
-            210,
-            700,
-            710,
-            400,
-            410,
-            420,
-            690,
-            490,
-            430,
-            434,
-            435,
-            2340,
-            540,
-            541,
-            1540,
-            550,
-            560,
-            570,
-            580,
-            590,
-            591,
-            592,
-            593,
-            5000,
-            900,
-            910,
-            901,
-            911,
-            980,
-            990,
-            280,
-            300,
-            100,
-            520,
-            920,
-            921,
-            922,
-            923,
-            682,
-            531,
-            533,
-            536,
-            530,
-        )
+        "930 940 950 170 180 190 200 210 700 710 400 410 420 690 490 430 434 435 2340 540 "
+        "541 1540 550 560 570 580 590 591 592 593 5000 900 910 901 911 980 990 280 300 100 "
+        "520 920 921 922 923 682 531 533 536 530".split()
     )
 }

@@ -15,6 +15,8 @@ __all__ = ["ISO"]
 
 _POINTED = re.compile(r"[XYZIJKR][ \t]*[-+]?[0-9]+\.(?![0-9])")
 _UNPOINTED = re.compile(r"(?<![A-Z#\[])([XYZABCIJK])[ \t]*([-+]?[0-9]*[1-9][0-9]*)(?![0-9.\]])")
+_CYCLE = re.compile(r"G0*(?:7[346]|8[1-9])(?![0-9])")  # in whose blocks K counts holes
+_COUNTED = re.compile(r"K[ \t]*[0-9]+(?![0-9.])")
 _PROGRAM = re.compile(r"^[ \t]*[O:][0-9]{1,8}\b", re.M)
 
 
@@ -44,7 +46,7 @@ def _check_points(lines: list[str], path: Path) -> None:
         upper = raw.upper()
         if "G" in upper and re.search(r"G0*(?:65|66|4|10|5|05)(?![0-9])", upper):
             continue
-        match = _UNPOINTED.search(upper)
+        match = _UNPOINTED.search(_COUNTED.sub("", upper) if _CYCLE.search(upper) else upper)
         if match:
             raise ToolpathError(
                 f"{match[1]}{match[2]} has no decimal point, and other coordinates end in one:"

@@ -25,7 +25,7 @@ _MARKS = tuple(
         r"\b(?:TRAORI|TRAFOOF|CYCLE8[0-9]{1,2}|ORIWKS|ORIMKS|ORIVECT|ORIAXES|SUPA|COMPCAD|COMPOF|FFWON|G64[0-5]|G710|STOPRE|MCALL)\b",
         r"^%_N_|^;\$PATH=",
         r"\bMSG[ \t]*\(",
-        r"\bA?(?:TRANS|ROT|MIRROR|SCALE)[ \t]+[XYZ]|\b(?:RND|CH[RF])[ \t]*=|^[ \t]*(?:N[0-9]+[ \t]+)?REPEATB?[ \t]+[A-Z_]",
+        r"\bA?(?:TRANS|ROT|MIRROR|SCALE)[ \t]+[XYZ]|\b(?:RND|CH[RF]|AP|RP)[ \t]*=|^[ \t]*(?:N[0-9]+[ \t]+)?REPEATB?[ \t]+[A-Z_]",
         r"\b(?:POCKET[0-9]?|LONGHOLE|SLOT[12]|HOLES[12]|CIP|WORKPIECE|CYCLE[67][0-9])\b",
         r"^[ \t]*(?:N[0-9]+[ \t]+)?(?:DEF[ \t]+(?:REAL|INT)|R[0-9]+[ \t]*=|GOTO[FB][ \t]|A3[ \t]*=)",
         r"\b(?:[XYZABC]|A3|B3|C3|CR|TURN)[ \t]*=[ \t]*[-+(0-9R]|\bT[ \t]*=[ \t]*\"",

@@ -11,6 +11,7 @@ import re
 import numpy as np
 
 from camrob.witness.cl.circles import Wanted
+from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.units import deg_to_rad, rad_to_deg
@@ -37,6 +38,7 @@ class KlartextReader(ForeignReader):
         self._here: dict[str, float] = {}  # X, Y, Z as the program counts them, where they are known
         named = {name.upper() for name in re.findall(r"TOOL CALL\s+(\"[^\"]*\"|\d+)", re.sub(r";.*", "", text), re.I)}
         self._lone = len(named) == 1
+        self._computed = Values()
         self._called_feed = ""  # of TOOL CALL, which F AUTO means
         self._drills: Hole | None = None
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
@@ -56,6 +58,10 @@ class KlartextReader(ForeignReader):
         return rows
 
     def _line(self, row: str, line: int) -> None:
+        if given := re.fullmatch(r"(?:FN ?[0-4]: ?)?(Q\d+) ?= ?(.+)", row):
+            self._keep(given, row)
+            return
+        row = re.sub(r"(?<=[A-Z=])([-+]?)(Q\d+)", self._number_of, row)
         head, _, rest = row.partition(" ")
         if row.startswith("BEGIN PGM"):
             if self._tell.n or not row.endswith((" MM", " INCH")):
@@ -96,6 +102,21 @@ class KlartextReader(ForeignReader):
             self._switch(["129"], line, first=False)
         elif not _NOTHING.match(row):
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
+
+    def _keep(self, given: re.Match[str], row: str) -> None:
+        """Q1 = ..., or FN 0 to FN 4, as a formula."""
+        text = given[2].replace(" DIV ", "/")
+        if re.search(r"\b(?:SIN|COS|TAN|SQRT|ABS)\b(?! ?\()", text):  # Heidenhain's functions stand without brackets
+            text = re.sub(r"\b(SIN|COS|TAN|SQRT|ABS) ?([-+]?(?:Q\d+|[\d.]+))", r"\1(\2)", text)
+        if int(given[1][1:]) in range(100, 200) or (
+            re.match(r"FN ?[1-4]", row) and re.search(r"[-+*/][-+ ]*[-+*/][^Q\d]", text)
+        ):
+            raise UnreadError(f"{row[:24]}, computed")
+        self._computed.keep(given[1], text)
+
+    def _number_of(self, found: re.Match[str]) -> str:
+        """A Q parameter behind a letter or an equals sign, as its number."""
+        return f"{self._computed.of(found[1] + found[2]):+.9f}"
 
     def _round_off(self, found: re.Match[str], line: int) -> None:
         """RND and CHF between the last motion and the next one; a chamfer is as long as its sides."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 
 from camrob.witness.cl.circles import Wanted
+from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, places, siemens_hole, swivelled_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 
@@ -36,6 +37,11 @@ _VECTOR = ("A3", "B3", "C3")
 _CORNERS = {"RND": "radius", "CHR": "side", "CHF": "across"}
 
 
+def _tight(body: str) -> str:
+    """Without blanks beside operators; one that parts two words stays."""
+    return re.sub(r"\s*([-+*/(=])\s*|\s+(?=\))", lambda found: found[1] or "", body)
+
+
 class SinumerikReader(ForeignReader):
     """Tells what the blocks of one file ask for."""
 
@@ -44,6 +50,7 @@ class SinumerikReader(ForeignReader):
         names = {name.upper() for name in re.findall(r"\bT\s*=\s*\"([^\"]*)\"", re.sub(r";.*", "", text), re.I)}
         self._lone = len(names) == 1 and not any(name.isdigit() for name in names)
         self._called: Hole | None = None  # MCALL
+        self._computed = Values()
         self._moved_by = dict.fromkeys("XYZ", 0.0)  # TRANS, in the program's unit
         super().read(text)
 
@@ -57,8 +64,9 @@ class SinumerikReader(ForeignReader):
             if self._tell.n:
                 raise UnreadError("another program in the same file")
             return
-        if not body or _QUIET_CALLS.fullmatch(body):
+        if not body or _QUIET_CALLS.fullmatch(body) or self._kept(body):
             return
+        body = self._written_out(body)
         if shift := re.match(r"A?TRANS\b", body):
             self._shift(body[shift.end() :], line, adds=body.startswith("A"))
             return
@@ -80,14 +88,45 @@ class SinumerikReader(ForeignReader):
             ):
                 drill_here(self, self._called, line)
 
-    @staticmethod
-    def _values(text: str) -> list[float | None]:
+    def _kept(self, body: str) -> bool:
+        """Whether the block only declares names or gives them values, which are kept."""
+        if declared := re.fullmatch(r"DEF\s+(?:REAL|INT)\s+(.+)", body):
+            for part in declared[1].split(","):
+                name, _, text = part.partition("=")
+                self._computed.keep(name.strip(), text or "0")
+            return True
+        body = _tight(body)
+        parts = body.split()
+        found = [re.fullmatch(r"(R\d+|[A-Z_]\w*)=([^=<>]+)", part) for part in parts]
+        names = [
+            match[1] for match in found if match and (re.fullmatch(r"R\d+", match[1]) or match[1] in self._computed)
+        ]
+        if not parts or len(names) != len(parts):
+            return False
+        for match in found:
+            if match:
+                self._computed.keep(match[1], match[2])
+        return True
+
+    def _written_out(self, body: str) -> str:
+        """The block with numbers where names or expressions stand behind an equals sign."""
+        if not re.search(r"=\s*[-+]*\s*(?:\(|R\d|[A-Z_]{2,}|_)|=[^=]*\d\s*[-+*/]", body) or '"' in body:
+            return body
+        body = _tight(body)
+
+        def number(match: re.Match[str]) -> str:
+            how = re.fullmatch(r"(IC|AC)\((.*)\)", match[2])
+            if how:
+                return f"{match[1]}={how[1]}({self._computed.of(how[2]):.9f})"
+            return f"{match[1]}={self._computed.of(match[2]):.9f}"
+
+        return re.sub(r"\b([A-Z]+\d?)=([^\s=]+)", number, body)
+
+    def _values(self, text: str) -> list[float | None]:
         """Numbers between commas, None for texts and what is left out. Raises UnreadError for what is computed."""
         out: list[float | None] = []
         for part in (part.strip() for part in text.split(",")) if text.strip() else ():
-            if part and not part.startswith('"') and not re.fullmatch(r"[-+]?(?:\d+\.?\d*|\.\d+)", part):
-                raise UnreadError(f"{part[:20]}, computed")
-            out.append(float(part) if part and not part.startswith('"') else None)
+            out.append(self._computed.of(part) if part and not part.startswith('"') else None)
         return out
 
     def _cycle_of(self, name: str, values: list[float | None], line: int, *, modal: bool) -> None:
