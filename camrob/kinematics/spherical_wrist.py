@@ -96,8 +96,10 @@ def _wrist_rotation(h: Array, M: Array, c1: float, s1: float, q23: float, w: Arr
 
 
 @inlined
-def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int) -> int:
-    """Rows k and k + 1 of Q, columns 3 to 5 <- the wrist's two ways to turn by W; how many there are. scratch: (4, 3)."""
+def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int, only: int) -> int:
+    """Rows k and k + 1 of Q, columns 3 to 5 <- the wrist's two ways to turn by W; how many there are. scratch: (4, 3).
+    only: the branch that is wanted, -1 for all.
+    """
     w, d, y, bend = scratch[0], scratch[1], scratch[2], scratch[3]
     for r in range(3):
         w[r] = W[r, 0] * h[5, 0] + W[r, 1] * h[5, 1] + W[r, 2] * h[5, 2]
@@ -107,6 +109,8 @@ def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int) ->
     if not cone(dot(h[3], h[5]) - along5, triple(h[3], h[4], h[5]), c, bend):
         return 0
     for i in range(2):
+        if only >= 0 and only != k + i:
+            continue
         c5, s5 = np.cos(bend[i]), np.sin(bend[i])
         rotate(h[4], c5, s5, h[5], d)
         if 1.0 - along4 * along4 < _WRIST_SINGULAR * _WRIST_SINGULAR:
@@ -125,12 +129,15 @@ def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int) ->
 
 
 @inlined
-def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64]) -> int:
+def solve_arm(
+    arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64], only: int = -1
+) -> int:
     """All branches of the arm whose tool stands at rotation R (3, 3) and position p (3,) in `foot`.
 
     Fills Q (8, 6), every angle on the turn nearest to `near` (6,), and why (8,): BRANCH_OK or BRANCH_OUT_OF_REACH. Branch
     index = 4 * (first axis) + 2 * (elbow) + (wrist). Where the wrist is singular the fourth angle stays at `near`'s.
-    Returns the number of branches that exist.
+    `only`: the one branch that is wanted, the others' rows of Q are then left alone; -1: all. Returns the number of branches that
+    exist where all are wanted.
     """
     h, o = arm.h, arm.o
     M = np.empty((3, 3))
@@ -156,6 +163,8 @@ def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why:
     count = 0
     side = 1.0 if dot(h[2], h[1]) > 0.0 else -1.0
     for i1 in range(2):
+        if only >= 0 and only // 4 != i1:
+            continue
         c1, s1 = np.cos(first[i1]), np.sin(first[i1])
         rotate(h[0], c1, -s1, target, v)
         for r in range(3):
@@ -163,13 +172,15 @@ def solve_arm(arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why:
         if not _elbow(h[2], a, b, v, elbow):
             continue
         for i3 in range(2):
+            if only >= 0 and only // 2 != 2 * i1 + i3:
+                continue
             rotate(h[2], np.cos(elbow[i3]), np.sin(elbow[i3]), a, y)
             for r in range(3):
                 y[r] += b[r]
             q2 = turn_between(h[1], y, v)
             _wrist_rotation(h, M, c1, s1, q2 + side * elbow[i3], scratch[0], W)
             k = 4 * i1 + 2 * i3
-            found = _wrist(h, W, near, scratch, Q, k)
+            found = _wrist(h, W, near, scratch, Q, k, only)
             for j in range(k, k + found):
                 Q[j, 0] = nearest_turn(first[i1], near[0])
                 Q[j, 1] = nearest_turn(q2, near[1])

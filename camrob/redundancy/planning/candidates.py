@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -70,26 +71,23 @@ def candidate_nodes(
     its own best posture is one, too. push: (T, PUSH), where the part's error is looked at.
     """
     external = len(space.free) - space.roll
-    us, qs, branches, prices = [], [], [], []
-    counts = [0]
-    for t, frame in enumerate(frames):
-        grid = seeds[t]
-        best = None
+
+    def one(t: int) -> tuple[Array, Array, Ints, Array]:
+        grid, best = seeds[t], None
         if certificate is not None and certificate.inv_kf[t] > 0.0:
             best = np.array(certificate.u[t])  # a copy: frozen arrays would be compiled for separately
             grid = np.concatenate([grid, best[None, :external]])
-        u, q, branch, price = _layer(space, objective, np.ascontiguousarray(frame), np.ascontiguousarray(grid), best is not None,
+        u, q, branch, price = _layer(space, objective, np.ascontiguousarray(frames[t]), np.ascontiguousarray(grid), best is not None,
                                      best if best is not None else np.zeros(len(space.free)), ROLLS,
                                      np.array(push[t]) if push is not None and len(push) else np.zeros(PUSH))  # fmt: skip
         keep = _kept(u[:, :external], price)
-        us.append(u[keep])
-        qs.append(q[keep])
-        branches.append(branch[keep])
-        prices.append(price[keep])
-        counts.append(len(keep))
-    return Nodes(
-        np.cumsum(counts), np.concatenate(us), np.concatenate(qs), np.concatenate(branches), np.concatenate(prices)
-    )
+        return u[keep], q[keep], branch[keep], price[keep]
+
+    with ThreadPoolExecutor(2) as pool:  # the kernel releases the interpreter's lock
+        layers = list(pool.map(one, range(len(frames))))
+    counts = np.array([0, *(len(layer[3]) for layer in layers)])
+    us, qs, branches, prices = (np.concatenate(column) for column in zip(*layers, strict=True))
+    return Nodes(np.cumsum(counts), us, qs, branches, prices)
 
 
 def _kept(external: Array, price: Array) -> Ints:
@@ -188,11 +186,15 @@ def _layer(
             pose_in_foot(space, frame, u, work)
             if reach(space.arm, space.screws, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
                 continue
+            value = -1.0
             for b in range(8):
+                if b % space.alike == 0:
+                    value = -1.0
                 if work.why[b] == BRANCH_OK:
                     q_all[k, b] = work.Q[b]
                     if _turns(space, q_all[k, b], variants) > 0:
-                        value = conditioning(space, q_all[k, b], work)
+                        if value < 0.0:  # both branches of a spherical wrist share 1/k_F
+                            value = conditioning(space, q_all[k, b], work)
                         a, c = posture_price(space, objective, u, q_all[k, b], value)
                         if objective.errors.weight > 0.0:
                             a += error_price(objective, u, q_all[k, b], push)

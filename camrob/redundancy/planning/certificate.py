@@ -7,6 +7,7 @@ it is a searched bound, not a proven one, so a posture found elsewhere that beat
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +32,7 @@ _PRISMATIC_STEP = 0.15  # m
 _REVOLUTE_STEP = 0.35  # rad
 _GRID = 4000  # external postures at most
 _ANCHORS = 40  # poses that are scanned
+_BASIN_NODES = 2000  # best nodes of a scan among which the basins are looked for
 _STARTS = 4  # basins of a scanned pose that are climbed from
 _CLIMB_FIRST, _CLIMB_NEAR, _CLIMB_LAST = 0.1, 0.02, 5e-4  # rad or m, steps of the compass search
 
@@ -100,14 +102,19 @@ def survey_poses(space: PlanSpace, base_T_tip: Array, score: Score | None = None
     best = np.empty((len(anchors), len(grid)), np.float32)
     u = np.empty((len(anchors), _STARTS, len(space.free)))
     branch = np.full((len(anchors), _STARTS), -1, np.int64)
-    for k, anchor in enumerate(anchors):
+
+    def look(k: int) -> None:
+        frame = frames[anchors[k]]
         found = (
-            scan(space, frames[anchor], grid, ROLLS)
+            scan(space, frame, grid, ROLLS)
             if score is None or space.alike == 1  # the batches hold one posture for both of a wrist's branches
-            else scan_batched(space, frames[anchor], grid, ROLLS, score)
+            else scan_batched(space, frame, grid, ROLLS, score)
         )
         best[k] = found.max(axis=(1, 2))
-        _basins(space, frames[anchor], grid, found, u[k], branch[k])
+        _basins(space, frame, grid, found, u[k], branch[k])
+
+    with ThreadPoolExecutor(2 if score is None else 1) as pool:  # the kernel releases the interpreter's lock
+        list(pool.map(look, range(len(anchors))))
     _climb_basins(space, frames[anchors], u, branch)
     return Survey(anchors, nearest, grid, best, u, branch)
 
@@ -194,7 +201,10 @@ def scan(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> NDArra
 def _basins(space: PlanSpace, frame: Array, grid: Array, found: NDArray[np.float32], u: Array, branch: Ints) -> None:
     """Fill u (S, F) and branch (S,) with the best nodes of a scan that lie apart in branch or by more than a grid step."""
     E, rolls = grid.shape[1], found.shape[1]
-    order = np.argsort(found, axis=None)[::-1][:2000]
+    flat = found.ravel()
+    some = min(_BASIN_NODES, flat.size)
+    order = np.argpartition(flat, flat.size - some)[flat.size - some :]
+    order = order[np.lexsort((order, flat[order]))[::-1]]
     m, k, b = np.unravel_index(order, found.shape)
     count = 0
     for i in range(len(order)):
@@ -291,21 +301,30 @@ def _climb_all(
     space: PlanSpace, frames: Array, anchors: Ints, nearest: Ints, starts: Array, branches: Ints
 ) -> tuple[Array, Array, Ints]:
     """The best of the neighbours' optima and of the nearest scanned pose's basins, climbed, forward and back along the path."""
-    W, F = frames.shape[0], starts.shape[2]
+    W, S, F = frames.shape[0], starts.shape[1], starts.shape[2]
     value, u, branch = np.zeros(W), np.zeros((W, F)), np.zeros(W, np.int64)
     work = plan_work()
-    trial = np.empty(F)
+    trial, tops, met = np.empty(F), np.empty((S, F)), np.zeros(S)
     for k in range(W):
         a = nearest[k]
-        for s in range(starts.shape[1]):
-            if branches[a, s] >= 0:
+        for s in range(S):
+            if branches[a, s] < 0:
+                continue
+            found = 0.0
+            if k > 0 and nearest[k - 1] == a and met[s] > 0.0:  # the basin's top has moved a little since the pose before
+                trial[:] = tops[s]
+                if space.roll == 1:
+                    trial[F - 1] += _spin(frames[k - 1], frames[k])
+                found = climb(space, frames[k], trial, branches[a, s], _CLIMB_NEAR, _CLIMB_LAST, work)
+            if found == 0.0:
                 trial[:] = starts[a, s]
                 if space.roll == 1:  # the same direction of the tool's x in `base`
                     trial[F - 1] += _spin(frames[anchors[a]], frames[k])
                 found = climb(space, frames[k], trial, branches[a, s], _CLIMB_FIRST, _CLIMB_LAST, work)
-                if found > value[k]:
-                    value[k], branch[k] = found, branches[a, s]
-                    u[k] = trial
+            tops[s], met[s] = trial, found
+            if found > value[k]:
+                value[k], branch[k] = found, branches[a, s]
+                u[k] = trial
     for direction in (1, -1):
         for i in range(1, W):
             k = i if direction == 1 else W - 1 - i

@@ -148,7 +148,7 @@ def pose_in_foot(space: PlanSpace, base_T_tip: Array, u: Array, work: PlanWork) 
 def posture(space: PlanSpace, base_T_tip: Array, u: Array, branch: int, near: Array, q: Array, work: PlanWork) -> bool:
     """q (6,) <- the arm's posture at a pose (4, 4) with freedoms u on a branch, turns nearest to `near`; False out of reach."""
     pose_in_foot(space, base_T_tip, u, work)
-    reach(space.arm, space.screws, work.Rt, work.pt, near, work.Q, work.why)
+    reach(space.arm, space.screws, work.Rt, work.pt, near, work.Q, work.why, branch)
     if work.why[branch] != BRANCH_OK:
         return False
     for i in range(6):

@@ -16,6 +16,7 @@ the share, else the point that keeps most. A path that one of the two ends follo
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -277,7 +278,10 @@ def _plan(
 
 def _ends(land: Landscape, retract: float) -> tuple[Draft | None, Draft | None]:
     """The drafts for still and for flowing axes."""
-    return land.searched(1.0, still=True, retract=retract), land.searched(SEARCH_FLOWING, retract=retract)
+    with ThreadPoolExecutor(1) as pool:  # the search releases the interpreter's lock
+        still = pool.submit(land.searched, 1.0, still=True, retract=retract)
+        flowing = land.searched(SEARCH_FLOWING, retract=retract)
+        return still.result(), flowing
 
 
 def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str, float]:

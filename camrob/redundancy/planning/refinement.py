@@ -11,6 +11,7 @@ from camrob.compiled import kernel, part
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, posture
 from camrob.redundancy.planning.objective import BEYOND, Objective, error_price, posture_price
 from camrob.redundancy.planning.part_error import PUSH
+from camrob.redundancy.planning.small_matrices import made_positive, solved
 
 __all__ = ["Course", "arm_along", "refine_course"]
 
@@ -171,12 +172,7 @@ def _differences(
         g[:] = 0.0
         H[:] = 0.0
         return
-    values, vectors = np.linalg.eigh(H)
-    for i in range(F):
-        for j in range(F):
-            H[i, j] = 0.0
-            for r in range(F):
-                H[i, j] += vectors[i, r] * abs(values[r]) * vectors[j, r]
+    made_positive(H)
 
 
 @part
@@ -251,6 +247,7 @@ def _solve_blocks(g: Array, D: Array, B: Array, shift: float, held: NDArray[np.b
     """step (W, F) <- -(H + shift I)^-1 g of the block-tridiagonal H, freedoms that are `held` (F,) left alone."""
     W, F = g.shape
     S, rhs = np.empty((W, F, F)), np.empty((W, F))
+    A, M, x = np.empty((F, F)), np.empty((F, F)), np.empty((F, 1))
     for k in range(W):
         S[k] = D[k]
         rhs[k] = -g[k]
@@ -264,7 +261,11 @@ def _solve_blocks(g: Array, D: Array, B: Array, shift: float, held: NDArray[np.b
                 B[k, i, :] = 0.0
                 B[k, :, i] = 0.0
         if k > 0:
-            M = np.linalg.solve(S[k - 1], np.ascontiguousarray(B[k].T))  # S^-1 B^T
+            for i in range(F):
+                for j in range(F):
+                    M[i, j] = B[k, j, i]
+                    A[i, j] = S[k - 1, i, j]
+            solved(A, M)  # S^-1 B^T
             for i in range(F):
                 for r in range(F):
                     rhs[k, i] -= M[r, i] * rhs[k - 1, r]
@@ -275,7 +276,11 @@ def _solve_blocks(g: Array, D: Array, B: Array, shift: float, held: NDArray[np.b
             for i in range(F):
                 for r in range(F):
                     rhs[k, i] -= B[k + 1, r, i] * step[k + 1, r]
-        step[k] = np.linalg.solve(S[k], rhs[k])
+        for i in range(F):
+            x[i, 0] = rhs[k, i]
+        solved(S[k], x)
+        for i in range(F):
+            step[k, i] = x[i, 0]
 
 
 @kernel(nogil=True)
