@@ -85,6 +85,9 @@ def post(
         typer.Option("--diagnosis", metavar="DIR", help="The diagnosis that wrote FITTED.toml: play, friction, doubt."),
     ] = None,
     force: ForceOption = None,
+    seconds: Annotated[
+        float | None, typer.Option("--seconds", metavar="N", help="How long --method planned betters its plan.")
+    ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave NAME.html out.")] = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -108,6 +111,7 @@ def post(
             calibration=calibration,
             diagnosis=diagnosis,
             force=force,
+            seconds=seconds,
             report=not no_report,
             progress=progress,
         )

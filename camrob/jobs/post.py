@@ -39,6 +39,7 @@ from camrob.progress import Progress
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
+from camrob.redundancy.replanning.clock import Clock
 from camrob.redundancy.solution import Solution
 from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
@@ -84,6 +85,7 @@ def post(
     calibration: Path | None = None,
     diagnosis: Path | None = None,
     force: Path | None = None,
+    seconds: float | None = None,
     report: bool = True,
     progress: Progress | None = None,
 ) -> PostResult:
@@ -109,6 +111,8 @@ def post(
         calibration: constants of the chain, by `calibrate` or `diagnose --calibration`.
         diagnosis: the folder of the diagnosis that wrote them: play, friction, doubt.
         force: FORCE.toml, what pushes on the tool while it cuts.
+        seconds: how long "planned" betters its plan; what a plan needs at least is done however long it takes, and the summary
+            says how far the plan is from its bound and what there was no time for. None: until nothing is left to do.
         report: whether NAME.html is written.
         progress: called with a stage and the share of it that is done, 0 to 1.
 
@@ -127,7 +131,7 @@ def post(
     """
     clfile, out = Path(clfile), Path(out)
     watch = Watch(progress)
-    _check_choices(method, feed)
+    _check_choices(method, feed, seconds)
     check_device(device)
     with watch.stage("read"):
         machine = cell_for("post", cell)
@@ -138,7 +142,9 @@ def post(
             Sought(cell, calibration, diagnosis, force), machine, asked=for_accuracy, planned=method == "planned"
         )
     with staged_output(out, name=title) as folder:
-        order = _Order(title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units, sought)
+        order = _Order(
+            title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units, sought, seconds
+        )
         made = _first_free(order, inputs, folder, watch)
         files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", made)
@@ -181,6 +187,7 @@ class _Order:
     dialect: str | None
     units: str | None
     sought: Sought | None
+    seconds: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,9 +216,10 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
     ways: list[tuple[Sought | None, str]] = [(None, way) for way in METHODS[order.method]]
     if order.sought is not None:  # a plan that looks at the part's error, and else those by conditioning
         ways = [*((order.sought, way) for way in tuple(METHODS[order.method])[:_ACCURATE_WAYS]), *ways]
+    clock = Clock(order.seconds)
     for sought, way in ways:
         with watch.stage("resolve"):
-            resolved = resolve_job(inputs, order.method, way, watch.share, order.device, sought)
+            resolved = resolve_job(inputs, order.method, way, watch.share, order.device, sought, clock.left)
         try:
             made = _made(order, resolved, folder, watch)
         except (CollisionError, VerificationError) as error:
@@ -275,8 +283,10 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
     )
 
 
-def _check_choices(method: str, feed: str) -> None:
+def _check_choices(method: str, feed: str, seconds: float | None) -> None:
     check_method(method)
+    if seconds is not None and not (method == "planned" and 0.0 <= seconds < np.inf):
+        raise InputError(f"--seconds {seconds:g} is of no use here", hint="0 or more, with --method planned")
     if feed not in FEEDS:
         raise InputError(f"--feed {feed!r} is unknown", hint=f"use {' or '.join(FEEDS)}")
 

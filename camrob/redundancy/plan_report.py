@@ -106,7 +106,9 @@ class PlanReport:
     allows at each path point; bound_mean, bound_min: over what is cut, by length. terms: name to price in m (of
     conditioning one), re-postures among them. repostures: how many; retracts: how many of them needed a retract that the path did
     not have. best_error: m, rms of the part's error at each place's best posture of a scan, None of a plan that doesn't look at
-    it; accuracy: what looking at it has gained.
+    it; accuracy: what looking at it has gained. reached_mean: of 1/k_F, by length as the bound's. seconds: how long the plan was
+    to be bettered, None for as long as it takes; missed: points of the curve that there was no time for. mended: how often it
+    was made anew because it touched something or could not be followed.
     """
 
     mode: str
@@ -119,12 +121,24 @@ class PlanReport:
     curve: tuple[PlanPoint, ...]
     repostures: int
     retracts: int
+    reached_mean: float
     best_error: float | None = None
     accuracy: PlanAccuracy | None = None
+    seconds: float | None = None
+    missed: int = 0
+    mended: int = 0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bound", locked(self.bound, shape=(None,), name="bound"))
         object.__setattr__(self, "terms", MappingProxyType(dict(self.terms)))
+
+    @property
+    def gap(self) -> float:
+        """How much of the bound's mean 1/k_F the plan does not reach, as a share of it.
+
+        The bound looks at each place by itself: what no plan can reach for the travel between places is in the gap, too.
+        """
+        return 1.0 - self.reached_mean / self.bound_mean
 
     @property
     def shares(self) -> dict[str, float]:

@@ -84,6 +84,7 @@ def _joined_plans(path: ToolPathInBase, stretches: Sequence[Stretch]) -> PlanRep
     bound = np.concatenate([np.asarray(p.bound) for p in told])
     length = np.diff(path.length, prepend=0.0) * path.cutting
     length = length if np.any(length > 0.0) else np.ones(len(path))
+    reached = np.concatenate([np.asarray(s.solution.inv_kf) for s in stretches])
     return PlanReport(
         mode=told[0].mode,
         chosen=", ".join(dict.fromkeys(p.chosen for p in told)),
@@ -95,6 +96,10 @@ def _joined_plans(path: ToolPathInBase, stretches: Sequence[Stretch]) -> PlanRep
         curve=(),
         repostures=sum(p.repostures for p in told),
         retracts=sum(p.retracts for p in told),
+        reached_mean=float(np.average(reached, weights=length)),
+        seconds=told[0].seconds,
+        missed=sum(p.missed for p in told),
+        mended=sum(p.mended for p in told),
         accuracy=_joined_accuracy(told),
     )
 

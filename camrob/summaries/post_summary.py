@@ -188,7 +188,11 @@ class AccuracyFigures(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanFigures(Summary):
-    """How a planned solution was chosen: the curve of conditioning against external travel, and the objective's terms, m."""
+    """How a planned solution was chosen: the curve of conditioning against external travel, and the objective's terms, m.
+
+    gap_percent: what the mean 1/k_F over what is cut lacks to its bound's; seconds: what was asked for, None for no end; missed:
+    points of the curve that there was no time for; mended: how often the plan was made anew where it touched something.
+    """
 
     mode: str
     chosen: str
@@ -201,6 +205,10 @@ class PlanFigures(Summary):
     retracts: int
     cuts: tuple[PlannedCut, ...]
     curve: tuple[PlanOnCurve, ...]
+    gap_percent: float
+    seconds: float | None
+    missed: int
+    mended: int
     accuracy: AccuracyFigures | None = left_out(None)
 
 

@@ -24,6 +24,7 @@ from camrob.redundancy.planning.certificate import Certificate, certify, externa
 from camrob.redundancy.planning.dynamic_programming import Layers, cheapest_way
 from camrob.redundancy.planning.freedoms import conditioning, plan_space, plan_work, pose_in_foot, posture
 from camrob.redundancy.planning.objective import Objective, plan_weights, posture_price, prices
+from camrob.redundancy.planning.part_error import PUSH
 from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.planning.refinement import Course, arm_along, refine_course
 from camrob.redundancy.planning.scan_batched import scan_batched
@@ -262,6 +263,8 @@ def course_of(w, branch, n):
         np.full(n, 0.3),
         np.arange(n) > 0,
         np.zeros((n, 3)),
+        np.zeros((0, PUSH)),
+        np.zeros((n, 0), bool),
     )
 
 

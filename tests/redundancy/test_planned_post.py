@@ -124,6 +124,10 @@ def test_hostile_names_in_a_plan_are_text_and_the_ring_is_on_what_was_taken() ->
         retracts=0,
         cuts=(),
         curve=(point, other),
+        gap_percent=3.0,
+        seconds=None,
+        missed=0,
+        mended=0,
     )
     html = plan_section(plan)
     assert "<b>x" not in html and "<i>" not in html and html.count("<svg") == 2 and html.count("<circle") == 4

@@ -157,6 +157,10 @@ def _plan(inputs: JobInputs, solution: Solution) -> PlanFigures | None:
         shares=plan.shares,
         repostures=plan.repostures,
         retracts=plan.retracts,
+        gap_percent=round(100.0 * plan.gap, 2),
+        seconds=plan.seconds,
+        missed=plan.missed,
+        mended=plan.mended,
         cuts=tuple(
             PlannedCut(
                 line=int(path.line[r.point]),

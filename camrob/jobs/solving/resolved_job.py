@@ -58,11 +58,14 @@ def check_method(method: str) -> None:
 
 
 def resolve_job(
-    inputs: JobInputs, method: str, way: str, progress: Share, device: str = "cpu", sought: Sought | None = None
-) -> ResolvedJob:
+    inputs: JobInputs, method: str, way: str, progress: Share, device: str = "cpu", sought: Sought | None = None,
+    seconds: float | None = None,
+) -> ResolvedJob:  # fmt: skip
     """A solution by one of METHODS' ways, held to its promise by forward kinematics; the stretches between tool changes one
-    after the other. sought: what a plan for accuracy goes by. Raises JobError and its kin, VerificationError where the promise
-    is broken.
+    after the other.
+
+    sought: what a plan for accuracy goes by; seconds: how long plans are bettered, shared out by points. Raises JobError and its
+    kin, VerificationError where the promise is broken.
     """
     resolve = METHODS[method][way]
     made: list[Stretch] = []
@@ -76,7 +79,8 @@ def resolve_job(
             progress((begin + done * size) / total)
 
         try:
-            solution = _solved(here, resolve, share, device, sought)
+            own = None if seconds is None else seconds * (where.stop - where.start) / total
+            solution = _solved(here, resolve, share, device, sought, own)
         except JobError as e:
             raise with_a_place(named_region(e, inputs), inputs) from None
         path = here.path if solution.path is None else solution.path
@@ -94,8 +98,9 @@ def resolve_job(
 
 
 def _solved(
-    inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str, sought: Sought | None
-) -> Solution:
+    inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str, sought: Sought | None,
+    seconds: float | None,
+) -> Solution:  # fmt: skip
     """The solution of one stretch."""
     if resolve is resolve_vjm:
         return resolve_vjm(inputs.cell, inputs.path, progress=progress)
@@ -108,4 +113,6 @@ def _solved(
 
         errors = machine_errors(sought, inputs.cell)
     obstacles = job_obstacles(inputs)
-    return resolve(inputs.cell, inputs.path, obstacles=obstacles, score=score, errors=errors, progress=progress)
+    return resolve(
+        inputs.cell, inputs.path, obstacles=obstacles, score=score, errors=errors, seconds=seconds, progress=progress
+    )

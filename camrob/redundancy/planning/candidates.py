@@ -12,7 +12,7 @@ from camrob.compiled import kernel, part
 from camrob.kinematics.arm import reach
 from camrob.kinematics.spherical_wrist import BRANCH_OK
 from camrob.redundancy.planning.certificate import Certificate, Survey
-from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work, pose_in_foot
+from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot
 from camrob.redundancy.planning.objective import BEYOND, Objective, error_price, posture_price
 from camrob.redundancy.planning.part_error import PUSH
 
@@ -77,7 +77,8 @@ def candidate_nodes(
         if certificate is not None and certificate.inv_kf[t] > 0.0:
             best = np.array(certificate.u[t])  # a copy: frozen arrays would be compiled for separately
             grid = np.concatenate([grid, best[None, :external]])
-        u, q, branch, price = _layer(space, objective, np.ascontiguousarray(frames[t]), np.ascontiguousarray(grid), best is not None,
+        frame = np.ascontiguousarray(frames[t])
+        u, q, branch, price = _layer(space, objective, frame, np.ascontiguousarray(grid), best is not None,
                                      best if best is not None else np.zeros(len(space.free)), ROLLS,
                                      np.array(push[t]) if push is not None and len(push) else np.zeros(PUSH))  # fmt: skip
         keep = _kept(u[:, :external], price)
@@ -157,6 +158,27 @@ def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
     return count
 
 
+@part
+def _price_branches(
+    space: PlanSpace, objective: Objective, u: Array, push: Array, work: PlanWork, variants: Array, q: Array, price: Array,
+    well: Array,
+) -> None:  # fmt: skip
+    """q (8, 6), price (8,), well (8,) <- each branch that `work` has, its price, and that without its limit margins."""
+    value = -1.0
+    for b in range(8):
+        if b % space.alike == 0:
+            value = -1.0
+        if work.why[b] == BRANCH_OK:
+            q[b] = work.Q[b]
+            if _turns(space, q[b], variants) > 0:
+                if value < 0.0:  # both branches of a spherical wrist share 1/k_F
+                    value = conditioning(space, q[b], work)
+                a, c = posture_price(space, objective, u, q[b], value)
+                if objective.errors.weight > 0.0:
+                    a += error_price(objective, u, q[b], push)
+                price[b], well[b] = a + c, a
+
+
 @kernel(nogil=True)
 def _layer(
     space: PlanSpace, objective: Objective, frame: Array, grid: Array, exact: bool, best: Array, rolls: int, push: Array
@@ -186,19 +208,7 @@ def _layer(
             pose_in_foot(space, frame, u, work)
             if reach(space.arm, space.screws, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
                 continue
-            value = -1.0
-            for b in range(8):
-                if b % space.alike == 0:
-                    value = -1.0
-                if work.why[b] == BRANCH_OK:
-                    q_all[k, b] = work.Q[b]
-                    if _turns(space, q_all[k, b], variants) > 0:
-                        if value < 0.0:  # both branches of a spherical wrist share 1/k_F
-                            value = conditioning(space, q_all[k, b], work)
-                        a, c = posture_price(space, objective, u, q_all[k, b], value)
-                        if objective.errors.weight > 0.0:
-                            a += error_price(objective, u, q_all[k, b], push)
-                        price[k, b], well[k, b] = a + c, a
+            _price_branches(space, objective, u, push, work, variants, q_all[k], price[k], well[k])
         for b in range(8):
             chosen[:] = False
             for k in range(0, count, LATTICE):

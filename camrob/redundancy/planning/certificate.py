@@ -311,7 +311,9 @@ def _climb_all(
             if branches[a, s] < 0:
                 continue
             found = 0.0
-            if k > 0 and nearest[k - 1] == a and met[s] > 0.0:  # the basin's top has moved a little since the pose before
+            if (
+                k > 0 and nearest[k - 1] == a and met[s] > 0.0
+            ):  # the basin's top has moved a little since the pose before
                 trial[:] = tops[s]
                 if space.roll == 1:
                     trial[F - 1] += _spin(frames[k - 1], frames[k])

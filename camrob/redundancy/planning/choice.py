@@ -32,11 +32,12 @@ class Choice(NamedTuple):
 
 
 class CurvePoint(NamedTuple):
-    """A point of the curve: its name, its plan, and what the plan gives."""
+    """A point of the curve: its name, its plan, what the plan gives, and the share of the price of travel that it pays."""
 
     name: str
     draft: Draft
     told: PlanPoint
+    travel: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +148,7 @@ def chosen_point(points: Sequence[PlanPoint], knee: Knee | None, mode: str) -> C
 
 def plan_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) -> dict[str, float]:
     """The objective's terms for a draft, m, re-postures among them."""
-    course = surroundings(space, w, draft, 1.0)
+    course = surroundings(space, None, w, draft, 1.0)
     values = prices(
         space,
         objective,

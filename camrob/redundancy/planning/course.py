@@ -13,6 +13,7 @@ from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import AIR_SHARE, Objective
 from camrob.redundancy.planning.refinement import ITERATIONS, Course, arm_along, refine_course
 from camrob.redundancy.planning.waypoints import Waypoints
+from camrob.redundancy.replanning.forbidding import forbidden, forbidden_price
 
 __all__ = [
     "RETRACT_NEEDED",
@@ -118,7 +119,9 @@ def search(
     jump = np.where(w.safe, objective.reposture, np.where(w.on_point, retract, np.inf))
     endless = np.zeros(n, np.bool_)
     endless[:F] = space.u_endless
-    price = nodes.price * np.repeat(_weights(w), np.diff(nodes.offset))
+    price = (nodes.price + forbidden_price(objective, nodes.offset, nodes.q, w.s)) * np.repeat(
+        _weights(w), np.diff(nodes.offset)
+    )
     top = np.full((T, n), np.inf)
     top[:, :F] = objective.u_speed * np.maximum(w.time, _LEAST_TIME)[:, None]
     haste = objective.speed * ds
@@ -168,12 +171,16 @@ def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way
         rigid,
         way.price,
     )
-    q, _good = arm_along(space, surroundings(space, w, draft, 0.0), draft.u, draft.q)
+    q, _good = arm_along(space, surroundings(space, None, w, draft, 0.0), draft.u, draft.q)
     return replace(draft, q=q)
 
 
-def surroundings(space: PlanSpace, w: Waypoints, draft: Draft, travel: float, stiff: float = 0.0) -> Course:
-    """The surroundings of a draft: external travel at `travel` times its price, `stiff` holding it within regions."""
+def surroundings(
+    space: PlanSpace, objective: Objective | None, w: Waypoints, draft: Draft, travel: float, stiff: float = 0.0
+) -> Course:
+    """The surroundings of a draft: external travel at `travel` times its price, `stiff` holding it within regions; what the
+    objective forbids, where one is given.
+    """
     at, F = draft.index, len(space.free)
     weight = _weights(w)[at]
     second = ~draft.joined
@@ -192,12 +199,13 @@ def surroundings(space: PlanSpace, w: Waypoints, draft: Draft, travel: float, st
         draft.joined,
         held,
         w.pushes(at),
+        np.zeros((len(at), 0), np.bool_) if objective is None else forbidden(objective, w.s[at]),
     )
 
 
 def relaxed(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft, travel: float) -> Draft:
     """The draft refined, external travel priced `travel` times the cell's weight."""
-    course = surroundings(space, w, draft, travel)
+    course = surroundings(space, objective, w, draft, travel)
     u, q = draft.u.copy(), draft.q.copy()
     price = refine_course(space, objective, course, u, q, np.zeros(len(space.free), np.bool_), ITERATIONS)
     return replace(draft, u=u, q=q, price=price)
@@ -212,7 +220,7 @@ def stopped(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) 
     _settle(u, group, weight, external)
     nothing, hold = np.zeros(len(space.free), np.bool_), np.zeros(len(space.free), np.bool_)
     hold[:external] = True
-    course = surroundings(space, w, draft, 1.0, _STIFF)
+    course = surroundings(space, objective, w, draft, 1.0, _STIFF)
     q, _good = arm_along(space, course, u, q)
     refine_course(space, objective, course, u, q, nothing, ITERATIONS)
     _settle(u, group, weight, external)

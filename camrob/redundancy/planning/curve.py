@@ -17,6 +17,7 @@ from camrob.redundancy.planning.course import RETRACT_PRICE, Draft, draft_course
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective
 from camrob.redundancy.planning.waypoints import Waypoints
+from camrob.redundancy.replanning.clock import Clock
 
 __all__ = ["SEARCH_FLOWING", "Landscape", "landscape", "plan_curve"]
 
@@ -29,6 +30,8 @@ SEARCH_FLOWING = 0.1  # and in the search, whose candidates are coarse
 LOOSENED = (1.0, 0.3)  # shares at which the still plan is let go
 SEARCHED = (0.7, 0.4, 0.3, 0.2)  # shares at which a plan is searched for
 BISECTIONS = 3  # further searches about the point that is taken
+STILL, _LET_GO = "still", "let go"
+_FROM_STILL = (STILL, _LET_GO)  # points that begin with external axes that stand still
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +65,21 @@ class Landscape:
         jump = draft.index[1:][~draft.joined[1:]]
         return np.asarray(self.w.point[jump[~self.w.safe[jump]]], np.int64)
 
-    def point(self, name: str, draft: Draft) -> CurvePoint:
-        """A draft as a point of the curve."""
-        return CurvePoint(
-            name, draft, plan_point(self.cell, self.space, self.objective, self.w, self.certificate, name, draft)
+    def point(self, name: str, draft: Draft, travel: float) -> CurvePoint:
+        """A draft as a point of the curve, which pays a share of the price of travel."""
+        told = plan_point(self.cell, self.space, self.objective, self.w, self.certificate, name, draft)
+        return CurvePoint(name, draft, told, travel)
+
+    def again(self, point: CurvePoint) -> CurvePoint | None:
+        """A point of the curve made anew, by what the objective has come to forbid; None where it does not lead through."""
+        still = point.name.startswith(_FROM_STILL)
+        draft = self.searched(1.0 if still else max(point.travel, SEARCH_FLOWING), still=still)
+        if draft is None or len(self.cuts(draft)):
+            return None
+        if still:
+            draft = stopped(self.space, self.objective, self.w, draft)
+        return self.point(
+            point.name, draft if point.name == STILL else _refined(self, draft, point.travel), point.travel
         )
 
 
@@ -94,20 +108,34 @@ def landscape(
     return Landscape(cell, space, objective, w, certificate, coarse, still_nodes, flow_nodes)
 
 
-def plan_curve(land: Landscape, still: Draft | None, flowing: Draft | None, knee: Knee | None) -> list[CurvePoint]:
-    """The curve's points, from still to flowing.
+def plan_curve(
+    land: Landscape, still: Draft | None, flowing: Draft | None, knee: Knee | None, clock: Clock
+) -> tuple[list[CurvePoint], int]:
+    """The curve's points, from still to flowing, and how many there was no time for: one end there is in any case.
 
     still, flowing: the search's drafts for the ends, None for an end that is not wanted or does not lead through in one piece.
     With a knee there are points between: the still plan let go, and plans searched for at lower and lower prices of
     travel, the last ones about the point that the knee takes.
     """
+    missed: list[float] = []
+
+    def timely(share: float) -> CurvePoint | None:
+        if clock.up:
+            missed.append(share)
+            return None
+        return _between(land, share)
+
     with ThreadPoolExecutor(2) as pool:  # the kernels release the interpreter's lock
-        from_still = pool.submit(_from_still, land, still, LOOSENED if knee is not None else ())
-        last = [] if flowing is None else [land.point("flowing", _refined(land, flowing, FLOWING))]
+        from_still = pool.submit(_from_still, land, still, LOOSENED if knee is not None else (), clock, missed)
+        last = []
+        if flowing is not None and clock.up and still is not None:
+            missed.append(FLOWING)
+        elif flowing is not None:
+            last = [land.point("flowing", _refined(land, flowing, FLOWING), FLOWING)]
         first = from_still.result()
         if knee is None or land.flow_nodes is None:
-            return [*first, *last]
-        between = dict(zip(SEARCHED, pool.map(lambda s: _between(land, s), SEARCHED), strict=True))
+            return [*first, *last], len(missed)
+        between = dict(zip(SEARCHED, pool.map(timely, SEARCHED), strict=True))
     for _again in range(BISECTIONS):
         shares = [s for s, p in sorted(between.items(), reverse=True) if p is not None]
         gap = knee.between([*first[:1], *(between[s] for s in shares), *last])  # type: ignore[list-item]
@@ -115,23 +143,30 @@ def plan_curve(land: Landscape, still: Draft | None, flowing: Draft | None, knee
             break
         around = [*([1.0] if first else []), *shares, *([SEARCH_FLOWING] if last else [])]
         share = float(np.sqrt(around[gap] * around[gap + 1]))
-        between[share] = _between(land, share)
-    return [*first, *(p for _share, p in sorted(between.items(), reverse=True) if p is not None), *last]
+        between[share] = timely(share)
+        if between[share] is None:
+            break
+    return [*first, *(p for _share, p in sorted(between.items(), reverse=True) if p is not None), *last], len(missed)
 
 
 def _refined(land: Landscape, draft: Draft, travel: float) -> Draft:
     return relaxed(land.space, land.objective, land.w, draft, travel)
 
 
-def _from_still(land: Landscape, draft: Draft | None, shares: Sequence[float]) -> list[CurvePoint]:
-    """The still plan, and it let go at `shares` of the price of travel, each begun from the one before."""
+def _from_still(
+    land: Landscape, draft: Draft | None, shares: Sequence[float], clock: Clock, missed: list[float]
+) -> list[CurvePoint]:
+    """The still plan, and it let go at `shares` of the price of travel, each begun from the one before, while there is time."""
     if draft is None:
         return []
     draft = stopped(land.space, land.objective, land.w, draft)
-    points = [land.point("still", draft)]
+    points = [land.point(STILL, draft, 1.0)]
     for share in shares:
+        if clock.up:
+            missed.append(share)
+            continue
         draft = _refined(land, draft, share)
-        points.append(land.point(f"let go, x{share:g}", draft))
+        points.append(land.point(f"{_LET_GO}, x{share:g}", draft, share))
     return points
 
 
@@ -140,7 +175,7 @@ def _between(land: Landscape, share: float) -> CurvePoint | None:
     draft = land.searched(share)
     if draft is None or len(land.cuts(draft)):
         return None
-    return land.point(f"x{share:.3g}", _refined(land, draft, share))
+    return land.point(f"x{share:.3g}", _refined(land, draft, share), share)
 
 
 def _seeds(w: Waypoints, coarse: Ints, survey: Survey, count: int, *, spread: bool) -> list[Array]:

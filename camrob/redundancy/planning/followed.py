@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.errors import JobError
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.course import Draft
 from camrob.redundancy.planning.freedoms import PlanSpace
+from camrob.redundancy.planning.part_error import PUSH
 from camrob.redundancy.planning.refinement import Course, arm_along
 from camrob.redundancy.planning.waypoints import Waypoints
 from camrob.redundancy.published.virtual_joint import PathTracker
@@ -30,11 +32,15 @@ _LEG = 0.5  # rad or m of a freedom in one of the moves that a held revision is 
 
 
 class Served(NamedTuple):
-    """Postures q (N, n), 1/k_F (N,) along a path, and its re-postures."""
+    """Postures q (N, n), 1/k_F (N,) along a path, and its re-postures; stuck: the path point at which the tracker could not
+    follow the plan, -1 where it could, and why. What lies behind that point is without meaning.
+    """
 
     q: Array
     inv_kf: Array
     revisions: tuple[Revision, ...]
+    stuck: int = -1
+    why: JobError | None = None
 
 
 def serve(
@@ -43,7 +49,6 @@ def serve(
     """Follow the path with the draft as the moving reference posture.
 
     `still` locks the external axes to the draft's. margin (n,): what the joints keep from their limits, where the draft does.
-    Raises UnreachableError, LimitError or SingularError where the tracker can't follow.
     """
     tracker = PathTracker(cell, path, weighting=even_weights(cell))
     locked = np.zeros(len(cell), np.bool_)
@@ -74,7 +79,9 @@ def serve(
             )
             q[start], inv_kf[start] = rows[0], tracker.inv_kf(rows[0])
             first = start + 1
-        attempt = tracker.follow(tracker.at(rows[0]), rows[first - start :], first, stop, bounded=False)
+        attempt = tracker.follow(tracker.at(rows[0]), rows[first - start :], first, stop, bounded=False, tolerant=True)
+        if attempt.failure is not None:
+            return Served(q, inv_kf, tuple(revisions), attempt.failure.point, tracker.explain(attempt.failure))
         q[first:stop], inv_kf[first:stop] = attempt.q, attempt.inv_kf
     return Served(q, inv_kf, tuple(revisions))
 
@@ -120,6 +127,8 @@ def _references(
         np.ones(n),
         np.arange(n) > 0,
         np.zeros(u.shape),
+        np.zeros((0, PUSH)),
+        np.zeros((n, 0), np.bool_),
     )
     arm, _good = arm_along(space, course, np.ascontiguousarray(u), np.repeat(draft.q[part][:1], n, axis=0))
     rows = np.empty((n, len(cell)))

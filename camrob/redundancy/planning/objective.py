@@ -11,9 +11,10 @@ For waypoints k that stand for l_k m of cutting each (in air for AIR_SHARE of th
         + re-postures * reposture                                                       re-postures in void motions
 
 x_0 is the cell's own threshold on 1/k_F; (x_0/x)^power is convex in x, so that poor places weigh more than good ones gain.
-d_i is a joint's distance to its limit, m the margin wanted (margin_deg, margin_mm). Beside the limit margins stands what
-keeps the arm clear of obstacles: BLOCKED_PRICE (1 - r / BLOCKED_REACH)^2 where a posture that was found to touch something
-lies r < BLOCKED_REACH away, measured in `posture_features`. The weights are numbers of the cell, `[resolve.planned]`:
+d_i is a joint's distance to its limit, m the margin wanted (margin_deg, margin_mm). What keeps the arm clear of obstacles
+stands beside the objective and is no part of it: BLOCKED_PRICE (1 - r / BLOCKED_REACH)^2 a metre where a posture that was
+found to touch something there lies r < BLOCKED_REACH away, measured in `posture_features`. The weights are numbers of the
+cell, `[resolve.planned]`:
 
     conditioning 1      power 1         margin 1           margin_deg degrees     margin_mm mm
     travel_revolute m a rad             travel_prismatic m a m                    smoothness m2 a rad2 or m2
@@ -45,6 +46,7 @@ __all__ = [
     "BLOCKED_REACH",
     "Objective",
     "PlanWeights",
+    "blocked_price",
     "error_price",
     "plan_weights",
     "posture_features",
@@ -97,9 +99,9 @@ def plan_weights(cell: Cell) -> PlanWeights:
 
 class Objective(NamedTuple):
     """The weights for the kernels. margin (6,), u_margin (F,): what the joints shall keep, SI; travel (F,): price of external
-    travel (0 for the roll); u_speed (F,): the share of their speeds that may be used; u_smooth (F,). blocked
-    (K, 7): features of touching postures; wrist_zero: the fifth joint's angle at which the axes of the fourth and sixth are one;
-    errors: what the part's error is reckoned from.
+    travel (0 for the roll); u_speed (F,): the share of their speeds that may be used; u_smooth (F,). blocked (K, 9): features of
+    postures that are forbidden, and from where to where along the path (`replanning`); wrist_zero: the fifth joint's angle at
+    which the axes of the fourth and sixth are one; errors: what the part's error is reckoned from.
     """
 
     power: float
@@ -132,7 +134,7 @@ class Objective(NamedTuple):
             weights.power, cell.resolve.threshold, weights.conditioning, weights.margin,
             np.full(6, deg_to_rad(weights.margin_deg)), margin, travel, smooth, speed, weights.speed, weights.arm_step,
             weights.reposture,
-            np.zeros((0, 7)),
+            np.zeros((0, 9)),
             _wrist_zero(space),
         )  # fmt: skip
 
@@ -171,16 +173,23 @@ def posture_price(space: PlanSpace, objective: Objective, u: Array, q: Array, va
     for i in range(u.shape[0]):
         if not space.u_endless[i]:
             margins += _margin_price(min(u[i] - space.u_lower[i], space.u_upper[i] - u[i]), objective.u_margin[i])
-    if objective.blocked.shape[0] > 0:
-        feature = posture_features(objective.wrist_zero, q)
-    for b in range(objective.blocked.shape[0]):
-        square = 0.0
-        for i in range(7):
-            square += (feature[i] - objective.blocked[b, i]) ** 2
-        if square < BLOCKED_REACH * BLOCKED_REACH:
-            near = 1.0 - np.sqrt(square) / BLOCKED_REACH
-            margins += BLOCKED_PRICE * near * near
     return objective.conditioning * (objective.threshold / x) ** objective.power, objective.margin_price * margins
+
+
+@part
+def blocked_price(objective: Objective, q: Array, here: NDArray[np.bool_]) -> float:
+    """Price of a metre for being near a forbidden posture; here (K,): which of the objective's hold at this place."""
+    total = 0.0
+    if np.any(here):
+        feature = posture_features(objective.wrist_zero, q)
+        for b in range(here.shape[0]):
+            square = 0.0
+            for i in range(7):
+                square += (feature[i] - objective.blocked[b, i]) ** 2
+            if here[b] and square < BLOCKED_REACH * BLOCKED_REACH:
+                near = 1.0 - np.sqrt(square) / BLOCKED_REACH
+                total += BLOCKED_PRICE * near * near
+    return total
 
 
 @part

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, posture
-from camrob.redundancy.planning.objective import BEYOND, Objective, error_price, posture_price
+from camrob.redundancy.planning.objective import BEYOND, Objective, blocked_price, error_price, posture_price
 from camrob.redundancy.planning.part_error import PUSH
 from camrob.redundancy.planning.small_matrices import made_positive, solved
 
@@ -29,7 +29,8 @@ class Course(NamedTuple):
     """What surrounds the waypoints: frames (W, 4, 4), branch (W,), weight (W,) m that each stands for, ds, dt, travel (W,) of the
     move to each: m, s, scale of the travel's price; joined (W,) False where the posture jumps before it; stiff (W, F): price of
     the square of what each freedom moves on the way there, which holds it still; push (W, PUSH): what `part_error` needs to
-    know of each waypoint, (0, PUSH) where nobody looks at the part's error.
+    know of each waypoint, (0, PUSH) where nobody looks at the part's error; blocked (W, K): which of the objective's forbidden
+    postures hold at each waypoint.
     """
 
     frames: Array
@@ -40,7 +41,8 @@ class Course(NamedTuple):
     travel: Array
     joined: NDArray[np.bool_]
     stiff: Array
-    push: Array = np.zeros((0, PUSH))
+    push: Array
+    blocked: NDArray[np.bool_]
 
 
 @kernel(nogil=True)
@@ -73,6 +75,7 @@ def _local(
     branch: int,
     near: Array,
     push: Array,
+    blocked: NDArray[np.bool_],
     q: Array,
     work: PlanWork,
 ) -> float:
@@ -83,6 +86,7 @@ def _local(
     a, b = posture_price(space, objective, u, q, conditioning(space, q, work))
     if objective.errors.weight > 0.0:
         b += error_price(objective, u, q, push)
+    b += blocked_price(objective, q, blocked)
     return float(a + b)
 
 
@@ -123,7 +127,7 @@ def _total(
     for k in range(u.shape[0]):
         push = _push(course, k, nothing)
         total += course.weight[k] * _local(
-            space, objective, course.frames[k], u[k], course.branch[k], near[k], push, q[k], work
+            space, objective, course.frames[k], u[k], course.branch[k], near[k], push, course.blocked[k], q[k], work
         )
         if k > 0 and course.joined[k]:
             total += _coupling(objective, course, k, u[k] - u[k - 1])
@@ -139,18 +143,18 @@ def _total(
 @part
 def _differences(
     space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, push: Array,
-    weight: float, g: Array, H: Array, J: Array, work: PlanWork,
+    blocked: NDArray[np.bool_], weight: float, g: Array, H: Array, J: Array, work: PlanWork,
 ) -> None:  # fmt: skip
     """Gradient g (F,), Hessian H (F, F), made positive, of a waypoint's own price, and J (6, F) = dq/du."""
     F = u.shape[0]
     q, q_up, q_down, v = np.empty(6), np.empty(6), np.empty(6), u.copy()
-    here = _local(space, objective, frame, u, branch, near, push, q, work)
+    here = _local(space, objective, frame, u, branch, near, push, blocked, q, work)
     up, down = np.empty(F), np.empty(F)
     for i in range(F):
         v[i] = u[i] + _H
-        up[i] = _local(space, objective, frame, v, branch, near, push, q_up, work)
+        up[i] = _local(space, objective, frame, v, branch, near, push, blocked, q_up, work)
         v[i] = u[i] - _H
-        down[i] = _local(space, objective, frame, v, branch, near, push, q_down, work)
+        down[i] = _local(space, objective, frame, v, branch, near, push, blocked, q_down, work)
         v[i] = u[i]
         g[i] = weight * (up[i] - down[i]) / (2.0 * _H)
         H[i, i] = weight * (up[i] + down[i] - 2.0 * here) / (_H * _H)
@@ -159,9 +163,9 @@ def _differences(
     for i in range(F):
         for j in range(i):
             v[i], v[j] = u[i] + _H, u[j] + _H
-            both = _local(space, objective, frame, v, branch, near, push, q_up, work)
+            both = _local(space, objective, frame, v, branch, near, push, blocked, q_up, work)
             v[i], v[j] = u[i] - _H, u[j] - _H
-            neither = _local(space, objective, frame, v, branch, near, push, q_up, work)
+            neither = _local(space, objective, frame, v, branch, near, push, blocked, q_up, work)
             v[i], v[j] = u[i], u[j]
             H[i, j] = weight * (both + neither - up[i] - down[i] - up[j] - down[j] + 2.0 * here) / (2.0 * _H * _H)
             H[j, i] = H[i, j]
@@ -193,8 +197,8 @@ def _assemble(
     for k in range(W):
         J_before[:] = J
         push = _push(course, k, nothing)
-        frame, branch, weight = course.frames[k], course.branch[k], course.weight[k]
-        _differences(space, objective, frame, u[k], branch, q[k], push, weight, g[k], D[k], J, work)
+        frame, branch, weight, blocked = course.frames[k], course.branch[k], course.weight[k], course.blocked[k]
+        _differences(space, objective, frame, u[k], branch, q[k], push, blocked, weight, g[k], D[k], J, work)
         B[k] = 0.0
         if k == 0 or not course.joined[k]:
             continue

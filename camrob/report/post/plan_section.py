@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from camrob.report.page.html import escape, number
 from camrob.summaries.post_summary import AccuracyFigures, PlanFigures, PlanOnCurve
 
-__all__ = ["plan_section", "travel_unit"]
+__all__ = ["gap_text", "plan_section", "travel_unit"]
 
 # pixels: two charts stand side by side on a page
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 430.0, 250.0, 52.0, 38.0, 14.0
@@ -18,6 +18,24 @@ def travel_unit(key: str) -> tuple[str, str]:
     """Axis and unit of a key such as E1_mm."""
     axis, _, unit = key.rpartition("_")
     return axis, {"deg": "°"}.get(unit, unit)
+
+
+def gap_text(plan: PlanFigures) -> str:
+    """How far the plan is from its bound, how sure that is, and what there was no time for, in a sentence or two."""
+    text = (
+        f"mean 1/k_F is {plan.gap_percent:.2f} % below its bound, the best found at each place by itself (searched, not "
+        "proved; what travel between places costs is in the gap)"
+    )
+    if plan.seconds is not None:
+        missed = (
+            f"{plan.missed} points of the curve were left out for want of time"
+            if plan.missed
+            else "nothing was left out"
+        )
+        text += f"; of {plan.seconds:g} s to better the plan: {missed}"
+    if plan.mended:
+        text += f"; made anew {plan.mended} times where it touched something or could not be followed"
+    return text
 
 
 def plan_section(plan: PlanFigures | None) -> str:
@@ -31,7 +49,8 @@ def plan_section(plan: PlanFigures | None) -> str:
     rule = (
         f"Taken: <b>{escape(plan.chosen)}</b>, by this rule: {escape(plan.rule)}. The bound is the best that any "
         f"posture found reaches at each point, {number(plan.bound_mean, 3)} in the mean and "
-        f"{number(plan.bound_min, 3)} at its lowest; the chart of 1/k<sub>F</sub> shows both along the path."
+        f"{number(plan.bound_min, 3)} at its lowest; the chart of 1/k<sub>F</sub> shows both along the path. "
+        f"Over what is cut, {escape(gap_text(plan))}."
     )
     return (
         "<section><h2>The plan: conditioning against external travel</h2>"

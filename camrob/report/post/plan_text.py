@@ -8,7 +8,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.report.post.plan_section import travel_unit
+from camrob.report.post.plan_section import gap_text, travel_unit
 from camrob.summaries.post_summary import AccuracyFigures, PlanFigures
 
 __all__ = ["accuracy_text", "plan_lines"]
@@ -46,6 +46,7 @@ def plan_lines(plan: PlanFigures | None) -> Iterator[RenderableType]:
         table.add_row("->" if taken else "", Text(point.name), *figures, *moved, style="bold" if taken else "")
     table.add_row("", "bound", f"{plan.bound_mean:.3f}", f"{plan.bound_min:.3f}", "100.00", style="green")
     yield table
+    yield Text(gap_text(plan))
     shares = (f"{name.replace('_', ' ')} {100.0 * value:.1f} %" for name, value in plan.shares.items())
     yield Text(f"price by terms: {', '.join(shares)}")
     if plan.accuracy is not None:

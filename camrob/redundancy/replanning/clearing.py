@@ -1,0 +1,214 @@
+"""A plan that touches something, or that the tracker can't follow, made anew there: its search goes on and is not thrown away.
+
+What touches is forbidden in the lattice where it touches (`forbidding`); the point of the curve that was taken is searched
+for and refined anew on the same lattice, and followed; and so on, _ROUNDS times at most. Where nothing leads through any more
+the whole curve is made anew, with a retract where there has to be one. Where that is not enough either, the other points of
+the first curve are tried, those first that are nearest to the one that was taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.errors import JobError
+from camrob.findings import Finding, Severity
+from camrob.progress import Share
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning.choice import Choice
+from camrob.redundancy.planning.objective import Objective, plan_weights
+from camrob.redundancy.planning.retracts import with_retracts
+from camrob.redundancy.planning.waypoints import waypoints
+from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.replanning.forbidding import FEATURES, marks
+from camrob.redundancy.replanning.one_plan import COARSE, Plan, Task, followed_plan, made_anew, make_plan, plan_solution
+from camrob.redundancy.solution import Solution
+
+__all__ = ["Obstacles", "cleared", "published"]
+
+Array = NDArray[np.float64]
+
+Obstacles: TypeAlias = Callable[[ToolPathInBase, Solution], NDArray[np.bool_]]
+
+CLEARANCE = 0.05  # m that a retract goes above all that the path passes
+_ROUNDS = 8  # plans made anew: a touch that moves on is followed that often
+_CUTS = 3  # plans that are made anew because a retract was put in
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """What came of a plan: its solution (None where it could not be followed, and why), and what is to be forbidden, postures
+    (K, 6) of the arm at points (K,) of the path; nothing where it is fit.
+    """
+
+    solution: Solution | None
+    why: JobError | None
+    q: Array
+    point: NDArray[np.int64]
+
+
+def cleared(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, told: Share) -> Solution:
+    """The solution of a plan that touches nothing and can be followed, or says what it gave up for that.
+
+    One that still touches is returned as it is (whoever checks it, finds it); where there is no plan, the published method's.
+    Raises JobError for a point that no posture reaches, or where the published method fails too.
+    """
+    objective = Objective.of(task.cell, task.space, plan_weights(task.cell))
+    path, plan = _with_cuts(task, given, objective, told)
+    if plan is None:
+        return published(task.cell, given, "no candidate postures lead through the whole path", told)
+    first, first_path, whole = plan, path, 0
+    forbidden, lines = np.zeros((0, FEATURES + 2)), list[int]()
+    for again in range(_ROUNDS + 1):
+        found = _looked_at(task, path, plan, obstacles)
+        told(0.95)
+        if not len(found.point):
+            return _told(given, path, found, again, whole, lines)
+        if again == _ROUNDS:
+            break
+        lines += [int(v) for v in path.line[found.point]]
+        forbidden = np.concatenate([forbidden, _marks(given, path, objective, found)])
+        objective = objective._replace(blocked=_placed(forbidden, given, path))
+        anew = made_anew(plan, objective)
+        if anew is None:
+            whole += 1
+            objective = objective._replace(blocked=forbidden)
+            path, anew = _with_cuts(task, given, objective, told, forbidden)
+        if anew is None:
+            break
+        plan = anew
+    return _another(task, given, first_path, first, found, obstacles, told)
+
+
+def _with_cuts(
+    task: Task, given: ToolPathInBase, objective: Objective, told: Share, forbidden: Array | None = None
+) -> tuple[ToolPathInBase, Plan | None]:
+    """The plan of a path, and the path with the retracts that it needs; no plan where nothing leads through."""
+    path, plan = given, make_plan(task, given, objective, told)
+    for _cut in range(_CUTS):
+        if isinstance(plan, np.ndarray):
+            path = with_retracts(path, plan, CLEARANCE)
+            if forbidden is not None:
+                objective = objective._replace(blocked=_placed(forbidden, given, path))
+            plan = make_plan(task, path, objective, told)
+    return path, plan if isinstance(plan, Plan) else None
+
+
+def _looked_at(task: Task, path: ToolPathInBase, plan: Plan, obstacles: Obstacles | None) -> _Found:
+    """The plan followed, and held against what it may not touch."""
+    served = followed_plan(task, path, plan)
+    none = np.zeros(0, np.int64)
+    if served.stuck >= 0:
+        w, draft = plan.land.w, plan.taken.draft
+        k = int(np.argmin(np.abs(w.s[draft.index] - w.place[served.stuck])))
+        return _Found(None, served.why, draft.q[k : k + 1], np.array([served.stuck]))
+    solution = plan_solution(task, path, plan, served)
+    hit = none if obstacles is None else np.flatnonzero(obstacles(path, solution))
+    points = np.unique(np.concatenate([hit, np.maximum(hit - 1, 0)]))
+    return _Found(solution, None, np.asarray(solution.q)[points][:, task.cell.arm_slice], points)
+
+
+def _marks(given: ToolPathInBase, path: ToolPathInBase, objective: Objective, found: _Found) -> Array:
+    """What a plan has found to be forbidden, rows (K, 9), by places of the given path."""
+    place = waypoints(path, COARSE).place
+    new = marks(objective.wrist_zero, found.q, place[found.point], COARSE)
+    return _between(new, path, given)
+
+
+def _placed(forbidden: Array, given: ToolPathInBase, path: ToolPathInBase) -> Array:
+    """Forbidden rows by places of a path that retracts were put into."""
+    return _between(forbidden, given, path)
+
+
+def _between(rows: Array, one: ToolPathInBase, other: ToolPathInBase) -> Array:
+    """Rows (K, 9) whose places are those of one path, by those of another that has the same points of the CL file."""
+    if one is other:
+        return rows
+    here, there = (waypoints(p, COARSE).place[p.of_toolpath] for p in (one, other))
+    out = rows.copy()
+    out[:, FEATURES:] = np.interp(rows[:, FEATURES:], here, there)
+    return out
+
+
+def _told(
+    given: ToolPathInBase, path: ToolPathInBase, found: _Found, rounds: int, whole: int, lines: list[int]
+) -> Solution:
+    """The solution of a plan that is fit, told what was made anew for it and which retracts it has."""
+    solution = found.solution
+    assert solution is not None and solution.plan is not None  # what is fit has been followed
+    findings = list(solution.findings)
+    if rounds:
+        named = sorted({line for line in lines if line > 0})
+        where = f" (from line {named[0]} to {named[-1]})" if named else ""
+        how = "there, the rest of it stands" if not whole else f"{whole} times as a whole, as nothing led through there"
+        text = f"the plan touched something or could not be followed at {len(lines)} points{where}: made anew {how}"
+        findings.append(Finding("plan-mended", text, Severity.INFO, line=named[0] if named else 0, count=rounds))
+    if path is not given:
+        findings += _retracts(path, solution)
+    plan = replace(solution.plan, mended=rounds)
+    return replace(solution, plan=plan, findings=tuple(findings), path=None if path is given else path)
+
+
+def _another(
+    task: Task,
+    given: ToolPathInBase,
+    path: ToolPathInBase,
+    plan: Plan,
+    found: _Found,
+    obstacles: Obstacles | None,
+    told: Share,
+) -> Solution:
+    """The nearest other point of a curve that touches nothing; else what there is: a plan that touches, or the published method's
+    postures where no plan could be followed.
+    """
+    taken = plan.choice.curve_index
+    for k in sorted(range(len(plan.curve)), key=lambda k: abs(k - taken)):
+        if k == taken:
+            continue
+        rule = (
+            f"in place of {plan.taken.name}, which touches something or can't be followed, also where it was made anew"
+        )
+        other = _looked_at(task, path, replace(plan, choice=Choice(k, rule)), obstacles)
+        if not len(other.point):
+            return _told(given, path, other, 0, 0, [])
+        found = other if found.solution is None else found
+    if found.solution is None:
+        told_why = found.why.what if found.why is not None else ""
+        why = f"the tracker could not follow the plan, nor {_ROUNDS} more made anew where it failed ({told_why})"
+        return published(task.cell, given, why, told)
+    fits = found.solution.path_digest == path.digest
+    return replace(found.solution, path=path) if fits and path is not given else found.solution
+
+
+def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
+    """A finding for each retract that was put in, with its reason."""
+    why = {r.point: r.reason for r in solution.revisions if r.kept}
+    own = np.flatnonzero((path.source < 0) & (path.region >= 0) & path.safe)
+    return [
+        Finding(
+            "retract-inserted",
+            "the path can't be followed in one posture: the tool is retracted here, the arm re-postured, and cutting goes on"
+            + (f"; {why[int(k)]}" if int(k) in why else ""),
+            Severity.WARNING,
+            line=int(path.line[k]),
+            region=int(path.region[k]),
+            point=int(k),
+        )
+        for k in own
+    ]
+
+
+def published(cell: Cell, path: ToolPathInBase, why: str, told: Share) -> Solution:
+    """The published method in the planner's place. Raises JobError where it fails too, which then says why there is no plan."""
+    try:
+        solution = resolve_vjm(cell, path, progress=told)
+    except JobError as error:
+        error.what = f"{error.what} (by the published method; there is no plan: {why})"
+        raise
+    note = Finding("plan-fell-back", f"postures follow the published method, not a plan: {why}", Severity.WARNING)
+    return replace(solution, findings=(*solution.findings, note))

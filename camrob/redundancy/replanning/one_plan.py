@@ -1,0 +1,238 @@
+"""One plan of a path: what its waypoints promise, drafts, the curve and the point that is taken, and the solution of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.errors import JobError
+from camrob.findings import Finding, Severity
+from camrob.kinematics.arm import Arm
+from camrob.progress import Share
+from camrob.redundancy.following.failure import explain_failure
+from camrob.redundancy.following.follower import FAILED_NOT_REACHED
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.plan_report import PlanReport
+from camrob.redundancy.planning.certificate import Certificate, Survey, certify, survey_poses
+from camrob.redundancy.planning.choice import Choice, CurvePoint, Knee, chosen_point, plan_terms
+from camrob.redundancy.planning.course import RETRACT_NEEDED, RETRACT_PRICE, Draft, coarse_index
+from camrob.redundancy.planning.curve import SEARCH_FLOWING, STILL, Landscape, landscape, plan_curve
+from camrob.redundancy.planning.followed import Served, serve
+from camrob.redundancy.planning.for_accuracy import pushed, weighed
+from camrob.redundancy.planning.freedoms import PlanSpace
+from camrob.redundancy.planning.objective import Objective, PlanWeights, plan_weights
+from camrob.redundancy.planning.posture_errors import PostureErrors
+from camrob.redundancy.planning.scan_batched import Score
+from camrob.redundancy.planning.waypoints import Waypoints, waypoints
+from camrob.redundancy.published.virtual_joint import PathTracker, resolve_vjm
+from camrob.redundancy.published.weighting import even_weights
+from camrob.redundancy.replanning.clock import Clock
+from camrob.redundancy.solution import Solution
+from camrob.units import deg_to_rad, mm_to_m
+
+__all__ = ["COARSE", "Plan", "Task", "followed_plan", "made_anew", "make_plan", "plan_solution"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SPACING = 0.02  # m of s between waypoints
+COARSE = 0.1  # m of s between the waypoints that are searched over
+_LEAST_REVOLUTE, _LEAST_PRISMATIC = deg_to_rad(5.0), mm_to_m(20.0)  # that an external axis may move in any case
+
+
+class _Ground(NamedTuple):
+    """What all plans of one path stand on."""
+
+    w: Waypoints
+    survey: Survey
+    certificate: Certificate
+    budget: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What all plans of a job share; errors: of the machine, where the plan looks at the part's error; clock: until when a plan
+    is bettered. `grounds`: what has been found out about the paths so far, by their digests.
+    """
+
+    cell: Cell
+    space: PlanSpace
+    mode: str
+    score: Score | None
+    clock: Clock
+    errors: PostureErrors | None = None
+    grounds: dict[str, _Ground] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """All that a plan was made of. missed: points of the curve that there was no time for; mode: what was asked for;
+    best_error: m, the least error of the part that any posture found expects, None where nobody looks at it.
+    """
+
+    land: Landscape
+    weights: PlanWeights
+    curve: tuple[CurvePoint, ...]
+    choice: Choice
+    missed: int
+    mode: str
+    best_error: float | None
+
+    @property
+    def taken(self) -> CurvePoint:
+        """The point of the curve that is taken."""
+        return self.curve[self.choice.curve_index]
+
+
+def make_plan(task: Task, path: ToolPathInBase, objective: Objective, told: Share) -> Plan | Ints | None:
+    """The plan of a path; the points at which it needs retracts first; None where no candidates lead through.
+
+    Raises JobError for a waypoint that no posture reaches.
+    """
+    cell, space, mode = task.cell, task.space, task.mode
+    weights, best = plan_weights(cell), None
+    w, survey, certificate, budget = _ground(task, path, weights, told)
+    if task.errors is not None:
+        w = pushed(w, path, task.errors)
+        objective, survey, best = weighed(cell, space, objective, task.errors, weights, w, survey, certificate)
+    land = landscape(
+        cell,
+        space,
+        objective,
+        w,
+        survey,
+        certificate,
+        coarse_index(w, COARSE),
+        still=mode != "flowing",
+        flow=mode != "still",
+    )
+    still, flowing = drafts = _ends(land, RETRACT_NEEDED if len(objective.blocked) else RETRACT_PRICE)
+    told(0.4)
+    if not any(drafts):
+        return None
+    if all(d is None or len(land.cuts(d)) for d in drafts):  # not even the best draft goes through in one piece
+        return min((land.cuts(d) for d in _ends(land, RETRACT_NEEDED) if d is not None), key=len)
+    still, flowing = (None if d is None or len(land.cuts(d)) else d for d in drafts)
+    accurate = objective.errors.weight > 0.0
+    knee = Knee(objective.travel, weights.knee_share, budget, accurate) if mode == "knee" else None
+    curve, missed = plan_curve(land, still, flowing, knee, task.clock)
+    told(0.8)
+    choice = chosen_point([p.told for p in curve], knee, mode)
+    return Plan(land, weights, tuple(curve), choice, missed, mode, best)
+
+
+def made_anew(plan: Plan, objective: Objective) -> Plan | None:
+    """The plan with the point that it takes made anew, by what the objective has come to forbid; None where nothing leads
+    through that point's candidates in one piece. All that was found out about the path stays.
+    """
+    land = replace(plan.land, objective=plan.land.objective._replace(blocked=objective.blocked))
+    point = land.again(plan.taken)
+    if point is None:
+        return None
+    k = plan.choice.curve_index
+    return replace(plan, land=land, curve=(*plan.curve[:k], point, *plan.curve[k + 1 :]))
+
+
+def _ground(task: Task, path: ToolPathInBase, weights: PlanWeights, told: Share) -> _Ground:
+    """Waypoints of a path, the survey, the certificate and the budget of travel: once for each path."""
+    known = task.grounds.get(path.digest)
+    if known is not None:
+        return known
+    w = waypoints(path, SPACING)
+    survey = survey_poses(task.space, w.base_T_tip, task.score)
+    told(0.1)
+    certificate = certify(task.space, w.base_T_tip, survey)
+    told(0.25)
+    if np.any(certificate.inv_kf <= 0.0):
+        raise _unreached(task.cell, path, w, int(np.argmin(certificate.inv_kf)))
+    budget = _budget(task.cell, path, weights) if task.mode == "knee" else {}
+    task.grounds[path.digest] = _Ground(w, survey, certificate, budget)
+    return task.grounds[path.digest]
+
+
+def _ends(land: Landscape, retract: float) -> tuple[Draft | None, Draft | None]:
+    """The drafts for still and for flowing axes."""
+    with ThreadPoolExecutor(1) as pool:  # the search releases the interpreter's lock
+        still = pool.submit(land.searched, 1.0, still=True, retract=retract)
+        flowing = land.searched(SEARCH_FLOWING, retract=retract)
+        return still.result(), flowing
+
+
+def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str, float]:
+    """What each external axis may move in cutting moves at the knee, rad or m; nothing where the published method fails."""
+    try:
+        q = resolve_vjm(cell, path).q
+    except JobError:
+        return {}
+    moved = np.abs(np.diff(q, axis=0))[path.cutting[1:]].sum(axis=0)
+    least = {j.name: _LEAST_PRISMATIC if j.prismatic else _LEAST_REVOLUTE for j in cell.joints}
+    return {
+        name: max(weights.knee_travel * float(moved[i]), least[name])
+        for i, name in enumerate(cell.names)
+        if name in cell.external_names
+    }
+
+
+def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
+    """The error for a waypoint that no posture reaches."""
+    point = int(w.point[k])
+    state = PathTracker(cell, path, weighting=even_weights(cell)).home()
+    base_T_target = np.asarray(w.base_T_tip[k])  # frames: target is tip
+    return explain_failure(cell, Arm.of(cell), path, point, base_T_target, FAILED_NOT_REACHED, state)
+
+
+def followed_plan(task: Task, path: ToolPathInBase, plan: Plan) -> Served:
+    """What the tracker makes of the plan."""
+    cell = task.cell
+    prismatic = np.array([j.prismatic for j in cell.joints])
+    margin = np.where(prismatic, mm_to_m(plan.weights.margin_mm), deg_to_rad(plan.weights.margin_deg))
+    name, draft = plan.taken.name, plan.taken.draft
+    return serve(cell, path, task.space, plan.land.w, draft, still=name == STILL, margin=margin)
+
+
+def plan_solution(task: Task, path: ToolPathInBase, plan: Plan, served: Served) -> Solution:
+    """The solution that a plan has become, with its report."""
+    land, point = plan.land, plan.taken
+    w = land.w
+    bound = np.maximum(land.certificate.along(w.s, w.place), served.inv_kf)
+    length = np.diff(path.length, prepend=0.0) * path.cutting
+    if not np.any(length > 0.0):
+        length = np.ones(len(path))
+    report = PlanReport(
+        mode=plan.mode,
+        chosen=point.name,
+        rule=plan.choice.rule,
+        bound=bound,
+        bound_mean=float(np.average(bound, weights=length)),
+        bound_min=float(bound[length > 0.0].min()),
+        reached_mean=float(np.average(served.inv_kf, weights=length)),
+        terms=plan_terms(land.space, land.objective, w, point.draft),
+        curve=tuple(p.told for p in plan.curve),
+        repostures=sum(r.by_axes for r in served.revisions),
+        retracts=int(np.sum((path.source < 0) & (path.region >= 0) & path.safe)),
+        best_error=plan.best_error,
+        seconds=task.clock.seconds,
+        missed=plan.missed,
+    )
+    findings = (_finding(report, point.told.share),)
+    return Solution(
+        "planned", served.q, served.inv_kf, task.cell.digest, path.digest, served.revisions, findings, report
+    )
+
+
+def _finding(report: PlanReport, share: float) -> Finding:
+    """The plan in one line."""
+    shares = ", ".join(f"{name} {100.0 * value:.1f} %" for name, value in report.shares.items() if value >= 0.0005)
+    return Finding(
+        "plan",
+        f"planned ({report.chosen}): mean 1/k_F is {100.0 * share:.1f} % of its bound; price: {shares}",
+        Severity.INFO,
+        value=100.0 * share,
+        unit="%",
+    )

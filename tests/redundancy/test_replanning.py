@@ -1,0 +1,149 @@
+"""Plans that touch something are made anew there and nowhere else; and plans that get no time are valid, and say their gap."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from camrob.errors import LimitError
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning import followed
+from camrob.redundancy.planning.objective import BLOCKED_PRICE, BLOCKED_REACH, posture_features
+from camrob.redundancy.planning.planned import resolve_planned
+from camrob.redundancy.planning.waypoints import waypoints
+from camrob.redundancy.published.virtual_joint import PathTracker
+from camrob.redundancy.replanning import clearing
+from camrob.redundancy.replanning.clock import Clock
+from camrob.redundancy.replanning.forbidding import FEATURES, forbidden, forbidden_price, marks
+from camrob.redundancy.solution import Solution
+from tests.redundancy.test_planned import CELL, OBJECTIVE, raster
+
+ARM = CELL.arm_slice
+FIRST, LAST = 30, 36  # points at which the obstacle stands
+WIDE = 0.12  # rad about a posture's shoulder and elbow that the obstacle fills
+
+
+@pytest.fixture(scope="module")
+def free() -> tuple[ToolPathInBase, Solution]:
+    """A path and its plan where nothing stands in the way."""
+    path = raster()
+    return path, resolve_planned(CELL, path, mode="flowing")
+
+
+class Planted:
+    """An obstacle that a solution touches at the points where its shoulder and elbow stand as another's do."""
+
+    def __init__(self, other: Solution, always: bool = False) -> None:
+        self.q, self.always, self.asked = np.asarray(other.q), always, 0
+
+    def __call__(self, path: ToolPathInBase, solution: Solution) -> np.ndarray:
+        self.asked += 1
+        here = slice(FIRST, LAST)
+        out = np.zeros(len(path), bool)
+        apart = np.abs(np.asarray(solution.q)[here, ARM] - self.q[here, ARM])[:, 1:3].max(axis=1)
+        out[here] = self.always | (apart < WIDE)
+        return out
+
+
+def test_a_planted_touch_is_gone_round_there_and_the_rest_stands(free: tuple[ToolPathInBase, Solution]) -> None:
+    path, plain = free
+    obstacle = Planted(plain)
+    assert obstacle(path, plain).sum() == LAST - FIRST
+    solution = resolve_planned(CELL, path, mode="flowing", obstacles=obstacle)
+    assert not obstacle(path, solution).any()
+    assert solution.method == "planned" and solution.plan is not None and solution.plan.mended >= 1
+    assert solution.residual(CELL, path)[0].max() < 1e-9
+    told = [f for f in solution.findings if f.code == "plan-mended"]
+    assert len(told) == 1 and told[0].line == 10 + FIRST - 1 and "the rest of it stands" in told[0].text
+    moved = np.abs(np.asarray(solution.q) - np.asarray(plain.q)).max(axis=1)
+    place = waypoints(path, 0.1).place
+    far = (place < place[FIRST] - 0.4) | (place > place[LAST] + 0.4)
+    assert far.sum() > 15 and moved[far].max() < 0.3 * moved[FIRST:LAST].max()
+    assert solution.plan.gap >= plain.plan.gap - 1e-3  # what is forbidden makes nothing better
+
+
+def test_what_can_not_be_gone_round_is_handed_over_as_it_is(free: tuple[ToolPathInBase, Solution]) -> None:
+    """A touch whatever the posture: a few plans, the other points of the curve, and no end of trying."""
+    path, plain = free
+    obstacle = Planted(plain, always=True)
+    solution = resolve_planned(CELL, path, mode="still", obstacles=obstacle)
+    assert solution.method == "planned" and obstacle(path, solution).any()
+    assert obstacle.asked <= clearing._ROUNDS + 3
+
+
+def test_a_plan_that_can_not_be_followed_is_made_anew_there(
+    free: tuple[ToolPathInBase, Solution], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The tracker refuses the first plan at one point, as it would for a hundredth of a degree of A6: no plan is thrown away."""
+    path, _plain = free
+    calls = []
+
+    class Refusing(PathTracker):
+        def follow(self, state, reference, start, stop, **how):
+            attempt = super().follow(state, reference, start, stop, **how)
+            calls.append(np.array(reference))
+            if len(calls) == 1:
+                failure = followed_failure(self, state, FIRST)
+                return replace(attempt, failure=failure)
+            return attempt
+
+        def explain(self, failure):
+            return LimitError("A6 is 0.0554 degrees past its limit", line=40, axis="A6")
+
+    def followed_failure(tracker, state, point):
+        from camrob.redundancy.published.virtual_joint import Failure
+
+        return Failure(point, np.eye(4), 1, state)
+
+    monkeypatch.setattr(followed, "PathTracker", Refusing)
+    solution = resolve_planned(CELL, path, mode="flowing")
+    assert solution.method == "planned" and solution.plan is not None and solution.plan.mended == 1
+    feature = [posture_features(OBJECTIVE.wrist_zero, np.ascontiguousarray(c[FIRST, ARM])) for c in calls]
+    assert len(calls) == 2 and np.linalg.norm(feature[0] - feature[1]) > 0.05
+    assert not any(f.code == "plan-fell-back" for f in solution.findings)
+
+
+def test_touches_that_look_alike_are_one_mark_for_as_long_as_they_last() -> None:
+    q = np.tile(CELL.q_home[ARM], (5, 1))
+    q[3:, 2] += 1.0
+    found = marks(0.0, q, np.array([1.0, 1.05, 3.0, 3.0, 3.05]), 0.1)
+    np.testing.assert_allclose(found[:, FEATURES:], [[0.9, 1.15], [2.9, 3.1], [2.9, 3.15]])
+
+
+def test_a_mark_shuts_the_lattice_about_it_and_holds_where_it_was_found() -> None:
+    q = np.tile(CELL.q_home[ARM], (4, 1))
+    q[1, 1] += 0.4 * BLOCKED_REACH
+    q[2, 1] += 0.75 * BLOCKED_REACH
+    q[3, 1] += 1.01 * BLOCKED_REACH
+    mark = marks(OBJECTIVE.wrist_zero, q[:1], np.array([2.0]), 0.1)
+    objective = OBJECTIVE._replace(blocked=mark)
+    place = np.array([1.85, 2.0, 2.15])
+    np.testing.assert_array_equal(forbidden(objective, place), [[False], [True], [False]])
+    price = forbidden_price(objective, np.array([0, 4, 8, 12]), np.tile(q, (3, 1)), place).reshape(3, 4)
+    assert not price[[0, 2]].any()
+    np.testing.assert_allclose(price[1], [np.inf, np.inf, BLOCKED_PRICE / 16.0, 0.0])
+
+
+def test_no_time_gives_a_valid_plan_with_an_honest_gap(free: tuple[ToolPathInBase, Solution]) -> None:
+    path, _plain = free
+    hurried = resolve_planned(CELL, path, seconds=0.0)
+    whole = resolve_planned(CELL, path)
+    assert hurried.plan is not None and whole.plan is not None
+    assert hurried.residual(CELL, path)[0].max() < 1e-9
+    assert hurried.plan.seconds == 0.0 and hurried.plan.missed > 0 and len(hurried.plan.curve) == 1
+    assert whole.plan.seconds is None and whole.plan.missed == 0
+    assert len(whole.plan.curve) >= hurried.plan.missed
+    for solution in (hurried, whole):  # the gap is what forward kinematics and the bound say, by length of what is cut
+        length = np.diff(path.length, prepend=0.0) * path.cutting
+        reached = np.average(np.asarray(solution.inv_kf), weights=length)
+        bound = np.average(np.asarray(solution.plan.bound), weights=length)
+        assert solution.plan.gap == pytest.approx(1.0 - reached / bound, abs=1e-12) and 0.0 <= solution.plan.gap < 0.2
+    np.testing.assert_allclose(np.asarray(hurried.plan.bound), np.asarray(whole.plan.bound), rtol=5e-3)
+
+
+def test_a_clock_without_an_end_is_never_up() -> None:
+    assert not Clock().up and Clock().left is None
+    assert Clock(0.0).up and Clock(0.0).left == 0.0
+    assert not Clock(3600.0).up and 3590.0 < (Clock(3600.0).left or 0.0) <= 3600.0
