@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
-from camrob.errors import LimitError
+from camrob.errors import InputError, LimitError
+from camrob.jobs.post import post
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning import followed
 from camrob.redundancy.planning.objective import BLOCKED_PRICE, BLOCKED_REACH, posture_features
@@ -18,9 +23,11 @@ from camrob.redundancy.replanning import clearing
 from camrob.redundancy.replanning.clock import Clock
 from camrob.redundancy.replanning.forbidding import FEATURES, forbidden, forbidden_price, marks
 from camrob.redundancy.solution import Solution
-from tests.redundancy.test_planned import CELL, OBJECTIVE, raster
+from camrob.report.terminal.summaries import render_post
+from tests.redundancy.test_planned import CELL, OBJECTIVE, ROOT, raster
 
 ARM = CELL.arm_slice
+SAMPLE = ROOT / "toolpaths" / "engraving" / "engraving.cls"
 FIRST, LAST = 30, 36  # points at which the obstacle stands
 WIDE = 0.12  # rad about a posture's shoulder and elbow that the obstacle fills
 
@@ -147,3 +154,23 @@ def test_a_clock_without_an_end_is_never_up() -> None:
     assert not Clock().up and Clock().left is None
     assert Clock(0.0).up and Clock(0.0).left == 0.0
     assert not Clock(3600.0).up and 3590.0 < (Clock(3600.0).left or 0.0) <= 3600.0
+
+
+@pytest.mark.parametrize(("method", "seconds"), [("vjm", 1.0), ("planned", -1.0), ("planned", float("nan"))])
+def test_seconds_that_mean_nothing_are_refused(tmp_path: Path, method: str, seconds: float) -> None:
+    with pytest.raises(InputError, match="--seconds"):
+        post(SAMPLE, cell=CELL.folder, out=tmp_path / "out", method=method, seconds=seconds)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_hurried_post_is_verified_and_says_its_gap_everywhere(tmp_path: Path) -> None:
+    made = post(SAMPLE, cell=CELL.folder, out=tmp_path / "out", method="planned", seconds=0.0)
+    plan = made.summary.plan
+    assert made.summary.verified.points == 899 and made.summary.collisions.count == 0
+    assert plan is not None and plan.seconds == 0.0 and plan.missed > 0 and 0.0 < plan.gap_percent < 10.0
+    told = f"{plan.gap_percent:.2f} % below its bound"
+    console = Console(width=400, file=StringIO())
+    console.print(render_post(made.summary))
+    assert told in console.file.getvalue() and f"{plan.missed} points of the curve" in console.file.getvalue()
+    assert told in (made.out / "engraving.html").read_text()
+    assert json.loads((made.out / "engraving.json").read_text())["plan"]["gap_percent"] == plan.gap_percent

@@ -8,7 +8,7 @@ the first curve are tried, those first that are nearest to the one that was take
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -42,14 +42,16 @@ _CUTS = 3  # plans that are made anew because a retract was put in
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """What came of a plan: its solution (None where it could not be followed, and why), and what is to be forbidden, postures
-    (K, 6) of the arm at points (K,) of the path; nothing where it is fit.
+    """What came of a plan of a path: its solution (None where it could not be followed, and why), and what is to be forbidden,
+    postures (K, 6) of the arm at points (K,) of the path; nothing where it is fit. count: points that touch.
     """
 
+    path: ToolPathInBase
     solution: Solution | None
     why: JobError | None
     q: Array
     point: NDArray[np.int64]
+    count: int
 
 
 def cleared(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, told: Share) -> Solution:
@@ -63,15 +65,16 @@ def cleared(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, told
     if plan is None:
         return published(task.cell, given, "no candidate postures lead through the whole path", told)
     first, first_path, whole = plan, path, 0
-    forbidden, lines = np.zeros((0, FEATURES + 2)), list[int]()
+    forbidden, lines, count = np.zeros((0, FEATURES + 2)), list[int](), 0
     for again in range(_ROUNDS + 1):
         found = _looked_at(task, path, plan, obstacles)
         told(0.95)
-        if not len(found.point):
-            return _told(given, path, found, again, whole, lines)
+        if found.solution is not None and not len(found.point):
+            return _told(given, found, found.solution, again, whole, lines, count)
         if again == _ROUNDS:
             break
         lines += [int(v) for v in path.line[found.point]]
+        count += found.count
         forbidden = np.concatenate([forbidden, _marks(given, path, objective, found)])
         objective = objective._replace(blocked=_placed(forbidden, given, path))
         anew = made_anew(plan, objective)
@@ -106,11 +109,11 @@ def _looked_at(task: Task, path: ToolPathInBase, plan: Plan, obstacles: Obstacle
     if served.stuck >= 0:
         w, draft = plan.land.w, plan.taken.draft
         k = int(np.argmin(np.abs(w.s[draft.index] - w.place[served.stuck])))
-        return _Found(None, served.why, draft.q[k : k + 1], np.array([served.stuck]))
+        return _Found(path, None, served.why, draft.q[k : k + 1], np.array([served.stuck]), 1)
     solution = plan_solution(task, path, plan, served)
     hit = none if obstacles is None else np.flatnonzero(obstacles(path, solution))
     points = np.unique(np.concatenate([hit, np.maximum(hit - 1, 0)]))
-    return _Found(solution, None, np.asarray(solution.q)[points][:, task.cell.arm_slice], points)
+    return _Found(path, solution, None, np.asarray(solution.q)[points][:, task.cell.arm_slice], points, len(hit))
 
 
 def _marks(given: ToolPathInBase, path: ToolPathInBase, objective: Objective, found: _Found) -> Array:
@@ -136,21 +139,21 @@ def _between(rows: Array, one: ToolPathInBase, other: ToolPathInBase) -> Array:
 
 
 def _told(
-    given: ToolPathInBase, path: ToolPathInBase, found: _Found, rounds: int, whole: int, lines: list[int]
-) -> Solution:
-    """The solution of a plan that is fit, told what was made anew for it and which retracts it has."""
-    solution = found.solution
-    assert solution is not None and solution.plan is not None  # what is fit has been followed
+    given: ToolPathInBase, found: _Found, solution: Solution, rounds: int = 0, whole: int = 0, lines: Sequence[int] = (),
+    count: int = 0,
+) -> Solution:  # fmt: skip
+    """The solution of a plan, told what was made anew for it and which retracts it has."""
+    path = found.path
     findings = list(solution.findings)
     if rounds:
         named = sorted({line for line in lines if line > 0})
         where = f" (from line {named[0]} to {named[-1]})" if named else ""
         how = "there, the rest of it stands" if not whole else f"{whole} times as a whole, as nothing led through there"
-        text = f"the plan touched something or could not be followed at {len(lines)} points{where}: made anew {how}"
+        text = f"the plan touched something or could not be followed at {count} points{where}: made anew {how}"
         findings.append(Finding("plan-mended", text, Severity.INFO, line=named[0] if named else 0, count=rounds))
     if path is not given:
         findings += _retracts(path, solution)
-    plan = replace(solution.plan, mended=rounds)
+    plan = None if solution.plan is None else replace(solution.plan, mended=rounds)
     return replace(solution, plan=plan, findings=tuple(findings), path=None if path is given else path)
 
 
@@ -174,15 +177,14 @@ def _another(
             f"in place of {plan.taken.name}, which touches something or can't be followed, also where it was made anew"
         )
         other = _looked_at(task, path, replace(plan, choice=Choice(k, rule)), obstacles)
-        if not len(other.point):
-            return _told(given, path, other, 0, 0, [])
+        if other.solution is not None and not len(other.point):
+            return _told(given, other, other.solution)
         found = other if found.solution is None else found
     if found.solution is None:
         told_why = found.why.what if found.why is not None else ""
         why = f"the tracker could not follow the plan, nor {_ROUNDS} more made anew where it failed ({told_why})"
         return published(task.cell, given, why, told)
-    fits = found.solution.path_digest == path.digest
-    return replace(found.solution, path=path) if fits and path is not given else found.solution
+    return _told(given, found, found.solution)
 
 
 def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
