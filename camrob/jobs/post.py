@@ -131,8 +131,7 @@ def post(
     """
     clfile, out = Path(clfile), Path(out)
     watch = Watch(progress)
-    _check_choices(method, feed, seconds)
-    check_device(device)
+    _check_choices(method, feed, device, seconds)
     with watch.stage("read"):
         machine = cell_for("post", cell)
         title = program_name(clfile, name, language_of(machine))
@@ -167,8 +166,7 @@ def post(
             with watch.stage("report"):
                 _report(folder / f"{title}.html", summary, made)
         summary = replace(summary, seconds=watch.seconds)
-        text = json.dumps(summary.to_json(), indent=1, allow_nan=False)
-        (folder / f"{title}.json").write_text(text + "\n", encoding="utf-8")
+        _save_summary(folder / f"{title}.json", summary)
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
 
 
@@ -283,12 +281,13 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
     )
 
 
-def _check_choices(method: str, feed: str, seconds: float | None) -> None:
+def _check_choices(method: str, feed: str, device: str, seconds: float | None) -> None:
     check_method(method)
     if seconds is not None and not (method == "planned" and 0.0 <= seconds < np.inf):
         raise InputError(f"--seconds {seconds:g} is of no use here", hint="0 or more, with --method planned")
     if feed not in FEEDS:
         raise InputError(f"--feed {feed!r} is unknown", hint=f"use {' or '.join(FEEDS)}")
+    check_device(device)
 
 
 def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
@@ -310,6 +309,11 @@ def _write(
         (folder / file).write_bytes(data)
         names.append(file)
     return names, findings
+
+
+def _save_summary(file: Path, summary: PostSummary) -> None:
+    text = json.dumps(summary.to_json(), indent=1, allow_nan=False)
+    file.write_text(text + "\n", encoding="utf-8")
 
 
 def _save_path(file: Path, made: _Made) -> None:

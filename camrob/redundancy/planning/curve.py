@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective
 from camrob.redundancy.planning.waypoints import Waypoints
 from camrob.redundancy.replanning.clock import Clock
+from camrob.redundancy.replanning.local_lattice import local_nodes
 
 __all__ = ["SEARCH_FLOWING", "Landscape", "landscape", "plan_curve"]
 
@@ -71,9 +72,16 @@ class Landscape:
         return CurvePoint(name, draft, told, travel)
 
     def again(self, point: CurvePoint) -> CurvePoint | None:
-        """A point of the curve made anew, by what the objective has come to forbid; None where it does not lead through."""
-        still = point.name.startswith(_FROM_STILL)
-        draft = self.searched(1.0 if still else max(point.travel, SEARCH_FLOWING), still=still)
+        """A point of the curve made anew, by what the objective has come to forbid, if it can be only about that; None where it
+        does not lead through.
+        """
+        still, draft = point.name.startswith(_FROM_STILL), None
+        travel = 1.0 if still else max(point.travel, SEARCH_FLOWING)
+        if not still and self.flow_nodes is not None:
+            local = local_nodes(self.flow_nodes, self.w, self.coarse, point.draft, self.objective.blocked)
+            draft = replace(self, flow_nodes=local).searched(travel)
+        if draft is None or len(self.cuts(draft)):
+            draft = self.searched(travel, still=still)
         if draft is None or len(self.cuts(draft)):
             return None
         if still:
