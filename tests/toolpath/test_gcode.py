@@ -762,6 +762,14 @@ def test_behind_g80_the_motion_beside_the_cycles_goes_on(before: str, move: Move
     assert region.move[-1] == move and region.position[-1] == pytest.approx([0.005, 0.0, 0.02])
 
 
+def test_m13_is_a_clamp_where_m10_to_m12_are_and_a_spindle_elsewhere() -> None:
+    text = "G21 G90\nT1 M6\nS900 M3\nM11\nM13\nG0 X0 Y0 Z20\nM12\nG1 X1 Z1 F100\nG0 Z20\nM30\n"
+    kinds = [e.kind for e in read(text.encode()).regions[0].events]
+    assert kinds.count(EventKind.SPINDLE_ON) == 1 and EventKind.COOLANT_ON not in kinds
+    kinds = [e.kind for e in read(text.replace("M11\n", "").replace("M12\n", "").encode()).regions[0].events]
+    assert EventKind.COOLANT_ON in kinds
+
+
 def test_words_that_controls_write_in_their_own_way() -> None:
     path = read(b"G71 G90\nT01 T02 M6\nG187 P2 E0.05\nG0 X0 Y0 Z20\nG1 X1 Z1 F100\nG0 Z20\nM6\nG0 X2\nG1 X3 Z1\nM30\n")
     assert [r.tool for r in path.regions if r.move.max() == Move.CUT] == [1, 2] and path.units == "mm"

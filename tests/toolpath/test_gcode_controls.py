@@ -547,3 +547,9 @@ def test_a_call_at_a_place_and_the_only_tool_by_its_name(tmp_path: Path) -> None
     assert region.tool == 0 and np.isclose(region.position[region.move == Move.RAPID][-1, 2], 0.021)
     refused(tmp_path, text.replace("Z+0 FMAX M8", "Z+1 FMAX"), "b.h", 6, "another Z than 0")
     refused(tmp_path, text.replace("M30", 'TOOL CALL "B" Z S9\nM30'), "c.h", 2, "several tools by their names")
+
+
+def test_what_oriaxes_means_is_said(tmp_path: Path) -> None:
+    (tmp_path / "a.mpf").write_text(SIEMENS + UP + "TRAORI\nORIWKS ORIAXES\nG0 A3=0 B3=0 C3=1 X0 Y0 Z9\nG1 Z0\nM30\n")
+    (said,) = [f for f in read_toolpath(tmp_path / "a.mpf").findings if "ORIAXES" in f.text]
+    assert "great arc" in said.text and said.line == 9

@@ -363,6 +363,12 @@ def test_words_that_controls_write_in_their_own_way(tell):
     assert tell("G70\nG0 X1 Y0 Z0\nG1 X2 F9\n").units == "inch" and tell("G0 X1 Y0 Z0\nG71 Z5\nG1 X2 F9\n").gaps
 
 
+def test_m13_is_a_clamp_where_m10_to_m12_are(tell):
+    story = tell(START + "S900 M3\nM11\nM13\nM12\nG1 X1 F60\n")
+    assert not story.gaps and [e.kind for e in story.events] == [Kind.SPINDLE_ON]
+    assert tell(START + "S900 M3\nM13\nG1 X1 F60\n").gaps
+
+
 def test_a_comment_makes_no_program_siemens(tell):
     assert not tell("(T1 D=10. CR=0. - ZMIN=-5.)\n" + START + "F60\nG1 X1\n").gaps
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
+from camrob.findings import Severity
 from camrob.toolpath.defaults import Defaults
 from camrob.toolpath.gcode.arc import circle
 from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
@@ -34,6 +35,7 @@ _CUT_TO = frozenset("XYZ")
 _VECTOR = frozenset("IJK")
 _DEGREE = deg_to_rad(1.0)
 _DWELLS = frozenset("PXU")  # a dwell's time; F only where it has none of them
+_CLAMPS = frozenset((130, 140))
 _LONG_WAY = math.pi * (1.0 + 1e-6)
 
 
@@ -87,6 +89,12 @@ class Interpreter:
             raise no_second_cut(self._open.line)
         if block.corner is not None and _CUT_TO.isdisjoint(words):
             raise no_second_cut(line)
+        if modal.clamps and not _CLAMPS.isdisjoint(block.m):
+            text = (
+                "M13 and M14 are taken for clamps of rotary axes, as M10 to M12 of this file are, not for the spindle"
+            )
+            self.path.note("axis-clamp", text, line, Severity.INFO)
+            block = block._replace(m=tuple(code for code in block.m if code not in _CLAMPS))
         if block.comment:
             self.path.comment(block.comment, line)
         if block.again:

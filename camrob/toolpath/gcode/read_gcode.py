@@ -41,6 +41,8 @@ _OTHER_LINE = re.compile(
 _LARGE = 3.0  # m
 _COMMENT = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 _TOOL_CHANGE = re.compile(r"M[ \t]*+0*+6(?![0-9.])")
+_CLAMP = re.compile(r"M[ \t]*+0*+1[0-2](?![0-9.])")
+_SPINDLE = re.compile(r"M[ \t]*+0*+[34](?![0-9.])")
 _ANY_TCP = re.compile(r"G[ \t]*0*(?:43\.[45]|234)(?![0-9.])|M[ \t]*128(?![0-9.])|TRAORI")
 _NO_AXES = re.compile(
     r"<[^>\n]*>|,[ \t]*C|^.*G[ \t]*0*65(?![0-9.]).*$", re.M
@@ -100,6 +102,7 @@ def read_gcode(
         wear=defaults.wear,
         zero_edge=control.name != "linuxcnc",
         keeps_motion=control.name == "iso",
+        clamps=control.name == "iso" and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
     )
     if units is not None:
         modal.scale, modal.forced = SCALES[units], True

@@ -28,12 +28,12 @@ _GCODE = re.compile(r"^[ \t/]*(N\d+)?[ \t]*[GXYZMTSF][ \t]*[-+]?[\d.#\[]", re.I 
 _MARKS = (
     ("makino", r"APTCL-SPEC,MAKINO"),
     ("freecad-apt", r"^\$\$ CL data of FreeCAD, written by camrob_post"),
-    ("fusion-apt", r"^PARTNO/ ?'[^\n]*'\s*$"),
     ("camworks-clt", r"^\s*OPFEATSTART\s*/"),
     ("camworks-apt", r"^\s*(CSI_SET_\w+|TRNTYP)\s*/"),
     ("creo-ncl", r"PRO/CLFILE"),
     ("catia", r"CATIA APT VERSION|\$\$\*CATIA0|^\$\$ *(Start generation of|OPERATION NAME) *:"),
     ("nx-clsf", r"^\s*(TOOL PATH|TLDATA|PAINT)\s*/"),
+    ("fusion-apt", r"^PARTNO/ ?'[^\n]*'\s*$"),
 )
 _OTHERS = (
     (KlartextReader, re.compile(r"^[ \t]*(\d+[ \t]+)?BEGIN PGM ", re.I | re.M)),

@@ -19,6 +19,7 @@ class Switching:
         self._tell, self._stand = tell, stand
         self._next_tool, self._spinning = 0.0, False
         self._ended = False
+        self._clamps = False  # M10 to M14 clamp rotary axes (Haas), and the spindle is switched by M3 or M4
 
     def _forget(self) -> None:
         """Where the tool stands is not known."""
@@ -52,6 +53,8 @@ class Switching:
                 self._stand.switch("M", code.endswith("28"))
             elif code in ("97", "98"):
                 self._gap(line, f"M{code}: a subprogram")
+            elif code in ("12", "13", "14") and self._clamps:
+                continue
             elif code not in _QUIET and code not in ("0", "1", "2", "3", "4", "5", "6", "9", "30", "60", "99"):
                 tell.gap(line, f"M{code}: not known", lost=False)
         if not moves:

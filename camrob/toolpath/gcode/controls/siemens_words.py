@@ -248,6 +248,10 @@ class SiemensWords:
             found.append(("M", 128.0, True))
         elif keyword == "TRAFOOF":
             found.append(("M", 129.0, True))
+        elif keyword == "ORIAXES":
+            self._note = (
+                "ORIAXES: between two tool vectors rotary axes would turn evenly; here the tool takes the great arc"
+            )
         elif keyword == "SUPA":
             self._machine = True
         elif keyword == "RET":
