@@ -16,7 +16,7 @@ from camrob.gap.effects.registry import library
 from camrob.gap.evidence.comparison import compare
 from camrob.gap.evidence.discrepancy import smooth_basis
 from camrob.gap.evidence.fitting import with_fitting
-from camrob.gap.evidence.foretold import expected
+from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.shrink import shrinkage, trial_of
 from camrob.gap.observation.scene import make_scene
 from camrob.measurement.log import MeasurementLog

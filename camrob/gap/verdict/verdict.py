@@ -11,8 +11,8 @@ import numpy as np
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import alias_groups, covered_by
 from camrob.gap.evidence.fitting import with_fitting
-from camrob.gap.evidence.foretold import expected, predicted_shrink
 from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.predicted import expected, predicted_shrink
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
 from camrob.gap.experiment.experiment import next_experiment
