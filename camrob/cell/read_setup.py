@@ -100,7 +100,7 @@ def _tools(table: TableReader, several: bool, cell: Cell) -> tuple[ToolSetup, ..
     tools = tuple(_tool(part, cell, numbered=True) for part in parts)
     for i, (part, tool) in enumerate(zip(parts, tools, strict=True)):
         if any(tool.number == other.number for other in tools[:i]):
-            raise part.fail("number", f"{tool.number} is there twice", "give every tool a number of its own")
+            raise part.fail("number", f"{tool.number} appears twice", "give every tool a number of its own")
     return tools
 
 
@@ -168,10 +168,10 @@ def _body(parent: TableReader, key: str) -> Body | None:
         inside = not Path(name).is_absolute() and ".." not in Path(name).parts and "\\" not in name
         if not inside or not os.path.isfile(table.path.parent / name):
             raise table.fail(
-                "mesh", f"{name[:60]!r} is no file beside this one", "put the mesh there, name it without a path"
+                "mesh", f"{name[:60]!r} is not a file beside this one", "put the mesh there, name it without a path"
             )
         if Path(name).suffix.lower() not in MESH_SUFFIXES:
-            raise table.fail("mesh", f"{name[:60]!r} is no mesh", f"use one of {', '.join(MESH_SUFFIXES)}")
+            raise table.fail("mesh", f"{name[:60]!r} is not a mesh", f"use one of {', '.join(MESH_SUFFIXES)}")
         unit = table.text("unit", choices=tuple(_MESH_UNITS)) if "unit" in table else "mm"
         body = Body(table.path.parent / name, _MESH_UNITS[unit])
     table.finish()

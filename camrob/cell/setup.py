@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ToolSetup:
-    """A tool as it is mounted. `number` is None for one that serves whatever number the CL file names.
+    """A tool as it is mounted. `number` is None for one that stands for whatever number the CL file names.
 
     flange_T_tool: (4, 4), `$TOOL`. corner: m, the radius of the edge's rounding (of a ball half the diameter), None where not
     given. diameter, length (from the tip to where the holder begins): m, 0.0 where not given. holder: diameters and lengths of

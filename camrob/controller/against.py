@@ -30,7 +30,7 @@ class Coverage:
     """How a program covers CL points: motion (N,) that passes each point (-1: none), and the errors there, m and rad.
 
     leaves: (N,) motion from whose end the way on from each point begins: `motion`, but where the program retracts at the point
-    and comes back. stray: m, the farthest that the program's motions between two neighbouring points of one region leave the
+    and comes back. deviation: m, the farthest that the program's motions between two neighbouring points of one region leave the
     line between, such retracts apart. joined: (N,) True where a point lies in one region with the point before it.
     """
 
@@ -38,7 +38,7 @@ class Coverage:
     leaves: NDArray[np.int64]
     position_error: Array
     axis_error: Array
-    stray: float
+    deviation: float
     joined: NDArray[np.bool_]
     findings: tuple[Finding, ...]
 
@@ -139,7 +139,7 @@ def _match(
 
 
 @part
-def _stray(
+def _deviation(
     before: Array, x: Array, first: int, end: int, share: float, p: Array, kind: NDArray[np.int8], m: _Match
 ) -> float:
     """How far rows first .. end - 1, which the program passes between two points, lie from the line between these."""
@@ -205,11 +205,11 @@ def _retracts(
 @kernel
 def _cover(
     x: Array, zx: Array, region: NDArray[np.int64], p: Array, z: Array, kind: NDArray[np.int8], tolerance: float,
-    motion: NDArray[np.int64], leaves: NDArray[np.int64], error: Array, axis_error: Array, stray: Array,
+    motion: NDArray[np.int64], leaves: NDArray[np.int64], error: Array, axis_error: Array, deviation: Array,
 ) -> None:  # fmt: skip
     """Match points x (N, 3) with axes zx (N, 3) to motions between p (M, 3), z (M, 3), in order.
 
-    Each point goes to the first motion that meets it, or to one directly behind that meets it better. stray (N,): how far
+    Each point goes to the first motion that meets it, or to one directly behind that meets it better. deviation (N,): how far
     the motions between point i - 1 and i leave their chord; where a link leads back to the same place, the point before
     is taken behind the link, or, where that link is a retract within a region, left from there (`leaves`).
     """
@@ -217,7 +217,7 @@ def _cover(
     m = _Match(np.zeros(3), np.zeros(3), np.zeros(3), np.empty(3), np.empty(3), np.empty(3))
     row, share = 0, 0.0
     for i in range(x.shape[0]):
-        motion[i], error[i], axis_error[i], stray[i] = -1, np.inf, np.inf, 0.0
+        motion[i], error[i], axis_error[i], deviation[i] = -1, np.inf, np.inf, 0.0
         k, least = row, share
         while k < M:
             _match(x[i], zx[i], p, z, kind, k, least, tolerance, m)
@@ -235,21 +235,21 @@ def _cover(
             return
         leaves[i] = motion[i]
         if i > 0 and region[i] == region[i - 1]:
-            stray[i] = _stray(x[i - 1], x[i], motion[i - 1], motion[i], share, p, kind, m)
-            if stray[i] > 2.0 * tolerance:
+            deviation[i] = _deviation(x[i - 1], x[i], motion[i - 1], motion[i], share, p, kind, m)
+            if deviation[i] > 2.0 * tolerance:
                 for other in range(motion[i], motion[i - 1], -1):
                     if kind[other] != Motion.CIRC_VIA and kind[other] != Motion.CIRC_END:
                         _match(x[i - 1], zx[i - 1], p, z, kind, other, 0.0, tolerance, m)
                         if m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE:
                             at = m.found[2]
-                            stray[i] = _stray(x[i - 1], x[i], other, motion[i], share, p, kind, m)
+                            deviation[i] = _deviation(x[i - 1], x[i], other, motion[i], share, p, kind, m)
                             begins = gap2(x[i - 1], p[other - 1]) <= tolerance * tolerance
                             leaves[i - 1] = other - 1 if begins else other
                             if _retracts(x, zx, i - 1, motion[i - 1], leaves[i - 1], p, z, kind, tolerance):
                                 break
                             motion[i - 1], leaves[i - 1] = other, other
                             if i > 1 and region[i - 1] == region[i - 2]:  # the way back counts before the point, then
-                                stray[i - 1] = _stray(x[i - 2], x[i - 1], leaves[i - 2], other, at, p, kind, m)
+                                deviation[i - 1] = _deviation(x[i - 2], x[i - 1], leaves[i - 2], other, at, p, kind, m)
                             break
 
 
@@ -263,13 +263,13 @@ def cover(
     where the program leaves the way between two points of one region by more than the tolerances.
     """
     n = len(base_T_tip)
-    motion, error, axis_error, stray = np.full(n, -1), np.full(n, np.inf), np.full(n, np.inf), np.zeros(n)
+    motion, error, axis_error, deviation = np.full(n, -1), np.full(n, np.inf), np.full(n, np.inf), np.zeros(n)
     leaves = np.full(n, -1)
     tolerance = POSITION_TOLERANCE + chord_tolerance
     _cover(
         np.ascontiguousarray(base_T_tip[:, :3, 3]), np.ascontiguousarray(base_T_tip[:, :3, 2]), region.astype(np.int64),
         np.ascontiguousarray(targets[:, :3, 3]), np.ascontiguousarray(targets[:, :3, 2]), np.array(kind), tolerance,
-        motion, leaves, error, axis_error, stray,
+        motion, leaves, error, axis_error, deviation,
     )  # fmt: skip
     findings = []
     missed = np.flatnonzero(motion < 0)
@@ -281,9 +281,9 @@ def cover(
         )
         findings.append(Finding("cl-point-missed", text, Severity.ERROR, line=int(line[i]), point=i,
                                 value=m_to_mm(float(error[i])), limit=m_to_mm(tolerance), unit="mm"))  # fmt: skip
-    off = float(stray.max(initial=0.0))
+    off = float(deviation.max(initial=0.0))
     if off > 2.0 * tolerance + chord_tolerance:
-        i = int(np.argmax(stray))
+        i = int(np.argmax(deviation))
         findings.append(Finding("strays", "the program leaves the way between two CL points", Severity.ERROR,
                                 line=int(line[i]), point=i, value=m_to_mm(off), limit=m_to_mm(tolerance), unit="mm"))  # fmt: skip
     met = motion >= 0

@@ -71,7 +71,7 @@ def _joined(found: list[Coverage], count: int, region: NDArray[np.int64]) -> Cov
         leaves=np.concatenate([*(c.leaves for c in found), missed]),
         position_error=np.concatenate([*(c.position_error for c in found), np.zeros(rest)]),
         axis_error=np.concatenate([*(c.axis_error for c in found), np.zeros(rest)]),
-        stray=max(c.stray for c in found),
+        deviation=max(c.deviation for c in found),
         joined=np.concatenate([[False], region[1:] == region[:-1]]),
         findings=tuple(f for c in found for f in c.findings),
     )

@@ -36,8 +36,8 @@ def hold_to_intended(text: ProgramText, replay: Replay, program: Program, meant:
     if unclear is not None:
         return [Finding("not-as-meant", f"of its text: {unclear.text}", Severity.ERROR, line=unclear.line)]
     if len(text) != len(program) or np.any(np.asarray(text.kind) != np.asarray(program.kind)):
-        told = f"the text holds {len(text)} motions where {len(program)} were meant, or other ones"
-        return [Finding("not-as-meant", told, Severity.ERROR)]
+        sentence = f"the text holds {len(text)} motions where {len(program)} were meant, or other ones"
+        return [Finding("not-as-meant", sentence, Severity.ERROR)]
     other = _other_frame(text, program)
     if other is not None:
         return [other]
@@ -87,8 +87,8 @@ def _other_frame(text: ProgramText, program: Program) -> Finding | None:
         wrong = np.flatnonzero(posed & ~np.all(np.abs(read - meant) <= FRAME_PRINTED, axis=1))
         if len(wrong):
             row = int(wrong[0])
-            told = f"the text gives a {name} that was not meant, or none"
-            return Finding("not-as-meant", told, Severity.ERROR, line=int(text.line[row]), point=row)
+            sentence = f"the text gives a {name} that was not meant, or none"
+            return Finding("not-as-meant", sentence, Severity.ERROR, line=int(text.line[row]), point=row)
     return None
 
 
@@ -115,8 +115,8 @@ def _acts_otherwise(text: ProgramText, wanted: MeantActions) -> Finding | None:
     row, what = (meant if len(meant) > first else read)[first]
     row = min(row, read[first][0]) if first < len(read) else row
     row = min(row, len(text) - 1)
-    told = f"an output, a wait or a setting stands elsewhere than was meant, or is left out, at {what!r}"
-    return Finding("not-as-meant", told, Severity.ERROR, line=int(text.line[row]) if row >= 0 else 0, point=row)
+    sentence = f"an output, a wait or a setting stands elsewhere than was meant, or is left out, at {what!r}"
+    return Finding("not-as-meant", sentence, Severity.ERROR, line=int(text.line[row]) if row >= 0 else 0, point=row)
 
 
 def _first(read: Array, meant: Array, rows: NDArray[np.bool_], tolerance: float) -> tuple[int, int, float] | None:

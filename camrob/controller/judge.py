@@ -91,7 +91,7 @@ def judge(
     if coverage is not None and feed is not None:
         findings += _speeds(program, coverage, feed)
         findings += _cuts_by_ptp(program, coverage, feed)
-        findings += _standing(program, replay, coverage, feed)
+        findings += _table_turns(program, replay, coverage, feed)
     return Judgement(tuple(findings), error, count, len(singular), _margins(replay))
 
 
@@ -156,7 +156,7 @@ def _speeds(program: ProgramText, coverage: Coverage, feed: Array) -> list[Findi
     if not len(bad):
         return []
     row = int(coverage.motion[cut[bad[0]]])
-    told = float(speed[bad[0]])
+    value = float(speed[bad[0]])
     return [
         Finding(
             "speed",
@@ -165,14 +165,14 @@ def _speeds(program: ProgramText, coverage: Coverage, feed: Array) -> list[Findi
             line=int(program.line[row]),
             point=row,
             limit=float(feed[cut[bad[0]]]),
-            value=told if np.isfinite(told) else None,
+            value=value if np.isfinite(value) else None,
             unit="m/s",
             count=len(bad),
         )
     ]
 
 
-def _standing(program: ProgramText, replay: Replay, coverage: Coverage, feed: Array) -> list[Finding]:
+def _table_turns(program: ProgramText, replay: Replay, coverage: Coverage, feed: Array) -> list[Finding]:
     """Cutting motions in which the table turns although the controller's base doesn't follow it."""
     cell = replay.cell
     table = list(cell.indices(Role.WORKPIECE))

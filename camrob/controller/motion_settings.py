@@ -68,11 +68,11 @@ def motion_settings(program: ProgramText, cell: Cell) -> MotionSettings:
         )
 
     def number(name: str, default: float, most: float = np.inf) -> float:
-        told = program.settings.get(name)
-        value = default if told is None else told.value
+        setting = program.settings.get(name)
+        value = default if setting is None else setting.value
         if isinstance(value, (bool, str)) or not 0.0 < value <= most:
             raise ProgramError(
-                f"{name if told is None else told.name} = {value}",
+                f"{name if setting is None else setting.name} = {value}",
                 hint="write a positive number that the controller takes",
                 path=program.files[0],
             )
@@ -106,20 +106,20 @@ def motion_settings(program: ProgramText, cell: Cell) -> MotionSettings:
 
 def _advance(program: ProgramText, default: int) -> int:
     """How many motions are known ahead. Raises ProgramError for what no controller takes."""
-    told = program.settings.get("advance")
-    if told is None:
+    setting = program.settings.get("advance")
+    if setting is None:
         return default
-    if isinstance(told.value, (bool, str)) or not 0 <= told.value <= 5:
-        raise ProgramError(f"{told.name} = {told.value}", hint="write 0 to 5", path=program.files[0])
-    return int(told.value)
+    if isinstance(setting.value, (bool, str)) or not 0 <= setting.value <= 5:
+        raise ProgramError(f"{setting.name} = {setting.value}", hint="write 0 to 5", path=program.files[0])
+    return int(setting.value)
 
 
 def _unlike(program: ProgramText) -> tuple[Finding, ...]:
     """Findings on settings that are run otherwise than they say."""
     findings = []
-    for told in program.settings.values():
-        if told.usual and told.value != told.usual:
-            text = f"{told.name} = {told.value} is run as {told.usual}: rotation along the great arc"
+    for setting in program.settings.values():
+        if setting.usual and setting.value != setting.usual:
+            text = f"{setting.name} = {setting.value} is run as {setting.usual}: rotation along the great arc"
             findings.append(Finding("rotation-type", text, Severity.WARNING))
     return tuple(findings)
 

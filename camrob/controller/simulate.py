@@ -216,7 +216,7 @@ class _Run:
         return arrive, arrive + rest
 
     def result(self) -> Simulation:
-        """The rows, and what is told beside them."""
+        """The rows, and what is reported beside them."""
         duration = float(self.leave[-1])
         if duration / self.cycle > _MOST_ROWS:
             what = f"takes {duration:.3g} s, which is more than {_MOST_ROWS} rows"

@@ -18,9 +18,8 @@ Owners = NDArray[np.int32]
 _HALVINGS = 12  # of a step, at the rim of what has a flat: to a quarter of a thousandth of it
 _GOLDEN = 0.6180339887498949  # (sqrt(5) - 1) / 2
 _SEARCHED = 40  # golden sections: to 4e-9 of a move
-_STEP = (
-    0.2  # of the radius, from a place of the cutter to the next: a ray that only what lies between them meets is grazed
-)
+# of the radius, from a place of the cutter to the next: a ray that only what lies between them meets is grazed
+_STEP = 0.2
 _SHARP = 0.05  # likewise of a flat one, whose edge cuts where it grazes
 _CUTS = 24  # cutting planes at the most
 _NEAR = 2e-8  # m within which the least is known then

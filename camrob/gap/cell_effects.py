@@ -34,7 +34,7 @@ FOLDER = "effects"
 _NAME = re.compile(r"[a-z][a-z0-9_]{2,31}")
 _VALUE = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
 _TAKEN = ("unknown", "nuisance")
-_RUNGS = ("setpoint_to_encoder", "encoder_to_tcp")
+_STAGES = ("setpoint_to_encoder", "encoder_to_tcp")
 _REGIMES = ("position", "direction", "speed", "acceleration", "load", "force", "time")
 _MOST_FILES, _MOST_PARAMETERS, _MOST_TRIALS = 32, 12, 12  # a cell's own, before a search takes minutes
 _STILL = 1e-9  # in its own unit: a formula that gives no more than that does not show
@@ -92,7 +92,7 @@ def _read(path: Path, cell: Cell) -> Effect:
     effect = Effect(
         name=name,
         physics=table.text("physics").rstrip(".") + ".",
-        rungs=tuple(r for r, used in zip(_RUNGS, (True in drives, False in drives), strict=True) if used),
+        stages=tuple(r for r, used in zip(_STAGES, (True in drives, False in drives), strict=True) if used),
         regimes=regimes,
         experiment=table.text("experiment"),
         units=_units_of(name, parts),

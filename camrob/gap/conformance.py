@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State
-from camrob.gap.locate.by_stage import RUNGS
+from camrob.gap.locate.by_stage import STAGES
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["effect_faults"]
@@ -20,8 +20,8 @@ def effect_faults(effect: Effect, scenes: Sequence[Scene], state: State | None =
     faults = []
     if not effect.physics.endswith(".") or not effect.experiment.strip():
         faults.append("says no physics (one sentence) or no experiment")
-    if not effect.rungs or not set(effect.rungs) <= set(RUNGS):
-        faults.append("names a rung that there is not")
+    if not effect.stages or not set(effect.stages) <= set(STAGES):
+        faults.append("names a stage that does not exist")
     if not 0.0 <= effect.accuracy <= _MOST_ACCURACY:
         faults.append(f"is accurate to {effect.accuracy:g}, which is not within 0 and {_MOST_ACCURACY:g}")
     now = dict(effect.start) if state is None else state
@@ -54,11 +54,11 @@ def _column_faults(column: Column, effect: Effect, scene: Scene) -> list[str]:
     if column.tcp is not None:
         if column.tcp.shape != (len(scene), 6) or not np.isfinite(column.tcp).all():
             faults.append("gives numbers at the TCP that are not finite, or not one twist a sample")
-        if "encoder_to_tcp" not in effect.rungs:
-            faults.append("moves the TCP behind the encoders without naming that rung")
+        if "encoder_to_tcp" not in effect.stages:
+            faults.append("moves the TCP behind the encoders without naming that stage")
     for axis, signal in column.servo.items():
         if axis not in scene.axes or signal.shape != (len(scene),) or not np.isfinite(signal).all():
             faults.append("gives numbers at the drives that are not finite, or not one a sample")
-        if "setpoint_to_encoder" not in effect.rungs:
-            faults.append("moves the drives without naming that rung")
+        if "setpoint_to_encoder" not in effect.stages:
+            faults.append("moves the drives without naming that stage")
     return faults

@@ -24,7 +24,7 @@ from camrob.gap.evidence.shrink import trial_of
 from camrob.gap.experiment.experiment import Experiment, plan_experiment
 from camrob.gap.handover import hand_over
 from camrob.gap.locate.axes_report import axes_report
-from camrob.gap.locate.by_stage import RUNGS, Ladder, lacking, ladder
+from camrob.gap.locate.by_stage import STAGES, StageGaps, lacking, stage_gaps
 from camrob.gap.locate.corners import judge_corners, with_corners
 from camrob.gap.locate.load_from_drives import load_from_drives
 from camrob.gap.locate.localise import (
@@ -96,11 +96,11 @@ def diagnose(
         raise LogError("no log was given", hint="give at least one --log")
     tell = progress or silent
     tell("reading the gap", 0.05)
-    told, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
-    scenes = fitted_scenes(logs, [_tooled(p, cell) for p in told])
+    laid, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
+    scenes = fitted_scenes(logs, [_tooled(p, cell) for p in laid])
     kept_out = [withheld_scene(log, _tooled(p, cell), scenes) for log, p in zip(withheld, others, strict=True)]
     effects = _taking_part(scenes, kept_out, library(without, extra), extra)
-    tracks, ladders, timings = _climbed(scenes, told)
+    tracks, by_stage, timings = _laid_beside(scenes, laid)
     alignment = align([s for s in scenes if s.tracked])
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
@@ -111,8 +111,8 @@ def diagnose(
     verdict = judge_effects(model, trial, effects, in_world=in_world)
     model = verdict.model
     tell("locating", 0.85)
-    corners = judge_corners(tracks, model.noise, known=any("program_to_setpoint" in e.rungs for e in effects))
-    summary = with_corners(_summary(model, verdict, ladders, alignment, kept_out), corners)
+    corners = judge_corners(tracks, model.noise, known=any("program_to_setpoint" in e.stages for e in effects))
+    summary = with_corners(_summary(model, verdict, by_stage, alignment, kept_out), corners)
     summary |= {"axes_report": axes_report(scenes), "added_load": load_from_drives(scenes)}
     summary |= {"where": {**summary["where"], "timing": timings}, "effects": _with_unusual(summary["effects"], model)}
     summary["instrument"] = instrument_suspect(model, summary["effects"])
@@ -143,11 +143,11 @@ def _planned(model: Model, verdict: Verdict) -> Experiment | None:
     return plan_experiment(model, verdict.claimed, axes, unknown=likely, by_time=by_time, returning=returning)
 
 
-def _climbed(
+def _laid_beside(
     scenes: Sequence[Scene], programs: Sequence[ProgramText | None]
-) -> tuple[list[ProgramTrack], list[Ladder], list[dict[str, Any]]]:
-    """Logs laid beside their programs, where both are there, and every log's rungs and timing."""
-    tracks, ladders, timings = [], [], []
+) -> tuple[list[ProgramTrack], list[StageGaps], list[dict[str, Any]]]:
+    """Logs laid beside their programs, where both are there, and every log's gap by stage and timing."""
+    tracks, by_stage, timings = [], [], []
     for scene, program in zip(scenes, programs, strict=True):
         track, why = None, "no program"
         if program is not None and scene.setpoint is not None and not scene.poses:
@@ -158,9 +158,9 @@ def _climbed(
                 why = f"the program can't be followed on this cell ({error})"
         elif program is not None:
             why = "single poses" if scene.poses else "no set-points to hold the program against"
-        ladders.append(ladder(scene, track, why=why))
+        by_stage.append(stage_gaps(scene, track, why=why))
         timings.append(timing_of(scene, track, why))
-    return tracks, ladders, timings
+    return tracks, by_stage, timings
 
 
 def _started(effects: Sequence[Effect], lost: Mapping[str, float]) -> tuple[Effect, ...]:
@@ -177,7 +177,7 @@ def _taking_part(
     for effect in extra:
         faults = effect_faults(effect, [*scenes, *kept_out])
         if faults:
-            raise CellError(f"its effect {effect.name} {faults[0]}", hint="mend or remove its file")
+            raise CellError(f"its effect {effect.name} {faults[0]}", hint="correct or remove its file")
     return taken
 
 
@@ -189,7 +189,7 @@ def _seen_by(scenes: Sequence[Scene], effects: Sequence[Effect]) -> tuple[Effect
         if scene.tracked:
             hint = "diagnose logs with measured positions, and those without, apart"
             raise LogError("has measured positions, another log has none", hint=hint, path=scene.log.path)
-    return tuple(e for e in effects if "setpoint_to_encoder" in e.rungs)
+    return tuple(e for e in effects if "setpoint_to_encoder" in e.stages)
 
 
 def _with_unusual(entries: Sequence[Mapping[str, Any]], model: Model) -> list[dict[str, Any]]:
@@ -216,7 +216,7 @@ def _rms(vectors: Sequence[Array]) -> float:
 
 
 def _summary(
-    model: Model, verdict: Verdict, ladders: Sequence[Ladder], alignment: Alignment, withheld: Sequence[Scene]
+    model: Model, verdict: Verdict, by_stage: Sequence[StageGaps], alignment: Alignment, withheld: Sequence[Scene]
 ) -> dict[str, Any]:
     good = [p.w_tcp[:, 0] > 0.0 for p in model.panels]
     gaps = [whole_gap(p)[g] for p, g in zip(model.panels, good, strict=True)]
@@ -224,7 +224,7 @@ def _summary(
     sizes = np.linalg.norm(np.concatenate(gaps), axis=1)
     regimes = regimes_of(model.panels, model.noise)
     further = regimes_of(model.panels, model.noise, FURTHER)
-    directions, axes, rungs = directions_of(model.panels), axes_of(model.panels), _rungs(ladders, good)
+    directions, axes, stages = directions_of(model.panels), axes_of(model.panels), _of_stages(by_stage, good)
     mm, segments = m_to_mm, segments_of(model.panels)
     return {
         "gap": {
@@ -237,15 +237,15 @@ def _summary(
             "outliers": model.outliers,
         },
         "where": {
-            "rungs": {n: None if v is None else mm(v.value) for n, v in rungs.items()},
-            "rung_intervals": {n: None if v is None else [mm(v.low), mm(v.high)] for n, v in rungs.items()},
-            "missing": sorted({m for one in ladders for m in one.missing})
+            "rungs": {n: None if v is None else mm(v.value) for n, v in stages.items()},
+            "rung_intervals": {n: None if v is None else [mm(v.low), mm(v.high)] for n, v in stages.items()},
+            "missing": sorted({m for one in by_stage for m in one.missing})
             + sorted({m for s in model.scenes for m in lacking(s)}),
-            "segments": [_told(s) for s in segments],
+            "segments": [_stretch(s) for s in segments],
             "change_points": [
                 {"log": s.log, "t_s": s.from_s, "line": s.from_line, "step_mm": mm(s.step)} for s in segments if s.step > 0.0
             ],
-            "lines": [_told(s) for s in lines_of(model.panels)],
+            "lines": [_stretch(s) for s in lines_of(model.panels)],
             "directions": {k: mm(v.value) for k, v in directions.items()},
             "direction_intervals": {k: [mm(v.low), mm(v.high)] for k, v in directions.items()},
             "axes": {k: v.value for k, v in axes.items()},
@@ -260,7 +260,7 @@ def _summary(
     }  # fmt: skip
 
 
-def _told(s: Segment) -> dict[str, Any]:
+def _stretch(s: Segment) -> dict[str, Any]:
     """A stretch for JSON."""
     return {
         "log": s.log, "from_line": s.from_line, "to_line": s.to_line, "from_s": s.from_s, "to_s": s.to_s,
@@ -269,11 +269,11 @@ def _told(s: Segment) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _rungs(ladders: Sequence[Ladder], good: Sequence[NDArray[np.bool_]]) -> dict[str, Share | None]:
-    """rms in m of every rung over all logs' good samples, with its interval; None where any log lacks it."""
+def _of_stages(by_stage: Sequence[StageGaps], good: Sequence[NDArray[np.bool_]]) -> dict[str, Share | None]:
+    """rms in m of every stage over all logs' good samples, with its interval; None where any log lacks it."""
     out: dict[str, Share | None] = {}
-    for name in RUNGS:
-        parts = [getattr(one, name) for one in ladders]
+    for name in STAGES:
+        parts = [getattr(one, name) for one in by_stage]
         blocks = [k * _BLOCKS + (np.arange(len(g)) * _BLOCKS) // len(g) for k, g in enumerate(good)]
         absent = any(p is None for p in parts)
         out[name] = None if absent else rms_of(*([x[g] for x, g in zip(y, good, strict=True)] for y in (parts, blocks)))

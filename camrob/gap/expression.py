@@ -68,7 +68,7 @@ def parse_expression(text: str, known: Collection[str]) -> Expression:
     try:
         tree = ast.parse(text, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError("is no formula") from None
+        raise ValueError("is not a formula") from None
     if sum(1 for _ in ast.walk(tree)) > _MOST_NODES:
         raise ValueError("is too long a formula")
     names: set[str] = set()
@@ -82,10 +82,10 @@ def _check(node: ast.expr, known: Collection[str], names: set[str], depth: int) 
         raise ValueError("is nested too deeply")
     if isinstance(node, ast.Constant):
         if isinstance(node.value, bool) or not isinstance(node.value, int | float) or not _bearable(node.value):
-            raise ValueError("holds something that is no ordinary number")
+            raise ValueError("holds something that is not an ordinary number")
     elif isinstance(node, ast.Name):
         if node.id not in known:
-            raise ValueError(f"names {node.id[:30]!r}, which is no signal; use {', '.join(sorted(known)[:60])}")
+            raise ValueError(f"names {node.id[:30]!r}, which is not a signal; use {', '.join(sorted(known)[:60])}")
         names.add(node.id)
     elif isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
         if isinstance(node.op, ast.Pow):
@@ -95,7 +95,7 @@ def _check(node: ast.expr, known: Collection[str], names: set[str], depth: int) 
                 and isinstance(power.value, int | float)
                 and abs(power.value) <= _MOST_POWER
             ):
-                raise ValueError(f"has a power that is no number up to {_MOST_POWER:g}")
+                raise ValueError(f"has a power that is not a number up to {_MOST_POWER:g}")
         _check(node.left, known, names, depth + 1)
         _check(node.right, known, names, depth + 1)
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):

@@ -44,12 +44,14 @@ def fitted_model(model: Model, members: frozenset[int]) -> FittedModel:
     for i in own:
         unit = model.units[i]
         values = model.best.mean[model.design.owner == i]
-        told = (
+        fitted_values = (
             UnitParameter(name=p.name, unit=p.unit, usual=p.usual, value=float(v))
             for p, v in zip(unit.parameters, values, strict=True)
         )
         state = {k: float(v) for k, v in model.states[unit.effect].items()}
-        units.append(FittedUnit(effect=unit.effect, axis=unit.axis, key=unit.key, parameters=tuple(told), state=state))
+        units.append(
+            FittedUnit(effect=unit.effect, axis=unit.axis, key=unit.key, parameters=tuple(fitted_values), state=state)
+        )
     cov = model.best.cov[np.ix_(columns, columns)]
     return FittedModel(units=tuple(units), covariance=tuple(tuple(map(float, row)) for row in cov))
 
@@ -60,7 +62,7 @@ def fitted_units(found: FittedModel, library: Sequence[Effect]) -> FittedUnits:
     for unit in found.units:
         if unit.effect not in by_name:
             hint = "give the cell that it was made with (its effects/ folder), or diagnose again"
-            raise InputError(f"the diagnosis found {unit.effect!r}, which is no effect here", hint=hint)
+            raise InputError(f"the diagnosis found {unit.effect!r}, which is not an effect here", hint=hint)
     units = tuple(
         Unit(
             u.effect,

@@ -26,7 +26,7 @@ Set = frozenset[int]
 
 @dataclass(frozen=True)
 class Handover:
-    """calibration: for `compensate`, None where nothing claimed can be told there, or correcting that alone would not shrink
+    """calibration: for `compensate`, None where nothing claimed can be stated there, or correcting that alone would not shrink
     the gap; summary: the part of the JSON object.
     """
 
@@ -44,9 +44,9 @@ def hand_over(model: Model, trial: Trial, claimed: Sequence[str], members: Set) 
     terms: dict[int, tuple[str, ...]] = {}
     for i in sorted(members):
         unit = model.units[i]
-        told = names[unit.effect].terms(unit, model.states[unit.effect])
-        if told:
-            terms[i] = told
+        own = names[unit.effect].terms(unit, model.states[unit.effect])
+        if own:
+            terms[i] = own
     handed = frozenset(terms)
     shrunk = shrinkage(model, trial, model.best.members, handed)
     left = _left(model, members - handed)

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 def withheld_errors(trial: Trial, together: Shrinkage) -> tuple[PathError, ...]:
-    """Log by log, in the logs' own order, the very residuals that the shrinkage `together` is told of."""
+    """Log by log, in the logs' own order, the very residuals that the shrinkage `together` is measured on."""
     parts: dict[int, list[tuple[NDArray[np.int64], int]]] = {}
     start = 0
     for k, asked, _ in trial.asked:
@@ -32,7 +32,7 @@ def withheld_errors(trial: Trial, together: Shrinkage) -> tuple[PathError, ...]:
 
 
 def fitted_errors(model: Model, members: frozenset[int]) -> tuple[PathError, ...]:
-    """Every fitted log, whole, without and with some units; frames that nobody told are fitted anew to both."""
+    """Every fitted log, whole, without and with some units; frames that are not known are fitted anew to both."""
     values = model.values(members, model.best)
     out = []
     for p in model.panels:

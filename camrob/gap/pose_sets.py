@@ -62,7 +62,7 @@ def _named(scenes: Sequence[Scene], name: str) -> Scene | None:
 
 
 def frozen_frames(model: Model, trial: Trial) -> Trial:
-    """The trial of sets of poses with the frames that nobody told fitted to the poses that are not asked, and frozen.
+    """The trial of sets of poses with the frames that are not known fitted to the poses that are not asked, and frozen.
 
     What the frames take up of the gap, and of each effect, where they are fitted, is taken from it where it is asked; so
     the gap before and after an effect is what frames of the fitted poses leave there. Paths, whose blocks are long, and

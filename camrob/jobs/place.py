@@ -96,12 +96,12 @@ def place(
     base_T_part = np.asarray(inputs.setup.base_T_part)
     found = place_part(inputs.cell, inputs.path, base_T_part, shifts, progress=stage_of(progress, "place"))
     plate = table_plate(inputs.cell)
-    standing = off_table(inputs, plate, np.asarray(found.base_T_part))
-    trial = try_placements(inputs, found, standing, stage_of(progress, "collisions"))
+    verdicts = off_table(inputs, plate, np.asarray(found.base_T_part))
+    trial = try_placements(inputs, found, verdicts, stage_of(progress, "collisions"))
     summary = _summary(found, trial, plate, inputs.cell.name, name)
     with staged_output(Path(out)) as folder:
         xyz_mm = m_to_mm(np.asarray(found.base_T_part)[:, :3, 3])
-        refused = [why if why not in (FREE, UNTRIED) else "" for why in trial.standing]
+        refused = [why if why not in (FREE, UNTRIED) else "" for why in trial.verdicts]
         picture = place_map(name, xyz_mm, found.value, trial.best, found.here, refused)
         (folder / f"{name}.place.svg").write_text(picture, encoding="utf-8")
         (folder / f"{name}.place.json").write_text(json.dumps(summary.to_json(), indent=1) + "\n", encoding="utf-8")
@@ -118,7 +118,7 @@ def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: st
             part_in_base=tuple(printed),
             inv_kf_bound_mean=float(found.mean[k]) or None,
             inv_kf_bound_min=float(found.worst[k]) or None,
-            standing=trial.standing[k] or "not tried: it ranks below the proposal",
+            standing=trial.verdicts[k] or "not tried: it ranks below the proposal",
         )
 
     clearance = trial.collisions.clearance_min

@@ -97,7 +97,7 @@ def predict(
         force: FORCE.toml, what pushes on the tool while it cuts; None: nothing does.
         pitch_mm: mm between the rays on which material is kept.
         cycle_ms: ms from row to row of the simulated run.
-        progress: is told a stage and the share of it that is done, 0 to 1.
+        progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
         The summary, the surface and the path (SI).
@@ -261,7 +261,7 @@ def _remarks(findings: Sequence[Finding]) -> tuple[Remark, ...]:
 def _set_up(program: Path, setup: Path | None, machine: Cell) -> Setup:
     beside = program.parent / "setup.toml"
     if setup is None and not beside.is_file():
-        raise InputError("nobody says what is cut, and by which cutter", hint="give --setup SETUP.toml", path=program)
+        raise InputError("nothing says what is cut, and by which cutter", hint="give --setup SETUP.toml", path=program)
     return read_setup(setup or beside, machine)
 
 

@@ -247,7 +247,7 @@ def _against(coverage: Coverage | None, inputs: JobInputs) -> Against | None:
         met=int(met.sum()),
         position_error_mm_max=m_to_mm(float(coverage.position_error.max(initial=0.0))),
         axis_error_deg_max=rad_to_deg(float(coverage.axis_error.max(initial=0.0))),
-        deviation_mm_max=m_to_mm(coverage.stray),
+        deviation_mm_max=m_to_mm(coverage.deviation),
     )
 
 

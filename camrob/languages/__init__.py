@@ -52,7 +52,7 @@ def language_of_file(path: Path) -> Language:
     found = next((name for name, one in LANGUAGES.items() if suffix == one.suffixes[0]), None)
     if found is None:
         raise InputError(
-            "is no robot program", hint="name a file that ends with " + " or ".join(program_suffixes()), path=path
+            "is not a robot program", hint="name a file that ends with " + " or ".join(program_suffixes()), path=path
         )
     return language_named(found)
 

@@ -48,7 +48,7 @@ class Milling:
         return not np.isfinite(self.depth + self.width)
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """In words."""
         return "from the material's coefficients" + (", the engagement from the removal" if self.asks_removal else "")
 
@@ -102,7 +102,7 @@ class Stated:
         return np.where(np.asarray(feed)[:, None] > 0.0, self.newton, 0.0)
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """In words."""
         along, across, axial = self.newton
         return f"{along:.0f} N along the feed, {across:.0f} N across it, {axial:.0f} N along the tool"
@@ -126,9 +126,9 @@ class CuttingForce:
         return self.model.asks_removal
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """In words."""
-        return self.model.told
+        return self.model.words
 
     def mean(self, feed: Array, area: Array | None = None) -> Array:
         """(N, 3) N along, across and axial at feeds (N,) m/s, areas (N,) m2 being cut; zeros where the tool stands."""

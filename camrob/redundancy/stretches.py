@@ -78,43 +78,43 @@ def joined_solutions(cell: Cell, stretches: Sequence[Stretch]) -> tuple[ToolPath
 def _joined_plans(path: ToolPathInBase, stretches: Sequence[Stretch]) -> PlanReport | None:
     """What the plans of all stretches say together; None unless each has one. Their curves stay with them."""
     plans = [s.solution.plan for s in stretches]
-    told = [p for p in plans if p is not None]
-    if len(told) != len(plans):
+    reports = [p for p in plans if p is not None]
+    if len(reports) != len(plans):
         return None
-    bound = np.concatenate([np.asarray(p.bound) for p in told])
+    bound = np.concatenate([np.asarray(p.bound) for p in reports])
     length = np.diff(path.length, prepend=0.0) * path.cutting
     length = length if np.any(length > 0.0) else np.ones(len(path))
     reached = np.concatenate([np.asarray(s.solution.inv_kf) for s in stretches])
     return PlanReport(
-        mode=told[0].mode,
-        chosen=", ".join(dict.fromkeys(p.chosen for p in told)),
-        rule="; ".join(dict.fromkeys(p.rule for p in told)),
+        mode=reports[0].mode,
+        chosen=", ".join(dict.fromkeys(p.chosen for p in reports)),
+        rule="; ".join(dict.fromkeys(p.rule for p in reports)),
         bound=bound,
         bound_mean=float(np.average(bound, weights=length)),
         bound_min=float(bound[length > 0.0].min()),
-        terms={name: sum(p.terms[name] for p in told) for name in told[0].terms},
+        terms={name: sum(p.terms[name] for p in reports) for name in reports[0].terms},
         curve=(),
-        repostures=sum(p.repostures for p in told),
-        retracts=sum(p.retracts for p in told),
+        repostures=sum(p.repostures for p in reports),
+        retracts=sum(p.retracts for p in reports),
         reached_mean=float(np.average(reached, weights=length)),
-        seconds=told[0].seconds,
-        missed=sum(p.missed for p in told),
-        mended=sum(p.mended for p in told),
-        accuracy=_joined_accuracy(told),
+        seconds=reports[0].seconds,
+        missed=sum(p.missed for p in reports),
+        mended=sum(p.mended for p in reports),
+        accuracy=_joined_accuracy(reports),
     )
 
 
 def _joined_accuracy(plans: Sequence[PlanReport]) -> PlanAccuracy | None:
     """What all stretches expect of the part together; None unless each does."""
-    told = [p.accuracy for p in plans if p.accuracy is not None]
-    if len(told) != len(plans):
+    found = [p.accuracy for p in plans if p.accuracy is not None]
+    if len(found) != len(plans):
         return None
-    length = [float(np.asarray(a.accuracy.length).sum()) for a in told]
-    square = np.average([a.best**2 for a in told], weights=length if any(length) else None)
+    length = [float(np.asarray(a.accuracy.length).sum()) for a in found]
+    square = np.average([a.best**2 for a in found], weights=length if any(length) else None)
     return replace(
-        told[0],
-        conditioning=reduce(ExpectedError.joined, (a.conditioning for a in told)),
-        accuracy=reduce(ExpectedError.joined, (a.accuracy for a in told)),
-        taken=any(a.taken for a in told),
+        found[0],
+        conditioning=reduce(ExpectedError.joined, (a.conditioning for a in found)),
+        accuracy=reduce(ExpectedError.joined, (a.accuracy for a in found)),
+        taken=any(a.taken for a in found),
         best=float(np.sqrt(square)),
     )

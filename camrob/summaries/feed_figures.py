@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from camrob.summaries.base import Summary, left_out
+from camrob.summaries.base import Summary, keyed, left_out
 
 __all__ = [
     "AxisTorque",
@@ -110,5 +110,5 @@ class Torques(Summary):
     """What the drives have to give, with the masses that it rests on."""
 
     masses: tuple[str, ...]
-    standing: str
+    provenance: str = keyed("standing")
     axes: Mapping[str, AxisTorque]

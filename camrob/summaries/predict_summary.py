@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from camrob.summaries.base import Summary, left_out
+from camrob.summaries.base import Summary, keyed, left_out
 from camrob.summaries.remarks import Remark
 
 __all__ = [
@@ -24,7 +24,7 @@ __all__ = [
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviationSize(Summary):
     """Deviations of a surface from the programmed one, along its normal: rms, the 95th percentile and the largest of their sizes,
-    and their mean with its sign (above 0: material stands).
+    and their mean with its sign (above 0: material is left).
     """
 
     points: int
@@ -68,7 +68,7 @@ class PredictedForce(Summary):
     """
 
     model: str
-    told: str
+    words: str = keyed("told")
     doubt: float
     yields: tuple[str, ...]
     tool: bool

@@ -1,4 +1,4 @@
-"""What serves where a file is silent: the set-up's feed and spindle speed, a unit of length that nobody has named."""
+"""What is used where a file is silent: the set-up's feed and spindle speed, a unit of length that nobody has named."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def check_feed(speed: float, line: int, stated: int) -> float:
 
 
 def feed_finding(feed: float, line: int) -> Finding:
-    """The warning that the set-up's feed (m/s) serves, from the cut at `line` on."""
-    text = f"the file states no feed before its first cut: feed_mm_min of the set-up serves, {m_s_to_mm_min(feed):g} mm/min"
+    """The warning that the set-up's feed (m/s) is used, from the cut at `line` on."""
+    text = f"the file states no feed before its first cut: feed_mm_min of the set-up is used, {m_s_to_mm_min(feed):g} mm/min"
     return Finding("feed-from-setup", text, Severity.WARNING, line)
 
 
@@ -83,7 +83,7 @@ def with_spindle(
     events.insert(index, Event(point, EventKind.SPINDLE_ON, rpm, "CLW"))
     out = tuple(dataclasses.replace(r, events=tuple(events)) if n == k else r for n, r in enumerate(regions))
     speed = (
-        f"its own speed, {rpm:g} rev/min, serves" if of_file else f"spindle_rpm of the set-up serves, {rpm:g} rev/min"
+        f"its own speed, {rpm:g} rev/min, is used" if of_file else f"spindle_rpm of the set-up is used, {rpm:g} rev/min"
     )
     text = f"the file starts no spindle before its first cut: {speed}, clockwise"
     return out, (Finding("spindle-from-setup", text, Severity.WARNING, line),)

@@ -39,10 +39,10 @@ def read_toolpath(
 
     `dialect` forces one by name ("nx-clsf", "creo-ncl", "catia-apt", "camworks-apt", "camworks-clt", "makino-cldata",
     "apt", "gcode"); `units` ("mm", "inch") overrides the file's. Arcs and curves become points within
-    `chord_tolerance` (m) and `angle_tolerance` (rad). `feed` (m/s) and `spindle_rpm` (rev/min) serve where the file states
+    `chord_tolerance` (m) and `angle_tolerance` (rad). `feed` (m/s) and `spindle_rpm` (rev/min) are used where the file states
     no feed or starts no spindle before its first cut, each with a finding; `diameters` (m, by tool number, 0: any) for surface
     speeds where the file names no cutter. `wear`: paths with cutter radius compensation are the tool centre's, and its offsets
-    hold wear only (else they are refused where the control would have to offset them). `progress` is told the share done (0..1).
+    hold wear only (else they are refused where the control would have to offset them). `progress` gets the share done (0..1).
     Raises ToolpathError, naming file, line and hint, for what can't be read honestly.
     """
     from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
@@ -60,7 +60,7 @@ def read_toolpath(
             raise error.at(place) from error
     is_gcode = dialect.startswith("gcode") if dialect is not None else looks_like_gcode(data)
     if not is_gcode:
-        return _in_the_hall(
+        return _in_the_world(
             read_cl(
                 place,
                 data,
@@ -74,7 +74,7 @@ def read_toolpath(
             place,
         )
     try:
-        return _in_the_hall(
+        return _in_the_world(
             read_gcode(
                 place,
                 data,
@@ -101,7 +101,7 @@ def _kinematics(dialect: str | None, path: Path) -> str | None:
     return name if name in KINEMATICS else None
 
 
-def _in_the_hall(toolpath: Toolpath, path: Path) -> Toolpath:
+def _in_the_world(toolpath: Toolpath, path: Path) -> Toolpath:
     """The toolpath itself. Raises ToolpathError for a point that lies farther away than any cell reaches."""
     for region in toolpath.regions:
         far = np.flatnonzero(~(np.abs(np.asarray(region.position)).max(axis=1, initial=0.0) <= FARTHEST))

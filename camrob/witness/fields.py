@@ -33,7 +33,7 @@ class Fields:
         """Refuses a key that is not among these: a slip of the pen would be read as if nothing stood there."""
         for key in self.table:
             if key not in keys:
-                raise self.wrong(key, "is no key of this table", f"write one of {', '.join(keys)}")
+                raise self.wrong(key, "is not a key of this table", f"write one of {', '.join(keys)}")
 
     def sub(self, key: str) -> Fields:
         """The table `key`; an empty one where it is absent."""

@@ -113,7 +113,7 @@ class Path:
 
     tip: (N, 3) m; axis: (N, 3) unit, from the tip to the holder. center, normal: (N, 3) m and unit, angle: (N,) rad > 0 of
     motions on a circle (right-handed about `normal`, 2 pi a full turn, more for several; an axial rise along `normal` makes a
-    helix); angle is NaN for a straight motion, and 0 for one that is a piece of a curve told in small steps (a program may
+    helix); angle is NaN for a straight motion, and 0 for one that is a piece of a curve given in small steps (a program may
     leave it by chords as it does a circle). line: (N,) 1-based line of the text.
     The tool's axis turns along the great arc from the motion's start to its end.
     """

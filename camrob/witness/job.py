@@ -47,7 +47,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """A set-up. `tools` by number, 0 the one tool that serves all numbers; bodies by "part" and "stock"."""
+    """A set-up. `tools` by number, 0 the one tool that stands for all numbers; bodies by "part" and "stock"."""
 
     base_T_part: Array = field(default_factory=lambda: np.eye(4))
     tools: Mapping[int, Tool] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class Job:
     given: bool = True  # False: there is no set-up, and all of this is assumed
 
     def tool(self, number: int) -> Tool | None:
-        """The tool of this number, else the one that serves all; None where the set-up names none such."""
+        """The tool of this number, else the one that stands for all; None where the set-up names none such."""
         return self.tools.get(number, self.tools.get(0))
 
     def corners(self, name: str) -> Array | None:
@@ -115,7 +115,7 @@ def _vertices(file: Path) -> Array:
     except (OSError, ValueError, IndexError, KeyError, TypeError, AttributeError) as failure:
         raise SetupError(f"the mesh can't be read ({failure})", hint="give an STL file", path=file) from failure
     if not len(points) or not np.isfinite(points).all():
-        raise SetupError("the mesh has no points, or some that are no numbers", hint="give an STL file", path=file)
+        raise SetupError("the mesh has no points, or some that are not numbers", hint="give an STL file", path=file)
     return points
 
 
@@ -161,7 +161,7 @@ def _tools(top: Fields) -> dict[int, Tool]:
     for fields in top.subs("tool"):
         number = fields.number("number", 0.0)
         if number != int(number) or number < 0 or ("number" in fields and number == 0):
-            raise fields.wrong("number", f"is {number:g}, which is no tool's number", "write 1, 2, ...")
+            raise fields.wrong("number", f"is {number:g}, which is not a tool's number", "write 1, 2, ...")
         if int(number) in tools:
             raise fields.wrong("number", "is given twice" if number else "is missing: more tools than one need numbers")
         tools[int(number)] = _tool(fields)

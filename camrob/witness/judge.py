@@ -141,9 +141,9 @@ def judge(
 def _alone(run: Run, clock: _Clock) -> Verdict:
     """What a program shows by itself."""
     judged = _areas(run.objections, path=False, run=run, process=False)
-    texts, told = _texts([], run, None), _process(run, None)
+    texts, process = _texts([], run, None), _process(run, None)
     return Verdict(
-        run.objections, texts, judged, 0, 0, not run.gaps, told, seconds=clock.seconds, files=tuple(run.files)
+        run.objections, texts, judged, 0, 0, not run.gaps, process, seconds=clock.seconds, files=tuple(run.files)
     )
 
 

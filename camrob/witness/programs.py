@@ -23,6 +23,6 @@ def run_program(program: Path, machine: Machine) -> Run:
     module = PROGRAMS.get(program.suffix.lower())
     if module is None:
         raise ProgramError(
-            "is no robot program", hint="name a file that ends with " + " or ".join(PROGRAMS), path=program
+            "is not a robot program", hint="name a file that ends with " + " or ".join(PROGRAMS), path=program
         )
     return cast(Run, import_module(module).run_program(program, machine))

@@ -33,7 +33,7 @@ def covered(cl: np.ndarray, program: np.ndarray, kind=None, region=None, **optio
 def test_point_for_point() -> None:
     found = covered(frames(line()), frames(line()))
     assert found.good and found.motion.tolist() == [0, 1, 2, 3, 4, 5]
-    assert found.position_error.max() < 1e-12 and found.stray == 0.0
+    assert found.position_error.max() < 1e-12 and found.deviation == 0.0
 
 
 def test_points_between_the_ends_count() -> None:
@@ -50,9 +50,9 @@ def test_a_hundredth_of_a_millimetre(off_mm: float, good: bool) -> None:
     found = covered(frames(line()), frames(tips))
     assert found.good is good
     if not good:
-        told = found.findings[0]
-        assert (told.code, told.line, told.point) == ("cl-point-missed", 103, 3)
-        assert told.value == pytest.approx(0.0101, abs=1e-6) and told.unit == "mm"
+        finding = found.findings[0]
+        assert (finding.code, finding.line, finding.point) == ("cl-point-missed", 103, 3)
+        assert finding.value == pytest.approx(0.0101, abs=1e-6) and finding.unit == "mm"
         assert covered(frames(line()), frames(tips), chord_tolerance=1e-5).good
 
 
@@ -81,7 +81,7 @@ def test_order_counts(order: list[int]) -> None:
 def test_a_detour_between_two_points_is_seen() -> None:
     tips = np.insert(line(), 3, [25.0, 8.0, 0.0], axis=0)
     found = covered(frames(line()), frames(tips))
-    assert not found.good and found.stray == pytest.approx(0.008, abs=1e-6)
+    assert not found.good and found.deviation == pytest.approx(0.008, abs=1e-6)
     assert [f.code for f in found.findings] == ["strays"]
     assert covered(frames(line()), frames(tips), region=[0, 0, 0, 1, 1, 1]).good  # between regions the way is free
 
@@ -183,6 +183,6 @@ def test_within_a_region_only_a_retract_clear_of_the_part_is_no_stray(between, k
     assert found.good is good
     if good:
         assert found.motion.tolist()[:4] == [0, 1, 2, 3] and found.leaves[3] == 4 + len(between)
-        assert found.stray < 1e-12
+        assert found.deviation < 1e-12
     else:
-        assert {f.code for f in found.findings} == {"strays"} and found.stray > 4e-4
+        assert {f.code for f in found.findings} == {"strays"} and found.deviation > 4e-4

@@ -115,7 +115,7 @@ def test_speed(tmp_path) -> None:
     assert found.count == 11 and found.value == pytest.approx(0.05) and found.limit == pytest.approx(0.0499)
 
 
-def test_no_speed_is_told_without_a_number(tmp_path) -> None:
+def test_no_speed_is_reported_without_a_number(tmp_path) -> None:
     import krl_rows
 
     postures = way()

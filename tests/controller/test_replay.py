@@ -37,9 +37,9 @@ def test_the_postures_come_back(tmp_path) -> None:
     program = read_rows(tmp_path, HOME, ptp_pose(A), lin(B), lin(C), e6axis(CELL.q_home))
     replayed = replay(program, CELL)
     assert codes(replayed) == []
-    told = np.stack([CELL.q_home, A, B, C, CELL.q_home])
-    np.testing.assert_allclose(replayed.q, told, atol=1e-8)
-    unrolled = told.copy()
+    expected = np.stack([CELL.q_home, A, B, C, CELL.q_home])
+    np.testing.assert_allclose(replayed.q, expected, atol=1e-8)
+    unrolled = expected.copy()
     unrolled[:, -1] = 0.0
     np.testing.assert_allclose(replayed.base_T_tool, base_T_tool(CELL, unrolled), atol=1e-8)
     assert replayed.samples > 20
@@ -67,8 +67,8 @@ def test_what_happens_on_the_way_against_the_twin(tmp_path) -> None:
     twin = lin_twin(A, B, 400)
     margin = np.minimum(twin - CELL.q_lower, CELL.q_upper - twin).min(axis=0)
     real = [i for i in range(len(CELL)) if np.isfinite(margin[i])]
-    told = np.asarray(replayed.margin)[1:3].min(axis=0)  # the way's begin is the PTP's end
-    np.testing.assert_allclose(told[real], margin[real], atol=2e-3)
+    expected = np.asarray(replayed.margin)[1:3].min(axis=0)  # the way's begin is the PTP's end
+    np.testing.assert_allclose(expected[real], margin[real], atol=2e-3)
     chain = chain_arrays(CELL)
     assert replayed.inv_kf[2] == pytest.approx(inverse_kf_many(chain, twin).min(), abs=2e-3)
     assert replayed.bend[2] == pytest.approx(np.abs(np.sin(twin[:, PART][:, 4])).min(), abs=2e-3)
@@ -169,13 +169,13 @@ def test_programs_of_another_cell_are_refused(tmp_path) -> None:
 
 
 def test_a_base_that_is_offset(tmp_path) -> None:
-    """The same way, told in a base that lies elsewhere on the table: the same postures."""
+    """The same way, given in a base that lies elsewhere on the table: the same postures."""
     from camrob.se3 import frame_from_xyzabc, inverse
 
     base_T_krl = frame_from_xyzabc(np.array([0.1, -0.2, 0.05, 0.4, 0.1, -0.2]))
     a, b, c = np.degrees([0.4, 0.1, -0.2])
-    told = f"{{X 100,Y -200,Z 50,A {a:.9f},B {b:.9f},C {c:.9f}}})"
-    head = HEAD.replace("{X 0,Y 0,Z 0,A 0,B 0,C 0})", told)
+    expected = f"{{X 100,Y -200,Z 50,A {a:.9f},B {b:.9f},C {c:.9f}}})"
+    head = HEAD.replace("{X 0,Y 0,Z 0,A 0,B 0,C 0})", expected)
     frame = inverse(base_T_krl) @ base_T_tool(CELL, np.append(B[:-1], 0.0))
     e = CELL.to_axis_values(B)[6:]
     program = read_rows(tmp_path, e6axis(A), f"LIN {e6pos(frame, *e)}", head=head)

@@ -368,14 +368,14 @@ def test_the_command(tmp_path, capsys):
     assert cli.run([*command, "--cycle-ms", "4", "--quiet"]) == 0
     assert len(read_log(out)) == pytest.approx(3 * len(log), abs=3)
     before = out.read_bytes()
-    for wrong, told in (
+    for wrong, message in (
         (["--cycle-ms", "nan"], "cycle-ms"),
         (["--cycle-ms", "0"], "cycle-ms"),
         (["--out", str(tmp_path / "a.txt")], ".csv"),
         (["--out", str(tmp_path / "cell.csv")], "cell.toml"),
     ):
         assert cli.run([*command, *wrong]) == 2
-        assert told in capsys.readouterr().err
+        assert message in capsys.readouterr().err
     program(tmp_path, *START, lin(x=3000))
     assert cli.run(command) == 3
     assert f"line {LIN}" in capsys.readouterr().err and out.read_bytes() == before
@@ -388,8 +388,8 @@ def test_verify_tells_the_largest_rounding(tmp_path, capsys):
     assert cli.run(["verify", str(tmp_path / "p.src"), "--cell", str(CELL), "--json"]) == 1
     found = json.loads(capsys.readouterr().out)
     assert {problem["code"] for problem in found["errors"]} == {"base-stands-still"}, "these lines set it without EK()"
-    told = found["approximation"]
-    assert told == {"corners": 1, "deviation_mm_max": pytest.approx(0.70711 / 4, abs=1e-5), "line": LIN}
+    rounding = found["approximation"]
+    assert rounding == {"corners": 1, "deviation_mm_max": pytest.approx(0.70711 / 4, abs=1e-5), "line": LIN}
 
 
 @pytest.mark.parametrize("name", ["a_nothing/circle1", "a_nothing/dome0", "d_servo_lag/tour0", "sealed3/tour0"])

@@ -180,17 +180,17 @@ def columns_of(
     sigma: float = 1e-5, seed: int = 0, turned: bool = True,
 ) -> dict[str, np.ndarray]:  # fmt: skip
     """A log's columns in its units. T: what was measured, None where nobody did; sigma: m an axis."""
-    rng, told = np.random.default_rng([seed, 7]), {"t": t}
+    rng, columns = np.random.default_rng([seed, 7]), {"t": t}
     if T is not None:
         p = 1e3 * (T[:, :3, 3] + rng.normal(0, sigma, (len(t), 3)))
-        told |= {n: p[:, k] for k, n in enumerate("xyz")}
+        columns |= {n: p[:, k] for k, n in enumerate("xyz")}
         if turned:
             abc = angles(T[:, :3, :3]) + rng.normal(0, 2e-3, (len(t), 3))
-            told |= {n: abc[:, k] for k, n in enumerate("abc")}
-    told |= {n: encoder[:, k] * machine.unit[k] for k, n in enumerate(machine.names)}
+            columns |= {n: abc[:, k] for k, n in enumerate("abc")}
+    columns |= {n: encoder[:, k] * machine.unit[k] for k, n in enumerate(machine.names)}
     if setpoint is not None:
-        told |= {f"c{n}": setpoint[:, k] * machine.unit[k] for k, n in enumerate(machine.names)}
-    return told
+        columns |= {f"c{n}": setpoint[:, k] * machine.unit[k] for k, n in enumerate(machine.names)}
+    return columns
 
 
 def text(columns: dict[str, np.ndarray]) -> str:

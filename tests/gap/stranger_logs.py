@@ -45,7 +45,7 @@ COLUMN = Machine(
 @dataclass(frozen=True)
 class Brought:
     """logs: (name, CSV, TOML beside it). Either `refused`, words that the one line holds, or an answer: `truth`, the names that
-    may be said above 0.8, of which one of each set of `must` is claimed; gross: rows that are to be told as such.
+    may be said above 0.8, of which one of each set of `must` is claimed; gross: rows that are to be reported as such.
     """
 
     machine: Machine
@@ -174,7 +174,7 @@ def slipped(machine: Machine) -> Brought:
     )
 
 
-def several(machine: Machine, told: bool) -> Brought:
+def several(machine: Machine, stated: bool) -> Brought:
     """Three reflectors on each of 15 postures, a log a reflector."""
     axis = scattered(machine, 15, 1)
     T = true_poses(machine, axis, Faults(zeros=ZEROS, lengths=lengths(machine), rest=5e-5), 5)
@@ -184,7 +184,7 @@ def several(machine: Machine, told: bool) -> Brought:
         columns = columns_of(
             machine, np.arange(15) * 12.0, axis, INSTRUMENT @ T @ target, sigma=SIGMA, seed=k, turned=False
         )
-        beside = 'same_poses_as = "t0.csv"\nsame_frame_as = "t0.csv"\n' if told and k else ""
+        beside = 'same_poses_as = "t0.csv"\nsame_frame_as = "t0.csv"\n' if stated and k else ""
         logs.append((f"t{k}.csv", text(columns), ALL_UNKNOWN + beside + "poses = true\nsigma_mm = 0.01\n"))
     return Brought(machine, tuple(logs), truth=frozenset(SMOOTH))
 

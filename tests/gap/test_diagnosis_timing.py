@@ -35,7 +35,7 @@ def regime(what: str, before: float, after: float, *, worse: bool = False) -> di
             "shrink_interval": [shrink - 0.05, shrink + 0.05], "doubt_mm": 0.004, "worse": worse}  # fmt: skip
 
 
-def test_a_pause_is_told_in_the_terminal_and_on_the_page() -> None:
+def test_a_pause_is_reported_in_the_terminal_and_on_the_page() -> None:
     (line,) = timing_texts(diagnosis_summary(paused().summary))
     assert "a pause of 3.0 s at line" in line
     assert "more than the virtual controller" in line
@@ -63,9 +63,9 @@ def test_a_run_as_the_virtual_controller_has_it_is_called_so_and_a_slower_one_no
 
 @pytest.mark.slow
 def test_a_log_without_a_program_is_said_to_be_not_compared() -> None:
-    told = diagnosis_summary(two_effects())
-    assert timing_texts(told) == []
-    assert "not compared, no program" in timing_section(told)
+    summary = diagnosis_summary(two_effects())
+    assert timing_texts(summary) == []
+    assert "not compared, no program" in timing_section(summary)
 
 
 def test_regimes_are_told_from_the_least_to_the_most_and_harm_plainly() -> None:
@@ -74,9 +74,9 @@ def test_regimes_are_told_from_the_least_to_the_most_and_harm_plainly() -> None:
     assert "shrinks by 75 % (E1 below 3 mm) to 90 % (E1 above 9 mm)" in text
     assert "worse" not in text
     harmful = regime("speed above <b>9</b> mm/s", 0.3, 0.6, worse=True)
-    told = diagnosis_summary(together={"regimes_withheld": [*regimes, harmful]})
-    assert "predicts worse than nothing on speed above <b>9</b> mm/s, 0.300 → 0.600 mm" in regimes_text(told)
-    table = regimes_table(told)
+    summary = diagnosis_summary(together={"regimes_withheld": [*regimes, harmful]})
+    assert "predicts worse than nothing on speed above <b>9</b> mm/s, 0.300 → 0.600 mm" in regimes_text(summary)
+    table = regimes_table(summary)
     assert table.count("worse than nothing") == 1
     assert "<b>9</b>" not in table
     assert regimes_text(diagnosis_summary()) == regimes_table(diagnosis_summary()) == ""
@@ -84,9 +84,9 @@ def test_regimes_are_told_from_the_least_to_the_most_and_harm_plainly() -> None:
 
 @pytest.mark.slow
 def test_what_makes_it_worse_on_withheld_samples_is_said() -> None:
-    told = dict(two_effects())
-    assert careful_text(diagnosis_summary(told)) == ""
-    entry = dict(told["effects"][0])
+    figures = dict(two_effects())
+    assert careful_text(diagnosis_summary(figures)) == ""
+    entry = dict(figures["effects"][0])
     worse = {
         **entry["added_last"],
         "rms_before_mm": 0.08,
@@ -94,15 +94,15 @@ def test_what_makes_it_worse_on_withheld_samples_is_said() -> None:
         "shrink": -0.375,
         "shrink_interval": [-0.5, -0.2],
     }
-    told["effects"] = [{**entry, "added_last": worse}]
-    told["together"] = {**told["together"], "left_aside": 250}
-    said = careful_text(diagnosis_summary(told))
+    figures["effects"] = [{**entry, "added_last": worse}]
+    figures["together"] = {**figures["together"], "left_aside": 250}
+    said = careful_text(diagnosis_summary(figures))
     assert f"adding {entry['effect']} last makes it worse there, 0.080 → 0.110 mm" in said
     assert "250 samples are left aside" in said
-    told["together"] = {**told["together"], "shrink": -0.2, "rms_before_mm": 0.1, "rms_after_mm": 0.12}
-    assert "all together leave more than there was" in careful_text(diagnosis_summary(told))
-    told["effects"] = []
-    assert careful_text(diagnosis_summary(told)) == ""
+    figures["together"] = {**figures["together"], "shrink": -0.2, "rms_before_mm": 0.1, "rms_after_mm": 0.12}
+    assert "all together leave more than there was" in careful_text(diagnosis_summary(figures))
+    figures["effects"] = []
+    assert careful_text(diagnosis_summary(figures)) == ""
 
 
 def test_the_page_holds_every_effect_alone_and_added_last_with_tails() -> None:

@@ -12,7 +12,7 @@ from test_gap_effects import DEG, plant_link, plant_play
 
 from camrob.errors import LogError
 from camrob.gap.diagnose import diagnose
-from camrob.gap.locate.by_stage import ladder
+from camrob.gap.locate.by_stage import stage_gaps
 from camrob.gap.observation.program_track import track_of
 from camrob.gap.observation.scene import make_scene
 from camrob.jobs.diagnose import diagnose as diagnose_job
@@ -34,12 +34,12 @@ def test_the_rungs_add_up_to_the_whole_sample_by_sample() -> None:
         world.link[:, 2] += 2e-4
 
     scene = make_scene(simulated(apply, sigma_mm=SIGMA), kr15())
-    rungs = ladder(scene, None)
-    assert rungs.program_to_setpoint is None
-    assert any("program" in m for m in rungs.missing)
-    assert rungs.setpoint_to_encoder is not None
-    assert np.abs(rungs.setpoint_to_encoder + rungs.encoder_to_tcp - rungs.whole).max() < 1e-12
-    assert 1e-5 < np.sqrt(np.mean(rungs.setpoint_to_encoder**2)) < 1e-3
+    stages = stage_gaps(scene, None)
+    assert stages.program_to_setpoint is None
+    assert any("program" in m for m in stages.missing)
+    assert stages.setpoint_to_encoder is not None
+    assert np.abs(stages.setpoint_to_encoder + stages.encoder_to_tcp - stages.whole).max() < 1e-12
+    assert 1e-5 < np.sqrt(np.mean(stages.setpoint_to_encoder**2)) < 1e-3
 
 
 def test_no_effect_is_invented_where_there_is_none() -> None:
@@ -143,10 +143,10 @@ def test_the_program_rung_of_a_sample_is_nothing_and_all_three_add_up() -> None:
     if not folder.is_dir():
         pytest.skip("../shared is not here: no labelled samples")
     scene = make_scene(read_log(folder / "circle1.csv"), kr15())
-    rungs = ladder(scene, track_of(scene, read_krl(folder / "circle1.src")))
-    assert rungs.missing == ()
-    assert rungs.program_to_setpoint is not None
-    assert rungs.setpoint_to_encoder is not None
-    total = rungs.program_to_setpoint + rungs.setpoint_to_encoder + rungs.encoder_to_tcp
-    assert np.abs(total - rungs.whole).max() < 1e-12
-    assert np.sqrt(np.mean(np.sum(rungs.program_to_setpoint**2, axis=1))) < 1e-6
+    stages = stage_gaps(scene, track_of(scene, read_krl(folder / "circle1.src")))
+    assert stages.missing == ()
+    assert stages.program_to_setpoint is not None
+    assert stages.setpoint_to_encoder is not None
+    total = stages.program_to_setpoint + stages.setpoint_to_encoder + stages.encoder_to_tcp
+    assert np.abs(total - stages.whole).max() < 1e-12
+    assert np.sqrt(np.mean(np.sum(stages.program_to_setpoint**2, axis=1))) < 1e-6

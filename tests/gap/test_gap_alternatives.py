@@ -8,22 +8,22 @@ from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
 
 
-def told(sets, probability):
+def believed_sets(sets, probability):
     return {frozenset(a["effects"]): a["probability"] for a in alternatives(sets, probability)}
 
 
 def test_evidence_without_a_doubt_is_believed_no_more_than_its_names() -> None:
     """Two names that are wrong together: the pair is as sure as each of them, and not their product."""
-    found = told({frozenset({"a", "b"}): 1.0}, {"a": BELIEF.surest, "b": BELIEF.surest})
+    found = believed_sets({frozenset({"a", "b"}): 1.0}, {"a": BELIEF.surest, "b": BELIEF.surest})
     assert found[frozenset({"a", "b"})] == pytest.approx(BELIEF.surest, abs=1e-9) or len(found) == 1
-    doubted = told({frozenset({"a", "b"}): 1.0}, {"a": 0.9, "b": 0.6})
+    doubted = believed_sets({frozenset({"a", "b"}): 1.0}, {"a": 0.9, "b": 0.6})
     assert doubted == pytest.approx({frozenset({"a", "b"}): 0.6, frozenset({"a"}): 0.3, frozenset(): 0.1})
 
 
 def test_a_name_that_is_not_believed_is_in_no_set() -> None:
     """Evidence alone said "payload, 1.00" of a foreign cause whose name the verdict had withdrawn."""
-    assert told({frozenset({"payload"}): 1.0}, {"payload": 0.0}) == {frozenset(): 1.0}
-    assert told({frozenset({"payload", "unknown"}): 1.0}, {"payload": 0.05}) == pytest.approx(
+    assert believed_sets({frozenset({"payload"}): 1.0}, {"payload": 0.0}) == {frozenset(): 1.0}
+    assert believed_sets({frozenset({"payload", "unknown"}): 1.0}, {"payload": 0.05}) == pytest.approx(
         {frozenset(): 0.95, frozenset({"payload"}): 0.05}
     )
 
@@ -36,11 +36,11 @@ def test_sets_sum_to_one_and_no_name_is_surer_than_believed() -> None:
         frozenset(): 0.02,
     }
     believed = {"a": 0.78, "b": 0.55, "c": 0.2}
-    found = told(sets, believed)
+    found = believed_sets(sets, believed)
     assert sum(found.values()) == pytest.approx(1.0)
     for name, p in believed.items():
-        # the least likely sets, 3 % together, are not told
+        # the least likely sets, 3 % together, are not reported
         assert sum(q for s, q in found.items() if name in s) <= p / 0.97 + 1e-9
     plain = {n: p**BELIEF.slope for n, p in sets.items()}
-    sure = told(sets, {"a": 1.0, "b": 1.0, "c": 1.0})
+    sure = believed_sets(sets, {"a": 1.0, "b": 1.0, "c": 1.0})
     assert sure[frozenset({"a", "b"})] == pytest.approx(plain[frozenset({"a", "b"})] / sum(plain.values()), rel=0.04)

@@ -166,19 +166,19 @@ def test_the_scorer_judges_the_place_of_what_is_foreign() -> None:
     """Stage, first axis, and what it follows first; an axis named where none is to blame is wrong."""
     rig = {"noise_mm": 0.03, "lacks": "", "poses": False, "in_base": False, "position_only": False}
 
-    def told(kind, said_axes, regimes, rung="encoder_to_tcp", **facts):
+    def judged(kind, said_axes, regimes, rung="encoder_to_tcp", **facts):
         label = {"kind": "outside", "effects": {kind: {"size": 3.0, **facts}}, **rig}
         where = {"rung": rung, "axes": said_axes, "regimes": regimes}
         return placed(Row("mix", {"seed": 1}, label, said(unknown={"probability": 1.0, "where": where})))
 
-    assert all(told("bent_axis", ["A1"], ["position"], axes=["A1"]).values())
-    assert not told("bent_axis", ["A2", "A1"], ["position"], axes=["A1"])["axis"]
-    assert not told("bent_axis", [], ["position"], axes=["A1"])["axis"]
-    assert all(told("slip", [], ["time", "position"]).values())
-    assert not told("slip", ["E1"], ["time"])["axis"]
-    assert not told("slip", [], ["position", "time"])["what it follows"]
-    assert not told("vibration", [], [], rung="setpoint_to_encoder")["stage"]
-    assert all(told("loose_tool", ["A6"], ["position"]).values())
+    assert all(judged("bent_axis", ["A1"], ["position"], axes=["A1"]).values())
+    assert not judged("bent_axis", ["A2", "A1"], ["position"], axes=["A1"])["axis"]
+    assert not judged("bent_axis", [], ["position"], axes=["A1"])["axis"]
+    assert all(judged("slip", [], ["time", "position"]).values())
+    assert not judged("slip", ["E1"], ["time"])["axis"]
+    assert not judged("slip", [], ["position", "time"])["what it follows"]
+    assert not judged("vibration", [], [], rung="setpoint_to_encoder")["stage"]
+    assert all(judged("loose_tool", ["A6"], ["position"]).values())
 
 
 def test_intervals_and_calibration_against_known_numbers() -> None:

@@ -105,7 +105,7 @@ lower = -0.2
 upper = 0.2
 """
     effect = cell_effects(folder(tmp_path, "hose", text), kr15())[0]
-    assert effect.rungs == ("setpoint_to_encoder", "encoder_to_tcp")
+    assert effect.stages == ("setpoint_to_encoder", "encoder_to_tcp")
     assert [round(t["tau_s"], 3) for t in effect.trials] == [0.1, 0.2, 0.4, 0.8, 1.6, 3.2]
     scene = make_scene(simulated(), kr15())
     assert effect_faults(effect, [scene]) == []

@@ -117,8 +117,8 @@ def test_play_is_taken_off_the_path_of_the_true_machine(tmp_path: Path) -> None:
     first = closed_loop.run_on_cell(program, three_plays, 1)
     write_log(first, tmp_path / "run1.csv")
     diagnose(cell=KR15, log=[tmp_path / "run1.csv"], out=tmp_path / "diagnosis")
-    told = json.loads((tmp_path / "diagnosis" / "diagnosis.json").read_text())
-    assert [e["effect"] for e in told["effects"] if e["probability"] > 0.5] == ["backlash"]
+    summary = json.loads((tmp_path / "diagnosis" / "diagnosis.json").read_text())
+    assert [e["effect"] for e in summary["effects"] if e["probability"] > 0.5] == ["backlash"]
 
     said = compensate(program, cell=KR15, diagnosis=tmp_path / "diagnosis", out=tmp_path / "out").summary
     assert said.machine is not None and said.calibration is None

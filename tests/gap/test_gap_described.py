@@ -50,9 +50,9 @@ def held_to(log: MeasurementLog, name: str, values: dict[str, float], state=None
                 servo[:, scene.index(axis)] += value * signal
     assert found == set(values)
     inner = slice(skip, -skip) if skip else slice(None)
-    for gap, told in ((scene.tcp_gap, tcp), (scene.servo_gap, servo)):
-        if gap is not None and np.abs(told).max() > 0.0:
-            left = (gap - told)[inner]
+    for gap, expected in ((scene.tcp_gap, tcp), (scene.servo_gap, servo)):
+        if gap is not None and np.abs(expected).max() > 0.0:
+            left = (gap - expected)[inner]
             assert np.sqrt(np.mean(left**2)) < share * np.sqrt(np.mean(gap[inner] ** 2)) + 1e-8
 
 
@@ -136,12 +136,12 @@ def test_a_motor_whose_torque_ripples(kind: str) -> None:
     effect = next(e for e in library() if e.name == "motor_commutation")
     units = [u for u in effect.units([scene], {}) if u.axis == "A2"]
     assert {u.axis for u in effect.units([scene], {})} == {"A2"}
-    told = float(units[0].key.split()[1]) * 2.0 * np.pi
-    assert told == pytest.approx(order, rel=5e-3)
+    found_order = float(units[0].key.split()[1]) * 2.0 * np.pi
+    assert found_order == pytest.approx(order, rel=5e-3)
     if kind == "offset":
         X = np.stack([c.servo["A2"] for c in effect.columns(scene, units[0], {})], axis=1)
     else:
-        half = replace(units[1], key=f"gain {0.5 * told / (2.0 * np.pi):.6f}")
+        half = replace(units[1], key=f"gain {0.5 * found_order / (2.0 * np.pi):.6f}")
         X = np.stack([c.servo["A2"] for c in effect.columns(scene, half, {})], axis=1)
     y = scene.servo_gap[:, 1]
     left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]

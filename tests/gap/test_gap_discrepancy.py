@@ -80,7 +80,7 @@ def test_integrating_it_out_is_what_a_dense_gaussian_says() -> None:
         FieldGram(C[None], D[None], d[None], part),
     )
     evidence = Evidence(design, noise, sizes=sizes)
-    found, told = [], []
+    found, expected = [], []
     for members in (frozenset[int](), frozenset({0}), frozenset({1, 2})):
         widths = np.where(np.isin(np.arange(K), list(members)), 0.3, evidence._widths[0])
         fitted = evidence._solve(members, widths, {})
@@ -90,11 +90,11 @@ def test_integrating_it_out_is_what_a_dense_gaussian_says() -> None:
         for row in range(6):
             S = sizes[row // 3][part]
             cov[row::6, row::6] += F @ np.diag(S**2) @ F.T
-        told.append(multivariate_normal(np.zeros(6 * N), cov).logpdf(y.ravel()))
+        expected.append(multivariate_normal(np.zeros(6 * N), cov).logpdf(y.ravel()))
         mean = np.diag(widths**2) @ X.reshape(-1, K).T @ np.linalg.solve(cov, y.ravel())
         assert fitted.mean == pytest.approx(mean, rel=1e-6, abs=1e-9)
     # but for what the white noise says whatever is in
-    assert np.diff(found) == pytest.approx(np.diff(told), abs=1e-6)
+    assert np.diff(found) == pytest.approx(np.diff(expected), abs=1e-6)
     without = Evidence(design, noise).fit(frozenset({0})).score
     assert Evidence(design, noise, sizes=no_sizes()).fit(frozenset({0})).score == pytest.approx(without, abs=1e-9)
 

@@ -73,27 +73,27 @@ def test_an_axis_tells_what_its_error_follows_and_how_much(name: str) -> None:
     u = path(6)
     encoder = u.copy()
     encoder[:, 1] = plant(u[:, 1])
-    told = axes_report([make_scene(log(ur10(), u, encoder), ur10())])
-    found = told["A2"]["pattern"]
+    report = axes_report([make_scene(log(ur10(), u, encoder), ur10())])
+    found = report["A2"]["pattern"]
     assert (found["follows"], found["unit"]) == (follows, unit)
     assert found["coefficient"] == pytest.approx(coefficient, rel=0.1)
     assert found["share"] > 0.8
     error = np.rad2deg(encoder[:, 1] - u[:, 1])[::3]
-    assert told["A2"]["rms"] == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.01)
-    assert told["A2"]["worst"] == pytest.approx(np.abs(error).max(), rel=0.02)
-    assert told["A1"]["pattern"]["follows"] == "constant"  # nothing but noise there
+    assert report["A2"]["rms"] == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.01)
+    assert report["A2"]["worst"] == pytest.approx(np.abs(error).max(), rel=0.02)
+    assert report["A1"]["pattern"]["follows"] == "constant"  # nothing but noise there
     if name == "commutation":
         assert found["period"] == pytest.approx(np.rad2deg(2 * np.pi / 60.0), rel=0.02)
 
 
-def test_the_error_of_an_axis_is_told_at_the_tool_too_and_against_noise_and_tolerance() -> None:
+def test_the_error_of_an_axis_is_reported_at_the_tool_too_and_against_noise_and_tolerance() -> None:
     u = path(1)
     encoder = u + 1e-4
     scene = make_scene(log(single(), u, encoder), single())
     lever = float(np.linalg.norm(scene.nominal[0, :2, 3]))  # of the tip, from the one axis, which is z of the foot
-    told = axes_report([scene])["A1"]
-    assert told["rms_mm"] == pytest.approx(0.1 * lever, rel=1e-3)
-    assert told["within"] == ""
+    report = axes_report([scene])["A1"]
+    assert report["rms_mm"] == pytest.approx(0.1 * lever, rel=1e-3)
+    assert report["within"] == ""
     for facts, word in (
         ({"sigma_axis": 1.1e-4}, "noise"),
         ({"tolerance": 6e-5}, "tolerance"),
@@ -119,19 +119,19 @@ def test_play_between_two_encoders_is_the_links() -> None:
 
 @pytest.mark.slow(after=1)
 @pytest.mark.parametrize("cell", [single, seven], ids=["one axis", "seven axes"])
-def test_a_log_of_drives_alone_is_diagnosed_for_its_rung(cell) -> None:
+def test_a_log_of_drives_alone_is_diagnosed_for_its_stage(cell) -> None:
     u = path(len(cell().axis_names))
     encoder = np.stack([lagged(column, 0.015) for column in u.T], axis=1)
     found = diagnose([log(cell(), u, encoder, every=10)], cell())
-    told = found.summary
+    summary = found.summary
     assert found.claimed == ("servo_lag",)
-    assert told["effects"][0]["parameters"]["tau_s"]["value"] == pytest.approx(0.015, rel=0.03)
-    assert told["where"]["rungs"]["encoder_to_tcp"] is None
-    assert told["where"]["rungs"]["setpoint_to_encoder"] > 0.0
-    assert any("no measured pose" in m for m in told["where"]["missing"])
-    assert told["latency_s"]["value"] is None
-    assert told["axes_report"]["A1"]["pattern"]["follows"] == "speed"
-    assert not_finite(told) == []
+    assert summary["effects"][0]["parameters"]["tau_s"]["value"] == pytest.approx(0.015, rel=0.03)
+    assert summary["where"]["rungs"]["encoder_to_tcp"] is None
+    assert summary["where"]["rungs"]["setpoint_to_encoder"] > 0.0
+    assert any("no measured pose" in m for m in summary["where"]["missing"])
+    assert summary["latency_s"]["value"] is None
+    assert summary["axes_report"]["A1"]["pattern"]["follows"] == "speed"
+    assert not_finite(summary) == []
 
 
 @pytest.mark.parametrize("kind", ["T", "I"])
@@ -148,12 +148,12 @@ def test_torques_and_currents_tell_a_load_that_nobody_counted(kind: str) -> None
     factor = 1.0 if kind == "T" else 1.0 / np.array([11.0, 12.0, 9.0, 6.0, 5.0, 5.5])
     columns = {n: v[rows] for n, v in ({"t": T} | axis_columns(ur10(), u) | axis_columns(ur10(), u, "c")).items()}
     columns |= {f"{kind}{k + 1}": (torque * factor)[:, k] for k in range(6)}
-    told = load_from_drives([make_scene(MeasurementLog(columns, LogInfo(), Path("drives.csv")), ur10())])
-    assert told is not None
-    assert told["mass_kg"] == pytest.approx(3.0, abs=max(3.0 * told["std"], 0.1))
-    assert told["std"] < 0.3
-    assert told["axes"]["A2"]["friction"] == pytest.approx(9.0 if kind == "T" else 9.0 / 12.0, rel=0.1)
-    assert "A1" not in told["axes"]  # upright: gravity does not load it
+    report = load_from_drives([make_scene(MeasurementLog(columns, LogInfo(), Path("drives.csv")), ur10())])
+    assert report is not None
+    assert report["mass_kg"] == pytest.approx(3.0, abs=max(3.0 * report["std"], 0.1))
+    assert report["std"] < 0.3
+    assert report["axes"]["A2"]["friction"] == pytest.approx(9.0 if kind == "T" else 9.0 / 12.0, rel=0.1)
+    assert "A1" not in report["axes"]  # upright: gravity does not load it
 
 
 COLUMN = """schema = 1
@@ -175,11 +175,11 @@ def test_a_column_alone_is_diagnosed_by_the_command_and_its_page_is_written(tmp_
     columns = {"t": T[::8], "E1": 1e3 * y[::8], "cE1": 1e3 * u[::8]}
     write_log(MeasurementLog(columns, LogInfo()), tmp_path / "run.csv")
     diagnose_job(cell=tmp_path / "cell", log=[tmp_path / "run.csv"], out=tmp_path / "out")
-    told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert told["effects"][0]["effect"] == "servo_lag"
-    assert told["effects"][0]["probability"] > 0.5
-    assert told["effects"][0]["parameters"]["tau_s"]["value"] == pytest.approx(0.03, rel=0.01)
-    assert told["axes_report"]["E1"]["unit"] == "mm"
+    summary = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert summary["effects"][0]["effect"] == "servo_lag"
+    assert summary["effects"][0]["probability"] > 0.5
+    assert summary["effects"][0]["parameters"]["tau_s"]["value"] == pytest.approx(0.03, rel=0.01)
+    assert summary["axes_report"]["E1"]["unit"] == "mm"
     assert "set-point" in (tmp_path / "out" / "diagnosis.html").read_text()
 
 

@@ -30,7 +30,7 @@ DEG = np.pi / 180.0
 def test_the_library_has_the_contracts_names() -> None:
     assert {e.name for e in library()} == CONTRACT
     assert {e.name for e in library(["backlash"])} == CONTRACT - {"backlash"}
-    with pytest.raises(InputError, match="is no effect; use one of"):
+    with pytest.raises(InputError, match="is not an effect; use one of"):
         library(["no_such_thing"])
 
 
@@ -61,11 +61,11 @@ def test_the_conformance_suite_can_fail() -> None:
     good = next(e for e in library() if e.name == "backlash")
     for change, words in (
         ({"physics": "Play"}, "says no physics"),
-        ({"rungs": ("moon",)}, "names a rung"),
+        ({"stages": ("moon",)}, "names a stage"),
         ({"accuracy": 3.0}, "accurate"),
         ({"name": "other"}, "gives a unit of backlash"),
         ({"columns": lambda s, u, st: ()}, "gives 0 columns"),
-        ({"rungs": ("setpoint_to_encoder",)}, "without naming that rung"),
+        ({"stages": ("setpoint_to_encoder",)}, "without naming that stage"),
     ):
         assert any(words in f for f in effect_faults(replace(good, **change), [scene]))
 

@@ -55,15 +55,15 @@ def test_effects_far_larger_than_the_gap_that_cancel_cost_and_others_do_not() ->
 
 def test_an_effect_counts_by_how_probable_it_is_that_it_moves_the_tool_enough() -> None:
     sizes = np.linspace(0.0, 1.0, 21)
-    told = []
+    chances = []
     for size in sizes:
         evidence = two_alike(0.9, (5.0, size * NOISE / 1.35e-3))
-        told.append(evidence.seen(evidence.fit(frozenset({0, 1})))["other"])
-    assert np.all(np.diff(told) > -0.05)
-    assert told[0] < 0.02
-    assert told[-1] > 0.98
+        chances.append(evidence.seen(evidence.fit(frozenset({0, 1})))["other"])
+    assert np.all(np.diff(chances) > -0.05)
+    assert chances[0] < 0.02
+    assert chances[-1] > 0.98
     # half-way where the effect is just large enough, but for the noise drawn
-    assert sizes[np.argmax(np.array(told) > 0.5)] == pytest.approx(COUNTS_FROM, abs=0.2)
+    assert sizes[np.argmax(np.array(chances) > 0.5)] == pytest.approx(COUNTS_FROM, abs=0.2)
 
 
 def test_a_set_is_divided_over_the_names_that_count() -> None:
@@ -111,18 +111,18 @@ def test_single_poses_that_scatter_beyond_their_noise_are_not_called_explained()
     assert diagnose([quiet], kr15()).summary["status"] == "no gap"
 
 
-def untold(log):
-    """A log of which nobody told the instrument's noise."""
+def unstated(log):
+    """A log that does not state the instrument's noise."""
     return replace(log, info=replace(log.info, sigma_position=float("nan"), sigma_angle=float("nan")))
 
 
 @pytest.mark.slow
 def test_the_noise_of_single_poses_that_nobody_told_is_found_from_what_nothing_explains() -> None:
-    quiet = untold(simulated(sigma_mm=0.03, run=poses(), poses=True))
+    quiet = unstated(simulated(sigma_mm=0.03, run=poses(), poses=True))
     found = diagnose([quiet], kr15())
     assert found.claimed == ()
     assert found.summary["gap"]["noise_mm"] == pytest.approx(0.03 * np.sqrt(3.0), rel=0.15)
-    offset = untold(simulated(plant_link(2, lambda w: 1e-3), sigma_mm=0.03, run=poses(), poses=True))
+    offset = unstated(simulated(plant_link(2, lambda w: 1e-3), sigma_mm=0.03, run=poses(), poses=True))
     assert diagnose([offset], kr15()).claimed == ("joint_offset",)
     with pytest.raises(LogError, match="too few"):
-        diagnose([untold(simulated(sigma_mm=0.03, run=poses(14), poses=True))], kr15())
+        diagnose([unstated(simulated(sigma_mm=0.03, run=poses(14), poses=True))], kr15())

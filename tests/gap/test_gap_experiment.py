@@ -61,9 +61,9 @@ def test_every_motion_differs_from_the_run_as_it_says() -> None:
 def test_the_best_motion_is_the_one_that_physics_asks_for() -> None:
     plan = found("compliance").summary["experiment"]
     assert plan["rivals"][0] == ["joint_compliance"]
-    told = {c["motion"]: c["separation_sigmas"] for c in plan["considered"]}
+    sigmas = {c["motion"]: c["separation_sigmas"] for c in plan["considered"]}
     # a load tells compliance from what does not sag; running it backwards, or warm, tells nothing new
-    assert max(told["payload"], told["track"]) > 1.05 * max(told["reversed"], told["warm"])
+    assert max(sigmas["payload"], sigmas["track"]) > 1.05 * max(sigmas["reversed"], sigmas["warm"])
     assert plan["separation_mm"] > 0.0
     assert plan["separation_sigmas"] > 100.0
     assert "over 100 sigmas" in found("compliance").summary["next_experiment"]
@@ -79,9 +79,9 @@ def test_where_there_is_no_gap_no_experiment_is_written(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_program_passes_verify_and_does_what_it_says(tmp_path: Path) -> None:
     motion = next(m for m in found("zero").motions if m.key == "track")
-    told = write_experiment(tmp_path / "next.src", [motion], KR15)
-    assert told.motion == "track"
-    assert sorted(p.name for p in tmp_path.iterdir()) == list(told.files) == ["next.dat", "next.src"]
+    written = write_experiment(tmp_path / "next.src", [motion], KR15)
+    assert written.motion == "track"
+    assert sorted(p.name for p in tmp_path.iterdir()) == list(written.files) == ["next.dat", "next.src"]
     assert verify(tmp_path / "next.src", cell=KR15).ok
     text = read_krl(tmp_path / "next.src")
     ran = np.asarray(text.external)[2:-1, text.external_names.index("E1")]
@@ -118,9 +118,9 @@ def test_the_command_writes_it_beside_the_diagnosis(tmp_path: Path) -> None:
     write_log(MeasurementLog(log.columns, log.info), tmp_path / "run.csv")
     target = tmp_path / "next.src"
     result = diagnose_job(cell=KR15, log=[tmp_path / "run.csv"], out=tmp_path / "out", experiment=target)
-    told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["experiment"]["written"]
-    assert told["file"] == "next.src"
-    assert result.summary.experiment.written.to_json() == told
+    written = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["experiment"]["written"]
+    assert written["file"] == "next.src"
+    assert result.summary.experiment.written.to_json() == written
     assert target.is_file()
 
 

@@ -1,4 +1,4 @@
-"""What is foretold of postures far from all that were fitted, learnt from halves of the log that a fit leaves out."""
+"""What is predicted of postures far from all that were fitted, learnt from halves of the log that a fit leaves out."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gap_cells import ur10
 from stranger_arms import UR, Faults, Machine, columns_of, scattered, true_poses
 
 from camrob.gap.effects.registry import library
-from camrob.gap.evidence import foretold
+from camrob.gap.evidence import predicted
 from camrob.gap.evidence.comparison import compare
 from camrob.gap.evidence.far_off import stays_far_off
 from camrob.gap.evidence.model import Model
@@ -73,14 +73,14 @@ def test_where_postures_were_fitted_nothing_is_added(model: Model) -> None:
 
 
 @pytest.mark.parametrize("known", [0.0, 1.0])
-def test_what_is_foretold_counts_the_larger_of_the_two(
+def test_what_is_predicted_counts_the_larger_of_the_two(
     model: Model, known: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the fit is sure of itself (0 m2), what the halves tell brings it nearer to what is reached; else nothing is added."""
-    monkeypatch.setattr(foretold, "_variance", lambda *_: known)
+    monkeypatch.setattr(predicted, "_variance", lambda *_: known)
     far = trial_of(model, [measured(FAR, 100, 3)])
     reached = shrinkage(model, far, model.best.members, found(model)).rms_after
-    whole, plain = (foretold.expected(model, far, found(model), far=f)[1] for f in (True, False))
+    whole, plain = (predicted.expected(model, far, found(model), far=f)[1] for f in (True, False))
     more = stays_far_off(model, far, found(model)) if known == 0.0 else 0.0
     assert whole**2 - plain**2 == pytest.approx(more, abs=1e-12)
     assert whole == plain or plain < whole <= reached

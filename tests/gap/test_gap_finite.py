@@ -59,7 +59,7 @@ def test_regimes_are_finite_whatever_stands(still: tuple[int, ...]) -> None:
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(level=st.floats(1e-9, 1e9), rounding=st.floats(0.0, 1e-11), size=st.floats(1e-3, 1e3))
 def test_a_constant_with_rounding_is_no_feature_at_any_size(level: float, rounding: float, size: float) -> None:
-    """A share told by temperature is the same whether it is a constant or one with the last digits turning."""
+    """A share given by temperature is the same whether it is a constant or one with the last digits turning."""
     t, axis = motion(12.0, 7)
     rng = np.random.default_rng(1)
     # a temperature below 200 degrees is what a log may hold; forces may be of any size

@@ -1,4 +1,4 @@
-"""Which values are told, and what is foretold with them, where far more than noise stays on an arm and follows posture."""
+"""Which values are reported, and what is predicted with them, where far more than noise stays on an arm and follows posture."""
 
 from __future__ import annotations
 
@@ -67,27 +67,27 @@ def compared(size: float):
 def test_values_that_the_discrepancy_keeps_small_are_fitted_without_it() -> None:
     """On neighbourhoods that a fit left out, and on other postures, more is taken away; who is at work is what it was."""
     model = compared(SIZE)
-    told = with_fitting(model, trial_of(model, ()))
-    assert told.heat_alone is not None
-    assert told.best.members == model.best.members
-    assert told.sets == model.sets
+    found = with_fitting(model, trial_of(model, ()))
+    assert found.heat_alone is not None
+    assert found.best.members == model.best.members
+    assert found.sets == model.sets
     other = make_scene(poses_of(postures(200, SEED + 1), SIZE), ur10())
     for trial in (trial_of(model, ()), trial_of(model, [other])):
-        beside, alone = (shrinkage(m, trial, m.best.members) for m in (model, told))
+        beside, alone = (shrinkage(m, trial, m.best.members) for m in (model, found))
         assert beside.rms_before == pytest.approx(alone.rms_before)
         assert alone.rms_after < 0.95 * beside.rms_after
     # a value may be off by no less, as the discrepancy is there whether it takes part or not
-    assert told.best.cov == pytest.approx(model.best.cov)
+    assert found.best.cov == pytest.approx(model.best.cov)
 
 
 def test_they_stay_as_they_are_where_nothing_but_noise_stays() -> None:
     model = compared(0.0)
-    told = with_fitting(model, trial_of(model, ()))
-    assert told.heat_alone is None
-    assert told.best.mean == pytest.approx(model.best.mean)
+    found = with_fitting(model, trial_of(model, ()))
+    assert found.heat_alone is None
+    assert found.best.mean == pytest.approx(model.best.mean)
 
 
-def test_far_from_the_logs_a_discrepancy_is_foretold_that_nobody_has_seen() -> None:
+def test_far_from_the_logs_a_discrepancy_is_predicted_that_nobody_has_seen() -> None:
     """Two radians away the functions of the logs' postures are silent, and as much may stay as the discrepancy's prior allows."""
     model = compared(SIZE)
     model = with_fitting(model, trial_of(model, ()))

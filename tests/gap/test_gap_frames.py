@@ -1,4 +1,4 @@
-"""Logs measured on the turning table, single poses, and instruments whose frame nobody told."""
+"""Logs measured on the turning table, single poses, and instruments whose frame is not known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The instrument as a suspect: logs mixed up are named for what they are, gross rows are found, a wrong scale is told."""
+"""The instrument as a suspect: logs mixed up are named for what they are, gross rows are found, a wrong scale is reported."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def mixed_up(log: MeasurementLog, how: str) -> MeasurementLog:
 
 
 MIXED_UP = {
-    "y mirrored": "its y is mirrored: mended so, the measured TCP lies 0.0",
+    "y mirrored": "its y is mirrored: corrected so, the measured TCP lies 0.0",
     "z mirrored": "its z is mirrored",
     "xy exchanged": "its columns x and y are exchanged",
     "yz exchanged": "its columns y and z are exchanged",
@@ -44,18 +44,18 @@ MIXED_UP = {
 
 
 @pytest.mark.parametrize("how", MIXED_UP)
-def test_a_log_that_was_mixed_up_is_told_what_it_is(how: str) -> None:
+def test_a_log_that_was_mixed_up_is_reported_what_it_is(how: str) -> None:
     log = simulated(sigma_mm=0.02, run=poses() if how.startswith("rows") else None, poses=how.startswith("rows"))
     with pytest.raises(LogError, match=MIXED_UP[how]) as refused:
         check_believable([make_scene(mixed_up(log, how), kr15())])
     assert "\n" not in str(refused.value)
-    assert "; mend the log" in str(refused.value)
+    assert "; correct the log" in str(refused.value)
 
 
 @pytest.mark.parametrize(
     ("how", "words"), [("z mirrored", "its frame is mirrored"), ("rows after", "one row after the poses")]
 )
-def test_it_is_told_in_a_frame_that_nobody_knows_too(how: str, words: str) -> None:
+def test_it_is_reported_in_a_frame_that_nobody_knows_too(how: str, words: str) -> None:
     with pytest.raises(LogError, match=words):
         check_believable([make_scene(mixed_up(seen_from(postures(80, 1)), how), ur10())])
 
@@ -95,18 +95,18 @@ def test_gross_rows_are_found_and_no_others(kind: str, share: float) -> None:
     assert found[~rows].mean() < 0.002
 
 
-def test_a_wrong_scale_is_told_in_ppm_with_what_looks_alike_and_gross_rows_are_counted() -> None:
+def test_a_wrong_scale_is_reported_in_ppm_with_what_looks_alike_and_gross_rows_are_counted() -> None:
     log, rows = spoilt(seen_from(postures(120, 1)), 0.02, 10.0)
     columns = dict(log.columns) | {n: log.columns[n] * (1.0 + 4e-4) for n in "xyz"}
     scene = make_scene(MeasurementLog(columns, log.info, Path("set.csv")), ur10())
     model = compare([scene], [e for e in library() if e.name in ("measurement_scale", "joint_offset")])
     own = frozenset(i for i in model.best.members if model.units[i].effect == "measurement_scale")
     values = model.values(own, model.best)
-    told = {p.name: {"value": float(values[k])} for k, p in enumerate(model.design.parameters) if values[k]}
+    fitted = {p.name: {"value": float(values[k])} for k, p in enumerate(model.design.parameters) if values[k]}
     entry = {
         "effect": "measurement_scale",
         "probability": 0.9,
-        "parameters": told,
+        "parameters": fitted,
         "indistinguishable_from": ["geometry"],
     }
     found = instrument_suspect(model, [entry])

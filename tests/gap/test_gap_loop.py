@@ -28,7 +28,7 @@ def test_an_effect_s_columns_are_those_of_its_terms_in_the_shared_error_model(ef
     """diagnose, calibrate and compensate share one model: each names the same derivative."""
     scene = scene_for(effect.name)
     state = {**effect.start, **STATES.get(effect.name, {})}
-    told = 0
+    count = 0
     for unit in effect.units([scene], state):
         terms = effect.terms(unit, state)
         if not terms:
@@ -40,8 +40,8 @@ def test_an_effect_s_columns_are_those_of_its_terms_in_the_shared_error_model(ef
         J = model.poses_and_jacobian(np.zeros(len(model.names)), q)[1]
         for name, column in zip(terms, effect.columns(scene, unit, state), strict=True):
             assert np.allclose(column.tcp, J[:, :, model.names.index(name)], atol=1e-9), name
-            told += 1
-    assert told > 0
+            count += 1
+    assert count > 0
 
 
 @pytest.mark.slow

@@ -38,7 +38,7 @@ def bent(world) -> None:
     world.link[:, 0] += 0.02 * DEG * np.exp(-4.0 * ((angle - angle.mean()) / angle.std()) ** 2)
 
 
-def test_what_comes_back_with_the_time_is_told_with_its_period() -> None:
+def test_what_comes_back_with_the_time_is_reported_with_its_period() -> None:
     found = periodic([panel(simulated(shaking, sigma_mm=SIGMA))], NOISE)
     assert found is not None
     assert found.quantity == TIME
@@ -46,7 +46,7 @@ def test_what_comes_back_with_the_time_is_told_with_its_period() -> None:
     assert found.share > 0.9
 
 
-def test_what_comes_back_with_an_axis_is_told_with_that_axis_and_its_period() -> None:
+def test_what_comes_back_with_an_axis_is_reported_with_that_axis_and_its_period() -> None:
     log = simulated(pitched, sigma_mm=SIGMA)
     found = periodic([panel(log)], NOISE)
     assert found is not None
@@ -97,7 +97,7 @@ def test_an_axis_that_is_off_by_another_s_angle_is_named_and_another_is_to_be_mo
 
 
 @pytest.mark.slow
-def test_each_rival_s_expected_answer_is_told() -> None:
+def test_each_rival_s_expected_answer_is_reported() -> None:
     def sagging(world) -> None:
         world.link[:, 1] += 2e-6 * generator.torques(world.command)[:, 1]
 

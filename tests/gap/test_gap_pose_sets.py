@@ -190,7 +190,7 @@ def sizes_drawn(found, which: str) -> np.ndarray:
 @pytest.mark.slow(after=1)
 @pytest.mark.parametrize("named", [False, True])
 def test_the_pictures_show_the_errors_that_the_sentence_tells(named: bool) -> None:
-    """Frames that nobody told are fitted with the claimed zeros; a picture without that shows errors that are not there."""
+    """Frames that are not known are fitted with the claimed zeros; a picture without that shows errors that are not there."""
     asked = seen_from(postures(30, 2), seed=5, same_frame_as="set.csv", same_target_as="set.csv")
     found = diagnose([seen_from(postures(60, 1))], ur10(), withheld=[asked] if named else [])
     assert "joint_offset" in found.claimed

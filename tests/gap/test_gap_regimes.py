@@ -73,9 +73,9 @@ def test_the_sums_without_a_regime_are_those_of_the_rest() -> None:
 @pytest.mark.slow
 def test_what_holds_everywhere_holds_in_regimes_that_took_no_part() -> None:
     found = diagnose([simulated(plant_play, sigma_mm=SIGMA)], kr15())
-    told = found.summary["together"]["regimes_withheld"]
-    assert {"track", "speed"} <= {r["regime"] for r in told}
-    for r in told:
+    regimes = found.summary["together"]["regimes_withheld"]
+    assert {"track", "speed"} <= {r["regime"] for r in regimes}
+    for r in regimes:
         low, high = r["shrink_interval"]
         assert low <= r["shrink"] <= high
         assert r["shrink"] == pytest.approx(1.0 - r["rms_after_mm"] / r["rms_before_mm"])
@@ -97,12 +97,12 @@ def test_a_set_that_predicts_the_wrong_way_in_a_regime_is_called_worse_there() -
     # as if nothing else could be there: beside a discrepancy so wrong a set would be all but 0
     evidence = replace(model.evidence, sizes=None)
     model = replace(model, evidence=evidence, best=evidence.fit(members | model.evidence.always))
-    told = {r["what"]: r for r in regimes_withheld(model, members)}
-    far = next(r for what, r in told.items() if what.startswith("E1 above"))
+    found = {r["what"]: r for r in regimes_withheld(model, members)}
+    far = next(r for what, r in found.items() if what.startswith("E1 above"))
     assert far["worse"]
     assert far["shrink"] < -0.3
     assert far["shrink_interval"][1] < 0.0
-    near = next(r for what, r in told.items() if what.startswith("E1 below"))
+    near = next(r for what, r in found.items() if what.startswith("E1 below"))
     assert not near["worse"]
 
 
@@ -122,9 +122,9 @@ def test_what_the_rest_does_not_tell_is_doubt_and_not_called_worse() -> None:
     model = compare([make_scene(log, kr15()) for log in logs], library((), ()))
     members = units_of(model, "track")
     model = replace(model, best=model.evidence.fit(members | model.evidence.always))
-    told = [r for r in regimes_withheld(model, members) if r["regime"] == "log"]
-    assert told[1]["doubt_mm"] > 10.0 * told[0]["doubt_mm"]
-    assert not told[1]["worse"]
+    found = [r for r in regimes_withheld(model, members) if r["regime"] == "log"]
+    assert found[1]["doubt_mm"] > 10.0 * found[0]["doubt_mm"]
+    assert not found[1]["worse"]
 
 
 @pytest.mark.parametrize("speeds", [(1.0, 1.0, 1.0), (1.0, 0.5, 2.0), (1.0, 1.0)])

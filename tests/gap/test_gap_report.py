@@ -102,12 +102,12 @@ def test_a_log_s_name_never_becomes_part_of_the_page_or_the_terminal(name: str) 
     assert "\x1b[31mred" not in captured.get()
 
 
-def without_field(told: object, path: str = "") -> list[str]:
+def without_field(value: object, path: str = "") -> list[str]:
     """Keys of a summary, within and below it, that no field is there for."""
-    if isinstance(told, Summary):
-        own = [f"{path}.{key}" for key in getattr(told, "further", ())]
-        return own + [f for n in told.__dataclass_fields__ for f in without_field(getattr(told, n), f"{path}.{n}")]
-    inside = told.values() if isinstance(told, Mapping) else told if isinstance(told, tuple) else ()
+    if isinstance(value, Summary):
+        own = [f"{path}.{key}" for key in getattr(value, "further", ())]
+        return own + [f for n in value.__dataclass_fields__ for f in without_field(getattr(value, n), f"{path}.{n}")]
+    inside = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple) else ()
     return [f for one in inside for f in without_field(one, path)]
 
 
@@ -116,7 +116,7 @@ def test_every_key_of_a_diagnosis_has_a_field_and_stands_where_it_stood() -> Non
     rounded = diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)])
     nothing = diagnose([simulated(sigma_mm=SIGMA)], kr15())
     for found in (play(), rounded, nothing):
-        told = {"cell": "kr15", "without": [], **found.summary}
-        read = diagnosis_summary(told)
+        summary = {"cell": "kr15", "without": [], **found.summary}
+        read = diagnosis_summary(summary)
         assert without_field(read) == [], "give these keys fields in camrob/summaries/diagnosis_summary.py"
-        assert json.dumps(read.to_json()) == json.dumps(told)
+        assert json.dumps(read.to_json()) == json.dumps(summary)

@@ -32,13 +32,13 @@ def summary() -> dict[str, Any]:
 def test_figures_are_those_of_the_vectors() -> None:
     rng = np.random.default_rng(0)
     before, block = rng.normal(size=(4000, 3)), np.arange(4000) // 400
-    told = figures(Shrinkage(1e-3 * before, 0.25e-3 * before, block))
+    found = figures(Shrinkage(1e-3 * before, 0.25e-3 * before, block))
     sizes = np.linalg.norm(before, axis=1)
-    assert told["rms_before_mm"] == pytest.approx(np.sqrt(np.mean(sizes**2)))
-    assert told["p95_before_mm"] == pytest.approx(np.quantile(sizes, 0.95))
-    assert told["max_after_mm"] == pytest.approx(0.25 * sizes.max())
-    assert told["shrink"] == pytest.approx(0.75)
-    assert told["shrink_interval"] == pytest.approx([0.75, 0.75])
+    assert found["rms_before_mm"] == pytest.approx(np.sqrt(np.mean(sizes**2)))
+    assert found["p95_before_mm"] == pytest.approx(np.quantile(sizes, 0.95))
+    assert found["max_after_mm"] == pytest.approx(0.25 * sizes.max())
+    assert found["shrink"] == pytest.approx(0.75)
+    assert found["shrink_interval"] == pytest.approx([0.75, 0.75])
     # paired: what is common to before and after does not widen the interval, what differs does
     uneven = figures(Shrinkage(before, before * np.where(block % 2, 0.9, 0.1)[:, None], block))
     low, high = uneven["shrink_interval"]
@@ -48,10 +48,10 @@ def test_figures_are_those_of_the_vectors() -> None:
 
 @pytest.mark.slow
 def test_every_effect_has_its_figures_alone_added_last_and_together() -> None:
-    told = summary()
-    claimed = [e for e in told["effects"] if e["probability"] >= 0.5]
+    diagnosis = summary()
+    claimed = [e for e in diagnosis["effects"] if e["probability"] >= 0.5]
     assert {e["effect"] for e in claimed} == {"backlash", "frame_tool"}
-    floor = told["gap"]["noise_mm"]
+    floor = diagnosis["gap"]["noise_mm"]
     for e in claimed:
         for part in (e, e["alone"], e["added_last"]):
             assert set(part) >= FIGURES
@@ -65,7 +65,7 @@ def test_every_effect_has_its_figures_alone_added_last_and_together() -> None:
         assert e["added_last"]["rms_before_mm"] == pytest.approx(e["alone"]["rms_before_mm"], rel=0.9)
         assert e["added_last"]["rms_after_mm"] == pytest.approx(floor, rel=0.08)
         assert e["added_last"]["shrink_interval"][0] > 0.5
-    together = told["together"]
+    together = diagnosis["together"]
     assert set(together) >= FIGURES
     assert together["left_aside"] < 60
     assert together["rms_after_mm"] == pytest.approx(claimed[0]["added_last"]["rms_after_mm"])

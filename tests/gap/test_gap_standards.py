@@ -64,22 +64,22 @@ def test_circular_deviation_of_an_oval_and_of_a_reversal() -> None:
     error[:, 0] += 5e-5  # a shift of the centre is no form error
     found = path_standards(path, error, np.zeros_like(error))
     assert found is not None
-    told = found["before"]
+    before = found["before"]
     assert found["radius_mm"] == pytest.approx(150.0, abs=1e-3)
-    assert told["ccw"]["G_mm"] == pytest.approx(0.04, abs=1e-3)
-    assert told["cw"]["G_mm"] == pytest.approx(0.04, abs=1e-3)
-    assert told["G_b_mm"] == pytest.approx(0.05, abs=1e-3)
-    assert told["H_mm"] == pytest.approx(0.01, abs=1e-3)
-    assert told["F_max_mm"] == pytest.approx(0.02 + 0.03 + 0.01 + 0.05, abs=2e-3)
+    assert before["ccw"]["G_mm"] == pytest.approx(0.04, abs=1e-3)
+    assert before["cw"]["G_mm"] == pytest.approx(0.04, abs=1e-3)
+    assert before["G_b_mm"] == pytest.approx(0.05, abs=1e-3)
+    assert before["H_mm"] == pytest.approx(0.01, abs=1e-3)
+    assert before["F_max_mm"] == pytest.approx(0.02 + 0.03 + 0.01 + 0.05, abs=2e-3)
 
 
 @pytest.mark.slow
-def test_a_measured_circle_of_a_sample_is_told_by_the_standard() -> None:
+def test_a_measured_circle_of_a_sample_is_reported_by_the_standard() -> None:
     file = SAMPLES / "cases" / "c_backlash" / "circle1.csv"
     if not file.is_file():
         pytest.skip("../shared is not here: no labelled samples")
     found = diagnose([read_log(file)], kr15())
-    told = found.summary["standards"][0]
-    assert told["standard"] == "ISO 230-4"
-    assert told["radius_mm"] == pytest.approx(150.0, abs=0.05)
-    assert 0.0 < told["before"]["ccw"]["G_mm"] < 1.0
+    standard = found.summary["standards"][0]
+    assert standard["standard"] == "ISO 230-4"
+    assert standard["radius_mm"] == pytest.approx(150.0, abs=0.05)
+    assert 0.0 < standard["before"]["ccw"]["G_mm"] < 1.0

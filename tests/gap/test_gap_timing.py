@@ -32,7 +32,7 @@ def run() -> MeasurementLog:
     return measured(program())
 
 
-def told(log: MeasurementLog, what: ProgramText | None = None) -> dict[str, Any]:
+def timing(log: MeasurementLog, what: ProgramText | None = None) -> dict[str, Any]:
     scene = make_scene(log, kr15())
     return timing_of(scene, track_of(scene, program() if what is None else what), "")
 
@@ -55,7 +55,7 @@ def held(at: int, seconds: float) -> MeasurementLog:
 
 
 def test_the_virtual_controller_s_own_run_takes_the_time_that_it_says() -> None:
-    found = told(run())
+    found = timing(run())
     duration = found["duration"]
     assert duration["predicted_s"] == pytest.approx(simulate(program(), kr15()).duration, abs=STEP)
     assert duration["logged_s"] == pytest.approx(duration["predicted_s"], abs=2 * STEP)
@@ -88,7 +88,7 @@ def test_the_timetable_is_the_simulation_s() -> None:
 
 @pytest.mark.parametrize("at", [150, 230])
 def test_a_pause_is_found_with_its_line_and_length(at: int) -> None:
-    found = told(held(at, 3.0))
+    found = timing(held(at, 3.0))
     (stop,) = found["stops"]
     assert stop["what"] == "pause"
     assert stop["line"] == int(run().line[at])
@@ -106,7 +106,7 @@ def test_a_wait_that_the_program_asks_for_is_no_pause() -> None:
     lines = [f"LIN {{X {x + u},Y {y + v},Z {z - 20},A {a},B {b},C {c},E1 0,E2 0}}" for u, v in corners]
     lines.insert(5, "WAIT SEC 1.5")
     waiting = parsed(HEAD + "\n".join([HOME, *lines]) + "\nEND\n")
-    found = told(measured(waiting), waiting)
+    found = timing(measured(waiting), waiting)
     (stop,) = [s for s in found["stops"] if s["seconds"] > 1.0]
     assert stop["what"] == "as programmed"
     assert stop["programmed_s"] == pytest.approx(1.5)
@@ -118,7 +118,7 @@ def test_a_wait_before_the_first_motion_is_no_part_of_the_run() -> None:
     x, y, z, a, b, c = start()
     target = f"LIN {{X {x},Y {y + 80},Z {z},A {a},B {b},C {c},E1 0,E2 0}}"
     late = parsed(HEAD + "\n".join([HOME, "WAIT SEC 2", target]) + "\nEND\n")
-    found = told(measured(late), late)["duration"]
+    found = timing(measured(late), late)["duration"]
     assert found["logged_s"] == pytest.approx(found["predicted_s"], abs=0.1)
     assert found["predicted_s"] == pytest.approx(simulate(late, kr15()).duration - 2.0)
 
@@ -132,9 +132,9 @@ def test_a_program_that_moves_nothing_is_said_to() -> None:
     assert found["reason"] == "the program moves nothing"
 
 
-def test_a_run_at_a_lower_override_is_told_by_its_speed() -> None:
+def test_a_run_at_a_lower_override_is_reported_by_its_speed() -> None:
     log = run()
-    found = told(rows(log, np.arange(len(log)), 2.0 * log.t))
+    found = timing(rows(log, np.arange(len(log)), 2.0 * log.t))
     assert found["speed"]["steady_percent"] == pytest.approx(50.0, abs=1.5)
     assert not found["speed"]["matches"]
     assert found["duration"]["difference_percent"] == pytest.approx(100.0, abs=3.0)
@@ -143,13 +143,13 @@ def test_a_run_at_a_lower_override_is_told_by_its_speed() -> None:
 
 def test_rest_before_and_behind_the_run_does_not_count_and_a_part_is_held_against_that_part() -> None:
     log = run()
-    whole = told(log)["duration"]
+    whole = timing(log)["duration"]
     chosen = np.concatenate([np.zeros(200, int), np.arange(len(log)), np.full(300, len(log) - 1)])
-    still = told(rows(log, chosen, STEP * np.arange(len(chosen))))
+    still = timing(rows(log, chosen, STEP * np.arange(len(chosen))))
     assert still["duration"]["logged_s"] == pytest.approx(whole["logged_s"], abs=0.2)
     assert still["stops"] == []
     part = np.arange(100, 250)
-    found = told(rows(log, part, log.t[part]))["duration"]
+    found = timing(rows(log, part, log.t[part]))["duration"]
     assert found["logged_s"] == pytest.approx(149 * STEP)
     assert found["predicted_s"] == pytest.approx(found["logged_s"], abs=2 * STEP)
     assert found["from_line"] == log.line[100]

@@ -14,7 +14,7 @@ from camrob.controller.programmed_path import programmed_path
 from camrob.controller.replay import program_cell, replay
 from camrob.gap.diagnose import diagnose
 from camrob.gap.evidence.design import Panel, build_units, make_panel
-from camrob.gap.locate.by_stage import RUNGS, ladder
+from camrob.gap.locate.by_stage import STAGES, stage_gaps
 from camrob.gap.locate.localise import axes_of, directions_of, lines_of, regimes_of, segments_of
 from camrob.gap.observation.noise import noise_of
 from camrob.gap.observation.program_track import track_of
@@ -46,29 +46,29 @@ def shifted(direction: str):
 
 @pytest.mark.parametrize("direction", ["x", "y", "z", "tool_x", "tool_y", "tool_axis"])
 def test_a_shift_is_told_in_its_direction(direction: str) -> None:
-    told = directions_of([panel(simulated(shifted(direction), sigma_mm=SIGMA))])
+    found = directions_of([panel(simulated(shifted(direction), sigma_mm=SIGMA))])
     same = ("tool_x", "tool_y", "tool_axis") if direction.startswith("tool") else ("x", "y", "z")
-    assert max(same, key=lambda n: told[n].value) == direction
-    assert told[direction].value == pytest.approx(3e-4, rel=0.02)
-    assert told[direction].low <= told[direction].value <= told[direction].high
-    assert told["along"].value ** 2 + told["across"].value ** 2 == pytest.approx(
+    assert max(same, key=lambda n: found[n].value) == direction
+    assert found[direction].value == pytest.approx(3e-4, rel=0.02)
+    assert found[direction].low <= found[direction].value <= found[direction].high
+    assert found["along"].value ** 2 + found["across"].value ** 2 == pytest.approx(
         9e-8 + 3 * (SIGMA * 1e-3) ** 2, rel=0.05
     )
 
 
-def test_an_error_of_one_axis_is_told_at_that_axis() -> None:
+def test_an_error_of_one_axis_is_reported_at_that_axis() -> None:
     def apply(world) -> None:
         world.link[:, 0] += 3e-4 * np.sin(0.7 * world.t)
 
-    told = axes_of([panel(simulated(apply, sigma_mm=SIGMA))])
-    assert told["A1"].value > 0.9
-    assert 0.8 < told["A1"].low <= told["A1"].high <= 1.0
-    assert told["E2"].value == 0.0  # measured in world, the table can't be seen
+    found = axes_of([panel(simulated(apply, sigma_mm=SIGMA))])
+    assert found["A1"].value > 0.9
+    assert 0.8 < found["A1"].low <= found["A1"].high <= 1.0
+    assert found["E2"].value == 0.0  # measured in world, the table can't be seen
 
 
-def test_noise_is_told_at_no_axis() -> None:
-    told = axes_of([panel(simulated(sigma_mm=SIGMA))])
-    assert max(s.value for s in told.values()) < 0.02
+def test_noise_is_reported_at_no_axis() -> None:
+    found = axes_of([panel(simulated(sigma_mm=SIGMA))])
+    assert max(s.value for s in found.values()) < 0.02
 
 
 def test_a_shift_of_the_work_is_told_in_its_own_axes_though_the_table_turns() -> None:
@@ -79,23 +79,23 @@ def test_a_shift_of_the_work_is_told_in_its_own_axes_though_the_table_turns() ->
         world.after[:, 0] += 3e-4 * np.cos(angle)
         world.after[:, 1] += 3e-4 * np.sin(angle)
 
-    told = directions_of([panel(simulated(apply, sigma_mm=SIGMA))])
-    sizes = [told[f"work_{n}"].value for n in "xyz"]
+    found = directions_of([panel(simulated(apply, sigma_mm=SIGMA))])
+    sizes = [found[f"work_{n}"].value for n in "xyz"]
     assert max(sizes) == pytest.approx(3e-4, rel=0.02)
     assert sorted(sizes)[1] < 4e-5
-    assert sum(v**2 for v in sizes) == pytest.approx(sum(told[n].value ** 2 for n in "xyz"))
+    assert sum(v**2 for v in sizes) == pytest.approx(sum(found[n].value ** 2 for n in "xyz"))
 
 
-def test_program_lines_are_told_one_by_one() -> None:
+def test_program_lines_are_reported_one_by_one() -> None:
     log = simulated(lambda w: w.after.__setitem__((slice(None), 2), 4e-4 * (w.t > 25.0)), sigma_mm=SIGMA)
     line = 10.0 + np.floor(log.t)
     one = panel(MeasurementLog({**log.columns, "line": line}, log.info, log.path))
-    told = lines_of([one])
-    assert len(told) == len(np.unique(line))
-    assert [s.rms for s in told] == sorted((s.rms for s in told), reverse=True)
-    late = {s.from_line for s in told if s.rms > 3e-4}
+    found = lines_of([one])
+    assert len(found) == len(np.unique(line))
+    assert [s.rms for s in found] == sorted((s.rms for s in found), reverse=True)
+    late = {s.from_line for s in found if s.rms > 3e-4}
     assert late == set(np.unique(line[log.t > 25.5]).astype(int).tolist()) | {35}
-    for s in told:
+    for s in found:
         rows = line == s.from_line
         gap = one.scene.tcp_gap[rows, :3]
         assert s.samples == rows.sum()
@@ -105,7 +105,7 @@ def test_program_lines_are_told_one_by_one() -> None:
     assert lines_of([panel(log)]) == ()
 
 
-def test_a_step_is_a_change_point_and_its_stretch_is_told() -> None:
+def test_a_step_is_a_change_point_and_its_stretch_is_reported() -> None:
     def apply(world) -> None:
         world.after[:, 2] += 4e-4 * (world.t > 25.0)
 
@@ -131,12 +131,12 @@ def test_a_step_is_a_change_point_and_its_stretch_is_told() -> None:
         ("speed", lambda w: setattr(w, "delay", 0.01)),
     ],
 )
-def test_what_follows_a_regime_is_told_there(regime: str, apply) -> None:
+def test_what_follows_a_regime_is_reported_there(regime: str, apply) -> None:
     one = panel(simulated(apply, sigma_mm=SIGMA))
-    told = regimes_of([one], SIGMA * 1e-3 * np.sqrt(3), [regime])[regime]
-    assert told["share"] > 0.8
-    low, high = told["interval"]
-    assert 0.7 < low <= told["share"] <= high + 1e-9
+    found = regimes_of([one], SIGMA * 1e-3 * np.sqrt(3), [regime])[regime]
+    assert found["share"] > 0.8
+    low, high = found["interval"]
+    assert 0.7 < low <= found["share"] <= high + 1e-9
 
 
 @pytest.mark.slow
@@ -165,12 +165,12 @@ def test_the_rungs_add_up_whatever_is_missing(drop: str) -> None:
     scene = make_scene(
         MeasurementLog({n: v for n, v in log.columns.items() if n not in lost}, log.info, log.path), kr15()
     )
-    rungs = ladder(scene, None)
-    parts = [getattr(rungs, n) for n in RUNGS if getattr(rungs, n) is not None]
-    assert np.abs(np.sum(parts, axis=0) - rungs.whole).max() < 1e-15
+    stages = stage_gaps(scene, None)
+    parts = [getattr(stages, n) for n in STAGES if getattr(stages, n) is not None]
+    assert np.abs(np.sum(parts, axis=0) - stages.whole).max() < 1e-15
     if drop != "setpoints":
         commanded = make_scene(simulated(), kr15()).nominal[:, :3, 3]
-        assert np.abs(rungs.whole - (scene.measured[:, :3, 3] - commanded)).max() < 1e-9
+        assert np.abs(stages.whole - (scene.measured[:, :3, 3] - commanded)).max() < 1e-9
 
 
 def test_with_a_program_the_rungs_add_up_to_measured_less_programmed_sample_by_sample() -> None:
@@ -178,8 +178,8 @@ def test_with_a_program_the_rungs_add_up_to_measured_less_programmed_sample_by_s
     log = measured(raster(4.0))
     scene = make_scene(log, program_cell(raster(4.0), kr15())[0])
     track = track_of(scene, raster(4.0))
-    rungs = ladder(scene, track)
-    parts = [getattr(rungs, n) for n in RUNGS]
+    stages = stage_gaps(scene, track)
+    parts = [getattr(stages, n) for n in STAGES]
     assert all(p is not None for p in parts)
     nodes = np.asarray(programmed_path(raster(4.0), replay(raster(4.0), kr15()), distance=0.0).points)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(nodes, axis=0), axis=1))])
@@ -191,17 +191,17 @@ def test_with_a_program_the_rungs_add_up_to_measured_less_programmed_sample_by_s
     place = in_world[cKDTree(in_world).query(commanded)[1]]
     whole = scene.measured[:, :3, 3] - place
     assert np.abs(np.sum(parts, axis=0) - whole).max() < 5e-6
-    assert np.abs(rungs.whole - whole).max() < 5e-6
+    assert np.abs(stages.whole - whole).max() < 5e-6
     assert np.linalg.norm(parts[0], axis=1).max() > 0.9e-3
 
 
-def test_what_beside_rungs_is_lacking_is_told_too() -> None:
+def test_what_is_lacking_besides_stages_is_reported_too() -> None:
     log = simulated(sigma_mm=SIGMA)
     columns = {k: v for k, v in log.columns.items() if k not in ("a", "b", "c", "temp", "fx", "fy", "fz")}
     cell = replace(kr15(), masses=())
-    told = diagnose([MeasurementLog(columns, log.info, log.path)], cell).summary["where"]["missing"]
+    summary = diagnose([MeasurementLog(columns, log.info, log.path)], cell).summary["where"]["missing"]
     for words in ("no orientation", "no temperature", "no forces", "no masses in the cell: compliance"):
-        assert any(m.startswith(words) for m in told)
+        assert any(m.startswith(words) for m in summary)
 
 
 @pytest.mark.slow

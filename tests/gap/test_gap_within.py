@@ -52,7 +52,7 @@ def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and
 @pytest.mark.slow
 def test_a_run_out_of_three_times_the_told_noise_is_no_noise() -> None:
     log = simulated(sigma_mm=0.06)
-    told = replace(log.info, sigma_position=2e-5)
-    found = diagnose([MeasurementLog(dict(log.columns), told, log.path)], kr15()).summary
+    stated = replace(log.info, sigma_position=2e-5)
+    found = diagnose([MeasurementLog(dict(log.columns), stated, log.path)], kr15()).summary
     assert found["within"]["encoder_to_tcp"] == "beyond"
     assert found["status"] == "unexplained"

@@ -267,7 +267,7 @@ def test_the_text_of_targets() -> None:
     )
     for text, message in [
         ("LIN P1", "is not written in the statement"),
-        ("LIN {X 1+2,Y 2,Z 3}", "X is no plain number"),
+        ("LIN {X 1+2,Y 2,Z 3}", "X is not a plain number"),
         ("LIN {E1 5}", "holds no pose"),
         ("$BASE={X 1,Y 2}", "is not written in the statement"),
     ]:

@@ -251,7 +251,7 @@ def test_numbers_are_those_of_float(tmp_path):
         ("$vel.cp = -1", 3, "VEL.CP"),
         ("X = 1 / 0", 3, "zero"),
         ("X = " + "(" * 300 + "1", 3, "deeply"),
-        ("X = @1", 3, "no KRL"),
+        ("X = @1", 3, "not KRL"),
         ("ENDIF", 3, "beginning"),
         ("IF TRUE THEN", 3, "no end"),
         ("END\n" + P0 + "DEF Q ( )", 4, "outside of DEF"),

@@ -43,14 +43,14 @@ def test_the_term_is_the_gradient_of_half_the_square_above_the_threshold() -> No
     surface = even.condition_weights._replace(table=np.full_like(even.condition_weights.table, 0.3))
     even = even._replace(condition_weights=surface)
     off = even._replace(condition_weights=surface._replace(table=np.zeros_like(surface.table)))
-    told = looked_at(LOW, even).g - looked_at(LOW, off).g
+    wanted = looked_at(LOW, even).g - looked_at(LOW, off).g
 
     def potential(q: np.ndarray) -> float:
         return 0.15 * max(0.0, kf(q) - 1.0 / CELL.resolve.threshold) ** 2
 
     expected = [(potential(LOW + d) - potential(LOW - d)) / 2e-6 for d in 1e-6 * np.eye(len(LOW))]
-    np.testing.assert_allclose(told, expected, atol=1e-6)
-    assert np.abs(told).max() > 0.1
+    np.testing.assert_allclose(wanted, expected, atol=1e-6)
+    assert np.abs(wanted).max() > 0.1
     assert not looked_at(CELL.q_home, even).kf_bend.any()  # above the threshold there is none of it
 
 
@@ -66,8 +66,8 @@ def test_its_derivative_against_differences() -> None:
     for surface, slopes in ((SETTINGS.joint_weights, w.slope), (SETTINGS.condition_weights, w.slope_cond)):
         for axis, slope in zip(surface.axis, slopes, strict=True):
             whole[:, axis] += slope
-    told = np.stack([(vector(beside + d) - vector(beside - d)) / 2e-6 for d in 1e-6 * np.eye(len(beside))], axis=1)
-    np.testing.assert_allclose(whole, told, atol=2e-4 * np.abs(told).max())
+    expected = np.stack([(vector(beside + d) - vector(beside - d)) / 2e-6 for d in 1e-6 * np.eye(len(beside))], axis=1)
+    np.testing.assert_allclose(whole, expected, atol=2e-4 * np.abs(expected).max())
 
 
 def test_a_path_is_the_one_by_qr_and_stands_at_the_optimum() -> None:

@@ -52,9 +52,9 @@ def postures(seed: int, count: int):
     """
     rng = np.random.default_rng(seed)
     q = CELL.q_home + 0.4 * rng.normal(size=(count, len(CELL)))
-    told = CELL.to_axis_values(q)
+    axis_values = CELL.to_axis_values(q)
     order = [CELL.axis_names.index(a) for a in generator.AXES]
-    axis = told[:, order] / np.array([1 / generator.DEG] * 6 + [1e3, 1 / generator.DEG])
+    axis = axis_values[:, order] / np.array([1 / generator.DEG] * 6 + [1e3, 1 / generator.DEG])
     roll = q[:, -1]
     turned = np.zeros((count, 3, 3))
     turned[:, 0, 0] = turned[:, 1, 1] = np.cos(roll)
@@ -176,10 +176,10 @@ def test_plans_for_accuracy_beat_plans_by_conditioning_under_a_force():
     plain = resolve_planned(CELL, path, mode="still")
     errors = errors_of(compliance=COMPLIANCE, force=Push(-60.0, 30.0, 20.0))
     ours = resolve_planned(CELL, path, mode="still", errors=errors)
-    told = ours.plan.accuracy
-    assert told.taken and told.accuracy.rms < 0.8 * told.conditioning.rms and told.best <= told.accuracy.rms
-    assert told.conditioning.rms == expected_error(CELL, errors, path, plain).rms
-    assert told.accuracy.rms == expected_error(CELL, errors, path, ours).rms
+    report = ours.plan.accuracy
+    assert report.taken and report.accuracy.rms < 0.8 * report.conditioning.rms and report.best <= report.accuracy.rms
+    assert report.conditioning.rms == expected_error(CELL, errors, path, plain).rms
+    assert report.accuracy.rms == expected_error(CELL, errors, path, ours).rms
     assert {"part_error", "turned_back"} <= set(ours.plan.terms) and not {"part_error"} & set(plain.plan.terms)
 
     # nothing errs, nothing is changed: to the last bit
@@ -191,13 +191,13 @@ def test_a_plan_does_not_turn_round_an_axis_whose_turns_are_dear():
     path = raster(6, 6, width=0.12)
     errors = errors_of(swing=np.array([1e-5, 0, 0, 0, 0, 0]), mark=np.array([4e-4, 0, 0, 0, 0, 0]))
     ours = resolve_planned(CELL, path, mode="flowing", errors=errors)
-    told = ours.plan.accuracy
-    assert told.taken and told.conditioning.turns["A1"] >= 4
-    assert told.accuracy.turns["A1"] <= 1
+    report = ours.plan.accuracy
+    assert report.taken and report.conditioning.turns["A1"] >= 4
+    assert report.accuracy.turns["A1"] <= 1
 
 
 def test_percentiles_are_of_what_is_cut():
-    told = ExpectedError(np.array([5.0, 1.0, 2.0, 3.0]), np.array([0.0, 0.94, 0.02, 0.04]), {"A1": 2})
-    assert told.p95 == 2.0 and told.rms == pytest.approx(np.sqrt(0.94 + 0.08 + 0.36))
-    both = told.joined(ExpectedError(np.array([9.0]), np.array([1.0]), {"A1": 1}))
+    error = ExpectedError(np.array([5.0, 1.0, 2.0, 3.0]), np.array([0.0, 0.94, 0.02, 0.04]), {"A1": 2})
+    assert error.p95 == 2.0 and error.rms == pytest.approx(np.sqrt(0.94 + 0.08 + 0.36))
+    both = error.joined(ExpectedError(np.array([9.0]), np.array([1.0]), {"A1": 1}))
     assert both.p95 == 9.0 and both.turns == {"A1": 3}

@@ -489,5 +489,5 @@ def test_a_gpu_that_is_not_there(tmp_path, capfd) -> None:
     sample = ROOT / "toolpaths" / "engraving" / "engraving.cls"
     command = ["post", str(sample), "--cell", str(ROOT / "cells" / "kr15_track_table"), "--out", str(tmp_path / "o")]
     assert cli.run([*command, "--method", "planned", "--device", "cuda"]) == 2
-    told = capfd.readouterr().err
-    assert told.count("\n") == 1 and "no GPU" in told and not (tmp_path / "o").exists()
+    printed = capfd.readouterr().err
+    assert printed.count("\n") == 1 and "no GPU" in printed and not (tmp_path / "o").exists()

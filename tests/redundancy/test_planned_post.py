@@ -68,9 +68,9 @@ def test_a_path_that_needs_a_retract_is_cut_and_released(helix: tuple[Path, Path
     assert made.summary.method == "planned" and plan.retracts >= 1
     inserted = [cut for cut in plan.cuts if cut.inserted]
     assert len(inserted) == plan.retracts and all(cut.reason and 5 < cut.line < 107 for cut in inserted)
-    told = [w for w in made.summary.warnings if w.code == "retract-inserted"]
-    assert sum(w.count for w in told) == plan.retracts
-    assert all(cut.reason in " ".join(w.text for w in told) for cut in inserted)
+    warnings = [w for w in made.summary.warnings if w.code == "retract-inserted"]
+    assert sum(w.count for w in warnings) == plan.retracts
+    assert all(cut.reason in " ".join(w.text for w in warnings) for cut in inserted)
     checked = verify(made.out / "helix.src", cell=cell, against=clfile)
     assert checked.ok and checked.summary.against.met == COUNT + 2
     assert made.summary.limits.margin_min["E2"] > 5.0 and made.summary.collisions.count == 0
@@ -135,12 +135,12 @@ def test_hostile_names_in_a_plan_are_text_and_the_ring_is_on_what_was_taken() ->
     assert plan_section(None) == ""
 
 
-def told(name: str, share: float, e2: float, e1: float) -> PlanPoint:
+def point(name: str, share: float, e2: float, e1: float) -> PlanPoint:
     return PlanPoint(name, 0.6, 0.5, share, {"E2": e2, "E1": e1})
 
 
 def test_the_knee_takes_what_its_rule_says() -> None:
-    points = [told("still", 0.94, 0, 0), told("a", 0.953, 9, 2), told("b", 0.963, 12, 1), told("c", 0.98, 50, 3)]
+    points = [point("still", 0.94, 0, 0), point("a", 0.953, 9, 2), point("b", 0.963, 12, 1), point("c", 0.98, 50, 3)]
 
     def taken(share: float, **budget: float) -> str:
         return points[Knee(np.array([0.04, 0.02, 0.0]), share, budget).take(points).curve_index].name

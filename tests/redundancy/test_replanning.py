@@ -62,8 +62,8 @@ def test_a_planted_touch_is_gone_round_there_and_the_rest_stands(free: tuple[Too
     assert not obstacle(path, solution).any()
     assert solution.method == "planned" and solution.plan is not None and solution.plan.mended >= 1
     assert solution.residual(CELL, path)[0].max() < 1e-9
-    told = [f for f in solution.findings if f.code == "plan-mended"]
-    assert len(told) == 1 and told[0].line == 10 + FIRST - 1 and "the rest of it stands" in told[0].text
+    expected = [f for f in solution.findings if f.code == "plan-mended"]
+    assert len(expected) == 1 and expected[0].line == 10 + FIRST - 1 and "the rest of it stands" in expected[0].text
     moved = np.abs(np.asarray(solution.q) - np.asarray(plain.q)).max(axis=1)
     place = waypoints(path, 0.1).place
     far = (place < place[FIRST] - 0.9) | (place > place[LAST] + 0.9)
@@ -168,9 +168,9 @@ def test_a_hurried_post_is_verified_and_says_its_gap_everywhere(tmp_path: Path) 
     plan = made.summary.plan
     assert made.summary.verified.points == 899 and made.summary.collisions.count == 0
     assert plan is not None and plan.seconds == 0.0 and plan.missed > 0 and 0.0 < plan.gap_percent < 10.0
-    told = f"{plan.gap_percent:.2f} % below its bound"
+    expected = f"{plan.gap_percent:.2f} % below its bound"
     console = Console(width=400, file=StringIO())
     console.print(render_post(made.summary))
-    assert told in console.file.getvalue() and f"{plan.missed} points of the curve" in console.file.getvalue()
-    assert told in (made.out / "engraving.html").read_text()
+    assert expected in console.file.getvalue() and f"{plan.missed} points of the curve" in console.file.getvalue()
+    assert expected in (made.out / "engraving.html").read_text()
     assert json.loads((made.out / "engraving.json").read_text())["plan"]["gap_percent"] == plan.gap_percent

@@ -1,4 +1,4 @@
-"""CL statements beside motion: tools, spindle, coolant, dwell, lost places and what serves where the file is silent.
+"""CL statements beside motion: tools, spindle, coolant, dwell, lost places and what is used where the file is silent.
 
 Each case was read wrongly once; points in mm, events as they stand between the motions.
 """
@@ -36,18 +36,18 @@ def refused(text: str, line: int, match: str, dialect: str = "apt", **defaults: 
 
 def course(region: Region) -> list[str]:
     """A region as one would tell it: events and points in their order, `*` before a cut's point."""
-    told = ["detached"] if region.detached else []
+    steps = ["detached"] if region.detached else []
     for n in range(len(region) + 1):
         for e in region.events:
             if e.point == n:
                 what = {EventKind.SPINDLE_ON: f" {e.value:g} {e.text}", EventKind.TOOL_CHANGE: f" {e.value:g}"}.get(
                     e.kind, ""
                 )
-                told.append(f"{e.kind.value}{what}{' (retracted)' if e.retracted else ''}")
+                steps.append(f"{e.kind.value}{what}{' (retracted)' if e.retracted else ''}")
         if n < len(region):
             xyz = " ".join(f"{v:g}" for v in np.round(region.position[n] * 1000.0, 6) + 0.0)
-            told.append(f"{'*' if region.move[n] == Move.CUT else ''}{xyz}")
-    return told
+            steps.append(f"{'*' if region.move[n] == Move.CUT else ''}{xyz}")
+    return steps
 
 
 def courses(t: Toolpath) -> list[tuple[int, list[str]]]:
@@ -135,7 +135,7 @@ def test_a_tool_that_was_put_away_cuts_nothing() -> None:
 
 @pytest.mark.parametrize("number", ["-1", "1.5"])
 def test_numbers_that_no_tool_has(number: str) -> None:
-    refused(HEAD + f"LOADTL/{number}\n" + DOWN, 4, "no tool number")
+    refused(HEAD + f"LOADTL/{number}\n" + DOWN, 4, "not a tool number")
 
 
 # ---- places that are not known in the part
@@ -257,8 +257,8 @@ def test_tapping_reverses_at_the_bottom_and_goes_on_forward_at_the_top(dialect: 
     if dialect == "nx-clsf":
         text = "TOOL PATH/A,TOOL,T\n" + text.replace("FINI\n", "END-OF-PATH\n")
     region = read(text, dialect).regions[0]
-    told = course(region)
-    assert told[told.index("0 0 3") :] == [
+    lines = course(region)
+    assert lines[lines.index("0 0 3") :] == [
         "0 0 3",
         "*0 0 -10",
         "dwell",
@@ -287,10 +287,10 @@ def test_chips_are_broken_where_nx_says_so() -> None:
     assert [c for c in course(t.regions[0]) if c.startswith("*")] == ["*0 0 -4", "*0 0 -8", "*0 0 -9"]
 
 
-# ---- what serves where the file is silent
+# ---- what is used where the file is silent
 
 
-def test_feed_and_spindle_of_the_setup_serve_and_are_said_once() -> None:
+def test_feed_and_spindle_of_the_setup_are_used_and_said_once() -> None:
     body = "UNIT/MM\nLOAD/TOOL,1\nRAPID/\nGOTO/0,0,25\nGOTO/0,0,2\nGOTO/20,0,2\nLOAD/TOOL,2\nRAPID/\nGOTO/30,0,25\nGOTO/30,0,2\n"
     t = read(body, feed=mm_min_to_m_s(240.0), spindle_rpm=8000.0)
     assert courses(t) == [

@@ -503,11 +503,11 @@ def test_a_synonym_can_silence_a_word() -> None:
     np.testing.assert_array_equal(axes(t), [Z])
 
 
-def test_progress_is_told_and_grows() -> None:
-    told: list[float] = []
+def test_progress_is_reported_and_grows() -> None:
+    calls: list[float] = []
     text = HEAD + "GOTO/1,2,3\nPAINT/PATH\n" * 3000
-    read_cl(Path("x.apt"), text.encode(), dialect="apt", progress=told.append)
-    assert told == sorted(told) and told[-1] == 1.0 and 50 <= len(told) <= 110
+    read_cl(Path("x.apt"), text.encode(), dialect="apt", progress=calls.append)
+    assert calls == sorted(calls) and calls[-1] == 1.0 and 50 <= len(calls) <= 110
 
 
 def test_fast_and_slow_reading_give_the_same_toolpath() -> None:

@@ -249,7 +249,7 @@ def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
         ("M128\nL X+5 A+30 C+10 F100", "which way the rotary axes turn"),
         ("L X+5 F100 M109", "M109"),
         ("CYCL CALL", "without a cycle"),
-        ("L X+5 W+3 F100", "no word"),
+        ("L X+5 W+3 F100", "not a word"),
     ],
 )
 def test_what_klartext_programs_are_refused_for(tmp_path: Path, body: str, match: str) -> None:

@@ -167,7 +167,7 @@ def test_a_main_program_that_begins_again_is_read_once() -> None:
         ("#5221=10.", 4, "#5221 is set, a system variable"),
         ("#3000=1 (BROKEN)", 4, "alarm"),
         ("GOTO 99", 4, "N99 is jumped to"),
-        ("#100=1.5\nGOTO #100", 5, "no whole number"),
+        ("#100=1.5\nGOTO #100", 5, "not a whole number"),
         ("WHILE [1 EQ 2] DO1\nG1 X1.", 4, "without its END"),
         ("END1", 4, "without its DO1"),
         ("N1 GOTO 1", 4, "has not ended after"),

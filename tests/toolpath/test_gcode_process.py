@@ -1,4 +1,4 @@
-"""G-code beside motion: machine positions, tools, spindle, taps, and what serves where the program is silent.
+"""G-code beside motion: machine positions, tools, spindle, taps, and what is used where the program is silent.
 
 Each case was read wrongly once; points in mm, events as they stand between the motions.
 """
@@ -226,8 +226,8 @@ def test_taps_reverse_at_the_bottom_and_go_on_forward_at_the_top(on: str, code: 
     hole = ["*{} 0 -10", "dwell", f"spindle_on 400 {other}", "*{} 0 2", f"spindle_on 400 {sense}", "{} 0 20"]
     if not on:  # rigid tapping: the cycle starts and stops the spindle by itself
         hole = [f"spindle_on 400 {sense}", *hole[:4], "spindle_off", "{} 0 20"]
-    told = course(t.regions[0])
-    assert told[1 + bool(on) :] == (
+    lines = course(t.regions[0])
+    assert lines[1 + bool(on) :] == (
         ["1 0 20", "1 0 2", *(h.format(1) for h in hole), "2 0 20", "2 0 2", *(h.format(2) for h in hole)]
         + (["spindle_off"] if on else [])
     )
@@ -250,10 +250,10 @@ def test_taps_that_can_not_be_done(on: str, block: str, match: str) -> None:
     refused(f"G21 G90\n{on}\nG0 X0 Y0 Z20\nF500 {block}\nM30\n", 4, match)
 
 
-# ---- what serves where the program is silent
+# ---- what is used where the program is silent
 
 
-def test_feed_and_spindle_of_the_setup_serve_and_are_said_once() -> None:
+def test_feed_and_spindle_of_the_setup_are_used_and_said_once() -> None:
     t = read("G21 G90\nT1 M6\nG0 X0 Y0 Z5\nG1 Z-3\nX9\nG0 Z50\nT2 M6\nG1 Z2\nM30\n", feed=0.004, spindle_rpm=8000.0)
     assert courses(t) == [
         (1, ["tool_change 1", "spindle_on 8000 CLW", "0 0 5", "*0 0 -3", "*9 0 -3", "9 0 50"]),

@@ -37,7 +37,7 @@ def test_modal_words_packed_spaced_and_in_lower_case(tell):
     assert story.feed[1:3].tolist() == [0.01, 0.01] and np.isnan(story.feed[[0, 3]]).all()
 
 
-def test_only_motions_to_a_place_that_is_known_are_told(tell):
+def test_only_motions_to_a_place_that_is_known_are_reported(tell):
     story = tell("G0 Z50\nX1 Y2\nG1 Z0 F60\n")
     assert mm(story) == [[1, 2, 50], [1, 2, 0]] and story.joined.tolist() == [False, True]
     assert not tell("G0 Z50\nG1 X1 F60\nY2\nG0 X3\n").complete  # a cut at a Y that is not known
@@ -397,7 +397,7 @@ def test_the_axis_of_two_kinematics(tell, words, axis, on):
 
 
 def test_axes_that_turn_evenly_take_the_tool_off_the_great_arc(tell):
-    """C turns a tool that leans by 60 degrees along a circle about z: told a degree at a time; A alone keeps to the great arc."""
+    """C turns a tool that leans by 60 degrees along a circle about z: a degree at a time; A alone keeps to the great arc."""
     story = tell("M128\nG0 X0 Y0 Z0 A0 C0\nG1 X1 A60 F100\nG1 X10 C90\n")
     assert story.complete and len(story) == 2 + 90
     assert story.path.axis[1:, 2] == pytest.approx(np.full(91, 0.5))

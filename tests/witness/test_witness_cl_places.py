@@ -229,7 +229,7 @@ def test_a_cycle_as_its_motions(tell, head, cycle, ways_, heights, feed):
         (NX, "CYCLE/DRILL,RAPTO,3.,FEDTO,-20.,MMPM,250.", None, None),
     ],
 )
-def test_pecks_as_they_are_told(tell, head, cycle, first, others):
+def test_pecks_as_they_are_reported(tell, head, cycle, first, others):
     """From the clear point the first, from where the tool was the others."""
     story = hole(tell, head, cycle)
     deep = [int(k) for k in np.flatnonzero(story.way == Way.HOLE)] if first else []

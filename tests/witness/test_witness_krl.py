@@ -739,14 +739,14 @@ def test_endless_programs_end(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (b"", "no KRL"),
-        (b"DEF job ( )\n\0\nEND\n", "no text"),
+        (b"", "not a KRL"),
+        (b"DEF job ( )\n\0\nEND\n", "not text"),
         (b"DEF job ( )\nLIN {X 1}\n", "no END"),
         (b"DEF job ( )\nIF TRUE THEN\nEND\n", "ENDIF"),
         (b"DEF job ( )\nENDFOR\nEND\n", "closes nothing"),
         (b"DEF job ( )\nDEF other ( )\nEND\n", "before JOB"),
         (b"DEF job ( )\n" + b"LOOP\n" * 60 + b"END\n", "too deep"),
-        (b"GOTO/1,2,3\nFINI\n", "no KRL"),
+        (b"GOTO/1,2,3\nFINI\n", "not a KRL"),
     ],
 )
 def test_text_that_is_no_program(tmp_path, text, says):

@@ -774,7 +774,7 @@ def test_no_axis_is_asked_for_more_than_it_can() -> None:
 
 def test_cuts_in_the_air_that_the_file_lacks_are_not_judged() -> None:
     """Another program's region high above the part, at its feed; a way at half the rapid feed is one."""
-    for share, told in ((1.0, 0), (0.5, 0), (0.25, 1)):
+    for share, expected in ((1.0, 0), (0.5, 0), (0.25, 1)):
         over = [lin(x, y, 80, at=share * RAPID) for x, y in ((20, 0), (40, 0), (40, 40), (20, 0))]
         found = judged(file(*GROOVE), program(*START, *CUT, *END[:-1], *over, END[-1]))
-        assert found.objections == [] and len(found.unjudged) == told
+        assert found.objections == [] and len(found.unjudged) == expected

@@ -86,7 +86,7 @@ def _doubt(scene: Scene, values: Array, second: Array) -> Array:
 EFFECT = Effect(
     name="acceleration_error",
     physics="Drives and gears give way in proportion to the acceleration of their axis, the whole in proportion to the tip's.",
-    rungs=("setpoint_to_encoder", "encoder_to_tcp"),
+    stages=("setpoint_to_encoder", "encoder_to_tcp"),
     regimes=("acceleration",),
     experiment="run the path at half speed: what acceleration causes falls to a quarter, what speed causes to a half",
     units=_units,

@@ -72,7 +72,7 @@ def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
 EFFECT = Effect(
     name="backlash",
     physics="The link rests until the play is taken up after a reversal: it lags its encoder by half the play.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("direction",),
     experiment="run the path backwards: what play causes changes its sign, geometry and load don't",
     units=_units,

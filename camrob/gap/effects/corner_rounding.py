@@ -26,7 +26,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 EFFECT = Effect(
     name="corner_rounding",
     physics="Where it may, the controller leaves the programmed path before each corner and joins it again behind.",
-    rungs=("program_to_setpoint",),
+    stages=("program_to_setpoint",),
     regimes=("position",),
     experiment="run the program with a rounding distance of 0, or with exact stops at the corners",
     units=_units,

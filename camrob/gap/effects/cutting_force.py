@@ -52,7 +52,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 EFFECT = Effect(
     name="cutting_force",
     physics="The force on the tool turns every axis by its compliance times the force's torque about it, or the tip as a spring.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("force",),
     experiment="run the same program in air: what force causes is gone",
     units=_units,

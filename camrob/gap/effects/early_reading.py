@@ -51,7 +51,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 EFFECT = Effect(
     name="early_reading",
     physics="The reading is taken while the robot, or one axis, still has a share of its way from the pose before to go.",
-    rungs=("setpoint_to_encoder", "encoder_to_tcp"),
+    stages=("setpoint_to_encoder", "encoder_to_tcp"),
     regimes=("time", "position"),
     experiment="measure some poses twice: at once and after two seconds of rest",
     units=_units,

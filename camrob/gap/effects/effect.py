@@ -89,7 +89,7 @@ def no_terms(unit: Unit, state: State) -> tuple[str, ...]:
 class Effect:
     """An effect.
 
-    physics: what happens, in a sentence. rungs: where between program and TCP it can show. regimes: what it depends on.
+    physics: what happens, in a sentence. stages: where between program and TCP it can show. regimes: what it depends on.
     experiment: the motion that would isolate it. units: what may be in or out on these logs, none where it can't show.
     columns: one a parameter. start: the state before anything is known; refine: the next state from fitted values, by
     parameter name; trials: changes of the state to choose among by what they leave unexplained. accuracy: by what share of
@@ -108,7 +108,7 @@ class Effect:
 
     name: str
     physics: str
-    rungs: tuple[str, ...]
+    stages: tuple[str, ...]
     regimes: tuple[str, ...]
     experiment: str
     units: Units

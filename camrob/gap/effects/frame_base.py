@@ -28,7 +28,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 EFFECT = Effect(
     name="frame_base",
     physics="world_T_root is another one: a rigid motion multiplied on its left, the same for every posture.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="measure three or more far corners of the work space with the table at 0 and the tool's orientation kept",
     units=_units,

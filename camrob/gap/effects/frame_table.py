@@ -34,8 +34,8 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 
 EFFECT = Effect(
     name="frame_table",
-    physics="The table turns about an axis that is offset and tilted; measured from the hall this never shows.",
-    rungs=("encoder_to_tcp",),
+    physics="The table turns about an axis that is offset and tilted; measured from the world this never shows.",
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment='measure in the turning base (measured_frame = "base") the same point at four table angles',
     units=_units,

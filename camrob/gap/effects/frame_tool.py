@@ -28,7 +28,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 EFFECT = Effect(
     name="frame_tool",
     physics="The tool's frame is another one: a rigid motion multiplied on its right at the tip, in the tool's axes.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the tool about one point through three or more orientations (the four-point method)",
     units=_units,

@@ -49,7 +49,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 EFFECT = Effect(
     name="friction",
     physics="Dry friction keeps a drive behind its set-point on the side it comes from, and peaks where it turns round.",
-    rungs=("setpoint_to_encoder",),
+    stages=("setpoint_to_encoder",),
     regimes=("direction", "speed"),
     experiment="run small circles at two speeds: peaks stay at the quadrants, lag grows with speed",
     units=_units,

@@ -78,7 +78,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 EFFECT = Effect(
     name="gear_ripple",
     physics="The link runs ahead of and behind its encoder, once or more a turn of its axis or motor; not quite as a sine.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the axis alone slowly through its range, both ways",
     units=_units,

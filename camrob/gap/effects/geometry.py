@@ -42,7 +42,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 EFFECT = Effect(
     name="geometry",
     physics="Each axis of the arm is displaced and tilted against the one before by the tolerances of castings and bearings.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="calibrate the arm on 50 or more postures spread over its whole range (camrob calibrate)",
     units=_units,

@@ -84,7 +84,7 @@ def _dahl(u: Array, reach: float) -> Array:
 EFFECT = Effect(
     name="hysteresis",
     physics="The link winds up against friction behind its encoder, and slides only after some travel, so it runs in loops.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("direction",),
     experiment="move the axis alone to and fro by 0.1, 1 and 10 degrees: loops grow with the travel, play's steps don't",
     units=_units,

@@ -41,7 +41,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 EFFECT = Effect(
     name="joint_compliance",
     physics="Gravity's torque turns each link beyond its encoder by the joint's compliance.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("load", "position"),
     experiment="run the same path with another payload: compliance changes with it, zeros and geometry don't",
     units=_units,

@@ -45,9 +45,9 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 EFFECT = Effect(
     name="joint_offset",
     physics="The real axis value is the reported one and a constant.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
-    experiment="master the axis anew with the electronic gauge, or measure ten postures that turn the other axes widely",
+    experiment="re-master the axis with the electronic gauge, or measure ten postures that turn the other axes widely",
     units=_units,
     columns=_columns,
     refine=_refine,

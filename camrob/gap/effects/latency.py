@@ -33,7 +33,7 @@ def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
 EFFECT = Effect(
     name="latency",
     physics="A row's measured pose is where the tool was a fixed time before its axis values.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("speed",),
     experiment="stop dead a few times: a delay of the clocks shifts the stop in time, a lag of the drives rounds it",
     units=_units,

@@ -65,7 +65,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 EFFECT = Effect(
     name="lean",
     physics="What carries the robot turns about its foot, or a place below, with gravity's moment, so with load and reach.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("load", "position"),
     experiment="turn A1 through half a turn with the arm stretched, then with another payload",
     units=_units,

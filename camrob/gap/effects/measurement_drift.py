@@ -50,13 +50,13 @@ def _moment(scene: Scene) -> float | None:
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    kind, _, told = unit.key.partition(" ")
+    kind, _, rest = unit.key.partition(" ")
     course: NDArray[np.float64]
     if kind == "steady":
         twists = left_twists(scene.nominal)
         course = (scene.t - scene.t[0]) / max(float(np.ptp(scene.t)), 1e-9)
     else:
-        moment, _, name = told.partition(" ")
+        moment, _, name = rest.partition(" ")
         twists = right_twists(scene.nominal)
         course = ((scene.t >= float(moment)) & (scene.name == name)).astype(float)
     return tuple(Column(tcp=twists[:, :, k] * course[:, None]) for k in range(6))
@@ -69,7 +69,7 @@ def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
 EFFECT = Effect(
     name="measurement_drift",
     physics="The instrument's frame moves steadily while it measures, or its target slips on the tool at one moment.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("time",),
     experiment="measure a fixed nest before, half-way and after the run, the robot's part left as it is",
     units=_units,

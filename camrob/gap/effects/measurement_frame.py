@@ -30,7 +30,7 @@ def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
 EFFECT = Effect(
     name="measurement_frame",
     physics="What the instrument calls world (or base) is another frame: a rigid motion on the left of all that it measures.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="measure the cell's reference points (nests on the table) with the instrument, the robot standing still",
     units=_units,

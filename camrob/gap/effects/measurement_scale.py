@@ -51,7 +51,7 @@ def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
 EFFECT = Effect(
     name="measurement_scale",
     physics="All lengths that the instrument measures are too long by one share, or by a share of each axis of its frame.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="measure a calibrated scale bar at both ends of the work space with the instrument alone",
     units=_units,

@@ -40,11 +40,11 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         linear = scenes[0].cell.joints[scenes[0].cell.index(a)].prismatic
         unit, scale = ("mm", _LENGTH) if linear else ("deg", 1.0)
         for kind in ("offset", "gain"):
-            told = tuple(
+            parameters = tuple(
                 EffectParameter(f"{a}_{kind}_{wave}_{unit}", unit, scale * _USUAL, -scale * _MOST, scale * _MOST)
                 for wave in ("cos", "sin")
             )
-            units.append(Unit("motor_commutation", a, told, _CHOICES, f"{kind} {order:.6f}"))
+            units.append(Unit("motor_commutation", a, parameters, _CHOICES, f"{kind} {order:.6f}"))
     return tuple(units)
 
 
@@ -103,7 +103,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 EFFECT = Effect(
     name="motor_commutation",
     physics="A motor's torque ripples with its rotor's electrical angle, once or (with the load) twice, and its drive follows.",
-    rungs=("setpoint_to_encoder",),
+    stages=("setpoint_to_encoder",),
     regimes=("position", "load"),
     experiment="turn the axis alone slowly at two loads: ripples keep their place on the axis; a gain's grow with the load",
     units=_units,

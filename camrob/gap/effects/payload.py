@@ -63,7 +63,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 EFFECT = Effect(
     name="payload",
     physics="A mass at the tool that nobody counted makes every axis sag in proportion to its own torque about it.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("load", "position"),
     experiment="run the path with and without the tool's mass, or read the axis torques at rest in three postures",
     units=_units,

@@ -30,5 +30,5 @@ def library(without: Iterable[str] = (), extra: Iterable[Effect] = ()) -> tuple[
     every = (*_all(), *extra)
     known = {e.name for e in every}
     for name in sorted(left_out - known):
-        raise InputError(f"--without {name[:40]!r} is no effect", hint=f"use one of {', '.join(sorted(known))}")
+        raise InputError(f"--without {name[:40]!r} is not an effect", hint=f"use one of {', '.join(sorted(known))}")
     return tuple(e for e in every if e.name not in left_out)

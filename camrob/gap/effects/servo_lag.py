@@ -55,7 +55,7 @@ def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
 EFFECT = Effect(
     name="servo_lag",
     physics="Every drive is a first-order filter on its set-points, with nearly one time constant; continuous, or once a cycle.",
-    rungs=("setpoint_to_encoder",),
+    stages=("setpoint_to_encoder",),
     regimes=("speed",),
     experiment="run the path at half speed: what lag causes halves, play and geometry stay",
     units=_units,

@@ -61,8 +61,8 @@ def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
 
 EFFECT = Effect(
     name="setpoint_delay",
-    physics="One axis gets its set-points some cycles later or earlier than the others, or seldomer.",
-    rungs=("setpoint_to_encoder",),
+    physics="One axis gets its set-points some cycles later or earlier than the others, or less often.",
+    stages=("setpoint_to_encoder",),
     regimes=("speed",),
     experiment="move all axes to and fro together, with hard reversals: the late one turns round after the others",
     units=_units,

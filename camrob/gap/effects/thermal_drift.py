@@ -16,7 +16,7 @@ from camrob.units import deg_to_rad, mm_to_m
 __all__ = ["EFFECT", "warmth"]
 
 _TAU = 600.0  # s, where nothing says better
-_KELVIN = 10.0  # the rise that growth is told for
+_KELVIN = 10.0  # the rise that growth is stated for
 _LEAST = 0.03
 _EXPANSION, _MOST_EXPANSION = 1.2e-4, 1e-3  # of a length in 10 kelvin: steel; aluminium warmer than the room by far
 
@@ -95,7 +95,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 EFFECT = Effect(
     name="thermal_drift",
     physics="Links grow as the arm warms up, foot, zeros and tool drift with them, towards a steady state with a time constant.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("time",),
     experiment="repeat the same lap every ten minutes from a cold start for an hour",
     units=_units,

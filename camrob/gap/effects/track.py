@@ -65,7 +65,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 EFFECT = Effect(
     name="track",
     physics="The track's rack is longer or shorter than it counts, points elsewhere, and is not straight.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="drive the track alone from end to end and back, the arm's axes at rest",
     units=_units,

@@ -28,7 +28,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     units = []
     for joint in scenes[0].cell.joints:
         a = joint.name
-        # measured from the hall, a table does not show
+        # measured from the world, a table does not show
         if joint.role is not Role.WORKPIECE or joint.prismatic or not moved(scenes, a) or not shows(scenes, a):
             continue
         if max(float(np.ptp(s.link[:, s.index(a)])) for s in scenes) > _RANGE:
@@ -38,8 +38,10 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
             ):
                 for order in _ORDERS:
                     names = [f"{a}_{p}_{wave}{order}_{unit}" for p in parts for wave in ("cos", "sin")]
-                    told = tuple(EffectParameter(n, unit, usual / order, -_MOST * usual, _MOST * usual) for n in names)
-                    units.append(Unit("turntable", a, told, key=f"{kind} {order}"))
+                    parameters = tuple(
+                        EffectParameter(n, unit, usual / order, -_MOST * usual, _MOST * usual) for n in names
+                    )
+                    units.append(Unit("turntable", a, parameters, key=f"{kind} {order}"))
         leans = tuple(
             EffectParameter(f"{a}_{p}_direction_deg", "deg", _TILT, -_MOST * _TILT, _MOST * _TILT) for p in ("rx", "ry")
         )
@@ -60,7 +62,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 
 
 def _seen(scene: Scene, part: str) -> NDArray[np.float64]:
-    """(N, 6) twist of what is measured from the table, where the table moves by a unit along, or about, an axis of the hall."""
+    """(N, 6) twist of what is measured from the table, where the table moves by a unit along, or about, an axis of the world."""
     along = -scene.measured_R_world[:, :, "xy".index(part[-1])]
     out = np.zeros((len(scene), 6))
     if part[0] == "r":
@@ -74,7 +76,7 @@ def _seen(scene: Scene, part: str) -> NDArray[np.float64]:
 EFFECT = Effect(
     name="turntable",
     physics="The table's axis tilts and shifts as it turns, once or twice a turn, and tilts with the direction it came from.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position", "direction"),
     experiment="touch one point of the table at twelve angles, first forwards, then backwards, the arm measuring",
     units=_units,

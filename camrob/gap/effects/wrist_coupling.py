@@ -40,7 +40,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 EFFECT = Effect(
     name="wrist_coupling",
     physics="A4 turns A5 and A6, and A5 turns A6, by a share (and its square) that the controller doesn't take back.",
-    rungs=("encoder_to_tcp",),
+    stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn A4 alone through half a turn and watch the tool's axis, then A5",
     units=_units,

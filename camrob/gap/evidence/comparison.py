@@ -31,9 +31,8 @@ _SIZINGS = 3  # times that the discrepancy's size and the temperature, which dep
 _SAME_HEAT = 1.2  # times it, another temperature is as good as it
 _LESS, _SMALLER = 0.3, 3  # of the discrepancy's size, and how often, at which sets are explored too
 _LEAST_GAP = 0.012  # of the gap: what is less isn't worth a word
-_BESIDE = (
-    0.2  # of the discrepancy: what moves the TCP by less can't be told from a field that is described a little wrong
-)
+# of the discrepancy: what moves the TCP by less can't be told from a field that is described a little wrong
+_BESIDE = 0.2
 
 
 def panels_for(
@@ -58,8 +57,8 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     states: dict[str, State] = {e.name: dict(e.start) for e in effects}
     noises = tuple(noise_of(s) for s in scenes)
     kept = [~find_outliers(s, n) for s, n in zip(scenes, noises, strict=True)]
-    if any(s.poses and not n.told for s, n in zip(scenes, noises, strict=True)):
-        noises = _told(scenes, noises, kept, effects, states)
+    if any(s.poses and not n.stated for s, n in zip(scenes, noises, strict=True)):
+        noises = _with_shown_noise(scenes, noises, kept, effects, states)
     model: Model | None = None
     counting: Mapping[frozenset[int], Mapping[str, float]] = {}
     starts: tuple[frozenset[str], ...] = ()
@@ -166,14 +165,14 @@ def _excess(panels: Sequence[Panel], evidence: Evidence, best: Fitted) -> float:
     return float(np.sqrt(np.mean(parts)))
 
 
-def _told(
+def _with_shown_noise(
     scenes: Sequence[Scene], noises: Sequence[Noise], kept: Sequence[NDArray[np.bool_]], effects: Sequence[Effect],
     states: Mapping[str, State],
 ) -> tuple[Noise, ...]:  # fmt: skip
-    """The noises, with those of single poses that nobody told found from what no effect explains."""
+    """The noises, with those of single poses where it is not stated found from what no effect explains."""
     panels = panels_for(scenes, noises, kept, build_units(scenes, effects, states), effects, states)
     return tuple(
-        n if n.told or not s.poses else noise_left(p.tcp, p.y_tcp, p.w_tcp > 0.0, n.servo, s.log.path)
+        n if n.stated or not s.poses else noise_left(p.tcp, p.y_tcp, p.w_tcp > 0.0, n.servo, s.log.path)
         for s, n, p in zip(scenes, noises, panels, strict=True)
     )
 
@@ -182,16 +181,16 @@ def _small(model: Model) -> frozenset[str]:
     """Effects of the best set that move the TCP by too little to be named beside the gap, or beside what others leave."""
     least = max(0.5 * _LEAST_GAP * model.gap, _BESIDE * model.discrepancy)
     sizes = {n: effect_rms(model, model.panels, n) for n in model.evidence.effects_of(model.best.members)}
-    rungs = {n: _rungs_of(model, n) for n in sizes}
-    # what another effect of the same rung is not described better than, it may have left
+    stages = {n: _stages_of(model, n) for n in sizes}
+    # what another effect of the same stage is not described better than, it may have left
     blurred = {
-        n: max((model.accuracy[m] * s for m, s in sizes.items() if m != n and rungs[m] & rungs[n]), default=0.0)
+        n: max((model.accuracy[m] * s for m, s in sizes.items() if m != n and stages[m] & stages[n]), default=0.0)
         for n in sizes
     }
     return frozenset(n for n, s in sizes.items() if s < max(least, blurred[n]))
 
 
-def _rungs_of(model: Model, name: str) -> set[str]:
+def _stages_of(model: Model, name: str) -> set[str]:
     """Where an effect of the best set shows in these logs: at the drives, behind the encoders, or at both."""
     c = np.flatnonzero(np.isin(model.design.owner, [i for i in model.best.members if model.units[i].effect == name]))
     found = set()
@@ -283,9 +282,9 @@ def _errors(model: Model) -> tuple[Array, ...]:
             own = p.doubted(c, share[c[0]])
             variance[:, :6] += doubt_of(p.tcp[:, :, c] @ model.best.mean[c], own, poses=p.scene.poses)
             if p.servo is not None:
-                served = np.isin(p.servo_columns, c)
+                own_columns = np.isin(p.servo_columns, c)
                 variance[:, 6:] += doubt_of(
-                    p.servo[:, :, served] @ model.best.mean[p.servo_columns[served]], own, poses=p.scene.poses
+                    p.servo[:, :, own_columns] @ model.best.mean[p.servo_columns[own_columns]], own, poses=p.scene.poses
                 )
         out.append(variance)
     return tuple(out)

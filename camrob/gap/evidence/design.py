@@ -21,7 +21,7 @@ __all__ = ["LEVER", "NUISANCE", "WITHHELD", "Design", "Panel", "build_units", "f
 Array = NDArray[np.float64]
 
 NUISANCE = "nuisance"
-"""The effect's name of units that are fitted and never claimed: frames that nobody told."""
+"""The effect's name of units that are fitted and never claimed: frames that are not known."""
 WITHHELD = -1
 """The number of a log that takes no part in the fit."""
 
@@ -68,18 +68,18 @@ class Panel:
         return own
 
     def moves(self, values: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
-        """(M, 3) m that parameters (K,) move the TCP by at some rows, both rungs together."""
+        """(M, 3) m that parameters (K,) move the TCP by at some rows, both stages together."""
         used = np.flatnonzero(values)
         total = self.tcp[rows, :3][..., used] @ values[used]
         if self.servo is not None:
-            served = np.flatnonzero(values[self.servo_columns])
-            if len(served):
-                axis = self.servo[rows][..., served] @ values[self.servo_columns[served]]
+            moving = np.flatnonzero(values[self.servo_columns])
+            if len(moving):
+                axis = self.servo[rows][..., moving] @ values[self.servo_columns[moving]]
                 total = total + self.carried(axis, rows)
         return np.asarray(total)
 
     def moved_by(self, columns: NDArray[np.int64], rows: NDArray[np.bool_] | slice = _ALL) -> Array:
-        """(M, 3, C) m that a unit of each of some columns moves the TCP by at some rows, both rungs together."""
+        """(M, 3, C) m that a unit of each of some columns moves the TCP by at some rows, both stages together."""
         X = np.array(self.tcp[rows][:, :3, columns])
         if self.servo is not None:
             for j, k in enumerate(columns.tolist()):
@@ -142,8 +142,8 @@ def build_units(scenes: Sequence[Scene], effects: Sequence[Effect], states: Mapp
 
 
 def _nuisance(scene: Scene, unit: Unit, number: int, first: Mapping[str, str]) -> tuple[Column, ...]:
-    """The twists of a frame that nobody told, nothing where it is another log's. first: key of the first such unit by side: it
-    serves a withheld log, which has a frame of its own and no unit.
+    """The twists of a frame that is not known, nothing where it is another log's. first: key of the first such unit by side: it
+    stands for a withheld log, which has a frame of its own and no unit.
     """
     owner, _, name = unit.key.partition("|")
     side = "left" if owner.startswith("left") else "right"
@@ -184,14 +184,14 @@ def make_panel(
     N, K = len(scene), len(columns)
     tcp = np.zeros((N, 6, K))
     split = scene.servo_gap is not None
-    served = np.array([k for k, c in enumerate(columns) if c.servo], np.int64)
-    servo = np.zeros((N, len(scene.axes), len(served))) if split else None
+    of_drives = np.array([k for k, c in enumerate(columns) if c.servo], np.int64)
+    servo = np.zeros((N, len(scene.axes), len(of_drives))) if split else None
     for k, column in enumerate(columns):
         if column.tcp is not None:
             tcp[:, :, k] = column.tcp
         for axis, signal in column.servo.items():
             if servo is not None:
-                servo[:, scene.index(axis), int(np.searchsorted(served, k))] = signal
+                servo[:, scene.index(axis), int(np.searchsorted(of_drives, k))] = signal
             elif f"{axis}.zero" in scene.places:
                 tcp[:, :, k] += scene.shift(axis, signal)
     w_tcp = np.where(scene.seen & kept[:, None], 1.0 / noise.tcp, 0.0)
@@ -201,7 +201,7 @@ def make_panel(
     block = first_block + neighbourhoods(scene, blocks)
     doubt = {k: c.doubt for k, c in enumerate(columns) if c.doubt is not None}
     smooth = None if basis is None else basis.columns(scene)
-    return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, served, scene.servo_gap, w_servo, block, doubt, smooth)
+    return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, of_drives, scene.servo_gap, w_servo, block, doubt, smooth)
 
 
 def field_sums(p: Panel, rows: NDArray[np.int64]) -> tuple[Array, Array, Array]:

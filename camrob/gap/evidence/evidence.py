@@ -306,7 +306,7 @@ class Evidence:
         return scores
 
     def _change(self, fitted: Fitted, columns: NDArray[np.int64], to: Array) -> tuple[Array, Array]:
-        """(U,) change of the log evidence where the priors of columns (U, k) get other widths, -inf where it can't be told; and
+        """(U,) change of the log evidence where the priors of columns (U, k) get other widths, -inf where it can't be known; and
         (U,) m by which these columns then move the TCP.
         """
         now = fitted.widths[columns]
@@ -319,11 +319,11 @@ class Evidence:
         safe = np.where((positive > 0)[:, None, None], M, np.eye(columns.shape[1]))
         step = np.linalg.solve(safe, (change * mean)[..., None])[..., 0]
         gain = -0.5 * np.sum(mean * step, axis=1)
-        told = (positive > 0) & (np.abs(change) >= 1e-12).any(axis=1)
+        known = (positive > 0) & (np.abs(change) >= 1e-12).any(axis=1)
         then = (mean - (C @ step[..., None])[..., 0]) * now
         G = self.design.moves[columns[:, :, None], columns[:, None, :]]
         moved = np.sqrt(np.maximum(np.einsum("uk,ukl,ul->u", then, G, then), 0.0))
-        return np.where(told, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf), moved
+        return np.where(known, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf), moved
 
 
 class _Batch(NamedTuple):

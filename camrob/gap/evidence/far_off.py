@@ -1,4 +1,4 @@
-"""How much more stays the farther postures lie from every one that was fitted, told by halves of the logs that a fit leaves out.
+"""How much more stays the farther postures lie from every fitted one, measured on halves of the logs that a fit leaves out.
 
 What a fit's own covariance says of far postures holds where the description is right up to a smooth discrepancy. On a real arm
 it is not: values are off by ten of their standard errors. So the logs are asked themselves: fitted on one side of an axis's

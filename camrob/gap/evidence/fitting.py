@@ -1,4 +1,4 @@
-"""Which values are told: those fitted beside the discrepancy, or those fitted without it.
+"""Which values are reported: those fitted beside the discrepancy, or those fitted without it.
 
 Who is at work is asked beside the discrepancy, as nothing else keeps a cause from taking the place of what the library lacks. A
 value that is to be taken away elsewhere is another question: where the discrepancy holds a part of what a true cause does, the

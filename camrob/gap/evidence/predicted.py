@@ -1,4 +1,4 @@
-"""What withheld samples should show before and after effects are taken away, told without their measured poses."""
+"""What withheld samples should show before and after effects are taken away, predicted without their measured poses."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def _rms(vectors: Array) -> float:
 @dataclass(frozen=True)
 class Trial:
     """Withheld samples: panels, and for each the rows that are asked and the blocks that the fit leaves out; named: of logs that
-    took no part, not of blocks. unfrozen: the panels as they were before frames that nobody told were frozen in them.
+    took no part, not of blocks. unfrozen: the panels as they were before frames that are not known were frozen in them.
     """
 
     panels: tuple[Panel, ...]
@@ -134,7 +134,7 @@ def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
 def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None) -> Shrinkage:
     """The gap before and after `keep` (all of `members` by default) is taken away, with `members` fitted together.
 
-    Frames that nobody told are fitted to the withheld rows themselves, before and after: they are nuisances there too.
+    Frames that are not known are fitted to the withheld rows themselves, before and after: they are nuisances there too.
     """
     kept = members if keep is None else keep
     fits: dict[int | None, Fitted] = {}
@@ -168,12 +168,12 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
 
 def _floor(panel: Panel) -> float:
     """m2 of noise where a log holds single poses and tells it, else NaN."""
-    told = panel.scene.poses and np.isfinite(panel.scene.sigma[0])
-    return float(np.sum(1.0 / panel.w_tcp[:, :3].max(axis=0) ** 2)) if told else float("nan")
+    stated = panel.scene.poses and np.isfinite(panel.scene.sigma[0])
+    return float(np.sum(1.0 / panel.w_tcp[:, :3].max(axis=0) ** 2)) if stated else float("nan")
 
 
 def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:
-    """The gap (M, 3) at some rows with frames that nobody told fitted anew."""
+    """The gap (M, 3) at some rows with frames that are not known fitted anew."""
     X = frame_columns(model, panel, rows)
     if X.shape[1] == 0:
         return gap
@@ -182,7 +182,7 @@ def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> 
 
 
 def frame_columns(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> Array:
-    """(3 M, k) of the frames that nobody told and that are fitted to some rows themselves; none where these are too few."""
+    """(3 M, k) of the frames that are not known and that are fitted to some rows themselves; none where these are too few."""
     nuisance = [k for k, o in enumerate(model.design.owner) if model.units[o].effect == NUISANCE]
     count = int(rows.sum())
     X = panel.tcp[rows][:, :3, nuisance].reshape(3 * count, len(nuisance))

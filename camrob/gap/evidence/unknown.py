@@ -129,7 +129,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 UNKNOWN = Effect(
     name="unknown",
     physics="Something that the library has no physics for: a smooth function of one quantity, or a constant.",
-    rungs=("setpoint_to_encoder", "encoder_to_tcp"),
+    stages=("setpoint_to_encoder", "encoder_to_tcp"),
     regimes=(),
     experiment="move the named axis alone through its range, everything else at rest, and measure",
     units=_units,

@@ -79,23 +79,23 @@ def plan_experiment(
     rivals = rivals_of(model, claimed)
     if rivals is None:
         return None
-    again, *told = [separation(model, rivals, m) for m in trial_motions(longest)]
-    told.sort(key=lambda s: -s.sigmas)
-    clear = [s for s in told if s.sigmas >= _CLEAR]
+    again, *trials = [separation(model, rivals, m) for m in trial_motions(longest)]
+    trials.sort(key=lambda s: -s.sigmas)
+    clear = [s for s in trials if s.sigmas >= _CLEAR]
     if not clear:
         return None
-    return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _summary(rivals, told, again))
+    return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _summary(rivals, trials, again))
 
 
 def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Experiment | None:
     """The motion on which most of what is unexplained (m, rms) stands alone, with the answer that is expected of it; None where
     none would show it above the noise.
     """
-    told = sorted(shown, key=lambda x: -x[0])
-    if not told or told[0][0] < model.noise:
+    ranked = sorted(shown, key=lambda x: -x[0])
+    if not ranked or ranked[0][0] < model.noise:
         return None
-    size, noise = m_to_mm(told[0][0]), m_to_mm(model.noise)
-    best = told[0][1]
+    size, noise = m_to_mm(ranked[0][0]), m_to_mm(model.noise)
+    best = ranked[0][1]
     answer = f"{size:.3f} mm rms about its mean if it sits there, the noise ({noise:.3f} mm) if it does not"
     text = f"Isolate what is unexplained: {'run' if best.axis else 'hold'} {best.text}, and measure: expected {answer}."
     considered = [
@@ -105,13 +105,13 @@ def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Expe
             "separation_mm": m_to_mm(rms),
             "separation_sigmas": rms / model.noise * float(np.sqrt(len(m.scene))),
         }
-        for rms, m in told
+        for rms, m in ranked
     ]
     summary = {
         "motion": best.key, "rivals": [["unknown"], []], "separation_mm": size, "expected_mm": [size, noise],
         "considered": considered,
     }  # fmt: skip
-    return Experiment(tuple(m for _, m in told if m.axis), text, summary)
+    return Experiment(tuple(m for _, m in ranked if m.axis), text, summary)
 
 
 def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
@@ -119,25 +119,25 @@ def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
     run, advice = best.motion.text, best.motion.advice
     if advice:
         run = f"{run[:-1]}; {advice})" if run.endswith(")") else f"{run} ({advice})"
-    told = (
+    expected = (
         f"{m_to_mm(best.rms):.3f} mm rms, {_sigmas(best)} sigmas on {len(best.motion.scene)} samples (the same again: "
         f"{_sigmas(again)})."
     )
     if first and second and again.sigmas >= _CLEAR and best.sigmas < _BETTER * again.sigmas:
         return (
             f"These logs tell {first} from its closest rival, {second}, already; to confirm it run {run}: "
-            f"expected to set them apart by {told} {_answers(rivals, best)}"
+            f"expected to set them apart by {expected} {_answers(rivals, best)}"
         )
     aim = f"tell {first} from {second}" if first and second else f"see whether {first or second} is at work too"
-    return f"To {aim}, run {run}: expected to set the answers apart by {told} {_answers(rivals, best)}"
+    return f"To {aim}, run {run}: expected to set the answers apart by {expected} {_answers(rivals, best)}"
 
 
 def _answers(rivals: Rivals, on: Separation) -> str:
     """The gap that each rival expects on a motion, in words."""
     first, second = (" with ".join(names) for names in (rivals.first, rivals.second))
     cases = (first or f"it is not {second}", second or f"it is not {first}")
-    told = (f"{m_to_mm(rms):.3f} mm rms if {who}" for rms, who in zip(on.answers, cases, strict=True))
-    return f"Expected there: {', '.join(told)}."
+    answers = (f"{m_to_mm(rms):.3f} mm rms if {who}" for rms, who in zip(on.answers, cases, strict=True))
+    return f"Expected there: {', '.join(answers)}."
 
 
 def _sigmas(apart: Separation) -> str:
@@ -145,14 +145,14 @@ def _sigmas(apart: Separation) -> str:
     return f"{apart.sigmas:.0f}" if apart.sigmas <= _ENOUGH else f"over {_ENOUGH:.0f}"
 
 
-def _summary(rivals: Rivals, told: Sequence[Separation], again: Separation) -> dict[str, Any]:
+def _summary(rivals: Rivals, trials: Sequence[Separation], again: Separation) -> dict[str, Any]:
     return {
-        "motion": told[0].motion.key,
+        "motion": trials[0].motion.key,
         "rivals": [list(rivals.first), list(rivals.second)],
-        "separation_mm": m_to_mm(told[0].rms),
-        "separation_sigmas": told[0].sigmas,
+        "separation_mm": m_to_mm(trials[0].rms),
+        "separation_sigmas": trials[0].sigmas,
         "again_sigmas": again.sigmas,
-        "expected_mm": [m_to_mm(rms) for rms in told[0].answers],
+        "expected_mm": [m_to_mm(rms) for rms in trials[0].answers],
         "considered": [
             {
                 "motion": s.motion.key,
@@ -160,6 +160,6 @@ def _summary(rivals: Rivals, told: Sequence[Separation], again: Separation) -> d
                 "separation_mm": m_to_mm(s.rms),
                 "separation_sigmas": s.sigmas,
             }
-            for s in told
+            for s in trials
         ],
     }

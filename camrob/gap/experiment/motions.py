@@ -156,7 +156,7 @@ def _log(
 
 
 def _heavier(cell: Cell) -> Cell | None:
-    """The cell with more at its tool; None where nobody told its masses."""
+    """The cell with more at its tool; None where its masses are not known."""
     if not cell.masses:
         return None
     tool = cell.masses[-1]

@@ -100,7 +100,7 @@ def separation(model: Model, rivals: Rivals, motion: TrialMotion) -> Separation:
 
 
 def _effects_of(model: Model, fitted: Fitted) -> Array:
-    """(K,) fitted values of a set's effects, without frames that nobody told."""
+    """(K,) fitted values of a set's effects, without frames that are not known."""
     return model.values(fitted.members - model.evidence.always, fitted)
 
 
@@ -131,11 +131,11 @@ def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Ar
     X = [(panel.tcp[:, :, free] * w[..., None]).reshape(w.size, len(free))]
     y = [((panel.tcp @ mean) * w).ravel()]
     if panel.servo is not None and panel.w_servo is not None:
-        served = np.zeros((*panel.servo.shape[:2], len(free)))
+        drives = np.zeros((*panel.servo.shape[:2], len(free)))
         at = {int(k): j for j, k in enumerate(panel.servo_columns)}
         for j, k in enumerate(free):
             if int(k) in at:
-                served[:, :, j] = panel.servo[:, :, at[int(k)]]
-        X.append((served * panel.w_servo[..., None]).reshape(panel.w_servo.size, len(free)))
+                drives[:, :, j] = panel.servo[:, :, at[int(k)]]
+        X.append((drives * panel.w_servo[..., None]).reshape(panel.w_servo.size, len(free)))
         y.append(((panel.servo @ mean[panel.servo_columns]) * panel.w_servo).ravel())
     return np.concatenate(X), np.concatenate(y)

@@ -29,8 +29,8 @@ def axes_report(scenes: Sequence[Scene]) -> dict[str, dict[str, Any]]:
     """For each axis of which both ends are logged: rms and worst error in degrees or mm, its size at the tool in mm, and its
     pattern: what it follows, the share of its energy, the coefficient. {} where no log has both.
 
-    `within` says whether the whole is no more than the drives' told noise ("noise") or moves the tool by no more than the
-    told tolerance ("tolerance"); "" otherwise. `motor_to_link`: the same between motor-side and link-side encoders.
+    `within` says whether the whole is no more than the drives' stated noise ("noise") or moves the tool by no more than the
+    stated tolerance ("tolerance"); "" otherwise. `motor_to_link`: the same between motor-side and link-side encoders.
     """
     out: dict[str, dict[str, Any]] = {}
     for k, axis in enumerate(scenes[0].axes):
@@ -70,8 +70,8 @@ def _carried(scene: Scene, k: int, error: Array) -> Array:
 
 
 def _within(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> str:
-    told = [s.log.info.sigma_axis_length if linear else s.log.info.sigma_axis for s, _ in parts]
-    if all(np.sqrt(np.mean(e**2)) <= sigma for (_, e), sigma in zip(parts, told, strict=True)):
+    stated = [s.log.info.sigma_axis_length if linear else s.log.info.sigma_axis for s, _ in parts]
+    if all(np.sqrt(np.mean(e**2)) <= sigma for (_, e), sigma in zip(parts, stated, strict=True)):
         return "noise"
     if all(np.abs(_carried(s, k, e)).max() <= s.log.info.tolerance for s, e in parts):
         return "tolerance"
@@ -124,11 +124,14 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict
     solved = _solved(np.concatenate([X[n] for n in names], axis=1), y)
     at = np.cumsum([0, *(X[n].shape[1] for n in names)])[names.index(best)]
     if best in _COEFFICIENTS:
-        told, unit = float(solved[at]), _COEFFICIENTS[best]
+        coefficient, unit = float(solved[at]), _COEFFICIENTS[best]
     else:
         moved = _fitted(X[best], y)
-        told, unit = edge(0.5 * float(np.quantile(moved, 0.98) - np.quantile(moved, 0.02))), "mm" if linear else "deg"
-    return {"follows": best, "share": shares[best], "coefficient": told, "unit": unit, "period": None}
+        coefficient, unit = (
+            edge(0.5 * float(np.quantile(moved, 0.98) - np.quantile(moved, 0.02))),
+            "mm" if linear else "deg",
+        )
+    return {"follows": best, "share": shares[best], "coefficient": coefficient, "unit": unit, "period": None}
 
 
 def _periodic(u: Array, y: Array) -> tuple[float, float]:

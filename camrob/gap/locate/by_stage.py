@@ -1,4 +1,4 @@
-"""The gap by rung: program to set-point, set-point to encoder, encoder to measured TCP; the vectors add up to the whole."""
+"""The gap by stage: program to set-point, set-point to encoder, encoder to measured TCP; the vectors add up to the whole."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from camrob.gap.observation.program_track import ProgramTrack
 from camrob.gap.observation.scene import Scene
 from camrob.measurement.log_info import MeasuredFrame
 
-__all__ = ["RUNGS", "Ladder", "lacking", "ladder"]
+__all__ = ["STAGES", "StageGaps", "lacking", "stage_gaps"]
 
 Array = NDArray[np.float64]
 
-RUNGS = ("program_to_setpoint", "setpoint_to_encoder", "encoder_to_tcp")
+STAGES = ("program_to_setpoint", "setpoint_to_encoder", "encoder_to_tcp")
 
 
 @dataclass(frozen=True)
-class Ladder:
-    """Vectors (N, 3) at the TCP, m, in the measured frame; None where the log lacks a rung.
+class StageGaps:
+    """Vectors (N, 3) at the TCP, m, in the measured frame; None where the log lacks a stage.
 
-    Where set-points are absent, the first two rungs are one, told as program to set-point's None and the second's None; the
+    Where set-points are absent, the first two stages are one, given as None for program to set-point and None for the second; the
     whole is the sum of what is there. whole: measured less the program's place (less the nominal pose, without a program).
     """
 
@@ -34,13 +34,13 @@ class Ladder:
     missing: tuple[str, ...]
 
     def rms(self) -> dict[str, float | None]:
-        """m of every rung, None where it is missing."""
-        parts = {name: getattr(self, name) for name in RUNGS}
+        """m of every stage, None where it is missing."""
+        parts = {name: getattr(self, name) for name in STAGES}
         return {n: None if v is None else float(np.sqrt(np.mean(np.sum(v**2, axis=1)))) for n, v in parts.items()}
 
 
-def ladder(scene: Scene, track: ProgramTrack | None, *, why: str = "no program") -> Ladder:
-    """The rungs of one log. track: its program, laid beside it; why: what is told where there is none."""
+def stage_gaps(scene: Scene, track: ProgramTrack | None, *, why: str = "no program") -> StageGaps:
+    """The gap of one log by stage. track: its program, laid beside it; why: what is said where there is none."""
     missing: list[str] = []
     measured = scene.measured[:, :3, 3]
     at_link = scene.nominal[:, :3, 3]
@@ -64,24 +64,24 @@ def ladder(scene: Scene, track: ProgramTrack | None, *, why: str = "no program")
     else:
         first = track.offset(track.path(0.0))
     whole = third + (0.0 if second is None else second) + (0.0 if first is None else first)
-    return Ladder(first, second, third if scene.tracked else None, whole, tuple(missing))
+    return StageGaps(first, second, third if scene.tracked else None, whole, tuple(missing))
 
 
 def lacking(scene: Scene) -> tuple[str, ...]:
-    """What else a log and its cell lack beside rungs, and what that costs."""
-    told = []
+    """What else a log and its cell lack besides stages, and what that costs."""
+    sentences = []
     if scene.poses:
-        told.append("single poses: what depends on speed can't be seen, and direction is that of the last move")
+        sentences.append("single poses: what depends on speed can't be seen, and direction is that of the last move")
     if scene.tracked and not scene.seen[:, 3:].any():
-        told.append("no orientation: the tool's angles and A6 can't be told apart")
+        sentences.append("no orientation: the tool's angles and A6 can't be told apart")
     if scene.temperature is None:
         how = "can't be judged" if scene.poses else "is judged by the time since the log began"
-        told.append(f"no temperature: warming up {how}")
+        sentences.append(f"no temperature: warming up {how}")
     if scene.force is None:
-        told.append("no forces: what cutting forces bend can't be seen")
+        sentences.append("no forces: what cutting forces bend can't be seen")
     if not scene.cell.masses:
-        told.append("no masses in the cell: compliance, lean and payload can't be judged")
-    return tuple(told)
+        sentences.append("no masses in the cell: compliance, lean and payload can't be judged")
+    return tuple(sentences)
 
 
 def _nominal(scene: Scene) -> Array:

@@ -22,7 +22,7 @@ _BLOCKS = 10  # a log
 _MOST = 1500  # samples a log that distances are tried on
 _TRIED = mm_to_m(np.geomspace(0.05, 50.0, 13))
 _REFINED = 7  # times that the interval about the best distance is narrowed
-_LEAST = mm_to_m(0.01)  # rms: what set-points stray by less is printing
+_LEAST = mm_to_m(0.01)  # rms: what set-points deviate by less is printing
 _LEAST_NOISE = 0.35  # of the instrument's noise: as for all effects
 _LEAST_SHRINK = 0.25  # of the deviation, that rounding has to explain
 _DRAWS = 400
@@ -34,7 +34,7 @@ _UNTOLD = 0.9  # probability of something unknown, where much stays
 
 @dataclass(frozen=True)
 class CornerVerdict:
-    """probability of corner_rounding; entry: its line in the JSON object, None where nothing strays; left: m rms that stays
+    """probability of corner_rounding; entry: its line in the JSON object, None where nothing deviates; left: m rms that stays
     between program and set-point; unknown: words on it where that is too much, else "".
     """
 
@@ -45,7 +45,7 @@ class CornerVerdict:
 
 
 def judge_corners(tracks: Sequence[ProgramTrack], noise: float, *, known: bool = True) -> CornerVerdict | None:
-    """Judge the first rung of logs whose programs are known; None without any.
+    """Judge the first stage of logs whose programs are known; None without any.
 
     One distance is fitted to all corners by the virtual controller, each stretch of the logs judged with the distance that
     the others ask for. noise: m, 3-D rms of the instrument; known: False where the effect is out of the library.
@@ -115,8 +115,8 @@ def _spread(names: Array, energy: Array, best: int, blocks: int) -> float:
 def _asked(tracks: Sequence[ProgramTrack]) -> float | None:
     """mm, the one rounding distance of the programs; None where there are several."""
     values = np.concatenate([np.asarray(t.program.blend_mm) for t in tracks])
-    told = np.unique(np.round(values[np.isfinite(values)], 6))
-    return float(told[0]) if len(told) == 1 else None
+    radii = np.unique(np.round(values[np.isfinite(values)], 6))
+    return float(radii[0]) if len(radii) == 1 else None
 
 
 def _untold(left: float, noise: float) -> str:
@@ -129,20 +129,20 @@ def _untold(left: float, noise: float) -> str:
 
 
 def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, asked: float | None) -> dict[str, Any]:
-    told = figures(shrunk)
+    sizes = figures(shrunk)
     return {
         "effect": EFFECT.name, "axes": [], "probability": probability,
         "parameters": {DISTANCE.name: {"value": m_to_mm(value), "std": m_to_mm(std)}},
-        **told, "alone": told, "added_last": told, "moves_mm": told["rms_before_mm"],
+        **sizes, "alone": sizes, "added_last": sizes, "moves_mm": sizes["rms_before_mm"],
         "indistinguishable_from": [], "class": [EFFECT.name], "class_probability": probability, "evidence": probability,
-        "implausible": "", "compensable": EFFECT.compensable, "rungs": list(EFFECT.rungs),
+        "implausible": "", "compensable": EFFECT.compensable, "rungs": list(EFFECT.stages),
         "regimes": list(EFFECT.regimes),
         "programmed_cdis_mm": asked,
     }  # fmt: skip
 
 
 def with_corners(summary: dict[str, Any], verdict: CornerVerdict | None) -> dict[str, Any]:
-    """The summary with what lies between program and set-point: its own rung, so `gap` and `together` stay as they are."""
+    """The summary with what lies between program and set-point: its own stage, so `gap` and `together` stay as they are."""
     if verdict is None:
         return summary
     out = dict(summary)
@@ -153,10 +153,10 @@ def with_corners(summary: dict[str, Any], verdict: CornerVerdict | None) -> dict
         out["alternatives"] = _crossed(summary["alternatives"], EFFECT.name, verdict.probability)
         out["status"] = "explained" if summary["status"] == "no gap" else summary["status"]
     if verdict.unknown:
-        told = summary["unknown"]
-        text = "; ".join(w for w in (told["text"], verdict.unknown) if w)
-        where = {**told["where"], "rung": told["where"]["rung"] or "program_to_setpoint"}
-        out["unknown"] = {**told, "where": where, "text": text, "probability": max(told["probability"], _UNTOLD)}
+        unknown = summary["unknown"]
+        text = "; ".join(w for w in (unknown["text"], verdict.unknown) if w)
+        where = {**unknown["where"], "rung": unknown["where"]["rung"] or "program_to_setpoint"}
+        out["unknown"] = {**unknown, "where": where, "text": text, "probability": max(unknown["probability"], _UNTOLD)}
         out["status"] = "partly explained" if out["status"] in ("explained", "partly explained") else "unexplained"
     out["where"] = {**summary["where"], "program_left_mm": m_to_mm(verdict.left)}
     return out

@@ -49,10 +49,10 @@ def load_from_drives(scenes: Sequence[Scene]) -> dict[str, Any] | None:
     # axes that contradict each other know less than each believes
     spread = float(np.sum(weight * (mass - joint) ** 2)) / max(len(mass) - 1, 1)
     std_joint = float(np.sqrt(max(spread, 1.0) / weight.sum()))
-    told = {
+    by_axis = {
         a: {"mass_kg": o["mass"], "std": o["std"], "friction": o["dry"], "unit": _UNITS[kind]} for a, o in found.items()
     }
-    return {"from": "torques" if kind == "T" else "currents", "mass_kg": joint, "std": std_joint, "axes": told}
+    return {"from": "torques" if kind == "T" else "currents", "mass_kg": joint, "std": std_joint, "axes": by_axis}
 
 
 def _axis(logged: Sequence[tuple[Scene, Array]], axis: str, k: int, *, known: bool) -> dict[str, float] | None:

@@ -37,7 +37,7 @@ FURTHER = ("force", "temperature", "track", "table")
 _MOST_SEGMENTS, _MOST_LINES = 24, 200  # that a page holds
 _PARTS = 5  # that a stretch is cut into, to see how well its mean is known
 _SURE = 4.0  # standard errors that a mean has to change by
-_NEAR = np.array([1.0] * 4 + [0.0] + [1.0] * 4)  # samples from which an axis's shift at the one between is told
+_NEAR = np.array([1.0] * 4 + [0.0] + [1.0] * 4)  # samples from which an axis's shift at the one between is predicted
 _FOLDS = 8
 _DRAWS = 200
 _RIDGE = 1e-3
@@ -213,7 +213,7 @@ def directions_of(panels: Sequence[Panel]) -> dict[str, Share]:
 def axes_of(panels: Sequence[Panel]) -> dict[str, Share]:
     """Share of the gap's energy that a slow shift of each axis alone would explain, through its Jacobian.
 
-    The shift at a sample is told by those around it, so that noise explains nothing; of single poses, by each itself.
+    The shift at a sample is predicted from those around it, so that noise explains nothing; of single poses, from each itself.
     """
     shares: dict[str, Share] = {}
     for axis in panels[0].scene.axes:

@@ -30,15 +30,13 @@ _LEAST_LOSS = 0.1  # s
 _NEAR = 0.05  # share of the programmed speed within which it counts as held
 _BIN = 0.01  # of the programmed speed, for the speed that is held most of the time
 _STEADY = 0.5  # share of the time for which one speed is called steady
-_TOP, _FLAT = (
-    0.1,
-    0.03,
-)  # share of an axis's highest, or the tool's usual, speed within which it counts as at that speed
+# share of an axis's highest, or the tool's usual, speed within which it counts as at that speed
+_TOP, _FLAT = 0.1, 0.03
 _MOVES = 0.01  # share of the programmed speed below which the tool rests
 
 
 def timing_of(scene: Scene, track: ProgramTrack | None, why: str) -> dict[str, Any]:
-    """The JSON object of one log. track: its program laid beside it; why: what is told where there is none."""
+    """The JSON object of one log. track: its program laid beside it; why: what is said where there is none."""
     blank: dict[str, Any] = {
         "log": scene.name,
         "duration": None,
@@ -62,7 +60,7 @@ def timing_of(scene: Scene, track: ProgramTrack | None, why: str) -> dict[str, A
             "reason": "its samples can't be laid along the program in order (it holds no usable program lines)",
         }
     if run.end <= run.begin or len(run.edges) < 2:
-        return {**blank, "reason": "in it the robot does not move along the program"}
+        return {**blank, "reason": "the robot does not move along the program in it"}
     return {
         "log": scene.name,
         "reason": "",
@@ -120,7 +118,7 @@ class _Run:
 
     @cached_property
     def edges(self) -> Array:
-        """(E,) places between which time is told: where the log begins, the ends of motions, where it ends."""
+        """(E,) places between which time is taken: where the log begins, the ends of motions, where it ends."""
         a, b = float(self.u[self.begin]), float(self.u[self.end])
         return np.unique(np.concatenate([[a], np.arange(np.ceil(a), np.floor(b) + 1.0), [b]]).clip(a, b))
 
@@ -182,25 +180,25 @@ class _Run:
         speed = np.linalg.norm(np.diff(self.track.led(path)[rows], axis=0), axis=1) / seconds
         middle = 0.5 * (u[1:] + u[:-1])
         motion = self.table.row[np.minimum(middle.astype(np.int64), len(self.table.row) - 1)]
-        told = np.nan_to_num(np.asarray(self.track.program.speed)[motion])
+        programmed = np.nan_to_num(np.asarray(self.track.program.speed)[motion])
         step = np.clip(np.searchsorted(self.table.place, middle) - 1, 0, len(self.table.feed) - 1)
         taken = np.maximum((self.table.arrive[1:] - self.table.leave[:-1])[step], 1e-9)
-        return seconds, speed, told, np.diff(self.table.way)[step] / taken
+        return seconds, speed, programmed, np.diff(self.table.way)[step] / taken
 
     def speeds(self) -> dict[str, Any] | None:
         """The tool's speed in CP motion, at rest left out; None without any."""
-        seconds, speed, told, model = self._rates
-        used = (told > 0.0) & (speed > _MOVES * told)
+        seconds, speed, programmed, model = self._rates
+        used = (programmed > 0.0) & (speed > _MOVES * programmed)
         if not used.any():
             return None
-        seconds, speed, told, model = (x[used] for x in (seconds, speed, told, model))
-        share = speed / told
+        seconds, speed, programmed, model = (x[used] for x in (seconds, speed, programmed, model))
+        share = speed / programmed
         bins = np.bincount((share / _BIN).astype(np.int64).clip(0, 1000), weights=seconds, minlength=1001)
         held = np.convolve(bins, np.ones(3), mode="same") / seconds.sum()
         most = int(np.argmax(held))
         at = float(seconds[np.abs(share - 1.0) <= _NEAR].sum() / seconds.sum())
         return {
-            "programmed_mm_s": _spread(told, seconds),
+            "programmed_mm_s": _spread(programmed, seconds),
             "logged_mm_s": _spread(speed, seconds),
             "predicted_mm_s": _spread(model, seconds),
             "at_programmed_percent": 100.0 * at,
@@ -283,17 +281,17 @@ class _Run:
                 "of": "its limit in the cell",
             }
         here = rows - self.begin
-        _, speed, told, _ = (x[here[(here >= 0) & (here < self.end - self.begin)]] for x in self._rates)
+        _, speed, programmed, _ = (x[here[(here >= 0) & (here < self.end - self.begin)]] for x in self._rates)
         usual = float(np.median(speed)) if len(speed) else 0.0
         share = float(np.mean(np.abs(speed - usual) <= _FLAT * usual)) if usual > 0.0 else 0.0
-        if share < _STEADY or np.median(told) <= 0.0:
+        if share < _STEADY or np.median(programmed) <= 0.0:
             return None
         return {
             "what": "tool",
             "unit": "mm/s",
             "share": share,
             "speed": m_to_mm(usual),
-            "percent": 100.0 * usual / float(np.median(told)),
+            "percent": 100.0 * usual / float(np.median(programmed)),
             "of": "the programmed speed",
         }
 

@@ -103,11 +103,11 @@ def path_standards(commanded: Array, before: Array, after: Array) -> dict[str, A
     at = commanded[shape.rows]
     if isinstance(shape, Line):
         found = {when: _on_line(shape, at, e) for when, e in errors.items()}
-        told: dict[str, Any] = {"shape": "line", "standard": "ISO 9283", "length_mm": m_to_mm(shape.length)}
+        facts: dict[str, Any] = {"shape": "line", "standard": "ISO 9283", "length_mm": m_to_mm(shape.length)}
     else:
         found = {when: _on_circle(shape, at, e) for when, e in errors.items()}
-        told = {"shape": "circle", "standard": "ISO 230-4", "radius_mm": m_to_mm(shape.radius)}
-    return {**told, **found}
+        facts = {"shape": "circle", "standard": "ISO 230-4", "radius_mm": m_to_mm(shape.radius)}
+    return {**facts, **found}
 
 
 def _runs(place: Array) -> list[tuple[int, NDArray[np.int64]]]:

@@ -39,7 +39,7 @@ def periodic(panels: Sequence[Panel], noise: float) -> Periodic | None:
     """What comes back most clearly in some logs' gap at the TCP, None where nothing can.
 
     A sine of one period, in any direction; its period is that of the highest peak of a least-squares periodogram (Lomb,
-    Astrophys. Space Sci. 39, 1976, 447), and its size is fitted to the other blocks where a share is told. noise: m, 3-D rms.
+    Astrophys. Space Sci. 39, 1976, 447), and its size is fitted to the other blocks where a share is wanted. noise: m, 3-D rms.
     """
     parts = [_rows(p) for p in panels]
     gap, block = np.concatenate([g for g, _, _ in parts]), np.concatenate([b for _, b, _ in parts])

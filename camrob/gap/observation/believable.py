@@ -35,7 +35,7 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
     lost: dict[str, float] = {}
     for scene in scenes:
         if float(np.ptp(scene.link, axis=0).max()) < _STILL:
-            raise LogError("in it no axis moves", hint="log a run, or poses that differ", path=scene.log.path)
+            raise LogError("no axis moves in it", hint="log a run, or poses that differ", path=scene.log.path)
         step = float(np.median(np.diff(scene.t)))
         if step > _SLOWEST and not scene.poses:
             what = f"its rows are {step:.3g} s apart"
@@ -53,7 +53,7 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
             continue
         mixed_up = mistaken(scene)
         if mixed_up:
-            raise LogError(mixed_up, hint="mend the log, and diagnose it again", path=scene.log.path)
+            raise LogError(mixed_up, hint="correct the log, and diagnose it again", path=scene.log.path)
         if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
             hint = "check the cell, the order and units of the axes, measured_frame and target in its .toml"

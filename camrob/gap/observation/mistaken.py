@@ -18,7 +18,7 @@ __all__ = ["mistaken"]
 Array = NDArray[np.float64]
 
 _SOME = 600  # rows that tell well enough
-_LEFT = 0.1  # of the gap that is left where a mistake is mended, at the most
+_LEFT = 0.1  # of the gap that is left where a mistake is corrected, at the most
 _CLEARER = 0.5  # times the next best mending: then it is this one
 _LENGTHS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0}  # mm
 _ZEROS = (90.0, -90.0, 180.0)  # degrees by which makers and textbooks count axes differently
@@ -33,7 +33,7 @@ def mistaken(scene: Scene) -> str:
     found = []
     turning = [a for a in scene.axes if not scene.cell.joints[scene.cell.index(a)].prismatic]
     sliding = [a for a in scene.axes if a not in turning]
-    for words, log in (*_mended(scene.log), *_recounted(scene.log, turning, sliding)):
+    for words, log in (*_corrected(scene.log), *_recounted(scene.log, turning, sliding)):
         # neighbours belong together where rows are one off, so these are thinned only after
         part = log if scene.poses else log.select(rows[rows < len(log)])
         found.append((_size(make_scene(part, scene.cell)), words))
@@ -43,8 +43,8 @@ def mistaken(scene: Scene) -> str:
         return ""
     best, words = found[0]
     rivals = [w for other, w in found[1:] if best > _CLEARER * other]
-    told = " or ".join([words, *rivals])
-    return f"{told}: mended so, the measured TCP lies {m_to_mm(best):.2g} mm (median) from where the axis values put it"
+    causes = " or ".join([words, *rivals])
+    return f"{causes}: corrected so, the measured TCP lies {m_to_mm(best):.2g} mm (median) from where the axis values put it"
 
 
 def _size(scene: Scene) -> float:
@@ -52,8 +52,8 @@ def _size(scene: Scene) -> float:
     return float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
 
 
-def _mended(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
-    """Each mistake in words, and the log as if it had not been made; positions alone are told by."""
+def _corrected(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
+    """Each mistake in words, and the log as if it had not been made; judged by positions alone."""
     plain = {n: v for n, v in log.columns.items() if n not in ("a", "b", "c")}
 
     def made(**changed: Array) -> MeasurementLog:
@@ -61,7 +61,7 @@ def _mended(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
 
     own_frame = log.info.measured_frame is MeasuredFrame.UNKNOWN
     for axis in POSITION[:1] if own_frame else POSITION:
-        # in a frame of its own, which axis is mirrored is not told: all three differ by a rotation
+        # in a frame of its own, which axis is mirrored can't be known: all three differ by a rotation
         name = "its frame is mirrored (left-handed)" if own_frame else f"its {axis} is mirrored"
         yield name, made(**{axis: -np.asarray(plain[axis])})
     if not own_frame:
@@ -86,8 +86,8 @@ def _recounted(
     plain = {n: np.asarray(v) for n, v in log.columns.items() if n not in ("a", "b", "c")}
 
     def made(**changed: Array) -> MeasurementLog:
-        told = {f"{kind}{n}": v for n, v in changed.items() for kind in ("", "c")}
-        return MeasurementLog(plain | {n: v for n, v in told.items() if n in plain}, log.info, log.path)
+        signed = {f"{kind}{n}": v for n, v in changed.items() for kind in ("", "c")}
+        return MeasurementLog(plain | {n: v for n, v in signed.items() if n in plain}, log.info, log.path)
 
     def of(axes: Sequence[str]) -> dict[str, Array]:
         return {a: plain[a] if a in plain else plain[f"c{a}"] for a in axes}

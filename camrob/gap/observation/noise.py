@@ -24,7 +24,7 @@ _ROUGH_LENGTH, _ROUGH_ANGLE = mm_to_m(0.05), deg_to_rad(0.005)  # what the searc
 _TURNS, _RANK, _LEAST_FREEDOM = 4, 1e-7, 0.3
 _LEVER = 0.5  # m, where a log has no orientation to say
 _OUTLIER = 7.0  # sigmas from the median of the neighbours
-_POSES_A_CONSTANT = 2.0  # coordinates to a constant of the chain, for gross poses to be told
+_POSES_A_CONSTANT = 2.0  # coordinates to a constant of the chain, for gross poses to be found
 _SAME = deg_to_rad(0.05)  # and m / 1000: postures that differ by less are one
 _WIDE = mm_to_m(5.0)  # that a constant may move the tool by
 _ROBUST_TURNS, _TUKEY, _GROSS = 12, 6.0, 8.0  # times the median of what is left: no weight; a gross pose
@@ -32,11 +32,11 @@ _ROBUST_TURNS, _TUKEY, _GROSS = 12, 6.0, 8.0  # times the median of what is left
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """tcp: (6,) 1-sigma at the TCP, m and rad; servo: (k,) of encoders against set-points. told: True where LOG.toml gave it."""
+    """tcp: (6,) 1-sigma at the TCP, m and rad; servo: (k,) of encoders against set-points. stated: whether LOG.toml gave it."""
 
     tcp: Array
     servo: Array
-    told: bool
+    stated: bool
 
     @property
     def rms(self) -> float:
@@ -45,15 +45,15 @@ class Noise:
 
 
 def noise_of(scene: Scene) -> Noise:
-    """The noise of one log: what LOG.toml tells; what second differences show, where that is clearly more or nothing is told."""
+    """The noise of one log: what LOG.toml states; what second differences show, where that is clearly more or none is stated."""
     shown = np.zeros(6)
     if not scene.poses:
         shown[:3] = float(np.sqrt(np.mean(robust_sigma(scene.tcp_gap[:, :3], scene.pieces) ** 2)))
         if scene.seen[:, 3:].all():
             shown[3:] = float(np.sqrt(np.mean(robust_sigma(scene.tcp_gap[:, 3:], scene.pieces) ** 2)))
-    told = np.nan_to_num(scene.sigma)
+    stated = np.nan_to_num(scene.sigma)
     floor = np.array([_FLOOR_LENGTH] * 3 + [_FLOOR_ANGLE] * 3)
-    sigma = np.where((told <= 0.0) | (shown > 1.3 * told), np.maximum(shown, floor), told)
+    sigma = np.where((stated <= 0.0) | (shown > 1.3 * stated), np.maximum(shown, floor), stated)
     levers = np.array(
         [
             float(np.sqrt(np.mean(np.sum(scene.places[f"{a}.zero"][:, :3] ** 2, axis=1))))
@@ -70,13 +70,13 @@ def noise_of(scene: Scene) -> Noise:
     if scene.servo_gap is not None:
         servo = np.maximum(servo, robust_sigma(scene.servo_gap, scene.pieces))
     if not scene.tracked:
-        # nothing was measured at the tool: what its place is told by is the drives' own noise, carried there
+        # nothing was measured at the tool: its place is known as well as the drives' own noise allows, carried there
         sigma[:3] = max(float(np.sqrt(np.sum((levers * servo) ** 2) / 3.0)), _FLOOR_LENGTH)
-    return Noise(sigma, servo, bool(told[0] > 0.0))
+    return Noise(sigma, servo, bool(stated[0] > 0.0))
 
 
 def noise_left(columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array, path: Path | None) -> Noise:
-    """The noise of single poses of which nobody told it: what the whole library together can't explain, so at most this.
+    """The noise of single poses where it is not stated: what the whole library together can't explain, so at most this.
 
     columns: (N, 6, K), gap: (N, 6), seen: (N, 6), all SI; servo: as in `Noise`. Positions and turns weigh as they scatter, found
     in rounds. path: the log's, for messages. Raises LogError where there are too few poses to tell.
@@ -92,7 +92,7 @@ def noise_left(columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array
         U = U[:, s > _RANK * s[0]]
         freedom = 1.0 - U.shape[1] / len(y)
         if freedom < _LEAST_FREEDOM:
-            what = f"the noise of its {len(seen)} single poses is not told, and they are too few to show it"
+            what = f"the noise of its {len(seen)} single poses is not stated, and they are too few to show it"
             raise LogError(what, hint="write sigma_mm (and sigma_deg) of the instrument into its .toml", path=path)
         left = (y * w - U @ (U.T @ (y * w))) / w
         parts = [left[~turned], left[turned]]
@@ -100,7 +100,7 @@ def noise_left(columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array
             [np.sqrt(np.mean(r**2) / freedom) if len(r) else old for r, old in zip(parts, sigma, strict=True)]
         )
     sigma = np.maximum(sigma, [_FLOOR_LENGTH, _FLOOR_ANGLE])
-    return Noise(np.repeat(sigma, 3), servo, told=False)
+    return Noise(np.repeat(sigma, 3), servo, stated=False)
 
 
 def find_outliers(scene: Scene, noise: Noise) -> NDArray[np.bool_]:

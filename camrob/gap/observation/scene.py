@@ -87,11 +87,11 @@ class Scene:
 
     def motor(self, axis: str) -> Array | None:
         """(N,) the motor-side encoder of an axis, SI of the axis; None where not logged."""
-        told = self.log.beside("M", [axis])
-        if told is None:
+        readings = self.log.beside("M", [axis])
+        if readings is None:
             return None
         linear = self.cell.joints[self.cell.index(axis)].prismatic
-        return np.asarray(mm_to_m(told[:, 0]) if linear else deg_to_rad(told[:, 0]))
+        return np.asarray(mm_to_m(readings[:, 0]) if linear else deg_to_rad(readings[:, 0]))
 
     def index(self, axis: str) -> int:
         """The column of an axis."""
@@ -166,7 +166,7 @@ def _filled(log: MeasurementLog, name: str) -> Array:
 def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, least: int = LEAST) -> Scene:
     """Lay a log out on a cell. Rows without axis values, or without a measured position, are left aside.
 
-    known: frames that another log has told, where their `fitted_left` and `fitted_right` are False; a log whose frames are all
+    known: frames that another log has given, where their `fitted_left` and `fitted_right` are False; a log whose frames are all
     known, by another log or by what LOG.toml says of them, may have as few as `least` rows.
 
     Where no position was measured, the encoders' own takes its place: then the gap is that of the drives alone. Raises
@@ -190,17 +190,17 @@ def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, 
         whole &= log.complete([f"{kind}{a}" for a in axes])
     if log.has_position:
         whole &= log.complete(("x", "y", "z"))
-    told = known if known is not None else Frames(np.eye(4), np.eye(4), fitted_left=True, fitted_right=True)
+    frames = known if known is not None else Frames(np.eye(4), np.eye(4), fitted_left=True, fitted_right=True)
     free = (
-        log.info.measured_frame is MeasuredFrame.UNKNOWN and told.fitted_left,
-        log.info.target is Target.UNKNOWN and told.fitted_right,
+        log.info.measured_frame is MeasuredFrame.UNKNOWN and frames.fitted_left,
+        log.info.target is Target.UNKNOWN and frames.fitted_right,
     )
     fewest = LEAST if any(free) else least
     if whole.sum() < fewest:
         what = f"holds {int(whole.sum())} whole samples{_emptiest(log)}"
         raise LogError(what, hint=f"give at least {fewest}", path=log.path)
     kept = log.select(np.flatnonzero(whole))
-    return _lay_out(kept, cell, axes, usable, told)
+    return _lay_out(kept, cell, axes, usable, frames)
 
 
 def _emptiest(log: MeasurementLog) -> str:

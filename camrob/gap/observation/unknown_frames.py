@@ -1,4 +1,4 @@
-"""Frames that nobody told: the instrument's own, and the reflector's place on the flange."""
+"""Frames that are not known: the instrument's own, and the reflector's place on the flange."""
 
 from __future__ import annotations
 

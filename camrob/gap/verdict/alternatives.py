@@ -13,7 +13,7 @@ __all__ = ["alternatives"]
 
 Set = frozenset[str]
 
-_REPORTED = 0.97  # of the probability: the likeliest sets that hold as much are told
+_REPORTED = 0.97  # of the probability: the likeliest sets that hold as much are reported
 
 
 def alternatives(sets: Mapping[Set, float], probability: Mapping[str, float]) -> list[dict[str, Any]]:
@@ -43,10 +43,10 @@ def _doubted(sets: Mapping[Set, float], probability: Mapping[str, float]) -> dic
     kept = {n: min(1.0, probability.get(n, 0.0) / max(evidence[n], 1e-12)) for n in names}
     out: dict[Set, float] = {}
     for members, p in sets.items():
-        left, told = members, 0.0
+        left, given = members, 0.0
         # the most doubted name is the first to go
         for name in sorted(members, key=lambda n: (kept[n], n)):
-            out[left] = out.get(left, 0.0) + p * (kept[name] - told)
-            left, told = left - {name}, kept[name]
-        out[left] = out.get(left, 0.0) + p * (1.0 - told)
+            out[left] = out.get(left, 0.0) + p * (kept[name] - given)
+            left, given = left - {name}, kept[name]
+        out[left] = out.get(left, 0.0) + p * (1.0 - given)
     return out

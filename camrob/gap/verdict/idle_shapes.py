@@ -15,7 +15,7 @@ __all__ = ["without_idle_shapes"]
 
 def without_idle_shapes(model: Model, trial: Trial) -> Model:
     """The model without shapes of the unknown in its best set, where the names take far more from withheld samples beside the
-    shapes than the shapes beside the names. What then stays is told by where it is found, not by a shape.
+    shapes than the shapes beside the names. What then stays is described by where it is found, not by a shape.
     """
     shapes = frozenset(i for i in model.best.members if model.units[i].effect == "unknown")
     bare = model.best.members - shapes

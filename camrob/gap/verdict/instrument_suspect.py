@@ -23,19 +23,19 @@ def instrument_suspect(model: Model, effects: Sequence[Mapping[str, Any]]) -> di
     """
     accuses = {e.name: e.of_instrument for e in model.effects if e.of_instrument is not None}
     claims = {e["effect"]: e for e in effects if e["effect"] in accuses}
-    values = {n: told["value"] for e in claims.values() for n, told in e["parameters"].items()}
+    values = {n: fit["value"] for e in claims.values() for n, fit in e["parameters"].items()}
     steady = [v for n, v in values.items() if n.startswith("drift_") and n.endswith("_mm")]
     gross = [_gross(p) for p in model.panels]
     suspect = max((float(e["probability"]) for e in claims.values()), default=0.0)
     scale_ppm = PPM * values["scale"] if "scale" in values else None
-    told = [
+    accusations = [
         words for n, e in claims.items()
         if e["probability"] >= 0.5
         and (words := accuses[n]({k: v["value"] for k, v in e["parameters"].items()}, e["indistinguishable_from"]))
     ]  # fmt: skip
     return {
         "suspect": suspect, "scale_ppm": scale_ppm, "drift_mm": float(np.linalg.norm(steady)) if steady else None,
-        "gross": [g for g in gross if g["rows"]], "text": _words(told, [g for g in gross if g["rows"]]),
+        "gross": [g for g in gross if g["rows"]], "text": _words(accusations, [g for g in gross if g["rows"]]),
     }  # fmt: skip
 
 
@@ -52,9 +52,9 @@ def _gross(panel: Panel) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _words(told: Sequence[str], gross: Sequence[Mapping[str, Any]]) -> str:
+def _words(accusations: Sequence[str], gross: Sequence[Mapping[str, Any]]) -> str:
     """What is said of the instrument by the effects that accuse it, and of gross rows."""
-    said = list(told)
+    said = list(accusations)
     for one in gross:
         first = ", ".join(str(r["sample"]) for r in one["first"])
         said.append(f"{one['rows']} rows of {one['log']} are gross and take no part (samples {first})")

@@ -46,14 +46,14 @@ def unusual(model: Model) -> dict[str, str]:
         if int(owner) in model.best.members and size - _SIGMAS * float(deviation[k]) > parameter.common:
             value, common = parameter.at_edge(float(model.best.mean[k])), parameter.at_edge(parameter.common)
             found[model.units[int(owner)].effect] = (
-                f"{parameter.name} is {value:.3g}, where {common:.3g} is already much"
+                f"{parameter.name} is {value:.3g}, where {common:.3g} is already a lot"
             )
     return found
 
 
 def unknown_shapes(model: Model) -> list[dict[str, Any]]:
-    """The unexplained, shape by shape: its rung, what moves, what that follows and how far it swings, in `unit`; those first that
-    move the TCP most.
+    """The unexplained, shape by shape: its stage, what moves, what that follows and how far it swings, in `unit`; those first
+    that move the TCP most.
     """
     shapes = []
     own = (i for i in model.best.members if model.units[i].effect == "unknown")

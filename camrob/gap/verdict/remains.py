@@ -30,7 +30,7 @@ _OF_AXIS = 0.5  # share of its energy that one axis has to explain to be named
 
 
 def left_panels(model: Model, members: Set) -> list[Panel]:
-    """The logs without what some units, and frames that nobody told, explain."""
+    """The logs without what some units, and frames that are not known, explain."""
     values = model.values(members | model.evidence.always, model.best)
     left = []
     for p in model.panels:
@@ -59,13 +59,13 @@ def remains(
     """
     rms = float(np.sqrt(max(0.0, together.rms_after**2 - model.noise**2)))
     share = min(1.0, (rms / max(together.rms_before, 1e-12)) ** 2)
-    told = {"probability": probability, "rms_mm": m_to_mm(rms), "share": share}
+    sizes = {"probability": probability, "rms_mm": m_to_mm(rms), "share": share}
     if probability < 0.5:
         nowhere: dict[str, Any] = {"rung": None, "axes": [], "regimes": [], "comes_back": ""}
-        return {**told, "where": nowhere, "text": "", "shapes": []}
+        return {**sizes, "where": nowhere, "text": "", "shapes": []}
     follows = sorted((r for r in regimes if r["p_value"] < _CLEAR and r["share"] > _WORTH), key=lambda r: -r["share"])
     names = _first(_of_field(model), [str(r["regime"]) for r in follows])
-    where: dict[str, Any] = {"rung": _rung(panels, model), "axes": _axis(panels), "regimes": names, "comes_back": ""}
+    where: dict[str, Any] = {"rung": _stage(panels, model), "axes": _axis(panels), "regimes": names, "comes_back": ""}
     if not shapes:
         where |= _returning(panels, model, names, float(follows[0]["share"]) if follows else 0.0)
     text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
@@ -73,12 +73,12 @@ def remains(
     text += f", and follows {' and '.join(names[:2])}" if names and not where["comes_back"] else ""
     if shapes:
         # the largest shape first; what moves the foot sits at the axis that it follows
-        told_by = [_followed(s) if s["moves"] not in model.scenes[0].axes else s["moves"] for s in shapes]
-        at = [a for a in dict.fromkeys(told_by) if a in model.scenes[0].axes]
+        carriers = [_followed(s) if s["moves"] not in model.scenes[0].axes else s["moves"] for s in shapes]
+        at = [a for a in dict.fromkeys(carriers) if a in model.scenes[0].axes]
         kinds = [k for k in dict.fromkeys(_regime(s) for s in shapes) if k]
         where |= {"rung": shapes[0]["rung"], "axes": at, "regimes": kinds}
         text = unknown_text(model, shapes)
-    return {**told, "where": where, "text": text, "shapes": list(shapes)}
+    return {**sizes, "where": where, "text": text, "shapes": list(shapes)}
 
 
 def _of_field(model: Model) -> str:
@@ -119,8 +119,8 @@ def _returning(panels: Sequence[Panel], model: Model, names: Sequence[str], shar
 
 def suspects(model: Model, unknown: Mapping[str, Any]) -> list[str]:
     """Axes whose own motion may show what is unexplained: those that it moves, and those that it follows."""
-    told = [a for s in unknown["shapes"] for a in (str(s["moves"]), _followed(s))]
-    return [a for a in dict.fromkeys([*told, *unknown["where"]["axes"]]) if a in model.scenes[0].axes]
+    named = [a for s in unknown["shapes"] for a in (str(s["moves"]), _followed(s))]
+    return [a for a in dict.fromkeys([*named, *unknown["where"]["axes"]]) if a in model.scenes[0].axes]
 
 
 def _followed(shape: Mapping[str, Any]) -> str:
@@ -135,7 +135,7 @@ def _regime(shape: Mapping[str, Any]) -> str:
     return named or {CONSTANT: "", "time": "time", "temperature": "temperature"}.get(axis, "position")
 
 
-def _rung(panels: Sequence[Panel], model: Model) -> str:
+def _stage(panels: Sequence[Panel], model: Model) -> str:
     """Where most of what stays sits."""
     drives, arm = 0.0, 0.0
     for p in panels:

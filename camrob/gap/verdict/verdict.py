@@ -128,7 +128,7 @@ def _evidence(model: Model, library: Sequence[Effect]) -> list[tuple[Effect, flo
 
 
 def _held(model: Model, trial: Trial, probability: Mapping[str, float], library: Sequence[Effect]) -> dict[str, float]:
-    """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy foretell, a name
+    """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy predict, a name
     has not shown that it is more than a likeness; but for one that moves the tool there by far more than that, and those of the
     drives, where the logs hold both ends.
     """
@@ -138,7 +138,7 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     reached = shrinkage(model, trial, model.best.members, members)
     beyond = reached.rms_after**2 - expected(model, trial, members, far=False)[1] ** 2
     doubtful = BELIEF.surprised(beyond, model.noise, model.discrepancy, reached.doubt)
-    seen = {e.name for e in library if e.rungs == ("setpoint_to_encoder",)}
+    seen = {e.name for e in library if e.stages == ("setpoint_to_encoder",)}
     sure = seen if all(p.servo is not None for p in model.panels) else set()
     if not doubtful:
         return dict(probability)
@@ -328,7 +328,7 @@ def _entries(
             "moves_mm": m_to_mm(effect_rms(model, model.panels, effect.name)),
             "indistinguishable_from": twins, "class": sorted(alike), "class_probability": max(p, BELIEF.effect(of_class)),
             "evidence": evidence, "implausible": reasons.get(effect.name, ""), "compensable": effect.compensable,
-            "rungs": list(effect.rungs), "regimes": list(effect.regimes),
+            "rungs": list(effect.stages), "regimes": list(effect.regimes),
         })  # fmt: skip
     entries.sort(key=lambda e: (-float(str(e["probability"])), -float(str(e["shrink"]))))
     return entries, tuple(str(e["effect"]) for e in entries if float(str(e["probability"])) >= 0.5)

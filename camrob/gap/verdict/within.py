@@ -23,7 +23,7 @@ _LOUD = 1.25  # times its noise that a gap within it may be, as its rms is not k
 _LEFT = 0.45  # of the noise: structure that is more than the nuisances of all that is absent
 _STEP = 1e-6  # rad or m, of the difference quotient
 _SOME = 300  # samples that tell an axis's lever over the work well enough
-_SHOWN = 1.3  # times the told noise that may show before the instrument isn't what was told
+_SHOWN = 1.3  # times the stated noise that may show before the instrument isn't what was stated
 
 
 def stages_within(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> dict[str, str]:
@@ -57,8 +57,8 @@ def drives_beyond(scenes: Sequence[Scene], noise: float) -> tuple[str, str]:
 
 
 def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> str:
-    told = np.array([s.sigma[0] for s in scenes]) * np.sqrt(3.0)
-    instrument = float(np.sqrt(np.mean(told**2))) if np.isfinite(told).all() and (told > 0.0).all() else noise
+    stated = np.array([s.sigma[0] for s in scenes]) * np.sqrt(3.0)
+    instrument = float(np.sqrt(np.mean(stated**2))) if np.isfinite(stated).all() and (stated > 0.0).all() else noise
     quiet = structure < _LEFT * noise and noise < _SHOWN * instrument
     if shrunk.rms_before < _LOUD * instrument or quiet:
         return "noise"
@@ -67,24 +67,24 @@ def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise:
 
 
 def _drives(scenes: Sequence[Scene], noise: float) -> Mapping[str, str]:
-    """By axis. An encoder's noise that nobody told is taken to be within what the instrument could see of it."""
+    """By axis. An encoder's noise that is not stated is taken to be within what the instrument could see of it."""
     on_work, tolerance = drives_on_work(scenes), _tolerance(scenes)
     said = {}
     for k, axis in enumerate(scenes[0].axes):
         linear = scenes[0].cell.joints[scenes[0].cell.index(axis)].prismatic
         infos = [s.log.info for s in scenes]
-        told = np.array([i.sigma_axis_length if linear else i.sigma_axis for i in infos])
+        stated = np.array([i.sigma_axis_length if linear else i.sigma_axis for i in infos])
         gap = np.concatenate([s.servo_gap[:, k] for s in scenes if s.servo_gap is not None])
         rms = float(np.sqrt(np.mean(gap**2)))
-        quiet = rms < _LOUD * float(told.max()) if np.isfinite(told).all() else on_work[axis] < noise
+        quiet = rms < _LOUD * float(stated.max()) if np.isfinite(stated).all() else on_work[axis] < noise
         said[axis] = "noise" if quiet else "tolerance" if on_work[axis] < tolerance else BEYOND
     return said
 
 
 def _tolerance(scenes: Sequence[Scene]) -> float:
     """m that the users of all logs live with, 0 where one doesn't say."""
-    told = [s.log.info.tolerance for s in scenes]
-    return float(min(told)) if np.isfinite(told).all() else 0.0
+    stated = [s.log.info.tolerance for s in scenes]
+    return float(min(stated)) if np.isfinite(stated).all() else 0.0
 
 
 def drives_on_work(scenes: Sequence[Scene]) -> dict[str, float]:

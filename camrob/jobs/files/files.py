@@ -35,7 +35,7 @@ def check_file_name(name: str) -> str:
 def check_calibration_name(out: Path) -> None:
     """Raise InputError where a path can't be CALIBRATION.toml's."""
     if out.suffix.lower() != ".toml":
-        raise InputError(f"{out.name!r} is no .toml", hint="name the file CALIBRATION.toml", path=out)
+        raise InputError(f"{out.name!r} is not a .toml", hint="name the file CALIBRATION.toml", path=out)
     check_file_name(out.name)
 
 

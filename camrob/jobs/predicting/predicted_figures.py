@@ -40,7 +40,7 @@ def force_of(pushes: CuttingForce, path: TruePath) -> PredictedForce:
     size = np.linalg.norm(bent[:, :3], axis=1)
     return PredictedForce(
         model=pushes.path.name,
-        told=pushes.told,
+        words=pushes.words,
         doubt=pushes.doubt,
         yields=path.yields,
         tool=bool(np.any(pushes.give > 0.0)),

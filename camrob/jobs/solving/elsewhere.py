@@ -41,10 +41,10 @@ def _advice(inputs: JobInputs) -> str:
     except UnreachableError:
         return f"no shift of the part by up to {farthest:.0f} mm along the axes of base brings the whole path in reach"
     except (CellError, SetupError):
-        return ""  # no closed form, or frames that one shift does not serve
-    standing = off_table(inputs, table_plate(inputs.cell), np.asarray(found.base_T_part))
+        return ""  # no closed form, or frames that one shift does not suit
+    verdicts = off_table(inputs, table_plate(inputs.cell), np.asarray(found.base_T_part))
     path = thinned(inputs.path, TRIAL_POINTS)
-    good = [k + 1 for k in range(len(shifts)) if found.value[k + 1] > 0.0 and not standing[k + 1]]
+    good = [k + 1 for k in range(len(shifts)) if found.value[k + 1] > 0.0 and not verdicts[k + 1]]
     for k in good[:_TRIALS]:
         made = try_placement(inputs, path, np.asarray(found.base_T_part[k]))
         if not isinstance(made, str) and not made[1].count:

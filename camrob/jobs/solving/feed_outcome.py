@@ -161,7 +161,7 @@ class FeedOutcome:
                 else AxisTorque(max_nm=_short(most), gravity_max_nm=_short(still), line=line)
             )
         masses = tuple(f"{m.name}: {m.mass:g} kg" for m in cell.masses)
-        return Torques(masses=masses, standing="assumed masses", axes=rows)
+        return Torques(masses=masses, provenance="assumed masses", axes=rows)
 
     def arrays(self, cell: Cell, own: NDArray[np.bool_]) -> Mapping[str, NDArray[Any]]:
         """Entries of NAME.path.npz: torques and gravity's part (T, n), Nm (N of linear axes), and the rows they belong to.

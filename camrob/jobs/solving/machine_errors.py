@@ -1,4 +1,4 @@
-"""What the planner is told of a machine's errors: read from calibration, diagnosis and force model, or taken for granted."""
+"""What the planner knows of a machine's errors: read from calibration, diagnosis and force model, or taken for granted."""
 
 from __future__ import annotations
 
@@ -43,23 +43,23 @@ def machine_errors(sought: Sought, cell: Cell) -> PostureErrors:
         hint = "give depth_mm and width_mm: postures are planned before anything is carved"
         raise InputError("the engagement is left to the removal", hint=hint, path=force.path)
     known = {a: v for a, (v, _k) in known_compliance(found, model, constants).items() if a in _arm(cell)}
-    told = _Told(cell, model, constants, found)
-    granted = not known and (force is not None or told.empty)
+    axes = _AxisErrors(cell, model, constants, found)
+    granted = not known and (force is not None or axes.empty)
     sagging = np.array([known.get(a, 0.0) for a in _arm(cell)])
     compliance = _filled(sagging, 0.0 if not granted else ordinary_compliance(cell))
     return PostureErrors(
         compliance=compliance,
         sagging=sagging,
-        shift=told.shift,
-        swing=np.sqrt(told.variance),
-        mark=told.mark,
+        shift=axes.shift,
+        swing=np.sqrt(axes.variance),
+        mark=axes.mark,
         root=_root(cell, found),
         tip=np.zeros(2) if force is None else force.give,
         force=NoForce() if force is None else force,
         doubt=0.0 if force is None else force.doubt,
         any_force=_ANY_FORCE / np.sqrt(3.0) if force is None else 0.0,
-        counted=(_stiffness(_arm(cell), known, compliance), *told.counted, _pushed(force)),
-        left_out=told.left_out,
+        counted=(_stiffness(_arm(cell), known, compliance), *axes.counted, _pushed(force)),
+        left_out=axes.left_out,
     )
 
 
@@ -71,10 +71,10 @@ def _filled(known: Array, scale: float) -> Array:
     """Compliances (6,) under a force: what is known of them, and beside it what such an axis has, by the ratio of axes (scale:
     rad/Nm of the first, where nothing is known).
     """
-    told = known > 0.0
-    if told.any():
-        scale = float(np.mean(known[told] / _RATIO[told]))
-    return np.where(told, known, scale * _RATIO)
+    measured = known > 0.0
+    if measured.any():
+        scale = float(np.mean(known[measured] / _RATIO[measured]))
+    return np.where(measured, known, scale * _RATIO)
 
 
 def _stiffness(arm: tuple[str, ...], known: dict[str, float], compliance: Array) -> str:
@@ -90,10 +90,10 @@ def _stiffness(arm: tuple[str, ...], known: dict[str, float], compliance: Array)
 
 
 def _pushed(force: CuttingForce | None) -> str:
-    return f"{_ANY_FORCE:g} N from any side" if force is None else f"a force of {force.told}"
+    return f"{_ANY_FORCE:g} N from any side" if force is None else f"a force of {force.words}"
 
 
-class _Told:
+class _AxisErrors:
     """What constants and found units say of the arm's axes, but compliance; what is of other things is left out."""
 
     def __init__(self, cell: Cell, model: ErrorModel, constants: Array, found: FittedUnits | None) -> None:

@@ -55,12 +55,12 @@ TRIAL_POINTS = 2000
 class Trial:
     """The proposal among placements, and what stands against each that was refused.
 
-    best: its index. standing: for each placement why it was refused, FREE or UNTRIED. tried: how many were resolved and checked
+    best: its index. verdicts: for each placement why it was refused, FREE or UNTRIED. tried: how many were resolved and checked
     for collisions. solution, collisions: the proposal's trial, over a thinned path.
     """
 
     best: int
-    standing: tuple[str, ...]
+    verdicts: tuple[str, ...]
     tried: int
     solution: Solution
     collisions: CollisionReport
@@ -68,7 +68,7 @@ class Trial:
     @property
     def refused(self) -> dict[str, int]:
         """How many placements were refused, by reason, the commonest first."""
-        return _tally(self.standing)
+        return _tally(self.verdicts)
 
 
 def off_table(inputs: JobInputs, plate: TablePlate | None, base_T_part: Array) -> tuple[str, ...]:
@@ -94,34 +94,34 @@ def off_table(inputs: JobInputs, plate: TablePlate | None, base_T_part: Array) -
 
 
 def try_placements(
-    inputs: JobInputs, found: Placements, standing: tuple[str, ...], progress: Share | None = None
+    inputs: JobInputs, found: Placements, verdicts: tuple[str, ...], progress: Share | None = None
 ) -> Trial:
-    """Walk down the ranking to the first placement that resolves (vjm) and touches nothing; `standing` names those out already.
+    """Walk down the ranking to the first placement that resolves (vjm) and touches nothing; `verdicts` names those out already.
 
     Raises CollisionError, or UnreachableError where none of them collides, with the tally, where no placement is left.
     """
-    told = [
-        OUT_OF_REACH if value <= 0.0 else before for value, before in zip(found.value.tolist(), standing, strict=True)
+    reasons = [
+        OUT_OF_REACH if value <= 0.0 else before for value, before in zip(found.value.tolist(), verdicts, strict=True)
     ]
     path = thinned(inputs.path, TRIAL_POINTS)
-    order = [k for k in found.ranking.tolist() if told[k] == UNTRIED]
+    order = [k for k in found.ranking.tolist() if reasons[k] == UNTRIED]
     collided = False
     for tried, k in enumerate(order, start=1):
         made = try_placement(inputs, path, np.asarray(found.base_T_part[k]))
         if progress is not None:
             progress(tried / len(order))
         if isinstance(made, str):
-            told[k] = made
+            reasons[k] = made
             continue
         solution, report = made
         if not report.count:
-            told[k] = FREE
-            return Trial(k, tuple(told), tried, solution, report)
-        told[k], collided = report.findings[0].text, True
+            reasons[k] = FREE
+            return Trial(k, tuple(reasons), tried, solution, report)
+        reasons[k], collided = report.findings[0].text, True
     error = CollisionError if collided else UnreachableError
     raise error(
         "no placement within the given freedom can be proposed; give more freedom or another set-up",
-        reasons=_tally(told),
+        reasons=_tally(reasons),
     )
 
 
@@ -139,6 +139,6 @@ def try_placement(
     return solution, job_collisions(moved, path, solution)
 
 
-def _tally(standing: list[str] | tuple[str, ...]) -> dict[str, int]:
-    reasons = [s for s in standing if s not in (FREE, UNTRIED)]
+def _tally(verdicts: list[str] | tuple[str, ...]) -> dict[str, int]:
+    reasons = [s for s in verdicts if s not in (FREE, UNTRIED)]
     return dict(sorted(((r, reasons.count(r)) for r in dict.fromkeys(reasons)), key=lambda item: -item[1]))

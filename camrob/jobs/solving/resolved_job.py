@@ -88,7 +88,7 @@ def resolve_job(
         position, axis = solution.residual(here.cell, path)
         if max(position.max(initial=0.0), axis.max(initial=0.0)) > TRACKING_TOLERANCE:
             off = m_to_mm(float(position.max()))
-            raise VerificationError(f"the solver strays by {off:.2e} mm; please report this file")
+            raise VerificationError(f"the solver deviates by {off:.2e} mm; please report this file")
         made.append(Stretch(path, solution))
         residuals.append((position, axis))
         last = here.cell.to_axis_values(np.asarray(solution.q[-1]))

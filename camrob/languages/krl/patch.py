@@ -83,7 +83,7 @@ def _aggregate(text: str, values: Mapping[str, float], number: int, external: Ma
     body = _COMPONENT.sub(replaced, text)
     named = {m.upper() for m in re.findall(r"(?<![A-Za-z0-9_])([A-Za-z]\d?)(?=[\s+\-.])", text)} & {*names, *external}
     if named != seen:
-        what = f"{', '.join(sorted(named - seen))} is no plain number"
+        what = f"{', '.join(sorted(named - seen))} is not a plain number"
         raise KrlError(what, hint="give a program with literal targets", line=number)
     missing = [n for n in names if n not in seen]
     if len(missing) == len(names):

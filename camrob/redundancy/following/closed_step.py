@@ -57,7 +57,7 @@ def split_task(
 ) -> int:  # fmt: skip
     """w.U (n, 4) <- x_p and the null-space vectors, w.x <- pseudoinverse step to w.error. Returns the free joints' number.
 
-    0 where the closed form doesn't serve: an arm without it or near a singular posture, an arm's joint at its limit, more
+    0 where the closed form can't be used: an arm without it or near a singular posture, an arm's joint at its limit, more
     than three free joints outside of the arm.
     """
     if not chain.spherical:
@@ -224,7 +224,7 @@ def _met(i: int, y: Three, w: TrackerWork) -> float:
 def _curved(chain: ChainArrays, n: int, scale: float, multipliers: Array, w: TrackerWork) -> None:
     """w.V (n, 4) <- minus the task's second derivatives times the multipliers, times w.U, without that matrix.
 
-    For a before b it is z_a . y_b with y_b = v_b x l + z_b x w / 2, so that sums over the joints behind and before serve.
+    For a before b it is z_a . y_b with y_b = v_b x l + z_b x w / 2, so that sums over the joints behind and before are enough.
     """
     lx, ly, lz = multipliers[0] * scale, multipliers[1] * scale, multipliers[2] * scale
     ax, ay, az = 0.5 * multipliers[3], 0.5 * multipliers[4], 0.5 * multipliers[5]

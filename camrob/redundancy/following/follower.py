@@ -30,7 +30,7 @@ from camrob.redundancy.following.newton_step import (
     self_motion,
     task_step,
 )
-from camrob.redundancy.following.quick import History, foretell, history, quick_point, remember
+from camrob.redundancy.following.quick import History, history, predict, quick_point, remember
 
 __all__ = [
     "FAILED_LIMIT",
@@ -167,7 +167,7 @@ def _follow(
         put(q, q_before)
         done = False
         if k > 0:
-            t = foretell(h, targets[k - 1], targets[k], chain.length, q)
+            t = predict(h, targets[k - 1], targets[k], chain.length, q)
             for i in range(n):
                 if settings.locked[i]:
                     q[i] = reference[i]
@@ -194,7 +194,7 @@ def track(
 ) -> tuple[int, int]:  # fmt: skip
     """Follow targets (N, 4, 4), base_T_target, from `state`, which is brought to the path's end.
 
-    q_reference: (N, n) reference postures (one row serves all points: shape (1, n)). limits: (N, n) how far self-motion
+    q_reference: (N, n) reference postures (one row for all points: shape (1, n)). limits: (N, n) how far self-motion
     may take each joint at a point. Fills out (N, n) and inv_kf (N,). Returns (TRACKED, N), or why and at which point it
     failed; `state` is then the posture that was reached there.
     """

@@ -1,6 +1,6 @@
-"""The tracker's quick way: where a path goes on smoothly, the next posture is foretold and one Newton step settles it.
+"""The tracker's quick way: where a path goes on smoothly, the next posture is predicted and one Newton step settles it.
 
-The posture is extrapolated from the last ones, by the order that served best at the point before, and set right by
+The posture is extrapolated from the last ones, by the order that did best at the point before, and set right by
 Newton's method without shift or bound. What comes out counts only if nothing else was called for: no joint at a limit,
 a stable posture, self-motion within its bound, and a last step so small that the next one would change nothing. In all
 other cases, whichever form h_cond has, the tracker goes its long way from the posture before, as if nothing had been tried.
@@ -26,12 +26,12 @@ from camrob.redundancy.following.newton_step import (
     task_step,
 )
 
-__all__ = ["History", "foretell", "history", "quick_point", "remember"]
+__all__ = ["History", "history", "predict", "quick_point", "remember"]
 
 Array = NDArray[np.float64]
 
 _QUICK = 4  # forward passes of the quick way at most
-_QUICK_FIRST = 0.02  # rad or m that a foretold posture may be off
+_QUICK_FIRST = 0.02  # rad or m that a predicted posture may be off
 _QUICK_STEP = 1e-6  # rad or m of a Newton step that the next one is nothing beside
 _QUICK_SHARE = 0.9  # of the bound on self-motion that the quick way may use
 _TASK_TOLERANCE = 1e-11  # m and rad, as the long way's
@@ -40,7 +40,7 @@ _STRAIGHT = 0.8  # cosine between two steps of the path's pose below which it ha
 
 class History(NamedTuple):
     """The last postures q (4, n), newest first, and their places t (4,) along the path; guess (4, n): what the orders
-    0 to 3 foretold; last (12,): the last step of the pose; known (2,): how many, and the order that served best.
+    0 to 3 predicted; last (12,): the last step of the pose; known (2,): how many, and the order that did best.
     """
 
     q: Array
@@ -56,7 +56,7 @@ def history(n: int) -> History:
 
 
 @bare
-def foretell(h: History, before: Array, target: Array, length: float, q: Array) -> float:
+def predict(h: History, before: Array, target: Array, length: float, q: Array) -> float:
     """q (n,) <- the posture expected at `target` (4, 4), which comes after the pose `before`. Returns its place t.
 
     Rotations enter a step's size by the characteristic length. At a corner only the last posture is left.
@@ -94,7 +94,7 @@ def foretell(h: History, before: Array, target: Array, length: float, q: Array) 
 
 @bare
 def remember(h: History, t: float, q: Array) -> None:
-    """Put the posture q (n,) found at place t on top of the history, and note which order had foretold it best."""
+    """Put the posture q (n,) found at place t on top of the history, and note which order had predicted it best."""
     known = h.known[0]
     best, h.known[1] = np.inf, 0
     for order in range(max(1, known)):
@@ -114,7 +114,7 @@ def quick_point(
     chain: ChainArrays, settings: TrackerSettings, target: Array, q: Array, q_before: Array, q_reference: Array,
     state: TrackState, limit: Array, w: TrackerWork,
 ) -> bool:  # fmt: skip
-    """Set the foretold posture q right by Newton's method; True where it is the constrained optimum, beyond doubt."""
+    """Set the predicted posture q right by Newton's method; True where it is the constrained optimum, beyond doubt."""
     n = q.shape[0]
     acting = state.flags[0] == 1
     multipliers = w.multipliers

@@ -113,8 +113,8 @@ def table_error(system: FuzzySystem, *, even: bool = False, points: int = 2000, 
     place[:, :inputs] = x
     read = np.empty((points, values.shape[3]))
     _read_many(np.ascontiguousarray(values), *(np.asarray(g) for g in grids), place, read)
-    told = system.evaluate_grid(x)
-    worst = np.max(np.abs(read / told - 1.0), axis=1)
+    exact = system.evaluate_grid(x)
+    worst = np.max(np.abs(read / exact - 1.0), axis=1)
     k = int(np.argmax(worst))
     reference = system.evaluate(x[k])
     return float(np.max(np.abs(read[k] / reference - 1.0))), x[k]

@@ -40,7 +40,7 @@ class Nodes(NamedTuple):
 def region_seeds(survey: Survey, members: Ints, count: int, *, spread: bool) -> Array:
     """External postures (K, E) for poses (indices `members`) of one region, K <= count.
 
-    The ones that serve all its scanned poses best, and with `spread` also the best ones of single poses.
+    The ones that suit all its scanned poses best, and with `spread` also the best ones of single poses.
     """
     anchors = np.unique(survey.nearest[members])
     rows = survey.best[anchors].astype(float)

@@ -36,7 +36,7 @@ class CurvePoint(NamedTuple):
 
     name: str
     draft: Draft
-    told: PlanPoint
+    figures: PlanPoint
     travel: float
 
 
@@ -66,8 +66,8 @@ class Knee:
         """The point behind which, up to the next, the one that is taken may lie; points go from still to flowing."""
         if self.accurate:
             return None
-        both = any(self.keeps(p.told) and self.within(p.told) for p in points)
-        marks = [self.keeps(p.told) if both else not self.within(p.told) for p in points]
+        both = any(self.keeps(p.figures) and self.within(p.figures) for p in points)
+        marks = [self.keeps(p.figures) if both else not self.within(p.figures) for p in points]
         return next((k for k in range(len(marks) - 1) if not marks[k] and marks[k + 1]), None)
 
     def take(self, points: Sequence[PlanPoint]) -> Choice:
@@ -142,8 +142,8 @@ def chosen_point(points: Sequence[PlanPoint], knee: Knee | None, mode: str) -> C
     if knee is not None and len(points) > 1:
         return knee.take(points)
     last = len(points) - 1 if mode == "flowing" else 0
-    told = "nothing else leads through without a retract" if mode == "knee" else f"{mode} was asked for"
-    return Choice(last, told)
+    rule = "nothing else leads through without a retract" if mode == "knee" else f"{mode} was asked for"
+    return Choice(last, rule)
 
 
 def plan_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) -> dict[str, float]:

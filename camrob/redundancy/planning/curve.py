@@ -68,8 +68,8 @@ class Landscape:
 
     def point(self, name: str, draft: Draft, travel: float) -> CurvePoint:
         """A draft as a point of the curve, which pays a share of the price of travel."""
-        told = plan_point(self.cell, self.space, self.objective, self.w, self.certificate, name, draft)
-        return CurvePoint(name, draft, told, travel)
+        figures = plan_point(self.cell, self.space, self.objective, self.w, self.certificate, name, draft)
+        return CurvePoint(name, draft, figures, travel)
 
     def again(self, point: CurvePoint) -> CurvePoint | None:
         """A point of the curve made anew, by what the objective has come to forbid, if it can be only about that; None where it

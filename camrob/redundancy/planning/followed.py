@@ -1,4 +1,4 @@
-"""A plan served to the tracker as its moving reference posture, and what the tracker made of it as a solution's parts."""
+"""A plan followed by the tracker as its moving reference posture, and what the tracker made of it as a solution's parts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Revision
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["Served", "serve"]
+__all__ = ["Followed", "follow_plan"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ _NEAR, _GAIN, _WOUND = 0.15, 0.1, 0.5  # shares of an axis's range: near a limit
 _LEG = 0.5  # rad or m of a freedom in one of the moves that a held revision is made of
 
 
-class Served(NamedTuple):
+class Followed(NamedTuple):
     """Postures q (N, n), 1/k_F (N,) along a path, and its re-postures; stuck: the path point at which the tracker could not
     follow the plan, -1 where it could, and why. What lies behind that point is without meaning.
     """
@@ -43,9 +43,9 @@ class Served(NamedTuple):
     why: JobError | None = None
 
 
-def serve(
+def follow_plan(
     cell: Cell, path: ToolPathInBase, space: PlanSpace, w: Waypoints, draft: Draft, *, still: bool, margin: Array
-) -> Served:
+) -> Followed:
     """Follow the path with the draft as the moving reference posture.
 
     `still` locks the external axes to the draft's. margin (n,): what the joints keep from their limits, where the draft does.
@@ -81,9 +81,9 @@ def serve(
             first = start + 1
         attempt = tracker.follow(tracker.at(rows[0]), rows[first - start :], first, stop, bounded=False, tolerant=True)
         if attempt.failure is not None:
-            return Served(q, inv_kf, tuple(revisions), attempt.failure.point, tracker.explain(attempt.failure))
+            return Followed(q, inv_kf, tuple(revisions), attempt.failure.point, tracker.explain(attempt.failure))
         q[first:stop], inv_kf[first:stop] = attempt.q, attempt.inv_kf
-    return Served(q, inv_kf, tuple(revisions))
+    return Followed(q, inv_kf, tuple(revisions))
 
 
 def _bounds(cell: Cell, space: PlanSpace, draft: Draft, margin: Array) -> tuple[Array, Array]:
@@ -176,9 +176,7 @@ def _reason(cell: Cell, before: Array, after: Array, same_branch: bool) -> str:
             unit = "mm" if prismatic else "degrees"
             return f"{name} has {left:.0f} {unit} left to its limit and is taken back by {back:.0f} {unit}"
     return (
-        "another turn of the arm serves what follows"
-        if same_branch
-        else "another branch of the arm serves what follows"
+        "another turn of the arm suits what follows" if same_branch else "another branch of the arm suits what follows"
     )
 
 

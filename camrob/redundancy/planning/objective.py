@@ -91,7 +91,7 @@ def plan_weights(cell: Cell) -> PlanWeights:
     for key in cell.resolve.planned:
         if key not in known:
             raise CellError(
-                f"resolve.planned.{key} is no weight of the planner", hint=f"use {', '.join(sorted(known))}",
+                f"resolve.planned.{key} is not a weight of the planner", hint=f"use {', '.join(sorted(known))}",
                 path=cell.folder / "cell.toml",
             )  # fmt: skip
     return PlanWeights(**dict(cell.resolve.planned))

@@ -107,7 +107,7 @@ _UPRIGHT = 1e-6
 
 
 @part
-def _arm_in_hall(errors: ErrorNumbers, u: Array, q: Array, Z: Array, P: Array, C: Array, R: Array, p: Array) -> None:
+def _arm_in_world(errors: ErrorNumbers, u: Array, q: Array, Z: Array, P: Array, C: Array, R: Array, p: Array) -> None:
     """Axes Z and points P (6, 3) of the arm, centres C (M, 3) of the masses, the tool R, p, in the frame of gravity's `up`."""
     g, E = errors.gravity, u.shape[0] - errors.roll
     for i in range(g.first, E + 6):
@@ -143,7 +143,7 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
     E = u.shape[0] - errors.roll
     R, p, Z, P, v = np.eye(3), np.zeros(3), np.empty((6, 3)), np.empty((6, 3)), np.empty((6, 3))
     C = np.empty((errors.gravity.joint.shape[0], 3))
-    _arm_in_hall(errors, u, q, Z, P, C, R, p)
+    _arm_in_world(errors, u, q, Z, P, C, R, p)
     f, t = np.empty(3), np.empty(3)
     co, si = 1.0, 0.0
     if errors.roll == 1:

@@ -67,25 +67,25 @@ def resolve_planned(
     """
     if mode not in MODES:
         raise ValueError(f"mode is {mode!r}, expected one of {', '.join(MODES)}")
-    told = _rising(progress)
+    report_share = _rising(progress)
     try:
         space = plan_space(cell)
     except CellError as error:
-        return published(cell, path, f"{error.what}", told)
+        return published(cell, path, f"{error.what}", report_share)
     if not len(space.free):
-        return published(cell, path, f"cell {cell.name} has no spare freedom to plan", told)
+        return published(cell, path, f"cell {cell.name} has no spare freedom to plan", report_share)
     task = Task(cell, space, mode, score, Clock(seconds))
-    solution = cleared(task, path, obstacles, told)
+    solution = cleared(task, path, obstacles, report_share)
     if errors is not None and solution.method == "planned":
         solution = _for_accuracy(
-            task, path, solution, cleared(replace(task, errors=errors), path, obstacles, told), errors
+            task, path, solution, cleared(replace(task, errors=errors), path, obstacles, report_share), errors
         )
-    told(1.0)
+    report_share(1.0)
     return solution
 
 
 def _for_accuracy(task: Task, path: ToolPathInBase, plain: Solution, ours: Solution, errors: PostureErrors) -> Solution:
-    """The one of two plans that expects less error of the part, told what both expect."""
+    """The one of two plans that expects less error of the part, with what both expect."""
     before = expected_error(task.cell, errors, plain.path or path, plain)
     reached = None if ours.plan is None else ours.plan.best_error
     after = before if reached is None else expected_error(task.cell, errors, ours.path or path, ours)
@@ -94,20 +94,22 @@ def _for_accuracy(task: Task, path: ToolPathInBase, plain: Solution, ours: Solut
     if solution.plan is None:
         return solution
     best = min(before.rms if reached is None else reached, before.rms, after.rms)
-    told = PlanAccuracy(before, after, taken, best, errors.counted, errors.left_out)
+    accuracy = PlanAccuracy(before, after, taken, best, errors.counted, errors.left_out)
     return replace(
-        solution, plan=replace(solution.plan, accuracy=told), findings=(*solution.findings, _accuracy_finding(told))
+        solution,
+        plan=replace(solution.plan, accuracy=accuracy),
+        findings=(*solution.findings, _accuracy_finding(accuracy)),
     )
 
 
-def _accuracy_finding(told: PlanAccuracy) -> Finding:
+def _accuracy_finding(accuracy: PlanAccuracy) -> Finding:
     """What is gained for the part, in one line."""
-    before, after = told.conditioning, told.accuracy
+    before, after = accuracy.conditioning, accuracy.accuracy
     text = (
         f"expected error of the part {m_to_mm(after.rms):.3f} mm rms ({m_to_mm(after.p95):.3f} mm on 95 %), "
         f"{m_to_mm(before.rms):.3f} mm ({m_to_mm(before.p95):.3f} mm) in the plan by conditioning"
     )
-    kept = "" if told.taken else "; that one is kept, as the other is no better"
+    kept = "" if accuracy.taken else "; that one is kept, as the other is no better"
     return Finding("plan-accuracy", text + kept, Severity.INFO, value=m_to_mm(after.rms), unit="mm")
 
 
@@ -115,9 +117,9 @@ def _rising(progress: Share | None) -> Share:
     """Progress that never falls back, however often a plan is made anew."""
     highest = [0.0]
 
-    def told(share: float) -> None:
+    def report_share(share: float) -> None:
         if progress is not None and share > highest[0]:
             highest[0] = share
             progress(share)
 
-    return told
+    return report_share

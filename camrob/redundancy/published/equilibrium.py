@@ -34,7 +34,7 @@ _LEFT = 1e-6  # rad, m times a weight that may be left along self-motion: the tr
 @dataclass(frozen=True, slots=True)
 class Equilibrium:
     """Along a path of N points: weights (N, n) of h_jnt; acting (N,): h_cond has a part in the point; bounded (N,): the posture
-    lags behind the equilibrium of h_jnt, since self-motion was bounded (False where h_cond acts: that isn't told apart).
+    lags behind the equilibrium of h_jnt, since self-motion was bounded (False where h_cond acts: the two can't be told apart).
     """
 
     weights: Array

@@ -54,23 +54,23 @@ class _Found:
     count: int
 
 
-def cleared(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, told: Share) -> Solution:
+def cleared(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share) -> Solution:
     """The solution of a plan that touches nothing and can be followed, or says what it gave up for that.
 
     One that still touches is returned as it is (whoever checks it, finds it); where there is no plan, the published method's.
     Raises JobError for a point that no posture reaches, or where the published method fails too.
     """
     objective = Objective.of(task.cell, task.space, plan_weights(task.cell))
-    path, plan = _with_cuts(task, given, objective, told)
+    path, plan = _with_cuts(task, given, objective, report_share)
     if plan is None:
-        return published(task.cell, given, "no candidate postures lead through the whole path", told)
+        return published(task.cell, given, "no candidate postures lead through the whole path", report_share)
     first, first_path, whole = plan, path, 0
     forbidden, lines, count = np.zeros((0, FEATURES + 2)), list[int](), 0
     for again in range(_ROUNDS + 1):
         found = _looked_at(task, path, plan, obstacles)
-        told(0.95)
+        report_share(0.95)
         if found.solution is not None and not len(found.point):
-            return _told(given, found, found.solution, again, whole, lines, count)
+            return _reported(given, found, found.solution, again, whole, lines, count)
         if again == _ROUNDS:
             break
         lines += [int(v) for v in path.line[found.point]]
@@ -81,36 +81,36 @@ def cleared(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, told
         if anew is None:
             whole += 1
             objective = objective._replace(blocked=forbidden)
-            path, anew = _with_cuts(task, given, objective, told, forbidden)
+            path, anew = _with_cuts(task, given, objective, report_share, forbidden)
         if anew is None:
             break
         plan = anew
-    return _another(task, given, first_path, first, found, obstacles, told)
+    return _another(task, given, first_path, first, found, obstacles, report_share)
 
 
 def _with_cuts(
-    task: Task, given: ToolPathInBase, objective: Objective, told: Share, forbidden: Array | None = None
+    task: Task, given: ToolPathInBase, objective: Objective, report_share: Share, forbidden: Array | None = None
 ) -> tuple[ToolPathInBase, Plan | None]:
     """The plan of a path, and the path with the retracts that it needs; no plan where nothing leads through."""
-    path, plan = given, make_plan(task, given, objective, told)
+    path, plan = given, make_plan(task, given, objective, report_share)
     for _cut in range(_CUTS):
         if isinstance(plan, np.ndarray):
             path = with_retracts(path, plan, CLEARANCE)
             if forbidden is not None:
                 objective = objective._replace(blocked=_placed(forbidden, given, path))
-            plan = make_plan(task, path, objective, told)
+            plan = make_plan(task, path, objective, report_share)
     return path, plan if isinstance(plan, Plan) else None
 
 
 def _looked_at(task: Task, path: ToolPathInBase, plan: Plan, obstacles: Obstacles | None) -> _Found:
     """The plan followed, and held against what it may not touch."""
-    served = followed_plan(task, path, plan)
+    followed = followed_plan(task, path, plan)
     none = np.zeros(0, np.int64)
-    if served.stuck >= 0:
+    if followed.stuck >= 0:
         w, draft = plan.land.w, plan.taken.draft
-        k = int(np.argmin(np.abs(w.s[draft.index] - w.place[served.stuck])))
-        return _Found(path, None, served.why, draft.q[k : k + 1], np.array([served.stuck]), 1)
-    solution = plan_solution(task, path, plan, served)
+        k = int(np.argmin(np.abs(w.s[draft.index] - w.place[followed.stuck])))
+        return _Found(path, None, followed.why, draft.q[k : k + 1], np.array([followed.stuck]), 1)
+    solution = plan_solution(task, path, plan, followed)
     hit = none if obstacles is None else np.flatnonzero(obstacles(path, solution))
     points = np.unique(np.concatenate([hit, np.maximum(hit - 1, 0)]))
     return _Found(path, solution, None, np.asarray(solution.q)[points][:, task.cell.arm_slice], points, len(hit))
@@ -138,11 +138,11 @@ def _between(rows: Array, one: ToolPathInBase, other: ToolPathInBase) -> Array:
     return out
 
 
-def _told(
+def _reported(
     given: ToolPathInBase, found: _Found, solution: Solution, rounds: int = 0, whole: int = 0, lines: Sequence[int] = (),
     count: int = 0,
 ) -> Solution:  # fmt: skip
-    """The solution of a plan, told what was made anew for it and which retracts it has."""
+    """The solution of a plan, with what was made anew for it and which retracts it has."""
     path = found.path
     findings = list(solution.findings)
     if rounds:
@@ -164,7 +164,7 @@ def _another(
     plan: Plan,
     found: _Found,
     obstacles: Obstacles | None,
-    told: Share,
+    report_share: Share,
 ) -> Solution:
     """The nearest other point of a curve that touches nothing; else what there is: a plan that touches, or the published method's
     postures where no plan could be followed.
@@ -178,13 +178,13 @@ def _another(
         )
         other = _looked_at(task, path, replace(plan, choice=Choice(k, rule)), obstacles)
         if other.solution is not None and not len(other.point):
-            return _told(given, other, other.solution)
+            return _reported(given, other, other.solution)
         found = other if found.solution is None else found
     if found.solution is None:
-        told_why = found.why.what if found.why is not None else ""
-        why = f"the tracker could not follow the plan, nor {_ROUNDS} more made anew where it failed ({told_why})"
-        return published(task.cell, given, why, told)
-    return _told(given, found, found.solution)
+        reason = found.why.what if found.why is not None else ""
+        why = f"the tracker could not follow the plan, nor {_ROUNDS} more made anew where it failed ({reason})"
+        return published(task.cell, given, why, report_share)
+    return _reported(given, found, found.solution)
 
 
 def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
@@ -205,10 +205,10 @@ def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
     ]
 
 
-def published(cell: Cell, path: ToolPathInBase, why: str, told: Share) -> Solution:
+def published(cell: Cell, path: ToolPathInBase, why: str, report_share: Share) -> Solution:
     """The published method in the planner's place. Raises JobError where it fails too, which then says why there is no plan."""
     try:
-        solution = resolve_vjm(cell, path, progress=told)
+        solution = resolve_vjm(cell, path, progress=report_share)
     except JobError as error:
         error.what = f"{error.what} (by the published method; there is no plan: {why})"
         raise

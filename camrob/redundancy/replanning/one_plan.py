@@ -23,7 +23,7 @@ from camrob.redundancy.planning.certificate import Certificate, Survey, certify,
 from camrob.redundancy.planning.choice import Choice, CurvePoint, Knee, chosen_point, plan_terms
 from camrob.redundancy.planning.course import RETRACT_NEEDED, RETRACT_PRICE, Draft, coarse_index
 from camrob.redundancy.planning.curve import SEARCH_FLOWING, STILL, Landscape, landscape, plan_curve
-from camrob.redundancy.planning.followed import Served, serve
+from camrob.redundancy.planning.followed import Followed, follow_plan
 from camrob.redundancy.planning.for_accuracy import pushed, weighed
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights, plan_weights
@@ -90,14 +90,14 @@ class Plan:
         return self.curve[self.choice.curve_index]
 
 
-def make_plan(task: Task, path: ToolPathInBase, objective: Objective, told: Share) -> Plan | Ints | None:
+def make_plan(task: Task, path: ToolPathInBase, objective: Objective, report_share: Share) -> Plan | Ints | None:
     """The plan of a path; the points at which it needs retracts first; None where no candidates lead through.
 
     Raises JobError for a waypoint that no posture reaches.
     """
     cell, space, mode = task.cell, task.space, task.mode
     weights, best = plan_weights(cell), None
-    w, survey, certificate, budget = _ground(task, path, weights, told)
+    w, survey, certificate, budget = _ground(task, path, weights, report_share)
     if task.errors is not None:
         w = pushed(w, path, task.errors)
         objective, survey, best = weighed(cell, space, objective, task.errors, weights, w, survey, certificate)
@@ -113,7 +113,7 @@ def make_plan(task: Task, path: ToolPathInBase, objective: Objective, told: Shar
         flow=mode != "still",
     )
     still, flowing = drafts = _ends(land, RETRACT_NEEDED if len(objective.blocked) else RETRACT_PRICE)
-    told(0.4)
+    report_share(0.4)
     if not any(drafts):
         return None
     if all(d is None or len(land.cuts(d)) for d in drafts):  # not even the best draft goes through in one piece
@@ -122,8 +122,8 @@ def make_plan(task: Task, path: ToolPathInBase, objective: Objective, told: Shar
     accurate = objective.errors.weight > 0.0
     knee = Knee(objective.travel, weights.knee_share, budget, accurate) if mode == "knee" else None
     curve, missed = plan_curve(land, still, flowing, knee, task.clock)
-    told(0.8)
-    choice = chosen_point([p.told for p in curve], knee, mode)
+    report_share(0.8)
+    choice = chosen_point([p.figures for p in curve], knee, mode)
     return Plan(land, weights, tuple(curve), choice, missed, mode, best)
 
 
@@ -139,16 +139,16 @@ def made_anew(plan: Plan, objective: Objective) -> Plan | None:
     return replace(plan, land=land, curve=(*plan.curve[:k], point, *plan.curve[k + 1 :]))
 
 
-def _ground(task: Task, path: ToolPathInBase, weights: PlanWeights, told: Share) -> _Ground:
+def _ground(task: Task, path: ToolPathInBase, weights: PlanWeights, report_share: Share) -> _Ground:
     """Waypoints of a path, the survey, the certificate and the budget of travel: once for each path."""
     known = task.grounds.get(path.digest)
     if known is not None:
         return known
     w = waypoints(path, SPACING)
     survey = survey_poses(task.space, w.base_T_tip, task.score)
-    told(0.1)
+    report_share(0.1)
     certificate = certify(task.space, w.base_T_tip, survey)
-    told(0.25)
+    report_share(0.25)
     if np.any(certificate.inv_kf <= 0.0):
         raise _unreached(task.cell, path, w, int(np.argmin(certificate.inv_kf)))
     budget = _budget(task.cell, path, weights) if task.mode == "knee" else {}
@@ -187,20 +187,20 @@ def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobErr
     return explain_failure(cell, Arm.of(cell), path, point, base_T_target, FAILED_NOT_REACHED, state)
 
 
-def followed_plan(task: Task, path: ToolPathInBase, plan: Plan) -> Served:
+def followed_plan(task: Task, path: ToolPathInBase, plan: Plan) -> Followed:
     """What the tracker makes of the plan."""
     cell = task.cell
     prismatic = np.array([j.prismatic for j in cell.joints])
     margin = np.where(prismatic, mm_to_m(plan.weights.margin_mm), deg_to_rad(plan.weights.margin_deg))
     name, draft = plan.taken.name, plan.taken.draft
-    return serve(cell, path, task.space, plan.land.w, draft, still=name == STILL, margin=margin)
+    return follow_plan(cell, path, task.space, plan.land.w, draft, still=name == STILL, margin=margin)
 
 
-def plan_solution(task: Task, path: ToolPathInBase, plan: Plan, served: Served) -> Solution:
+def plan_solution(task: Task, path: ToolPathInBase, plan: Plan, followed: Followed) -> Solution:
     """The solution that a plan has become, with its report."""
     land, point = plan.land, plan.taken
     w = land.w
-    bound = np.maximum(land.certificate.along(w.s, w.place), served.inv_kf)
+    bound = np.maximum(land.certificate.along(w.s, w.place), followed.inv_kf)
     length = np.diff(path.length, prepend=0.0) * path.cutting
     if not np.any(length > 0.0):
         length = np.ones(len(path))
@@ -211,18 +211,18 @@ def plan_solution(task: Task, path: ToolPathInBase, plan: Plan, served: Served) 
         bound=bound,
         bound_mean=float(np.average(bound, weights=length)),
         bound_min=float(bound[length > 0.0].min()),
-        reached_mean=float(np.average(served.inv_kf, weights=length)),
+        reached_mean=float(np.average(followed.inv_kf, weights=length)),
         terms=plan_terms(land.space, land.objective, w, point.draft),
-        curve=tuple(p.told for p in plan.curve),
-        repostures=sum(r.by_axes for r in served.revisions),
+        curve=tuple(p.figures for p in plan.curve),
+        repostures=sum(r.by_axes for r in followed.revisions),
         retracts=int(np.sum((path.source < 0) & (path.region >= 0) & path.safe)),
         best_error=plan.best_error,
         seconds=task.clock.seconds,
         missed=plan.missed,
     )
-    findings = (_finding(report, point.told.share),)
+    findings = (_finding(report, point.figures.share),)
     return Solution(
-        "planned", served.q, served.inv_kf, task.cell.digest, path.digest, served.revisions, findings, report
+        "planned", followed.q, followed.inv_kf, task.cell.digest, path.digest, followed.revisions, findings, report
     )
 
 

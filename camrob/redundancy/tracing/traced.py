@@ -103,7 +103,7 @@ _BAND = 1.2  # rad from the posture that is refined
 _EASY, _HASTE = 0.9, 100.0  # share of the largest step beyond which a step has its price; of once more than that
 _ROUNDS = ((1.0, 4), (0.5, 2), (0.2, 1), (0.05, 1))
 """Lattices that are tried one after another: their spacing's share of the first one's, and poses from one layer to the next. In
-the last one each choice of given axes has its turn where one is given: by a singular posture one serves where another leaps.
+the last one each choice of given axes has its turn where one is given: by a singular posture one will do where another leaps.
 """
 
 
@@ -129,7 +129,7 @@ def trace_poses(
         for chain in chains if fine == _ROUNDS[-1][0] and len(chains[0].given) == 1 else chains[:1]:
             task = _Task(cell, chain, poses, room, finer)
             try:
-                return _told(task, _refined(task, _draft(task)))
+                return _as_trace(task, _refined(task, _draft(task)))
             except UnreachableError as failure:
                 error = error if error is not None and "has no posture" in error.what else failure
     raise error or UnreachableError("no rounds were searched")
@@ -261,7 +261,7 @@ def _torn(task: _Task, before: int, after: int, tried: int) -> UnreachableError:
     return UnreachableError(what)
 
 
-def _told(task: _Task, q: Array) -> Trace:
+def _as_trace(task: _Task, q: Array) -> Trace:
     """The trace of postures, turns without end counted on."""
     chain = task.chain
     step = np.abs(np.diff(q, axis=0))

@@ -59,14 +59,14 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
 def _cards(summary: PredictSummary) -> str:
     first = next(iter(summary.causes), "")
     cards = [
-        ("Error, rms", number(summary.rms_mm, 3, "mm"), f"mean {summary.mean_mm:+.3f} mm; above 0 material stands"),
+        ("Error, rms", number(summary.rms_mm, 3, "mm"), f"mean {summary.mean_mm:+.3f} mm; above 0: material is left"),
         ("95 % are within", number(summary.p95_mm, 3, "mm"), f"{summary.points:,} points of the surface"),
         (
             "Worst",
             number(summary.worst_mm, 3, "mm"),
             f"line {summary.places[0].line} of the program" if summary.places else "",
         ),
-        ("How sure", f"± {number(summary.band_mm, 3, 'mm')}", "95 % band; half of the points are surer"),
+        ("How sure", f"± {number(summary.band_mm, 3, 'mm')}", "95 % band; narrower at half of the points"),
     ]
     if first:
         cards.append(("Most of it", escape(_words(first)), f"{summary.causes[first]:.3f} mm rms"))
@@ -168,7 +168,7 @@ def _force(force: PredictedForce | None) -> str:
     yields = ", ".join(force.yields) or "no axis"
     tool = "tool and holder as stated" if force.tool else "tool and holder are taken as stiff"
     rows = [
-        ["force", f"{escape(force.told)} ({escape(force.model)})"],
+        ["force", f"{escape(force.words)} ({escape(force.model)})"],
         [
             "it may be wrong by",
             f"{number(100.0 * force.doubt, 0, '%')} of itself, one standard deviation; the band holds that",
@@ -177,7 +177,7 @@ def _force(force: PredictedForce | None) -> str:
         ["deflection of the tool", f"{number(force.deflection_p95_mm, 3, 'mm')} or less on 95 % of the run"],
     ]
     note = (
-        "What the force bends is compliance times force: a part that was cut shows their product alone. Coefficients that are "
+        "What the force bends is compliance times force: a part that was cut shows only their product. Coefficients that are "
         "twice too high and joints that are taken as twice too stiff make the same surface. What tells them apart is the one "
         "without the other: a run in air with another payload shows the compliance, a logged force the coefficients."
     )
@@ -187,9 +187,11 @@ def _force(force: PredictedForce | None) -> str:
 def _left_out(summary: PredictSummary) -> str:
     notes = [f"not judged: {escape(', '.join(summary.not_judged))}"]
     if summary.not_reckoned:
-        notes.append(f"found by the diagnosis, and not told by this run: {escape(', '.join(summary.not_reckoned))}")
+        notes.append(
+            f"found by the diagnosis, and not predicted from this run: {escape(', '.join(summary.not_reckoned))}"
+        )
     if summary.not_met:
-        notes.append(f"{summary.not_met:,} points are left out, as another wall stands where theirs would")
+        notes.append(f"{summary.not_met:,} points are left out, as another wall is where theirs would be")
     notes += [escape(f"line {w.line}: {w.text}" if w.line else w.text) for w in summary.warnings]
     return section("What this does not say", "<ul>" + "".join(f"<li>{n}</li>" for n in notes) + "</ul>")
 
@@ -231,7 +233,7 @@ def _picture(surface: PredictedSurface) -> dict[str, Any]:
     return {
         "id": "part",
         "title": "The part, coloured by its error",
-        "caption": "Red: material stands beyond what was programmed; blue: cut too deep. Turn it with the mouse.",
+        "caption": "Red: material is left beyond what was programmed; blue: cut too deep. Turn it with the mouse.",
         "traces": [trace],
         "layout": layout,
         "own": True,

@@ -15,15 +15,15 @@ from camrob.toolpath.apt.state import Machine, unit_axis
 __all__ = ["Table", "camera", "csys", "matrix_rows", "msys", "rotation", "set_frame", "tracut", "trntyp"]
 
 _SLACK = 1e-3  # of a printed rotation: five decimals are common
-_CURE = "output the frame again from the CAM system"
+_HINT = "output the frame again from the CAM system"
 
 
 def rotation(R: NDArray[np.float64], line: int) -> NDArray[np.float64]:
     """The rotation nearest to a printed one. Raises ToolpathError when that is no rotation (mirrored, skew, scaled)."""
     if not np.all(np.isfinite(R)) or np.max(np.abs(R.T @ R - np.eye(3))) > _SLACK:
-        raise ToolpathError("a frame's axes are not unit vectors at right angles", hint=_CURE, line=line)
+        raise ToolpathError("a frame's axes are not unit vectors at right angles", hint=_HINT, line=line)
     if np.linalg.det(R) < 0.0:
-        raise ToolpathError("a frame is mirrored (left-handed)", hint=_CURE, line=line)
+        raise ToolpathError("a frame is mirrored (left-handed)", hint=_HINT, line=line)
     if np.array_equal(R.T @ R, np.eye(3)):
         return R
     u, _, vt = np.linalg.svd(R)
@@ -47,7 +47,7 @@ def msys(m: Machine, s: Statement) -> None:
     """NX: origin, X axis and Y axis of the machining frame in the part's; the points are in that frame."""
     v = np.array(s.numbers)
     if len(v) != 9:
-        raise ToolpathError(f"MSYS has {len(v)} numbers, not 9", hint=_CURE, line=s.line)
+        raise ToolpathError(f"MSYS has {len(v)} numbers, not 9", hint=_HINT, line=s.line)
     x, y = v[3:6], v[6:9]
     set_frame(m, rotation(np.column_stack([x, y, np.cross(x, y)]), s.line), v[:3] * m.scale, s.line)
 
@@ -64,7 +64,7 @@ def tracut(m: Machine, s: Statement) -> None:
 def _matrix(numbers: list[float], word: str, line: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Rotation and translation (file's unit) of a frame printed as three rows of four."""
     if len(numbers) != 12:
-        raise ToolpathError(f"{word} has {len(numbers)} numbers, not 12", hint=_CURE, line=line)
+        raise ToolpathError(f"{word} has {len(numbers)} numbers, not 12", hint=_HINT, line=line)
     rows = np.array(numbers).reshape(3, 4)
     return rotation(rows[:, :3], line), rows[:, 3]
 

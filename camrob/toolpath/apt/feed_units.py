@@ -40,7 +40,7 @@ class Feed:
 class FeedReader:
     """Unit of length, modal feed and spindle speed; `forced` is the caller's unit, which overrides the file's.
 
-    `defaults` serve while the file has stated no feed; `defaulted` is the line of the first cut that they served.
+    `defaults` are used while the file has stated no feed; `defaulted` is the line of the first cut that took them.
     """
 
     units: str = "mm"

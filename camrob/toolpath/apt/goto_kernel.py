@@ -9,7 +9,7 @@ from camrob.compiled import kernel, part
 
 __all__ = ["ROWS", "scan_gotos"]
 
-ROWS = 8192  # of one call: long files are read in pieces, so that progress can be told
+ROWS = 8192  # of one call: long files are read in pieces, so that progress can be reported
 
 _EXACT = 1 << 53  # integers up to here, and powers of ten up to 1e22, are exact in float64: their quotient rounds right
 _POWERS = 10.0 ** np.arange(23)

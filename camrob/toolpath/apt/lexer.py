@@ -128,7 +128,7 @@ class Lexer:
         if stop < 0:
             if len(self.data) - start > _LONGEST_LINE:
                 raise ToolpathError(
-                    f"a line of more than {_LONGEST_LINE} bytes is no CL data",
+                    f"a line of more than {_LONGEST_LINE} bytes is not CL data",
                     hint="give the CL file itself, as text",
                     line=self.line,
                 )

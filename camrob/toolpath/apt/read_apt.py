@@ -46,8 +46,8 @@ def read_cl(
     """The toolpath of one CL file's bytes, in the part's frame and in metres.
 
     `dialect` forces a dialect by name, `units` ("mm", "inch") overrides the file's; arcs, splines and helices become
-    points within `chord_tolerance` (m) and `angle_tolerance` (rad). `defaults` serve where the file states no feed or
-    starts no spindle. `progress` is told the share done (0..1) about
+    points within `chord_tolerance` (m) and `angle_tolerance` (rad). `defaults` are used where the file states no feed or
+    starts no spindle. `progress` is called with the share done (0..1) about
     every hundredth. Raises ToolpathError, with path and line, for what can't be read or would make a wrong part.
     """
     try:
@@ -105,7 +105,7 @@ def _read(
 def _walk(lexer: Lexer, interpreter: Interpreter, progress: Share | None) -> None:
     """All statements in their order: runs of plain GOTO at once, everything else one by one."""
     machine = interpreter.m
-    size, told = max(len(lexer.data), 1), 0.0
+    size, reported = max(len(lexer.data), 1), 0.0
     while True:
         rows, machine.rapid = lexer.gotos(machine.rapid)
         if rows is not None:
@@ -117,9 +117,9 @@ def _walk(lexer: Lexer, interpreter: Interpreter, progress: Share | None) -> Non
             if statement is None:
                 return
             interpreter.statement(statement)
-        if progress is not None and lexer.pos / size - told >= 0.01:
-            told = min(lexer.pos / size, 1.0)
-            progress(told)
+        if progress is not None and lexer.pos / size - reported >= 0.01:
+            reported = min(lexer.pos / size, 1.0)
+            progress(reported)
 
 
 def _guess_units(machine: Machine, data: bytes) -> str:

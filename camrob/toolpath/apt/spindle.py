@@ -81,7 +81,7 @@ def _surface(m: Machine, s: Statement, speed: float) -> float:
         )
     m.find(
         "spindle-speed-from-setup",
-        f"the surface speed needs a cutter diameter, which is missing: spindle_rpm of the set-up serves, {rpm:g} rev/min",
+        f"the surface speed needs a cutter diameter, which is missing: spindle_rpm of the set-up is used, {rpm:g} rev/min",
         s.line,
     )
     return rpm

@@ -67,7 +67,7 @@ class Machine:
     rapid: bool = False
     spindle: str = ""  # the last sense that was stated
     turning: bool = False
-    serving: bool = False  # at the set-up's speed, because the file has not started it
+    speed_given: bool = False  # at the set-up's speed, because the file has not started it
     unloaded: int = 0  # the line in which the tool was put away, 0 while one is loaded
     world_points: bool = False  # TRNTYP has said so
     cycle: Cycle | None = None
@@ -120,7 +120,7 @@ class Machine:
             )
         rpm = self.feeds.defaults.spindle_rpm
         if not self.feeds.rpm and rpm:  # the set-up's spindle is started for the first cut
-            self.feeds.rpm, self.spindle, self.turning, self.serving = rpm, self.spindle or "CLW", True, True
+            self.feeds.rpm, self.spindle, self.turning, self.speed_given = rpm, self.spindle or "CLW", True, True
         return self.feeds.speed(line, own)
 
     def cycle_feed(self, cycle: Cycle, line: int) -> float:
@@ -140,14 +140,14 @@ class Machine:
                     hint="state it in SPINDL, or put spindle_rpm into setup.toml",
                     line=line,
                 )
-            text = f"the spindle is switched on without a speed: spindle_rpm of the set-up serves, {rpm:g} rev/min"
+            text = f"the spindle is switched on without a speed: spindle_rpm of the set-up is used, {rpm:g} rev/min"
             self.find("spindle-speed-from-setup", text, line)
-        self.feeds.rpm, self.spindle, self.turning, self.serving = rpm, sense, True, False
+        self.feeds.rpm, self.spindle, self.turning, self.speed_given = rpm, sense, True, False
         self.event(EventKind.SPINDLE_ON, rpm, sense, line)
 
     def spindle_off(self, line: int) -> None:
         """The spindle stands; its last speed and sense are kept."""
-        self.turning = self.serving = False
+        self.turning = self.speed_given = False
         self.event(EventKind.SPINDLE_OFF, 0.0, "", line)
 
     def change_tool(self, number: int, name: str, line: int, operation: str = "") -> None:
@@ -155,7 +155,7 @@ class Machine:
         self.tool_number, self.tool_name, self.unloaded = number, name, 0
         self.announce(operation, hard=True)
         self.event(EventKind.TOOL_CHANGE, float(number), name, line)
-        if self.serving:
+        if self.speed_given:
             self.event(EventKind.SPINDLE_ON, self.feeds.rpm, self.spindle)
 
     # -- regions ------------------------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ def machin(m: Machine, s: Statement) -> None:
     """The post-processor that the file is for; Creo calls those for lathes UNCL."""
     if s.text.strip().upper().startswith("UNCL"):
         raise ToolpathError(
-            "a turning file (MACHIN/UNCL...): no part turns against a standing tool here",
+            "a turning file (MACHIN/UNCL...): no part turns against a tool at rest here",
             hint="give the milling operations a CL file of their own",
             line=s.line,
         )
@@ -103,7 +103,7 @@ def _change(m: Machine, value: float, line: int) -> None:
     """A change to the tool of that number, unless it is in the spindle already."""
     number = int(value)
     if number != value or number < 0:
-        raise ToolpathError(f"{value:g} is no tool number", hint="a whole number from 0", line=line)
+        raise ToolpathError(f"{value:g} is not a tool number", hint="a whole number from 0", line=line)
     m.unloaded = 0
     name, m.next_tool_name = m.next_tool_name, ""
     for n, (kind, _, text, first) in enumerate(m.pending):
@@ -131,7 +131,7 @@ def tldata(m: Machine, s: Statement) -> None:
     """NX: TLDATA/MILL,diameter,corner radius,length,..."""
     if {"TURN", "GROOVE", "THREAD"} & set(s.words):
         raise ToolpathError(
-            "a turning operation (TLDATA of a turning tool): no part turns against a standing tool here",
+            "a turning operation (TLDATA of a turning tool): no part turns against a tool at rest here",
             hint="give the milling operations a CL file of their own",
             line=s.line,
         )

@@ -91,5 +91,5 @@ def _turns(words: dict[str, float]) -> int:
     """Further full turns: P counts all of them, the broken one included."""
     count = words.get("P", 1.0)
     if count != int(count) or not 1 <= count <= 100_000:
-        raise ToolpathError(f"P{count:g} in an arc is no number of turns", hint="a whole number from 1")
+        raise ToolpathError(f"P{count:g} in an arc is not a number of turns", hint="a whole number from 1")
     return int(count) - 1

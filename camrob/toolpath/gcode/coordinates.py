@@ -81,7 +81,7 @@ class ToolFrame:
 
     `xyz` (3 floats, m) are program coordinates: tip in the part while the tool centre point is on, the tool stands on
     a tilted plane, or the rotary axes are at zero; otherwise they are the machine's own, from which the tip can't be
-    told without the machine's geometry. `angles` (A, B, C) in rad.
+    known without the machine's geometry. `angles` (A, B, C) in rad.
     """
 
     __slots__ = ("angles", "kinematics", "on_plane", "plane", "sense", "shift", "tcp_g", "tcp_m", "vector", "xyz")

@@ -79,7 +79,7 @@ def decode(data: bytes, path: Path) -> list[str]:
     for number, line in enumerate(lines, 1):
         if len(line) > _LONGEST_LINE:
             raise ToolpathError(
-                f"a line of {len(line)} characters is no G-code block",
+                f"a line of {len(line)} characters is not a G-code block",
                 hint="check the file's line ends, or export it again",
                 path=path,
                 line=number,
@@ -201,12 +201,12 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
             tools.append(value)
             words.setdefault("T", value)
         elif letter in words:
-            raise ToolpathError(f"the word {letter} stands twice in one block", hint="split the block")
+            raise ToolpathError(f"the word {letter} appears twice in one block", hint="split the block")
         else:
             words[letter] = value
             whole_p = whole_p or (letter == "P" and is_whole)
     if len(tools) > 1 and 60 not in m:
-        raise ToolpathError("the word T stands twice in one block", hint="split the block")
+        raise ToolpathError("the word T appears twice in one block", hint="split the block")
     if 1870 in g:  # Haas: how smoothly the path is run, G187 P2 E0.05
         words.pop("E", None)
     if "E" in words:
@@ -221,7 +221,7 @@ def _code(letter: str, value: float) -> int:
     """A G or M number in tenths."""
     tenths = round(value * 10.0)
     if abs(tenths - value * 10.0) > 1e-6 or not 0 <= tenths < 100_000:
-        raise ToolpathError(f"{letter}{value:g} is no {letter} code", hint="check the block")
+        raise ToolpathError(f"{letter}{value:g} is not a {letter} code", hint="check the block")
     return tenths
 
 
@@ -249,4 +249,6 @@ def _unreadable(bare: str) -> ToolpathError:
         return ToolpathError(
             f"no number follows {rest[:1]} in {rest[:16]!r}", hint="every word is a letter and a number"
         )
-    return ToolpathError(f"{rest[:16]!r} is no G-code word", hint="every word is a letter and a plain decimal number")
+    return ToolpathError(
+        f"{rest[:16]!r} is not a G-code word", hint="every word is a letter and a plain decimal number"
+    )

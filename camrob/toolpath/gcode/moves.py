@@ -21,7 +21,7 @@ _RESTING = 1e-6  # m: a tip that goes less far while the tool turns only turns o
 
 
 class Motions:
-    """Takes the tool to where the frame stands; `defaulted` is the line of the first cut that the set-up's feed served."""
+    """Takes the tool to where the frame stands; `defaulted` is the line of the first cut that took the set-up's feed."""
 
     def __init__(self, path: PathGrower, frame: ToolFrame, modal: Modal, process: Process, defaults: Defaults) -> None:
         self.path = path

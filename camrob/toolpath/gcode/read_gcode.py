@@ -80,7 +80,7 @@ def read_gcode(
     `kinematics` "xyzac" or "xyzbc" says how rotary words turn the tool (see `rotary_axes`); None recognises it from
     the words used. Arcs are cut into chords that leave them by at most `chord_tolerance` (m) and turn by at most
     `angle_tolerance` (rad); tool axes of neighbouring cut points differ by at most the latter. Feeds are speeds of
-    the tip in m/s, also from inverse time (G93) and feed per revolution (G95). `defaults` serve where the program states
+    the tip in m/s, also from inverse time (G93) and feed per revolution (G95). `defaults` are used where the program states
     no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" (with "-iso"), "gcode-3axis", or, where no
     machine is named for rotary words, "gcode", "gcode-siemens" or "gcode-heidenhain". Raises ToolpathError with the line for
     anything that would make a wrong part.
@@ -139,8 +139,8 @@ def _with_defaults(regions: tuple[Region, ...], interpreter: Interpreter) -> tup
         findings.append(unit_finding("units-not-stated", reason, "mm", regions, modal.unit_line))
     if motions.defaults.feed is not None and motions.defaulted:
         findings.append(feed_finding(motions.defaults.feed, motions.defaulted))
-    if process.served:
-        regions, said = with_spindle(regions, process.served, of_file=process.served_by_file)
+    if process.given_speed:
+        regions, said = with_spindle(regions, process.given_speed, of_file=process.speed_of_file)
         findings += said
     return regions, findings
 

@@ -30,9 +30,9 @@ class Process:
         self.modal = modal
         self.defaults = defaults
         self.ended = False
-        self.served = 0.0  # rev/min at which the set-up has the spindle started, where the program starts none
-        self.served_by_file = False  # at the program's own S
-        self._serving = False
+        self.given_speed = 0.0  # rev/min at which the set-up has the spindle started, where the program starts none
+        self.speed_of_file = False  # at the program's own S
+        self._speed_given = False
         self._started = False
         self._nameless = 0  # line of an M3 or M4 that no speed has followed yet
 
@@ -41,7 +41,7 @@ class Process:
     def tool_word(self, value: float, line: int) -> None:
         """A T word: the next tool, or the change itself in a program without M6."""
         if value != int(value) or not 0 <= value < 1e8:
-            raise ToolpathError(f"T{value:g} is no tool number", hint="a whole number")
+            raise ToolpathError(f"T{value:g} is not a tool number", hint="a whole number")
         self.modal.next_tool = int(value)
         if self.modal.tool_by_t:
             self._change(int(value), line)
@@ -54,14 +54,14 @@ class Process:
         path, modal = self.path, self.modal
         if number == path.tool:
             return
-        modal.stopped = not self._serving
+        modal.stopped = not self._speed_given
         if path.cutting:
             path.lose()
             self.frame.forget("Z" if self.frame.plane is None and not self.frame.turned else "XYZ")
         modal.unloaded = 0 if number else line
         if number:
             path.change_tool(number, line)
-            if self._serving:
+            if self._speed_given:
                 path.event(EventKind.SPINDLE_ON, self.rpm(), modal.spindle)
         else:
             path.put_tool_away()
@@ -167,7 +167,7 @@ class Process:
     def _turn(self, sense: str, line: int) -> None:
         """M3 or M4."""
         self.modal.spindle, self.modal.stopped = sense, False
-        self._started, self._serving = True, False
+        self._started, self._speed_given = True, False
         self._run(line)
 
     def _run(self, line: int) -> None:
@@ -193,7 +193,7 @@ class Process:
                 hint="program S before it, or put spindle_rpm into setup.toml",
                 line=self._nameless,
             )
-        text = f"the spindle is switched on without S: spindle_rpm of the set-up serves, {rpm:g} rev/min"
+        text = f"the spindle is switched on without S: spindle_rpm of the set-up is used, {rpm:g} rev/min"
         self.path.note("spindle-speed-from-setup", text, self._nameless)
         self.modal.speed = rpm
         self._run(self._nameless)
@@ -206,17 +206,17 @@ class Process:
                 f"a cut without a tool: T0 put it away in line {modal.unloaded}", hint="load a tool before it"
             )
         if not self._started and self.defaults.spindle_rpm:
-            self.served = modal.speed or self.defaults.spindle_rpm
-            self.served_by_file = bool(modal.speed)
-            modal.speed, modal.spindle, modal.stopped = self.served, "CLW", False
-            self._started = self._serving = True
+            self.given_speed = modal.speed or self.defaults.spindle_rpm
+            self.speed_of_file = bool(modal.speed)
+            modal.speed, modal.spindle, modal.stopped = self.given_speed, "CLW", False
+            self._started = self._speed_given = True
 
     def rpm(self) -> float:
         """The speed that is stated, or else the set-up's; 0.0 where there is neither."""
         return self.modal.speed if self.modal.speed is not None else self.defaults.spindle_rpm or 0.0
 
     def _spindle_off(self, line: int) -> None:
-        self._nameless, self._serving = 0, False
+        self._nameless, self._speed_given = 0, False
         if self.modal.spindle:
             self.path.event(EventKind.SPINDLE_OFF, 0.0, "", line)
         self.modal.spindle = ""

@@ -23,7 +23,7 @@ def refuse_turning(bare: str, path: Path) -> None:
     if mark is None or _Y.search(bare) or "X" not in bare or "Z" not in bare:
         return
     raise ToolpathError(
-        f"a turning program ({mark[0].strip()}, and no Y in the whole file): no part turns against a standing tool here",
+        f"a turning program ({mark[0].strip()}, and no Y in the whole file): no part turns against a tool at rest here",
         hint="give the milling operations a program of their own",
         path=path,
         line=bare.count("\n", 0, mark.start()) + 1,

@@ -24,7 +24,7 @@ __all__ = ["Curve", "spline_points", "tlon"]
 
 Array = NDArray[np.float64]
 _SAME = mm_to_m(0.001)  # nearer to the tool than this, the first control point is where it stands
-_FLAT = mm_to_m(0.0005)  # what the steps in which a curve is told may leave it by
+_FLAT = mm_to_m(0.0005)  # what the steps in which a curve is given may leave it by
 _DOUBLINGS = 10  # of the steps of one piece, 4 to begin with for each of its degrees
 
 

@@ -278,8 +278,8 @@ class GcodeReader(Switching):
                 self._tell.gap(line, "G93 from where the tool isn't known to be", lost=False)
             feed = length / time if length else math.nan  # a turn on the spot has no speed of the tip
         ends = [np.array([at[letter] for letter in "XYZABC"], float) for at in (before, stand.at)]
-        told = not stand.odd and way == Way.FEED  # in rapid each axis goes as fast as it can
-        for place in [*(on_the_way(ends[0], ends[1], "B" in stand.used) if told else []), pose]:
+        exact = not stand.odd and way == Way.FEED  # in rapid each axis goes as fast as it can
+        for place in [*(on_the_way(ends[0], ends[1], "B" in stand.used) if exact else []), pose]:
             self._move(*place, way, line, feed)
 
     def _arc(

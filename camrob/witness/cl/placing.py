@@ -56,7 +56,7 @@ class Placing:
         self._tell.hidden.pop("frame", None)
         off = np.abs(part_R_points.T @ part_R_points - np.eye(3)).max()
         if off > 1e-3 or np.linalg.det(part_R_points) < 0.0:
-            self._tell.hidden["frame"] = (line, "points in a frame whose matrix is no rotation")
+            self._tell.hidden["frame"] = (line, "points in a frame whose matrix is not a rotation")
             return False
         self.part_R_points, self.part_p_points = part_R_points, part_p_points
         return True

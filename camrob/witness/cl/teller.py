@@ -36,7 +36,7 @@ def unit(vector: Array) -> Array | None:
 class Teller:
     """Collects motions, events and gaps in order. Lengths in metres, feeds in m/s; `line` is always the text's.
 
-    feed, rpm: what serves where the file is silent, or None. Public state: `n` motions so far; `here`, `axis`: where the tool
+    feed, rpm: what is used where the file is silent, or None. Public state: `n` motions so far; `here`, `axis`: where the tool
     stands and how, None where that is not known in the part's frame; `rpm`, `sense`, `turning`: the spindle;
     `hidden`: reasons why motions can't be read just now, each with its line.
     """
@@ -63,7 +63,7 @@ class Teller:
         self._tool: tuple[float, str] | None = None
         self._came: Array | None = None  # from where the last motion came
         self._corner: tuple[Wanted, Array, int, int] | None = (
-            None  # with its plane's normal, its line, and how much was told
+            None  # with its plane's normal, its line, and how many events there were
         )
 
     # -- what stands beside the motions
@@ -221,9 +221,11 @@ class Teller:
         """The corner that waits, now that the cut behind it goes to `tip`: the cut before it ends earlier."""
         if self._corner is None:
             return
-        (want, normal, line, told), self._corner = self._corner, None
+        (want, normal, line, count), self._corner = self._corner, None
         row = self._rows[-1] if self._rows else None
-        straight = row is not None and row[14] == Way.FEED and math.isnan(row[12]) and told == self.n + len(self.events)
+        straight = (
+            row is not None and row[14] == Way.FEED and math.isnan(row[12]) and count == self.n + len(self.events)
+        )
         if row is None or not straight or way != Way.FEED or self.here is None or self._came is None:
             self.gap(line, _NO_CORNER)
             return

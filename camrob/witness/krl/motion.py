@@ -27,7 +27,7 @@ def _components(state: State, text: str) -> dict[str, Value]:
     """The aggregate that a motion leads to; raises UnknownError."""
     value = state.variables.value(text)
     if not isinstance(value, dict):
-        raise UnknownError(f"{text} is no point")
+        raise UnknownError(f"{text} is not a point")
     return value
 
 
@@ -37,7 +37,7 @@ def _given(value: dict[str, Value], name: str) -> float | None:
     if given is None:
         return None
     if isinstance(given, bool) or not isinstance(given, int | float) or not np.isfinite(given):
-        raise UnknownError(f"{name} is no number")
+        raise UnknownError(f"{name} is not a number")
     return float(given)
 
 

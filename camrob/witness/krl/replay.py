@@ -72,7 +72,7 @@ class _Replay:
                 (self.by_axes if motions.how[first] == AXES else self.by_pose)(int(first))
                 continue
             if not self.begun:
-                text = "the first motion is no PTP: where it begins, and in which posture, isn't known"
+                text = "the first motion is not a PTP: where it begins, and in which posture, isn't known"
                 self.notes.append(self.objection(int(first), "start-unknown", text))
                 self.by_pose(int(first))
                 first += 1

@@ -86,13 +86,13 @@ def _base(state: State, match: re.Match[str], line: Line, value: str) -> None:
         if coupled is not None:
             state.set_base(_coupled(state, coupled, line))
         else:
-            state.set_base(Base(state.frame_of(state.variables.value(value)), False, _standing(state, line)))
+            state.set_base(Base(state.frame_of(state.variables.value(value)), False, _fixed_base(state, line)))
     except UnknownError as reason:
         state.gap(line, f"$BASE isn't known from here on ({reason})")
         state.set_base(Base(None, False))
 
 
-def _standing(state: State, line: Line) -> Objection | None:
+def _fixed_base(state: State, line: Line) -> Objection | None:
     """What is wrong with a base that stands still, where the cell has it turn."""
     if not state.machine.follows or not any(joint.role == "workpiece" for joint in state.machine.joints):
         return None
@@ -107,7 +107,7 @@ def _coupled(state: State, match: re.Match[str], line: Line) -> Base:
         raise UnknownError("EK() takes three values")
     numbers = [state.variables.number(found["number"]) for text in inputs[:2] if (found := _ROOT.fullmatch(text))]
     if len(numbers) != 2:
-        raise UnknownError(f"{inputs[0]} and {inputs[1]} are no MACHINE_DEF[n].ROOT and .MECH_TYPE")
+        raise UnknownError(f"{inputs[0]} and {inputs[1]} are not MACHINE_DEF[n].ROOT and .MECH_TYPE")
     values = state.frame_of(state.variables.value(inputs[2]))
     wanted = state.machine.controller.mechanism
     if wanted is None:

@@ -331,7 +331,7 @@ class State:
     def frame_of(self, value: Value) -> tuple[float, ...]:
         """X..C of an aggregate that gives all six; raises UnknownError."""
         if not isinstance(value, dict):
-            raise UnknownError("it is no frame")
+            raise UnknownError("it is not a frame")
         missing = [name for name in "XYZABC" if not isinstance(value.get(name), int | float)]
         if missing:
             raise UnknownError(f"it leaves {', '.join(missing)} open")

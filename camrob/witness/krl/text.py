@@ -209,7 +209,7 @@ def read_source(path: Path) -> Source:
     except OSError as failure:
         raise KrlError(f"can't be read ({failure.strerror or failure})", path=path) from failure
     if b"\0" in text:
-        raise KrlError("is no text: it holds bytes that are 0", hint="export the program as text", path=path)
+        raise KrlError("is not text: it holds bytes that are 0", hint="export the program as text", path=path)
     if b"\r" in text:
         text = text.replace(b"\r\n", b"\n")
         if b"\n\r" in text:

@@ -130,10 +130,10 @@ class Variables:
         node = place.setdefault(head, {})
         for part in parts[:-1]:
             if not isinstance(node, dict):
-                raise UnknownError(f"{name} is no aggregate")
+                raise UnknownError(f"{name} is not an aggregate")
             node = node.setdefault(part, {})
         if not isinstance(node, dict):
-            raise UnknownError(f"{name} is no aggregate")
+            raise UnknownError(f"{name} is not an aggregate")
         node[parts[-1]] = value
 
     def keep(self, place: Scope, head: str) -> None:
@@ -159,7 +159,7 @@ class Variables:
         """The finite number that an expression stands for; raises UnknownError."""
         value = self.value(text)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise UnknownError(f"{text} is no number")
+            raise UnknownError(f"{text} is not a number")
         return float(value)
 
     def truth(self, text: str) -> bool:

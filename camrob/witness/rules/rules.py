@@ -86,17 +86,17 @@ def compare(story: Story, run: Run, terms: Terms) -> Comparison:
     change = None if terms.change is None else _stands(run, terms.change, terms)
     clear = Clear.around(file, story.way[file.rows] == Way.RAPID, terms.corners)
     match = walk(file, story, prog, run, home, clear, Tolerance(terms.chord, terms.decimated))
-    told = event_rule(match, file, story, run)
-    scene = Scene(match, file, story, run, told, clear, home, change)
+    events = event_rule(match, file, story, run)
+    scene = Scene(match, file, story, run, events, clear, home, change)
     objections += [*match.objections, *rounded_holes(match, story, run)]
     objections += feed_objections(match, story, run, terms.rapid, terms.slower_allowed)
     objections += [] if terms.axis_speed is None else axis_speed_objections(match, story, run, terms.axis_speed)
-    objections += told.objections
+    objections += events.objections
     fittings = Fittings(terms.tools, terms.spindle_rpm, terms.loads)
     objections += state_objections(scene, fittings)
     against, gaps = load_objections(scene, fittings)
     objections += against
-    return Comparison(objections, match.met, told.met, [*_unjudged(match, file, story, run, terms.rapid), *gaps])
+    return Comparison(objections, match.met, events.met, [*_unjudged(match, file, story, run, terms.rapid), *gaps])
 
 
 def _from_where_it_stands(story: Story) -> Story:

@@ -17,7 +17,7 @@ from camrob.witness.happenings import Event, Kind, Objection, Run, Story, Way
 from camrob.witness.rules.rules_geometry import POSITION, Track, lengths_to
 from camrob.witness.rules.rules_path import Match
 
-__all__ = ["State", "Told", "event_rule", "last_cut", "states_after"]
+__all__ = ["EventsFound", "State", "event_rule", "last_cut", "states_after"]
 
 _SPINDLE = (Kind.SPINDLE_ON, Kind.SPINDLE_OFF)
 _COOLANT = (Kind.COOLANT_ON, Kind.COOLANT_OFF)
@@ -54,7 +54,7 @@ def states_after(events: tuple[Event, ...]) -> list[State]:
 
 
 @dataclass(slots=True)
-class Told:
+class EventsFound:
     """What came out. state: the file's, from its motion (of the placed track) on: (motion, state) in order. added: program's
     events (their indices) that the file lacks and a program may have; turns: such as stop the spindle before it
     turns the other way. met: events of the file that the program has too.
@@ -82,9 +82,9 @@ def _same(event: Event, wanted: Event) -> bool:
     return event.kind != Kind.TOOL or event.value == wanted.value
 
 
-def event_rule(match: Match, file: Track, story: Story, run: Run) -> Told:
+def event_rule(match: Match, file: Track, story: Story, run: Run) -> EventsFound:
     """The rule over matched stories; OUTPUT events are left to others."""
-    told = Told()
+    found = EventsFound()
     passed = _passed(match, len(file))
     wanted: dict[int, list[tuple[Event, bool]]] = defaultdict(list)
     for event in story.events:
@@ -98,7 +98,7 @@ def event_rule(match: Match, file: Track, story: Story, run: Run) -> Told:
         if event.kind == Kind.OUTPUT:
             continue
         if place is None:
-            told.objections.append(
+            found.objections.append(
                 _objection("event-extra", "stands in the middle of a motion of the file", event, run)
             )
         elif place >= 0:
@@ -114,10 +114,10 @@ def event_rule(match: Match, file: Track, story: Story, run: Run) -> Told:
         group = _Group(
             wanted[place], given[place], run, match.flying, file_state, state, place == 0, place >= cut, place in free
         )
-        group.match(told)
+        group.match(found)
         file_state, state = group.file_state, group.state
-        told.state.append((place, file_state))
-    return told
+        found.state.append((place, file_state))
+    return found
 
 
 def _put_off(wanted: dict[int, list[tuple[Event, bool]]], match: Match, file: Track, story: Story, run: Run) -> None:
@@ -182,7 +182,7 @@ class _Group:
     ends: bool  # nor a cut after it
     free: bool  # part of what happens here was not read
 
-    def match(self, told: Told) -> None:
+    def match(self, found: EventsFound) -> None:
         """Pairs them off, and leaves both states as they are afterwards."""
         done = 0
         for at, k in enumerate(self.given):
@@ -191,23 +191,23 @@ class _Group:
             if hit is not None:
                 for passed, _ in self.wanted[done : hit + 1]:
                     self.file_state = self.file_state.after(passed)
-                told.met += hit + 1 - done
+                found.met += hit + 1 - done
                 done = hit + 1
             elif self._turns(event, at):
-                told.turns.append(k)
+                found.turns.append(k)
             elif self.free or self._allowed(event, at):
-                told.added.append(k)
+                found.added.append(k)
             else:
-                told.objections.append(_objection("event-extra", self._why(done), event, self.run))
+                found.objections.append(_objection("event-extra", self._why(done), event, self.run))
             self.state = self.state.after(event)
         final = self._final()
         for k in range(done, len(self.wanted)):
             event, _ = self.wanted[k]
             kept = event.kind in (*_SPINDLE, *_COOLANT) and _alike(self.state, final, event)
             if not (kept or self._idle(k, self.file_state) or self.free):
-                told.objections.append(_lost(event))
+                found.objections.append(_lost(event))
             else:
-                told.met += 1
+                found.met += 1
             self.file_state = self.file_state.after(event)
         if self.free:
             self.file_state = self.state

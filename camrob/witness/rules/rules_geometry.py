@@ -73,7 +73,7 @@ class Motion:
     center: Vec
     normal: Vec
     angle: float
-    curved: bool = False  # a piece of a curve, told in small steps
+    curved: bool = False  # a piece of a curve, given in small steps
     across: tuple[Vec, Vec] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # of an arc: unit, where it starts, and a quarter on
     radii: tuple[float, float] = (0.0, 0.0)
     heights: tuple[float, float] = (0.0, 0.0)  # along the normal, from the centre

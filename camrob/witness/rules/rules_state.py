@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Event, Gap, Kind, Load, Objection, Run, Story, Way
-from camrob.witness.rules.rules_events import State, Told, last_cut, states_after
+from camrob.witness.rules.rules_events import EventsFound, State, last_cut, states_after
 from camrob.witness.rules.rules_geometry import Clear, Track, Vec
 from camrob.witness.rules.rules_path import Match
 from camrob.witness.units import deg_to_rad, mm_to_m
@@ -33,8 +33,8 @@ _PLACE, _TURN = 2e-6, deg_to_rad(0.005)  # of `$TOOL`: three decimals
 
 @dataclass(frozen=True, slots=True)
 class Fittings:
-    """What set-up and cell say. tools: number to flange_T_tool (4, 4), 0 the one that serves all others; spindle_rpm: least and
-    most, None where not known. loads: number to mass (kg) and its centre X, Y, Z on the flange (m), where the set-up states it.
+    """What set-up and cell say. tools: number to flange_T_tool (4, 4), 0 the one that stands for all others; spindle_rpm: least
+    and most, None where not known. loads: number to mass (kg) and its centre X, Y, Z on the flange (m), where the set-up has it.
     """
 
     tools: dict[int, Array]
@@ -64,7 +64,7 @@ class Scene:
     file: Track
     story: Story
     run: Run
-    told: Told
+    events: EventsFound
     clear: Clear
     home: NDArray[np.bool_]
     change: NDArray[np.bool_] | None = None
@@ -103,7 +103,7 @@ def _at_cuts(scene: Scene, fittings: Fittings) -> Iterator[Objection]:
     story, run, match = scene.story, scene.run, scene.match
     states = states_after(run.events)
     j, i = match.pairs[:, 0], match.pairs[:, 1]
-    file = np.searchsorted([k for k, _ in scene.told.state], np.searchsorted(scene.file.rows, i), side="right") - 1
+    file = np.searchsorted([k for k, _ in scene.events.state], np.searchsorted(scene.file.rows, i), side="right") - 1
     prog = np.searchsorted([event.before for event in run.events], j, side="right")
     cut = (story.way[i] != Way.RAPID).astype(np.int64)
     keys = np.stack([file, prog, run.tool[j], cut], axis=1)
@@ -112,7 +112,7 @@ def _at_cuts(scene: Scene, fittings: Fittings) -> Iterator[Objection]:
     fresh[1:] = (keys[order][1:] != keys[order][:-1]).any(axis=1)
     said: set[str] = set()
     for k in sorted(order[fresh], key=lambda k: (int(j[k]), int(i[k]))):
-        wanted, state = scene.told.state[int(file[k])][1], states[int(prog[k])]
+        wanted, state = scene.events.state[int(file[k])][1], states[int(prog[k])]
         lines = int(story.path.line[i[k]]), int(run.path.line[j[k]]), int(run.file[j[k]])
         found = dict(_tool_frame(fittings, wanted, run.tools[int(run.tool[j[k]])]))
         if cut[k]:
@@ -170,7 +170,7 @@ def load_objections(scene: Scene, fittings: Fittings) -> tuple[list[Objection], 
     held = np.searchsorted([load.before for load in run.loads], rows, side="right") - 1
     fresh = np.sort(np.unique(np.stack([wanted, held], axis=1), axis=0, return_index=True)[1])
     for k in fresh.tolist():
-        number = scene.told.state[int(wanted[k])][1].tool
+        number = scene.events.state[int(wanted[k])][1].tool
         load, row = run.loads[int(held[k])] if held[k] >= 0 else None, int(rows[k])
         against, unsure = _weighed(fittings.load(number), load, f"tool {number}" if number else "the tool")
         lines = int(run.path.line[row]), int(run.file[row])
@@ -186,10 +186,10 @@ def _wanted_tools(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Motions of the run, and for each the file's state whose tool it is made with: that of the next motion that meets the
     file, or of the one before, with no change of tools of the program between.
     """
-    run, told, match = scene.run, scene.told, scene.match
+    run, events, match = scene.run, scene.events, scene.match
     order = np.argsort(match.pairs[:, 0], kind="stable")
     meets, i = match.pairs[order, 0], match.pairs[order, 1]
-    state = np.searchsorted([k for k, _ in told.state], np.searchsorted(scene.file.rows, i), side="right") - 1
+    state = np.searchsorted([k for k, _ in events.state], np.searchsorted(scene.file.rows, i), side="right") - 1
     rows = np.arange(len(run))
     changes = [event.before for event in run.events if event.kind == Kind.TOOL]
     stretch = np.searchsorted(changes, rows, side="right")
@@ -219,8 +219,8 @@ def _weighed(meant: tuple[float, ...] | None, load: Load | None, tool: str) -> t
 
 def _changes(scene: Scene, fittings: Fittings) -> Iterator[Objection]:
     """Tool changes, starts of the spindle, and what was switched off besides."""
-    states, added = states_after(scene.run.events), set(scene.told.added)
-    turned = {k + 1 for k in scene.told.turns}
+    states, added = states_after(scene.run.events), set(scene.events.added)
+    turned = {k + 1 for k in scene.events.turns}
     for k, event in enumerate(scene.run.events):
         before = states[k]
         if event.kind == Kind.TOOL:

@@ -159,7 +159,7 @@ class Expression:
         """A literal, a variable, a call, an aggregate, a bracket, or one of these with a sign."""
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise KrlError("an expression is nested too deeply", hint="this is no ordinary KRL program")
+            raise KrlError("an expression is nested too deeply", hint="this is not an ordinary KRL program")
         try:
             return self._unnested()
         finally:

@@ -117,7 +117,7 @@ def _routines(path: Path, statements: Mapping[int, str]) -> dict[str, Routine]:
                 )
             open_at = (line, found[2].upper(), found[3] or "")
         elif word in ("DEF", "DEFFCT"):
-            raise KrlError(f"{shown(text)!r} is no DEF line", hint="write DEF NAME ( )", path=path, line=line + 1)
+            raise KrlError(f"{shown(text)!r} is not a DEF line", hint="write DEF NAME ( )", path=path, line=line + 1)
         elif word in ("END", "ENDFCT") and text.upper() == word:
             if open_at is None:
                 raise KrlError(f"{word} without a DEF before it", hint="the file is damaged", path=path, line=line + 1)

@@ -279,8 +279,8 @@ class _Reader:
         arguments = expression.arguments()
         found = (module, module.routines[name]) if name in module.routines else self._external(name)
         if found is None:
-            told = f"{shown(name)}(...) is not in the folder: what it does, and whether it moves, is not known"
-            machine.find("call-unknown", told, line + 1)
+            what = f"{shown(name)}(...) is not in the folder: what it does, and whether it moves, is not known"
+            machine.find("call-unknown", what, line + 1)
             machine.act(text)
             return
         after = self._call(*found, arguments)

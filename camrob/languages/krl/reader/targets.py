@@ -38,7 +38,7 @@ def target_of(aggregate: Aggregate, word: str, rows: KrlRows) -> Target:
         axes = word == "PTP" and rows.axes is not None
     types = _AXIS_TYPES if axes else _POSE_TYPES
     if aggregate.type and aggregate.type not in types:
-        raise KrlError(f"{shown(aggregate.type)} is no type of a target", hint="write E6POS or E6AXIS")
+        raise KrlError(f"{shown(aggregate.type)} is not a type of a target", hint="write E6POS or E6AXIS")
     allowed = types[aggregate.type or ("E6AXIS" if axes else "E6POS")]
     for name in fields:
         if name not in allowed:
@@ -81,5 +81,5 @@ def _bits(name: str, value: Value) -> int:
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if isinstance(value, bool) or not isinstance(value, int) or not -1 <= value < 2**15:
-        raise KrlError(f"{name} is no whole number", hint=f"write {name} as a number or as bits, 'B010'")
+        raise KrlError(f"{name} is not a whole number", hint=f"write {name} as a number or as bits, 'B010'")
     return value

@@ -52,14 +52,14 @@ def statement_of(line: str) -> str:
 def tokens_of(statement: str) -> tuple[Token, ...]:
     """Tokens of a statement, an `end` behind them. Raises KrlError (without a place) for what is no KRL."""
     if len(statement) > _LONGEST_STATEMENT:
-        raise KrlError(f"a statement of {len(statement)} characters", hint="this is no KRL program")
+        raise KrlError(f"a statement of {len(statement)} characters", hint="this is not a KRL program")
     tokens: list[Token] = []
     at = 0
     while at < len(statement):
         found = _TOKEN.match(statement, at)
         if found is None:
             raise KrlError(
-                f"{shown(statement[at:], 20)!r} is no KRL", hint="see the statement " + repr(shown(statement))
+                f"{shown(statement[at:], 20)!r} is not KRL", hint="see the statement " + repr(shown(statement))
             )
         kind = found.lastgroup or "sign"
         text = found[kind]

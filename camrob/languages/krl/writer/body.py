@@ -246,14 +246,14 @@ def _check(program: Program, ptp: NDArray[np.bool_], events: dict[int, list[Prog
         raise ValueError("a PTP to a pose needs its S and T")
     for row, some in events.items():
         if not 0 <= row <= count or (row < count and end[row]):
-            raise ValueError(f"an event stands at {row}, which is no place between the {count} motions")
+            raise ValueError(f"an event stands at {row}, which is not a place between the {count} motions")
         if any(e.kind is ProgramEventKind.TOOL and int(e.value) not in range(len(program.tools)) for e in some):
             raise ValueError(f"before motion {row} a tool is mounted that the program does not hold")
         loads = [int(e.value) for e in some if e.kind is ProgramEventKind.LOAD]
         if any(k not in range(len(program.loads)) or not _is_load(program.loads[k]) for k in loads):
             raise ValueError(f"before motion {row} a load is set that the program does not hold, or that is none")
         if any(e.kind is ProgramEventKind.DWELL and not 0.0 <= e.value < _LARGEST for e in some):
-            raise ValueError(f"the dwell before motion {row} is no time")
+            raise ValueError(f"the dwell before motion {row} is not a time")
 
 
 def _is_load(load: NDArray[np.float64]) -> bool:

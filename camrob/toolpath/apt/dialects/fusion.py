@@ -85,7 +85,7 @@ def _mode(m: Machine, s: Statement) -> None:
     del m
     if re.search(r"\bTURN\b", s.text, re.IGNORECASE):
         raise ToolpathError(
-            "a turning operation (MODE/TURN): no part turns against a standing tool here",
+            "a turning operation (MODE/TURN): no part turns against a tool at rest here",
             hint="give the milling operations a CL file of their own",
             line=s.line,
         )

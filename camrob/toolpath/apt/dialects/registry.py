@@ -32,7 +32,7 @@ def choose_dialect(head: str, forced: str | None = None) -> Dialect:
     best = max(DIALECTS.values(), key=lambda d: d.recognise(head))
     if best.recognise(head) == 0:
         raise ToolpathError(
-            "this is no CL data of a kind that camrob knows",
+            "this is not CL data of a kind that camrob knows",
             hint="output CL data as text (NX: CLSF; Creo: ncl; CATIA: aptsource; others: APT); if it is, name its dialect: "
             + ", ".join(DIALECTS),
         )

@@ -30,7 +30,7 @@ def split_programs(
     programs: dict[int, tuple[int, int]] = {}
     for first, end, number in real:
         if number in programs:
-            raise ToolpathError(f"O{number} stands twice in the file", hint="keep one", path=path, line=first + 1)
+            raise ToolpathError(f"O{number} appears twice in the file", hint="keep one", path=path, line=first + 1)
         programs[number] = (first, end)
     called = {int(n) % REPEATS for text in raw for n in _CALLED.findall(text.upper())}
     free = [p for p in real if p[2] not in called]

@@ -62,7 +62,7 @@ class _Program:
             match = _LABEL.match(text)
             if match and match[1] != "0":
                 if match[1] in self._labels:
-                    raise ToolpathError(f"LBL {match[1]} stands twice", hint="keep one", path=path, line=number)
+                    raise ToolpathError(f"LBL {match[1]} appears twice", hint="keep one", path=path, line=number)
                 self._labels[match[1]] = index
         called = {match[1] for _, text in self._texts if (match := _TOOL.match(text))}
         self._moves.one_name = len(called) == 1

@@ -30,17 +30,17 @@ def motion_words(text: str) -> tuple[dict[str, str], list[int]]:
     while at < len(text):
         match = _WORD.match(text, at)
         if match is None or match.end() == at:
-            raise ToolpathError(f"{text[at : at + 16]!r} is no word of a motion", hint="check the block")
+            raise ToolpathError(f"{text[at : at + 16]!r} is not a word of a motion", hint="check the block")
         at = match.end()
         name, value = match[1], match[2] or ""
         if name == "M" and not value.isdigit():
-            raise ToolpathError(f"M{value} is no M function", hint="check the block")
+            raise ToolpathError(f"M{value} is not an M function", hint="check the block")
         if name == "M":
             codes.append(int(value))
             if value == "140":
                 raise ToolpathError("M140 in a motion", hint="give it a block of its own")
         elif name in words:
-            raise ToolpathError(f"the word {name} stands twice in one block", hint="split the block")
+            raise ToolpathError(f"the word {name} appears twice in one block", hint="split the block")
         else:
             words[name] = value
     return words, codes

@@ -207,9 +207,9 @@ class _Program:
         first, last = places[match[1]], places[match[2]] if match[2] else here - 1
         times = 1 if match[3] is None else whole(self.value(match[3]), "P")
         if first > last or first <= here <= last or not 1 <= times <= _MOST_REPEATS:
-            raise ToolpathError(f"{text[:24]} of a part that holds itself, or too often", hint="write the loop out")
+            raise ToolpathError(f"{text[:24]} of a part that holds itself, or too often", hint="unroll the loop")
         if len(self._repeats) > DEEPEST:
-            raise ToolpathError(f"REPEAT nested more than {DEEPEST} deep", hint="write the loops out")
+            raise ToolpathError(f"REPEAT nested more than {DEEPEST} deep", hint="unroll the loops")
         self._repeats.append((first, last, times - 1, self._at))
         self._at = first
 

@@ -222,7 +222,7 @@ class SiemensWords:
                 continue
             match = _ADDRESS.match(rest)
             if match is None:
-                raise ToolpathError(f"{rest[:16]!r} is no word of a block", hint="check the block")
+                raise ToolpathError(f"{rest[:16]!r} is not a word of a block", hint="check the block")
             reader.at += match.end()
             self._address(match[1], match[2] is not None, reader, found)
         return found
@@ -290,7 +290,7 @@ class SiemensWords:
         elif name in "LP":
             raise ToolpathError("a subprogram call (L, P) that is not read", hint="put its motions into the program")
         elif name in "UVWOQRE":
-            raise ToolpathError(f"{name}{value:g} is no word that is read here", hint="export X, Y, Z, A, B, C")
+            raise ToolpathError(f"{name}{value:g} is not a word that is read here", hint="export X, Y, Z, A, B, C")
         else:
             found.append((name, value, is_whole))
 

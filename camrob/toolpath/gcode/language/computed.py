@@ -18,7 +18,7 @@ def words_of(reader: Reader, *, stops: str = "") -> list[Word]:
     while reader.rest and reader.rest[0] not in stops:
         letter = reader.rest[0]
         if not ("A" <= letter <= "Z"):
-            raise ToolpathError(f"{reader.rest[:16]!r} is no G-code word", hint="every word is a letter and a value")
+            raise ToolpathError(f"{reader.rest[:16]!r} is not a G-code word", hint="every word is a letter and a value")
         reader.at += 1
         before = reader.at
         negative = False

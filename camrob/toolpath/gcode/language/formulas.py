@@ -26,7 +26,7 @@ _EVEN = 1e-9  # two numbers that differ by less are one, as with a control's own
 def whole(value: float, what: str) -> int:
     """A value that has to be a whole number. Raises ToolpathError for another one."""
     if not math.isfinite(value) or abs(value - round(value)) > _EVEN * max(1.0, abs(value)):
-        raise ToolpathError(f"{what} {value:g} is no whole number", hint="check the expression")
+        raise ToolpathError(f"{what} {value:g} is not a whole number", hint="check the expression")
     return round(value)
 
 

@@ -37,7 +37,7 @@ class ForeignReader(GcodeReader, ABC):
 
     @property
     def tell(self) -> Teller:
-        """Where the story is told."""
+        """Where the story is collected."""
         return self._tell
 
     @property
