@@ -319,7 +319,7 @@ def test_the_end_of_a_mirror_is_no_move() -> None:
 
 SAMPLE = (
     "G21 G90 G54\nT1 M6\nS3000 M3\nG0 X0 Y0 Z45\nG1 Z2 F300\nM8\nX20\nF500\nY5\nG4 P1\nG3 X25 Y10 I5 J0\nG0 Z50\nS4000\n"
-    "G0 X26 Y0\nG91 G28 Z0\nM5\nG90\nT2 M6\nM4\nG0 X26 Y0\nZ5\nG1 Z2\nG55\nG0 X1 Y1 Z9\nG1 Z1\nM9\nX40\nG53 G0 Z0\nM30\n"
+    "G0 X26 Y0\nG91 G28 Z0\nM5\nG90\nT2 M6\nM4\nG0 X26 Y0\nZ5\nG1 Z2\nG53 G0 Z0\nG0 X1 Y1 Z9\nG1 Z1\nM9\nX40\nG53 G0 Z0\nM30\n"
 )
 
 
