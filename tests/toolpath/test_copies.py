@@ -79,6 +79,7 @@ def test_tracut_transforms_till_it_is_called_off(tmp_path: Path) -> None:
         (f"INDEX/1\n{GROOVE}COPY/1,MODIFY,-1,0,0,0,0,1,0,0,0,0,1,0,1\n", "mirrored"),
         (f"INDEX/1\nTRACUT/1,0,0,1,0,1,0,0,0,0,1,0\n{GROOVE}COPY/1,SAME,1\n", "TRACUT in it"),
         (f"INDEX/1\n{GROOVE}FINI\nCOPY/1,SAME,1\n", "after the program's end"),
+        (f"INDEX/1\n{GROOVE}COPY/1,SAME,1\nCOPY/1,TRANSL,0,9,0,1\n", "a second time"),
         ("INDEX/1,NOMORE\n", "another form"),
         ("TRACUT/1,0,0\n", "not 12"),
         ("CUTCOM/NORMDS\n", "compensation in space"),

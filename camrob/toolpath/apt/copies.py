@@ -29,9 +29,12 @@ _NUMBERS = {"SAME": 0, "TRANSL": 3, "XYROT": 1, "MODIFY": 12}
 
 @dataclass(slots=True)
 class Stretch:
-    """What stands behind an INDEX: runs of GOTO, statements with the RAPID open before them; and the axis at its start."""
+    """What stands behind an INDEX: runs of GOTO, statements with the RAPID open before them; the axis at its start,
+    and whether a COPY has had it.
+    """
 
     axis: NDArray[np.float64]
+    copied: bool = False
     items: list[tuple[Rows | Statement, bool]] = field(default_factory=list)
 
 
@@ -86,6 +89,10 @@ class Copies:
         found = self._open.get(int(number)) if isinstance(number, float) else None
         if found is None:
             raise ToolpathError("COPY without its INDEX", hint="output the copies as points", line=s.line)
+        if found.copied:
+            what = f"COPY/{int(number)} a second time: whether the first copies belong to its stretch nobody says"
+            raise ToolpathError(what, hint="output the copies as points", line=s.line)
+        found.copied = True
         inner = next((i for i, _ in found.items if isinstance(i, Statement) and i.word in _FRAMES), None)
         if inner is not None:
             raise ToolpathError(f"COPY of a stretch with {inner.word} in it", hint="output its points", line=s.line)

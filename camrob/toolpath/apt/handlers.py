@@ -66,10 +66,10 @@ class Interpreter:
             "GOHOME": self._gohome, "GODLTA": self._godlta, "CYCLE": self._cycle, "CUTCOM": self._cutcom,
             "TLCOMP": self._cutcom, "TLAXIS": self._tlaxis, "ROTABL": self._rotabl, "TOOL PATH": self._tool_path,
             "END-OF-PATH": self._close, "OPFEATSTART": self._feature, "OPFEATEND": self._close, "SETUP": self._setup,
-            "PPRINT": self._pprint,  "INSERT": self._insert,
+            "PPRINT": self._pprint, "INSERT": self._insert,
             "NURBS": self._nurbs, "KNOT": self._nurbs, "CNTRL": self._nurbs, "SYN": self._syn, "SET": self._set,
             "MODE": self._set, "UNITS": self._units, "UNIT": self._units, "FINI": self._end, "END": self._end,
-                         "MULTAX": self._multax,
+            "MULTAX": self._multax,
             "COPY": lambda s: self.copies.run(s, self.m, self._take, self.rows),
             "INDEX": lambda s: self.copies.index(s, self.m.axis_raw),
         }  # fmt: skip
