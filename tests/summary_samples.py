@@ -197,6 +197,21 @@ DIAGNOSIS: dict[str, Any] = {
     },
     "alternatives": [{"effects": ["backlash"], "probability": 1.0}],
     "within": {"setpoint_to_encoder": "noise", "encoder_to_tcp": "beyond"},
+    "within_values": {
+        name: {
+            "rms_mm": size,
+            "p95_mm": 2 * size,
+            "noise_mm": 0.03,
+            "noise_told": True,
+            "tolerance_mm": None,
+            "axis": axis,
+        }
+        | {"within": within}
+        for name, size, axis, within in (
+            ("setpoint_to_encoder", 0.01, "A1", "noise"),
+            ("encoder_to_tcp", 0.3, "", "beyond"),
+        )
+    },
     "unknown": {
         "probability": 0.01,
         "rms_mm": 0.0,

@@ -45,11 +45,12 @@ from camrob.gap.observation.clocks import Alignment, align
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene
 from camrob.gap.path_errors import fitted_errors, withheld_errors
-from camrob.gap.pose_sets import fitted_scenes, frozen_frames, with_whole_postures, withheld_scene
+from camrob.gap.pose_sets import fitted_scenes, frozen_frames, relaid_scenes, with_whole_postures, withheld_scene
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
 from camrob.gap.verdict.plausible import unusual
 from camrob.gap.verdict.remains import suspects
 from camrob.gap.verdict.verdict import Verdict, judge_effects
+from camrob.gap.verdict.within import tolerance_of
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame
@@ -104,15 +105,20 @@ def diagnose(
     alignment = align([s for s in scenes if s.tracked])
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
-    model = compare(scenes, [e for e in effects if not (in_world and e.hidden_in_world)])
+    compared = [e for e in effects if not (in_world and e.hidden_in_world)]
+    first = model = compare(scenes, compared)
+    if relaid := relaid_scenes(model):
+        scenes, model = relaid, compare(relaid, compared)
     model = with_whole_postures(model)
     tell("withholding", 0.7)
     trial = frozen_frames(model, trial_of(model, kept_out))
     verdict = judge_effects(model, trial, effects, in_world=in_world)
     model = verdict.model
+    shown = first if relaid else model  # the gap is what frames that fit best leave, whatever explains it
     tell("locating", 0.85)
-    corners = judge_corners(tracks, model.noise, known=any("program_to_setpoint" in e.stages for e in effects))
-    summary = with_corners(_summary(model, verdict, by_stage, alignment, kept_out), corners)
+    rounding = any("program_to_setpoint" in e.stages for e in effects)
+    corners = judge_corners(tracks, model.noise, known=rounding, tolerance=tolerance_of(scenes))
+    summary = with_corners(_summary(shown, verdict, by_stage, alignment, kept_out), corners)
     summary |= {"axes_report": axes_report(scenes), "added_load": load_from_drives(scenes)}
     summary |= {"where": {**summary["where"], "timing": timings}, "effects": _with_unusual(summary["effects"], model)}
     summary["instrument"] = instrument_suspect(model, summary["effects"])

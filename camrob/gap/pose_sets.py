@@ -15,15 +15,17 @@ from camrob.gap.evidence.shrink import Trial
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.gap.observation.unknown_frames import Frames, left_twists, right_twists
 from camrob.measurement.log import MeasurementLog
+from camrob.se3 import exp
 from camrob.units import deg_to_rad
 
-__all__ = ["fitted_scenes", "frozen_frames", "with_whole_postures", "withheld_scene"]
+__all__ = ["fitted_scenes", "frozen_frames", "relaid_scenes", "with_whole_postures", "withheld_scene"]
 
 Array = NDArray[np.float64]
 
 FEWEST = 4  # poses of a withheld log whose frame and target are known
 _SAME_POSTURE = deg_to_rad(0.05)  # and m / 1000: axes that differ by less stand where they stood
 _RANK = 1e-9
+_BENT = 0.3  # of the noise: what a frame's turn may be off its straight line
 
 
 def fitted_scenes(logs: Sequence[MeasurementLog], cells: Sequence[Cell]) -> tuple[Scene, ...]:
@@ -59,6 +61,34 @@ def withheld_scene(log: MeasurementLog, cell: Cell, scenes: Sequence[Scene]) -> 
 
 def _named(scenes: Sequence[Scene], name: str) -> Scene | None:
     return next((s for s in scenes if name and s.name == name), None)
+
+
+def relaid_scenes(model: Model) -> tuple[Scene, ...]:
+    """The logs laid out with their frames where the best set puts them, where it moves these by so much that turns no longer add
+    up: what a zero of two degrees does to frames that were fitted without it would else go to another name. () for small ones.
+    """
+    scenes, far = [], False
+    for k, scene in enumerate(model.scenes):
+        twists = [_twist(model, scene, k, side) for side in (0, 1)]
+        L, R = scene.frames.left, scene.frames.right
+        frames = Frames(exp(twists[0]) @ L, R @ exp(twists[1]), scene.frames.fitted_left, scene.frames.fitted_right)
+        scenes.append((scene, frames))
+        there = exp(twists[0]) @ scene.nominal @ exp(twists[1])
+        straight = left_twists(scene.nominal) @ twists[0] + right_twists(scene.nominal) @ twists[1]
+        bend = there[:, :3, 3] - scene.nominal[:, :3, 3] - straight[:, :3]
+        far |= float(np.sqrt(np.mean(np.sum(bend**2, axis=1)))) > _BENT * model.noise
+    return tuple(make_scene(s.log, s.cell, laid=frames, least=len(s)) for s, frames in scenes) if far else ()
+
+
+def _twist(model: Model, scene: Scene, number: int, side: int) -> Array:
+    """(6,) by which the best set moves a log's frame (side 0) or target (1); 0 where that is known."""
+    name = (scene.log.info.same_frame_as, scene.log.info.same_target_as)[side]
+    for i, unit in enumerate(model.units):
+        owner, _, log = unit.key.partition("|")
+        which = owner.removeprefix(("left", "right")[side])
+        if unit.effect == NUISANCE and (which == str(number) or (name and which.isdigit() and log == name)):
+            return np.asarray(model.best.mean[model.design.owner == i])
+    return np.zeros(6)
 
 
 def frozen_frames(model: Model, trial: Trial) -> Trial:

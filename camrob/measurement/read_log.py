@@ -74,7 +74,12 @@ def _check_names(names: Sequence[str], path: Path) -> None:
             raise LogError(
                 f"has a column {shown}", hint=f"name it {known[bare]}, in the format's unit", path=path, line=1
             )
-        raise LogError(f"has a column {shown}", hint=f"the format has {', '.join(COLUMNS)}", path=path, line=1)
+        raise LogError(
+            f"has a column {shown}",
+            hint=f"leave it out, or name it as the format does: {', '.join(COLUMNS)}",
+            path=path,
+            line=1,
+        )
     for name in names:
         if names.count(name) > 1:
             raise LogError(f"has the column {name} twice", hint="leave one", path=path, line=1)

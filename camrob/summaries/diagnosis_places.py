@@ -27,6 +27,7 @@ __all__ = [
     "RunStandard",
     "RunTiming",
     "SpeedSpread",
+    "StageWithin",
     "Standard",
     "SteadySpeed",
     "Stretch",
@@ -291,3 +292,18 @@ class Places(OpenSummary):
     further_regimes: Mapping[str, float]
     program_left_mm: float | None = left_out()
     timing: tuple[RunTiming, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageWithin(OpenSummary):
+    """What a logged stage is within, and by which values: rms and 95 % at the tool, its noise, told by LOG.toml or found, and the
+    tolerance that LOG.toml names, None where it does not. axis: of drives, the one that decides; its values are over the work.
+    """
+
+    within: str
+    rms_mm: float
+    p95_mm: float
+    noise_mm: float
+    noise_told: bool
+    tolerance_mm: float | None
+    axis: str

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
-from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, Standard
+from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, StageWithin, Standard
 
 __all__ = [
     "Alternative",
@@ -350,7 +350,7 @@ class DiagnosisSummary(OpenSummary):
     """The diagnosis: the gap, where it lies, the effects that cause it, how far it shrinks, and what stays unknown.
 
     status: "explained", "partly explained", "unexplained" or "no gap". within: by logged stage, what the gap is within, "noise"
-    or "tolerance", or "beyond". aliases: effects that these logs can't tell apart.
+    or "tolerance", or "beyond"; within_values: by which values. aliases: effects that these logs can't tell apart.
     axes_report: axes of which both ends are logged. added_load: None where no drive shows it. experiment: None where there is
     nothing to tell apart.
     """
@@ -362,6 +362,7 @@ class DiagnosisSummary(OpenSummary):
     latency_s: Latency
     status: str
     within: Mapping[str, str]
+    within_values: Mapping[str, StageWithin]
     effects: tuple[EffectFound, ...]
     together: Together
     alternatives: tuple[Alternative, ...]

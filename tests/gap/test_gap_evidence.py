@@ -13,6 +13,7 @@ from camrob.errors import LogError
 from camrob.gap.diagnose import diagnose
 from camrob.gap.effects.effect import EffectParameter, Unit
 from camrob.gap.evidence.design import Design
+from camrob.gap.evidence.evidence import _SHARES as SHARES
 from camrob.gap.evidence.evidence import COUNTS_FROM, Evidence
 from camrob.gap.evidence.search import posterior
 
@@ -43,6 +44,41 @@ def two_alike(mix: float, wanted: tuple[float, float]) -> Evidence:
         X.T @ X / ROWS,
     )
     return Evidence(design, NOISE)
+
+
+def dense(X: np.ndarray, y: np.ndarray, widths: np.ndarray) -> float:
+    """Log density of unit noise and columns with Gaussian weights, but for its constant, by the covariance of all rows."""
+    covariance = np.eye(len(y)) + (X * widths**2) @ X.T
+    return -0.5 * float(y @ np.linalg.solve(covariance, y)) - 0.5 * float(np.linalg.slogdet(covariance)[1])
+
+
+def test_one_unit_more_or_less_is_worth_what_the_covariance_of_all_rows_says() -> None:
+    rng, counts = np.random.default_rng(5), (1, 2, 3, 1)
+    X = rng.normal(size=(40, 7)) @ (np.eye(7) + 0.4 * rng.normal(size=(7, 7)))
+    y = X @ rng.normal(0, 0.5, 7) + rng.normal(size=40)
+    owner = np.repeat(np.arange(4), counts)
+    units = tuple(
+        Unit(f"u{i}", "", tuple(EffectParameter(f"{i}{k}", "1", 1.0, -np.inf, np.inf) for k in range(n)))
+        for i, n in enumerate(counts)
+    )
+    gram, one = (X.T @ X)[None], np.ones(7)
+    design = Design(units, owner, gram, (X.T @ y)[None], np.array([y @ y]), np.array([40]), one, one, X.T @ X / 40)
+    evidence, members = Evidence(design, 0.1), frozenset({1, 3})
+    fitted = evidence.fit(members)
+    out, usual = evidence._widths
+    for other, (score, moved) in evidence.neighbours(fitted).items():
+        (unit,) = other ^ members
+        own, tried = owner == unit, [out]
+        if unit in other:
+            shares = {max(s, evidence._least[f"u{unit}"]) for s in SHARES}
+            tried = [np.maximum(share * usual, out) for share in shares]
+        widths = [np.where(own, t, fitted.widths) for t in tried]
+        gains = [dense(X, y, w) - dense(X, y, fitted.widths) for w in widths]
+        prior = evidence.prior(other) - evidence.prior(members)
+        assert score - fitted.score == pytest.approx(max(gains) + prior, abs=1e-8)
+        best = widths[int(np.argmax(gains))]
+        mean = np.linalg.solve(X.T @ X + np.diag(best**-2.0), X.T @ y)
+        assert moved == pytest.approx(float(np.sqrt(mean[own] @ design.moves[np.ix_(own, own)] @ mean[own])), rel=1e-8)
 
 
 def test_effects_far_larger_than_the_gap_that_cancel_cost_and_others_do_not() -> None:

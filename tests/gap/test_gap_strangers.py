@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from gap_cases import KR15
 from stranger_arms import KR, ONE, SEVEN, UR, Machine, placed, scattered
+from stranger_kinds import GANTRY, SCARA, files, kinds
 from stranger_logs import COLUMN, Brought, brought
 
 from camrob.calibration.error_model import ErrorModel
@@ -20,19 +21,18 @@ from camrob.cell.read_cell import read_cell
 from camrob.cli.app import run
 
 SURE = 0.8
-BROUGHT = brought()
+BROUGHT = brought() | kinds() | files()
 # of each kind one in the common run; the rest with --slow
 FIRST = (
     "ur: NaN", "ur: semicolons, commas", "ur: decimal commas between commas", "ur: metres", "ur: inches, known",
     "ur: milliseconds", "ur: duplicated time", "ur: no cA3", "ur: empty column", "ur: reading stuck",
     "ur: a header in capitals", "ur: one axis in radians", "ur: perfect poses", "ur: drives M", "bench: one axis",
+    "file: blank lines", "file: comment first", "file: tabs", "file: trailing comma", "file: column twice", "file: more columns",
+    "file: joint names", "file: clock times", "file: header alone", "file: empty", "file: five rows", "file: infinite",
+    "file: short row", "file: rows backwards", "scara: drives",
     "lift: in metres", "ur: 10 % gross, 30 poses", "ur: targets told",
 )  # fmt: skip
-OPEN = {"ur: no encoders": "without encoders a lag's second order is acceleration_error at 97 %"}
-NAMES = [
-    pytest.param(n, marks=pytest.mark.xfail(strict=True, reason=OPEN[n])) if n in OPEN else n
-    for n in (*FIRST, *(n for n in BROUGHT if n not in FIRST))
-]
+NAMES = [*FIRST, *(n for n in BROUGHT if n not in FIRST)]
 
 
 def cell_of(machine: Machine, folder: Path) -> Path:
@@ -82,7 +82,9 @@ def test_what_a_stranger_brings(name: str, tmp_path: Path, capsys: pytest.Captur
     assert sum(g["rows"] for g in found["instrument"]["gross"]) == case.gross or not case.gross
 
 
-@pytest.mark.parametrize("machine", [UR, KR, ONE, SEVEN, COLUMN], ids=["ur", "kr", "one", "seven", "lift"])
+@pytest.mark.parametrize(
+    "machine", [UR, KR, ONE, SEVEN, COLUMN, SCARA, GANTRY], ids=["ur", "kr", "one", "seven", "lift", "scara", "gantry"]
+)
 def test_hand_made_arms_stand_where_their_cells_do(machine: Machine, tmp_path: Path) -> None:
     """Or a log would be a stranger's to its own cell. The KR15's cell has its tool to a nanometre."""
     cell, axis = read_cell(cell_of(machine, tmp_path)), scattered(machine, 40, 1)

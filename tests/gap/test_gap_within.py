@@ -12,6 +12,8 @@ from camrob.gap.diagnose import diagnose
 from camrob.gap.observation.scene import make_scene
 from camrob.gap.verdict.within import drives_on_work
 from camrob.measurement.log import MeasurementLog
+from camrob.report.diagnosis.sentences import sentence
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 BEHIND = 2.4  # degrees that E2 stays behind, as one did in a log that was called "no gap"
 
@@ -34,6 +36,9 @@ def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is
     assert on_work == pytest.approx(np.sqrt(np.mean(distance**2)) * np.deg2rad(BEHIND), rel=0.02)
     assert found["status"] == "unexplained"
     assert found["within"] == {"encoder_to_tcp": "noise", "setpoint_to_encoder": "beyond"}
+    told = found["within_values"]["setpoint_to_encoder"]
+    assert (told["axis"], told["within"], told["tolerance_mm"]) == ("E2", "beyond", None)
+    assert told["rms_mm"] == pytest.approx(on_work)
     assert found["unknown"]["where"] == {"rung": "setpoint_to_encoder", "axes": ["E2"], "regimes": [], "comes_back": ""}
     assert found["unknown"]["text"].startswith("between set-point and encoder, E2 is off its set-point by 2.4 degrees")
     assert "E2" in found["next_experiment"]
@@ -41,12 +46,21 @@ def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is
 
 @pytest.mark.slow(after=1)
 @pytest.mark.parametrize(
-    ("facts", "said"), [({"tolerance": 0.03}, "tolerance"), ({"sigma_axis": np.deg2rad(3.0)}, "noise")]
+    ("facts", "said", "value"),
+    [({"tolerance": 0.03}, "tolerance", "tolerance_mm = 30"), ({"sigma_axis": np.deg2rad(3.0)}, "noise", "as told")],
 )
-def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and_says_which(facts, said: str) -> None:
+def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and_says_which(
+    facts, said: str, value: str
+) -> None:
     found = diagnose([table_behind(**facts)], kr15()).summary
     assert found["status"] == "no gap"
     assert found["within"]["setpoint_to_encoder"] == said
+    assert found["within_values"]["setpoint_to_encoder"]["axis"] == "E2"
+    words = sentence(DiagnosisSummary.from_json(found | {"cell": "kr15", "without": ()}))
+    drives, arm = words.split("; ")
+    assert value in drives
+    assert "between encoder and TCP" in arm
+    assert "within the noise (" in arm
 
 
 @pytest.mark.slow

@@ -161,14 +161,27 @@ def test_what_stays_without_a_shape_is_the_second_statement() -> None:
     )
 
 
-def test_no_gap_says_whether_noise_or_the_tolerance_says_so() -> None:
-    quiet, loose, all_ = (
-        sentence(summary([], status="no gap", within={"setpoint_to_encoder": drives, "encoder_to_tcp": arm}))
-        for drives, arm in (("noise", "noise"), ("tolerance", "noise"), ("tolerance", "tolerance"))
+def test_no_gap_says_of_each_stage_whether_noise_or_the_tolerance_says_so_and_by_which_value() -> None:
+    arm = {"rms_mm": 0.031, "p95_mm": 0.05, "noise_mm": 0.03, "noise_told": True, "tolerance_mm": None, "axis": ""}
+    drives = arm | {"rms_mm": 0.01, "axis": "A3", "noise_told": False}
+
+    def said(first: str, second: str, **values: float) -> str:
+        stages = {
+            "setpoint_to_encoder": drives | values | {"within": first},
+            "encoder_to_tcp": arm | values | {"within": second},
+        }
+        return sentence(summary([], status="no gap", within_values=stages))
+
+    assert said("noise", "noise") == (
+        "There is no gap: between set-point and encoder A3, the farthest off, is 0.010 mm rms over the work, within the noise "
+        "(0.030 mm, as found); between encoder and TCP 0.031 mm rms, within the noise (0.030 mm, as told)."
     )
-    assert quiet == "There is no gap beyond the instrument's noise: 0.310 mm rms, and the noise is 0.030 mm."
-    assert loose.endswith("What lies between set-point and encoder is within the tolerance, not within noise.")
-    assert all_ == "There is no gap beyond the tolerance that the log names: 0.310 mm rms, and the noise is 0.030 mm."
+    loose = said("tolerance", "noise", tolerance_mm=0.05)
+    assert "over the work, within the tolerance that the log names (tolerance_mm = 0.05), not within noise;" in loose
+    assert loose.endswith("between encoder and TCP 0.031 mm rms, within the noise (0.030 mm, as told).")
+    assert said("noise", "tolerance", tolerance_mm=0.06).endswith(
+        "0.031 mm rms, 95 % 0.050 mm, within the tolerance that the log names (tolerance_mm = 0.06), not within noise."
+    )
 
 
 def test_what_compensate_can_do_is_never_promised_too_much() -> None:

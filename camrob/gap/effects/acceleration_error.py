@@ -16,6 +16,7 @@ __all__ = ["EFFECT"]
 
 Array = NDArray[np.float64]
 
+_AHEAD = -3e-5  # s2: no spring runs ahead of what pushes it; an instrument that smooths what it tells looks as if
 _FEW, _MOST = 0.1, 0.99  # share of the samples that may be unknown, and the doubt of all where there are more
 _SMALL = 0.5  # of the usual acceleration: below, it is not held against itself but against this
 
@@ -24,8 +25,8 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     """Behind the encoders, at the tool's tip and at the drives: one for all axes, and how each axis differs from it."""
     if any(s.poses for s in scenes):
         return ()
-    units = [Unit("acceleration_error", "", (EffectParameter("arm_s2", "s2", 3e-4, -0.005, 0.02),), key="arm")]
-    units.append(Unit("acceleration_error", "", (EffectParameter("tip_s2", "s2", 3e-4, -0.005, 0.02),), key="tip"))
+    units = [Unit("acceleration_error", "", (EffectParameter("arm_s2", "s2", 3e-4, _AHEAD, 0.02),), key="arm")]
+    units.append(Unit("acceleration_error", "", (EffectParameter("tip_s2", "s2", 3e-4, _AHEAD, 0.02),), key="tip"))
     split = all(s.servo_gap is not None for s in scenes)
     if split:
         servo = EffectParameter("servo_s2", "s2", 1e-3, -0.02, 0.1)

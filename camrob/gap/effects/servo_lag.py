@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
@@ -15,6 +16,9 @@ __all__ = ["EFFECT"]
 
 _START = 0.02  # s
 _LEAST = 1e-4  # s: less is as good as none, and its shape is the speed
+_STEP = 1e-4  # s, of the difference quotient
+
+Array = NDArray[np.float64]
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -33,15 +37,31 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     cycle = state.get("cycle_s", 0.0)
     known = scene.encoder  # where the drives stand at the start of a run is seen
     own = {a: max(state.get("lag_s", _START) + state.get(f"{a}_s", 0.0), _LEAST) + cycle for a in scene.axes}
-    late: dict[str, np.ndarray] = {}
-    for tau in sorted(set(own.values())):
-        axes = [a for a in scene.axes if own[a] == tau and unit.axis in ("", a)]
-        if axes:
-            k = [scene.index(a) for a in axes]
-            start = None if known is None else known[:, k]
-            behind = first_order(scene.command[:, k], scene.t, scene.pieces, tau, cycle, start) - scene.command[:, k]
-            late |= {a: behind[:, i] / tau for i, a in enumerate(axes)}
-    return (Column(servo=late),)
+    split = scene.servo_gap is not None
+    asked = [unit.axis] if unit.axis and split else list(scene.axes)
+    late: dict[str, Array] = {}
+    for tau in sorted({own[a] for a in asked}):
+        axes = [a for a in asked if own[a] == tau]
+        k = [scene.index(a) for a in axes]
+        start = None if known is None else known[:, k]
+        behind = first_order(scene.command[:, k], scene.t, scene.pieces, tau, cycle, start) - scene.command[:, k]
+        late |= {a: behind[:, i] / tau for i, a in enumerate(axes)}
+    moved = {a: behind for a, behind in late.items() if unit.axis in ("", a)}
+    if split:
+        return (Column(servo=moved),)
+    return (Column(tcp=_carried(scene, moved, {a: own[a] * behind for a, behind in late.items()})),)
+
+
+def _carried(scene: Scene, moved: Mapping[str, Array], behind: Mapping[str, Array]) -> Array:
+    """(N, 6) twist a second of lag of axes that it moves by (N,) each, with the arm half way between its set-points and where its
+    drives stand, (N,) behind: millimetres off, its levers are others than at the set-points.
+    """
+    step, half = np.zeros_like(scene.link), scene.link.copy()
+    for axis, one in behind.items():
+        half[:, scene.index(axis)] += 0.5 * one
+    for axis, one in moved.items():
+        step[:, scene.index(axis)] = one
+    return (scene.beyond(half + _STEP * step) - scene.beyond(half - _STEP * step)) / (2.0 * _STEP)
 
 
 def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import Effect, State, Unit
-from camrob.gap.evidence.design import Design, Panel, build_units, make_panel, pool
+from camrob.gap.evidence.design import Design, Panel, Remembered, build_units, make_panel, pool
 from camrob.gap.evidence.discrepancy import PARTS, SmoothBasis, smooth_basis
 from camrob.gap.evidence.evidence import Evidence, Fitted
 from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes
@@ -38,11 +38,12 @@ _BESIDE = 0.2
 def panels_for(
     scenes: Sequence[Scene], noises: Sequence[Noise], kept: Sequence[NDArray[np.bool_]], units: Sequence[Unit],
     effects: Sequence[Effect], states: Mapping[str, State], basis: SmoothBasis | None = None,
+    remembered: Remembered | None = None,
 ) -> tuple[Panel, ...]:  # fmt: skip
     """Columns and weights of all logs."""
     blocks = max(2, _BLOCKS if len(scenes) < 3 else _BLOCKS // 2)
     return tuple(
-        make_panel(s, k, units, effects, states, noises[k], kept[k], blocks, k * blocks, basis)
+        make_panel(s, k, units, effects, states, noises[k], kept[k], blocks, k * blocks, basis, remembered)
         for k, s in enumerate(scenes)
     )
 
@@ -63,10 +64,11 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     counting: Mapping[frozenset[int], Mapping[str, float]] = {}
     starts: tuple[frozenset[str], ...] = ()
     softened: tuple[Array, ...] | None = None
-    basis, sizes = smooth_basis(scenes), no_sizes()
+    basis, sizes, remembered = smooth_basis(scenes), no_sizes(), Remembered()
     for round_ in range(_ROUNDS):
+        remembered.turn()
         units = build_units(scenes, effects, states)
-        panels = panels_for(scenes, noises, kept, units, effects, states, basis)
+        panels = panels_for(scenes, noises, kept, units, effects, states, basis, remembered)
         if softened is not None:
             panels = _soften(panels, softened)
         named = {_name(u): i for i, u in enumerate(units)}

@@ -16,9 +16,22 @@ from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.unknown_frames import left_twists, right_twists
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["LEVER", "NUISANCE", "WITHHELD", "Design", "Panel", "build_units", "field_sums", "make_panel", "pool"]
+__all__ = [
+    "LEVER",
+    "NUISANCE",
+    "WITHHELD",
+    "Design",
+    "Panel",
+    "Remembered",
+    "build_units",
+    "field_sums",
+    "make_panel",
+    "pool",
+]
 
 Array = NDArray[np.float64]
+
+_Key = tuple[int, Unit, tuple[tuple[str, float], ...]]
 
 NUISANCE = "nuisance"
 """The effect's name of units that are fitted and never claimed: frames that are not known."""
@@ -159,6 +172,36 @@ def _nuisance(scene: Scene, unit: Unit, number: int, first: Mapping[str, str]) -
     return tuple(Column(tcp=twists[:, :, k]) for k in range(6))
 
 
+@dataclass(frozen=True)
+class Remembered:
+    """What columns of effects in their states, and functions of a discrepancy, were on some logs: most are asked for again.
+    columns: asked for since the last turn, or (`before`) in the one before it.
+    """
+
+    columns: dict[_Key, tuple[Column, ...]] = field(default_factory=dict)
+    before: dict[_Key, tuple[Column, ...]] = field(default_factory=dict)
+    smooth: dict[int, Array] = field(default_factory=dict)
+
+    def turn(self) -> None:
+        """Forget what was not asked for since the last turn."""
+        self.before.clear()
+        self.before.update(self.columns)
+        self.columns.clear()
+
+    def of_unit(self, effect: Effect, scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+        """A unit's columns on a log that lives as long as this."""
+        key = id(scene), unit, tuple(sorted(state.items()))
+        if key not in self.columns:
+            self.columns[key] = self.before[key] if key in self.before else effect.columns(scene, unit, state)
+        return self.columns[key]
+
+    def of_basis(self, basis: SmoothBasis, scene: Scene) -> Array:
+        """The functions of the one basis on a log that lives as long as this."""
+        if id(scene) not in self.smooth:
+            self.smooth[id(scene)] = basis.columns(scene)
+        return self.smooth[id(scene)]
+
+
 def make_panel(
     scene: Scene,
     number: int,
@@ -170,8 +213,10 @@ def make_panel(
     blocks: int,
     first_block: int,
     basis: SmoothBasis | None = None,
+    remembered: Remembered | None = None,
 ) -> Panel:
     """Columns and weights of one log. number: which of the fitted logs it is, or WITHHELD. kept: (N,) False for outliers."""
+    known = remembered or Remembered()
     by_name = {e.name: e for e in effects}
     frames = [u.key for u in reversed(units) if u.effect == NUISANCE]
     first = {side: key for side in ("left", "right") for key in frames if key.startswith(side)}
@@ -180,7 +225,7 @@ def make_panel(
         if unit.effect == NUISANCE:
             columns += _nuisance(scene, unit, number, first)
         else:
-            columns += by_name[unit.effect].columns(scene, unit, states[unit.effect])
+            columns += known.of_unit(by_name[unit.effect], scene, unit, states[unit.effect])
     N, K = len(scene), len(columns)
     tcp = np.zeros((N, 6, K))
     split = scene.servo_gap is not None
@@ -200,7 +245,7 @@ def make_panel(
         w_servo = np.where(kept[:, None], 1.0 / noise.servo, 0.0)
     block = first_block + neighbourhoods(scene, blocks)
     doubt = {k: c.doubt for k, c in enumerate(columns) if c.doubt is not None}
-    smooth = None if basis is None else basis.columns(scene)
+    smooth = None if basis is None else known.of_basis(basis, scene)
     return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, of_drives, scene.servo_gap, w_servo, block, doubt, smooth)
 
 

@@ -20,6 +20,7 @@ from scipy.special import ndtr
 
 from camrob.gap.evidence.design import NUISANCE, Design
 from camrob.gap.evidence.discrepancy import FieldGram, Integrated
+from camrob.gap.evidence.single_changes import single_changes
 
 __all__ = ["COUNTS_FROM", "Evidence", "Fitted"]
 
@@ -221,15 +222,15 @@ class Evidence:
         return Fitted(members, (mean - C[:, own] @ X[:, -1]) * scale, full, score, widths.copy(), dict(shares))
 
     @cached_property
-    def _batches(self) -> list[_Batch]:
-        """The candidates, by how many columns they have."""
-        by_size: dict[int, list[int]] = {}
-        for i in self.candidates:
-            by_size.setdefault(len(self._columns[i]), []).append(i)
-        return [
-            _batch(self.design, np.array(u), np.stack([self._columns[i] for i in u]), self._least)
-            for u in by_size.values()
-        ]
+    def _entries(self) -> _Entries:
+        """The candidates, and what each is tried with."""
+        d = self.design
+        units = np.array(self.candidates, np.int64)
+        columns = np.concatenate([np.zeros(0, np.int64), *(self._columns[i] for i in units)])
+        names = [d.units[i].effect for i in units]
+        counts = np.array([len(self._columns[i]) for i in units], np.int64)
+        shares = [[max(share, self._least[n]) if n in self._least else 1.0 for n in names] for share in _SHARES]
+        return _Entries(units, names, np.cumsum(np.r_[0, counts]), columns, np.array(shares).reshape(len(_SHARES), -1))
 
     def _in(self, members: Set) -> NDArray[np.bool_]:
         """By unit, whether it is in a set."""
@@ -279,68 +280,34 @@ class Evidence:
         choices = sum(log(self.design.units[i].choices) for i in members - self.always)
         priors: dict[tuple[str, int], float] = {}
         inside = self._in(members)
-        for units, columns, names, ordinary in self._batches:
-            entering = ~inside[units]
-            best, size = np.full(len(units), -np.inf), np.zeros(len(units))
-            # a unit of an effect that is in comes at its width, others at the best of a few
-            tried = ordinary.copy()
-            for column, name in zip(tried.T, names, strict=True):
-                if name in fitted.shares:
-                    column[:] = fitted.shares[name]
-            into = np.maximum(tried[..., None] * usual[columns], out[columns])
-            to = np.where(entering[:, None], into, out[columns]).reshape(-1, columns.shape[1])
-            change, moved = (
-                x.reshape(tried.shape) for x in self._change(fitted, np.tile(columns, (len(tried), 1)), to)
-            )
-            for one, other in zip(change, moved, strict=True):
-                size = np.where(one > best, other, size)
-                best = np.maximum(best, one)
-            for k in np.flatnonzero(np.isfinite(best)):
-                i, step = int(units[k]), 1 if entering[k] else -1
-                name = names[k]
-                if (name, step) not in priors:
-                    priors[name, step] = self._prior({**chosen, name: chosen[name] + step})
-                prior = priors[name, step] - choices - step * log(self.design.units[i].choices)
-                score = base + float(best[k]) + prior
-                scores[members | {i} if step > 0 else members - {i}] = score, float(size[k])
+        e = self._entries
+        entering = ~inside[e.units]
+        # a unit of an effect that is in comes at its width, others at the best of a few
+        tried = np.where([n in fitted.shares for n in e.names], [fitted.shares.get(n, 1.0) for n in e.names], e.shares)
+        counts = np.diff(e.starts)
+        into = np.maximum(np.repeat(tried, counts, axis=1) * usual[e.columns], out[e.columns])
+        to = np.where(np.repeat(entering, counts), into, out[e.columns])
+        best, size = single_changes(e.starts, e.columns, to, fitted.widths, fitted.mean, fitted.cov, self.design.moves)
+        for k in np.flatnonzero(np.isfinite(best)):
+            i, step = int(e.units[k]), 1 if entering[k] else -1
+            name = e.names[k]
+            if (name, step) not in priors:
+                priors[name, step] = self._prior({**chosen, name: chosen[name] + step})
+            prior = priors[name, step] - choices - step * log(self.design.units[i].choices)
+            scores[members | {i} if step > 0 else members - {i}] = base + float(best[k]) + prior, float(size[k])
         return scores
 
-    def _change(self, fitted: Fitted, columns: NDArray[np.int64], to: Array) -> tuple[Array, Array]:
-        """(U,) change of the log evidence where the priors of columns (U, k) get other widths, -inf where it can't be known; and
-        (U,) m by which these columns then move the TCP.
-        """
-        now = fitted.widths[columns]
-        mean = fitted.mean[columns] / now
-        C = fitted.cov[columns[:, :, None], columns[:, None, :]] / (now[:, :, None] * now[:, None, :])
-        ratio = (now / to) ** 2
-        change = ratio - 1.0
-        M = np.eye(columns.shape[1]) + change[:, :, None] * C
-        positive, log_det = np.linalg.slogdet(M)
-        safe = np.where((positive > 0)[:, None, None], M, np.eye(columns.shape[1]))
-        step = np.linalg.solve(safe, (change * mean)[..., None])[..., 0]
-        gain = -0.5 * np.sum(mean * step, axis=1)
-        known = (positive > 0) & (np.abs(change) >= 1e-12).any(axis=1)
-        then = (mean - (C @ step[..., None])[..., 0]) * now
-        G = self.design.moves[columns[:, :, None], columns[:, None, :]]
-        moved = np.sqrt(np.maximum(np.einsum("uk,ukl,ul->u", then, G, then), 0.0))
-        return np.where(known, gain - 0.5 * log_det + 0.5 * np.log(ratio).sum(axis=1), -np.inf), moved
 
-
-class _Batch(NamedTuple):
-    """U units with equally many columns (U, k), the names of their effects, and the shares (S, U) of the ordinary sizes that a
-    unit is tried with where its effect is not in.
+class _Entries(NamedTuple):
+    """U units that may be in or out: their numbers, the names of their effects, where their columns begin in `columns` (U + 1,),
+    and the shares (S, U) of the ordinary sizes that each is tried with where its effect is not in.
     """
 
     units: NDArray[np.int64]
-    columns: NDArray[np.int64]
     names: list[str]
-    ordinary: Array
-
-
-def _batch(design: Design, units: NDArray[np.int64], columns: NDArray[np.int64], least: Mapping[str, float]) -> _Batch:
-    names = [design.units[i].effect for i in units]
-    shares = [[max(share, least[n]) if n in least else 1.0 for n in names] for share in _SHARES]
-    return _Batch(units, columns, names, np.array(shares))
+    starts: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    shares: Array
 
 
 def _energy(values: Array, G: Array) -> float:

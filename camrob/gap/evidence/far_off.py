@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from camrob.gap.evidence.discrepancy import normalised
 from camrob.gap.evidence.model import Model, whole_gap
@@ -23,6 +24,7 @@ Array = NDArray[np.float64]
 Set = frozenset[int]
 
 _FITTED, _ASKED = 2000, 300  # rows that tell well enough how far off others are
+_NEVER = 8.0  # times the largest value of a sliding axis: so far apart are values that are not the same a period on
 
 
 def stays_far_off(model: Model, trial: Trial, keep: Set) -> float:
@@ -84,9 +86,8 @@ def _apart(model: Model, asked: Array, fitted: Array) -> float:
         v[np.unique(np.linspace(0, len(v) - 1, min(len(v), n)).astype(int))]
         for v, n in ((asked, _ASKED), (fitted, _FITTED))
     )
-    nearest = []
-    for one in asked:
-        off = fitted - one
-        off = np.where(turns, (off + np.pi) % (2.0 * np.pi) - np.pi, off)
-        nearest.append(float(np.sqrt(np.min(np.sum(off**2, axis=1)))))
+    # sliding axes never come round: a period in which none of them reaches half way counts as none
+    period = np.where(turns, 2.0 * np.pi, _NEVER * (1.0 + np.abs(np.concatenate([asked, fitted])).max(axis=0)))
+    within = [np.where(np.mod(v, period) < period, np.mod(v, period), 0.0) for v in (fitted, asked)]
+    nearest, _ = cKDTree(within[0], boxsize=period).query(within[1])
     return float(np.median(nearest))

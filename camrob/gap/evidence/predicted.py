@@ -10,7 +10,7 @@ from camrob.gap.evidence.far_off import stays_far_off
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import RANK, Trial, frame_columns, settled
 
-__all__ = ["expected", "predicted_shrink"]
+__all__ = ["expected"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -38,12 +38,6 @@ def expected(model: Model, trial: Trial, keep: Set, *, far: bool = True) -> tupl
     chance = max(known, stays_far_off(model, trial, keep) if far else 0.0) + model.noise**2 + model.excess**2
     first, last = (float(np.sqrt(np.mean(np.sum(np.concatenate(x) ** 2, axis=1)) + chance)) for x in (before, after))
     return first, last
-
-
-def predicted_shrink(model: Model, trial: Trial, keep: Set) -> float:
-    """By how much the rms on withheld samples should shrink once `keep` is taken away."""
-    before, after = expected(model, trial, keep)
-    return 1.0 - after / max(before, 1e-12)
 
 
 def _field_at(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from camrob.gap.observation.noise import find_outliers, noise_of
 from camrob.gap.observation.scene import Scene
 from camrob.units import m_to_mm
 
-__all__ = ["Shrinkage", "Trial", "figures", "frame_columns", "settled", "shrinkage", "trial_of"]
+__all__ = ["Shrinkage", "Trial", "figures", "frame_columns", "settled", "settled_rms", "shrinkage", "trial_of"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -181,11 +181,21 @@ def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> 
     return np.asarray(gap - (X @ solved).reshape(-1, 3))
 
 
+def settled_rms(model: Model, panels: Sequence[Panel], names: Collection[str]) -> float:
+    """How far effects of the best set together move the TCP, m (rms), but for what frames that nobody told take up of it."""
+    members = frozenset(i for i in model.best.members if model.units[i].effect in names)
+    values, parts = model.values(members, model.best), []
+    for p in panels:
+        good = p.w_tcp[:, 0] > 0.0
+        parts.append(settled(model, p, good, p.moves(values)[good]))
+    return _rms(np.concatenate(parts))
+
+
 def frame_columns(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> Array:
     """(3 M, k) of the frames that are not known and that are fitted to some rows themselves; none where these are too few."""
     nuisance = [k for k, o in enumerate(model.design.owner) if model.units[o].effect == NUISANCE]
     count = int(rows.sum())
-    X = panel.tcp[rows][:, :3, nuisance].reshape(3 * count, len(nuisance))
     if not nuisance or count < _FEWEST:
-        return X[:, :0]
+        return np.zeros((3 * count, 0))
+    X = panel.tcp[rows][:, :3, nuisance].reshape(3 * count, len(nuisance))
     return np.asarray(X[:, np.abs(X).max(axis=0) > 1e-12])

@@ -23,6 +23,7 @@ _MOST = 1500  # samples a log that distances are tried on
 _TRIED = mm_to_m(np.geomspace(0.05, 50.0, 13))
 _REFINED = 7  # times that the interval about the best distance is narrowed
 _LEAST = mm_to_m(0.01)  # rms: what set-points deviate by less is printing
+_PRINTED = 5.0 * _LEAST  # rms that is not worth a word
 _LEAST_NOISE = 0.35  # of the instrument's noise: as for all effects
 _LEAST_SHRINK = 0.25  # of the deviation, that rounding has to explain
 _DRAWS = 400
@@ -35,20 +36,24 @@ _UNTOLD = 0.9  # probability of something unknown, where much stays
 @dataclass(frozen=True)
 class CornerVerdict:
     """probability of corner_rounding; entry: its line in the JSON object, None where nothing deviates; left: m rms that stays
-    between program and set-point; unknown: words on it where that is too much, else "".
+    between program and set-point; unknown: words on it where that is too much, else ""; stage: what that is within, for JSON.
     """
 
     probability: float
     entry: dict[str, Any] | None
     left: float
     unknown: str
+    stage: dict[str, Any]
 
 
-def judge_corners(tracks: Sequence[ProgramTrack], noise: float, *, known: bool = True) -> CornerVerdict | None:
+def judge_corners(
+    tracks: Sequence[ProgramTrack], noise: float, *, known: bool = True, tolerance: float = 0.0
+) -> CornerVerdict | None:
     """Judge the first stage of logs whose programs are known; None without any.
 
     One distance is fitted to all corners by the virtual controller, each stretch of the logs judged with the distance that
-    the others ask for. noise: m, 3-D rms of the instrument; known: False where the effect is out of the library.
+    the others ask for. noise: m, 3-D rms of the instrument; known: False where the effect is out of the library; tolerance: m
+    that the logs' user lives with, 0 where nobody says.
     """
     if not tracks:
         return None
@@ -57,8 +62,9 @@ def judge_corners(tracks: Sequence[ProgramTrack], noise: float, *, known: bool =
     before = np.concatenate([t.offset(t.path(0.0))[r] for t, r in zip(tracks, rows, strict=True)])
     block = np.concatenate([k * _BLOCKS + (np.arange(len(r)) * _BLOCKS) // len(r) for k, r in enumerate(rows)])
     size = float(np.sqrt(np.mean(np.sum(before**2, axis=1))))
+    stage = _stage(before, noise, tolerance)
     if size < least:
-        return CornerVerdict(0.0, None, size, "")
+        return CornerVerdict(0.0, None, size, "", stage)
     thinned = [t.at(r) for t, r in zip(tracks, rows, strict=True)]
 
     def after(distance: float) -> Array:
@@ -76,10 +82,10 @@ def judge_corners(tracks: Sequence[ProgramTrack], noise: float, *, known: bool =
     best = int(np.argmin(energy.sum(axis=1)))
     probability = _probability(shrunk, float(names[best])) if known else 0.0
     if probability < 0.5:
-        return CornerVerdict(probability, None, size, _untold(size, noise))
+        return CornerVerdict(probability, None, size, _untold(size, noise, tolerance), stage)
     value, std = float(names[best]), _spread(names, energy.sum(axis=1), best, len(numbers))
     entry = _entry(shrunk, probability, value, std, _asked(tracks))
-    return CornerVerdict(probability, entry, shrunk.rms_after, _untold(shrunk.rms_after, noise))
+    return CornerVerdict(probability, entry, shrunk.rms_after, _untold(shrunk.rms_after, noise, tolerance), stage)
 
 
 def _between(found: dict[float, Array]) -> list[float]:
@@ -119,8 +125,19 @@ def _asked(tracks: Sequence[ProgramTrack]) -> float | None:
     return float(radii[0]) if len(radii) == 1 else None
 
 
-def _untold(left: float, noise: float) -> str:
-    if left < max(noise, 5.0 * _LEAST):
+def _stage(before: Array, noise: float, tolerance: float) -> dict[str, Any]:
+    """What deviations (N, 3) from the program are within; what the instrument's noise would hide counts as none."""
+    off = np.linalg.norm(before, axis=1)
+    rms, p95, least = float(np.sqrt(np.mean(off**2))), float(np.quantile(off, 0.95)), max(noise, _PRINTED)
+    return {
+        "within": "noise" if rms < least else "tolerance" if p95 < tolerance else "beyond",
+        "rms_mm": m_to_mm(rms), "p95_mm": m_to_mm(p95), "noise_mm": m_to_mm(least), "noise_told": False,
+        "tolerance_mm": m_to_mm(tolerance) if tolerance > 0.0 else None, "axis": "",
+    }  # fmt: skip
+
+
+def _untold(left: float, noise: float, tolerance: float) -> str:
+    if left < max(noise, _PRINTED, tolerance):
         return ""
     return (
         f"between program and set-point, {m_to_mm(left):.3f} mm rms that the rounding of corners does not explain "
@@ -146,6 +163,8 @@ def with_corners(summary: dict[str, Any], verdict: CornerVerdict | None) -> dict
     if verdict is None:
         return summary
     out = dict(summary)
+    out["within"] = {"program_to_setpoint": verdict.stage["within"], **summary["within"]}
+    out["within_values"] = {"program_to_setpoint": verdict.stage, **summary["within_values"]}
     if verdict.entry is not None:
         out["effects"] = sorted(
             [*summary["effects"], verdict.entry], key=lambda e: (-float(e["probability"]), -float(e["shrink"]))

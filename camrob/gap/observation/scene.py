@@ -163,11 +163,14 @@ def _filled(log: MeasurementLog, name: str) -> Array:
     return np.interp(log.t, log.t[known], values[known]) if known.any() else np.zeros(len(values))
 
 
-def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, least: int = LEAST) -> Scene:
+def make_scene(
+    log: MeasurementLog, cell: Cell, *, known: Frames | None = None, least: int = LEAST, laid: Frames | None = None
+) -> Scene:
     """Lay a log out on a cell. Rows without axis values, or without a measured position, are left aside.
 
     known: frames that another log has given, where their `fitted_left` and `fitted_right` are False; a log whose frames are all
-    known, by another log or by what LOG.toml says of them, may have as few as `least` rows.
+    known, by another log or by what LOG.toml says of them, may have as few as `least` rows. laid: frames to lay the log out with,
+    instead of those that fit it best as the cell nominally is.
 
     Where no position was measured, the encoders' own takes its place: then the gap is that of the drives alone. Raises
     LogError for a log without measured positions that lacks set-points or encoders, without the cell's axes, or with too few
@@ -200,7 +203,7 @@ def make_scene(log: MeasurementLog, cell: Cell, *, known: Frames | None = None, 
         what = f"holds {int(whole.sum())} whole samples{_emptiest(log)}"
         raise LogError(what, hint=f"give at least {fewest}", path=log.path)
     kept = log.select(np.flatnonzero(whole))
-    return _lay_out(kept, cell, axes, usable, frames)
+    return _lay_out(kept, cell, axes, usable, frames, laid)
 
 
 def _emptiest(log: MeasurementLog) -> str:
@@ -216,7 +219,9 @@ def axis_values(cell: Cell, axes: Sequence[str], values: Array) -> Array:
     return np.where(prismatic, m_to_mm(values), rad_to_deg(values))
 
 
-def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dict[str, bool], known: Frames) -> Scene:
+def _lay_out(
+    log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dict[str, bool], known: Frames, laid: Frames | None
+) -> Scene:
     in_base = log.info.measured_frame is MeasuredFrame.BASE
     prismatic = np.array([cell.joints[cell.index(a)].prismatic for a in axes])
 
@@ -239,14 +244,9 @@ def _lay_out(log: MeasurementLog, cell: Cell, axes: tuple[str, ...], usable: dic
     else:
         seen[:, 3:] = False
     names = _place_names(cell, in_base)
-    frames = fit_frames(
-        plain.poses(np.zeros(0), q),
-        measured,
-        seen,
-        left=log.has_position and log.info.measured_frame is MeasuredFrame.UNKNOWN,
-        right=log.has_position and log.info.target is Target.UNKNOWN,
-        known=known,
-    )
+    untold = log.info.measured_frame is MeasuredFrame.UNKNOWN, log.info.target is Target.UNKNOWN
+    left, right = (log.has_position and side for side in untold)
+    frames = laid or fit_frames(plain.poses(np.zeros(0), q), measured, seen, left=left, right=right, known=known)
     model = ErrorModel.of(cell, names, in_base=in_base, left=frames.left, right=frames.right)
     ones = {"one": np.ones(len(log))}
     nominal, J = model.poses_and_jacobian(np.zeros(len(names)), q, ones)

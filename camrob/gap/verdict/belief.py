@@ -26,8 +26,9 @@ class Belief:
     same; far_more: times a shape of the unknown that an effect has to move the tool by to stand by it; by_noise, by_field,
     by_doubt: of the noise, of the discrepancy, and of what the fit leaves open, what may stay on withheld logs beyond what was
     predicted before every name is doubtful; doubtful: what is then left of it; beside_more: what is left of one that moves the
-    tool by less than what stays unexplained; part_seen: of one of whose pattern the logs show a part, and of one that
-    needs such a one beside it.
+    tool by less than what stays unexplained, or than `smooth_more` times that where it is as smooth and cancels
+    others that are, which it does where their energies are `cancels` times that of them together; part_seen: of one of whose
+    pattern the logs show a part, and of one that needs such a one beside it.
     """
 
     slope: float
@@ -45,6 +46,8 @@ class Belief:
     by_doubt: float
     doubtful: float
     beside_more: float
+    smooth_more: float
+    cancels: float
     part_seen: float
 
     def effect(self, probability: float, *, impossible: bool = False) -> float:
@@ -66,5 +69,5 @@ class Belief:
 BELIEF = Belief(
     slope=0.81, surest=0.97, impossible=0.05, stays=0.585, share=0.026, steep=7.8, nothing_else=0.55, read_off=0.95,
     first_of_twins=0.85, far_more=4.0, by_noise=0.5, by_field=0.8, by_doubt=2.0, doubtful=0.5,
-    beside_more=0.8, part_seen=0.8,
+    beside_more=0.8, smooth_more=2.0, cancels=2.0, part_seen=0.8,
 )  # fmt: skip

@@ -15,6 +15,7 @@ from camrob.gap.evidence.shrink import Shrinkage
 from camrob.gap.evidence.unknown import CONSTANT
 from camrob.gap.locate.localise import axes_of, regimes_of
 from camrob.gap.locate.periodic import TIME, periodic
+from camrob.gap.locate.single_shape import SingleShape, single_shape
 from camrob.gap.verdict.plausible import unknown_text
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -66,11 +67,16 @@ def remains(
     follows = sorted((r for r in regimes if r["p_value"] < _CLEAR and r["share"] > _WORTH), key=lambda r: -r["share"])
     names = _first(_of_field(model), [str(r["regime"]) for r in follows])
     where: dict[str, Any] = {"rung": _stage(panels, model), "axes": _axis(panels), "regimes": names, "comes_back": ""}
+    one = single_shape(panels, model.noise)
+    smooth = max(float(follows[0]["share"]) if follows else 0.0, 0.0 if one is None else one.share)
+    back = _returning(panels, model, names, smooth)
+    shapes = [] if back else shapes
     if not shapes:
-        where |= _returning(panels, model, names, float(follows[0]["share"]) if follows else 0.0)
+        where |= back or _of_one(one, names)
     text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
     text += f", and comes back {where['comes_back']}" if where["comes_back"] else ""
-    text += f", and follows {' and '.join(names[:2])}" if names and not where["comes_back"] else ""
+    led = where["regimes"][:2]
+    text += f", and follows {' and '.join(led)}" if led and not where["comes_back"] else ""
     if shapes:
         # the largest shape first; what moves the foot sits at the axis that it follows
         carriers = [_followed(s) if s["moves"] not in model.scenes[0].axes else s["moves"] for s in shapes]
@@ -115,6 +121,17 @@ def _returning(panels: Sequence[Panel], model: Model, names: Sequence[str], shar
     rest = [n for n in names if n != "position"]
     comes_back = f"every {period} of {found.quantity}"
     return {"axes": [found.quantity], "regimes": ["position", *rest], "comes_back": comes_back}
+
+
+def _of_one(one: SingleShape | None, names: Sequence[str]) -> dict[str, Any]:
+    """The place of what one part explains most of; {} where none does. What moves the foot sits at the axis that it follows."""
+    if one is None or one.share < _OF_AXIS:
+        return {}
+    told = {"moves": one.moves, "follows": one.follows}
+    axis = one.moves if not one.moves.startswith("foot") else _followed(told)
+    regime = _regime(told)
+    axes = [axis] if axis[:1] in "AE" and axis[1:].isdigit() else []
+    return {"axes": axes, "regimes": [regime, *(n for n in names if n != regime)]}
 
 
 def suspects(model: Model, unknown: Mapping[str, Any]) -> list[str]:

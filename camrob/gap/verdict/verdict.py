@@ -12,10 +12,11 @@ from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import alias_groups, covered_by
 from camrob.gap.evidence.fitting import with_fitting
 from camrob.gap.evidence.model import Model, effect_rms
-from camrob.gap.evidence.predicted import expected, predicted_shrink
+from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
-from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
+from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, settled_rms, shrinkage, trial_of
 from camrob.gap.experiment.experiment import next_experiment
+from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
@@ -35,6 +36,7 @@ _TRIES, _LIKELY = 3, 0.02
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
 _MOST_PART = 0.1  # of the withheld gap's energy: an unknown with less leaves a gap explained
 _OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
+_SMOOTH = frozenset({"position", "load", "time"})  # regimes that change slowly, as the discrepancy does
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
@@ -68,7 +70,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     members = _claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
     if members:
-        probability = _beside_more(model, trial, together, probability)
+        probability = _beside_more(model, trial, together, probability, library)
     if (left_over := _claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     structure, unknown = _something_stays(model, trial, reasons)
@@ -76,7 +78,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     left = left_panels(model, members)
     regimes = residual_regimes(model, left)
     inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
-    within = stages_within(model.scenes, together, _structure(together), model.noise)
+    stages = stages_within(model.scenes, together, _structure(together), model.noise)
+    within = {name: s.within for name, s in stages.items()}
     drive, words = drives_beyond(model.scenes, model.noise) if not claimed else ("", "")
     if drive:
         unknown = max(unknown, BELIEF.read_off)
@@ -86,17 +89,15 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes)
     if drive:
-        stays["where"] = {"rung": "setpoint_to_encoder", "axes": [drive], "regimes": [], "comes_back": ""}
-        stays["text"] = "; ".join(t for t in (words, stays["text"]) if t)
+        stays |= _at_drive(model, drive, words, str(stays["text"]))
     sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
     return Verdict(model, claimed, members, together, {
         "status": _status(within, claimed, stays),
-        "within": within,
+        "within": within, "within_values": {name: s.summary for name, s in stages.items()},
         "effects": entries,
         "together": {
             **figures(together), "withheld": trial.name, "left_aside": trial.aside,
-            "predicted_shrink": predicted_shrink(model, trial, members),
-            "expected_after_mm": m_to_mm(expected(model, trial, members)[1]),
+            **_foretold(model, trial, members),
             "removable_removed": _removed(together, model.noise),
             "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
             "regimes_withheld": regimes_withheld(model, members),
@@ -112,6 +113,20 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
             claimed, probability, sizes, library, suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
         ),
     })  # fmt: skip
+
+
+def _at_drive(model: Model, axis: str, words: str, text: str) -> dict[str, Any]:
+    """Where what stays sits, at an axis's drive: what its error follows most is read off the log."""
+    follows = str(axes_report(model.scenes)[axis]["pattern"]["follows"])
+    regimes = [] if follows == "constant" else [follows]
+    where = {"rung": "setpoint_to_encoder", "axes": [axis], "regimes": regimes, "comes_back": ""}
+    return {"where": where, "text": "; ".join(filter(None, (words, text)))}
+
+
+def _foretold(model: Model, trial: Trial, members: Set) -> dict[str, float]:
+    """By how much the gap on withheld samples should shrink once the claims are taken away, and to what."""
+    before, after = expected(model, trial, members)
+    return {"predicted_shrink": 1.0 - after / max(before, 1e-12), "expected_after_mm": m_to_mm(after)}
 
 
 def _evidence(model: Model, library: Sequence[Effect]) -> list[tuple[Effect, float]]:
@@ -152,13 +167,21 @@ def _claims(model: Model, probability: Mapping[str, float]) -> Set:
     return frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
 
 
-def _beside_more(model: Model, trial: Trial, together: Shrinkage, probability: Mapping[str, float]) -> dict[str, float]:
+def _beside_more(
+    model: Model, trial: Trial, together: Shrinkage, probability: Mapping[str, float], library: Sequence[Effect]
+) -> dict[str, float]:
     """Probabilities of effects that move the tool by less than what stays beside all claims (`together`): such a one may be a
-    likeness of that, and is, as likely as not, where withheld samples don't surely get better by it.
+    likeness of that, and is, as likely as not, where withheld samples don't surely get better by it. Names that follow posture,
+    load or time alone and mostly cancel have to move it by more: together they are any smooth function. Sizes are but for what
+    frames that nobody told take up.
     """
     stays = float(np.sqrt(max(together.rms_after**2 - model.noise**2, 0.0)))
-    small = [n for n, p in probability.items() if p >= 0.5 and effect_rms(model, model.panels, n) < stays]
-    left = {n: 1.0 if least > 0.0 else BELIEF.doubtful for n, (least, _) in _gains(model, trial, small).items()}
+    sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
+    smooth = {e.name for e in library if _SMOOTH.issuperset(e.regimes)} & set(sizes)
+    cancel = sum(sizes[n] ** 2 for n in smooth) > BELIEF.cancels * settled_rms(model, model.panels, smooth) ** 2
+    small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
+    less = _gains(model, trial, [n for n in small if sizes[n] < stays])
+    left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
     return {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
 
 

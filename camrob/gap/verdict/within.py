@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,7 @@ from camrob.gap.observation.scene import Scene
 from camrob.kinematics.frames import base_T_tool
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["BEYOND", "drives_beyond", "drives_on_work", "stages_within"]
+__all__ = ["BEYOND", "Stage", "drives_beyond", "drives_on_work", "stages_within", "tolerance_of"]
 
 Array = NDArray[np.float64]
 
@@ -26,16 +28,40 @@ _SOME = 300  # samples that tell an axis's lever over the work well enough
 _SHOWN = 1.3  # times the stated noise that may show before the instrument isn't what was stated
 
 
-def stages_within(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> dict[str, str]:
-    """By logged stage "noise", "tolerance" or `BEYOND`. shrunk: on withheld samples, its `before` the gap; structure: m of it
-    that hang together; noise: m, 3-D rms.
+@dataclass(frozen=True)
+class Stage:
+    """What a logged stage is within ("noise", "tolerance" or `BEYOND`), and by which values, m: its rms and 95 %, its noise,
+    which LOG.toml told or the log shows, and the tolerance, 0 where nobody names one. axis: of drives, the one that decides,
+    with its own values over the work.
     """
-    said = {"encoder_to_tcp": _of_gap(scenes, shrunk, structure, noise)}
+
+    within: str
+    rms: float
+    p95: float
+    noise: float
+    noise_told: bool
+    tolerance: float
+    axis: str = ""
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "within": self.within, "rms_mm": m_to_mm(self.rms), "p95_mm": m_to_mm(self.p95), "noise_mm": m_to_mm(self.noise),
+            "noise_told": self.noise_told, "tolerance_mm": m_to_mm(self.tolerance) if self.tolerance > 0.0 else None,
+            "axis": self.axis,
+        }  # fmt: skip
+
+
+def stages_within(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> dict[str, Stage]:
+    """By logged stage. shrunk: on withheld samples, its `before` the gap; structure: m of it that hang together; noise: m."""
+    said = {}
     if all(s.servo_gap is not None for s in scenes):
-        drives = _drives(scenes, noise)
-        said["setpoint_to_encoder"] = (
-            BEYOND if BEYOND in drives.values() else "tolerance" if "tolerance" in drives.values() else "noise"
-        )
+        drives, order = _drives(scenes, noise), (BEYOND, "tolerance", "noise")
+        # the axis that is worst of those within what the whole stage is within
+        said["setpoint_to_encoder"] = min(drives.values(), key=lambda s: (order.index(s.within), -s.rms))
+    if all(s.tracked for s in scenes):
+        said["encoder_to_tcp"] = _of_gap(scenes, shrunk, structure, noise)
     return said
 
 
@@ -44,7 +70,7 @@ def drives_beyond(scenes: Sequence[Scene], noise: float) -> tuple[str, str]:
     if any(s.servo_gap is None for s in scenes):
         return "", ""
     on_work = drives_on_work(scenes)
-    beyond = [a for a, said in _drives(scenes, noise).items() if said == BEYOND]
+    beyond = [a for a, said in _drives(scenes, noise).items() if said.within == BEYOND]
     if not beyond:
         return "", ""
     axis = max(beyond, key=lambda a: on_work[a])
@@ -56,32 +82,39 @@ def drives_beyond(scenes: Sequence[Scene], noise: float) -> tuple[str, str]:
     return axis, f"between set-point and encoder, {axis} is off its set-point by {size} rms ({over})"
 
 
-def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> str:
-    stated = np.array([s.sigma[0] for s in scenes]) * np.sqrt(3.0)
-    instrument = float(np.sqrt(np.mean(stated**2))) if np.isfinite(stated).all() and (stated > 0.0).all() else noise
+def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> Stage:
+    told = np.array([s.sigma[0] for s in scenes]) * np.sqrt(3.0)
+    known = bool(np.isfinite(told).all() and (told > 0.0).all())
+    instrument = float(np.sqrt(np.mean(told**2))) if known else noise
     quiet = structure < _LEFT * noise and noise < _SHOWN * instrument
+    tolerance, p95 = tolerance_of(scenes), shrunk.quantiles()["p95"][0]
     if shrunk.rms_before < _LOUD * instrument or quiet:
-        return "noise"
-    tolerance = _tolerance(scenes)
-    return "tolerance" if shrunk.quantiles()["p95"][0] < tolerance else BEYOND
+        within = "noise"
+    else:
+        within = "tolerance" if p95 < tolerance else BEYOND
+    return Stage(within, shrunk.rms_before, p95, instrument, known, tolerance)
 
 
-def _drives(scenes: Sequence[Scene], noise: float) -> Mapping[str, str]:
-    """By axis. An encoder's noise that is not stated is taken to be within what the instrument could see of it."""
-    on_work, tolerance = drives_on_work(scenes), _tolerance(scenes)
+def _drives(scenes: Sequence[Scene], noise: float) -> Mapping[str, Stage]:
+    """By axis. An encoder's noise that nobody stated is taken to be within what the instrument could see of it."""
+    on_work, tolerance = drives_on_work(scenes), tolerance_of(scenes)
     said = {}
     for k, axis in enumerate(scenes[0].axes):
         linear = scenes[0].cell.joints[scenes[0].cell.index(axis)].prismatic
         infos = [s.log.info for s in scenes]
         stated = np.array([i.sigma_axis_length if linear else i.sigma_axis for i in infos])
         gap = np.concatenate([s.servo_gap[:, k] for s in scenes if s.servo_gap is not None])
-        rms = float(np.sqrt(np.mean(gap**2)))
-        quiet = rms < _LOUD * float(stated.max()) if np.isfinite(stated).all() else on_work[axis] < noise
-        said[axis] = "noise" if quiet else "tolerance" if on_work[axis] < tolerance else BEYOND
+        rms, known = float(np.sqrt(np.mean(gap**2))), bool(np.isfinite(stated).all())
+        lever = on_work[axis] / rms if rms > 0.0 else 0.0
+        quiet = rms < _LOUD * float(stated.max()) if known else on_work[axis] < noise
+        p95 = lever * float(np.quantile(np.abs(gap), 0.95))
+        within = "noise" if quiet else "tolerance" if on_work[axis] < tolerance else BEYOND
+        at_work = lever * float(stated.max()) if known else noise
+        said[axis] = Stage(within, on_work[axis], p95, at_work, known, tolerance, axis)
     return said
 
 
-def _tolerance(scenes: Sequence[Scene]) -> float:
+def tolerance_of(scenes: Sequence[Scene]) -> float:
     """m that the users of all logs live with, 0 where one doesn't say."""
     stated = [s.log.info.tolerance for s in scenes]
     return float(min(stated)) if np.isfinite(stated).all() else 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from camrob.report.diagnosis.numbers import measure, mm, parameter_words, share, sure, waves
-from camrob.summaries.diagnosis_places import RunStandard, Standard
+from camrob.summaries.diagnosis_places import RunStandard, StageWithin, Standard
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, UnknownShape
 from camrob.text import printable
 
@@ -93,17 +93,23 @@ def sentence(summary: DiagnosisSummary) -> str:
 
 
 def _no_gap(summary: DiagnosisSummary) -> str:
-    """That there is none, and whether noise or the user's tolerance says so, stage by stage."""
-    noise = f"{mm(summary.gap.rms_mm)} rms, and the noise is {mm(summary.gap.noise_mm)}."
-    loose = [stage for stage, said in summary.within.items() if said == "tolerance"]
-    if "encoder_to_tcp" in loose:
-        return f"There is no gap beyond the tolerance that the log names: {noise}"
-    text = f"There is no gap beyond the instrument's noise: {noise}"
-    if not loose:
-        return text
-    return (
-        f"{text} What lies {_listed([between(r, summary) for r in loose])} is within the tolerance, not within noise."
+    """That there is none, and by which value of noise or of the user's tolerance, stage by stage."""
+    told = [f"{between(name, summary)} {_stage_within(stage)}" for name, stage in summary.within_values.items()]
+    return printable(f"There is no gap: {'; '.join(told)}.")
+
+
+def _stage_within(stage: StageWithin) -> str:
+    """A stage's size and what it is within, with the value."""
+    size = (
+        f"{stage.axis}, the farthest off, is {mm(stage.rms_mm)} rms over the work"
+        if stage.axis
+        else f"{mm(stage.rms_mm)} rms"
     )
+    if stage.within == "tolerance":
+        most = "" if stage.axis else f", 95 % {mm(stage.p95_mm)}"
+        return f"{size}{most}, within the tolerance that the log names (tolerance_mm = {stage.tolerance_mm:g}), not within noise"
+    whose = "told" if stage.noise_told else "found"
+    return f"{size}, within the noise ({mm(stage.noise_mm)}, as {whose})"
 
 
 def unexplained(summary: DiagnosisSummary) -> list[str]:

@@ -1,0 +1,112 @@
+"""What a set of effects is worth with one unit more or less, for all units at once.
+
+The posterior of a set gives that of every set that differs in one unit: only the widths of that unit's priors change, so that
+the evidence changes by the determinant and the quadratic form of a matrix as small as the unit (matrix determinant lemma).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.compiled import kernel, part
+
+__all__ = ["single_changes"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_NO_CHANGE = 1e-12  # of a prior's precision: its unit is as it was
+
+
+@kernel
+def single_changes(
+    starts: Ints, columns: Ints, to: Array, widths: Array, mean: Array, cov: Array, moves: Array
+) -> tuple[Array, Array]:
+    """(U,) by how much the log evidence changes where the priors of one unit get other widths, at the best of S, -inf where it
+    can't be told; and (U,) m by which that unit then moves the TCP.
+
+    starts: (U + 1,) where the columns of each unit begin in `columns` (C,); to: (S, C) widths that are tried; widths, mean: (K,)
+    of the priors and of the posterior, cov: (K, K) of the posterior; moves: (K, K) mean products of what columns move the TCP by.
+    """
+    count = len(starts) - 1
+    best, size = np.full(count, -np.inf), np.zeros(count)
+    most = 0
+    for u in range(count):
+        most = max(most, starts[u + 1] - starts[u])
+    M, step, own = np.empty((most, most)), np.empty(most), np.empty((most, most))
+    for u in range(count):
+        first, k = starts[u], starts[u + 1] - starts[u]
+        for i in range(k):
+            a = columns[first + i]
+            for j in range(k):
+                b = columns[first + j]
+                own[i, j] = cov[a, b] / (widths[a] * widths[b])
+        for s in range(len(to)):
+            changes, half_log, bend = False, 0.0, 0.0
+            for i in range(k):
+                a = columns[first + i]
+                ratio = (widths[a] / to[s, first + i]) ** 2
+                change = ratio - 1.0
+                changes = changes or abs(change) >= _NO_CHANGE
+                half_log += 0.5 * np.log(ratio)
+                step[i] = change * mean[a] / widths[a]
+                for j in range(k):
+                    M[i, j] = change * own[i, j]
+                M[i, i] += 1.0
+            log_det, positive = _solve(M, step, k)
+            if not (changes and positive):
+                continue
+            for i in range(k):
+                bend += mean[columns[first + i]] / widths[columns[first + i]] * step[i]
+            gain = -0.5 * bend - 0.5 * log_det + half_log
+            if gain > best[u]:
+                best[u], size[u] = gain, _moved(columns[first : first + k], own, step, widths, mean, moves)
+    return best, size
+
+
+@part
+def _solve(M: Array, x: Array, k: int) -> tuple[float, bool]:
+    """The log of the determinant of M (k, k), and whether it is positive; x becomes M^-1 x. Gauss, with partial pivoting."""
+    log_det, sign = 0.0, 1.0
+    for c in range(k):
+        p = c
+        for r in range(c + 1, k):
+            if abs(M[r, c]) > abs(M[p, c]):
+                p = r
+        if p != c:
+            sign = -sign
+            x[c], x[p] = x[p], x[c]
+            for j in range(c, k):
+                M[c, j], M[p, j] = M[p, j], M[c, j]
+        pivot = M[c, c]
+        if pivot == 0.0:
+            return 0.0, False
+        sign = -sign if pivot < 0.0 else sign
+        log_det += np.log(abs(pivot))
+        for r in range(c + 1, k):
+            f = M[r, c] / pivot
+            x[r] -= f * x[c]
+            for j in range(c + 1, k):
+                M[r, j] -= f * M[c, j]
+    for c in range(k - 1, -1, -1):
+        for j in range(c + 1, k):
+            x[c] -= M[c, j] * x[j]
+        x[c] /= M[c, c]
+    return log_det, sign > 0.0
+
+
+@part
+def _moved(own_columns: Ints, own: Array, step: Array, widths: Array, mean: Array, moves: Array) -> float:
+    """m by which a unit moves the TCP where its mean, in widths of the priors, is less by `own` (k, k) times step (k,)."""
+    k, energy = len(own_columns), 0.0
+    then = np.empty(k)
+    for i in range(k):
+        at = mean[own_columns[i]] / widths[own_columns[i]]
+        for j in range(k):
+            at -= own[i, j] * step[j]
+        then[i] = at * widths[own_columns[i]]
+    for i in range(k):
+        for j in range(k):
+            energy += then[i] * moves[own_columns[i], own_columns[j]] * then[j]
+    return float(np.sqrt(max(energy, 0.0)))
