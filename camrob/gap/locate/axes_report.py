@@ -104,10 +104,10 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict
     step = max(1, len(y) // _MOST_ROWS)
     X = {n: np.concatenate([g[n] for g in given])[::step] for n in names}
     y, u = y[::step] - y.mean(), np.concatenate([s.command[:, k] for s, _ in parts])[::step]
-    energy = float(np.sum(y**2))
+    energy, whole = float(np.sum(y**2)), np.concatenate([e for _, e in parts])[::step]
     edge = m_to_mm if linear else rad_to_deg
     nothing = {"follows": "constant", "share": 0.0, "coefficient": None, "unit": "", "period": None}
-    if energy <= 0.0:
+    if energy <= _RIDGE**2 * float(np.sum(whole**2)):  # a constant, but for rounding
         return nothing
     shares = {n: 1.0 - _left(X[n], y) / energy for n in names}
     period, periodic = _periodic(u, y - _fitted(np.concatenate([X[n] for n in names], axis=1), y))
