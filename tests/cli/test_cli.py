@@ -95,6 +95,7 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "calibration": None,
         "diagnosis": None,
         "force": None,
+        "seconds": None,
         "report": True,
     }
     more = "--setup s.toml --name n --method planned --feed optimal --max-lines 5000 --dialect nx-clsf --units inch --device cuda"

@@ -22,8 +22,8 @@ SETUP = (
     ("blind", "error", "said"),
     [
         (None, CollisionError, "touches part"),
-        (lambda borders: [borders[1], borders[0]], VerificationError, "not looked for along all of it"),
-        (lambda borders: [*borders[:-1], borders[-1] - 2], VerificationError, "not looked for along all of it"),
+        (lambda borders: [borders[1], borders[0]], VerificationError, "not checked along all of"),
+        (lambda borders: [*borders[:-1], borders[-1] - 2], VerificationError, "not checked along all of"),
     ],
 )
 def test_collisions_are_looked_for_along_all_of_the_program(tmp_path: Path, monkeypatch, blind, error, said) -> None:

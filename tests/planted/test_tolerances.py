@@ -266,7 +266,7 @@ def test_the_solvers_promise(posted: Posted, monkeypatch: pytest.MonkeyPatch, sh
     if stands:
         resolved_job.resolve_job(posted.inputs, "vjm", "published", lambda done: None)
     else:
-        with pytest.raises(VerificationError, match="strays"):
+        with pytest.raises(VerificationError, match="deviates"):
             resolved_job.resolve_job(posted.inputs, "vjm", "published", lambda done: None)
 
 
