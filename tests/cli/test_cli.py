@@ -99,7 +99,7 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "report": True,
     }
     more = "--setup s.toml --name n --method planned --feed optimal --max-lines 5000 --dialect nx-clsf --units inch --device cuda"
-    more += " --for-accuracy --calibration f.toml --diagnosis d --force F.toml"
+    more += " --for-accuracy --calibration f.toml --diagnosis d --force F.toml --seconds 20"
     assert cli.run([*POST, *more.split(), "--no-report", "--quiet"]) == 0
     assert calls[1].pop("progress")
     assert calls[1] == {
@@ -118,6 +118,7 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "calibration": Path("f.toml"),
         "diagnosis": Path("d"),
         "force": Path("F.toml"),
+        "seconds": 20.0,
         "report": False,
     }
 
