@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.removal_kernel import carve, contacts, crossings_of_mesh, overlap
 from camrob.errors import InputError
+from camrob.progress import Share
 
 __all__ = ["CutSurface", "Dexels", "Moves", "deviation", "of_mesh"]
 
@@ -31,6 +32,7 @@ _OFF = 0.5 + 1.2345e-4
 _STOCK = -1
 # cosine between normals of two surfaces that are one; others are another wall, or the other side of a ridge
 _ALIKE = 0.8
+_REPORTS = 26  # ends of the parts that moves are carved in where somebody wants to see how far it is
 _LEAKS = 1e-3  # of the rays: as many meet a closed mesh in a seam
 
 
@@ -106,8 +108,10 @@ class Dexels:
         first = self.lower + _OFF * self.pitch
         return np.array([first[u], first[v], self.pitch])
 
-    def carve(self, moves: Moves) -> Array:
+    def carve(self, moves: Moves, progress: Share | None = None) -> Array:
         """Take away what moves sweep, in place. Returns m3 that each takes (N,), the mean of what the three directions say.
+
+        progress: called with the share of the moves that is carved.
 
         Cost: about 50 ns a ray and step of a fifth of the radius.
         """
@@ -119,14 +123,20 @@ class Dexels:
             slabs = _slabs(len(self.count[d]), self.count[d].size)
             self._room(d)
             jobs += [(d, slab, tip, axis, np.zeros(len(shape))) for slab in slabs]
-        begin = dict.fromkeys(range(len(jobs)), 0)
+        start = 0
         with ThreadPoolExecutor(_cores()) as pool:
-            while begin:
-                done = pool.map(self._carve, *zip(*((*jobs[k], shape, at) for k, at in begin.items()), strict=True))
-                stuck = {k: reached for k, reached in zip(list(begin), done, strict=True) if reached < len(shape)}
-                for d in {jobs[k][0] for k in stuck}:
-                    self._widen(d)
-                begin = stuck
+            for end in np.linspace(0, len(shape), _REPORTS if progress else 2).astype(int).tolist()[1:]:
+                begin = dict.fromkeys(range(len(jobs)), start)
+                while begin:
+                    asked = ((*jobs[k], shape[:end], at) for k, at in begin.items())
+                    done = pool.map(self._carve, *zip(*asked, strict=True))
+                    stuck = {k: reached for k, reached in zip(list(begin), done, strict=True) if reached < end}
+                    for d in {jobs[k][0] for k in stuck}:
+                        self._widen(d)
+                    begin = stuck
+                start = end
+                if progress is not None:
+                    progress(end / max(len(shape), 1))
         return np.asarray(sum(taken for *_, taken in jobs) * self.pitch**2 / 3.0)
 
     def _carve(self, d: int, slab: slice, tip: Array, axis: Array, taken: Array, shape: Array, begin: int) -> int:
@@ -134,7 +144,8 @@ class Dexels:
         u, v = self.others(d)
         box = np.stack([self.lower[[u, v, d]], self.upper[[u, v, d]]])
         box[:, 0] = self.lower[u] + self.pitch * np.array([slab.start, slab.stop + 1])
-        return int(carve(*parts, box, slab.start, self.grid(d), tip, axis, shape, begin, taken))
+        count = len(shape)
+        return int(carve(*parts, box, slab.start, self.grid(d), tip[:count], axis[:count], shape, begin, taken))
 
     def _room(self, d: int) -> None:
         """See to it that every ray has room for at least one more stretch."""

@@ -9,18 +9,21 @@ from numpy.typing import NDArray
 
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Dexels, Moves
+from camrob.progress import Share
 
 __all__ = ["holder_takes"]
 
 Array = NDArray[np.float64]
 
 
-def holder_takes(stock: Dexels, moves: Moves, holder: Sequence[tuple[float, float]]) -> Array:
+def holder_takes(
+    stock: Dexels, moves: Moves, holder: Sequence[tuple[float, float]], progress: Share | None = None
+) -> Array:
     """(N,) m3 of material that the holder goes through on each of N moves, behind the cutter on the same move; the stock is left
     as it is.
 
     holder: diameter and length (m) of its cylinders, from the cutter's upper end on, one above another. What it goes through is
-    gone afterwards, so that a place is counted once.
+    gone afterwards, so that a place is counted once. progress: called with the share that is carved.
     """
     own = moves.shape[:, 2]
     bottoms = np.cumsum([0.0, *(length for _, length in holder)])[:-1]
@@ -35,5 +38,5 @@ def holder_takes(stock: Dexels, moves: Moves, holder: Sequence[tuple[float, floa
         number.reshape(-1),
         (*moves.cutters, *cylinders),
     )
-    taken = stock.copy().carve(turns).reshape(count, many)
+    taken = stock.copy().carve(turns, progress).reshape(count, many)
     return np.asarray(taken[:, 1:].sum(axis=1))

@@ -150,17 +150,16 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     exact = replace(text, blend=np.full(len(text), Blend.EXACT, np.int8))
     plain = run(exact, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
     simulated = time.perf_counter()
-    area = None
+    base_T_part, runout, area = np.asarray(held.base_T_part), 0.5 * held.tool().runout, None
     if pushes is not None and pushes.asks_removal:
-        area = _removed(ran.log, tooled, stock, cutter, np.asarray(held.base_T_part))
+        area = _removed(ran.log, tooled, stock, cutter, base_T_part)
     path = true_path(ran.log, tooled, found, units, rest=rest, force=pushes, area=area)
     programmed = base_T_tool(tooled, tooled.to_q(plain.log.axes(tooled.axis_names)))
     reckoned = time.perf_counter()
-    surface = predict_surface(
-        stock, cutter, np.asarray(held.base_T_part), path, programmed, runout=0.5 * held.tool().runout
-    )
+    cut = stage_of(progress, "cut")
+    surface = predict_surface(stock, cutter, base_T_part, path, programmed, runout=runout, progress=cut)
     _demand_cut(surface, program)
-    part, holder = _held_to_part(held, surface, path), _held_clear(held, stock, surface, path)
+    part, holder = _held_to_part(held, surface, path), _held_clear(held, stock, surface, path, progress)
     done = time.perf_counter()
     summary = PredictSummary(
         program=program.stem,
@@ -217,11 +216,14 @@ def _held_to_part(setup: Setup, surface: PredictedSurface, path: TruePath) -> He
 
 
 def _held_clear(
-    setup: Setup, stock: Dexels, surface: PredictedSurface, path: TruePath
+    setup: Setup, stock: Dexels, surface: PredictedSurface, path: TruePath, progress: Progress | None
 ) -> tuple[HolderMeets, ...] | None:
     """Where the set-up's holder meets the stock, if it has one."""
     holder = setup.tool().holder
-    return holder_of(holder_takes(stock, surface.real.moves, holder), surface.real.kept, path) if holder else None
+    if not holder:
+        return None
+    taken = holder_takes(stock, surface.real.moves, holder, stage_of(progress, "holder"))
+    return holder_of(taken, surface.real.kept, path)
 
 
 def _removed(run: MeasurementLog, cell: Cell, stock: Dexels, cutter: Cutter, base_T_part: Array) -> Array:

@@ -11,6 +11,7 @@ from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import CutSurface, Dexels, Moves, deviation
 from camrob.cutting.way import Way
 from camrob.prediction.true_path import TruePath
+from camrob.progress import Share, part_of
 from camrob.se3 import inverse
 
 __all__ = ["PredictedSurface", "predict_surface", "way_of"]
@@ -34,7 +35,7 @@ class PredictedSurface:
 
     row: (P,) row of the run that cut there, at: (P,) which share of the way to the next; shares: (P, C) m of the deviation by
     cause, `rounding` (P,) that of the controller's rounded corners, `runout` (P,) that of a cutter that runs out of true.
-    not_met: points whose rays meet no other surface. left: what the machine leaves of the stock, by moves `real`.
+    not_met: points whose rays meet no other surface. left: what the machine leaves of the stock, on its way `real`.
     """
 
     point: Array
@@ -52,21 +53,29 @@ class PredictedSurface:
 
 
 def predict_surface(
-    stock: Dexels, cutter: Cutter, base_T_part: Array, path: TruePath, programmed: Array, *, runout: float = 0.0
+    stock: Dexels,
+    cutter: Cutter,
+    base_T_part: Array,
+    path: TruePath,
+    programmed: Array,
+    *,
+    runout: float = 0.0,
+    progress: Share | None = None,
 ) -> PredictedSurface:
     """Cut the stock three times: as programmed, as the simulated controller goes, and as the machine goes.
 
     stock: in `part`, left as it is. programmed: (M, 4, 4) tool in `base` on the path without any rounding. runout: m by which the
-    cutter's axis lies beside the spindle's; what it sweeps is a cutter of that much more radius, its corner as it is.
+    cutter's axis lies beside the spindle's; what it sweeps is a cutter of that much more radius, its corner as it is. progress:
+    called with the share that is carved.
     """
     part_T_base = inverse(base_T_part)
     swept = replace(cutter, radius=cutter.radius + runout)
     ways = ((programmed, cutter, None), (path.ideal, cutter, path.line), (path.true, swept, path.line))
     asked, meant, real = (way_of(part_T_base @ x, c, line) for x, c, line in ways)
     carved = []
-    for way in (asked, meant, real):
+    for k, way in enumerate((asked, meant, real)):
         left = stock.copy()
-        left.carve(way.moves)
+        left.carve(way.moves, None if progress is None else part_of(progress, k, 3))
         carved.append(left)
     surface = carved[1].surface(meant.moves)
     rounding = -deviation(surface, asked.moves, carved[0], farthest=_FARTHEST)

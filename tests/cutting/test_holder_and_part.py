@@ -41,6 +41,19 @@ def test_each_move_says_what_it_takes() -> None:
     assert taken.sum() == pytest.approx(before - np.mean([stock.volume(d) for d in range(3)]), rel=1e-9)
 
 
+def test_a_stock_carved_in_parts_is_the_same() -> None:
+    """Somebody who wants to see how far it is changes nothing: not what is taken, nor which move made a wall."""
+    moves = along_x([28.0, 25.0, 21.0, 20.5], Cutter(3 * MM, 1 * MM, 50 * MM), at=tuple(np.linspace(-10.0, 50.0, 30)))
+    one, parts, shares = block(0.5), block(0.5), list[float]()
+    assert np.array_equal(one.carve(moves), parts.carve(moves, shares.append))
+    assert all(np.array_equal(a, b) for a, b in zip(one.count, parts.count, strict=True))
+    for d in range(3):
+        used = np.arange(one.edge[d].shape[2]) < 2 * one.count[d][:, :, None]
+        assert np.array_equal(one.edge[d][used], parts.edge[d][used])
+        assert np.array_equal(one.owner[d][used], parts.owner[d][used])
+    assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) > 10
+
+
 def test_the_area_across_a_way_is_that_of_the_groove() -> None:
     area = removed_area(block(), along_x([25.0], Cutter(3 * MM, 0.0, 50 * MM), at=(0.0, 20.0, 40.0)), parts=2)
     assert area == pytest.approx(np.full(2, 30.0) * MM**2, rel=0.03)
