@@ -7,7 +7,7 @@ import pytest
 
 from camrob.compiled import kernel
 from camrob.redundancy.planning.dynamic_programming import Layers, cheapest_way
-from camrob.redundancy.planning.small_matrices import made_positive, solved
+from camrob.small_matrices import made_positive, solved
 
 
 @kernel

@@ -36,7 +36,7 @@ ROWS = (
     ("bodies",),
     ("kinematics", "dynamics"),
     ("cell", "toolpath", "measurement"),
-    ("se3", "frame_steps", "triples", "product_grid", "summaries"),
+    ("se3", "frame_steps", "triples", "small_matrices", "product_grid", "summaries"),
     ("frozen", "findings", "shipped"),
     ("errors", "compiled"),
     ("units", "text", "progress", "compiling"),

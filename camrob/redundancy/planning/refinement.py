@@ -11,7 +11,7 @@ from camrob.compiled import kernel, part
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, posture
 from camrob.redundancy.planning.objective import BEYOND, Objective, blocked_price, error_price, posture_price
 from camrob.redundancy.planning.part_error import PUSH
-from camrob.redundancy.planning.small_matrices import made_positive, solved
+from camrob.small_matrices import made_positive, solved
 
 __all__ = ["Course", "arm_along", "refine_course"]
 

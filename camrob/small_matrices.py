@@ -1,4 +1,4 @@
-"""Matrices as small as a plan has freedoms, in place and without a library: calling one takes longer than the arithmetic."""
+"""Matrices of a few rows, in place and without a library: calling one takes longer than the arithmetic. For compiled code."""
 
 from __future__ import annotations
 
