@@ -80,15 +80,20 @@ def _times_transposed(A: Array, V: Array) -> None:
 
 
 @bare
-def solved(A: Array, X: Array) -> None:
-    """X (F, K) <- A^-1 X by elimination with pivots; A (F, F) is used up."""
+def solved(A: Array, X: Array) -> float:
+    """X (F, K) <- A^-1 X by elimination with pivots; A (F, F) is used up: its diagonal holds the pivots.
+
+    Returns 1 or -1: the determinant of A is that times the product of the pivots. X holds no numbers where a pivot is 0.
+    """
     F, K = X.shape
+    exchanged = 1.0
     for c in range(F):
         best = c
         for r in range(c + 1, F):
             if abs(A[r, c]) > abs(A[best, c]):
                 best = r
         if best != c:
+            exchanged = -exchanged
             for k in range(F):
                 A[c, k], A[best, k] = A[best, k], A[c, k]
             for k in range(K):
@@ -105,3 +110,4 @@ def solved(A: Array, X: Array) -> None:
             for r in range(c + 1, F):
                 value -= A[c, r] * X[r, k]
             X[c, k] = value / A[c, c]
+    return exchanged

@@ -13,7 +13,7 @@ from camrob.small_matrices import made_positive, solved
 @kernel
 def _both(H, A, X):
     made_positive(H)
-    solved(A, X)
+    return solved(A, X)
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 4, 6])
@@ -25,9 +25,11 @@ def test_small_matrices_are_the_librarys(size: int) -> None:
         A, X = rng.normal(size=(size, size)), rng.normal(size=(size, size))
         values, vectors = np.linalg.eigh(H)
         got, x = H.copy(), X.copy()
-        _both(got, A.copy(), x)
+        used = A.copy()
+        exchanged = _both(got, used, x)
         np.testing.assert_allclose(got, (vectors * np.abs(values)) @ vectors.T, atol=1e-13 * np.abs(values).max())
         np.testing.assert_allclose(A @ x, X, atol=1e-9)
+        np.testing.assert_allclose(exchanged * np.prod(np.diag(used)), np.linalg.det(A), rtol=1e-9)
 
 
 def test_a_matrix_of_zeros_and_a_diagonal_stay() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
+from camrob.small_matrices import solved
 
 __all__ = ["single_changes"]
 
@@ -34,7 +35,7 @@ def single_changes(
     most = 0
     for u in range(count):
         most = max(most, starts[u + 1] - starts[u])
-    M, step, own = np.empty((most, most)), np.empty(most), np.empty((most, most))
+    M, step, own = np.empty((most, most)), np.empty((most, 1)), np.empty((most, most))
     for u in range(count):
         first, k = starts[u], starts[u + 1] - starts[u]
         for i in range(k):
@@ -50,15 +51,15 @@ def single_changes(
                 change = ratio - 1.0
                 changes = changes or abs(change) >= _NO_CHANGE
                 half_log += 0.5 * np.log(ratio)
-                step[i] = change * mean[a] / widths[a]
+                step[i, 0] = change * mean[a] / widths[a]
                 for j in range(k):
                     M[i, j] = change * own[i, j]
                 M[i, i] += 1.0
-            log_det, positive = _solve(M, step, k)
+            log_det, positive = _log_determinant(M, solved(M[:k, :k], step[:k]), k)
             if not (changes and positive):
                 continue
             for i in range(k):
-                bend += mean[columns[first + i]] / widths[columns[first + i]] * step[i]
+                bend += mean[columns[first + i]] / widths[columns[first + i]] * step[i, 0]
             gain = -0.5 * bend - 0.5 * log_det + half_log
             if gain > best[u]:
                 best[u], size[u] = gain, _moved(columns[first : first + k], own, step, widths, mean, moves)
@@ -66,45 +67,26 @@ def single_changes(
 
 
 @part
-def _solve(M: Array, x: Array, k: int) -> tuple[float, bool]:
-    """The log of the determinant of M (k, k), and whether it is positive; x becomes M^-1 x. Gauss, with partial pivoting."""
-    log_det, sign = 0.0, 1.0
+def _log_determinant(pivots: Array, exchanged: float, k: int) -> tuple[float, bool]:
+    """The log of the determinant of an eliminated matrix (k, k), from its diagonal, and whether it is positive."""
+    log_det, sign = 0.0, exchanged
     for c in range(k):
-        p = c
-        for r in range(c + 1, k):
-            if abs(M[r, c]) > abs(M[p, c]):
-                p = r
-        if p != c:
-            sign = -sign
-            x[c], x[p] = x[p], x[c]
-            for j in range(c, k):
-                M[c, j], M[p, j] = M[p, j], M[c, j]
-        pivot = M[c, c]
-        if pivot == 0.0:
+        if pivots[c, c] == 0.0:
             return 0.0, False
-        sign = -sign if pivot < 0.0 else sign
-        log_det += np.log(abs(pivot))
-        for r in range(c + 1, k):
-            f = M[r, c] / pivot
-            x[r] -= f * x[c]
-            for j in range(c + 1, k):
-                M[r, j] -= f * M[c, j]
-    for c in range(k - 1, -1, -1):
-        for j in range(c + 1, k):
-            x[c] -= M[c, j] * x[j]
-        x[c] /= M[c, c]
+        sign = -sign if pivots[c, c] < 0.0 else sign
+        log_det += np.log(abs(pivots[c, c]))
     return log_det, sign > 0.0
 
 
 @part
 def _moved(own_columns: Ints, own: Array, step: Array, widths: Array, mean: Array, moves: Array) -> float:
-    """m by which a unit moves the TCP where its mean, in widths of the priors, is less by `own` (k, k) times step (k,)."""
+    """m by which a unit moves the TCP where its mean, in widths of the priors, is less by `own` (k, k) times step (k, 1)."""
     k, energy = len(own_columns), 0.0
     then = np.empty(k)
     for i in range(k):
         at = mean[own_columns[i]] / widths[own_columns[i]]
         for j in range(k):
-            at -= own[i, j] * step[j]
+            at -= own[i, j] * step[j, 0]
         then[i] = at * widths[own_columns[i]]
     for i in range(k):
         for j in range(k):
