@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -172,7 +173,8 @@ class Dexels:
 
     def inside(self, triangles: Array) -> Dexels:
         """What a closed mesh (T, 3, 3), m, bounds of this box, on the same rays. Raises InputError for one that isn't closed."""
-        out = self.copy()
+        out = copy(self)
+        out.edge, out.owner, out.count = [], [], []
         for d in range(3):
             order = [*self.others(d), d]
             turned, room = np.ascontiguousarray(triangles[:, :, order]), 2 * _ROOM
@@ -187,8 +189,9 @@ class Dexels:
                     f"{odd} rays end inside the mesh", hint="close its holes: the mesh has to bound a body"
                 )
             count[count % 2 == 1] = 0  # a ray through a seam
-            out.edge[d], out.count[d] = np.clip(found, self.lower[d], self.upper[d]), (count // 2).astype(np.int32)
-            out.owner[d] = np.full(found.shape, _STOCK, np.int32)
+            out.edge.append(np.clip(found, self.lower[d], self.upper[d]))
+            out.count.append((count // 2).astype(np.int32))
+            out.owner.append(np.full(found.shape, _STOCK, np.int32))
         return out
 
     def common(self, other: Dexels) -> float:

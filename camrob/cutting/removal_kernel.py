@@ -344,10 +344,8 @@ def overlap(edge: Array, count: NDArray[np.int32], other: Array, others: NDArray
         for j in range(edge.shape[1]):
             a, b = 0, 0
             while a < count[i, j] and b < others[i, j]:
-                low, high = (
-                    max(edge[i, j, 2 * a], other[i, j, 2 * b]),
-                    min(edge[i, j, 2 * a + 1], other[i, j, 2 * b + 1]),
-                )
+                low = max(edge[i, j, 2 * a], other[i, j, 2 * b])
+                high = min(edge[i, j, 2 * a + 1], other[i, j, 2 * b + 1])
                 together += max(0.0, high - low)
                 if edge[i, j, 2 * a + 1] < other[i, j, 2 * b + 1]:
                     a += 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.compiled import kernel
+from camrob.compiled import kernel, part
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Moves
 
@@ -80,7 +80,7 @@ def _corners(tip: Array, top: Array, along: Array, ends: Ints, tolerance: float)
     return kept
 
 
-@kernel
+@part
 def _straight(tip: Array, top: Array, along: Array, a: int, b: int, tolerance: float) -> bool:
     """Whether the rows between a and b lie within the tolerance of where the straight move from a to b has them."""
     long = along[b] - along[a]

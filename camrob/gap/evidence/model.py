@@ -15,7 +15,7 @@ from camrob.gap.evidence.evidence import Evidence, Fitted
 from camrob.gap.observation.noise import Noise
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["Model", "doubt_of", "effect_rms", "whole_gap"]
+__all__ = ["Model", "doubt_of", "effect_rms", "some_rows", "whole_gap"]
 
 Array = NDArray[np.float64]
 
@@ -103,6 +103,12 @@ def whole_gap(panel: Panel) -> Array:
     """(N, 3) m: measured less nominal at the set-points."""
     total = panel.y_tcp[:, :3]
     return total if panel.y_servo is None else total + panel.carried(panel.y_servo)
+
+
+def some_rows(panel: Panel, most: int) -> NDArray[np.int64]:
+    """Rows of a log at which the tool was measured, evenly thinned to `most`."""
+    good = np.flatnonzero(panel.w_tcp[:, 0] > 0.0)
+    return good[:: max(1, -(-len(good) // most))]
 
 
 def doubt_of(part: Array, share: Array, *, poses: bool) -> Array:

@@ -127,10 +127,8 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict
         coefficient, unit = float(solved[at]), _COEFFICIENTS[best]
     else:
         moved = _fitted(X[best], y)
-        coefficient, unit = (
-            edge(0.5 * float(np.quantile(moved, 0.98) - np.quantile(moved, 0.02))),
-            "mm" if linear else "deg",
-        )
+        coefficient = edge(0.5 * float(np.quantile(moved, 0.98) - np.quantile(moved, 0.02)))
+        unit = "mm" if linear else "deg"
     return {"follows": best, "share": shares[best], "coefficient": coefficient, "unit": unit, "period": None}
 
 

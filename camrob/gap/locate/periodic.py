@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.evidence.design import Panel
-from camrob.gap.evidence.model import whole_gap
+from camrob.gap.evidence.model import some_rows, whole_gap
 
 __all__ = ["TIME", "Periodic", "periodic"]
 
@@ -66,8 +66,7 @@ def periodic(panels: Sequence[Panel], noise: float) -> Periodic | None:
 
 def _rows(panel: Panel) -> tuple[Array, NDArray[np.int64], dict[str, Array]]:
     """Gap, block, and what it may come back with, at some of a log's rows."""
-    good = np.flatnonzero(panel.w_tcp[:, 0] > 0.0)
-    rows = good[:: max(1, -(-len(good) // _MOST_ROWS))]
+    rows = some_rows(panel, _MOST_ROWS)
     scene = panel.scene
     signals = {a: scene.link[rows, k] for k, a in enumerate(scene.axes)}
     return whole_gap(panel)[rows], panel.block[rows], signals | {TIME: scene.t[rows]}

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.evidence.design import Panel
-from camrob.gap.evidence.model import whole_gap
+from camrob.gap.evidence.model import some_rows, whole_gap
 from camrob.gap.evidence.unknown import basis, quantities, targets
 
 __all__ = ["SingleShape", "single_shape"]
 
 Array = NDArray[np.float64]
 
-_MOST_ROWS = 1200  # of a log that tell a shape well enough
+_MOST_ROWS = 1200  # of a log that show a shape well enough
 _FOLDS = 8
 _RIDGE = 1e-9
 
@@ -34,9 +34,9 @@ def single_shape(panels: Sequence[Panel], noise: float) -> SingleShape | None:
     """The part and the quantity that explain most of some logs' gap at the TCP; None where nothing does.
 
     Every part with every quantity in turn, as a polynomial beside a constant shift; its size is fitted to the other blocks where
-    a share is told. noise: m, 3-D rms.
+    a share is wanted. noise: m, 3-D rms.
     """
-    rows = [_rows(p) for p in panels]
+    rows = [some_rows(p, _MOST_ROWS) for p in panels]
     gap = np.concatenate([whole_gap(p)[r] for p, r in zip(panels, rows, strict=True)])
     fold = np.concatenate([p.block[r] for p, r in zip(panels, rows, strict=True)]) % _FOLDS
     gap = gap - gap.mean(axis=0)
@@ -62,11 +62,6 @@ def single_shape(panels: Sequence[Panel], noise: float) -> SingleShape | None:
             if best is None or share > best.share:
                 best = SingleShape(target, n, share)
     return best
-
-
-def _rows(panel: Panel) -> NDArray[np.int64]:
-    good = np.flatnonzero(panel.w_tcp[:, 0] > 0.0)
-    return good[:: max(1, -(-len(good) // _MOST_ROWS))]
 
 
 def _withheld(lever: Array, shape: Array, gap: Array, fold: NDArray[np.int64]) -> float:

@@ -15,9 +15,8 @@ __all__ = ["local_nodes"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_AROUND = (
-    0.5  # m of s to either side of what is forbidden in which another way may be taken: five layers of the lattice
-)
+# m of s to either side of what is forbidden in which another way may be taken: five layers of the lattice
+_AROUND = 0.5
 
 
 def local_nodes(nodes: Nodes, w: Waypoints, coarse: Ints, draft: Draft, blocked: Array) -> Nodes:
