@@ -12,6 +12,8 @@ from cl_stories import happened, mm, ways
 from camrob.errors import ToolpathError
 from camrob.witness.cl import read_story
 from camrob.witness.cl.customs import COMPUTED
+from camrob.witness.cl.foreign.computed_values import Values
+from camrob.witness.cl.foreign.foreign_words import UnreadError
 from camrob.witness.cl.standing import TURNED
 from camrob.witness.cl.teller import UNREAD
 from camrob.witness.happenings import Kind, Story, Way
@@ -421,3 +423,15 @@ def test_turned_axes_without_tool_centre_point(tell, off):
 def test_three_rotary_axes_are_a_gap(tell):
     story = tell("M128\nG0 X1 Y2 Z3 A1 C0\nX2 B5\n")
     assert len(story) == 1 and not story.complete
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("2+3*4", 14.0), ("-(1-3)*SIN(30)", 1.0), ("7/2/2", 1.75), (f"{'(' * 20000}1{')' * 20000}", None), ("1/0", None)],
+)
+def test_what_a_value_comes_to_is_worked_out_or_unread(text: str, value: float | None) -> None:
+    if value is not None:
+        assert Values().of(text) == pytest.approx(value, rel=1e-12)
+        return
+    with pytest.raises(UnreadError, match="computed"):
+        Values().of(text)

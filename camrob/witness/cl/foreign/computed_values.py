@@ -43,7 +43,7 @@ class Values:
         tokens.reverse()
         try:
             value = self._sum(tokens)
-        except (IndexError, ZeroDivisionError, ValueError):
+        except (IndexError, ZeroDivisionError, ValueError, RecursionError):
             raise UnreadError(f"{text[:20]}, computed") from None
         if tokens or not math.isfinite(value):
             raise UnreadError(f"{text[:20]}, computed")
