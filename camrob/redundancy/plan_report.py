@@ -11,14 +11,9 @@ from numpy.typing import NDArray
 
 from camrob.frozen import locked
 
-__all__ = ["ERROR_TERMS", "TERMS", "ExpectedError", "PlanAccuracy", "PlanPoint", "PlanReport"]
+__all__ = ["ExpectedError", "PlanAccuracy", "PlanPoint", "PlanReport"]
 
 Array = NDArray[np.float64]
-
-TERMS = ("conditioning", "margins", "travel", "smoothness", "speed", "arm_steps")
-"""Names of the objective's terms, in the order of `plan_objective.prices`."""
-ERROR_TERMS = ("part_error", "turned_back")
-"""And of those that stand beside them where a plan looks at the part's error."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,17 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_planned import CELL, OBJECTIVE, SPACE, course_of, raster
+from test_planned import CELL, OBJECTIVE, SPACE, along, course_of, moves_of, raster
 
 from camrob.redundancy.plan_report import ExpectedError
 from camrob.redundancy.planning.certificate import certify
 from camrob.redundancy.planning.for_accuracy import expected_error, pushed
-from camrob.redundancy.planning.freedoms import plan_work
-from camrob.redundancy.planning.objective import prices
+from camrob.redundancy.planning.objective import motion_price, plan_prices
 from camrob.redundancy.planning.part_error import error_numbers, expected_squares, local_pushes
 from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.planning.posture_errors import NoForce, PostureErrors
-from camrob.redundancy.planning.refinement import arm_along, refine_course
+from camrob.redundancy.planning.refinement import refine_course
 from camrob.redundancy.planning.waypoints import waypoints
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
@@ -142,22 +141,22 @@ def test_refinement_with_the_parts_error_ends_in_an_optimum():
     n = len(w)
     certificate = certify(SPACE, w.base_T_tip)
     u = np.tile(certificate.u[0] + np.array([0.2, 0.1, 0.2]), (n, 1))
-    course = course_of(w, int(certificate.branch[0]), n)._replace(push=w.pushes(np.arange(n)))
-    q, good = arm_along(SPACE, course, u, np.tile(SPACE.center, (n, 1)))
+    course, push = course_of(w, int(certificate.branch[0]), n), w.pushes(np.arange(n))
+    q, good = along(course, u, np.tile(SPACE.center, (n, 1)))
     assert good.all()
     numbers = error_numbers(CELL, 1, errors)
-    square = expected_squares(numbers, u, q, course.push)[0]
+    square = expected_squares(numbers, u, q, push)[0]
     objective = OBJECTIVE._replace(
         errors=numbers._replace(weight=5.0 / square.mean(), turning=np.array([0.3, 0, 0, 0, 0, 0]))
     )
+    motion = motion_price(objective, moves_of(n)._replace(cuts_on=np.arange(n) > 0))
+    course = course._replace(push=push, motion=motion)
 
     def price(u, q):
-        own = prices(
-            SPACE, objective, u, q, course.weight, course.ds, course.dt, course.travel, course.joined, plan_work()
-        )
-        wrong = expected_squares(numbers, u, q, course.push)[0] @ course.weight * objective.errors.weight
+        own = plan_prices(SPACE, OBJECTIVE, u, q, course.weight, push, moves_of(n), course.joined)
+        wrong = expected_squares(numbers, u, q, push)[0] @ course.weight * objective.errors.weight
         d = np.diff(q[:, 0])
-        return own.sum() + wrong + 0.3 * np.sum(np.sqrt(d**2 + 1e-6) - 1e-3)
+        return sum(own.values()) + wrong + 0.3 * np.sum(np.sqrt(d**2 + 1e-6) - 1e-3)
 
     before = price(u, q)
     reached = refine_course(SPACE, objective, course, u, q, np.zeros(3, bool), 200)
@@ -167,7 +166,7 @@ def test_refinement_with_the_parts_error_ends_in_an_optimum():
     rng = np.random.default_rng(2)
     for _ in range(40):
         other = u + 2e-3 * rng.normal(size=(1, 3)) + 1e-3 * rng.normal(size=(n, 3))
-        moved, _good = arm_along(SPACE, course, other, q)
+        moved, _good = along(course, other, q)
         assert price(other, moved) > after - 2e-4 * after
 
 

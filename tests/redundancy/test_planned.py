@@ -20,10 +20,18 @@ from camrob.kinematics.batched import BatchedKinematics
 from camrob.kinematics.kernels import chain_arrays, forward_many, inverse_kf_many
 from camrob.redundancy.free_frames import rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning import objective as planner_objective
 from camrob.redundancy.planning.certificate import Certificate, certify, external_grid, scan
 from camrob.redundancy.planning.dynamic_programming import Layers, cheapest_way
 from camrob.redundancy.planning.freedoms import conditioning, plan_space, plan_work, pose_in_foot, posture
-from camrob.redundancy.planning.objective import Objective, plan_weights, posture_price, prices
+from camrob.redundancy.planning.objective import (
+    Moves,
+    Objective,
+    motion_price,
+    plan_prices,
+    plan_weights,
+    posture_price,
+)
 from camrob.redundancy.planning.part_error import PUSH
 from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.planning.refinement import Course, arm_along, refine_course
@@ -253,16 +261,21 @@ def test_endless_coordinates_wrap():
 # the objective and its refinement
 
 
+def moves_of(n):
+    return Moves(np.full(n, 0.02), np.full(n, 1.0), np.full(n, 0.3), np.zeros(n))
+
+
+def along(course, u, start):
+    return arm_along(SPACE, course.frames, course.branch, course.joined, u, start)
+
+
 def course_of(w, branch, n):
     return Course(
         np.array(w.base_T_tip),
         np.full(n, branch),
         np.full(n, 0.02),
-        np.full(n, 0.02),
-        np.full(n, 1.0),
-        np.full(n, 0.3),
+        motion_price(OBJECTIVE, moves_of(n)),
         np.arange(n) > 0,
-        np.zeros((n, 3)),
         np.zeros((0, PUSH)),
         np.zeros((n, 0), bool),
     )
@@ -275,14 +288,12 @@ def test_refinement_ends_in_an_optimum():
     branch = int(certificate.branch[0])
     u = np.tile(certificate.u[0] + np.array([0.2, 0.1, 0.2]), (n, 1))
     course = course_of(w, branch, n)
-    q, good = arm_along(SPACE, course, u, np.tile(SPACE.center, (n, 1)))
+    q, good = along(course, u, np.tile(SPACE.center, (n, 1)))
     assert good.all()
     free = np.zeros(3, bool)
 
     def price(u, q):
-        return prices(
-            SPACE, OBJECTIVE, u, q, course.weight, course.ds, course.dt, course.travel, course.joined, plan_work()
-        ).sum()
+        return sum(plan_prices(SPACE, OBJECTIVE, u, q, course.weight, course.push, moves_of(n), course.joined).values())
 
     before = price(u, q)
     refine_course(SPACE, OBJECTIVE, course, u, q, free, 200)
@@ -291,9 +302,9 @@ def test_refinement_ends_in_an_optimum():
     rng = np.random.default_rng(2)
     for _ in range(40):
         other = u + 2e-3 * rng.normal(size=(1, 3)) + 1e-3 * rng.normal(size=(n, 3))
-        moved, _good = arm_along(SPACE, course, other, q)
+        moved, _good = along(course, other, q)
         assert price(other, moved) > after - 2e-4 * after
-    np.testing.assert_allclose(arm_along(SPACE, course, u, q)[0], q, atol=1e-9)
+    np.testing.assert_allclose(along(course, u, q)[0], q, atol=1e-9)
 
 
 def test_prices_are_those_written_down():
@@ -303,7 +314,8 @@ def test_prices_are_those_written_down():
     q[2, 5] = CELL.q_upper[5] - np.deg2rad(4.0)  # A4 is 4 degrees from its limit
     u, arm = np.ascontiguousarray(q[:, SPACE.free]), np.ascontiguousarray(q[:, CELL.arm_slice])
     weight, ds, dt = np.full(n, 0.5), np.full(n, 0.2), np.full(n, 0.001)
-    got = prices(SPACE, OBJECTIVE, u, arm, weight, ds, dt, np.ones(n), np.arange(n) > 0, plan_work())
+    moves = Moves(ds, dt, np.ones(n), np.zeros(n))
+    got = plan_prices(SPACE, OBJECTIVE, u, arm, weight, np.zeros((0, PUSH)), moves, np.arange(n) > 0)
     x = inverse_kf_many(chain_arrays(CELL), q)
     d = np.abs(np.diff(u, axis=0))
     room = np.minimum(q - CELL.q_lower, CELL.q_upper - q)
@@ -320,9 +332,29 @@ def test_prices_are_those_written_down():
         (over**2 * 0.2).sum(),
         (0.0001 * np.diff(arm, axis=0) ** 2 / 0.2).sum(),
     ]
-    np.testing.assert_allclose(got, expected, rtol=1e-9)
+    assert list(got) == ["conditioning", "margins", "travel", "smoothness", "speed", "arm_steps"]
+    np.testing.assert_allclose(list(got.values()), expected, rtol=1e-9)
     assert expected[1] > 0.0
     assert posture_price(SPACE, OBJECTIVE, u[0], arm[0], 0.5)[0] == pytest.approx(1.0)
+
+
+def test_a_term_of_motion_is_one_function(monkeypatch):
+    """A term that nothing else knows is searched for, refined and reported."""
+
+    def wrist(objective, moves, price):
+        price.rate[:, -1] += 0.5
+        price.rate[:, -2] += 0.5
+
+    path = raster(3, 6)
+    plain = resolve_planned(CELL, path, mode="flowing")
+    monkeypatch.setattr(planner_objective, "MOTION_TERMS", {**planner_objective.MOTION_TERMS, "wrist": wrist})
+    priced = resolve_planned(CELL, path, mode="flowing")
+    turned = [np.abs(np.diff(s.q[:, CELL.arm_slice][:, 4:], axis=0)).sum() for s in (plain, priced)]
+    assert turned[1] < 0.8 * turned[0]
+    assert "wrist" not in plain.plan.terms
+    assert priced.plan.terms["wrist"] == pytest.approx(
+        0.5 * turned[1], rel=0.1
+    )  # of waypoints, which are fewer than points
 
 
 def test_weights_with_unknown_names_are_refused():

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
+from test_planned import CELL, OBJECTIVE, ROOT, raster
 
 from camrob.errors import InputError, LimitError
 from camrob.jobs.post import post
@@ -24,7 +25,6 @@ from camrob.redundancy.replanning.clock import Clock
 from camrob.redundancy.replanning.forbidding import FEATURES, forbidden, forbidden_price, marks
 from camrob.redundancy.solution import Solution
 from camrob.report.terminal.summaries import render_post
-from tests.redundancy.test_planned import CELL, OBJECTIVE, ROOT, raster
 
 ARM = CELL.arm_slice
 SAMPLE = ROOT / "toolpaths" / "engraving" / "engraving.cls"

@@ -6,9 +6,10 @@ import pytest
 from structure_names import _asked
 from structure_tree import modules, parse
 
-from camrob.redundancy.plan_report import TERMS
+from camrob.redundancy.planning.objective import MOTION_TERMS, POSTURE_TERMS
 
-HOME = ("camrob.redundancy.planning.", "camrob.redundancy.plan_report")
+TERMS = {*POSTURE_TERMS, *MOTION_TERMS}
+HOME = ("camrob.redundancy.planning.",)
 # the rooms that a plan goes through; elsewhere words like "speed" and "travel" are those of other things
 ROOMS = ("camrob.redundancy.", "camrob.jobs.", "camrob.report.post.", "camrob.summaries.", "camrob.cli.")
 
@@ -19,7 +20,7 @@ def faults(tree) -> list[str]:
         f"{module.at(node)}: {node.value!r} is known by name"
         for module in tree
         if module.name.startswith(ROOMS) and not module.name.startswith(HOME)
-        for node in _asked(module, set(TERMS))
+        for node in _asked(module, TERMS)
     ]
 
 

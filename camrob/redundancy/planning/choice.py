@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.redundancy.plan_report import ERROR_TERMS, TERMS, PlanPoint
+from camrob.redundancy.plan_report import PlanPoint
 from camrob.redundancy.planning.certificate import Certificate
-from camrob.redundancy.planning.course import Draft, surroundings
+from camrob.redundancy.planning.course import Draft, draft_terms
 from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work
-from camrob.redundancy.planning.objective import Objective, prices
+from camrob.redundancy.planning.objective import Objective
 from camrob.redundancy.planning.part_error import expected_squares
-from camrob.redundancy.planning.refinement import Course
 from camrob.redundancy.planning.waypoints import Waypoints
 
 __all__ = ["Choice", "CurvePoint", "Knee", "chosen_point", "plan_point", "plan_terms"]
@@ -148,30 +147,5 @@ def chosen_point(points: Sequence[PlanPoint], knee: Knee | None, mode: str) -> C
 
 def plan_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) -> dict[str, float]:
     """The objective's terms for a draft, m, re-postures among them."""
-    course = surroundings(space, None, w, draft, 1.0)
-    values = prices(
-        space,
-        objective,
-        draft.u,
-        np.ascontiguousarray(draft.q),
-        course.weight,
-        course.ds,
-        course.dt,
-        course.travel,
-        draft.joined,
-        plan_work(),
-    )
-    terms = dict(zip(TERMS, (float(v) for v in values), strict=True))
-    if objective.errors.weight > 0.0:
-        terms |= dict(zip(ERROR_TERMS, _error_prices(objective, draft, course), strict=True))
-    terms["repostures"] = objective.reposture * float(np.sum(~draft.joined[1:]))
-    return terms
-
-
-def _error_prices(objective: Objective, draft: Draft, course: Course) -> tuple[float, float]:
-    """Prices of the part's error and of what axes that leave marks move in cuts, m."""
-    errors, q = objective.errors, np.ascontiguousarray(draft.q)
-    square, _levers = expected_squares(errors, draft.u, q, course.push)
-    moved = np.abs(np.diff(q, axis=0)) @ errors.turning
-    both = course.push[1:, 6] * course.push[:-1, 6] * draft.joined[1:]
-    return errors.weight * float(course.weight @ (square * course.push[:, 6])), float(moved @ both)
+    repostures = objective.reposture * float(np.sum(~draft.joined[1:]))
+    return draft_terms(space, objective, w, draft) | {"repostures": repostures}

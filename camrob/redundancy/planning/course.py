@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.redundancy.planning.candidates import Nodes
 from camrob.redundancy.planning.dynamic_programming import Layers, Way, cheapest_way
 from camrob.redundancy.planning.freedoms import PlanSpace
-from camrob.redundancy.planning.objective import AIR_SHARE, Objective
+from camrob.redundancy.planning.objective import AIR_SHARE, Moves, Objective, motion_price, plan_prices
 from camrob.redundancy.planning.refinement import ITERATIONS, Course, arm_along, refine_course
 from camrob.redundancy.planning.waypoints import Waypoints
 from camrob.redundancy.replanning.forbidding import forbidden, forbidden_price
@@ -21,10 +21,10 @@ __all__ = [
     "Draft",
     "coarse_index",
     "draft_course",
+    "draft_terms",
     "relaxed",
     "search",
     "stopped",
-    "surroundings",
 ]
 
 Array = NDArray[np.float64]
@@ -108,24 +108,18 @@ def search(
     window[:, F + 6] = 0.5
     if still:
         window[1:][_same_region(w), :external] = _HELD
-    ds = np.maximum(np.diff(w.s, prepend=w.s[0]), _LEAST_STEP)
-    rate, square = np.zeros((T, n)), np.zeros((T, n))
-    rate[:, :F] = np.where(w.cutting, 1.0, AIR_SHARE)[:, None] * travel * objective.travel
-    square[:, :F] = objective.u_smooth / ds[:, None]
-    square[:, F : F + 6] = objective.arm_step / ds[:, None]
-    if objective.errors.weight > 0.0 and len(w.push):
-        both = w.push[:, 6] * np.append(0.0, w.push[:-1, 6])
-        rate[:, F : F + 6] = both[:, None] * objective.errors.turning
+    motion = motion_price(objective._replace(travel=travel * objective.travel), _moves(w, np.arange(T)))
+    rate, square, top = (
+        np.pad(x, ((0, 0), (0, 1)), constant_values=empty)  # a branch is not gone along
+        for x, empty in ((motion.rate, 0.0), (motion.square, 0.0), (motion.top, np.inf))
+    )
     jump = np.where(w.safe, objective.reposture, np.where(w.on_point, retract, np.inf))
     endless = np.zeros(n, np.bool_)
     endless[:F] = space.u_endless
     price = (nodes.price + forbidden_price(objective, nodes.offset, nodes.q, w.s)) * np.repeat(
         _weights(w), np.diff(nodes.offset)
     )
-    top = np.full((T, n), np.inf)
-    top[:, :F] = objective.u_speed * np.maximum(w.time, _LEAST_TIME)[:, None]
-    haste = objective.speed * ds
-    way: Way = cheapest_way(Layers(nodes.offset, x, price, window, rate, square, top, haste, endless, jump))
+    way: Way = cheapest_way(Layers(nodes.offset, x, price, window, rate, square, top, motion.haste, endless, jump))
     return way
 
 
@@ -171,41 +165,60 @@ def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way
         rigid,
         way.price,
     )
-    q, _good = arm_along(space, surroundings(space, None, w, draft, 0.0), draft.u, draft.q)
+    frames = np.ascontiguousarray(w.base_T_tip[at])
+    q, _good = arm_along(space, frames, draft.branch, draft.joined, draft.u, draft.q)
     return replace(draft, q=q)
 
 
-def surroundings(
-    space: PlanSpace, objective: Objective | None, w: Waypoints, draft: Draft, travel: float, stiff: float = 0.0
-) -> Course:
-    """The surroundings of a draft: external travel at `travel` times its price, `stiff` holding it within regions; what the
-    objective forbids, where one is given.
-    """
-    at, F = draft.index, len(space.free)
-    weight = _weights(w)[at]
+def _moves(w: Waypoints, at: Ints) -> Moves:
+    """The moves from each of the waypoints `at` (K,) to the next."""
+    push = w.pushes(at)
+    counts = push[:, 6] if len(push) else np.zeros(len(at))
+    return Moves(
+        np.maximum(np.diff(w.s[at], prepend=w.s[at[0]]), _LEAST_STEP),
+        np.maximum(w.time[at], _LEAST_TIME),
+        np.where(w.cutting[at], 1.0, AIR_SHARE),
+        counts * np.append(0.0, counts[:-1]),
+    )
+
+
+def _draft_weights(w: Waypoints, draft: Draft) -> Array:
+    """(K,) m that the posture at each waypoint of a draft counts for, shared by the two where the posture jumps."""
+    weight = _weights(w)[draft.index]
     second = ~draft.joined
     second[0] = False
     weight[second] *= 0.5
     weight[np.flatnonzero(second) - 1] *= 0.5
-    held = np.zeros((len(at), F))
-    held[draft.rigid, : F - space.roll] = stiff
+    return weight
+
+
+def draft_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) -> dict[str, float]:
+    """The objective's terms for a draft, m, re-postures apart."""
+    moves, push = _moves(w, draft.index), w.pushes(draft.index)
+    return plan_prices(space, objective, draft.u, draft.q, _draft_weights(w, draft), push, moves, draft.joined)
+
+
+def _surroundings(
+    space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft, travel: float, stiff: float = 0.0
+) -> Course:
+    """The surroundings of a draft: external travel at `travel` times its price, `stiff` holding it within regions."""
+    at = draft.index
+    motion = motion_price(objective._replace(travel=travel * objective.travel), _moves(w, at))
+    motion.square[draft.rigid, : len(space.free) - space.roll] += stiff
     return Course(
         np.ascontiguousarray(w.base_T_tip[at]),
         draft.branch,
-        weight,
-        np.maximum(np.diff(w.s[at], prepend=w.s[at[0]]), _LEAST_STEP),
-        np.maximum(w.time[at], _LEAST_TIME),
-        travel * np.where(w.cutting[at], 1.0, AIR_SHARE),
+        _draft_weights(w, draft),
+        motion,
         draft.joined,
-        held,
         w.pushes(at),
-        np.zeros((len(at), 0), np.bool_) if objective is None else forbidden(objective, w.s[at]),
+        forbidden(objective, w.s[at]),
     )
 
 
 def relaxed(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft, travel: float) -> Draft:
     """The draft refined, external travel priced `travel` times the cell's weight."""
-    course = surroundings(space, objective, w, draft, travel)
+    course = _surroundings(space, objective, w, draft, travel)
     u, q = draft.u.copy(), draft.q.copy()
     price = refine_course(space, objective, course, u, q, np.zeros(len(space.free), np.bool_), ITERATIONS)
     return replace(draft, u=u, q=q, price=price)
@@ -220,11 +233,11 @@ def stopped(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) 
     _settle(u, group, weight, external)
     nothing, hold = np.zeros(len(space.free), np.bool_), np.zeros(len(space.free), np.bool_)
     hold[:external] = True
-    course = surroundings(space, objective, w, draft, 1.0, _STIFF)
-    q, _good = arm_along(space, course, u, q)
+    course = _surroundings(space, objective, w, draft, 1.0, _STIFF)
+    q, _good = arm_along(space, course.frames, course.branch, course.joined, u, q)
     refine_course(space, objective, course, u, q, nothing, ITERATIONS)
     _settle(u, group, weight, external)
-    q, _good = arm_along(space, course, u, q)
+    q, _good = arm_along(space, course.frames, course.branch, course.joined, u, q)
     price = refine_course(space, objective, course, u, q, hold, ITERATIONS)
     return replace(draft, u=u, q=q, price=price)
 

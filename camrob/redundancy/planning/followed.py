@@ -12,8 +12,7 @@ from camrob.errors import JobError
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.course import Draft
 from camrob.redundancy.planning.freedoms import PlanSpace
-from camrob.redundancy.planning.part_error import PUSH
-from camrob.redundancy.planning.refinement import Course, arm_along
+from camrob.redundancy.planning.refinement import arm_along
 from camrob.redundancy.planning.waypoints import Waypoints
 from camrob.redundancy.published.virtual_joint import PathTracker
 from camrob.redundancy.published.weighting import even_weights
@@ -118,19 +117,10 @@ def _references(
         u = np.repeat(values, len(place), axis=0)
     n = len(place)
     u[0] = draft.u[part][0]
-    course = Course(
-        np.array(path.base_T_tip[start:stop], order="C"),
-        np.full(n, draft.branch[part.start]),
-        np.ones(n),
-        np.ones(n),
-        np.ones(n),
-        np.ones(n),
-        np.arange(n) > 0,
-        np.zeros(u.shape),
-        np.zeros((0, PUSH)),
-        np.zeros((n, 0), np.bool_),
-    )
-    arm, _good = arm_along(space, course, np.ascontiguousarray(u), np.repeat(draft.q[part][:1], n, axis=0))
+    frames = np.array(path.base_T_tip[start:stop], order="C")
+    branch, joined = np.full(n, draft.branch[part.start]), np.arange(n) > 0
+    begin = np.repeat(draft.q[part][:1], n, axis=0)
+    arm, _good = arm_along(space, frames, branch, joined, np.ascontiguousarray(u), begin)
     rows = np.empty((n, len(cell)))
     rows[:, space.free] = u
     rows[:, cell.arm_slice] = arm

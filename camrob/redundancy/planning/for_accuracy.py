@@ -15,9 +15,9 @@ from camrob.redundancy.planning.candidates import external_prices
 from camrob.redundancy.planning.certificate import ROLLS, Certificate, Survey
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights
-from camrob.redundancy.planning.part_error import MARK, PUSH, STROKE, error_numbers, expected_squares, local_pushes
+from camrob.redundancy.planning.part_error import MARK, STROKE, error_numbers, expected_squares, local_pushes
 from camrob.redundancy.planning.posture_errors import PostureErrors
-from camrob.redundancy.planning.refinement import Course, arm_along
+from camrob.redundancy.planning.refinement import arm_along
 from camrob.redundancy.planning.waypoints import Waypoints
 from camrob.redundancy.solution import Solution
 
@@ -88,12 +88,9 @@ def weighed(
 def _postures(space: PlanSpace, w: Waypoints, certificate: Certificate) -> Array:
     """The arm's postures (W, 6) that the certificate's bounds belong to."""
     n = len(w)
-    one, alone = np.ones(n), np.zeros(n, np.bool_)
-    course = Course(
-        np.array(w.base_T_tip), np.array(certificate.branch), one, one, one, one, alone, np.zeros((n, len(space.free))),
-        np.zeros((0, PUSH)), np.zeros((n, 0), np.bool_),
-    )  # fmt: skip
-    q, _good = arm_along(space, course, np.array(certificate.u), np.tile(space.center, (n, 1)))
+    frames, alone = np.array(w.base_T_tip), np.zeros(n, np.bool_)
+    start = np.tile(space.center, (n, 1))
+    q, _good = arm_along(space, frames, np.array(certificate.branch), alone, np.array(certificate.u), start)
     return np.asarray(q)
 
 

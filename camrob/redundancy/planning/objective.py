@@ -8,6 +8,7 @@ For waypoints k that stand for l_k m of cutting each (in air for AIR_SHARE of th
         + sum smoothness |dE|^2 / ds                                                   its smoothness
         + sum speed (|dE| / (speed_share v_max dt) - 1)+^2 ds                          external speed at the programmed feed
         + sum arm_step |dA|^2 / ds                                                     steps of the arm's joints
+        + sum turning |dA| in cuts                                                     of axes that leave marks (`part_error`)
         + re-postures * reposture                                                       re-postures in void motions
 
 x_0 is the cell's own threshold on 1/k_F; (x_0/x)^power is convex in x, so that poor places weigh more than good ones gain.
@@ -26,7 +27,9 @@ cell, `[resolve.planned]`:
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +38,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.compiled import kernel, part
 from camrob.errors import CellError
-from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning
+from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work
 from camrob.redundancy.planning.part_error import NO_ERRORS, ErrorNumbers, expected_square
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -44,14 +47,19 @@ __all__ = [
     "BEYOND",
     "BLOCKED_PRICE",
     "BLOCKED_REACH",
+    "MOTION_TERMS",
+    "POSTURE_TERMS",
+    "MotionPrice",
+    "Moves",
     "Objective",
     "PlanWeights",
     "blocked_price",
     "error_price",
+    "motion_price",
+    "plan_prices",
     "plan_weights",
     "posture_features",
     "posture_price",
-    "prices",
 ]
 
 Array = NDArray[np.float64]
@@ -201,33 +209,106 @@ def error_price(objective: Objective, u: Array, q: Array, push: Array) -> float:
 
 
 @kernel(nogil=True)
-def prices(
-    space: PlanSpace, objective: Objective, u: Array, q: Array, weight: Array, ds: Array, dt: Array, travel: Array,
-    joined: NDArray[np.bool_], work: PlanWork,
-) -> Array:  # fmt: skip
-    """The objective's terms (6,): conditioning, margins, travel, smoothness, speed, arm steps, of postures u (W, F), q (W, 6).
-
-    weight (W,): m that each waypoint stands for; ds, dt, travel (W,): of the move to it, m, s and the travel price's scale.
-    joined (W,): False where the posture may jump before the waypoint.
-    """
-    out = np.zeros(6)
-    W, F = u.shape
-    for k in range(W):
-        value = conditioning(space, q[k], work)
-        a, b = posture_price(space, objective, u[k], q[k], value)
+def _posture_prices(
+    space: PlanSpace, objective: Objective, u: Array, q: Array, weight: Array, push: Array, work: PlanWork
+) -> Array:
+    """Prices (3,) of postures u (W, F), q (W, 6): conditioning, margins, the part's error; see `plan_prices`."""
+    out = np.zeros(3)
+    for k in range(u.shape[0]):
+        a, b = posture_price(space, objective, u[k], q[k], conditioning(space, q[k], work))
         out[0] += weight[k] * a
         out[1] += weight[k] * b
-        if k == 0 or not joined[k]:
-            continue
-        for i in range(F):
-            d = abs(u[k, i] - u[k - 1, i])
-            out[2] += travel[k] * objective.travel[i] * d
-            out[3] += objective.u_smooth[i] * d * d / ds[k]
-            if np.isfinite(objective.u_speed[i]):
-                over = d / (objective.u_speed[i] * dt[k]) - 1.0
-                if over > 0.0:
-                    out[4] += objective.speed * over * over * ds[k]
-        for i in range(6):
-            d = q[k, i] - q[k - 1, i]
-            out[5] += objective.arm_step * d * d / ds[k]
+        if objective.errors.weight > 0.0:
+            out[2] += weight[k] * error_price(objective, u[k], q[k], push[k])
     return out
+
+
+class Moves(NamedTuple):
+    """The moves to waypoints: ds (W,) m, dt (W,) s; share (W,): 1 of a cut, AIR_SHARE in air; cuts_on (W,): 1 where a cut that
+    counts for the part's error goes on over the waypoint before.
+    """
+
+    ds: Array
+    dt: Array
+    share: Array
+    cuts_on: Array
+
+
+class MotionPrice(NamedTuple):
+    """Price of the move to each waypoint, by how far d the coordinates go in it (the F freedoms, then the arm's axes):
+
+        sum rate |d| + square d^2 + haste (|d| / top - 1)+^2
+
+    rate, square, top (W, F + 6); haste (W,). What is searched, refined and reported is priced by it alone.
+    """
+
+    rate: Array
+    square: Array
+    top: Array
+    haste: Array
+
+    def paid(self, u: Array, q: Array, joined: NDArray[np.bool_]) -> float:
+        """For postures u (W, F), q (W, 6), in m; joined (W,): False where the posture may jump before the waypoint."""
+        d = np.abs(np.diff(np.hstack([u, q]), axis=0))[joined[1:]]
+        rate, square, top = (x[1:][joined[1:]] for x in (self.rate, self.square, self.top))
+        over = np.maximum(d / top - 1.0, 0.0)
+        return float(np.sum(rate * d + square * d * d) + np.sum(over * over * self.haste[1:][joined[1:], None]))
+
+
+def _travel(objective: Objective, moves: Moves, price: MotionPrice) -> None:
+    price.rate[:, : len(objective.travel)] += moves.share[:, None] * objective.travel
+
+
+def _smoothness(objective: Objective, moves: Moves, price: MotionPrice) -> None:
+    price.square[:, : len(objective.travel)] += objective.u_smooth / moves.ds[:, None]
+
+
+def _speed(objective: Objective, moves: Moves, price: MotionPrice) -> None:
+    price.top[:, : len(objective.travel)] = objective.u_speed * moves.dt[:, None]
+    price.haste[:] = objective.speed * moves.ds
+
+
+def _arm_steps(objective: Objective, moves: Moves, price: MotionPrice) -> None:
+    price.square[:, len(objective.travel) :] += objective.arm_step / moves.ds[:, None]
+
+
+def _turned_back(objective: Objective, moves: Moves, price: MotionPrice) -> None:
+    price.rate[:, len(objective.travel) :] += moves.cuts_on[:, None] * objective.errors.turning
+
+
+MOTION_TERMS: Mapping[str, Callable[[Objective, Moves, MotionPrice], None]] = MappingProxyType(
+    {
+        "travel": _travel,
+        "smoothness": _smoothness,
+        "speed": _speed,
+        "arm_steps": _arm_steps,
+        "turned_back": _turned_back,
+    }
+)
+"""What motion costs: each adds its own to a price. One of them may price haste, which has one top for each coordinate."""
+POSTURE_TERMS = ("conditioning", "margins", "part_error")
+_OF_ERRORS = ("part_error", "turned_back")  # reported where a plan looks at the part's error
+
+
+def motion_price(objective: Objective, moves: Moves, *names: str) -> MotionPrice:
+    """The price of moves by the terms named, or by all of them."""
+    shape = (len(moves.ds), len(objective.travel) + len(objective.margin))
+    price = MotionPrice(np.zeros(shape), np.zeros(shape), np.full(shape, np.inf), np.zeros(len(moves.ds)))
+    for name in names or MOTION_TERMS:
+        MOTION_TERMS[name](objective, moves, price)
+    return price
+
+
+def plan_prices(
+    space: PlanSpace, objective: Objective, u: Array, q: Array, weight: Array, push: Array, moves: Moves,
+    joined: NDArray[np.bool_],
+) -> dict[str, float]:  # fmt: skip
+    """The objective's terms, m, of postures u (W, F), q (W, 6), re-postures apart.
+
+    weight (W,): m that each waypoint stands for; push (W, PUSH), read where the objective looks at the part's error; moves:
+    to the waypoints; joined (W,): False where the posture may jump before the waypoint.
+    """
+    own = _posture_prices(space, objective, u, np.ascontiguousarray(q), weight, push, plan_work())
+    terms = dict(zip(POSTURE_TERMS, own.tolist(), strict=True))
+    terms |= {name: motion_price(objective, moves, name).paid(u, q, joined) for name in MOTION_TERMS}
+    return {n: v for n, v in terms.items() if objective.errors.weight > 0.0 or n not in _OF_ERRORS}

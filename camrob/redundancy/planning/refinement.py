@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, posture
-from camrob.redundancy.planning.objective import BEYOND, Objective, blocked_price, error_price, posture_price
+from camrob.redundancy.planning.objective import (
+    BEYOND,
+    MotionPrice,
+    Objective,
+    blocked_price,
+    error_price,
+    posture_price,
+)
 from camrob.redundancy.planning.part_error import PUSH
 from camrob.small_matrices import made_positive, solved
 
@@ -26,28 +33,26 @@ _CLIP = 0.15  # rad or m that a freedom moves in one iteration at most
 
 
 class Course(NamedTuple):
-    """What surrounds the waypoints: frames (W, 4, 4), branch (W,), weight (W,) m that each stands for, ds, dt, travel (W,) of the
-    move to each: m, s, scale of the travel's price; joined (W,) False where the posture jumps before it; stiff (W, F): price of
-    the square of what each freedom moves on the way there, which holds it still; push (W, PUSH): what `part_error` needs to
-    know of each waypoint, (0, PUSH) where nobody looks at the part's error; blocked (W, K): which of the objective's forbidden
-    postures hold at each waypoint.
+    """What surrounds the waypoints: frames (W, 4, 4), branch (W,), weight (W,) m that each stands for; motion: price of the
+    move to each; joined (W,) False where the posture jumps before it; push (W, PUSH): what `part_error` needs to know of each
+    waypoint, (0, PUSH) where nobody looks at the part's error; blocked (W, K): which of the objective's forbidden postures
+    hold at each waypoint.
     """
 
     frames: Array
     branch: Ints
     weight: Array
-    ds: Array
-    dt: Array
-    travel: Array
+    motion: MotionPrice
     joined: NDArray[np.bool_]
-    stiff: Array
     push: Array
     blocked: NDArray[np.bool_]
 
 
 @kernel(nogil=True)
-def arm_along(space: PlanSpace, course: Course, u: Array, start: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """The arm's postures (W, 6) along freedoms u (W, F), and where (W,) they exist.
+def arm_along(
+    space: PlanSpace, frames: Array, branch: Ints, joined: NDArray[np.bool_], u: Array, start: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """The arm's postures (W, 6) along freedoms u (W, F), and where (W,) they exist; frames, branch, joined as of a `Course`.
 
     start (W, 6): the posture whose turns are taken where a stretch begins (joined False); turns are carried on from there.
     """
@@ -56,9 +61,9 @@ def arm_along(space: PlanSpace, course: Course, u: Array, start: Array) -> tuple
     work = plan_work()
     near = start[0].copy()
     for k in range(W):
-        if not course.joined[k]:
+        if not joined[k]:
             near[:] = start[k]
-        good[k] = posture(space, course.frames[k], u[k], course.branch[k], near, q[k], work)
+        good[k] = posture(space, frames[k], u[k], branch[k], near, q[k], work)
         if good[k]:
             near[:] = q[k]
         else:
@@ -97,25 +102,29 @@ def _push(course: Course, k: int, nothing: Array) -> Array:
 
 
 @part
-def _turned_back(objective: Objective, course: Course, k: int, i: int) -> float:
-    """Price of a radian that arm axis i moves on the way to waypoint k."""
-    if objective.errors.weight == 0.0 or course.push.shape[0] == 0:
-        return 0.0
-    return float(objective.errors.turning[i] * course.push[k - 1, 6] * course.push[k, 6])
+def _moved(price: MotionPrice, k: int, c: int, d: float) -> float:
+    """Price of coordinate c's going by d on the way to waypoint k, its |d| rounded off about 0."""
+    total = price.square[k, c] * d * d
+    if price.rate[k, c] > 0.0:
+        total += price.rate[k, c] * (np.sqrt(d * d + _SOFT * _SOFT) - _SOFT)
+    if abs(d) > price.top[k, c]:
+        over = abs(d) / price.top[k, c] - 1.0
+        total += price.haste[k] * over * over
+    return float(total)
 
 
 @part
-def _coupling(objective: Objective, course: Course, k: int, d: Array) -> float:
-    """Price of moving the freedoms by d (F,) on the way to waypoint k, arm apart."""
-    total = 0.0
-    for i in range(d.shape[0]):
-        total += course.travel[k] * objective.travel[i] * (np.sqrt(d[i] * d[i] + _SOFT * _SOFT) - _SOFT)
-        total += (objective.u_smooth[i] / course.ds[k] + course.stiff[k, i]) * d[i] * d[i]
-        if np.isfinite(objective.u_speed[i]):
-            over = abs(d[i]) / (objective.u_speed[i] * course.dt[k]) - 1.0
-            if over > 0.0:
-                total += objective.speed * over * over * course.ds[k]
-    return total
+def _slope_bend(price: MotionPrice, k: int, c: int, d: float) -> tuple[float, float]:
+    """The slope of `_moved` over d, and a bend that is nowhere too small."""
+    bend = 2.0 * price.square[k, c]
+    if price.rate[k, c] > 0.0:
+        bend += price.rate[k, c] / np.sqrt(d * d + _SOFT * _SOFT)
+    slope = bend * d
+    if abs(d) > price.top[k, c]:
+        haste = 2.0 * price.haste[k] / price.top[k, c]
+        slope += haste * (abs(d) / price.top[k, c] - 1.0) * np.sign(d)
+        bend += haste / price.top[k, c]
+    return slope, bend
 
 
 @part
@@ -130,13 +139,11 @@ def _total(
             space, objective, course.frames[k], u[k], course.branch[k], near[k], push, course.blocked[k], q[k], work
         )
         if k > 0 and course.joined[k]:
-            total += _coupling(objective, course, k, u[k] - u[k - 1])
+            F = u.shape[1]
+            for i in range(F):
+                total += _moved(course.motion, k, i, u[k, i] - u[k - 1, i])
             for i in range(6):
-                d = q[k, i] - q[k - 1, i]
-                total += objective.arm_step * d * d / course.ds[k]
-                turned = _turned_back(objective, course, k, i)
-                if turned > 0.0:
-                    total += turned * (np.sqrt(d * d + _SOFT * _SOFT) - _SOFT)
+                total += _moved(course.motion, k, F + i, q[k, i] - q[k - 1, i])
     return total
 
 
@@ -203,47 +210,30 @@ def _assemble(
         if k == 0 or not course.joined[k]:
             continue
         for i in range(F):
-            d = u[k, i] - u[k - 1, i]
-            root = np.sqrt(d * d + _SOFT * _SOFT)
-            slope = course.travel[k] * objective.travel[i] * d / root
-            bend = course.travel[k] * objective.travel[i] / root
-            square = 2.0 * (objective.u_smooth[i] / course.ds[k] + course.stiff[k, i])
-            slope, bend = slope + square * d, bend + square
-            if np.isfinite(objective.u_speed[i]):
-                top = objective.u_speed[i] * course.dt[k]
-                over = abs(d) / top - 1.0
-                if over > 0.0:
-                    slope += 2.0 * objective.speed * over * course.ds[k] * np.sign(d) / top
-                    bend += 2.0 * objective.speed * course.ds[k] / (top * top)
+            slope, bend = _slope_bend(course.motion, k, i, u[k, i] - u[k - 1, i])
             g[k, i] += slope
             g[k - 1, i] -= slope
             D[k, i, i] += bend
             D[k - 1, i, i] += bend
             B[k, i, i] -= bend
-        _couple_arm(objective, course, k, q, J, J_before, g, D, B)
+        _couple_arm(course.motion, k, q, J, J_before, g, D, B)
 
 
 @part
-def _couple_arm(
-    objective: Objective, course: Course, k: int, q: Array, J: Array, J_before: Array, g: Array, D: Array, B: Array
-) -> None:
-    """Add what the arm's steps on the way to waypoint k bring to gradient and blocks; J, J_before (6, F): dq/du there and
+def _couple_arm(price: MotionPrice, k: int, q: Array, J: Array, J_before: Array, g: Array, D: Array, B: Array) -> None:
+    """Add what the arm's moves on the way to waypoint k bring to gradient and blocks; J, J_before (6, F): dq/du there and
     before.
     """
     F = J.shape[1]
     for r in range(6):
-        d = q[k, r] - q[k - 1, r]
-        a = 2.0 * objective.arm_step / course.ds[k]
-        turned = _turned_back(objective, course, k, r)
-        if turned > 0.0:
-            a += turned / np.sqrt(d * d + _SOFT * _SOFT)
+        slope, bend = _slope_bend(price, k, F + r, q[k, r] - q[k - 1, r])
         for i in range(F):
-            g[k, i] += a * d * J[r, i]
-            g[k - 1, i] -= a * d * J_before[r, i]
+            g[k, i] += slope * J[r, i]
+            g[k - 1, i] -= slope * J_before[r, i]
             for j in range(F):
-                D[k, i, j] += a * J[r, i] * J[r, j]
-                D[k - 1, i, j] += a * J_before[r, i] * J_before[r, j]
-                B[k, i, j] -= a * J[r, i] * J_before[r, j]
+                D[k, i, j] += bend * J[r, i] * J[r, j]
+                D[k - 1, i, j] += bend * J_before[r, i] * J_before[r, j]
+                B[k, i, j] -= bend * J[r, i] * J_before[r, j]
 
 
 @part
