@@ -56,6 +56,7 @@ def read_setup(path: str | Path | None, cell: Cell) -> Setup:
         chord_tolerance=_number(table, "chord_tolerance_mm", 1e-5, 10.0, mm_to_m),
         wear="cutter_compensation" in table and table.text("cutter_compensation", choices=("wear",)) == "wear",
         decimate=_number(table, "decimate_mm", 0.0, 10.0, mm_to_m) or 0.0,
+        tolerance=_number(table, "tolerance_mm", 1e-3, 10.0, mm_to_m),
         part=_body(table, "part"),
         stock=_body(table, "stock"),
     )

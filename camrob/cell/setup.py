@@ -68,8 +68,8 @@ class Setup:
     rapid_feed, feed: m/s, the latter where the CL file is silent. spindle_rpm: rev/min, where the CL file starts no spindle
     before its first cut, or without a speed (0: none). clearance: m, how far void motions lift the tool along its axis.
     chord_tolerance: m, for arcs and curves that become points. wear: paths with cutter radius compensation are the tool centre's.
-    decimate: m, points nearer than this to their neighbours' chord are left out (0: none). part, stock: bodies for
-    collision checks.
+    decimate: m, points nearer than this to their neighbours' chord are left out (0: none). tolerance: m, that the machine's
+    speed may carry the tool off across its way. part, stock: bodies for collision checks.
 
     Keys of the file (none is needed), lengths in mm and angles in degrees:
 
@@ -77,6 +77,7 @@ class Setup:
         units = "mm"                   dialect = "nx-clsf"
         rapid_feed_mm_min = 6000       feed_mm_min = 900        spindle_rpm = 12000
         clearance_mm = 50              chord_tolerance_mm = 0.01        decimate_mm = 0
+        tolerance_mm = 0.05            with a diagnosis of the machine: the feed is lowered where its speed does more
         cutter_compensation = "wear"   G41, G42, RL, RR, CUTCOM: the path is the tool centre's, offsets hold wear only
         [tool]                         one tool for all numbers; or [[tool]] for each, with number = 1
         name = "ball 6"
@@ -102,6 +103,7 @@ class Setup:
     clearance: float | None = None
     chord_tolerance: float | None = None
     decimate: float = 0.0
+    tolerance: float | None = None
     wear: bool = False
     part: Body | None = None
     stock: Body | None = None
@@ -129,6 +131,9 @@ class Setup:
         loads = [(t.number, t.mass, t.center_of_mass) for t in self.tools if t.mass is not None]
         bodies = [(str(b.mesh), b.scale, b.lower, b.upper) for b in (self.part, self.stock) if b is not None]
         choices = (self.units, self.dialect, self.rapid_feed, self.feed, self.spindle_rpm, self.clearance)
-        kept = (self.wear,) if self.wear else ()
+        kept = (
+            *((self.wear,) if self.wear else ()),
+            *(() if self.tolerance is None else ("tolerance", self.tolerance)),
+        )
         nested = (x for group in (*tools, *cut, *loads, *bodies) for x in group)
         return digest(self.base_T_part, *choices, self.chord_tolerance, self.decimate, *kept, *nested)

@@ -21,11 +21,12 @@ from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs
 from camrob.jobs.files.mounting import mounted_loads
 from camrob.jobs.files.takes_paths import takes_paths
-from camrob.jobs.release.opinion import SLOWER_BY_PLAN, hold_to_witness, manifest_of
+from camrob.jobs.release.opinion import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE, hold_to_witness, manifest_of
 from camrob.jobs.release.release import ReadBack, check_release, path_margins, read_back
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.solving.device import check_device
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
+from camrob.jobs.solving.feed_within import OffAtSpeed, tolerance_findings
 from camrob.jobs.solving.resolved_job import METHODS, Residual, ResolvedJob, check_method, resolve_job
 from camrob.jobs.solving.sought import Sought, check_sought
 from camrob.jobs.solving.watch import Watch
@@ -137,13 +138,13 @@ def post(
         title = program_name(clfile, name, language_of(machine))
         inputs = read_inputs(clfile, machine, setup, dialect=dialect, units=units, progress=watch.share)
         process = plan_process(inputs.toolpath.regions, inputs.cell)
-        sought = check_sought(
-            Sought(cell, calibration, diagnosis, force), machine, asked=for_accuracy, planned=method == "planned"
-        )
+        known, tolerance = Sought(cell, calibration, diagnosis, force), inputs.setup.tolerance is not None
+        sought = check_sought(known, machine, asked=for_accuracy, planned=method == "planned", tolerance=tolerance)
     with staged_output(out, name=title) as folder:
         order = _Order(
-            title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units, sought, seconds
-        )
+            title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units, sought, seconds,
+            known if tolerance else None,
+        )  # fmt: skip
         made = _first_free(order, inputs, folder, watch)
         files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", made)
@@ -172,7 +173,7 @@ def post(
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """What was asked for."""
+    """What was asked for. sought: what plans for accuracy go by, held: what the feed is held to a tolerance by; else None."""
 
     title: str
     method: str
@@ -186,6 +187,7 @@ class _Order:
     units: str | None
     sought: Sought | None
     seconds: float | None
+    held: Sought | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +239,13 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
     language = language_named(inputs.cell.controller.language)
     main = f"{order.title}{language.suffixes[0]}"
     with watch.stage("feed"):
-        feed = feed_outcome(inputs, np.asarray(solution.q), optimal=order.feed == "optimal", progress=watch.share)
+        feed = feed_outcome(
+            inputs,
+            np.asarray(solution.q),
+            optimal=order.feed == "optimal",
+            off=_off_at_speed(order, inputs),
+            progress=watch.share,
+        )
         keep = decimated(inputs.path, solution, inputs.setup.decimate)
         targets, postures, keep = feed.targets(inputs.path, solution, keep)
         program = assemble_program(
@@ -269,16 +277,26 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
             setup=inputs.setup.path,
             dialect=order.dialect,
             units=order.units,
-            slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else "",
+            slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
         )
         second = hold_to_witness(verdict, folder)
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, order.process, written, watch.share)
-    findings = [*second, *findings]
+    held = [] if order.held is None else tolerance_findings(feed.held, inputs.path)
+    findings = [*second, *held, *findings]
     return _Made(
         inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, findings, verdict
     )
+
+
+def _off_at_speed(order: _Order, inputs: JobInputs) -> OffAtSpeed | None:
+    """What the machine's speed does, where the feed is held to a tolerance and a diagnosis knows the machine."""
+    if order.held is None or order.held.diagnosis is None:
+        return None
+    from camrob.jobs.solving.machine_at_speed import machine_at_speed
+
+    return machine_at_speed(order.held, inputs)
 
 
 def _check_choices(method: str, feed: str, device: str, seconds: float | None) -> None:

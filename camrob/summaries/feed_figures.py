@@ -11,6 +11,7 @@ __all__ = [
     "AxisTorque",
     "Breaks",
     "FeedFigures",
+    "HeldToTolerance",
     "LimitUse",
     "LostFeed",
     "TimeUnderLimits",
@@ -75,10 +76,26 @@ class WrittenFeedFigures(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class HeldToTolerance(Summary):
+    """The feed held to the set-up's tolerance: the most that the machine's speed carries the tool off across its way while
+    cutting, at the programmed feed and as written, and the CL line of the latter; how much of the cutting is slowed, and the
+    slowest of it (None where nothing had to be).
+    """
+
+    tolerance_mm: float
+    off_before_mm: float
+    off_mm: float
+    line: int
+    slowed_percent: float
+    slowest_mm_min: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FeedFigures(Summary):
     """How far the programmed feed is held, what is lost and to what, and the limits that are taken and passed.
 
-    lost_by_axis_s: the axis that lost most first, "none" for stops and corners. losses: the dearest ones. planned_uses: the
+    lost_by_axis_s: the axis that lost most first, "none" for stops and corners, "tolerance" for what it took to
+    hold it. losses: the dearest ones. planned_uses: the
     largest share of the limits on speed, acceleration and jerk that the plan takes; None without one.
     """
 
@@ -92,6 +109,7 @@ class FeedFigures(Summary):
     program_breaks: Breaks
     planned_uses: Mapping[str, float] | None
     written: WrittenFeedFigures | None = left_out()
+    tolerance: HeldToTolerance | None = left_out()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,6 +23,7 @@ _WORDS = ("units", "dialect", "cutter_compensation")
 _TON, _FAR = 1000.0, 1e4  # kg, mm
 _MEASURES = ("feed_mm_min", "rapid_feed_mm_min")
 _LENGTHS = ("chord_tolerance_mm", "decimate_mm", "clearance_mm")
+_OF_OTHERS = ("tolerance_mm",)  # what no rule of the witness asks for: it may only slow cuts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,7 +190,7 @@ def _body(fields: Fields) -> Body:
 def read_job(path: Path) -> Job:
     """The set-up of a setup.toml. Raises SetupError, naming file and key."""
     top = read_toml(path, SetupError)
-    top.none_but("part_in_base", "tool", "part", "stock", *_MEASURES, *_LENGTHS, "spindle_rpm", *_WORDS)
+    top.none_but("part_in_base", "tool", "part", "stock", *_MEASURES, *_LENGTHS, *_OF_OTHERS, "spindle_rpm", *_WORDS)
     if "cutter_compensation" in top and top.text("cutter_compensation") != "wear":
         raise top.wrong("cutter_compensation", "is not 'wear'", 'write "wear", or leave it out')
     speeds = {key: top.maybe(key) for key in (*_MEASURES, "spindle_rpm")}

@@ -76,6 +76,6 @@ def test_options_that_do_not_fit_are_refused(capsys: pytest.CaptureFixture[str],
 def test_a_cell_may_ask_for_it_by_its_weight() -> None:
     settings = replace(CELL.resolve, planned={"accuracy": 2.0})
     weighs = replace(CELL, resolve_section=settings)
-    assert check_sought(Sought(FOLDER), weighs, asked=False, planned=True) == Sought(FOLDER)
-    assert check_sought(Sought(FOLDER), weighs, asked=False, planned=False) is None
-    assert check_sought(Sought(FOLDER), CELL, asked=False, planned=True) is None
+    assert check_sought(Sought(FOLDER), weighs, asked=False, planned=True, tolerance=False) == Sought(FOLDER)
+    assert check_sought(Sought(FOLDER), weighs, asked=False, planned=False, tolerance=False) is None
+    assert check_sought(Sought(FOLDER), CELL, asked=False, planned=True, tolerance=False) is None

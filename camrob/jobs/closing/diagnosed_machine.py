@@ -20,6 +20,7 @@ from camrob.jobs.closing.run_way import RunWay
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.prediction.force_model import CuttingForce
+from camrob.prediction.speed_errors import SLOWLY, causes_of_speed, twist_of
 from camrob.prediction.true_path import TruePath, true_path, unit_name
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -33,7 +34,6 @@ __all__ = ["DiagnosedMachine", "MachineRun", "off_path_size", "shifted"]
 Array = NDArray[np.float64]
 
 _CYCLE = 0.004  # s, a row of the run: what a lag and a corner change within a motion is seen
-_SLOWLY = 10.0  # times the time: what then is less than half as large comes of the speed
 _AT_SPEED = 1.0 + 1e-6  # rounding of a speed as printed
 
 
@@ -140,14 +140,9 @@ class MachineRun:
 
     def _of_speed(self) -> Array:
         """(N, 6) the part of the twist that comes of the speed: run as slowly, less than half of it would be there."""
-        columns = {**self.log.columns, "t": _SLOWLY * np.asarray(self.log.t)}
+        columns = {**self.log.columns, "t": SLOWLY * np.asarray(self.log.t)}
         slow = self.machine.path(MeasurementLog(columns, self.log.info), self.cell, self.program, self.motion)
-        parts = [
-            a.twist
-            for a, b in zip(self.path.causes, slow.causes, strict=True)
-            if np.linalg.norm(b.twist[:, :3]) < 0.5 * np.linalg.norm(a.twist[:, :3])
-        ]
-        return np.asarray(sum(parts, np.zeros((len(self.log), 6))))
+        return twist_of(self.path, causes_of_speed(self.path, slow))
 
 
 def shifted(targets: Array, twists: Array) -> Array:

@@ -25,6 +25,7 @@ from camrob.witness.manifest import check_manifest, digests, make_manifest
 
 __all__ = [
     "SLOWER_BY_PLAN",
+    "SLOWER_BY_TOLERANCE",
     "hold_to_witness",
     "manifest_findings",
     "manifest_of",
@@ -47,7 +48,7 @@ _NEVER = {
 # what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own
 _OWN = frozenset({"no-status-turn", "ends-elsewhere", "path-from-home"})
 _BY = "an independent witness"
-SLOWER_BY_PLAN = "--feed optimal"
+SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE = "--feed optimal", "the set-up's tolerance"
 _LONGEST = 90  # characters of a statement that is quoted
 _MOST = 50  # spans not judged that are named one by one
 
@@ -127,10 +128,10 @@ def reason_for_slower(program: Path) -> str:
     """Why a program is slower than its file says, as its own NAME.json has it; empty where it is not the program posted."""
     summary = _summary_beside(program)
     manifest, feed = summary.get("manifest"), summary.get("feed")
-    if not isinstance(manifest, Mapping) or not isinstance(feed, Mapping) or feed.get("mode") != "optimal":
+    if not isinstance(manifest, Mapping) or not isinstance(feed, Mapping):
         return ""
-    then = manifest.get("program")
-    return SLOWER_BY_PLAN if then == digests(_named(program, manifest)) else ""
+    reason = SLOWER_BY_PLAN if feed.get("mode") == "optimal" else SLOWER_BY_TOLERANCE if "tolerance" in feed else ""
+    return reason if manifest.get("program") == digests(_named(program, manifest)) else ""
 
 
 def _summary_beside(program: Path) -> Mapping[str, Any]:

@@ -84,7 +84,7 @@ def post_summary(
         collisions=_collisions(collisions),
         external_travel={key: round(value, 4) for key, value in margins.external_travel.items()},
         time_s=feed.times(),
-        feed=feed.figures(inputs.path),
+        feed=feed.figures(inputs.cell, inputs.path),
         torques=feed.torque_figures(inputs.cell, inputs.path),
         process=_process(inputs, process),
         verified=_verified(back, verdict),

@@ -13,6 +13,7 @@ from camrob.cell.cell import Cell
 from camrob.dynamics.motion_torques import motion_torques
 from camrob.dynamics.torques import JointTorques
 from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.solving.feed_within import CAUSE, HeldFeed, OffAtSpeed, held_feed
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
@@ -45,14 +46,16 @@ _KEPT = 0.98  # of the programmed feed: as in `feed_losses`
 
 @dataclass(frozen=True, slots=True)
 class FeedOutcome:
-    """A path's feed. plan: None where the program keeps its own. stands: the program at its own feed; written: the one with
-    the planned speeds, as the controller's model runs it, and `ordered` what that program holds: targets and speeds.
+    """A path's feed. plan: None where the program keeps its own; held: what a tolerance made of it, None without one. stands:
+    the program at its own feed; written: the one with the planned speeds, as the controller's model runs it, and `ordered`
+    what that program holds: targets and speeds.
 
     sampled: (T,) points that `torques` (T, n) are worked out at, all of them on ordinary paths.
     """
 
     timing: Timing
     plan: FeedPlan | None
+    held: HeldFeed | None
     stands: AsItStands
     written: tuple[Timing, AsItStands] | None
     ordered: WrittenFeed | None
@@ -62,7 +65,9 @@ class FeedOutcome:
     @property
     def speed(self) -> Array | None:
         """Speeds (N,) that replace the programmed feed at the targets to write (`targets`), m/s, or None."""
-        return None if self.ordered is None else np.asarray(self.ordered.speed)
+        if self.ordered is not None:
+            return np.asarray(self.ordered.speed)
+        return None if self.held is None else self.held.speed
 
     def targets(
         self, path: ToolPathInBase, solution: Solution, keep: NDArray[np.bool_]
@@ -81,10 +86,10 @@ class FeedOutcome:
         )
         return order.path, written, order.spread(keep) | order.added
 
-    @property
-    def losses(self) -> tuple[FeedLoss, ...]:
+    def losses(self, cell: Cell, path: ToolPathInBase) -> tuple[FeedLoss, ...]:
         """Where the program, as it will be run, stays below the programmed feed."""
-        return self.timing.losses if self.plan is None else self.plan.losses
+        run = self.timing if self.plan is None else self.plan
+        return run.losses if self.held is None else self.held.losses(cell, path, run.at, run.cause, run.causes)
 
     def reached(self, path: ToolPathInBase) -> Array:
         """Mean speed (N,) on the way to each point of cutting as it will be run, m/s; NaN elsewhere."""
@@ -100,12 +105,13 @@ class FeedOutcome:
             program=float(self.timing.total), optimal=None if self.plan is None else float(self.plan.total)
         )
 
-    def figures(self, path: ToolPathInBase) -> FeedFigures:
+    def figures(self, cell: Cell, path: ToolPathInBase) -> FeedFigures:
         """How far the programmed feed is held, what is lost, and the limits that are taken and passed."""
-        losses, stands, plan = self.losses, self.stands, self.plan
+        losses, stands, plan = self.losses(cell, path), self.stands, self.plan
         by_axis: dict[str, float] = {}
         for loss in losses:
-            by_axis[loss.axis or "none"] = by_axis.get(loss.axis or "none", 0.0) + loss.lost
+            by = loss.axis or (CAUSE if loss.cause == CAUSE else "none")
+            by_axis[by] = by_axis.get(by, 0.0) + loss.lost
         way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
         kept = self.reached(path) >= _KEPT * path.feed
         air = float(self.timing.total) - float(np.sum(np.diff(self.timing.at, prepend=0.0)[path.cutting]))
@@ -132,6 +138,7 @@ class FeedOutcome:
             program_breaks=Breaks(percent_of_cutting=_short(100.0 * stands.past), worst=_worst(stands)),
             planned_uses=None if plan is None else {k: _short(v) for k, v in plan.use.items()},
             written=self._written(),
+            tolerance=None if self.held is None else self.held.figures(path),
         )
 
     def _written(self) -> WrittenFeedFigures | None:
@@ -178,19 +185,37 @@ class FeedOutcome:
         }
 
 
-def feed_outcome(inputs: JobInputs, q: Array, *, optimal: bool, progress: Share | None = None) -> FeedOutcome:
-    """Time a path with postures q (N, n), plan its feed where asked to, and judge it."""
+def feed_outcome(
+    inputs: JobInputs, q: Array, *, optimal: bool, off: OffAtSpeed | None = None, progress: Share | None = None
+) -> FeedOutcome:
+    """Time a path with postures q (N, n), plan its feed where asked to, and judge it.
+
+    off: from postures and times (N,) to what the machine's speed carries the tool off its way, (N,) m: the feed is held to the
+    set-up's tolerance.
+    """
     cell, path = inputs.cell, inputs.path
     programmed = np.where(path.cutting | path.entering, path.feed, inputs.rapid_speed)
+
+    def planned(speed: Array) -> FeedPlan:
+        slower = replace(path, feed=np.where(path.cutting, speed, path.feed))
+        return optimal_feed(cell, slower, q, rapid_speed=inputs.rapid_speed, progress=progress)
+
+    def run(speed: Array) -> Array:
+        return np.asarray((planned(speed) if optimal else program_time(cell, path, q, speed=speed)).at)
+
+    held, tolerance = None, inputs.setup.tolerance
+    if off is not None and tolerance is not None:
+        held = held_feed(path, programmed, tolerance, run, lambda at: off(q, at))
+        programmed = held.speed
     timing = program_time(cell, path, q, speed=programmed)
     plan, order, written = None, None, None
     if optimal:
-        plan = optimal_feed(cell, path, q, rapid_speed=inputs.rapid_speed, progress=progress)
+        plan = planned(programmed)
         order = written_feed(cell, path, q, plan, cells=tuple(m.cell for m in inputs.mounted))
         said = np.asarray(order.speed)
-        run = program_time(cell, order.path, order.q, speed=said)
-        meant = np.asarray(order.spread(programmed))
-        written = (run, program_as_it_stands(cell, order.path, order.q, run, speed=said, programmed=meant))
+        ran = program_time(cell, order.path, order.q, speed=said)
+        whole = np.asarray(order.spread(programmed))
+        written = (ran, program_as_it_stands(cell, order.path, order.q, ran, speed=said, programmed=whole))
     stands = program_as_it_stands(cell, path, q, timing, speed=programmed, plan=plan)
     # an axis gives no more than its limit, whatever the model of the program's own feed asks
     most = np.where(np.isfinite(cell.limits_of("acceleration")), cell.limits_of("acceleration"), 0.0)
@@ -198,7 +223,7 @@ def feed_outcome(inputs: JobInputs, q: Array, *, optimal: bool, progress: Share 
     points = np.linspace(0, len(path) - 1, min(len(path), _SAMPLED)).astype(np.int64)
     sampled = np.unique(np.concatenate([points, np.argmax(np.abs(acceleration), axis=0)]))
     torques = _torques(inputs, q, stands.speed, acceleration, sampled)
-    return FeedOutcome(timing, plan, stands, written, order, sampled, torques)
+    return FeedOutcome(timing, plan, held, stands, written, order, sampled, torques)
 
 
 def _torques(

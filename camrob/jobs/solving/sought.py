@@ -1,4 +1,4 @@
-"""What a plan for accuracy is asked to go by."""
+"""What a plan for accuracy, or a feed held to a tolerance, is asked to go by."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Sought", "check_sought"]
 
 @dataclass(frozen=True, slots=True)
 class Sought:
-    """What a plan for accuracy goes by: files, each None where there is none. cell: the cell's folder."""
+    """What is known of the machine: files, each None where there is none. cell: the cell's folder."""
 
     cell: Path
     calibration: Path | None = None
@@ -22,12 +22,17 @@ class Sought:
     force: Path | None = None
 
 
-def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool) -> Sought | None:
-    """What the plan is to go by; None where nobody looks at the part's error. Raises InputError for options that don't fit."""
+def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool, tolerance: bool) -> Sought | None:
+    """What the plan is to go by; None where no plan looks at the part's error. tolerance: the feed is held to one, and goes by
+    the diagnosis, too. Raises InputError for options that don't fit.
+    """
     given = [n for n in ("calibration", "diagnosis", "force") if getattr(sought, n) is not None]
     if asked and not planned:
         raise InputError("--for-accuracy needs postures that are planned", hint="add --method planned")
     looks = planned and (asked or plan_weights(cell).accuracy > 0.0)
+    if tolerance and sought.diagnosis is not None:
+        given = [n for n in given if n == "force"]
     if given and not looks:
-        raise InputError(f"--{given[0]} is for plans that look at the part's error", hint="add --for-accuracy")
+        hint = "add --for-accuracy" if given[0] == "force" else "add --for-accuracy, or tolerance_mm to setup.toml"
+        raise InputError(f"--{given[0]} is for plans that look at the part's error", hint=hint)
     return sought if looks else None

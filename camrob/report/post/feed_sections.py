@@ -11,6 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.dynamics.torques import JointTorques
 from camrob.report.page.html import escape, number
 from camrob.report.page.path_charts import Along, Chart
+from camrob.report.post.feed_sentences import tolerance_sentence
 from camrob.report.post.sections import duration
 from camrob.summaries.feed_figures import FeedFigures, LostFeed, Torques
 
@@ -90,6 +91,8 @@ def _losses(feed: FeedFigures) -> str:
         f"{number(feed.lost_s, 1, 's')} are lost in {number(feed.losses_count, 0)} places"
         f"{': ' + shares if shares else ''}.</p>"
     )
+    if feed.tolerance is not None:
+        kept += f"<p>With the diagnosis given, {escape(tolerance_sentence(feed.tolerance))}.</p>"
     if not losses:
         return kept
     rows = "".join(

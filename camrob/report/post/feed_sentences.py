@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from camrob.report.words import shown_duration, shown_number
-from camrob.summaries.feed_figures import FeedFigures, Torques
+from camrob.summaries.feed_figures import FeedFigures, HeldToTolerance, Torques
 
-__all__ = ["feed_rows"]
+__all__ = ["feed_rows", "tolerance_sentence"]
 
 _AXES = 3  # as many as a sentence carries
 
@@ -16,6 +16,8 @@ def feed_rows(feed: FeedFigures, torques: Torques | None) -> Iterator[tuple[str,
     """Labels and sentences: time like for like, limits passed, feed lost, torques."""
     yield from _time(feed)
     yield "Feed", _lost(feed)
+    if feed.tolerance is not None:
+        yield "", tolerance_sentence(feed.tolerance)
     if torques is not None and torques.axes:
         yield "Torques", _torques(torques)
 
@@ -57,6 +59,20 @@ def _lost(feed: FeedFigures) -> str:
         worst = feed.losses[0]
         text += f"; most at line {worst.first_line}, by {worst.cause}: {shown_number(worst.lost_s, 2)} s"
     return text
+
+
+def tolerance_sentence(held: HeldToTolerance) -> str:
+    """What the machine's speed leaves of the path, and what was slowed for it."""
+    text = (
+        f"the machine's speed leaves {shown_number(held.off_mm, 3)} mm across the way at the most, line {held.line} "
+        f"(tolerance {held.tolerance_mm:g} mm)"
+    )
+    if held.slowest_mm_min is None:
+        return f"{text}: nothing had to be slowed"
+    return (
+        f"{text}; {shown_number(held.off_before_mm, 3)} mm at the programmed feed: {shown_number(held.slowed_percent)} % of the "
+        f"cutting is slowed, to {shown_number(held.slowest_mm_min, 0)} mm/min at the least"
+    )
 
 
 def _torques(torques: Torques) -> str:
