@@ -18,6 +18,7 @@ __all__ = [
     "left_jacobian",
     "log",
     "pose",
+    "quaternion_to_rotation",
     "rotation_exp",
     "rotation_log",
     "rotation_to_abc",
@@ -162,6 +163,18 @@ def rotation_to_abc(R: ArrayLike) -> Array:
     a = np.where(locked_, np.arctan2(-R_[..., 0, 1], R_[..., 1, 1]), np.arctan2(R_[..., 1, 0], R_[..., 0, 0]))
     c = np.where(locked_, 0.0, np.arctan2(R_[..., 2, 1], R_[..., 2, 2]))
     return np.stack([a, np.arctan2(-R_[..., 2, 0], cb), c], axis=-1)
+
+
+def quaternion_to_rotation(q: ArrayLike) -> Array:
+    """Rotations (..., 3, 3) of quaternions (..., 4), scalar part first, of any length but 0."""
+    w, x, y, z = np.moveaxis(np.asarray(q, float), -1, 0)
+    size = np.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w / size, x / size, y / size, z / size
+    R = np.empty((*np.shape(w), 3, 3))
+    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)
+    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = 2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)
+    R[..., 2, 0], R[..., 2, 1], R[..., 2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
+    return R
 
 
 def frame_from_xyzabc(xyzabc: ArrayLike) -> Array:

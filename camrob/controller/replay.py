@@ -23,6 +23,7 @@ from camrob.frozen import locked
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.kinematics.kernels import chain_arrays
+from camrob.program.axis_turns import turn_fits, turn_text
 from camrob.program.motion import Motion
 from camrob.program.program_text import FrameKind, ProgramText
 from camrob.progress import Share
@@ -253,7 +254,8 @@ class _Run:
             choices = self._choices(foot_T_tool, row)
             if not choices:
                 self._stop(row)
-                status = f" with S {program.status[row]}, T {program.turn[row]}" if program.status[row] >= 0 else ""
+                branch = turn_text(program.turning, int(program.status[row]), int(program.turn[row]))
+                status = f" with {branch}" if program.status[row] >= 0 else ""
                 reasons = (
                     ", ".join(self.arm.reasons(foot_T_tool, self.posture[part])) or "no branch has this Status and Turn"
                 )
@@ -285,7 +287,7 @@ class _Run:
                 whole[:, part] = turned
                 axes = self.cell.to_axis_values(whole)[:, :6]
                 axes = np.where(np.abs(axes) < 1e-4, np.abs(axes), axes)  # a printed 0 is not negative
-                fits = (self.status_turn.status(axes) == status) & ((turn < 0) | (self.status_turn.turn(axes) == turn))
+                fits = (self.status_turn.status(axes) == status) & turn_fits(self.program.turning, turn, axes)
                 found = [q for q, fit in zip(turned, fits, strict=True) if fit]
         return sorted(found, key=lambda q: float(np.max(np.abs(q - near))))
 

@@ -261,7 +261,7 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
             keep=keep,
             speed=feed.speed,
             comment=_comment(inputs, solution.method),
-            rounding=language.round,
+            language=language,
         )
     for old in folder.iterdir():
         old.unlink()

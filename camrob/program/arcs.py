@@ -13,6 +13,7 @@ from camrob.toolpath.region import Arc, Move, Region
 __all__ = ["circ_rows"]
 
 LEAST_RADIUS = 2e-4  # m; below it the rounding of three points bends the arc
+LEAST_WAY = 2e-4  # m between the points of a CIRC; ABB's MoveC takes none nearer than 0.1 mm
 LEAST_ANGLE = 0.17  # rad; shorter arcs stay lines, within the chord tolerance that they were cut with
 MOST_ANGLE = 3.5  # rad that one CIRC turns; a full circle becomes two
 
@@ -35,7 +36,11 @@ def circ_rows(region: Region, place: NDArray[np.int64], kind: NDArray[np.int8], 
             whole and quiet and unbroken and points >= 2 and arc.radius >= LEAST_RADIUS and arc.angle >= LEAST_ANGLE
         ):
             continue
-        for first, via, last in _pieces(arc):
+        pieces = _pieces(arc)
+        ways = np.linalg.norm(np.diff(region.position[np.array(pieces)], axis=1), axis=2)
+        if float(ways.min()) < LEAST_WAY:
+            continue
+        for first, via, last in pieces:
             keep[place[first + 1 : last]] = False
             keep[place[[via, last]]] = True
             kind[place[via]] = Motion.CIRC_VIA

@@ -15,8 +15,9 @@ from camrob.kinematics.frames import seen_by_program
 from camrob.kinematics.kernels import chain_arrays, forward_many
 from camrob.kinematics.spherical_wrist import spherical_arm
 from camrob.program.arcs import circ_rows
+from camrob.program.axis_turns import turn_of
 from camrob.program.builder import build_program, printed_frames
-from camrob.program.language import Rounding
+from camrob.program.language import Language
 from camrob.program.motion import Motion
 from camrob.program.process import Place, Process
 from camrob.program.program import Program
@@ -59,7 +60,7 @@ def assemble_program(
     keep: NDArray[np.bool_],
     speed: Array | None = None,
     comment: Sequence[str] = (),
-    rounding: Rounding,
+    language: Language,
 ) -> Program:
     """The program of a solved path: HOME, a PTP to the first point, LIN and CIRC along the path, HOME.
 
@@ -68,6 +69,7 @@ def assemble_program(
     flange on each, None where nobody says. rapid_speed: m/s of moves in air. keep: (N,) False for points that decimation leaves
     out. speed: (N,) m/s that replaces the feed, where given. Poses are of the eight real axes, the virtual roll at 0.
     """
+    rounding = language.round
     points = RegionPoints(path, [r for r in toolpath.regions if len(r)])
     rows = _with_leads(cell, path, _path_rows(cell, points, solution, keep, process), points, process)
     point, kind = rows.point, rows.kind
@@ -94,9 +96,9 @@ def assemble_program(
         axis_values=rows.axis_values,
         frames=_frames(cells, real, rows.stretch),
         status=0 if status_turn is None else status_turn.status(axes),
-        turn=0 if status_turn is None else status_turn.turn(axes),
+        turn=0 if status_turn is None else turn_of(language.turning, axes),
         speed=np.where(of_path, _slowest(feed, point, kind), rapid_speed),
-        approximate=_approximate(path, rows, process, program_rows, placed),
+        approximate=_approximate(path, rows, process, program_rows, placed, everywhere=not language.stops),
         line=np.where(of_path, path.line[point], 0),
         region=np.where(of_path, path.region[point], TRANSIT),
         safe=np.where(of_path, path.safe[point], True) & (kind != Motion.CIRC_VIA),
@@ -207,11 +209,18 @@ def _bottoms(frames: Array, kind: NDArray[np.int8]) -> NDArray[np.bool_]:
 
 
 def _approximate(
-    path: ToolPathInBase, rows: _Rows, process: Process, program_rows: ProgramRows, placed: Sequence[int]
+    path: ToolPathInBase,
+    rows: _Rows,
+    process: Process,
+    program_rows: ProgramRows,
+    placed: Sequence[int],
+    *,
+    everywhere: bool,
 ) -> NDArray[np.bool_]:
     """(M,) rounded off: everywhere but where cutting begins or ends, at bottoms of holes, events, HOME and PTP.
 
-    placed: the row that each step of the process stands before.
+    placed: the row that each step of the process stands before. everywhere: also before what happens in air, as the language's
+    own statements don't stop the robot.
     """
     point, kind = rows.point, rows.kind
     move = np.where(point >= 0, path.move[np.maximum(point, 0)], int(Move.LINK))
@@ -226,9 +235,10 @@ def _approximate(
     for step, row in zip(process.steps, placed, strict=True):
         if step.kind is EventKind.MESSAGE:
             continue
-        if step.place in (Place.INSIDE, Place.END):
+        inside = step.place in (Place.INSIDE, Place.END)
+        if inside or everywhere:
             result[row - 1] = False
-        elif step.region < len(program_rows.points.regions):  # the way in begins at rest
+        if not inside and step.region < len(program_rows.points.regions):  # the way in begins at rest
             result[program_rows.start(step.region) - 1] = False
     same = np.append(point[1:] == point[:-1], False)  # a revision's moves end exactly
     result[same] = False

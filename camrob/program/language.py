@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.findings import Finding
+from camrob.program.motion import Turning
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramAction, ProgramText
 
@@ -94,14 +95,25 @@ class Language(Protocol):
         """What its decimals leave of numbers."""
 
     @property
+    def turning(self) -> Turning:
+        """How it counts the turns of the axes in a PTP to a pose."""
+
+    @property
+    def stops(self) -> bool:
+        """Whether outputs and waits stop the robot at the target before them, also at one that is rounded off."""
+
+    @property
     def naming(self) -> str:
         """What a program's name may hold, for people."""
 
     def program_name(self, text: str) -> str:
         """A program's name made of `text`, the text itself where it is one."""
 
-    def settings(self, controller: ControllerSettings) -> None:
-        """Raise CellError where what a cell says of its controller is nothing that this language can print."""
+    def settings(self, controller: ControllerSettings, *, follows_table: bool) -> None:
+        """Raise CellError where what a cell says of its controller is nothing that this language can print.
+
+        follows_table: whether poses are read in a base that an axis of the workpiece turns.
+        """
 
     def check(self, program: Program, controller: ControllerSettings) -> None:
         """Raise JobError for a program that can't be said in this language, ValueError for one that is no program."""

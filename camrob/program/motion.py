@@ -1,10 +1,10 @@
-"""Kinds of motion of a robot's program, and ways to round off a target: one vocabulary for what is meant and what is read."""
+"""Kinds of motion of a program, ways to round off a target and to count turns: one vocabulary for what is meant and is read."""
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import IntEnum, StrEnum
 
-__all__ = ["Blend", "Motion"]
+__all__ = ["Blend", "Motion", "Turning"]
 
 
 class Motion(IntEnum):
@@ -25,3 +25,10 @@ class Blend(IntEnum):
     DISTANCE = 2  # from a distance on
     SPEED = 3  # from where braking would begin, down to a share of the speed
     TURN = 4  # from an angle of the tool on
+
+
+class Turning(StrEnum):
+    """How `turn` says where the axes are."""
+
+    SIGNS = "signs"  # one bit an axis, set where its value is negative
+    QUARTERS = "quarters"  # four bits each of axes 1, 4 and 6: the quarter of a turn that the axis is in, 0 from 0 to 90 degrees

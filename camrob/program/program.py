@@ -43,7 +43,8 @@ class Program:
     """A program, ready to be printed.
 
     kind: (N,) `Motion`. pose: (N, 6) X, Y, Z, A, B, C in `base`. axes: (N, 6) A1..A6. external: (N, E) E1.. in the
-    order of `external_names`. status, turn: (N,) S and T (used where kind is PTP_POSE). speed: (N,) m/s of the TCP
+    order of `external_names`. status, turn: (N,) the arm's branch and turns, as the
+    language counts them (used where kind is PTP_POSE). speed: (N,) m/s of the TCP
     for LIN and CIRC (0 for PTP). approximate: (N,) bool, rounded off from a distance on. line: (N,) CL source line (0 =
     camrob's own). region: (N,) index, -1 for motions outside of regions. safe: (N,) bool, the tool is at a safe retract, so that
     a sub-program may end after this motion.

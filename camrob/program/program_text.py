@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from camrob.findings import Finding
 from camrob.frozen import locked
+from camrob.program.motion import Turning
 
 __all__ = ["FrameKind", "ProgramAction", "ProgramFrame", "ProgramText", "Setting"]
 
@@ -66,9 +67,9 @@ class ProgramText:
     kind: (N,) `Motion`. pose: (N, 6) X, Y, Z mm, A, B, C degrees in the program's base, NaN where the target is axes.
     axes: (N, 6) A1..A6 degrees, NaN where the target is a pose. external: (N, E) E1.. in mm or degrees, in the order of
     `external_names`; a value that a statement leaves out is the one before, NaN before the first. status, turn: (N,) the arm's
-    branch and the turns of its axes, -1 where absent. circular_angle_deg: (N,) of an arc that states one, NaN where absent.
-    speed: (N,) m/s of LIN and CIRC, 0 for PTP, NaN where never set. acceleration: (N,) m/s2 along the path and blend_mm: (N,)
-    distance from which targets are rounded off, NaN where never set. blend: (N,) `Blend`.
+    branch and the turns of its axes as `turning` counts them, -1 where absent. circular_angle_deg: (N,) of an arc that states
+    one, NaN where absent. speed: (N,) m/s of LIN and CIRC, 0 for PTP, NaN where never set. acceleration: (N,) m/s2 along the path
+    and blend_mm: (N,) distance from which targets are rounded off, NaN where never set. blend: (N,) `Blend`.
     wait: (N,) seconds waited before the motion; final_wait: those after the last. file: (N,) index into `files`;
     line: (N,) 1-based line there. tool, base: (N,) indices into `tools`, `bases`.
     actions: outputs, waits, halts, settings, in their order; frames and speeds, which the columns hold, left out.
@@ -106,6 +107,7 @@ class ProgramText:
     settings: Mapping[str, Setting] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     language: str = ""
+    turning: Turning = Turning.SIGNS
 
     def __post_init__(self) -> None:
         count = len(self.kind)

@@ -68,6 +68,7 @@ class Controller:
     act_ex_ax: int | None = None
     ptp_percent: float | None = None
     settings: Mapping[str, float] = field(default_factory=dict)  # system variables, as programs are to set them
+    own: Mapping[str, object] = field(default_factory=dict)  # all of the section, for languages with words of their own
 
     @property
     def mechanism(self) -> int | None:
@@ -236,6 +237,7 @@ def _controller(fields: Fields, joints: tuple[Joint, ...]) -> Controller:
         act_ex_ax=None if "act_ex_ax" not in table else int(table.number("act_ex_ax")),
         ptp_percent=table.maybe("ptp_velocity_percent"),
         settings={name: value for name, key in _SETTINGS.items() if (value := table.maybe(key)) is not None},
+        own=dict(table.table),
     )
 
 

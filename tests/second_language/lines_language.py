@@ -9,6 +9,7 @@ import numpy as np
 
 from camrob.errors import CellError, ProgramError
 from camrob.program.language import MeantActions
+from camrob.program.motion import Turning
 from camrob.program.program import ProgramEventKind
 from camrob.program.program_text import ProgramAction
 from second_language import reader, writer
@@ -50,13 +51,15 @@ class Lines:
     name: str = "lines"
     title: str = "Lines"
     suffixes: tuple = (".lines",)
+    turning: Turning = Turning.SIGNS
+    stops: bool = True
     naming: str = "letters and digits, 40 at most"
     round: _Rounding = field(default_factory=_Rounding)
 
     def program_name(self, text):
         return re.sub(r"[^A-Za-z0-9]+", "", text.encode("ascii", "ignore").decode())[:40] or "program"
 
-    def settings(self, controller):
+    def settings(self, controller, *, follows_table):
         if set(controller.own) - {"remark"}:
             raise CellError(f"controller.{min(controller.own)} is nothing that Lines takes", hint="leave it out")
         for name, lines in controller.hooks.items():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from camrob.cell.cell import Cell
 from camrob.cell.controller_settings import DEFAULT_LANGUAGE
+from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
 from camrob.languages import LANGUAGES, language_named
 from camrob.program.language import Language
@@ -21,7 +22,8 @@ def cell_for(verb: str, path: str | Path) -> Cell:
     """The cell in a folder. Raises CellError for a cell that can't be read, or lacks a section that the verb needs."""
     cell = read_cell(path).checked_for(f"camrob {verb}", controller=verb in _CONTROLLER, resolve=verb in _RESOLVE)
     if cell.controller_section is not None:
-        language_named(cell.controller.language).settings(cell.controller)
+        turns = cell.base_follows_table and bool(cell.indices(Role.WORKPIECE))
+        language_named(cell.controller.language).settings(cell.controller, follows_table=turns)
     return cell
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.findings import Finding
 from camrob.program.language import AddedTarget, Language, MeantActions, NewTarget, Rounding
+from camrob.program.motion import Turning
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramText
 
@@ -62,6 +63,8 @@ class Krl:
     title: str = "KRL"
     suffixes: tuple[str, ...] = (".src", ".dat")
     round: Rounding = field(default_factory=_Rounding)
+    turning: Turning = Turning.SIGNS
+    stops: bool = True  # what is no motion stops the advance run
     naming: str = "letters, digits and _, 24 at most"
 
     def program_name(self, text: str) -> str:
@@ -70,9 +73,9 @@ class Krl:
 
         return krl_name(text)
 
-    def settings(self, controller: ControllerSettings) -> None:
+    def settings(self, controller: ControllerSettings, *, follows_table: bool) -> None:
         """The cell's settings are KRL's own, and were checked when they were read."""
-        del controller
+        del controller, follows_table
 
     def check(self, program: Program, controller: ControllerSettings) -> None:
         """Raise ValueError for a program without a meaning in KRL, JobError for a line that gets too long."""

@@ -6,7 +6,7 @@ controller's default: away from it nobody can say whether a cut keeps to its pat
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from camrob.witness.machine import Controller
@@ -44,6 +44,7 @@ class Conduct:
     controller: Controller
     values: dict[str, float] = field(default_factory=dict)
     begun: bool = False
+    words: Mapping[str, str] = field(default_factory=dict)  # what another language calls a setting
     judged: set[tuple[bool, bool]] = field(default_factory=set)  # kinds of motion, since something was set last
     said: set[str] = field(default_factory=set)
 
@@ -64,7 +65,10 @@ class Conduct:
         if (ptp, rounded) in self.judged:
             return
         self.judged.add((ptp, rounded))
-        for code, text in (*self._stated(ptp, rounded), *self._others()):
+        for code, said in (*self._stated(ptp, rounded), *self._others()):
+            text = said
+            for name, word in self.words.items():
+                text = text.replace(name, word)
             if text not in self.said:
                 self.said.add(text)
                 yield code, text

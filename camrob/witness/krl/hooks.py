@@ -160,11 +160,12 @@ def _hook(name: str, texts: tuple[str, ...]) -> _Hook:
 class Hooks:
     """All hooks of a cell."""
 
-    def __init__(self, texts: Mapping[str, tuple[str, ...]]) -> None:
+    def __init__(self, texts: Mapping[str, tuple[str, ...]], switch: str = "=") -> None:
+        """switch: what (a regular expression) the code of a statement that switches an output holds."""
         hooks = [_hook(name, lines) for name, lines in texts.items()]
         self.hooks = [hook for hook in hooks if hook.lines]
         switches = {name: [canonical(split_comment(text)[0]) for text in texts.get(name, ())] for name in _SWITCHES}
-        self.switches = {name: {code for code in codes if "=" in code} for name, codes in switches.items()}
+        self.switches = {name: {code for code in codes if re.search(switch, code)} for name, codes in switches.items()}
 
     def concerns(self, code: str) -> bool:
         """True where some hook has this statement, in canonical spelling."""

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 _CHUNK = 50_000  # motions worked out at once: bounds the memory
 _NEAR_ZERO = 1e-3  # degrees about 0 within which rounding alone decides an axis's sign
 _PRINTED = 1e-4  # degrees or mm: what axis values that stand in the text may be past a limit, for their rounding
+_QUARTERED = (0, 3, 5)  # the axes whose quarter turns a configuration names: cf1, cf4, cf6
+_QUARTER = 90.0  # degrees
 _STRETCHES = 20  # objections of one kind about one axis; the rest are counted in one more
 _SAME_TURN = deg_to_rad(0.01)
 _TEXTS = {
@@ -152,8 +154,7 @@ class _Replay:
         low, high = self.state.machine.low[:6, None], self.state.machine.high[:6, None]
         options = wrapped(postures)[..., None] + 360.0 * np.arange(-4, 5)  # (K, 6, 9): each axis on each of its turns
         inside = (options >= low - _NEAR_ZERO) & (options <= high + _NEAR_ZERO)
-        below = (turn >> np.arange(6)[:, None] & 1) == 1
-        signed = np.where(below, options < _NEAR_ZERO, options >= -_NEAR_ZERO)
+        signed = _turned(turn, options, self.state.quarters)
         fits = inside & signed if is_ptp and turn >= 0 else inside
         usable = np.where(fits.any(axis=2, keepdims=True), fits, inside | ~inside.any(axis=2, keepdims=True))
         away = np.where(usable, np.abs(options - self.now[:6, None]), np.inf)
@@ -163,8 +164,14 @@ class _Replay:
         best = np.lexsort((away.min(axis=2).max(axis=1), misses, outsides, others != 0))[0]
         axes, other, wrong, outside = found[best], others[best] != 0, misses[best] > 0, outsides[best] > 0
         if other or (wrong and not outside):
-            fit = f"S {int(arm.status(axes[None])[0])}, T {int(arm.turn(axes[None])[0])}"
-            text = f"S {status}, T {turn} name no posture of this pose within the limits; {fit} would"
+            own = int(arm.status(axes[None])[0])
+            if self.state.quarters:
+                told = ", ".join(f"{q:.0f}" for q in _quarters(turn))
+                fit = ", ".join(f"{q:.0f}" for q in np.floor(axes[list(_QUARTERED)] / _QUARTER))
+                text = f"configuration {told} in branch {status} is of no posture of this pose; {fit} in branch {own} would be"
+            else:
+                fit = f"S {own}, T {int(arm.turn(axes[None])[0])}"
+                text = f"S {status}, T {turn} name no posture of this pose within the limits; {fit} would"
             self.notes.append(self.objection(row, "status-turn", text))
         return np.asarray(axes)
 
@@ -275,6 +282,23 @@ class _Replay:
                 text = f"{code} {axis}".strip() + f": {number - _STRETCHES} stretches more like those reported"
                 out.append(Objection(code.split("-")[0] if code.startswith("singular") else code, text, axis=axis))
         return out
+
+
+def _quarters(turn: int) -> Array:
+    """The quarters (3,) that a packed configuration names."""
+    return np.array([turn >> 8 & 15, turn >> 4 & 15, turn & 15], dtype=float) - 8.0  # as `State.quarters` says
+
+
+def _turned(turn: int, options: Array, quarters: bool) -> NDArray[np.bool_]:
+    """Which of the axis values (K, 6, n) are on the turn that a motion names: by sign, or by quarters of axes 1, 4 and 6."""
+    if not quarters:
+        below = (turn >> np.arange(6)[:, None] & 1) == 1
+        return np.asarray(np.where(below, options < _NEAR_ZERO, options >= -_NEAR_ZERO))
+    out = np.ones(options.shape, dtype=bool)
+    for axis, quarter in zip(_QUARTERED, _quarters(turn), strict=True):
+        past = options[:, axis] - _QUARTER * quarter
+        out[:, axis] = (past >= -_NEAR_ZERO) & (past <= _QUARTER + _NEAR_ZERO)
+    return out
 
 
 def _unsettled_loads(loads: tuple[Load, ...]) -> list[Gap]:

@@ -163,6 +163,9 @@ class State:
     unlike_line: str = ""  # why the tool doesn't turn along a LIN or CIRC as on a line; "" where it does
     unlike_arc: str = ""
     rounds: bool = True  # False: $ADVANCE = 0
+    quarters: bool = (
+        False  # True: a motion's turn packs the quarters of axes 1, 4 and 6, four bits each from -8, not signs
+    )
     external: list[float] = field(init=False)
     here: Here = field(default_factory=Here)
     steps: list[Step] = field(default_factory=list)

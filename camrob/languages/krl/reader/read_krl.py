@@ -18,6 +18,7 @@ from camrob.languages.krl.reader.module import Block, Module, Routine, load_modu
 from camrob.languages.krl.reader.settings import run_settings
 from camrob.languages.krl.reader.tokens import Token, shown, tokens_of
 from camrob.languages.krl.reader.variables import declare, is_declaration, load_data
+from camrob.program.motion import Turning
 from camrob.program.program_text import ProgramFrame, ProgramText
 
 __all__ = ["read_krl"]
@@ -102,6 +103,7 @@ class _Reader:
             settings=run_settings(machine.variables.shared),
             findings=tuple(collapse(machine.findings)),
             language="krl",
+            turning=Turning.SIGNS,
             **columns,
         )
 

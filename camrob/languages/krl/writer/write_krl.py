@@ -11,9 +11,9 @@ from camrob.findings import Finding
 from camrob.languages.krl.krl_text import NAME_LENGTH, comment_text, frame_aggregate, krl_name, krl_number
 from camrob.languages.krl.rounding import ANGLE_DECIMALS, EXTERNAL_DECIMALS, FRAME_DECIMALS, LENGTH_DECIMALS
 from camrob.languages.krl.writer.body import KrlBody
-from camrob.languages.krl.writer.sub_programs import split_parts
 from camrob.program.motion import Motion
 from camrob.program.program import Program
+from camrob.program.sub_programs import split_parts
 
 __all__ = ["iter_krl", "write_krl"]
 
