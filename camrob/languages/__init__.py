@@ -34,6 +34,7 @@ class Registered:
 
 LANGUAGES: dict[str, Registered] = {
     "krl": Registered("camrob.languages.krl", (".src", ".dat")),
+    "rapid": Registered("camrob.languages.rapid", (".mod", ".pgf")),
 }
 
 

@@ -14,6 +14,7 @@ __all__ = ["PROGRAMS", "run_program"]
 
 PROGRAMS: dict[str, str] = {
     ".src": "camrob.witness.krl.run",
+    ".mod": "camrob.witness.rapid.run_module",
 }
 """Suffix of a program's main file to the module whose `run_program` runs it: one line a language."""
 

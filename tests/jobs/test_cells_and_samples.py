@@ -35,7 +35,7 @@ def test_every_cell_of_the_repository_is_listed_and_can_be_read() -> None:
     assert set(listed) == {folder.name for folder in (ROOT / "cells").iterdir()}
     assert listed["kr15_track_table"].axes == ("A1", "A2", "A3", "A4", "A5", "A6", "E1", "E2")
     assert camrob.shipped_cell("kr15_track_table") == ROOT / "cells" / "kr15_track_table"
-    with pytest.raises(InputError, match="take one of kr15_track_table"):
+    with pytest.raises(InputError, match=r"take one of .*kr15_track_table"):
         camrob.shipped_cell("kr16")
 
 

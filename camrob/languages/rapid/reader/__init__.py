@@ -1,0 +1,1 @@
+"""The reader of RAPID, by any post. It shares nothing with the writer."""

@@ -1,0 +1,1 @@
+"""RAPID, read as the controller would run it: text, data, statements, the run itself."""

@@ -1,0 +1,51 @@
+"""RAPID's statements that are understood, and what each does."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+__all__ = ["STATEMENTS", "RapidRow"]
+
+
+class RapidRow(NamedTuple):
+    """A statement of RAPID: what it looks like, what is done about it, and what it does, for the docs."""
+
+    pattern: re.Pattern[str]
+    act: str
+    does: str
+
+
+def _row(pattern: str, act: str, does: str) -> RapidRow:
+    return RapidRow(re.compile(pattern), act, does)
+
+
+STATEMENTS = (
+    _row(
+        r"(?P<word>MOVEABSJ|MOVEJ|MOVEL|MOVEC) ?(?P<rest>.+)", "move", "moves: axes, a pose by axes, a line, a circle"
+    ),
+    _row(r"(?P<word>MOVE|TRIGG|SEARCH|ARC[LC])\w*(?: .*)?", "unread_move", "other motions: not judged"),
+    _row(r"WAITTIME(?P<still> ?\\INPOS ?,)? ?(?P<value>[0-9.E]+)", "wait", "stands still for seconds"),
+    _row(r"(?:SETDO|SETAO|SETGO) ?(?:\\\w+(?: ?:= ?[^,]+)? ?,)? ?(?P<rest>.+)", "output", "an output"),
+    _row(r"(?:SET|RESET|PULSEDO|INVERTDO) ?(?:\\\w+(?: ?:= ?[^,]+)? ?,)? ?\w+", "output", "an output"),
+    _row(r"(?:STOP|BREAK)(?: ?\\\w+)?", "halt", "waits for the operator"),
+    _row(r"(?:WAITDI|WAITDO|WAITUNTIL|WAITAI|WAITGI|WAITSYNCTASK) .+", "wait_for", "waits for something outside"),
+    _row(r"(?:TPWRITE|TPERASE|CLKRESET|CLKSTART|CLKSTOP|ERRWRITE)(?: .*)?", "nothing", "the pendant, clocks"),
+    _row(r"PATHACCLIM (?P<on>TRUE|FALSE) ?(?P<rest>.*)", "acceleration", "acceleration along the path"),
+    _row(
+        r"ACCSET (?P<a>[0-9.]+) ?, ?(?P<b>[0-9.]+)", "ramps", "acceleration and its rise in percent: 100 is the default"
+    ),
+    _row(r"VELSET (?P<a>[0-9.]+) ?, ?(?P<b>[0-9.]+)", "override", "all speeds in percent, and the tip's most"),
+    _row(r"CONFJ ?\\(?P<on>ON|OFF)", "configuration", "whether MoveJ keeps to its target's configuration"),
+    _row(r"CONFL ?\\(?:ON|OFF)", "nothing", "whether a line that ends in another configuration is refused"),
+    _row(r"SINGAREA ?\\(?P<on>\w+)", "singular", "Off: the tool turns as programmed"),
+    _row(r"CIRPATHMODE ?\\(?P<how>\w+)", "circle", "ObjectFrame: the tool turns as along a line"),
+    _row(r"(?:PDISPOFF|EOFFSOFF)", "nothing", "no displaced frames, as by default"),
+    _row(r"ACTUNIT (?P<unit>\w+)", "nothing", "a mechanical unit takes part"),
+    _row(
+        r"(?P<name>\w+)(?: ?\. ?(?P<part>TFRAME|TLOAD|UFRAME|OFRAME))? ?:= ?(?P<value>.+)", "assign", "a datum is set"
+    ),
+    _row(r"RETURN", "leave", "back to the caller"),
+    _row(r"(?P<name>[A-Z_]\w*)(?: (?P<inputs>[^\\].*))?", "call", "another procedure"),
+)
+"""Statements, in capitals; what is on no row isn't judged."""
