@@ -159,7 +159,11 @@ class _Reader:
             return
         elif word.startswith(_OTHER_MOVES):
             raise ProgramError(f"{shown(word)} is not read here", hint="write MoveL", line=statement.line)
-        elif word.startswith(_FRAMES) or not word or statement.tokens[-1].text == ":":
+        elif (
+            word.startswith(_FRAMES)
+            or not word
+            or ":" in (statement.tokens[-1].text, *(t.text for t in statement.tokens[1:2]))
+        ):
             self._unknown(statement)
             machine.act(statement)
         else:
