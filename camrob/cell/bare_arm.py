@@ -97,6 +97,8 @@ def _of_urdf(table: TableReader, folder: Path) -> BareArm:
     text = file.read_bytes()[: _LARGEST + 1]
     if len(text) > _LARGEST or b"<!DOCTYPE" in text or b"<!ENTITY" in text:
         raise table.fail("urdf", "is too large, or declares entities", "give a plain URDF")
+    if b"${" in text or b"<xacro:" in text:
+        raise table.fail("urdf", "is a xacro file", "expand it first: xacro FILE > robot.urdf")
     try:
         robot = ElementTree.fromstring(text)
         return _chain(robot, table)
@@ -106,7 +108,14 @@ def _of_urdf(table: TableReader, folder: Path) -> BareArm:
 
 def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
     """The chain from the root link to the tip."""
-    into = {j.find("child").get("link"): j for j in robot.iter("joint") if j.find("child") is not None}  # type: ignore[union-attr]
+    carried = [
+        (child.get("link"), j)
+        for j in robot.iter("joint")
+        if (child := j.find("child")) is not None and j.find("parent") is not None
+    ]
+    into = dict(carried)
+    if len(into) < len(carried):
+        raise table.fail("urdf", "has a link that two joints carry", "give a URDF whose links form a tree")
     parents = {c: j.find("parent").get("link") for c, j in into.items()}  # type: ignore[union-attr]
     tip = table.text("tip") if "tip" in table else ""
     ends = [c for c in into if c not in parents.values()]
@@ -156,6 +165,8 @@ def _lifted(joints: list[Joint], masses: list[PointMass]) -> tuple[list[Joint], 
 def _joint_of(element: ElementTree.Element, name: str, before: Array) -> Joint:
     """A moving joint; its frame is turned so that the axis is z, and turned back behind it."""
     axis = _numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0))
+    if not np.any(axis):
+        raise ValueError(f"joint {str(element.get('name'))[:40]!r} has an axis of no length")
     axis = axis / np.linalg.norm(axis)
     across = np.cross([0.0, 0.0, 1.0], axis)
     size = float(np.linalg.norm(across))
@@ -165,7 +176,7 @@ def _joint_of(element: ElementTree.Element, name: str, before: Array) -> Joint:
     limit, kind = element.find("limit"), element.get("type")
     ends = {}
     if limit is not None and kind != "continuous" and "lower" in limit.attrib and "upper" in limit.attrib:
-        ends = {"lower": float(limit.attrib["lower"]), "upper": float(limit.attrib["upper"])}
+        ends = {side: _finite(limit.attrib[side]) for side in ("lower", "upper")}
     return Joint(name, Role.ARM, kind == "prismatic", before @ turned, turned.T, **ends)
 
 
@@ -175,7 +186,7 @@ def _mass_of(link: ElementTree.Element, after: str, moved_T_link: Array) -> list
     if inertial is None or found is None:
         return []
     center = moved_T_link @ np.append(_origin(inertial)[:3, 3], 1.0)
-    return [PointMass(str(link.get("name")), after, float(found.get("value", "0")), center[:3])]
+    return [PointMass(str(link.get("name")), after, _finite(found.get("value", "0")), center[:3])]
 
 
 def _origin(element: ElementTree.Element) -> Array:
@@ -184,6 +195,14 @@ def _origin(element: ElementTree.Element) -> Array:
     T[:3, 3] = _numbers(origin, "xyz", (0.0, 0.0, 0.0))
     T[:3, :3] = abc_to_rotation(_numbers(origin, "rpy", (0.0, 0.0, 0.0))[::-1])
     return T
+
+
+def _finite(text: str) -> float:
+    """A number of an attribute. Raises ValueError."""
+    value = float(text)
+    if not np.isfinite(value):
+        raise ValueError(f"a number is {text[:40]!r}")
+    return value
 
 
 def _numbers(element: ElementTree.Element | None, key: str, otherwise: tuple[float, float, float]) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -65,3 +66,34 @@ def test_a_lift_beneath_a_short_arm_is_still_an_axis_of_it(tmp_path: Path) -> No
     (tmp_path / "nine.urdf").write_text(f'<robot name="nine">{more}</robot>')
     with pytest.raises(InputError, match="9 moving joints"):
         cell_from_urdf(tmp_path / "nine.urdf", out=tmp_path)
+
+
+ARM = """<robot name="a"><link name="base"/><link name="tip"/><joint name="j1" type="revolute"><parent link="base"/>
+<child link="tip"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="3"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("0 0 1", "0 0 0", "joint 'j1' has an axis of no length"),
+        ('lower="-1"', 'lower="nan"', "a number is 'nan'"),
+        ('lower="-1"', 'lower="${-pi}"', "is a xacro file"),
+        (
+            "</robot>",
+            '<joint name="b" type="fixed"><parent link="base"/><child link="tip"/></joint></robot>',
+            "two joints carry",
+        ),
+        ('<parent link="base"/>', "", "needed: the URDF has 0 ends"),
+    ],
+)
+def test_what_is_wrong_with_a_urdf_is_said_of_the_file_that_was_given(
+    old: str, new: str, what: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "a.urdf"
+    file.write_text(ARM.replace(old, new))
+    with pytest.raises(InputError, match=re.escape(what)) as error:
+        cell_from_urdf(file, out=tmp_path)
+    assert error.value.path == file
+    assert not (tmp_path / "a").exists()
+    file.write_text(ARM)
+    assert cell_from_urdf(file, out=tmp_path).summary.axes == ("A1",)

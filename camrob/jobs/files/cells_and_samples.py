@@ -11,7 +11,7 @@ from pathlib import Path
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
-from camrob.errors import InputError
+from camrob.errors import CellError, InputError
 from camrob.jobs.files.files import check_file_name, staged_output
 from camrob.shipped import shipped_cells, shipped_samples
 from camrob.summaries.shipped_summary import (
@@ -131,7 +131,10 @@ def cell_from_urdf(urdf: Path, *, name: str | None = None, tip: str | None = Non
     with staged_output(folder) as staging:
         shutil.copyfile(urdf, staging / "robot.urdf")
         (staging / "cell.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        read_cell(staging)
+        try:
+            read_cell(staging)
+        except CellError as error:  # of a file that nobody has written
+            raise CellError(re.sub(r"^arm\.(urdf|tip): ", "", error.what), hint=error.hint, path=urdf) from None
     return _made(
         folder,
         (
