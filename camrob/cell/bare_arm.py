@@ -109,9 +109,9 @@ def _of_urdf(table: TableReader, folder: Path) -> BareArm:
 def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
     """The chain from the root link to the tip."""
     carried = [
-        (child.get("link"), j)
+        (j.find("child").get("link"), j)  # type: ignore[union-attr]
         for j in robot.iter("joint")
-        if (child := j.find("child")) is not None and j.find("parent") is not None
+        if j.find("child") is not None and j.find("parent") is not None
     ]
     into = dict(carried)
     if len(into) < len(carried):
