@@ -68,6 +68,13 @@ def second_order(command: np.ndarray, natural: float, damping: float) -> np.ndar
     return out
 
 
+def short_of_voltage(command: np.ndarray, k: int, share: float) -> np.ndarray:
+    """Drives at their set-points, but for one that falls behind with the square of its speed."""
+    out, speed = command.copy(), np.gradient(command[:, k], TICK)
+    out[:, k] -= share * speed * np.abs(speed)
+    return out
+
+
 def run(
     machine: Machine, *, reach: Callable | None = None, bend: Callable | None = None, told: Callable | None = None,
     faults: Faults = REST, encoders: bool = True, truth=frozenset(), must=(), every: int = 12, seconds: float = 30.0,
@@ -200,6 +207,8 @@ def kinds() -> dict[str, Callable[[], Brought]]:
                 m, 80, bend=placed_by(lambda t, q, T: 3e-4 * (1 - np.exp(-t / 300.0))[:, None] * T[:, :3, 3]),
                 truth={"thermal_drift", "measurement_drift", "measurement_scale", "robot_size", "frame_base"},
             ),
+            "A3 slips late on a run": lambda m=m: run(m, bend=turned_by(m, 2, lambda t, q: 0.04 * DEG * (t > 17.0))),
+            "A1's drive is short of voltage": lambda m=m: run(m, reach=lambda u: short_of_voltage(u, 0, 4e-3)),
             "the hall sways": lambda m=m: run(
                 m, bend=placed_by(lambda t, q, T: 2e-4 * np.sin(2 * np.pi * t / 1.7)[:, None] * (0.6, 0.8, 0.0))
             ),

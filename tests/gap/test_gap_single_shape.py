@@ -20,7 +20,7 @@ from camrob.measurement.log_info import LogInfo
 NOISE = 1e-5 * np.sqrt(3.0)
 
 
-def panel(folder: Path, link: Callable, *, poses: bool, rest: float = 2e-5) -> Panel:
+def panel(folder: Path, link: Callable, *, poses: bool, rest: float = 2e-5, name: str = "log.csv") -> Panel:
     """A log whose links are at link(t, axes), the encoders at the axes, beside a smooth rest of twice the noise."""
     (folder / "cell.toml").write_text(UR.cell)
     t, axis = (np.arange(80) * 12.0, scattered(UR, 80, 4)) if poses else driven(UR, 30.0, 4)
@@ -28,7 +28,7 @@ def panel(folder: Path, link: Callable, *, poses: bool, rest: float = 2e-5) -> P
     rows = np.arange(0, len(t), 1 if poses else 10)
     columns = columns_of(UR, t[rows], axis[rows], T[rows], turned=False)
     info = LogInfo(sigma_position=1e-5, poses=poses)
-    scene = make_scene(MeasurementLog(columns, info, Path("log.csv")), read_cell(folder))
+    scene = make_scene(MeasurementLog(columns, info, Path(name)), read_cell(folder))
     units = build_units([scene], [], {})
     return make_panel(scene, 0, units, [], {}, noise_of(scene), np.ones(len(scene), bool), 10, 0)
 

@@ -33,10 +33,6 @@ FIRST = (
     "lift: in metres", "ur: 10 % gross, 30 poses", "ur: targets told",
 )  # fmt: skip
 NAMES = [*FIRST, *(n for n in BROUGHT if n not in FIRST)]
-# a servo of second order lags by velocity and acceleration, as a delay does: that the second part stands beside the lag as a name
-# of its own is surer than it may be (2026-11-23)
-_SURE_OF_A_PART = {f"{who}: servo of second order, no encoders" for who in ("ur", "kr", "lift")}
-_PARAMETERS = [pytest.param(n, marks=pytest.mark.xfail(strict=True)) if n in _SURE_OF_A_PART else n for n in NAMES]
 
 
 def cell_of(machine: Machine, folder: Path) -> Path:
@@ -62,7 +58,7 @@ def diagnosed(case: Brought, folder: Path) -> int:
 
 
 @pytest.mark.slow(after=len(FIRST))
-@pytest.mark.parametrize("name", _PARAMETERS)
+@pytest.mark.parametrize("name", NAMES)
 def test_what_a_stranger_brings(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     case = BROUGHT[name]()
     status = diagnosed(case, tmp_path)

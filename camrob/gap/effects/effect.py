@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.gap.observation.scene import Scene
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "all_seen", "no_refinement", "no_terms"]
+__all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "all_seen", "no_refinement", "no_terms", "not_wider"]
 
 Array = NDArray[np.float64]
 State = Mapping[str, float]
@@ -67,6 +67,7 @@ Columns = Callable[[Scene, Unit, State], tuple[Column, ...]]
 Terms = Callable[[Unit, State], tuple[str, ...]]
 Refine = Callable[[State, Mapping[str, float]], dict[str, float]]
 Seen = Callable[[Sequence[Scene], Unit, State], bool]
+Wider = Callable[[Scene, State], tuple[Column, ...]]
 Accuses = Callable[[Mapping[str, float], Sequence[str]], str]
 
 
@@ -78,6 +79,11 @@ def no_refinement(state: State, values: Mapping[str, float]) -> dict[str, float]
 def all_seen(scenes: Sequence[Scene], unit: Unit, state: State) -> bool:
     """An effect whose pattern is a whole on any log that shows it."""
     return True
+
+
+def not_wider(scene: Scene, state: State) -> tuple[Column, ...]:
+    """An effect that machines have as it is described."""
+    return ()
 
 
 def no_terms(unit: Unit, state: State) -> tuple[str, ...]:
@@ -104,6 +110,8 @@ class Effect:
     tell it from. of_machine: False where the tool itself is not elsewhere, only the reading of it. whole: whether these logs show
     all of a unit's pattern; a part of a period is any smooth function, so that its name is no more than likely. at_reversals:
     its axis jumps where it turns round, by the sum of a unit's values to either side, and stands off by the first one between.
+    wider: what machines that have it may do beyond the description (a drive of second order), as columns of which there is a
+    share of 0 to 1 at the most; a far smaller name that these show as well is one of a class with it.
     """
 
     name: str
@@ -126,6 +134,7 @@ class Effect:
     whole: Seen = all_seen
     of_machine: bool = True
     at_reversals: bool = False
+    wider: Wider = not_wider
 
     @property
     def compensable(self) -> bool:

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import State
 from camrob.gap.evidence.model import Model, effect_rms
-from camrob.gap.evidence.scan import covered, gear_orders, shapes, uncovered_constants
+from camrob.gap.evidence.scan import Shape, covered, gear_orders, shapes, uncovered_constants
 from camrob.gap.evidence.unknown import CONSTANT, UNKNOWN
 
 __all__ = ["look"]
 
 Array = NDArray[np.float64]
 
+_DRIVE = "drive "  # how targets at the drives begin
 _MOST_SHAPES = 4  # at a time: a person looks at no more
 _SAME_ORDER = 2e-3  # share by which an order differs where it is another one
 _OTHER_ORDER = 0.1  # share by which a second order of an axis differs from its first
@@ -30,8 +31,9 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
     for effect in model.effects:
         if effect.orders:
             offered |= _look_for_orders(model, effect.name, states, left, heat, raw=raw)
+    explained = np.zeros_like(model.best.mean) if raw else model.best.mean
     servo = [
-        None if p.servo is None or p.y_servo is None else p.y_servo - p.servo @ model.best.mean[p.servo_columns]
+        None if p.servo is None or p.y_servo is None else p.y_servo - p.servo @ explained[p.servo_columns]
         for p in model.panels
     ]
     inside = {u.key for i, u in enumerate(model.units) if u.effect == "unknown" and i in model.best.members}
@@ -48,9 +50,10 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
         if n != UNKNOWN.name
     ]
     least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * model.gap, 0.0 if raw else 2.0 * max(inexact, default=0.0))
-    found = shapes(model.panels, left, servo, heat, least)[: 2 * _MOST_SHAPES]
-    for shape in [s for s in found if not covered(s, model)][: max(room, 0)]:
+    for shape in _uncovered(shapes(model.panels, left, servo, heat, least), model, max(room, 0)):
         key = f"{shape.target}|{shape.quantity}"
+        if key in inside:
+            continue  # as it is: a second step is no better moment for the first
         if f"{key}|lower" not in states["unknown"]:
             offered = True
         kept[f"{key}|lower"], kept[f"{key}|upper"] = shape.lower, shape.upper
@@ -59,6 +62,21 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
         offered = True
     states["unknown"] = kept
     return offered
+
+
+def _uncovered(found: Sequence[Shape], model: Model, room: int) -> list[Shape]:
+    """The best shapes that the library does not have, so many at the drives and so many behind the encoders: what stays at the
+    one stage is no reason to overlook the other. Of a drive, whose error is in the log, its best alone.
+    """
+    first: dict[str, Shape] = {}
+    behind = []
+    for shape in found:
+        if shape.target.startswith(_DRIVE):
+            first.setdefault(shape.target, shape)
+        else:
+            behind.append(shape)
+    kept = ([s for s in one[: 2 * _MOST_SHAPES] if not covered(s, model)] for one in (list(first.values()), behind))
+    return [s for one in kept for s in one[:room]]
 
 
 def _look_for_orders(

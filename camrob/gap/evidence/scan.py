@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.gap.evidence.design import LEVER, NUISANCE, Panel
 from camrob.gap.evidence.model import Model
-from camrob.gap.evidence.unknown import CONSTANT, UNKNOWN, basis, constants, quantities, targets
+from camrob.gap.evidence.unknown import CONSTANT, UNKNOWN, basis, constants, followed, moment_of, quantities, targets
 
 __all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_constants"]
 
@@ -19,9 +19,10 @@ Array = NDArray[np.float64]
 _HIGHEST_ORDER = 400.0  # cycles a turn of the axis: two a turn of its motor, behind a gear of 200
 _CYCLES = 1.2  # an order is only one where the axis passes as many of its cycles
 _RIDGE = 1e-9
-_SMALL_UNIT, _COVERED = 3, 0.85  # columns that a unit has at most, and the share of a shape's energy that it shows
+_SMALL_UNIT, _COVERED = 3, 0.95  # columns that a unit has at most, and the share of a shape's energy that it shows
 _SAME = 0.9999  # share of the energy of a constant from which it is another's
 _RIGID = 6  # columns of a place that is elsewhere and turned
+_EDGE = 8  # samples at either end of a log in which a step is no step
 _FORCE = "force"  # a regime, and the first word of a quantity
 _GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
 
@@ -33,9 +34,9 @@ class Shape:
     target: str
     quantity: str
     gain: float
+    fit: Array
     lower: float
     upper: float
-    fit: Array
 
 
 def _behind(panel: Panel, residual: Array, term: str) -> tuple[Array, Array]:
@@ -114,7 +115,9 @@ def _peak(orders: Array, z: Array, w: Array, angle: Array) -> tuple[float, float
 def shapes(
     panels: Sequence[Panel], residuals: Sequence[Array], servo: Sequence[Array | None], temperature: float, least: float
 ) -> list[Shape]:
-    """Smooth functions of one quantity that explain clearly what is left and move the TCP by `least` m (rms), the best first."""
+    """Smooth functions of one quantity, and steps at one moment, that explain clearly what is left and move the TCP by `least` m
+    (rms), the best first.
+    """
     given = [quantities(p.scene) for p in panels]
     names = [n for n in given[0] if all(n in g for g in given)]
     lower = {n: min(float(g[n].min()) for g in given) for n in names}
@@ -131,13 +134,32 @@ def shapes(
             rows = [_behind(p, r, term) for p, r in zip(panels, residuals, strict=True)]
         z, w = np.concatenate([a for a, _ in rows]), np.concatenate([b for _, b in rows])
         lever = np.concatenate([_lever(p, f"root.{part}" if kind == "foot" else f"{part}.zero") for p in panels])
-        for name in names:
-            if len(bases[name]) != len(z):
-                continue
-            gain, fit = _gain(bases[name], z, w)
-            if gain > _GAIN * temperature and np.sqrt(np.mean((fit * lever) ** 2)) > least:
-                found.append(Shape(target, name, gain, lower[name], upper[name], fit))
+        if len(z) < len(lever):
+            continue
+        tried = [Shape(target, n, *_gain(bases[n], z, w), lower=lower[n], upper=upper[n]) for n in names]
+        for shape in (*tried, *_steps(panels, target, z, w)):
+            if shape.gain > _GAIN * temperature and np.sqrt(np.mean((shape.fit * lever) ** 2)) > least:
+                found.append(shape)
     return sorted(found, key=lambda s: -s.gain)
+
+
+def _steps(panels: Sequence[Panel], target: str, z: Array, w: Array) -> list[Shape]:
+    """Of each log the step that explains most of z (N,), of weights w (N,), beside a constant."""
+    found, first, total = [], 0, max(float(w.sum()), 1e-300)
+    weight, pull = (np.cumsum(x[::-1])[::-1] for x in (w, w * (z - float(w @ z) / total)))  # from each sample on
+    for p in panels:
+        cut = np.arange(first + _EDGE, first + len(p.scene) - _EDGE)
+        first += len(p.scene)
+        if len(cut) == 0:
+            continue
+        end = (weight[first], pull[first]) if first < len(z) else (0.0, 0.0)
+        own, pulled = weight[cut] - end[0], pull[cut] - end[1]
+        gain = pulled**2 / np.maximum(own * (1.0 - own / total), 1e-300)
+        at = int(cut[int(np.argmax(np.where(own > 0.0, gain, 0.0)))]) - first
+        moment, name = float(0.5 * (p.scene.t[at - 1] + p.scene.t[at])), moment_of(p.scene)
+        step = np.concatenate([basis(followed(q.scene, name, moment), moment, moment, name) for q in panels])
+        found.append(Shape(target, name, *_gain(step, z, w), lower=moment, upper=moment))
+    return found
 
 
 def covered(shape: Shape, model: Model) -> bool:

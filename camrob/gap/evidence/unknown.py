@@ -1,5 +1,5 @@
-"""What the library doesn't know, as smooth functions of one quantity, or a constant: generic, so never a cause, only a place and
-a shape.
+"""What the library doesn't know, as smooth functions of one quantity, steps at a moment, or constants: generic, so never a cause,
+only a place and a shape.
 """
 
 from __future__ import annotations
@@ -15,13 +15,27 @@ from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import play, play_at_rest
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["CONSTANT", "DEGREE", "UNKNOWN", "basis", "constants", "quantities", "target_columns", "targets"]
+__all__ = [
+    "CONSTANT",
+    "DEGREE",
+    "UNKNOWN",
+    "basis",
+    "constants",
+    "followed",
+    "is_moment",
+    "moment_of",
+    "moment_words",
+    "quantities",
+    "target_columns",
+    "targets",
+]
 
 Array = NDArray[np.float64]
 
 DEGREE = 5  # of a shape: bends three times, and no more
 CONSTANT = "constant"
 """The quantity's name where there is none: a place that is elsewhere or turned, always alike."""
+_FROM = "from "  # how what begins at a moment is said
 _CHOICES = 150  # places and quantities that could have been picked
 _STILL = 1e-6  # in its own unit: does not change
 _PLAY = deg_to_rad(0.02)  # way after which an axis counts as having turned round
@@ -51,10 +65,35 @@ def quantities(scene: Scene) -> dict[str, Array]:
     return {name: v for name, v in found.items() if float(np.ptp(v)) > _STILL}
 
 
+def moment_of(scene: Scene) -> str:
+    """The quantity's name where what moves is elsewhere from one moment of a log on; the moment is where its range begins."""
+    return f"{_FROM}a moment of {scene.name} on"
+
+
+def is_moment(quantity: str) -> bool:
+    """Whether a quantity, or what a shape follows, is such a moment."""
+    return quantity.startswith(_FROM)
+
+
+def moment_words(quantity: str, at: float) -> str:
+    """A moment's quantity, with the moment, s."""
+    return quantity.replace("a moment", f"{at:.6g} s", 1)
+
+
+def followed(scene: Scene, quantity: str, absent: float) -> Array:
+    """(N,) a quantity on a log; `absent` all along where it doesn't change there (an axis at rest, no force, another log's
+    moment).
+    """
+    given = {moment_of(scene): scene.t} if is_moment(quantity) else quantities(scene)
+    return given.get(quantity, np.full(len(scene), absent))
+
+
 def basis(values: Array, lower: float, upper: float, name: str) -> Array:
     """(N, d) Legendre polynomials 1 .. DEGREE of a quantity over its range; the first alone for a direction. Beyond the range,
-    where nothing is known, they stay as they are at its end.
+    where nothing is known, they stay as they are at its end. Of a moment, a step behind it.
     """
+    if is_moment(name):
+        return np.asarray(values > lower, float)[:, None]
     x = 2.0 * (values - lower) / max(upper - lower, 1e-12) - 1.0
     degree = 1 if name.startswith("direction") else DEGREE
     return np.asarray(np.polynomial.legendre.legvander(np.clip(x, -1.0, 1.0), degree)[:, 1:])
@@ -101,9 +140,10 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
                 parameters = place_parameters([f"{target}_{p}" for p in parts], LENGTH, ANGLE)
                 units.append(Unit("unknown", axis, parameters, len(constants(scenes[0])), key))
             continue
-        if not all(target in targets(s) and quantity in quantities(s) for s in scenes):
+        step = is_moment(quantity)
+        if not all(target in targets(s) and (step or quantity in quantities(s)) for s in scenes):
             continue
-        count = 1 if quantity.startswith("direction") else DEGREE
+        count = 1 if step or quantity.startswith("direction") else DEGREE
         part = target.rpartition(" ")[2]
         linear = target.startswith("foot") or scenes[0].cell.joints[scenes[0].cell.index(part)].prismatic
         unit, usual = ("mm", mm_to_m(0.2)) if linear else ("deg", deg_to_rad(0.03))
@@ -119,16 +159,15 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     if quantity == CONSTANT:
         return constant(scene, _terms(target))
     lower, upper = state[f"{unit.key}|lower"], state[f"{unit.key}|upper"]
-    # where the quantity doesn't change in a further log (an axis at rest, no force), its shape stays at its beginning
-    followed = quantities(scene).get(quantity, np.full(len(scene), lower))
-    shape = basis(followed, lower, upper, quantity)
+    # where the quantity doesn't change, its shape stays at its beginning
+    shape = basis(followed(scene, quantity, lower), lower, upper, quantity)
     # the constant belongs to the shape: no zero of an axis is to be blamed for it
     return target_columns(scene, target, np.concatenate([np.ones((len(scene), 1)), shape], axis=1))
 
 
 UNKNOWN = Effect(
     name="unknown",
-    physics="Something that the library has no physics for: a smooth function of one quantity, or a constant.",
+    physics="Something that the library has no physics for: a smooth function of one quantity, a step, or a constant.",
     stages=("setpoint_to_encoder", "encoder_to_tcp"),
     regimes=(),
     experiment="move the named axis alone through its range, everything else at rest, and measure",

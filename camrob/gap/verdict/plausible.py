@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camrob.gap.evidence.model import Model, effect_rms
-from camrob.gap.evidence.unknown import CONSTANT, basis, quantities
+from camrob.gap.evidence.unknown import CONSTANT, basis, followed, is_moment, moment_words
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["implausible", "unknown_shapes", "unknown_text", "unusual"]
@@ -62,16 +62,17 @@ def unknown_shapes(model: Model) -> list[dict[str, Any]]:
         target, _, quantity = unit.key.partition("|")
         state = model.states["unknown"]
         columns = np.flatnonzero(model.design.owner == i)
+        lower, upper = (state[f"{unit.key}|{end}"] for end in ("lower", "upper"))
         if quantity == CONSTANT:
             swing = float(np.linalg.norm(model.best.mean[columns[:3]]))
         else:
-            lower, upper = (state[f"{unit.key}|{end}"] for end in ("lower", "upper"))
-            bases = [basis(quantities(p.scene)[quantity], lower, upper, quantity) for p in model.panels]
+            bases = [basis(followed(p.scene, quantity, lower), lower, upper, quantity) for p in model.panels]
             swing = float(np.ptp(np.concatenate([X @ model.best.mean[columns[1:]] for X in bases])))
         linear = unit.parameters[0].unit == "mm"
         shapes.append({
             "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
-            "moves": _PLACES.get(target, target.removeprefix("drive ")), "follows": quantity,
+            "moves": _PLACES.get(target, target.removeprefix("drive ")),
+            "follows": moment_words(quantity, lower) if is_moment(quantity) else quantity,
             "swing": m_to_mm(swing) if linear else rad_to_deg(swing), "unit": "mm" if linear else "degrees",
         })  # fmt: skip
     return shapes
@@ -95,6 +96,8 @@ def unknown_text(model: Model, shapes: Sequence[Mapping[str, Any]]) -> str:
 
 def _moved(shape: Mapping[str, Any]) -> str:
     size = f"{shape['swing']:.3g} {shape['unit']}"
+    if is_moment(shape["follows"]):
+        return f"{shape['moves']} is off by {size} {shape['follows']}"
     if shape["follows"] != CONSTANT:
         return f"{shape['moves']} moves by {size} as a smooth function of {shape['follows']}"
     return f"{shape['moves']} is off by a constant {size}"

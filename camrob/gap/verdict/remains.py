@@ -12,7 +12,7 @@ from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage
-from camrob.gap.evidence.unknown import CONSTANT
+from camrob.gap.evidence.unknown import CONSTANT, is_moment
 from camrob.gap.locate.localise import axes_of, regimes_of
 from camrob.gap.locate.periodic import TIME, periodic
 from camrob.gap.locate.single_shape import SingleShape, single_shape
@@ -147,6 +147,8 @@ def _followed(shape: Mapping[str, Any]) -> str:
 
 def _regime(shape: Mapping[str, Any]) -> str:
     """What a shape follows, as one of the regimes; "" for a constant."""
+    if is_moment(str(shape["follows"])):
+        return "time"
     kind, _, axis = str(shape["follows"]).rpartition(" ")
     named = {"torque on": "load", "force": "force"}.get(kind, kind.removesuffix(" of"))
     return named or {CONSTANT: "", "time": "time", "temperature": "temperature"}.get(axis, "position")

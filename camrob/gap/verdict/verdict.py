@@ -24,6 +24,7 @@ from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.part_of_cycle import energy_of, partly_seen
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
 from camrob.gap.verdict.remains import left_panels, remains, residual_regimes, suspects
+from camrob.gap.verdict.wider import shown_by_wider
 from camrob.gap.verdict.within import BEYOND, drives_beyond, stages_within
 from camrob.units import m_to_mm
 
@@ -73,10 +74,11 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         probability = _beside_more(model, trial, together, probability, library)
     if (left_over := _claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
+    wider = shown_by_wider(model, library, [n for n, p in probability.items() if p >= 0.5])
+    probability |= {n: probability[n] * BELIEF.part_seen for n in wider}
     structure, unknown = _something_stays(model, trial, reasons)
-    entries, claimed = _entries(model, trial, library, probability, reasons, in_world)
-    left = left_panels(model, members)
-    regimes = residual_regimes(model, left)
+    entries, claimed = _entries(model, trial, library, probability, reasons, in_world, wider)
+    regimes = residual_regimes(model, left := left_panels(model, members))
     inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
     stages = stages_within(model.scenes, together, _structure(together), model.noise)
     within = {name: s.within for name, s in stages.items()}
@@ -317,7 +319,7 @@ def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Mapping[st
 
 def _entries(
     model: Model, trial: Trial, library: Sequence[Effect], probability: Mapping[str, float],
-    reasons: Mapping[str, str], in_world: bool,
+    reasons: Mapping[str, str], in_world: bool, wider: Mapping[str, Sequence[str]],
 ) -> tuple[list[dict[str, Any]], tuple[str, ...]]:  # fmt: skip
     """One entry an effect worth a line, by probability and shrink."""
     entries = []
@@ -337,6 +339,7 @@ def _entries(
         last = shrinkage(model, trial, rest, rest - own)
         everything = shrinkage(model, trial, rest, rest)
         twins = list(covered_by(model.design, total, model.values(own, model.best), effect.name))
+        twins += [n for n in wider.get(effect.name, ()) if n not in twins]
         if in_world and effect.twin_in_world:
             twins.append(effect.twin_in_world)
             p *= BELIEF.first_of_twins

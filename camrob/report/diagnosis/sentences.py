@@ -39,6 +39,7 @@ _TIMES = 1.5  # the noise, from which what stays is held against it in words
 _MAIN = ("tau_s", "delay_s", "cdis_mm")  # the value that tells such an effect's size, whatever stands beside it
 _MOST_VALUES = 3  # axes of an effect that the sentence gives values of
 _RIVAL = 0.1  # probability from which a cause is named among several that none is claimed of
+_FROM = "from "  # how what it follows begins where it is a moment
 _CONSTANT = "constant"  # what the unexplained is said to follow where it follows nothing
 _WORTH = 0.05  # share of the gap's energy that is worth a word where it stays unexplained
 
@@ -132,11 +133,15 @@ def _shape(shape: UnknownShape) -> str:
     size = measure(shape.swing, shape.unit)
     if shape.follows == _CONSTANT:
         return f"{shape.moves} is off by {size}, whatever the posture"
-    return f"{shape.moves} deviates by {size} over the logs, smoothly with {_followed(shape)}"
+    at_once = "at once" if shape.follows.startswith(_FROM) else "smoothly"
+    return f"{shape.moves} deviates by {size} over the logs, {at_once} {_followed(shape)}"
 
 
 def _followed(shape: UnknownShape) -> str:
-    return "its own position" if shape.follows == shape.moves else shape.follows
+    """With what a shape goes, or from when on it is there."""
+    if shape.follows.startswith(_FROM) or shape.follows == _CONSTANT:
+        return shape.follows
+    return "with its own position" if shape.follows == shape.moves else f"with {shape.follows}"
 
 
 def compensable_text(summary: DiagnosisSummary) -> str:
@@ -273,7 +278,7 @@ def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
         for place, what in at.items():
             moving = [w for w in what if w != _CONSTANT]
             parts += [f"{place} is off by a constant"] if len(moving) < len(what) else []
-            parts += [f"{place} deviates with {_listed(moving)}"] if moving else []
+            parts += [f"{place} deviates {_listed(moving)}"] if moving else []
         text += ": " + "; ".join(parts)
     elif sentences and (sentences[0].startswith("Between") or unknown.implausible):
         text += f": {sentences[0][0].lower()}{sentences[0][1:]}"
