@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,10 +14,11 @@ from stranger_arms import UR, Faults, Machine, columns_of, scattered, true_poses
 from camrob.gap.effects.registry import library
 from camrob.gap.evidence import predicted
 from camrob.gap.evidence.comparison import compare
-from camrob.gap.evidence.far_off import stays_far_off
+from camrob.gap.evidence.far_off import distance_of, stays_far_off
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import shrinkage, trial_of
 from camrob.gap.observation.scene import make_scene
+from camrob.gap.verdict.carried_over import carried_over
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo
 
@@ -84,3 +86,27 @@ def test_what_is_predicted_counts_the_larger_of_the_two(
     more = stays_far_off(model, far, found(model)) if known == 0.0 else 0.0
     assert whole**2 - plain**2 == pytest.approx(more, abs=1e-12)
     assert whole == plain or plain < whole <= reached
+
+
+def only(monkeypatch: pytest.MonkeyPatch, lengths: np.ndarray, *names: str) -> Model:
+    """Compared with these effects alone, on an arm of some lengths' errors."""
+    monkeypatch.setattr(sys.modules[__name__], "LENGTHS", lengths)
+    return compare([measured(NEAR, 300, 1)], [e for e in library() if e.name in names])
+
+
+def test_a_cause_carries_over_to_where_nobody_has_been(model: Model) -> None:
+    """Lengths are off, and take all there that they should; beside what was fitted, any likeness would."""
+    beside = trial_of(model, [measured(replace(NEAR, swing=0.45 * TRAVEL), 100, 2)])
+    far = trial_of(model, [measured(FAR, 100, 3)])
+    assert distance_of(model, beside) < 0.2 < 1.0 < distance_of(model, far)
+    assert carried_over(model, far, ["geometry"]) == {"geometry"}
+    assert carried_over(model, beside, ["geometry"]) == frozenset()
+    assert carried_over(model, trial_of(model, ()), ["geometry"]) == frozenset()
+
+
+@pytest.mark.parametrize("name", ["payload", "gear_ripple"])
+def test_a_likeness_does_not_carry_over(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Joints give way, and what alone is known looks like it near by: a mass, and the part of a ripple that is seen."""
+    model = only(monkeypatch, np.zeros((6, 3)), name)
+    assert name in model.evidence.effects_of(model.best.members)
+    assert carried_over(model, trial_of(model, [measured(FAR, 100, 3)]), [name]) == frozenset()

@@ -18,7 +18,7 @@ from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Trial, settled
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["stays_far_off"]
+__all__ = ["distance_of", "stays_far_off"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -43,10 +43,15 @@ def stays_far_off(model: Model, trial: Trial, keep: Set) -> float:
     )
     if d_far <= d_near or m_far <= m_near:
         return 0.0
+    share = np.clip((distance_of(model, trial) - d_near) / (d_far - d_near), 0.0, 1.0)
+    return float(share * (m_far - m_near))
+
+
+def distance_of(model: Model, trial: Trial) -> float:
+    """The median distance from postures of withheld logs to the nearest fitted one, rad, or what counts as such of slides."""
     fitted = _postures(model, [(p.scene, np.ones(len(p.scene), np.bool_)) for p in model.panels])
     asked = _postures(model, [(trial.panels[k].scene, rows) for k, rows, _ in trial.asked])
-    share = np.clip((_apart(model, asked, fitted) - d_near) / (d_far - d_near), 0.0, 1.0)
-    return float(share * (m_far - m_near))
+    return _apart(model, asked, fitted)
 
 
 def _halves(model: Model, blocks: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:

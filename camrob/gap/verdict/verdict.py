@@ -20,6 +20,7 @@ from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
+from camrob.gap.verdict.carried_over import carried_over
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.part_of_cycle import energy_of, partly_seen
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
@@ -174,14 +175,16 @@ def _beside_more(
 ) -> dict[str, float]:
     """Probabilities of effects that move the tool by less than what stays beside all claims (`together`): such a one may be a
     likeness of that, and is, as likely as not, where withheld samples don't surely get better by it. Names that follow posture,
-    load or time alone and mostly cancel have to move it by more: together they are any smooth function. Sizes are but for what
-    frames that nobody told take up.
+    load or time alone and mostly cancel have to move it by more: together they are any smooth function. What carries over to far
+    postures is no likeness. Sizes are but for what frames that nobody told take up.
     """
     stays = float(np.sqrt(max(together.rms_after**2 - model.noise**2, 0.0)))
     sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
     smooth = {e.name for e in library if _SMOOTH.issuperset(e.regimes)} & set(sizes)
     cancel = sum(sizes[n] ** 2 for n in smooth) > BELIEF.cancels * settled_rms(model, model.panels, smooth) ** 2
     small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
+    carried = carried_over(model, trial, small)
+    small = [n for n in small if n not in carried]
     less = _gains(model, trial, [n for n in small if sizes[n] < stays])
     left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
     return {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
