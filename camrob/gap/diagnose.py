@@ -194,7 +194,7 @@ def _seen_by(scenes: Sequence[Scene], effects: Sequence[Effect]) -> tuple[Effect
     for scene in scenes:
         if scene.tracked:
             hint = "diagnose logs with measured positions, and those without, apart"
-            raise LogError("has measured positions, another log has none", hint=hint, path=scene.log.path)
+            raise scene.log.error("has measured positions, another log has none", hint=hint, at=None)
     return tuple(e for e in effects if "setpoint_to_encoder" in e.stages)
 
 

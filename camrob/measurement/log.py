@@ -54,12 +54,14 @@ class MeasurementLog:
 
     A column that was not measured is absent, a cell that was not measured is NaN; `t` is whole and strictly increasing.
     What the properties and methods give is SI, but for axis values, which stay in degrees and mm, as only a cell knows
-    which axis is which (`Cell.to_q` takes them so). path: the file it was read from, None for a log made here.
+    which axis is which (`Cell.to_q` takes them so). path: the file it was read from, None for a log made here; file_lines: (N,)
+    where in it each sample stands, as messages name it.
     """
 
     columns: Mapping[str, Array]
     info: LogInfo = field(default_factory=LogInfo)
     path: Path | None = None
+    file_lines: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
         if "t" not in self.columns:
@@ -155,7 +157,14 @@ class MeasurementLog:
 
     def select(self, rows: NDArray[np.bool_] | NDArray[np.int64] | slice) -> MeasurementLog:
         """Some of the samples, in their order."""
-        return MeasurementLog({n: v[rows] for n, v in self.columns.items()}, self.info, self.path)
+        lines = None if self.file_lines is None else self.file_lines[rows]
+        return MeasurementLog({n: v[rows] for n, v in self.columns.items()}, self.info, self.path, lines)
+
+    def error(self, what: str, *, hint: str, at: int | None = 0) -> LogError:
+        """What is wrong with this log, by the line of its file where it first shows: that of a sample, None for the header's."""
+        where = self.file_lines
+        line = 0 if where is None else 1 if at is None else int(where[at])
+        return LogError(what, hint=hint, path=self.path, line=line)
 
     @property
     def digest(self) -> str:

@@ -80,7 +80,7 @@ _KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, "poses")
 def read_info(path: Path) -> LogInfo:
     """The facts in a LOG.toml. Keys that are not the format's are left aside, unless they look like a misspelt one.
 
-    Raises LogError naming file, line (of broken TOML) or key, and hint.
+    Raises LogError naming file, line, key, and hint.
     """
     data = _load(path)
     values: dict[str, Any] = {}
@@ -117,7 +117,10 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 def _wrong(path: Path, key: str, what: str, hint: str) -> LogError:
-    return LogError(f"{key}: {what}", hint=hint, path=path)
+    """What is wrong with a key, by the line that it stands on where one begins with it."""
+    rows = path.read_text("utf-8-sig").splitlines()
+    lines = [k for k, row in enumerate(rows, 1) if row.lstrip(" \t'\"").startswith(key)]
+    return LogError(f"{key}: {what}", hint=hint, path=path, line=lines[0] if lines else 0)
 
 
 def _choice(path: Path, key: str, value: Any) -> StrEnum:

@@ -55,7 +55,8 @@ def read_log(path: str | Path) -> MeasurementLog:
     _check_time(columns["t"], path, first)
     check_plausible(columns, path, first)
     beside = path.with_suffix(".toml")
-    return MeasurementLog(columns, read_info(beside) if beside.is_file() else LogInfo(), path)
+    info = read_info(beside) if beside.is_file() else LogInfo()
+    return MeasurementLog(columns, info, path, np.arange(first, first + len(table)))
 
 
 def _check_names(names: Sequence[str], path: Path) -> None:

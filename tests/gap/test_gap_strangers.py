@@ -67,7 +67,7 @@ def test_what_a_stranger_brings(name: str, tmp_path: Path, capsys: pytest.Captur
         (line,) = said.err.strip().splitlines()
         assert status == 2
         assert re.search(case.refused, line)
-        assert case.logs[0][0] in line
+        assert re.search(rf"{re.escape(case.logs[0][0])}:\d+: ", line), line
         assert "; " in line  # what is wrong; what to do
         assert not (tmp_path / "out").exists()
         return

@@ -217,13 +217,23 @@ def test_parquet(tmp_path: Path) -> None:
         ('sigma_mm = "a"', "sigma_mm: is a"),
         ("sigma_m = 1", "is sigma_mm meant"),
         ("poses = 1", "poses: is neither true nor false"),
-        ("a = [1,,]", r"l\.toml:1: is not valid TOML"),
+        ("a = [1,,]", r"l\.toml:3: is not valid TOML"),
     ],
 )
 def test_facts_that_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    (tmp_path / "l.toml").write_text(text)
-    with pytest.raises(LogError, match=message):
+    (tmp_path / "l.toml").write_text(f"# of the cell in the hall\n\n{text}")
+    with pytest.raises(LogError, match=message) as refused:
         read_info(tmp_path / "l.toml")
+    assert str(refused.value).startswith(f"{tmp_path}/l.toml:3: ")
+
+
+def test_what_is_wrong_with_a_sample_is_named_by_its_line(tmp_path: Path) -> None:
+    """Also of a part of a log; one that was never in a file has no lines."""
+    log = read_log(written(tmp_path)).select(np.array([0, 2]))
+    assert [str(log.error("it is odd", hint="look", at=at)) for at in (0, 1, None)] == [
+        f"{tmp_path}/log.csv:{line}: it is odd; look" for line in (2, 4, 1)
+    ]
+    assert str(made(3).error("it is odd", hint="look", at=1)) == "it is odd; look"
 
 
 def test_kernels_match_python() -> None:

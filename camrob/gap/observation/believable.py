@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
-from camrob.errors import LogError
 from camrob.gap.observation.mistaken import mistaken
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
@@ -35,14 +34,15 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
     lost: dict[str, float] = {}
     for scene in scenes:
         if float(np.ptp(scene.link, axis=0).max()) < _STILL:
-            raise LogError("no axis moves in it", hint="log a run, or poses that differ", path=scene.log.path)
+            raise scene.log.error("no axis moves in it", hint="log a run, or poses that differ")
         step = float(np.median(np.diff(scene.t)))
         if step > _SLOWEST and not scene.poses:
             what = f"its rows are {step:.3g} s apart"
             hint = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
-            raise LogError(what, hint=hint, path=scene.log.path)
+            raise scene.log.error(what, hint=hint, at=int(np.argmax(np.diff(scene.t) > _SLOWEST)) + 1)
         _check_reading(scene)
-        size = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
+        off = np.linalg.norm(scene.tcp_gap[:, :3], axis=1)
+        size = float(np.median(off))
         turned = scene.seen[:, 3:].all(axis=1)
         angle = float(np.median(np.linalg.norm(scene.tcp_gap[turned, 3:], axis=1))) if turned.any() else 0.0
         if size <= mm_to_m(_FARTHEST_MM) and angle <= deg_to_rad(_FARTHEST_DEG):
@@ -53,15 +53,17 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
             continue
         mixed_up = mistaken(scene)
         if mixed_up:
-            raise LogError(mixed_up, hint="correct the log, and diagnose it again", path=scene.log.path)
+            at = int(np.argmax(off >= size))
+            raise scene.log.error(mixed_up, hint="correct the log, and diagnose it again", at=at)
         if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
             hint = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
-            raise LogError(what, hint=hint, path=scene.log.path)
+            raise scene.log.error(what, hint=hint, at=int(np.argmax(off >= size)))
         what = (
             f"the measured tool is turned by {rad_to_deg(angle):.1f} degrees from where the axis values put it (median)"
         )
-        raise LogError(what, hint="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", path=scene.log.path)
+        first = int(np.flatnonzero(turned)[0])
+        raise scene.log.error(what, hint="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", at=first)
     return lost
 
 
@@ -71,10 +73,10 @@ def _check_reading(scene: Scene) -> None:
     carried = np.linalg.norm(np.diff(scene.nominal[:, :3, 3], axis=0), axis=1) > _CARRIED
     stuck = np.flatnonzero((np.diff(place, axis=0) == 0.0).all(axis=1) & carried)
     if scene.tracked and len(stuck) >= _STUCK:
-        first = scene.t[stuck[0] + 1]
-        what = f"x, y, z stay the same to the last digit in {len(stuck)} rows while the axes move (first at t = {first:g} s)"
-        hint = "leave cells empty where the instrument saw nothing new"
-        raise LogError(what, hint=hint, path=scene.log.path)
+        first = int(stuck[0]) + 1
+        when = f"first at t = {scene.t[first]:g} s"
+        what = f"x, y, z stay the same to the last digit in {len(stuck)} rows while the axes move ({when})"
+        raise scene.log.error(what, hint="leave cells empty where the instrument saw nothing new", at=first)
 
 
 def lost_zero(scene: Scene) -> tuple[str, float] | None:

@@ -12,7 +12,6 @@ from camrob.cell.cell import Cell
 from camrob.compiled import kernel
 from camrob.controller.programmed_path import ProgrammedPath, programmed_path
 from camrob.controller.replay import Replay, program_cell, replay
-from camrob.errors import LogError
 from camrob.gap.observation.scene import Scene
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log_info import MeasuredFrame
@@ -98,10 +97,13 @@ def track_of(scene: Scene, program: ProgramText) -> ProgramTrack:
     found = ProgramTrack(
         scene, program, replayed, in_base[:, :3, 3], world[:, :3, 3], np.asarray(frames[:, :3, :3]), motion
     )
-    size = float(np.median(np.linalg.norm(found.offset(found.path(0.0)), axis=1)))
+    off = np.linalg.norm(found.offset(found.path(0.0)), axis=1)
+    size = float(np.median(off))
     if size > _STRANGE:
         what = f"its set-points lie {m_to_mm(size):.0f} mm off the path of {program.name} (median)"
-        raise LogError(what, hint="give the program that was run, with --program", path=scene.log.path)
+        raise scene.log.error(
+            what, hint="give the program that was run, with --program", at=int(np.argmax(off >= size))
+        )
     return found
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.errors import LogError
 from camrob.gap.observation.signals import derivative, pieces_of
 from camrob.gap.observation.unknown_frames import Frames, fit_frames
 from camrob.measurement.log import FORCE, MeasurementLog
@@ -183,10 +182,10 @@ def make_scene(
         lacking = next(a for a in axes if (not log.has(a) and not log.has(f"c{a}")) or given[""])
         missing = [a for a in axes if not log.has(a)]
         what = f"lacks the axis {missing[0] if missing else lacking} of cell {cell.name}"
-        raise LogError(what, hint="give every axis of the cell, by encoder or by set-point", path=log.path)
+        raise log.error(what, hint="give every axis of the cell, by encoder or by set-point", at=None)
     if not log.has_position and (not all(usable.values()) or log.info.poses):
         hint = "give x, y, z of the instrument, or a run's set-points beside its encoders"
-        raise LogError("has no measured position", hint=hint, path=log.path)
+        raise log.error("has no measured position", hint=hint, at=None)
     kinds = [kind for kind in ("", "c") if usable[kind]]
     whole = np.ones(len(log), bool)
     for kind in kinds:
@@ -201,7 +200,7 @@ def make_scene(
     fewest = LEAST if any(free) else least
     if whole.sum() < fewest:
         what = f"holds {int(whole.sum())} whole samples{_emptiest(log)}"
-        raise LogError(what, hint=f"give at least {fewest}", path=log.path)
+        raise log.error(what, hint=f"give at least {fewest}", at=int(np.argmin(whole)))
     kept = log.select(np.flatnonzero(whole))
     return _lay_out(kept, cell, axes, usable, frames, laid)
 
