@@ -134,6 +134,9 @@ def verify(
     allow_unjudged: Annotated[
         bool, typer.Option("--allow-unjudged", help="Status 0 although something could not be judged.")
     ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="The folder that receives verify.json and verify.html.")
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -147,6 +150,7 @@ def verify(
             setup=setup,
             collisions=not no_collisions,
             manifest=not no_manifest,
+            out=out,
             progress=progress,
         )
 

@@ -81,6 +81,7 @@ def verify(
     setup: Path | None = None,
     collisions: bool = True,
     manifest: bool = True,
+    out: Path | None = None,
     progress: Progress | None = None,
 ) -> VerifyResult:
     """Judge a program, whoever wrote it: frames, all its motions, axis limits, collisions; with `against`, its CL file too.
@@ -92,6 +93,7 @@ def verify(
         setup: setup.toml; None: the one beside the CL file, where there is one.
         collisions: whether bodies are followed along the whole program.
         manifest: whether the files have to be those that the NAME.json beside the program names.
+        out: the folder that receives verify.json and verify.html, a page with pictures of places; None: none.
         progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
@@ -147,6 +149,11 @@ def verify(
         against=None if inputs is None or second is None else _against(second.coverage, inputs),
         seconds=round(time.perf_counter() - start, 3),
     )
+    if out is not None:
+        from camrob.jobs.release.verify_page import write_page
+
+        share("report")(0.0)
+        write_page(Path(out), summary, None if second is None else (second.text, second.replayed))
     return VerifyResult(ok, summary, tuple(found))
 
 

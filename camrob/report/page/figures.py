@@ -1,9 +1,10 @@
-"""Still figures (PNG) for documents: 1/k_F along the path, and the cell with the path coloured by it."""
+"""Still figures (PNG): 1/k_F along the path, the cell with the path coloured by it, and the cell at one place."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
@@ -23,9 +25,10 @@ from camrob.report.page.render import Facets, render, screen_R_world
 from camrob.report.page.thinning import curve_indices, path_indices
 from camrob.report.page.triangles import role_of, shape_mesh, world_T_frames
 from camrob.report.page.viewer import ROLE_COLORS
+from camrob.se3 import pose
 from camrob.units import deg_to_rad
 
-__all__ = ["figure_conditioning", "figure_overview"]
+__all__ = ["figure_conditioning", "figure_overview", "place_picture"]
 
 Array = NDArray[np.float64]
 
@@ -38,6 +41,9 @@ _PATH_WIDTH_PX = 2.4
 _FADE = (0.6, 1.3)  # m from the middle where floor and track begin to fade and are gone
 _SMALLEST = 0.02  # m, width of a picture
 _WHOLE, _CLOSE = (1120, 1056), (576, 634)  # pixels of the two pictures
+_PLACE = (520, 520)  # pixels of each of the two pictures of a place
+_NEAR = 0.3  # m, width of the nearer one
+_BALL, _MARK = 0.02, "#d6302b"  # radius of what marks a place, as a share of the picture's width, and its colour
 _SCALE = [(0.0, "#67001f"), (0.44, "#d6302b"), (0.625, "#f5a623"), (0.74, "#35a883"), (1.0, "#2166ac")]
 
 
@@ -120,7 +126,8 @@ def figure_overview(
     pictures = []
     for shown, pixels, room in ((moving, _WHOLE, 1.06), (tips, _CLOSE, 1.3)):
         center, width_m = _framed(shown, towards_eye, pixels, room)
-        ribbon = _path_facets(path, poses["base"], towards_eye, width_m / pixels[0], rgba)
+        way = np.asarray(path.base_T_tip[:, :3, 3])
+        ribbon = _path_facets(way, path.cutting, poses["base"], towards_eye, width_m / pixels[0], rgba)
         every = Facets.joined([*(f for _, f in bodies), ribbon])
         pictures.append(
             render(every, towards_eye=towards_eye, center=center, width_m=width_m, pixels=pixels, fade=_FADE)
@@ -140,6 +147,33 @@ def figure_overview(
     bar.outline.set_visible(False)
     bar.set_label(f"$1/k_F$ along the path (0: singular; line: threshold {cell.resolve.threshold:g})", fontsize=9)
     _save(figure, file)
+
+
+def place_picture(cell: Cell, q: Array, base_p: Array, shown: NDArray[np.bool_], *, turn_deg: float = -58.0) -> bytes:
+    """A PNG of the cell in a posture q (n,), and of what is about the tool's tip, at which is a red ball; the way base_p (N, 3)
+    of the tip in grey, where a move to a point is shown (N,). turn_deg: as of `figure_overview`.
+    """
+    poses = {name: poses_[0] for name, poses_ in world_T_frames(cell, q[None]).items()}
+    away = poses["tool"][:2, 3] - poses["root"][:2, 3]
+    heading = np.arctan2(away[1], away[0]) + deg_to_rad(turn_deg)
+    towards_eye = np.array([np.cos(heading), np.sin(heading), 0.52])
+    bodies = _body_facets(cell, poses, None, np.eye(4))
+    moving = [f.corners.reshape(-1, 3) for name, f in bodies if name != "world"]
+    tip = poses["tool"][:3, 3]
+    whole = _framed(np.concatenate([*moving, tip[None]]), towards_eye, _PLACE, 1.06)
+    grey = np.tile(to_rgb("#5c6773"), (len(base_p), 1))
+    pictures = []
+    for center, width_m in (whole, (tip, _NEAR)):
+        ball = trimesh.creation.icosphere(subdivisions=3, radius=_BALL * width_m)
+        marked = _facets(ball, pose(np.eye(3), tip), _MARK, len(cell.shapes) + 1)
+        ribbon = _path_facets(base_p, shown, poses["base"], towards_eye, width_m / _PLACE[0], grey)
+        every = Facets.joined([*(f for _, f in bodies), ribbon, marked])
+        pictures.append(
+            render(every, towards_eye=towards_eye, center=center, width_m=width_m, pixels=_PLACE, fade=_FADE)
+        )
+    file = BytesIO()
+    imsave(file, np.ascontiguousarray(np.clip(np.hstack(pictures), 0.0, 1.0)), format="png")
+    return file.getvalue()
 
 
 def _framed(p: Array, towards_eye: Array, pixels: tuple[int, int], room: float) -> tuple[Array, float]:
@@ -189,11 +223,12 @@ def _body_facets(
     return out
 
 
-def _path_facets(path: ToolPathInBase, world_T_base: Array, towards_eye: Array, pixel_m: float, rgba: Array) -> Facets:
-    """The cutting moves as a ribbon that faces the eye, a hair above the surface."""
-    cutting = path.cutting
-    picked = path_indices(np.asarray(path.base_T_tip[:, :3, 3]), np.zeros(len(path), dtype=bool), 60_000)
-    world_p = path.base_T_tip[picked, :3, 3] @ world_T_base[:3, :3].T + world_T_base[:3, 3]
+def _path_facets(
+    base_p: Array, shown: NDArray[np.bool_], world_T_base: Array, towards_eye: Array, pixel_m: float, rgba: Array
+) -> Facets:
+    """The moves that are shown, to points base_p (N, 3), as a ribbon that faces the eye, a hair above the surface."""
+    picked = path_indices(base_p, np.zeros(len(base_p), dtype=bool), 60_000)
+    world_p = base_p[picked] @ world_T_base[:3, :3].T + world_T_base[:3, 3]
     back = towards_eye / np.linalg.norm(towards_eye)
     a, b = world_p[:-1], world_p[1:]
     across = np.cross(b - a, back)
@@ -201,7 +236,7 @@ def _path_facets(path: ToolPathInBase, world_T_base: Array, towards_eye: Array, 
     across = across / np.maximum(length, 1e-12) * (0.5 * _PATH_WIDTH_PX * pixel_m)
     lift = 1.5 * pixel_m * back
     quads = np.stack([a + across, a - across, b - across, b + across], axis=1) + lift
-    keep = cutting[picked[1:]] & (length[:, 0] > 1e-12)
+    keep = shown[picked[1:]] & (length[:, 0] > 1e-12)
     corners = np.concatenate([quads[keep][:, [0, 1, 2]], quads[keep][:, [0, 2, 3]]])
     color = np.tile(rgba[picked[1:]][keep][:, :3], (2, 1))
     n = len(corners)

@@ -1,0 +1,161 @@
+"""The page of a judgement: the verdict, what stands against the program with a picture of each place, what was not judged."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.frozen import locked
+from camrob.report.page.html import escape, number, page
+from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
+from camrob.report.page.parts import card_row, section, table
+from camrob.summaries.remarks import JudgedRemark
+from camrob.summaries.verify_summary import VerifySummary
+from camrob.units import rad_to_deg
+
+__all__ = ["PICTURES", "VerifiedMotions", "verify_report"]
+
+Array = NDArray[np.float64]
+
+PICTURES = 4
+"""Places of findings that are drawn: the first ones."""
+_ROWS = 200  # of a table
+_WIDE = "grid-template-columns: repeat(auto-fit, minmax(min(440px, 100%), 1fr))"
+_WORDS = {True: "good", False: "bad", None: "not judged"}
+
+
+@dataclass(frozen=True, slots=True)
+class VerifiedMotions:
+    """The replay along the program: line (N,) of each motion; margin (N,) rad, the least of the arm's axes to a limit within it,
+    below 0 beyond; inv_kf (N,), inf where none is known. threshold: of the cell on 1/k_F, None where it has none.
+    """
+
+    line: NDArray[np.int64]
+    margin: Array
+    inv_kf: Array
+    threshold: float | None
+
+    def __post_init__(self) -> None:
+        count = len(self.line)
+        object.__setattr__(self, "line", locked(self.line, shape=(count,), dtype=np.int64, name="line"))
+        for name in ("margin", "inv_kf"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(count,), name=name))
+
+
+def verify_report(summary: VerifySummary, motions: VerifiedMotions | None, pictures: Mapping[int, bytes]) -> str:
+    """The page as text. motions: None where the program could not be replayed; pictures: PNGs of places by their line."""
+    charts = [] if motions is None else _charts(motions)
+    body = "\n".join(
+        [
+            "<main>",
+            f'<header><h1>Verification of {escape(summary.program)}</h1><p class="made">on the cell '
+            f"<b>{escape(summary.cell)}</b>{_against(summary)}</p></header>",
+            _verdict(summary),
+            _findings("Against it", summary.errors, "error"),
+            _pictures([*summary.errors, *summary.warnings], pictures),
+            _not_judged(summary),
+            _findings("To read", summary.warnings, "warning"),
+            _cards(summary),
+            *(chart_section(c) for c in charts),
+            "<footer>Made by camrob. Lines are those of the program, or of its CL file where a finding says so. This page is "
+            "complete in itself: it loads nothing and sends nothing.</footer></main>",
+        ]
+    )
+    data = {"names": {}, "charts": [{**c, "ruler": "motion"} for c in chart_data(charts)]}
+    return page(f"Verification of {summary.program}", body, data)
+
+
+def _against(summary: VerifySummary) -> str:
+    return "" if summary.against is None else f", against <b>{escape(summary.against.file)}</b>"
+
+
+def _verdict(summary: VerifySummary) -> str:
+    count = len(summary.errors)
+    level, word, text = {
+        True: ("good", "Nothing was found against it.", "All areas were judged."),
+        False: ("bad", "Don’t run it.", f"{count} thing{'s' if count != 1 else ''} against it, named below."),
+        None: ("warn", "Judged in part.", "Nothing was found against it, but not all of it could be judged."),
+    }[summary.ok]
+    return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
+
+
+def _findings(title: str, remarks: Sequence[JudgedRemark], kind: str) -> str:
+    rows = [
+        [
+            f'<span class="tag {kind}">{escape(r.code)}</span>',
+            f"{escape(r.text)}{f' ({r.count} times)' if r.count > 1 else ''}",
+            str(r.line) if r.line else "",
+            number(r.value, 4, r.unit),
+            number(r.limit, 4, r.unit),
+        ]
+        for r in remarks
+        if r.code != "not-judged"
+    ]
+    if not rows:
+        return ""
+    more = f'<p class="caption">and {len(rows) - _ROWS} more (verify.json has all)</p>' if len(rows) > _ROWS else ""
+    return section(title, table(("", "what", "line", "value", "allowed"), rows[:_ROWS], left=2), more)
+
+
+def _pictures(remarks: Sequence[JudgedRemark], pictures: Mapping[int, bytes]) -> str:
+    """The cell at the places of findings."""
+    shown = []
+    for line, png in pictures.items():
+        text = next((r.text for r in remarks if r.line == line), "")
+        source = base64.b64encode(png).decode()
+        shown.append(
+            f'<div class="card"><div class="what">line {line}</div><img style="width:100%" '
+            f'alt="The cell at line {line}: {escape(text)}" src="data:image/png;base64,{source}">'
+            f'<div class="note">{escape(text)}</div></div>'
+        )
+    if not shown:
+        return ""
+    note = '<p class="caption">The cell at the end of the motion; the red ball is the tool’s tip, grey its way.</p>'
+    return section("Where", f'<div class="cards" style="{_WIDE}">{"".join(shown)}</div>', note)
+
+
+def _not_judged(summary: VerifySummary) -> str:
+    if not summary.not_judged:
+        return ""
+    items = "".join(f"<li>{escape(text)}</li>" for text in summary.not_judged[:_ROWS])
+    return section("Not judged", f"<ul>{items}</ul>")
+
+
+def _cards(summary: VerifySummary) -> str:
+    judged, replay, against = summary.judged, summary.replay, summary.against
+    areas = {"path": judged.path, "frames": judged.frames, "process": judged.process,
+             "limits": judged.limits, "collisions": judged.collisions}  # fmt: skip
+    cards = [
+        (name.capitalize(), f'<span class="low">{_WORDS[good]}</span>' if good is False else _WORDS[good], "")
+        for name, good in areas.items()
+    ]
+    if against is not None:
+        met = f"{against.met:,} of {against.points:,} points met"
+        cards.append(("Farthest off a CL point", number(against.position_error_mm_max, 4, "mm"), met))
+    if replay is not None:
+        cards.append(
+            ("How far from singular", number(replay.conditioning.inv_kf_min, 3), "lowest 1/k_F: 0 is singular")
+        )
+        cards.append(("Motions", f"{summary.motions or 0:,}", f"in {', '.join(summary.files)}"))
+    return card_row(cards)
+
+
+def _charts(motions: VerifiedMotions) -> list[LineChart]:
+    """Along the program: how near limits and singular postures lie."""
+    count = np.arange(1, len(motions.line) + 1).astype(float)
+    known = np.where(np.isfinite(motions.inv_kf), motions.inv_kf, np.nan)
+    margin = np.asarray(rad_to_deg(motions.margin))
+    limits = (Curve("least margin", count, margin), Curve("the limit", count, np.zeros(len(count)), "dash", 3))
+    conditioning = [Curve("lowest 1/k_F", count, known)]
+    if motions.threshold is not None:
+        conditioning.append(Curve("threshold", count, np.full(len(count), motions.threshold), "dash", 3))
+    near = "Least distance of an axis of the arm to its limit within each motion; below 0: beyond."
+    singular = "Least 1/k_F within each motion: 0 is singular. Where an axis motion leads, none is reckoned."
+    return [
+        LineChart("margins", "How near the arm’s limits are", near, "motion", "degrees", limits),
+        LineChart("conditioning", "How far from singular", singular, "motion", "1/k_F", tuple(conditioning)),
+    ]
