@@ -92,7 +92,7 @@ def post(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Turn a CL file into a verified KRL program."""
+    """Turn a CL file into a verified robot program."""
 
     def job(progress: Progress) -> Any:
         return job_of("post")(
@@ -120,7 +120,9 @@ def post(
 
 
 def verify(
-    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
+    program: Annotated[
+        Path, typer.Argument(metavar="PROGRAM", help="A robot program in KRL (.src) or RAPID (.mod), of any post.")
+    ],
     cell: CellOption,
     against: Annotated[
         Path | None, typer.Option("--against", metavar="CLFILE", help="The CL file that the program should follow.")
@@ -140,7 +142,7 @@ def verify(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Judge a KRL program: what it does, and whether that is what the CL file asks for."""
+    """Judge a robot program: what it does, and whether that is what the CL file asks for."""
 
     def job(progress: Progress) -> Any:
         return job_of("verify")(

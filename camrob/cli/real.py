@@ -62,7 +62,9 @@ _render_plain = renderer("terminal.summaries", "render_summary")
 
 
 def simulate(
-    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
+    program: Annotated[
+        Path, typer.Argument(metavar="PROGRAM", help="A robot program in KRL (.src) or RAPID (.mod), of any post.")
+    ],
     cell: CellOption,
     out: Annotated[
         Path, typer.Option("--out", metavar="LOG.csv", help="The log (.csv or .parquet); LOG.toml beside it.")
@@ -73,7 +75,7 @@ def simulate(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Run a KRL program on the ideal controller and write what it does as a log."""
+    """Run a robot program on the ideal controller and write what it does as a log."""
 
     def job(progress: Progress) -> Any:
         return job_of("simulate")(program, cell=cell, out=out, cycle_ms=cycle_ms, progress=progress)
@@ -104,10 +106,10 @@ def calibrate(
     ] = 0.2,
     poses: Annotated[
         int,
-        typer.Option("--next", min=0, max=500, metavar="N", help="Choose N poses to measure next, as a KRL program."),
+        typer.Option("--next", min=0, max=500, metavar="N", help="Choose N poses to measure next, as a program."),
     ] = 0,
     path: Annotated[
-        Path | None, typer.Option("--for", metavar="PROGRAM.src", help="The program that these poses are meant for.")
+        Path | None, typer.Option("--for", metavar="PROGRAM", help="The program that these poses are meant for.")
     ] = None,
     published: Annotated[
         Path | None,
@@ -152,7 +154,7 @@ def _alone(case: Path, others: object) -> None:
 
 def compensate(
     program: Annotated[
-        Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, or a solved path, NAME.path.npz.")
+        Path, typer.Argument(metavar="PROGRAM", help="A robot program, or a solved path, NAME.path.npz.")
     ],
     cell: CellOption,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the program.")],
@@ -214,14 +216,14 @@ def diagnose(
         Path | None,
         typer.Option(
             "--program",
-            metavar="PROGRAM.src",
-            help="The KRL program that was run. Default: what each LOG.toml names, if it lies beside it.",
+            metavar="PROGRAM",
+            help="The program that was run. Default: what each LOG.toml names, if it lies beside it.",
         ),
     ] = None,
     without: _WithoutOption = None,
     experiment: Annotated[
         Path | None,
-        typer.Option("--write-experiment", metavar="FILE.src", help="Write the next experiment as a checked program."),
+        typer.Option("--write-experiment", metavar="FILE", help="Write the next experiment as a checked program."),
     ] = None,
     calibration: Annotated[
         Path | None,
@@ -251,7 +253,9 @@ def diagnose(
 
 
 def predict(
-    program: Annotated[Path, typer.Argument(metavar="PROGRAM.src", help="A KRL program, of any post.")],
+    program: Annotated[
+        Path, typer.Argument(metavar="PROGRAM", help="A robot program in KRL (.src) or RAPID (.mod), of any post.")
+    ],
     cell: CellOption,
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", help="The folder that receives predict.json, .html and surface.npz.")

@@ -8,6 +8,7 @@ import numpy as np
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.languages.rapid.rapid_settings import rapid_settings
+from camrob.languages.rapid.rapid_text import rapid_name
 from camrob.languages.rapid.reader.tokens import canonical
 from camrob.program.language import MeantActions
 from camrob.program.motion import Motion
@@ -37,7 +38,7 @@ def meant_actions(program: Program, controller: ControllerSettings) -> MeantActi
             rest += [(int(begun), line) for line in said.at(motion, load)]
             pairs += [(tool, load)] if (tool, load) not in pairs else []
     rest += [(len(program), line) for line in _statements(controller.hook_lines("footer"))]
-    opening = _settings(controller, pairs, program.name)
+    opening = _settings(controller, pairs, rapid_name(program.name))
     return MeantActions(tuple(opening), tuple(ProgramAction(motion, line) for motion, line in rest))
 
 

@@ -45,7 +45,7 @@ def headline(summary: PostSummary, cell: Cell) -> str:
     source, method = summary.source, summary.method
     return (
         f"<h1>{escape(summary.program)}</h1>\n"
-        f'<p class="made">KRL program made from <b>{escape(source.file)}</b> ({escape(source.dialect)}, {escape(source.units)}) '
+        f'<p class="made">Program made from <b>{escape(source.file)}</b> ({escape(source.dialect)}, {escape(source.units)}) '
         f"for the cell <b>{escape(cell.name)}</b>: {escape(cell.title)}. "
         f"Redundancy resolved by <b>{escape(_METHODS.get(method, method))}</b>. "
         f"Source SHA-256 <code>{escape(source.sha256[:16])}…</code></p>"

@@ -136,9 +136,10 @@ def read_rapid_module(path: Path) -> RapidModule:
         content = path.read_bytes()
     except OSError as failure:
         raise ProgramError(f"can't be read ({failure.strerror or failure})", path=path) from failure
-    if b"\0" in content:
-        raise ProgramError("is not text: it holds bytes that are 0", path=path)
-    lines = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
+    content = content.replace(b"\r\n", b"\n")
+    if b"\0" in content or b"\r" in content:
+        raise ProgramError("is not text, or ends lines in two ways (a CR without its LF)", path=path)
+    lines = content.split(b"\n")
     module = RapidModule(path, len(lines))
     open_: Procedure | None = None
     until, closed, begun = "", False, False

@@ -15,7 +15,8 @@ PACKAGES = (
     "dynamics",
 )  # fmt: skip
 SINGLE = ("se3", "units", "frozen", "findings", "errors", "text")
-LEFT_OUT = ("loop", "witness", "gap", "report", "calibration", "measurement", "studies")
+# RAPID has a bench of its own: rapid_mutants.py
+LEFT_OUT = ("loop", "witness", "gap", "report", "calibration", "measurement", "studies", "languages.rapid")
 # rooms whose files bear names that files of another room bear too: a key names the room as well
 PARALLEL = ("apt", "gcode")
 # Rooms whose changes often show in a program's bytes come first; what reads, replays and judges a program comes last.

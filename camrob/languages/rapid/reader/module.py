@@ -45,7 +45,10 @@ def load_module(path: Path) -> Module:
         text = path.read_bytes().decode("latin-1")  # RAPID's own encoding, ISO 8859-1
     except OSError as failure:
         raise ProgramError(f"can't be read ({failure.strerror or failure})", path=path) from None
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    text = text.replace("\r\n", "\n")
+    if "\r" in text or "\0" in text:  # one system ends a line, and with it a remark, where another does not
+        raise ProgramError("holds a CR without its LF, or a 0", hint="write CR, LF behind each line", path=path)
+    lines = text.split("\n")
     while lines and lines[0].strip().startswith(
         "%%%"
     ):  # the header of older controllers, up to its second row of signs

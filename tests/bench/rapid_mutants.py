@@ -1,0 +1,139 @@
+"""Mutants of RAPID's folder, on a post of two tools with an arc, a dwell and loads: is any other program ever released?
+
+    python tests/bench/rapid_mutants.py --count 400      the first of the order that the seed fixes, some minutes
+    python tests/bench/rapid_mutants.py --only KEY       one, with what it does and what comes of it
+
+A mutant is refused, or stops with an error, or leaves every statement as it was; remarks, decimals of 0 and the configurations
+of lines and arcs, which mean nothing under ConfL\\Off, may differ.
+Exit status 1 where another program is released.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+_LONGEST = 120.0  # s that a mutant may take; one that loops is stopped
+
+
+def statements(folder: Path) -> list[str]:
+    """What a program's modules say, in one spelling: no remarks, no blanks, numbers by value. Nothing of camrob."""
+    out = []
+    for file in sorted(folder.glob("*.mod")):
+        text = re.sub(r"!.*", "", file.read_text("latin-1"))
+        text = re.sub(r"(Move[LC] .*)", lambda m: re.sub(r"\[(-?\d,){3}\d\]", "[conf]", m[0]), text)
+        text = re.sub(r"(?<![A-Za-z_0-9])-?\d+(\.\d+)?(E[+-]?\d+)?", lambda m: f"{float(m[0]):.9g}", text)
+        out += [f"{file.name}: {' '.join(s.split())}" for s in text.split(";")]
+    return out
+
+
+def outcome(package: object, mutant: object, work: Path, wanted: list[str]) -> str:
+    """What comes of a mutant, in a process of its own."""
+    from mutation.apply import CannotApplyError, apply
+    from rapid_job import CELL
+
+    from camrob.errors import CamrobError
+    from camrob.jobs.post import post
+
+    try:
+        apply(package, mutant)  # type: ignore[arg-type]
+    except CannotApplyError:
+        return "not applied"
+    try:
+        made = post(work / "part.nc", cell=CELL, out=work / "out", report=False)
+    except CamrobError as error:
+        return f"refused: {type(error).__name__}"
+    except Exception as error:
+        return f"crashed: {type(error).__name__}"
+    if statements(made.out) == wanted:
+        return "the same"
+    return "released otherwise"
+
+
+def forked(package: object, mutant: object, folder: Path, wanted: list[str]) -> str:
+    """`outcome` in a child process, whose state dies with it."""
+    from rapid_job import write_job
+
+    work = Path(tempfile.mkdtemp(dir=folder))
+    write_job(work)
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(read)
+        sys.stdout = sys.stderr = open(os.devnull, "w")
+        try:
+            os.write(write, outcome(package, mutant, work, wanted).encode())
+        finally:
+            os._exit(0)
+    os.close(write)
+    begun = time.monotonic()
+    while os.waitpid(child, os.WNOHANG)[0] == 0:
+        if time.monotonic() - begun > _LONGEST:
+            os.kill(child, 9)
+            os.waitpid(child, 0)
+            break
+        time.sleep(0.02)  # s
+    with os.fdopen(read, "rb") as pipe:
+        return pipe.read().decode() or "stopped"
+
+
+def drawn(seed: int) -> tuple[object, list[object]]:
+    """The package, and the mutants of RAPID's folder in the order that the seed fixes."""
+    from mutation import apply, draw
+
+    kept, draw.LEFT_OUT = draw.LEFT_OUT, tuple(x for x in draw.LEFT_OUT if x != "languages.rapid")
+    package = apply.load(only=())
+    draw.LEFT_OUT = kept
+    mutants = []
+    for name, source in package.sources.items():
+        if name.startswith("camrob.languages.rapid.") or name == "camrob.program.axis_turns":
+            source.mutants = draw.draw(name, source.path)
+            mutants += source.mutants
+    return package, list(draw.ordered(mutants, seed))
+
+
+def run(count: int, seed: int, only: str = "") -> dict[str, list[str]]:
+    """Outcomes of the first mutants, keys by outcome."""
+    from rapid_job import CELL, write_job
+
+    from camrob.jobs.post import post
+
+    package, mutants = drawn(seed)
+    chosen = [m for m in mutants if only in m.key][:count]  # type: ignore[attr-defined]
+    found: dict[str, list[str]] = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        first = write_job(folder / "first")
+        made = post(first, cell=CELL, out=folder / "first" / "out", report=False)
+        wanted = statements(made.out)
+        for mutant in chosen:
+            said = forked(package, mutant, folder, wanted)
+            found.setdefault(said, []).append(mutant.key)  # type: ignore[attr-defined]
+            if said == "released otherwise" or only:
+                print(said, mutant.key, mutant.lines, flush=True)  # type: ignore[attr-defined]
+    return found
+
+
+def main() -> int:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=400, help="mutants to run")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="those whose key has this in it")
+    options = parser.parse_args()
+    found = run(options.count, options.seed, options.only)
+    for said, number in sorted(Counter({k: len(v) for k, v in found.items()}).items()):
+        print(f"{number:5d} {said}")
+    return int("released otherwise" in found)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
