@@ -53,9 +53,11 @@ def outcome(package: object, mutant: object, work: Path, wanted: list[str]) -> s
         return f"refused: {type(error).__name__}"
     except Exception as error:
         return f"crashed: {type(error).__name__}"
-    if statements(made.out) == wanted:
+    said = statements(made.out)
+    if said == wanted:
         return "the same"
-    return "released otherwise"
+    first = next((pair for pair in zip(wanted, said, strict=False) if pair[0] != pair[1]), ("", "fewer or more"))
+    return "released otherwise\n" + "\n".join(text[:200] for text in first)
 
 
 def forked(package: object, mutant: object, folder: Path, wanted: list[str]) -> str:
@@ -115,10 +117,10 @@ def run(count: int, seed: int, only: str = "") -> dict[str, list[str]]:
         made = post(first, cell=CELL, out=folder / "first" / "out", report=False)
         wanted = statements(made.out)
         for mutant in chosen:
-            said = forked(package, mutant, folder, wanted)
+            said, _, more = forked(package, mutant, folder, wanted).partition("\n")
             found.setdefault(said, []).append(mutant.key)  # type: ignore[attr-defined]
             if said == "released otherwise" or only:
-                print(said, mutant.key, mutant.lines, flush=True)  # type: ignore[attr-defined]
+                print(said, mutant.key, mutant.lines, more, sep="\n", flush=True)  # type: ignore[attr-defined]
     return found
 
 
