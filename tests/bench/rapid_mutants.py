@@ -4,8 +4,12 @@
     python tests/bench/rapid_mutants.py --only KEY       one, with what it does and what comes of it
 
 A mutant is refused, or stops with an error, or leaves every statement as it was; remarks, decimals of 0 and the configurations
-of lines and arcs, which mean nothing under ConfL\\Off, may differ.
+of lines and arcs, which mean nothing under ConfL\\Off, may differ. What is right in another way (other names, settings in another
+order, a decimal more or the last one of eight) stands in RIGHT.
 Exit status 1 where another program is released.
+
+On 2026-11-23, of 658 mutants 373 leave the program as it is, 173 are refused, 91 stop with an error of Python's, 1 does not end,
+10 can't be applied, 10 are right in another way, none is released and wrong.
 """
 
 from __future__ import annotations
@@ -21,6 +25,18 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
+RIGHT = {
+    "axis_turns._QUARTER:constant-double:1": "configurations of lines",
+    "body.Names.__init__:elements:1": "names",
+    "body.Names.tool:arms:1": "names",
+    "body.Names.tool:condition-false:1": "names",
+    "body.Names.tool:constant-plus:1": "names",
+    "rapid_numbers.EXTERNAL_DECIMALS:constant-plus:1": "a decimal more",
+    "rapid_numbers._UNIT:constant-little:1": "the last decimal of eight",
+    "rapid_text._plain:condition-false:3": "names",
+    "write_rapid.iter_rapid:condition-false:3": "a program in parts",
+    "write_rapid.opening_statements:elements:7": "settings in another order",
+}
 _LONGEST = 120.0  # s that a mutant may take; one that loops is stopped
 
 
@@ -134,7 +150,7 @@ def main() -> int:
     found = run(options.count, options.seed, options.only)
     for said, number in sorted(Counter({k: len(v) for k, v in found.items()}).items()):
         print(f"{number:5d} {said}")
-    return int("released otherwise" in found)
+    return int(bool(set(found.get("released otherwise", ())) - RIGHT.keys()))
 
 
 if __name__ == "__main__":

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 __all__ = ["STATEMENTS", "RapidRow"]
 
+_REAL = r"\d+\.?\d*(?:E[-+]?\d+)?"
+
 
 class RapidRow(NamedTuple):
     """A statement of RAPID: what it looks like, what is done about it, and what it does, for the docs."""
@@ -25,7 +27,7 @@ STATEMENTS = (
         r"(?P<word>MOVEABSJ|MOVEJ|MOVEL|MOVEC) ?(?P<rest>.+)", "move", "moves: axes, a pose by axes, a line, a circle"
     ),
     _row(r"(?P<word>MOVE|TRIGG|SEARCH|ARC[LC])\w*(?: .*)?", "unread_move", "other motions: not judged"),
-    _row(r"WAITTIME(?P<still> ?\\INPOS ?,)? ?(?P<value>[0-9.E]+)", "wait", "stands still for seconds"),
+    _row(rf"WAITTIME(?P<still> ?\\INPOS ?,)? ?(?P<value>{_REAL})", "wait", "stands still for seconds"),
     _row(r"(?:SETDO|SETAO|SETGO) ?(?:\\\w+(?: ?:= ?[^,]+)? ?,)? ?(?P<rest>.+)", "output", "an output"),
     _row(r"(?:SET|RESET|PULSEDO|INVERTDO) ?(?:\\\w+(?: ?:= ?[^,]+)? ?,)? ?\w+", "output", "an output"),
     _row(r"(?:STOP|BREAK)(?: ?\\\w+)?", "halt", "waits for the operator"),
@@ -33,9 +35,11 @@ STATEMENTS = (
     _row(r"(?:TPWRITE|TPERASE|CLKRESET|CLKSTART|CLKSTOP|ERRWRITE)(?: .*)?", "nothing", "the pendant, clocks"),
     _row(r"PATHACCLIM (?P<on>TRUE|FALSE) ?(?P<rest>.*)", "acceleration", "acceleration along the path"),
     _row(
-        r"ACCSET (?P<a>[0-9.]+) ?, ?(?P<b>[0-9.]+)", "ramps", "acceleration and its rise in percent: 100 is the default"
+        rf"ACCSET (?P<a>{_REAL}) ?, ?(?P<b>{_REAL})",
+        "ramps",
+        "acceleration and its rise in percent: 100 is the default",
     ),
-    _row(r"VELSET (?P<a>[0-9.]+) ?, ?(?P<b>[0-9.]+)", "override", "all speeds in percent, and the tip's most"),
+    _row(rf"VELSET (?P<a>{_REAL}) ?, ?(?P<b>{_REAL})", "override", "all speeds in percent, and the tip's most"),
     _row(r"CONFJ ?\\(?P<on>ON|OFF)", "configuration", "whether MoveJ keeps to its target's configuration"),
     _row(r"CONFL ?\\(?:ON|OFF)", "nothing", "whether a line that ends in another configuration is refused"),
     _row(r"SINGAREA ?\\(?P<on>\w+)", "singular", "Off: the tool turns as programmed"),

@@ -123,7 +123,7 @@ class Records:
     def record(self, name: str, kind: str) -> list[Item]:
         """The components of what is declared under a name. Raises NotSaidError."""
         own, value = self.known.get(name, ("", None))
-        if own != kind or not isinstance(value, list):
+        if own != kind or not isinstance(value, list) or len(value) != len(_PARTS[kind]):
             raise NotSaidError(f"{name[:40]} is no {kind.lower()} of the program")
         return value
 

@@ -235,7 +235,7 @@ class _Runner:
 
     def acceleration(self, match: re.Match[str], line: Line) -> None:
         """PathAccLim."""
-        limits = re.findall(r"\\(?:ACC|DECEL)MAX ?:= ?([0-9.E]+)", match["rest"])
+        limits = re.findall(r"\\(?:ACC|DECEL)MAX ?:= ?(\d+\.?\d*(?:E[-+]?\d+)?)(?![\w.])", match["rest"])
         known = match["on"] == "TRUE" and len(limits) == 2 and len({float(v) for v in limits}) == 1  # up and down
         self.state.conduct.set("$ACC.CP", float(limits[0]) if known else float("nan"))
         self.state.step(line, "other")

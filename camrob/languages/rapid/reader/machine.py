@@ -81,9 +81,9 @@ class RapidMachine:
     def assign(self, statement: Statement) -> bool:
         """`a.b := value`; False for another statement."""
         texts = [t.text for t in statement.tokens]
-        if ":=" not in texts or "\\" in texts[: texts.index(":=")] or "," in texts[: texts.index(":=")]:
+        at = texts.index(":=") if ":=" in texts else 0
+        if at == 0 or {"\\", ","} & set(texts[:at]):
             return False
-        at = texts.index(":=")
         path = statement.tokens[:at:2]
         dots = all(t.text == "." for t in statement.tokens[1:at:2])
         try:
@@ -131,8 +131,8 @@ class RapidMachine:
             self.circle = {"OBJECTFRAME": "ObjectFrame", "PATHFRAME": "PathFrame"}.get(texts[-1], texts[-1])
         elif word == "SINGAREA" and texts[-1] != "OFF":
             self.find("not-understood", "SingArea: the tool may turn otherwise than programmed", line)
-        elif word == "VELSET" and texts[1] != "100":
-            self.find("not-understood", f"VelSet {texts[1]}: speeds are others than programmed", line)
+        elif word == "VELSET" and texts[1:2] != ["100"]:
+            self.find("not-understood", "VelSet: speeds are others than programmed", line)
         elif word == "PATHACCLIM":
             arguments = arguments_of(statement)
             limits = [self._number(arguments.options[n]) for n in ("ACCMAX", "DECELMAX") if n in arguments.options]
