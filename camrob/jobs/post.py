@@ -37,10 +37,10 @@ from camrob.program.language import Language
 from camrob.program.process import Process, plan_process
 from camrob.program.program import Program
 from camrob.progress import Progress
+from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
-from camrob.redundancy.replanning.clock import Clock
 from camrob.redundancy.solution import Solution
 from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm

@@ -36,7 +36,7 @@ from camrob.jobs.files.cell_for import cell_for  # noqa: E402
 from camrob.jobs.files.inputs import read_inputs  # noqa: E402
 from camrob.kinematics.frames import base_T_tool  # noqa: E402
 from camrob.kinematics.kernels import inverse_kf_many  # noqa: E402
-from camrob.redundancy.planning.planned import resolve_planned  # noqa: E402
+from camrob.redundancy.planned import resolve_planned  # noqa: E402
 
 PACKAGES = {
     "placo": ["placo"],

@@ -17,9 +17,9 @@ from camrob.jobs.place import place
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.placement import place_part
-from camrob.redundancy.planning.planned import resolve_planned
 from camrob.report.place_map import place_map
 from camrob.se3 import pose
 from camrob.summaries.place_summary import PlaceSummary

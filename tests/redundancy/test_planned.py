@@ -20,6 +20,7 @@ from camrob.kinematics.batched import BatchedKinematics
 from camrob.kinematics.kernels import chain_arrays, forward_many, inverse_kf_many
 from camrob.redundancy.free_frames import rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning import objective as planner_objective
 from camrob.redundancy.planning.certificate import Certificate, certify, external_grid, scan
 from camrob.redundancy.planning.dynamic_programming import Layers, cheapest_way
@@ -33,7 +34,6 @@ from camrob.redundancy.planning.objective import (
     posture_price,
 )
 from camrob.redundancy.planning.part_error import PUSH
-from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.planning.refinement import Course, arm_along, refine_course
 from camrob.redundancy.planning.scan_batched import scan_batched
 from camrob.redundancy.planning.waypoints import waypoints

@@ -13,7 +13,7 @@ from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.planning.planned import resolve_planned
+from camrob.redundancy.planned import resolve_planned
 from camrob.toolpath.region import Move
 from camrob.units import deg_to_rad
 

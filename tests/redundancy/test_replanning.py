@@ -14,15 +14,15 @@ from test_planned import CELL, OBJECTIVE, ROOT, raster
 
 from camrob.errors import InputError, LimitError
 from camrob.jobs.post import post
+from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning import followed
+from camrob.redundancy.planning.forbidding import FEATURES, forbidden, forbidden_price, marks
 from camrob.redundancy.planning.objective import BLOCKED_PRICE, BLOCKED_REACH, posture_features
-from camrob.redundancy.planning.planned import resolve_planned
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.redundancy.published.virtual_joint import PathTracker
 from camrob.redundancy.replanning import clearing
-from camrob.redundancy.replanning.clock import Clock
-from camrob.redundancy.replanning.forbidding import FEATURES, forbidden, forbidden_price, marks
 from camrob.redundancy.solution import Solution
 from camrob.report.terminal.summaries import render_post
 

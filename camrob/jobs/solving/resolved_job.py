@@ -17,7 +17,7 @@ from camrob.jobs.solving.elsewhere import with_a_place
 from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
 from camrob.jobs.solving.sought import Sought
 from camrob.progress import Share
-from camrob.redundancy.planning.planned import resolve_planned
+from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.solution import Solution
 from camrob.redundancy.stretches import Stretch, joined_solutions

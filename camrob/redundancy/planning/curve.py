@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.redundancy.clock import Clock
 from camrob.redundancy.planning.candidates import Nodes, candidate_nodes, region_seeds
 from camrob.redundancy.planning.certificate import Certificate, Survey
 from camrob.redundancy.planning.choice import CurvePoint, Knee, plan_point
 from camrob.redundancy.planning.course import RETRACT_PRICE, Draft, draft_course, relaxed, search, stopped
 from camrob.redundancy.planning.freedoms import PlanSpace
+from camrob.redundancy.planning.local_lattice import local_nodes
 from camrob.redundancy.planning.objective import Objective
 from camrob.redundancy.planning.waypoints import Waypoints
-from camrob.redundancy.replanning.clock import Clock
-from camrob.redundancy.replanning.local_lattice import local_nodes
 
 __all__ = ["SEARCH_FLOWING", "Landscape", "landscape", "plan_curve"]
 

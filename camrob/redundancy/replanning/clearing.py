@@ -21,11 +21,11 @@ from camrob.findings import Finding, Severity
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.choice import Choice
+from camrob.redundancy.planning.forbidding import FEATURES, marks
 from camrob.redundancy.planning.objective import Objective, plan_weights
 from camrob.redundancy.planning.retracts import with_retracts
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.redundancy.published.virtual_joint import resolve_vjm
-from camrob.redundancy.replanning.forbidding import FEATURES, marks
 from camrob.redundancy.replanning.one_plan import COARSE, Plan, Task, followed_plan, made_anew, make_plan, plan_solution
 from camrob.redundancy.solution import Solution
 

@@ -15,6 +15,7 @@ from camrob.errors import JobError
 from camrob.findings import Finding, Severity
 from camrob.kinematics.arm import Arm
 from camrob.progress import Share
+from camrob.redundancy.clock import Clock
 from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import FAILED_NOT_REACHED
 from camrob.redundancy.path import ToolPathInBase
@@ -32,7 +33,6 @@ from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.planning.waypoints import Waypoints, waypoints
 from camrob.redundancy.published.virtual_joint import PathTracker, resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
-from camrob.redundancy.replanning.clock import Clock
 from camrob.redundancy.solution import Solution
 from camrob.units import deg_to_rad, mm_to_m
 

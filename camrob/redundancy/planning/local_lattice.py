@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from camrob.redundancy.planning.candidates import Nodes
 from camrob.redundancy.planning.course import Draft
+from camrob.redundancy.planning.forbidding import FEATURES
 from camrob.redundancy.planning.waypoints import Waypoints
-from camrob.redundancy.replanning.forbidding import FEATURES
 
 __all__ = ["local_nodes"]
 
