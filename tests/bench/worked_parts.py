@@ -42,6 +42,7 @@ from camrob.measurement.write_log import write_log
 from camrob.prediction.surface import way_of
 from camrob.program.program_text import ProgramText
 from camrob.se3 import inverse
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ SEEN = {"relief": (0, 1, 2), "carving": (0, 2, 1)}
 PITCH = 0.5e-3  # m
 FIELD = 0.1e-3  # m
 FARTHEST = 2e-3  # m, as `predict` has it
-SHOWN_MM = 0.6  # where the pictures' colours end
+SHOWN_MM = {"relief": 0.6, "carving": 1.0}  # where the pictures' colours end
 WAYS = ("as posted", "compensated")
 
 
@@ -141,23 +142,23 @@ def picture(name: str, out: Path, file: Path) -> None:
     front = -1.0 if along == 1 else 1.0
     order = np.argsort(front * data["point"][:, along])  # what is nearer is drawn later
     point = data["point"][order] * 1e3
-    figure, grid = plt.subplots(2, 2, figsize=(11, 8.8 if along == 2 else 8.0), layout="constrained")
+    figure, grid = plt.subplots(2, 2, figsize=(11, 8.8 if along == 2 else 4.4), layout="constrained")
     sizes = json.loads((out / f"{name}.json").read_text())["mm"]
     for row, said in enumerate(("predicted", "reached")):
         for column, way in enumerate(WAYS):
             key, axes = f"{said}, {way}", grid[row, column]
             drawn = axes.scatter(
                 point[:, right], point[:, up], c=data[key][order] * 1e3, s=0.6, marker="s", cmap="RdBu_r",
-                vmin=-SHOWN_MM, vmax=SHOWN_MM, linewidths=0, rasterized=True,
+                vmin=-SHOWN_MM[name], vmax=SHOWN_MM[name], linewidths=0, rasterized=True,
             )  # fmt: skip
             axes.set_title(f"{said}, {way}: 95 % within {sizes[key]['p95']:.2f} mm", fontsize=11)
             axes.set_aspect("equal")
             axes.set_xlabel(f"{'xyz'[right]} of the part, mm")
             axes.set_ylabel(f"{'xyz'[up]}, mm")
     figure.colorbar(
-        drawn, ax=grid, shrink=0.6, label="mm beyond the surface that was programmed (below 0: cut too deep)"
+        drawn, ax=grid, shrink=0.8, label="mm beyond the programmed surface\n(below 0: cut too deep)"
     )
-    figure.savefig(file, dpi=110)
+    figure.savefig(file, dpi=90)
 
 
 def table(out: Path, names: list[str]) -> str:
@@ -169,6 +170,9 @@ def table(out: Path, names: list[str]) -> str:
             lines.append(
                 f"| {name} | {said['points']} | {key} | {size['rms']:.3f} | {size['p95']:.3f} | {size['worst']:.3f} |"
             )
+        found = DiagnosisSummary.from_json(json.loads((out / name / "diagnosis" / "diagnosis.json").read_text()))
+        claims = ", ".join(f"{e} of {' '.join(axes)} ({100 * p:.0f} %)" for e, axes, p in said["claimed"])
+        lines.append(f"| {name} | | found: {claims}; stays unexplained | {found.unexplained_mm:.3f} | | |")
     return "\n".join(lines)
 
 
