@@ -34,7 +34,7 @@ def feed_objections(match: Match, story: Story, run: Run, rapid: float | None, s
 def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allowed: str) -> Iterator[Objection]:
     moves = np.flatnonzero(~run.ptp & np.isnan(run.speed))
     if len(moves):
-        yield _said("no-speed", "no $VEL.CP is set before this motion", moves, None, story, run)
+        yield _said("no-speed", "no speed is set before this motion", moves, None, story, run)
     beyond = np.flatnonzero(run.speed > _FASTEST + _PRINTED)
     if len(beyond):
         limit = np.full(len(beyond), _FASTEST)

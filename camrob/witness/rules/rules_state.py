@@ -156,7 +156,7 @@ def _tool_frame(fittings: Fittings, wanted: State, flange_T_tool: Array) -> Iter
     place = float(np.linalg.norm(meant[:3, 3] - flange_T_tool[:3, 3]))
     turn = float(np.linalg.norm(meant[:3, :3] - flange_T_tool[:3, :3])) / np.sqrt(2.0)
     if place > _PLACE or turn > _TURN:
-        yield "tool-frame", f"$TOOL is not that of tool {wanted.tool or 0}"
+        yield "tool-frame", f"the tool's frame is not that of tool {wanted.tool or 0}"
 
 
 def load_objections(scene: Scene, fittings: Fittings) -> tuple[list[Objection], list[Gap]]:
@@ -205,16 +205,19 @@ def _weighed(meant: tuple[float, ...] | None, load: Load | None, tool: str) -> t
     """What stands against a load with a tool, and what isn't judged of it; "" where nothing."""
     values = None if load is None else load.values
     if meant is None:
-        return "", "" if values is None else f"$LOAD is set, and the set-up states no mass of {tool}"
+        return "", "" if values is None else f"a load is set, and the set-up states no mass of {tool}"
     if values is None:
-        return f"a motion with {tool} without its $LOAD, where the set-up states its mass", ""
+        return f"a motion with {tool} without its load, where the set-up states its mass", ""
     mass, *rest = values
     center = mm_to_m(np.array(rest[:3]))
     off = abs(mass - meant[0]) > _MASS or bool(np.any(np.abs(center - np.array(meant[1:])) > _CENTER))
     if off:
-        return f"$LOAD is {mass:g} kg or lies elsewhere than the set-up has it for {tool}, which is {meant[0]:g} kg", ""
+        return (
+            f"the load is {mass:g} kg or lies elsewhere than the set-up has it for {tool}, which is {meant[0]:g} kg",
+            "",
+        )
     known = not np.isnan([mass, *center]).any() and not any(rest[3:])
-    return "", "" if known else "$LOAD holds what the set-up doesn't state, or what the text doesn't say"
+    return "", "" if known else "the load holds what the set-up doesn't state, or what the text doesn't say"
 
 
 def _changes(scene: Scene, fittings: Fittings) -> Iterator[Objection]:
