@@ -155,9 +155,7 @@ def picture(name: str, out: Path, file: Path) -> None:
             axes.set_aspect("equal")
             axes.set_xlabel(f"{'xyz'[right]} of the part, mm")
             axes.set_ylabel(f"{'xyz'[up]}, mm")
-    figure.colorbar(
-        drawn, ax=grid, shrink=0.8, label="mm beyond the programmed surface\n(below 0: cut too deep)"
-    )
+    figure.colorbar(drawn, ax=grid, shrink=0.8, label="mm beyond the programmed surface\n(below 0: cut too deep)")
     figure.savefig(file, dpi=90)
 
 

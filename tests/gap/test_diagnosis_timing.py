@@ -57,7 +57,7 @@ def test_a_run_as_the_virtual_controller_has_it_is_called_so_and_a_slower_one_no
     slow = rows(log, np.arange(len(log)), 2.0 * log.t)
     (line,) = timing_texts(diagnosis_summary(diagnose([slow], kr15(), programs=[raster(4.0)]).summary))
     assert "100 % more than the virtual controller" in line or "101 % more" in line or "99 % more" in line
-    assert "$VEL.CP is not what was run" in line
+    assert "the programmed speed is not what was run" in line
     assert "mostly 50 % of it" in line or "mostly 49 % of it" in line
 
 

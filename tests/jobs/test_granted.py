@@ -38,7 +38,7 @@ def test_no_set_up_is_the_first_warning(tmp_path: Path) -> None:
     text = result.summary.warnings[0].text
     for said in (
         "the part's frame is taken for base itself",
-        "$TOOL X 0.000 Y -41.764 Z 415.578 A 0.000 B 0.000 C -159.580",
+        "(X 0.000 Y -41.764 Z 415.578 A 0.000 B 0.000 C -159.580)",
         "neither part nor stock",
         "write setup.toml beside the CL file",
     ):

@@ -44,7 +44,7 @@ def _no_setup(cell: Cell, setup: Setup) -> Finding | None:
     numbers = [*m_to_mm(frame[:3]), *rad_to_deg(frame[3:])]
     tool = " ".join(f"{n} {v:.3f}" for n, v in zip("XYZABC", np.round(numbers, 3) + 0.0, strict=True))
     text = (
-        f"no set-up: the part's frame is taken for base itself, the tool for the cell's own ($TOOL {tool}), and there is"
+        f"no set-up: the part's frame is taken for base itself, the tool for the cell's own ({tool}), and there is"
         " neither part nor stock to collide with; write setup.toml beside the CL file, or give --setup"
     )
     return Finding("no-setup", text)

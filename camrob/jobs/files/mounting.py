@@ -56,7 +56,7 @@ def mounted_tools(
     if len(labels) < 2:
         return tuple(mounted), tuple(findings)
     text = (
-        f"the set-up gives one $TOOL for {', '.join(labels)}: measure each of them and give it as [[tool]], "
+        f"the set-up gives one tool frame for {', '.join(labels)}: measure each of them and give it as [[tool]], "
         "with its number and flange_to_tool"
     )
     return tuple(mounted), (Finding("one-tool-for-several", text, line=line), *findings)

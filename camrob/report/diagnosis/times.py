@@ -47,8 +47,8 @@ def _held(speed: RunSpeed) -> str:
     """Whether the programmed speed is run."""
     share, steady = speed.at_programmed_percent, speed.steady_percent
     if speed.matches:
-        return f"$VEL.CP is held for {share:.0f} % of the time"
-    text = f"$VEL.CP is not what was run (held for {share:.0f} % of the time"
+        return f"The programmed speed is held for {share:.0f} % of the time"
+    text = f"The programmed speed is not what was run (held for {share:.0f} % of the time"
     return text + (f"; mostly {steady:.0f} % of it)" if steady is not None else ")")
 
 
@@ -92,7 +92,7 @@ def timing_section(summary: DiagnosisSummary) -> str:
         for one in timings
         for lost in one.lost
     ]
-    head = ("log", "program lines", "lost", "logged", "virtual controller", "at $VEL.CP", "what holds back")
+    head = ("log", "program lines", "lost", "logged", "virtual controller", "as programmed", "what holds back")
     stretches = table(head, rows, left=2, whole=True) if rows else ""
     stops = [
         [escape(one.log), str(s.line), *(escape(_s(v)) for v in (s.t_s, s.seconds, s.programmed_s)), escape(s.what)]
@@ -103,8 +103,8 @@ def timing_section(summary: DiagnosisSummary) -> str:
         table(("log", "program line", "after", "rests for", "programmed", "so it is"), stops, left=2) if stops else ""
     )
     note = (
-        '<p class="caption">Apart from the gap, which is compared by place on the path. Lost: against $VEL.CP throughout. The '
-        "worst stretches of each log; where no reason is given, nothing holds the virtual controller back there: look for "
+        '<p class="caption">Apart from the gap, which is compared by place on the path. Lost: against the programmed '
+        "speed throughout. The worst stretches of each log; where no reason is given, nothing holds the virtual controller back there: look for "
         "an override, limits that the cell does not know, or the operator.</p>"
     )
     return section("Timing along the program", f"<ul>{words}</ul>", stretches, rests, note if rows or stops else "")

@@ -68,7 +68,7 @@ def _breaks(feed: FeedFigures) -> str:
     written = feed.written
     if written is not None:
         text += (
-            " The plan itself passes none. It is written as $VEL.CP, point by point "
+            " The plan itself passes none. It is written as speeds, point by point "
             f"({number(written.points_added, 0)} of them added where a move slows on its way), and the ramps between stay "
             f"the controller’s: as its model runs the written program, it takes {duration(written.model_s)} and passes "
             f"a limit on {number(written.percent_of_cutting, 2, '%')} of the cutting."

@@ -64,7 +64,7 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
     border &= ~(match.unjudged[:-2] | match.unjudged[1:-1])  # what is cut in a gap of the file is not known
     round_off = np.flatnonzero(border)
     if len(round_off):
-        text = "its end is rounded off (C_DIS or the like), and there a cut begins or ends"
+        text = "its end is rounded off, and there a cut begins or ends"
         yield _said("rounded-cut", text, round_off, None, story, run)
     k, row = match.entries[:, 0], match.entries[:, 1]
     into = np.flatnonzero(run.speed[k] > story.feed[row] + _PRINTED)
