@@ -104,7 +104,7 @@ def timing_section(summary: DiagnosisSummary) -> str:
     )
     note = (
         '<p class="caption">Apart from the gap, which is compared by place on the path. Lost: against the programmed '
-        "speed throughout. The worst stretches of each log; where no reason is given, nothing holds the virtual controller back there: look for "
-        "an override, limits that the cell does not know, or the operator.</p>"
+        "speed throughout. The worst stretches of each log; where no reason is given, nothing holds the virtual controller "
+        "back there: look for an override, limits that the cell does not know, or the operator.</p>"
     )
     return section("Timing along the program", f"<ul>{words}</ul>", stretches, rests, note if rows or stops else "")
