@@ -1,4 +1,4 @@
-"""Words of a block that move nothing, or that a control writes in its own way, as plain words; and blocks that compute."""
+"""Words of a block that move nothing, or that a control writes in its own way, as plain words."""
 
 from __future__ import annotations
 
@@ -6,14 +6,11 @@ import re
 
 from camrob.witness.cl.circles import Wanted
 
-__all__ = ["COMPUTED", "computes", "corner_of", "plain_words"]
+__all__ = ["COMPUTED", "corner_of", "plain_words"]
 
 Pairs = list[tuple[str, str]]
 
 COMPUTED = "loops, branches, subprograms and variables"  # what stands in a gap of such blocks
-_FLOW = re.compile(r"(?:O(\d+|<[^>]*>|\[.*?\])([A-Z]+)|(WHILE).*DO(\d+)|(END)(\d+)|(IF|GOTO)\b|(IF|GOTO)[\[\d#])")
-_CALLS = re.compile(r"M0*9[78](?![0-9.])|G0*6[56](?![0-9.])")
-
 _CORNER = re.compile(r",([RC])(\d+\.?\d*|\.\d+)")
 _LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
 _UNITS = {"70": "20", "71": "21"}  # Mach3, Fagor; with words of their own they are cycles elsewhere
@@ -49,14 +46,3 @@ def corner_of(block: str, scale: float) -> tuple[str, Wanted | None]:
     size = float(found[2]) * scale
     want = Wanted(radius=size) if found[1] == "R" else Wanted(side=size)
     return block[: found.start()] + block[found.end() :], want
-
-
-def computes(block: str, *, begun: bool) -> bool:
-    """Whether the block (upper case, no blanks) is one of these; begun: something has moved before it.
-
-    M99 in front of the first motion ends a subprogram that stands before the main program.
-    """
-    if re.fullmatch(r"O?<[\w.-]*>", block):
-        return False
-    calls = _CALLS.search(block) or (block.endswith("M99") and not begun)
-    return bool(_FLOW.match(block) or calls or any(c in block for c in "#[=<"))

@@ -1,6 +1,7 @@
-"""G-code without macros: ISO 6983 as Fanuc and LinuxCNC (RS274/NGC) have it, with tool centre point on where it turns axes.
+"""G-code: ISO 6983 as Fanuc and LinuxCNC (RS274/NGC) have it, with tool centre point on where it turns axes.
 
-Variables, loops, subprograms and scaled frames are gaps, shifted ones but for G52, and turned ones but for G68.2 by angles.
+Programs that compute are read in the order in which they are run (`running`). Scaled frames are gaps, shifted ones but for G52,
+and turned ones but for G68.2 by angles.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of
-from camrob.witness.cl.customs import COMPUTED, computes, corner_of, plain_words
+from camrob.witness.cl.customs import COMPUTED, corner_of, plain_words
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.offsets import Offsets
+from camrob.witness.cl.running.program_run import run_of
+from camrob.witness.cl.running.unread import UnreadError
 from camrob.witness.cl.standing import TURNED, Standing, Words
 from camrob.witness.cl.switching import Switching
 from camrob.witness.cl.teller import UNREAD, Teller
@@ -45,6 +48,7 @@ _PLANES = ("17", "18", "19")
 _MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 234 8".split())
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
 _KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
+_LAST_ENDS, _LAST_FEED = range(5001, 5004), 4109  # system variables of Fanuc's
 _MOVED = "points behind it are in another frame"
 _UNTURNED = "a tilted plane other than by three angles, or beside G52 or TCP"
 
@@ -60,23 +64,41 @@ class GcodeReader(Switching):
         self._beside = ""  # of G0 to G3, the last one
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame = "54"
+        self._last_feed: float | None = None
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
 
     def read(self, text: str) -> None:
         """Reads the text up to M2, M30 or the second %."""
         bare = _COMMENT.sub("", text).upper()
         self._clamps = bool(re.search(r"M\s*0*1[0-2](?![\d.])", bare) and re.search(r"M\s*0*[34](?![\d.])", bare))
-        for i, line in enumerate(text.split("\n"), 1):
-            block = "".join(_COMMENT.sub("", line).upper().split())
-            if block.startswith("%"):
-                self._ended = self._tell.n > 0
-            elif block and computes(block, begun=self._tell.n > 0):
-                self._gap(i, UNREAD + COMPUTED, last=text.rstrip().count("\n") + 1)
-                return
-            elif block and not self._another(block, i):
-                self._read(block, i)
-            if self._ended:
-                return
+        rows = [(i, "".join(_COMMENT.sub("", line).upper().split())) for i, line in enumerate(text.split("\n"), 1)]
+        rows = [(i, block) for i, block in rows if block]
+        marks = [k for k, (_, block) in enumerate(rows) if block.startswith("%")]
+        begun = [k for k in marks if k > 0]
+        rows = [row for row in rows[: begun[0] if begun else None] if not row[1].startswith("%")]
+        line, run = rows[0][0] if rows else 1, None
+        try:
+            run = run_of(rows, self._asked)
+            for line, block in run or rows:
+                if run is not None or not self._another(block, line):
+                    self._read(block, line)
+                if self._ended:
+                    return
+        except UnreadError as error:
+            line = run.line if run is not None else line
+            self._gap(line, f"{UNREAD}{COMPUTED} ({error})", last=text.rstrip().count("\n") + 1)
+
+    def _asked(self, number: int) -> float | None:
+        """What the control holds in #5001 to #5003, where the last block ended, and in #4109, the last F. None: not known."""
+        stand = self._stand
+        if number == _LAST_FEED:
+            return self._last_feed
+        if number not in _LAST_ENDS or self._tell.hidden or stand.odd or stand.tilted or stand.preset:
+            return None
+        if any(stand.shift.values()) or self._motion in _CYCLES:
+            return None
+        at = stand.at["XYZ"[number - _LAST_ENDS[0]]]
+        return None if at is None else at / self._scale
 
     def _another(self, block: str, line: int) -> bool:
         """True where a program's name or number stands; behind motions it is another program's."""
@@ -137,6 +159,8 @@ class GcodeReader(Switching):
                 self._stand.switch("G", code != "49")
         for code in g:
             self._frames(code, words, line)
+        if "F" in words and "4" not in g:
+            self._last_feed = float(words["F"])
         if "F" in words and "4" not in g and self._feed_mode != "93":
             value = float(words["F"]) * self._scale
             self._tell.set_feed(*((value / 60.0, "min") if self._feed_mode == "94" else (value, "rev")))

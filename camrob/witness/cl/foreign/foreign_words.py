@@ -8,16 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.gcode import GcodeReader
+from camrob.witness.cl.running.unread import UnreadError
 from camrob.witness.cl.standing import Standing
 from camrob.witness.cl.teller import UNREAD, Teller
 
 __all__ = ["ForeignReader", "UnreadError"]
 
 _AXES = frozenset("XYZABC")
-
-
-class UnreadError(Exception):
-    """A statement that is not read; its text says what it is. What lies behind it is not read either."""
 
 
 class ForeignReader(GcodeReader, ABC):

@@ -1,0 +1,148 @@
+"""Runs the blocks of a G-code program in the control's order, each with numbers where it had computed something."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+
+from camrob.witness.cl.running.bracket_values import Formulas, Style, whole
+from camrob.witness.cl.running.unread import MOST_STEPS, UnreadError
+
+__all__ = ["Ask", "Running", "bracketed"]
+
+Ask = Callable[[int], float | None]  # what a system variable of the control holds, None where nobody knows
+Row = tuple[int, str]  # a line's number, and its block
+
+_COUNTING = frozenset("GMTDHNOLK")  # letters whose numbers are whole
+_SET = re.compile(r"#(?:(\d+)|(<[A-Z0-9_.-]+>)|(?=\[|#))")
+_SEQUENCE = re.compile(r"N\d+")
+
+
+def bracketed(text: str, at: int) -> int:
+    """Where the bracket that opens at a place has closed. Raises UnreadError where it doesn't."""
+    deep = 0
+    for i in range(at, len(text)):
+        deep += (text[i] == "[") - (text[i] == "]")
+        if not deep:
+            return i + 1
+    raise UnreadError(f"{text[at : at + 20]}, a bracket that doesn't close")
+
+
+class Running(ABC):
+    """`line` is that of the block that is run just now. Iterated once: (line, block) for the blocks that a reader reads."""
+
+    def __init__(self, rows: list[Row], styles: tuple[Style, ...], ask: Ask) -> None:
+        self.rows, self.styles = rows, styles
+        self.line = rows[0][0] if rows else 1
+        self._ask = ask
+        self._global: dict[str, float | None] = {}
+        self._local: dict[str, float | None] = {}
+        self._formulas = Formulas(styles, self._held, self._has)
+
+    def __iter__(self) -> Iterator[Row]:
+        at = self._start()
+        for _ in range(MOST_STEPS):
+            if at >= len(self.rows) or at < 0:
+                return
+            self.line, block = self.rows[at]
+            at, told = self._step(at, block)
+            if told:
+                yield self.line, told
+        raise UnreadError(f"a program without an end within {MOST_STEPS} blocks")
+
+    @abstractmethod
+    def _start(self) -> int:
+        """The first block that is run."""
+
+    @abstractmethod
+    def _step(self, at: int, block: str) -> tuple[int, str]:
+        """Runs a block: the next one, -1 for none, and what a reader is told. Raises UnreadError where nobody knows."""
+
+    @abstractmethod
+    def _is_local(self, name: str) -> bool:
+        """Whether a variable belongs to the call that runs. Raises UnreadError for one that is the control's own."""
+
+    def _null(self, name: str) -> bool:
+        """Whether a variable that nothing has set is known to hold nothing."""
+        return False
+
+    # -- variables
+
+    def _held(self, name: str) -> float | None:
+        if name == "0" and self.styles == (Style.MACRO,):
+            return None
+        if self.styles == (Style.MACRO,) and (value := self._ask(int(name))) is not None:
+            return value
+        place = self._local if self._is_local(name) else self._global
+        if name not in place:
+            if self._null(name):
+                return None
+            raise UnreadError(f"#{name}, which the program hasn't set")
+        return place[name]
+
+    def _has(self, name: str) -> bool:
+        found = name in (self._local if self._is_local(name) else self._global)
+        if not found and not self._is_local(name):
+            raise UnreadError(f"#{name}, which may be the control's")
+        return found
+
+    def _keep(self, name: str, value: float | None) -> None:
+        (self._local if self._is_local(name) else self._global)[name] = value
+
+    # -- blocks
+
+    def _assigned(self, block: str, at: int) -> tuple[str, int]:
+        """The variable that is set from a place on, and where its value begins."""
+        found = _SET.match(block, at)
+        if found is None:
+            raise UnreadError(f"{block[at : at + 20]}, computed")
+        if name := found[1] or found[2]:
+            end, name = found.end(), name if name.startswith("<") else str(int(name))
+        else:
+            value, end = self._formulas.part(block, at + 1, single=True)
+            name = str(whole(value, block[:24]))
+        if not block.startswith("=", end):
+            raise UnreadError(f"{block[at : at + 20]}, computed")
+        return name, end + 1
+
+    def _words(self, block: str) -> str:
+        """A block of words with numbers for what they compute."""
+        skip = _SEQUENCE.match(block)
+        out, at = "", 0
+        if skip:
+            out, at = skip[0], skip.end()
+        computed = dict[str, float]()
+        plain = dict[str, str]()
+        while at < len(block):
+            letter = block[at]
+            if not "A" <= letter <= "Z":
+                raise UnreadError(f"{block[:24]}, computed")
+            value, end = self._formulas.part(block, at + 1, single=True)
+            text, at = block[at + 1 : end], end
+            if not (set(text) & set("#[")):
+                out += letter + text
+                plain[letter] = text
+                continue
+            if "ROUND" in text or "RND" in text:
+                raise UnreadError(f"{block[:24]}, rounded to what the control counts in")
+            if isinstance(value, bool):
+                raise UnreadError(f"{block[:24]}, a condition as a number")
+            if value is None:
+                if letter in _COUNTING or letter in "SF":
+                    raise UnreadError(f"{letter} of a variable without a value")
+                continue
+            computed[letter] = value
+            out += letter + self._printed(letter, value, block)
+        if "P" in computed and self.styles != (Style.O_WORDS,):
+            raise UnreadError(f"{block[:24]}, a computed P")
+        if {"X", "U", "F"} & computed.keys() and re.search(r"G0*4(?![\d.])", block):
+            raise UnreadError(f"{block[:24]}, a computed dwell")
+        return out
+
+    def _printed(self, letter: str, value: float, block: str) -> str:
+        if letter == "G" and value * 10.0 == round(value * 10.0):
+            return f"{value:g}"
+        if letter in _COUNTING or (letter == "S" and Style.MACRO in self.styles):
+            return str(whole(value, block[:24]))
+        return f"{value:.9f}"
