@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from process_story import cell_with, posted
+from process_story import KR15, cell_with, posted
 from scipy.spatial.transform import Rotation
 
 from camrob.errors import SetupError, ToolpathError, VerificationError
+from camrob.jobs.verify import verify
 from camrob.toolpath.gcode import interpreter
 from camrob.toolpath.gcode.controls import heidenhain_moves, siemens_words
 
@@ -27,6 +28,10 @@ KLARTEXT = (
     "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S6000\n2 L Z+40 R0 FMAX M3\n3 L X+0 Y+0 FMAX\n4 L Z+0 F500\n5 L X+10\n6 L Z+40 FMAX\n"
     "7 M5\n8 M30\n9 END PGM A MM\n"
 )
+WORDS = (
+    "G21 G90 G17 G94\nT1 M6\nS6000 M3\nG0 X0 Y0 Z40\nG1 Z0 F500\n#1=0\no1 repeat [4]\nG1 X[10*COS[#1]] Y[10*SIN[#1]]\n"
+    "#1=[#1+90]\no1 endrepeat\no2 if [#1 gt 360]\nX5\no2 else\nX-5\no2 endif\nG0 Z40\nM5\nM2\n"
+)
 SIGNED = "G21 G90 G94\nT1 M6\nS6000 M3\nG43.4 H1\nG0 X0 Y0 Z40 A0 C0\nG1 Z0 F500\nX10 A8 C40\nG0 Z40\nG49\nM5\nM30\n"
 POINT = re.compile(r"\{E6POS: X (\S+?),Y (\S+?),Z (\S+?),A (\S+?),B (\S+?),C (\S+?)[,}]")
 
@@ -34,9 +39,9 @@ POINT = re.compile(r"\{E6POS: X (\S+?),Y (\S+?),Z (\S+?),A (\S+?),B (\S+?),C (\S
 @pytest.mark.parametrize(
     ("name", "text", "lines"),
     [
-        ("macro.nc", MACRO, "lines 8-16"),
-        ("a.mpf", SIEMENS.replace("N70 X10", "N65 IF 1>0 GOTOF N70\nN70 X10"), "lines 7-12"),
-        ("a.h", KLARTEXT.replace("5 L X+10", "5 LBL 1\n6 L X+10"), "lines 6-11"),
+        ("macro.nc", MACRO.replace("#1=0", "#9=ATAN[-1]/[1]\n#1=0"), "lines 8-17"),
+        ("a.mpf", SIEMENS.replace("N70 X10", "N65 R9=7 MOD 4\nN70 X10"), "lines 7-12"),
+        ("a.h", KLARTEXT.replace("5 L X+10", "5 Q9 = LN 1\n6 L X+10"), "lines 6-11"),
     ],
 )
 def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name: str, text: str, lines: str) -> None:
@@ -59,12 +64,35 @@ def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name
         ("v.mpf", SIEMENS.replace("N70 X10", "N65 R1=5 R2=R1*SIN(30)\nN70 X=R1+2*R2")),
         ("r.mpf", SIEMENS.replace("N70 X10 A3=0.1 B3=0 C3=1", "N70 X10 RND=2\nN75 Y9 CHF=1\nN76 X0 CHR=1\nN77 Y0")),
         ("r.h", KLARTEXT.replace("5 L X+10", "5 L X+10\n5 RND R2 F100\n5 L Y+9\n5 CHF 1\n5 L X+0")),
+        ("macro.nc", MACRO),
+        ("words.ngc", WORDS),
+        ("jump.mpf", SIEMENS.replace("N70 X10", "N65 IF 1>0 GOTOF N70\nN68 X99\nN70 X10")),
+        ("label.h", KLARTEXT.replace("5 L X+10", "5 LBL 1\n6 L IX+5\n6 CALL LBL 1 REP1")),
         ("r.nc", "G21 G90\nT1 M6\nS3000 M3\nG0 X0 Y0 Z40\nG1 Z0 F500\nX9 ,R2\nY9 ,C1\nX0\nG0 Z40\nM30\n"),
     ],
 )
 def test_plain_programs_of_siemens_and_heidenhain_are_verified_whole(tmp_path: Path, name: str, text: str) -> None:
     made = posted(tmp_path, name, text, setup=PLACE)
     assert not [f for f in made.findings if f.code == "verified-in-part"] and made.summary.witness.complete
+
+
+@pytest.mark.parametrize("text", [MACRO, WORDS, KLARTEXT.replace("5 L X+10", "5 LBL 1\n6 L IX+5\n6 CALL LBL 1 REP1")])
+def test_a_turn_of_a_loop_too_few_or_another_branch_is_refused(tmp_path: Path, text: str) -> None:
+    """Each cut of the written program left out, and each moved 1 mm, in turn: none passes."""
+    name = "a.h" if text.startswith("0 BEGIN") else "a.nc"
+    made = posted(tmp_path, name, text, setup=PLACE)
+    (source,) = made.out.glob("*.src")
+    lines = source.read_text().splitlines(keepends=True)
+    assert made.summary.witness.complete
+    cuts = [i for i, line in enumerate(lines) if line.startswith(("LIN {", "LIN_REL", "SLIN"))]
+    assert len(cuts) >= 2
+    for i in cuts:
+        moved = re.sub(r"X (-?[\d.]+)", lambda found: f"X {float(found[1]) + 1.0:.4f}", lines[i], count=1)
+        for other in ("", moved):
+            source.write_text("".join([*lines[:i], other, *lines[i + 1 :]]))
+            assert not verify(
+                source, cell=KR15, against=tmp_path / "in" / name, setup=tmp_path / "in" / "setup.toml"
+            ).summary.ok
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cl_stories import mm
 
-from camrob.witness.cl.running import running_blocks
+from camrob.witness.cl.running import ordered
 from camrob.witness.cl.teller import UNREAD
 
 HEAD = "G21 G90 G17 G94\nG0 X0 Y0 Z10.\nF600\n"
@@ -160,7 +160,9 @@ def test_loops_of_linuxcnc_break_and_continue(tell):
     [
         "N1 GOTO 1", "#1=0\nN1 G1 X#1\n#1=#1+1\nGOTO 1", "GOTO 99", "#100=1.5\nGOTO #100", "WHILE [1 EQ 2] DO1\nG1 X1.",
         "END1", "M98 P3\nM30\nO3\nM98 P3\nM99", "M98 P3 L99999999999\nM30\nO3\nM99", "M98 P3\nM30\nO3\nG1 X1.\nO4\nM98 P4",
-        "M98 P3\nM30\nO3\nM99\nO3\nM99", "G65 P9 A10\nM30\nO9\nM99", "G65 P9 A1. A2.\nM30\nO9\nM99", "G66 P9", "#3000=1",
+        "M98 P3\nM30\nO3\nM99\nO3\nM99",
+        "M98 P3\nGOTO 9\nN9 M30\nO3\nG1 X1.\n%\n", "G65 P9 A10\nM30\nO9\nM99", "G65 P9 A1. A2.\nM30\nO9\nM99",
+        "G66 P9", "#3000=1",
         "GOTO 5\nWHILE[1 EQ 2]DO1\nN5 G1 X1.\nEND1", "GOTO 5\nN5 G1 X1.\nN5 X2.", "#1=" + "[" * 30_000 + "1" + "]" * 30_000,
         "#1=" + "#" * 30_000 + "1", "#1=" + "-" * 30_000 + "1", "G65 P9 L2 A1.\nM30\nO9\n#1=#1+1\nM99", "IF [1 EQ 1] FOO",
         "#1=0\nWHILE[#1 LT 1]DO1\n#1=#1+0.1\nG1 X#1\nIF[#1 EQ 0.3]GOTO 9\nEND1\nN9", "/GOTO 5\nN5 X1.", "G1 X[ROUND[2.5]]",
@@ -171,7 +173,7 @@ def test_loops_of_linuxcnc_break_and_continue(tell):
     ],
 )  # fmt: skip
 def test_what_nobody_knows_or_never_ends_is_a_gap(tell, body, monkeypatch):
-    monkeypatch.setattr(running_blocks, "MOST_STEPS", 2_000)
+    monkeypatch.setattr(ordered, "MOST_STEPS", 2_000)
     story = tell(HEAD + body + "\nM30\n", name="a.nc")
     assert not story.complete and [gap.text for gap in story.gaps if gap.text.startswith(UNREAD)]
     assert all(math.isfinite(x) for point in mm(story) for x in point)

@@ -124,7 +124,7 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "4 L X+Q1", "4 CALL LBL 1", "4 LBL 1", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0 STAY",
+        "4 L X+Q1", "4 CALL LBL 1", "4 LBL 0", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0 STAY",
         "4 CYCL DEF 203 DRILLING",
         "4 CYCL DEF 7.1 IX+5", "4 CYCL DEF 10.1 ROT+30", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
         "4 TOOL CALL 2 Z S9 DR+0.1", "4 TOOL CALL 2 Y S9", "4 APPR LCT X+1 Y+1 R2", "4 L X+5 R+", "4 L X+5 M97",
@@ -235,7 +235,7 @@ def _tips(story: Story) -> list[list[float]]:
 
 
 def test_siemens_values_without_jumps(tell) -> None:
-    """Named and computed values, the ends worked out by hand; a jump ends the reading as before."""
+    """Named and computed values, the ends worked out by hand; a jump to nowhere ends the reading."""
     body = (
         "R1=12 R2=20\nDEF REAL W=3, V\nV=W*2+R1\nG0 X=R2 Y0 Z20\nG1 Z=-W F=R1*10+80\nX=R2*COS(60) Y=R2*SIN(30) - 1\n"
         "X=IC(R1/4) Y=IC(-V)\n"
@@ -256,7 +256,7 @@ def test_klartext_values_without_jumps(tell) -> None:
         and story.feed[-1] == pytest.approx(0.02 / 60)
     )
     for last in (
-        "6 FN 9: IF +Q1 EQU +3 GOTO LBL 4",
+        "6 FN 9: IF +Q1 EQU +3 GOTO LBL Q4",
         "6 L X+Q9",
         "6 Q4 = Q1 % 3",
         "6 Q101 = 5",

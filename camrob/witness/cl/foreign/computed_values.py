@@ -1,4 +1,4 @@
-"""Values that a program computes without jumps: Siemens' R parameters and declared names, Heidenhain's Q parameters."""
+"""Values that a program computes: Siemens' R parameters and declared names, Heidenhain's Q parameters."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "TAN": lambda degrees: math.tan(deg_to_rad(degrees)),
     "SQRT": math.sqrt,
     "ABS": abs,
+    "POT": lambda value: value * value,
 }
 
 
 class Values:
-    """What each name holds. Sums, products, signs, brackets and five functions (angles in degrees) are worked out."""
+    """What each name holds. Sums, products, signs, brackets and six functions (angles in degrees) are worked out."""
 
     def __init__(self) -> None:
         self._held: dict[str, float] = {}
@@ -33,6 +34,29 @@ class Values:
     def keep(self, name: str, text: str) -> None:
         """The name holds what the text comes to. Raises UnreadError where nobody knows."""
         self._held[name] = self.of(text)
+
+    def put(self, name: str, value: float) -> None:
+        """The name holds a value."""
+        self._held[name] = value
+
+    def forget(self, name: str) -> None:
+        """Nobody knows what the name holds."""
+        self._held.pop(name, None)
+
+    def enter(self) -> dict[str, float]:
+        """Names of a subprogram's own, but for R parameters; what the names held outside of it."""
+        before = self._own()
+        for name in before:
+            del self._held[name]
+        return before
+
+    def leave(self, before: dict[str, float]) -> None:
+        """The names that stood outside of a subprogram hold their values again, and its own are gone."""
+        self.enter()
+        self._held |= before
+
+    def _own(self) -> dict[str, float]:
+        return {name: value for name, value in self._held.items() if not re.fullmatch(r"R\d+", name)}
 
     def of(self, text: str) -> float:
         """What a text comes to. Raises UnreadError for names without a value and for other signs."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.gcode import GcodeReader
+from camrob.witness.cl.running.ordered import Ordered, Row
 from camrob.witness.cl.running.unread import UnreadError
 from camrob.witness.cl.standing import Standing
 from camrob.witness.cl.teller import UNREAD, Teller
@@ -22,15 +23,14 @@ class ForeignReader(GcodeReader, ABC):
 
     def read(self, text: str) -> None:
         """Reads the text up to its end, or to the first statement that is not read."""
-        rows = self._statements(text)
-        for i, row in rows:
-            try:
+        run = self._order(self._statements(text))
+        try:
+            for i, row in run:
                 self._line(row, i)
-            except UnreadError as error:
-                self._gap(i, f"{UNREAD}{error}", last=text.rstrip().count("\n") + 1)
-                return
-            if self._ended:
-                return
+                if self._ended:
+                    return
+        except UnreadError as error:
+            self._gap(run.line, f"{UNREAD}{error}", last=text.rstrip().count("\n") + 1)
 
     @property
     def tell(self) -> Teller:
@@ -63,6 +63,10 @@ class ForeignReader(GcodeReader, ABC):
     def _statements(self, text: str) -> list[tuple[int, str]]:
         """The statements with their lines."""
         return [(i, row) for i, row in enumerate(text.split("\n"), 1) if row.strip()]
+
+    @abstractmethod
+    def _order(self, rows: list[Row]) -> Ordered:
+        """The statements in the order in which they are run."""
 
     @abstractmethod
     def _line(self, row: str, line: int) -> None:

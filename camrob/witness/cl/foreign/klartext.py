@@ -1,4 +1,4 @@
-"""Heidenhain's plain language without parameters, labels, planes and most cycles: L, LN under M128, arcs, TOOL CALL.
+"""Heidenhain's plain language: L, LN under M128, arcs, TOOL CALL, labels, Q parameters, some cycles and planes.
 
 Heidenhain, "TNC 640 User's Manual, Klartext Programming". Everything else ends what is read.
 """
@@ -14,6 +14,8 @@ from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.running.label_run import LabelRun
+from camrob.witness.cl.running.ordered import Ordered, Row
 from camrob.witness.units import deg_to_rad, rad_to_deg
 
 __all__ = ["KlartextReader"]
@@ -57,8 +59,11 @@ class KlartextReader(ForeignReader):
             goes_on = raw.rstrip().endswith("~")
         return rows
 
+    def _order(self, rows: list[Row]) -> Ordered:
+        return LabelRun(rows, self._computed.of)
+
     def _line(self, row: str, line: int) -> None:
-        if given := re.fullmatch(r"(?:FN ?[0-4]: ?)?(Q\d+) ?= ?(.+)", row):
+        if given := re.fullmatch(r"(?:FN ?[0-7] ?: ?)?(Q\d+) ?= ?(.+)", row):
             self._keep(given, row)
             return
         row = re.sub(r"(?<=[A-Z=])([-+]?)(Q\d+)", self._number_of, row)
@@ -337,6 +342,8 @@ class KlartextReader(ForeignReader):
         main = number.partition(".")[0]
         shift = re.fullmatch(rf"(?:[XYZ]\s?{_NUMBER}\s?)+", rest)
         time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({_NUMBER})", rest)
+        for name in re.findall(r"\bQ\d+(?= ?=)", rest):  # a cycle's values are such parameters too
+            self._computed.forget(name)
         if main in ("200", "201", "206", "207", "240"):
             self._drills = klartext_hole(
                 main, {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({_NUMBER})(?![\d.])", rest)}

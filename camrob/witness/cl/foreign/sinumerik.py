@@ -1,4 +1,4 @@
-"""Siemens 840D without variables, jumps and cycles: blocks of words, X=..., TRAORI with A3 B3 C3, TRANS, SUPA.
+"""Siemens 840D: blocks of words, X=..., R parameters, TRAORI with A3 B3 C3, TRANS, SUPA, some cycles and planes.
 
 Siemens, "Programming Manual Fundamentals" and "Job planning" (840D sl). Everything else ends what is read.
 """
@@ -11,6 +11,8 @@ from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, places, siemens_hole, swivelled_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.running.ordered import Ordered, Row
+from camrob.witness.cl.running.structure_run import StructureRun
 
 __all__ = ["SinumerikReader"]
 
@@ -51,8 +53,13 @@ class SinumerikReader(ForeignReader):
         self._lone = len(names) == 1 and not any(name.isdigit() for name in names)
         self._called: Hole | None = None  # MCALL
         self._computed = Values()
+        self._counts: frozenset[str] = frozenset()  # names for whole numbers (INT)
         self._moved_by = dict.fromkeys("XYZ", 0.0)  # TRANS, in the program's unit
         super().read(text)
+
+    def _order(self, rows: list[Row]) -> Ordered:
+        plain = [(i, " ".join(_COMMENT.sub(lambda found: found[1] or "", row).upper().split())) for i, row in rows]
+        return StructureRun([(i, row) for i, row in plain if row], self._computed)
 
     def _line(self, row: str, line: int) -> None:
         body = _COMMENT.sub(lambda found: found[1] or "", row).upper().strip()
@@ -90,10 +97,13 @@ class SinumerikReader(ForeignReader):
 
     def _kept(self, body: str) -> bool:
         """Whether the block only declares names or gives them values, which are kept."""
-        if declared := re.fullmatch(r"DEF\s+(?:REAL|INT)\s+(.+)", body):
-            for part in declared[1].split(","):
+        if declared := re.fullmatch(r"DEF\s+(REAL|INT)\s+(.+)", body):
+            for part in declared[2].split(","):
                 name, _, text = part.partition("=")
-                self._computed.keep(name.strip(), text or "0")
+                self._counts = (
+                    (self._counts | {name.strip()}) if declared[1] == "INT" else self._counts - {name.strip()}
+                )
+                self._keep(name.strip(), text or "0")
             return True
         body = _tight(body)
         parts = body.split()
@@ -105,8 +115,14 @@ class SinumerikReader(ForeignReader):
             return False
         for match in found:
             if match:
-                self._computed.keep(match[1], match[2])
+                self._keep(match[1], match[2])
         return True
+
+    def _keep(self, name: str, text: str) -> None:
+        """Raises UnreadError where a name for whole numbers would be rounded."""
+        self._computed.keep(name, text)
+        if name in self._counts and self._computed.of(name) % 1.0:
+            raise UnreadError(f"{name}={text[:16]}, a number that isn't whole")
 
     def _written_out(self, body: str) -> str:
         """The block with numbers where names or expressions stand behind an equals sign."""

@@ -11,7 +11,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from camrob.witness.cl.running.bracket_values import Style, whole
-from camrob.witness.cl.running.running_blocks import Ask, Row, Running, bracketed
+from camrob.witness.cl.running.ordered import Row
+from camrob.witness.cl.running.running_blocks import Ask, Running, bracketed
 from camrob.witness.cl.running.unread import UnreadError
 
 __all__ = ["MacroRun"]
@@ -105,6 +106,9 @@ class MacroRun(Running):
         first = self._frames[-1].first
         return next(s for s in self._segments if s[0] <= first < s[1])
 
+    def _called(self) -> bool:
+        return bool(self._frames)
+
     # -- variables
 
     def _is_local(self, name: str) -> bool:
@@ -161,7 +165,7 @@ class MacroRun(Running):
         if re.match(r"G0*65(?![\d.])", body):
             return self._macro(at, body), ""
         if _CALL.search(body):
-            return self._called(at, body)
+            return self._subprogram(at, body)
         if back := _BACK.fullmatch(body):
             return self._return(at, back[1])
         if re.search(r"M0*99(?![\d.])", body):
@@ -228,7 +232,7 @@ class MacroRun(Running):
             raise UnreadError(f"O{number}, which isn't in the file, or more than once")
         return self._programs[number][0]
 
-    def _called(self, at: int, body: str) -> tuple[int, str]:
+    def _subprogram(self, at: int, body: str) -> tuple[int, str]:
         """M98 P L and M97 P L, behind the motion of their block."""
         found = _CALL.search(body)
         p, times = re.findall(r"P(\d+)(?![\d.])", body), re.findall(r"L(\d+)(?![\d.])", body)

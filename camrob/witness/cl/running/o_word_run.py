@@ -10,7 +10,8 @@ import re
 from typing import NamedTuple
 
 from camrob.witness.cl.running.bracket_values import Style, whole
-from camrob.witness.cl.running.running_blocks import Ask, Row, Running, bracketed
+from camrob.witness.cl.running.ordered import Row
+from camrob.witness.cl.running.running_blocks import Ask, Running, bracketed
 from camrob.witness.cl.running.unread import UnreadError
 
 __all__ = ["O_WORD", "OWordRun"]
@@ -105,6 +106,9 @@ class OWordRun(Running):
         if text.startswith("["):
             raise UnreadError("a computed O word")
         return text if text.startswith("<") else str(int(text))
+
+    def _called(self) -> bool:
+        return bool(self._frames)
 
     # -- variables
 

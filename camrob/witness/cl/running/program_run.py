@@ -7,7 +7,8 @@ import re
 from camrob.witness.cl.running.bracket_values import Style
 from camrob.witness.cl.running.macro_run import MacroRun
 from camrob.witness.cl.running.o_word_run import O_WORD, OWordRun
-from camrob.witness.cl.running.running_blocks import Ask, Row, Running
+from camrob.witness.cl.running.ordered import Row
+from camrob.witness.cl.running.running_blocks import Ask, Running
 from camrob.witness.cl.running.unread import UnreadError
 
 __all__ = ["run_of"]

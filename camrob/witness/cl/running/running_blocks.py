@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from abc import abstractmethod
+from collections.abc import Callable
 
 from camrob.witness.cl.running.bracket_values import Formulas, Style, whole
-from camrob.witness.cl.running.unread import MOST_STEPS, UnreadError
+from camrob.witness.cl.running.ordered import Ordered, Row
+from camrob.witness.cl.running.unread import UnreadError
 
 __all__ = ["Ask", "Running", "bracketed"]
 
 Ask = Callable[[int], float | None]  # what a system variable of the control holds, None where nobody knows
-Row = tuple[int, str]  # a line's number, and its block
 
 _COUNTING = frozenset("GMTDHNOLK")  # letters whose numbers are whole
 _SET = re.compile(r"#(?:(\d+)|(<[A-Z0-9_.-]+>)|(?=\[|#))")
@@ -29,35 +29,16 @@ def bracketed(text: str, at: int) -> int:
     raise UnreadError(f"{text[at : at + 20]}, a bracket that doesn't close")
 
 
-class Running(ABC):
-    """`line` is that of the block that is run just now. Iterated once: (line, block) for the blocks that a reader reads."""
+class Running(Ordered):
+    """rows: blocks without blanks and comments, upper case."""
 
     def __init__(self, rows: list[Row], styles: tuple[Style, ...], ask: Ask) -> None:
-        self.rows, self.styles = rows, styles
-        self.line = rows[0][0] if rows else 1
+        super().__init__(rows)
+        self.styles = styles
         self._ask = ask
         self._global: dict[str, float | None] = {}
         self._local: dict[str, float | None] = {}
         self._formulas = Formulas(styles, self._held, self._has)
-
-    def __iter__(self) -> Iterator[Row]:
-        at = self._start()
-        for _ in range(MOST_STEPS):
-            if at >= len(self.rows) or at < 0:
-                return
-            self.line, block = self.rows[at]
-            at, told = self._step(at, block)
-            if told:
-                yield self.line, told
-        raise UnreadError(f"a program without an end within {MOST_STEPS} blocks")
-
-    @abstractmethod
-    def _start(self) -> int:
-        """The first block that is run."""
-
-    @abstractmethod
-    def _step(self, at: int, block: str) -> tuple[int, str]:
-        """Runs a block: the next one, -1 for none, and what a reader is told. Raises UnreadError where nobody knows."""
 
     @abstractmethod
     def _is_local(self, name: str) -> bool:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["MOST_STEPS", "UnreadError"]
-
-MOST_STEPS = 200_000  # blocks that one program runs: what goes on longer has no end that is waited for
+__all__ = ["UnreadError"]
 
 
 class UnreadError(Exception):
