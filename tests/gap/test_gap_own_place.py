@@ -13,7 +13,7 @@ import pytest
 from scipy.signal import lsim
 from stranger_arms import DEG, TICK, UR, columns_of, driven, followed, placed
 from stranger_kinds import kinds, run
-from stranger_logs import Brought
+from stranger_logs import Brought, early
 from test_gap_single_shape import beyond, panel
 from test_gap_strangers import cell_of
 
@@ -153,3 +153,16 @@ def test_a_target_that_slips_on_a_run_is_as_sure_as_ever(tmp_path: Path) -> None
         return out
 
     assert beliefs(said_of(run(UR, bend=bend), tmp_path))["measurement_drift"] > 0.95
+
+
+@pytest.mark.slow
+def test_what_goes_with_the_way_of_the_last_move_is_no_play(tmp_path: Path) -> None:
+    """Readings taken early, by a library that lacks them: play follows the last move's side, not its length."""
+    case = early(UR)
+    (tmp_path / "set.csv").write_text(case.logs[0][1])
+    (tmp_path / "set.toml").write_text(case.logs[0][2])
+    log, cell = read_log(tmp_path / "set.csv"), read_cell(cell_of(UR, tmp_path))
+    said = diagnose([log], cell, without=["early_reading"]).summary
+    assert max(beliefs(said).values(), default=0.0) < 0.5
+    assert said["unknown"]["where"]["regimes"][:1] == ["direction"]
+    assert "last move of" in said["unknown"]["text"]

@@ -18,6 +18,7 @@ from camrob.units import deg_to_rad, mm_to_m
 __all__ = [
     "CONSTANT",
     "DEGREE",
+    "LAST_MOVE",
     "UNKNOWN",
     "basis",
     "constants",
@@ -35,6 +36,8 @@ Array = NDArray[np.float64]
 DEGREE = 5  # of a shape: bends three times, and no more
 CONSTANT = "constant"
 """The quantity's name where there is none: a place that is elsewhere or turned, always alike."""
+LAST_MOVE = "last move of"
+"""How the quantity's name begins that is the way of an axis from the pose before."""
 _FROM = "from "  # how what begins at a moment is said
 _CHOICES = 150  # places and quantities that could have been picked
 _STILL = 1e-6  # in its own unit: does not change
@@ -54,6 +57,7 @@ def quantities(scene: Scene) -> dict[str, Array]:
             found[f"direction of {axis}"] = play(scene.link[:, k], scene.t, scene.pieces, _PLAY)
         else:
             found[f"direction of {axis}"] = play_at_rest(scene.link[:, k], _PLAY)  # of the last move
+            found[f"{LAST_MOVE} {axis}"] = np.diff(scene.link[:, k], prepend=scene.link[0, k])
         found[f"torque on {axis}"] = scene.torque[:, k]
     found["time"] = scene.t
     if scene.temperature is not None:

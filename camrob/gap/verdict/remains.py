@@ -12,7 +12,7 @@ from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage
-from camrob.gap.evidence.unknown import CONSTANT, is_moment
+from camrob.gap.evidence.unknown import CONSTANT, LAST_MOVE, is_moment
 from camrob.gap.locate.localise import axes_of, regimes_of
 from camrob.gap.locate.periodic import TIME, periodic
 from camrob.gap.locate.single_shape import SingleShape, single_shape
@@ -150,7 +150,7 @@ def _regime(shape: Mapping[str, Any]) -> str:
     if is_moment(str(shape["follows"])):
         return "time"
     kind, _, axis = str(shape["follows"]).rpartition(" ")
-    named = {"torque on": "load", "force": "force"}.get(kind, kind.removesuffix(" of"))
+    named = {"torque on": "load", "force": "force", LAST_MOVE: "direction"}.get(kind, kind.removesuffix(" of"))
     return named or {CONSTANT: "", "time": "time", "temperature": "temperature"}.get(axis, "position")
 
 

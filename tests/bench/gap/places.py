@@ -216,14 +216,17 @@ def main() -> None:
                     rows.append({"case": f"{who}: {name}", "seed": seed, **judged(cause, said), "said": said})
                     sys.stderr.write(json.dumps(rows[-1], default=float) + "\n")
     (arguments.out / "places.jsonl").write_text("".join(json.dumps(r, default=float) + "\n" for r in rows))
+    (arguments.out / "places.md").write_text("\n".join(table(rows)) + "\n")
+
+
+def table(rows: list[dict]) -> list[str]:
+    """A row a case, and all, with 95 % intervals (Wilson)."""
     kinds = ("flagged", "stage", "axis", "follows", "place", "sure name")
     lines = ["| cause | " + " | ".join(kinds) + " | said |", "| --- |" + " --- |" * (len(kinds) + 1)]
     for r in rows:
-        where = r["said"]["where"]
-        told = ", ".join(
-            [*where["axes"], *where["regimes"][:1], *([where["comes_back"]] if where["comes_back"] else [])]
-        )
-        claims = ", ".join(f"{n} {p:.2f}" for n, p in r["said"]["claims"].items())
+        said = r["said"]
+        told = ", ".join(filter(None, [*said["axes"], *said["follows"][:1], said["comes_back"]]))
+        claims = ", ".join(f"{n} {p:.2f}" for n, p in said["claims"].items())
         marks = " | ".join("yes" if r[k] else "no" for k in kinds)
         lines.append(f"| {r['case']} | {marks} | {told}{'; ' + claims if claims else ''} |")
     totals = []
@@ -231,8 +234,7 @@ def main() -> None:
         record = share(sum(r[k] for r in rows), len(rows))
         low, high = record["interval"]
         totals.append(f"{record['hits']} of {record['count']} ({100 * low:.0f} to {100 * high:.0f} %)")
-    lines.append("| all | " + " | ".join(totals) + " | |")
-    (arguments.out / "places.md").write_text("\n".join(lines) + "\n")
+    return [*lines, "| all | " + " | ".join(totals) + " | |"]
 
 
 if __name__ == "__main__":
