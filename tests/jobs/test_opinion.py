@@ -13,6 +13,7 @@ from camrob.witness.cl.customs import COMPUTED
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.gcode import GcodeReader
 from camrob.witness.cl.offsets import Offsets
+from camrob.witness.cl.running.unread import NOWHERE
 from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.cl.teller import NO_CIRCLE, UNREAD, Teller
 from camrob.witness.cl.words import NO_AXIS, STRANGE
@@ -58,7 +59,7 @@ def test_what_is_a_warning_in_anothers_program_is_none_in_our_own(tmp_path: Path
             hold_to_witness(said, tmp_path)
 
 
-@pytest.mark.parametrize("gap", [NO_AXIS, NO_CIRCLE, STRANGE, TURNED, UNNAMED, UPWARD])
+@pytest.mark.parametrize("gap", [NOWHERE, NO_AXIS, NO_CIRCLE, STRANGE, TURNED, UNNAMED, UPWARD])
 def test_no_program_of_a_file_that_camrob_refuses_is_released(tmp_path: Path, gap: str) -> None:
     """Camrob's own reader refuses such arcs and axes: where one got past it, the gap is no reason to release in part."""
     with pytest.raises(VerificationError, match=gap):

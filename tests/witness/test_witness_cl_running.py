@@ -9,6 +9,7 @@ import pytest
 from cl_stories import mm
 
 from camrob.witness.cl.running import ordered
+from camrob.witness.cl.running.unread import NOWHERE
 from camrob.witness.cl.teller import UNREAD
 
 HEAD = "G21 G90 G17 G94\nG0 X0 Y0 Z10.\nF600\n"
@@ -182,3 +183,17 @@ def test_what_nobody_knows_or_never_ends_is_a_gap(tell, body, monkeypatch):
 def test_two_main_programs_are_not_told_apart(tell):
     story = tell("O1\nG0 X0 Y0 Z5.\nM98 P3\nM30\nO2\nM30\nO3\nM99\n", name="a.nc")
     assert len(story.way) == 0 and not story.complete
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.nc", HEAD + "GOTO 77\nX1.\nM30\n"),
+        ("a.nc", HEAD + "M98 P77\nM30\n"),
+        ("a.nc", HEAD + "G65 P77\nM30\n"),
+        ("a.h", "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+5 R0 FMAX\n2 CALL LBL 7\n3 END PGM A MM\n"),
+        ("a.mpf", "G0 X=0 Y0 Z5\nGOTOF OUT\nX1\nM30\n"),
+    ],
+)
+def test_a_jump_to_what_is_not_there_is_told_as_such(tell, name, text):
+    assert NOWHERE in tell(text, name=name).gaps[-1].text

@@ -16,6 +16,7 @@ from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.offsets import OFFSET
+from camrob.witness.cl.running.unread import NOWHERE
 from camrob.witness.cl.standing import TURNED, UNNAMED
 from camrob.witness.cl.teller import NO_CIRCLE
 from camrob.witness.cl.words import NO_AXIS, STRANGE
@@ -43,6 +44,7 @@ _NEVER = {
     TURNED: "post with the tool centre point on (G43.4, M128, M428 or TRAORI)",
     OFFSET: 'have the CAM system write the path of the tool\'s centre, or say cutter_compensation = "wear" in setup.toml',
     STRANGE: "output it as GOTO from the CAM system, or delete the line where it means nothing",
+    NOWHERE: "put the block or the subprogram into the file",
     UNNAMED: "name X, Y and Z in a rapid move before it",
 }
 # what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own

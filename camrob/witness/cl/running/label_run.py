@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from camrob.witness.cl.running.ordered import Ordered, Row, less
-from camrob.witness.cl.running.unread import UnreadError
+from camrob.witness.cl.running.unread import NOWHERE, UnreadError
 
 __all__ = ["LabelRun"]
 
@@ -50,9 +50,11 @@ class LabelRun(Ordered):
         return text if text.startswith('"') else str(int(text))
 
     def _place(self, text: str) -> int:
-        found = self._labels.get(self._name(text), -1)
+        found = self._labels.get(self._name(text))
+        if found is None:
+            raise UnreadError(f"LBL {text}: {NOWHERE}")
         if found < 0:
-            raise UnreadError(f"LBL {text}, which isn't there, or more than once")
+            raise UnreadError(f"LBL {text}, more than once")
         return found
 
     def _called(self) -> bool:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from camrob.witness.cl.running.bracket_values import Style, whole
 from camrob.witness.cl.running.ordered import Row
 from camrob.witness.cl.running.running_blocks import Ask, Running, bracketed
-from camrob.witness.cl.running.unread import UnreadError
+from camrob.witness.cl.running.unread import NOWHERE, UnreadError
 
 __all__ = ["MacroRun"]
 
@@ -189,12 +189,18 @@ class MacroRun(Running):
         return self._at_number(number, at)
 
     def _at_number(self, number: int, origin: int) -> int:
-        found = self._sequence.get((self._segment()[0], number), -1)
-        if found < 0:
-            raise UnreadError(f"N{number}, which isn't there, or more than once")
+        found = self._numbered(number)
         for head, end in self._loops.items():
             if head < found <= end and not head <= origin <= end:
                 raise UnreadError(f"N{number}, a jump into a loop")
+        return found
+
+    def _numbered(self, number: int) -> int:
+        found = self._sequence.get((self._segment()[0], number))
+        if found is None:
+            raise UnreadError(f"N{number}: {NOWHERE}")
+        if found < 0:
+            raise UnreadError(f"N{number}, more than once")
         return found
 
     def _loop(self, at: int, body: str, found: re.Match[str]) -> int:
@@ -228,8 +234,10 @@ class MacroRun(Running):
         return target
 
     def _program(self, number: int) -> int:
-        if number not in self._programs or number in self._twice:
-            raise UnreadError(f"O{number}, which isn't in the file, or more than once")
+        if number not in self._programs:
+            raise UnreadError(f"O{number}: {NOWHERE}")
+        if number in self._twice:
+            raise UnreadError(f"O{number}, more than once")
         return self._programs[number][0]
 
     def _subprogram(self, at: int, body: str) -> tuple[int, str]:
@@ -241,10 +249,7 @@ class MacroRun(Running):
             raise UnreadError(f"{body[:24]}, a call")
         number, runs = int(p[0]), int(times[0]) if times else 1
         if found[1] == "97":
-            target = self._sequence.get((self._segment()[0], number), -1)
-            if target < 0:
-                raise UnreadError(f"N{number}, which isn't there, or more than once")
-            return self._enter(at, target, runs, None), rest
+            return self._enter(at, self._numbered(number), runs, None), rest
         if len(p[0]) > 4 and not times:  # P00020100: twice O100
             short = int(p[0][-4:])
             if number in self._programs and short != number:

@@ -10,7 +10,7 @@ import re
 from typing import NamedTuple, Protocol
 
 from camrob.witness.cl.running.ordered import Ordered, Row, less
-from camrob.witness.cl.running.unread import UnreadError
+from camrob.witness.cl.running.unread import NOWHERE, UnreadError
 
 __all__ = ["StructureRun"]
 
@@ -98,7 +98,7 @@ class StructureRun(Ordered):
             line, row = self.rows[i]
             for name in (re.match(r"(N\d+)", row), _LABEL.match(re.sub(r"^N\d+ ?", "", row))):
                 if name:
-                    key = (first, name[1])
+                    key = (first, _plain(name[1]))
                     self._numbers[key] = -1 if key in self._numbers else i
             row = self._bare(row)
             word = _WORD.match(row)
@@ -235,9 +235,13 @@ class StructureRun(Ordered):
     # -- jumps, repeats, calls
 
     def _place(self, name: str) -> int:
-        found = self._numbers.get((self._segment()[0], name), -1)
+        found = self._numbers.get((self._segment()[0], _plain(name)))
+        if found is None and not re.match(r"N\d+$|[A-Z_]{2}", name):
+            raise UnreadError(f"{name}, which is no label")
+        if found is None:
+            raise UnreadError(f"{name}: {NOWHERE}")
         if found < 0:
-            raise UnreadError(f"{name}, which isn't there, or more than once")
+            raise UnreadError(f"{name}, more than once")
         return found
 
     def _to(self, at: int, way: str, name: str) -> int:
@@ -284,6 +288,11 @@ class StructureRun(Ordered):
             return frame.first
         self._frames.pop()
         return frame.back + 1
+
+
+def _plain(name: str) -> str:
+    """A block number without leading zeros; a label as it is."""
+    return f"N{int(name[1:])}" if re.fullmatch(r"N\d+", name) else name
 
 
 def _enclosed(text: str) -> bool:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["UnreadError"]
+__all__ = ["NOWHERE", "UnreadError"]
+
+NOWHERE = "a jump or call to what isn't in the file"
 
 
 class UnreadError(Exception):
