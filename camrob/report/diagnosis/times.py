@@ -47,8 +47,8 @@ def _held(speed: RunSpeed) -> str:
     """Whether the programmed speed is run."""
     share, steady = speed.at_programmed_percent, speed.steady_percent
     if speed.matches:
-        return f"The programmed speed is held for {share:.0f} % of the time"
-    text = f"The programmed speed is not what was run (held for {share:.0f} % of the time"
+        return f"the programmed speed is held for {share:.0f} % of the time"
+    text = f"the programmed speed is not what was run (held for {share:.0f} % of the time"
     return text + (f"; mostly {steady:.0f} % of it)" if steady is not None else ")")
 
 
