@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from camrob.cell.controller_settings import ControllerSettings
+from camrob.languages.krl import rounding
 from camrob.languages.krl.reader.read_krl import read_krl
-from camrob.languages.krl.rounding import round_axes, round_pose, round_speed
 from camrob.languages.krl.writer.write_krl import write_krl
 from camrob.program.motion import Motion
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
@@ -46,7 +46,7 @@ def make_program(
     """A program of the given motions along a curve."""
     n = len(kind)
     k = np.arange(n, dtype=np.float64)
-    pose, external = round_pose(
+    pose, external = rounding.pose(
         np.stack(
             [100 * np.cos(k / 7), -100 * np.sin(k / 7), 0.1 * k - 0.0004, 179.5 + k / 3, -k / 50, 20.42 - k], axis=1
         ),
@@ -60,12 +60,12 @@ def make_program(
         name="Flügel 3",
         kind=kinds,
         pose=pose,
-        axes=round_axes(np.tile([0.0, -90.0, 90.0, -1e-9, 12.34567, 0.0], (n, 1))),
+        axes=rounding.axes(np.tile([0.0, -90.0, 90.0, -1e-9, 12.34567, 0.0], (n, 1))),
         external=external,
         external_names=("E1", "E2"),
         status=np.full(n, 2),
         turn=np.full(n, 35),
-        speed=round_speed(np.where(ptp, 0.0, (1500 + 500 * ((k // 3) % 2)) / 60000)),
+        speed=rounding.speed(np.where(ptp, 0.0, (1500 + 500 * ((k // 3) % 2)) / 60000)),
         approximate=(kinds == Motion.LIN) | (kinds == Motion.CIRC_END),
         line=10 * np.arange(n) + 10,
         region=np.zeros(n),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from camrob.cell.status_turn import StatusTurn
 from camrob.program.motion import Turning
 
 __all__ = ["QUARTERED", "quarters_of", "turn_fits", "turn_of", "turn_text"]
@@ -26,7 +27,7 @@ def turn_of(turning: Turning, axes_deg: ArrayLike) -> NDArray[np.int16]:
     """`turn` (N,) of axis values (N, 6), degrees. Raises ValueError for an axis more than two turns from 0, in quarters."""
     axes = np.asarray(axes_deg, np.float64)
     if turning is Turning.SIGNS:
-        return np.asarray((axes < 0.0) @ (1 << np.arange(6)), np.int16)
+        return StatusTurn.turn(axes)
     quarters = np.floor(axes[..., QUARTERED] / _QUARTER)
     if np.any(np.abs(quarters + 0.5) > _HALF_RANGE):
         raise ValueError("an axis is more than two turns from 0")

@@ -13,11 +13,12 @@ from krl_sample import CONTROLLER, assert_same, make_program, read_back, small_p
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.errors import CellError, JobError
 from camrob.findings import Finding
-from camrob.languages.krl.krl_text import comment_text, krl_name, krl_number
-from camrob.languages.krl.rounding import round_pose
+from camrob.languages.krl import rounding
+from camrob.languages.krl.krl_text import comment_text, krl_name
 from camrob.languages.krl.writer.lines import LineBlock, format_lines
 from camrob.languages.krl.writer.write_krl import iter_krl
 from camrob.program.motion import Motion
+from camrob.program.printed import fixed_decimals
 from camrob.program.program import ProgramEvent, ProgramEventKind
 
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -79,7 +80,7 @@ def test_compiled_lines_are_the_formatted_ones():
     expected, sizes = "", []
     for row in range(200):
         numbers = zip("XYZABC", values[row], [3] * 3 + [4] * 3, strict=True)
-        parts = [f"{n} {krl_number(v / 10.0**d, d)}" for n, v, d in numbers]
+        parts = [f"{n} {fixed_decimals(v / 10.0**d, d)}" for n, v, d in numbers]
         line = f"LIN {{E6POS: {','.join(parts)}}}{' C_DIS' if approximate[row] else ''}\r\n"
         expected += (f"$VEL.CP = {speed[row] / 1e6:.6f}\r\n" if speak[row] else "") + line
         sizes.append(len(expected))
@@ -94,7 +95,7 @@ def test_round_pose_keeps_rotations_and_the_sign_of_a_half_turn():
     pose = np.zeros((6, 6))
     pose[:, 3] = [179.99991, 179.99999, -179.99998, 179.9999, 180.00004, 540.0]
     pose[:, 5] = [-180.0, 180.0, 179.9999, 180.0, -0.00001, -359.99999]
-    rounded, external = round_pose(pose, [[-0.00001, 370.12345]] * 6)
+    rounded, external = rounding.pose(pose, [[-0.00001, 370.12345]] * 6)
     assert rounded[:, 3].tolist() == [179.9999, 180.0, 180.0, 179.9999, 180.0, 180.0]
     assert rounded[:, 5].tolist() == [180.0, 180.0, 179.9999, 180.0, 0.0, 0.0]
     assert not np.signbit(rounded[:, 5]).any() and not np.signbit(external[:, 0]).any()

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.findings import Finding
@@ -18,42 +15,6 @@ from camrob.program.program_text import ProgramText
 
 __all__ = ["LANGUAGE", "Krl"]
 
-Array = NDArray[np.float64]
-
-
-class _Rounding:
-    """KRL's decimals."""
-
-    def axes(self, axes: ArrayLike) -> Array:
-        from camrob.languages.krl.rounding import round_axes
-
-        return round_axes(axes)
-
-    def external(self, external: ArrayLike) -> Array:
-        from camrob.languages.krl.rounding import round_external
-
-        return round_external(external)
-
-    def frame(self, xyzabc: ArrayLike) -> Array:
-        from camrob.languages.krl.rounding import round_frame
-
-        return round_frame(xyzabc)
-
-    def load(self, load: ArrayLike) -> Array:
-        from camrob.languages.krl.rounding import round_load
-
-        return round_load(load)
-
-    def pose(self, pose: ArrayLike, external: ArrayLike) -> tuple[Array, Array]:
-        from camrob.languages.krl.rounding import round_pose
-
-        return round_pose(pose, external)
-
-    def speed(self, speed: ArrayLike) -> Array:
-        from camrob.languages.krl.rounding import round_speed
-
-        return round_speed(speed)
-
 
 @dataclass(frozen=True)
 class Krl:
@@ -62,10 +23,16 @@ class Krl:
     name: str = "krl"
     title: str = "KRL"
     suffixes: tuple[str, ...] = (".src", ".dat")
-    round: Rounding = field(default_factory=_Rounding)
     turning: Turning = Turning.SIGNS
     stops: bool = True  # what is no motion stops the advance run
     naming: str = "letters, digits and _, 24 at most"
+
+    @property
+    def round(self) -> Rounding:
+        """KRL's decimals."""
+        from camrob.languages.krl import rounding
+
+        return rounding
 
     def program_name(self, text: str) -> str:
         """A letter, then letters, digits and _, 24 at most, no keyword."""

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import math
 import re
-import unicodedata
 from collections.abc import Container, Sequence
+
+from camrob.program.printed import fixed_decimals, plain_text, shortened
 
 __all__ = [
     "NAME_LENGTH",
     "comment_text",
     "frame_aggregate",
     "krl_name",
-    "krl_number",
     "load_aggregate",
 ]
 
 NAME_LENGTH = 24
 """Characters that a KRL name may have."""
 
-_SPELLED = {
-    "ß": "ss", "æ": "ae", "Æ": "AE", "œ": "oe", "Œ": "OE", "ø": "o", "Ø": "O", "đ": "d", "Đ": "D", "ł": "l", "Ł": "L",
-    "ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "°": " deg", "µ": "u", "μ": "u", "×": "x",
-    "·": ".", "–": "-", "—": "-", "−": "-", "‘": "'", "’": "'", "“": '"', "”": '"', "„": '"', "…": "...", "±": "+-",
-    "%": "pct", ";": ",", "{": "(", "}": ")", "&": "+",
-}  # fmt: skip
+_INSTEAD = {"%": "pct", ";": ",", "{": "(", "}": ")", "&": "+"}
 _FOLD = re.compile(r"(?<![A-Za-z])(END)?FOLD", re.IGNORECASE)
 _RESERVED = frozenset(
     """AND ANIN ANOUT AXIS BAS BOOL BRAKE BY_NAME CASE CAST_FROM CAST_TO CHANNEL CHAR CIRC CIRC_REL CONFIRM CONST
@@ -38,26 +32,13 @@ _RESERVED = frozenset(
 )
 
 
-def _plain(text: str) -> str:
-    """The text in printable 7-bit characters on one line, with nothing in it that an editor on the pendant reads."""
-    spelled = "".join(_SPELLED.get(c, c) for c in unicodedata.normalize("NFC", text))
-    kept = []
-    for c in unicodedata.normalize("NFKD", spelled):
-        if c.isspace() or not c.isprintable():
-            kept.append(" ")
-        elif not unicodedata.combining(c):
-            kept.append(_SPELLED.get(c, c) if c.isascii() else "?")
-    return " ".join("".join(kept).split())
-
-
 def comment_text(text: str, longest: int) -> str:
     """`text` fit to stand behind `; ` or `;FOLD `, at most `longest` characters.
 
     Letters are transliterated, line ends and control characters become blanks; semicolons, braces, percent and
     ampersand signs, and the words FOLD and ENDFOLD lose the form that the pendant's editor acts on.
     """
-    plain = _FOLD.sub(lambda found: (found[1] or "") + "F-OLD", _plain(text))
-    return plain if len(plain) <= longest else plain[: longest - 2].rstrip() + ".."
+    return shortened(_FOLD.sub(lambda found: (found[1] or "") + "F-OLD", plain_text(text, _INSTEAD)), longest)
 
 
 def krl_name(text: str, taken: Container[str] = ()) -> str:
@@ -65,7 +46,7 @@ def krl_name(text: str, taken: Container[str] = ()) -> str:
 
     Letters keep their case, which KRL doesn't see.
     """
-    name = re.sub(r"[^A-Za-z0-9]+", "_", _plain(text)).strip("_")
+    name = re.sub(r"[^A-Za-z0-9]+", "_", plain_text(text, _INSTEAD)).strip("_")
     if not name or not name[0].isalpha() or name.upper() in _RESERVED:
         name = f"P_{name}".rstrip("_")
     name = name[:NAME_LENGTH].rstrip("_")
@@ -76,21 +57,13 @@ def krl_name(text: str, taken: Container[str] = ()) -> str:
     return unique
 
 
-def krl_number(value: float, decimals: int) -> str:
-    """A number with a fixed count of decimals; zero never has a sign. Raises ValueError where it is not finite."""
-    if not math.isfinite(value):
-        raise ValueError(f"{value} can't be printed")
-    text = f"{value:.{decimals}f}"
-    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
-
-
 def load_aggregate(load: Sequence[float], decimals: int) -> str:
     """`{M ..,CM {..},J {..}}` of a mass in kg and its centre X, Y, Z in mm: taken as a point, its axes the flange's."""
-    mass, x, y, z = (krl_number(float(v), decimals) for v in load)
+    mass, x, y, z = (fixed_decimals(float(v), decimals) for v in load)
     return f"{{M {mass},CM {{X {x},Y {y},Z {z},A 0.0,B 0.0,C 0.0}},J {{X 0.0,Y 0.0,Z 0.0}}}}"
 
 
 def frame_aggregate(xyzabc: Sequence[float], decimals: int) -> str:
     """`{X ..,Y ..,Z ..,A ..,B ..,C ..}`."""
-    parts = (f"{label} {krl_number(float(v), decimals)}" for label, v in zip("XYZABC", xyzabc, strict=True))
+    parts = (f"{label} {fixed_decimals(float(v), decimals)}" for label, v in zip("XYZABC", xyzabc, strict=True))
     return "{" + ",".join(parts) + "}"

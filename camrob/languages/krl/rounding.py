@@ -1,9 +1,11 @@
-"""Rounding of poses and axis values to the decimals that a KRL program prints."""
+"""Rounding of poses and axis values to the decimals that a KRL program prints: as a whole, the language's `Rounding`."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from camrob.program.printed import rounded
 
 __all__ = [
     "ANGLE_DECIMALS",
@@ -12,12 +14,12 @@ __all__ = [
     "LENGTH_DECIMALS",
     "LOAD_DECIMALS",
     "SPEED_DECIMALS",
-    "round_axes",
-    "round_external",
-    "round_frame",
-    "round_load",
-    "round_pose",
-    "round_speed",
+    "axes",
+    "external",
+    "frame",
+    "load",
+    "pose",
+    "speed",
 ]
 
 LENGTH_DECIMALS = 3
@@ -36,32 +38,32 @@ SPEED_DECIMALS = 6
 Array = NDArray[np.float64]
 
 
-def round_axes(axes: ArrayLike) -> Array:
+def axes(axes: ArrayLike) -> Array:
     """A1..A6 (..., 6), degrees, as printed."""
-    return _rounded(axes, ANGLE_DECIMALS)
+    return rounded(axes, ANGLE_DECIMALS)
 
 
-def round_external(external: ArrayLike) -> Array:
+def external(external: ArrayLike) -> Array:
     """E1.. (..., E), mm or degrees, as printed."""
-    return _rounded(external, EXTERNAL_DECIMALS)
+    return rounded(external, EXTERNAL_DECIMALS)
 
 
-def round_frame(xyzabc: ArrayLike) -> Array:
+def frame(xyzabc: ArrayLike) -> Array:
     """X, Y, Z, A, B, C (..., 6), mm and degrees, of a tool or a base, as printed."""
-    return _rounded(xyzabc, FRAME_DECIMALS)
+    return rounded(xyzabc, FRAME_DECIMALS)
 
 
-def round_load(load: ArrayLike) -> Array:
+def load(load: ArrayLike) -> Array:
     """Mass in kg and its centre in mm (..., 4), as `$LOAD` prints them."""
-    return _rounded(load, LOAD_DECIMALS)
+    return rounded(load, LOAD_DECIMALS)
 
 
-def round_speed(speed: ArrayLike) -> Array:
+def speed(speed: ArrayLike) -> Array:
     """`$VEL.CP`, m/s, as printed."""
-    return _rounded(speed, SPEED_DECIMALS)
+    return rounded(speed, SPEED_DECIMALS)
 
 
-def round_pose(pose: ArrayLike, external: ArrayLike) -> tuple[Array, Array]:
+def pose(pose: ArrayLike, external: ArrayLike) -> tuple[Array, Array]:
     """Poses (N, 6), mm and degrees, and external axes (N, E), rounded to what is printed.
 
     A and C are brought into -180..180, the range that the pendant shows. Where one is 180 exactly (180 and -180 name
@@ -73,18 +75,13 @@ def round_pose(pose: ArrayLike, external: ArrayLike) -> tuple[Array, Array]:
     if values.ndim != 2 or values.shape[1] != 6:
         raise ValueError(f"pose has shape {values.shape}, expected (N, 6)")
     out = np.empty_like(values)
-    out[:, :3] = _rounded(values[:, :3], LENGTH_DECIMALS)
+    out[:, :3] = rounded(values[:, :3], LENGTH_DECIMALS)
     angles = values[:, 3:].copy()
     angles[:, (0, 2)] -= 360.0 * np.round(angles[:, (0, 2)] / 360.0)
-    out[:, 3:] = _rounded(angles, ANGLE_DECIMALS)
+    out[:, 3:] = rounded(angles, ANGLE_DECIMALS)
     for column in (3, 5):
         out[:, column] = _steady_half_turn(out[:, column])
-    return out, _rounded(external, EXTERNAL_DECIMALS)
-
-
-def _rounded(values: ArrayLike, decimals: int) -> Array:
-    """Rounded, without negative zeros. Each result is the double nearest to its decimal text."""
-    return np.asarray(np.round(np.asarray(values, dtype=np.float64), decimals) + 0.0)
+    return out, rounded(external, EXTERNAL_DECIMALS)
 
 
 def _steady_half_turn(angle: Array) -> Array:

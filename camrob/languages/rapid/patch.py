@@ -13,8 +13,8 @@ from camrob.languages.rapid.rapid_numbers import (
     QUATERNION_DECIMALS,
     quaternions,
 )
-from camrob.languages.rapid.rapid_text import rapid_number
 from camrob.program.language import AddedTarget, NewTarget
+from camrob.program.printed import fixed_decimals
 
 __all__ = ["divide_module", "literal_targets", "patch_module"]
 
@@ -93,7 +93,7 @@ def _pose(match: re.Match[str], values: Sequence[float], external: Mapping[str, 
     place, turn = values[:3], quaternions(values[3:]).tolist()
     old = match[4].split(",")
     carried = [
-        f"{rapid_number(external[f'E{k + 1}'], EXTERNAL_DECIMALS)}"
+        f"{fixed_decimals(external[f'E{k + 1}'], EXTERNAL_DECIMALS)}"
         if f"E{k + 1}" in external and float(text) < _ABSENT
         else text
         for k, text in enumerate(old)
@@ -105,4 +105,4 @@ def _pose(match: re.Match[str], values: Sequence[float], external: Mapping[str, 
 def _printed(values: Sequence[float], old: str, least: int) -> str:
     """Numbers with the decimals of those that they replace, and no fewer than `least`."""
     kept = [len(text.strip().partition(".")[2]) if "e" not in text.lower() else 0 for text in old.split(",")]
-    return ",".join(rapid_number(v, max(least, d)) for v, d in zip(values, kept, strict=True))
+    return ",".join(fixed_decimals(v, max(least, d)) for v, d in zip(values, kept, strict=True))

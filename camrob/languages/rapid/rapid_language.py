@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.errors import CellError
@@ -19,42 +16,6 @@ from camrob.program.program_text import ProgramText
 
 __all__ = ["LANGUAGE", "Rapid"]
 
-Array = NDArray[np.float64]
-
-
-class _Rounding:
-    """RAPID's decimals."""
-
-    def axes(self, axes: ArrayLike) -> Array:
-        from camrob.languages.rapid.rapid_numbers import round_axes
-
-        return round_axes(axes)
-
-    def external(self, external: ArrayLike) -> Array:
-        from camrob.languages.rapid.rapid_numbers import round_external
-
-        return round_external(external)
-
-    def frame(self, xyzabc: ArrayLike) -> Array:
-        from camrob.languages.rapid.rapid_numbers import round_frame
-
-        return round_frame(xyzabc)
-
-    def load(self, load: ArrayLike) -> Array:
-        from camrob.languages.rapid.rapid_numbers import round_load
-
-        return round_load(load)
-
-    def pose(self, pose: ArrayLike, external: ArrayLike) -> tuple[Array, Array]:
-        from camrob.languages.rapid.rapid_numbers import round_pose
-
-        return round_pose(pose, external)
-
-    def speed(self, speed: ArrayLike) -> Array:
-        from camrob.languages.rapid.rapid_numbers import round_speed
-
-        return round_speed(speed)
-
 
 @dataclass(frozen=True)
 class Rapid:
@@ -63,10 +24,16 @@ class Rapid:
     name: str = "rapid"
     title: str = "RAPID"
     suffixes: tuple[str, ...] = (".mod", ".pgf")
-    round: Rounding = field(default_factory=_Rounding)
     turning: Turning = Turning.QUARTERS
     stops: bool = False  # only a fine point does
     naming: str = "letters, digits and _, 24 at most"
+
+    @property
+    def round(self) -> Rounding:
+        """RAPID's decimals."""
+        from camrob.languages.rapid import rapid_numbers
+
+        return rapid_numbers
 
     def program_name(self, text: str) -> str:
         """A letter, then letters, digits and _, 24 at most, no word of RAPID's own."""

@@ -1,4 +1,5 @@
-"""What the decimals that a RAPID program prints leave of numbers, and the quaternions that stand for A, B, C.
+"""What the decimals that a RAPID program prints leave of numbers, and the quaternions that stand for A, B, C: as a whole, the
+language's `Rounding`.
 
 RAPID keeps numbers in single precision (seven digits), which is no less than these decimals for a robot's lengths and angles.
 """
@@ -8,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from camrob.program.printed import rounded
 from camrob.se3 import quaternion_to_rotation, rotation_to_abc
 from camrob.units import deg_to_rad, rad_to_deg
 
@@ -19,13 +21,13 @@ __all__ = [
     "LOAD_DECIMALS",
     "QUATERNION_DECIMALS",
     "SPEED_DECIMALS",
+    "axes",
+    "external",
+    "frame",
+    "load",
+    "pose",
     "quaternions",
-    "round_axes",
-    "round_external",
-    "round_frame",
-    "round_load",
-    "round_pose",
-    "round_speed",
+    "speed",
 ]
 
 LENGTH_DECIMALS = 3
@@ -48,39 +50,39 @@ _ROUNDS = 20  # of rounding to unit length and back: a rotation is at rest after
 Array = NDArray[np.float64]
 
 
-def round_axes(axes: ArrayLike) -> Array:
+def axes(axes: ArrayLike) -> Array:
     """A1..A6 (..., 6), degrees, as printed."""
-    return _rounded(axes, ANGLE_DECIMALS)
+    return rounded(axes, ANGLE_DECIMALS)
 
 
-def round_external(external: ArrayLike) -> Array:
+def external(external: ArrayLike) -> Array:
     """E1.. (..., E), mm or degrees, as printed."""
-    return _rounded(external, EXTERNAL_DECIMALS)
+    return rounded(external, EXTERNAL_DECIMALS)
 
 
-def round_frame(xyzabc: ArrayLike) -> Array:
+def frame(xyzabc: ArrayLike) -> Array:
     """X, Y, Z, A, B, C (..., 6), mm and degrees, of a tool or a base, as its place and quaternion say them."""
     values = np.asarray(xyzabc, np.float64)
-    return np.concatenate([_rounded(values[..., :3], FRAME_DECIMALS), _angles(quaternions(values[..., 3:]))], axis=-1)
+    return np.concatenate([rounded(values[..., :3], FRAME_DECIMALS), _angles(quaternions(values[..., 3:]))], axis=-1)
 
 
-def round_load(load: ArrayLike) -> Array:
+def load(load: ArrayLike) -> Array:
     """Mass in kg and its centre in mm (..., 4), as printed."""
-    return _rounded(load, LOAD_DECIMALS)
+    return rounded(load, LOAD_DECIMALS)
 
 
-def round_pose(pose: ArrayLike, external: ArrayLike) -> tuple[Array, Array]:
+def pose(pose: ArrayLike, external: ArrayLike) -> tuple[Array, Array]:
     """Poses (N, 6), mm and degrees, and external axes (N, E), as a robtarget says them."""
     values = np.asarray(pose, np.float64)
     if values.ndim != 2 or values.shape[1] != 6:
         raise ValueError(f"pose has shape {values.shape}, expected (N, 6)")
-    out = np.concatenate([_rounded(values[:, :3], LENGTH_DECIMALS), _angles(quaternions(values[:, 3:]))], axis=1)
-    return out, round_external(external)
+    out = np.concatenate([rounded(values[:, :3], LENGTH_DECIMALS), _angles(quaternions(values[:, 3:]))], axis=1)
+    return out, rounded(external, EXTERNAL_DECIMALS)
 
 
-def round_speed(speed: ArrayLike) -> Array:
+def speed(speed: ArrayLike) -> Array:
     """Speeds in m/s, as v_tcp in mm/s prints them."""
-    return _rounded(speed, SPEED_DECIMALS + 3)
+    return rounded(speed, SPEED_DECIMALS + 3)
 
 
 def quaternions(abc_deg: ArrayLike) -> Array:
@@ -114,8 +116,3 @@ def quaternions(abc_deg: ArrayLike) -> Array:
 def _angles(q: Array) -> Array:
     """A, B, C (..., 3) in degrees of quaternions (..., 4)."""
     return np.asarray(rad_to_deg(rotation_to_abc(quaternion_to_rotation(q))) + 0.0)
-
-
-def _rounded(values: ArrayLike, decimals: int) -> Array:
-    """Rounded, without negative zeros. Each result is the double nearest to its decimal text."""
-    return np.asarray(np.round(np.asarray(values, dtype=np.float64), decimals) + 0.0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.errors import JobError
-from camrob.languages.krl.krl_text import comment_text, frame_aggregate, krl_number, load_aggregate
+from camrob.languages.krl.krl_text import comment_text, frame_aggregate, load_aggregate
 from camrob.languages.krl.rounding import (
     ANGLE_DECIMALS,
     EXTERNAL_DECIMALS,
@@ -21,6 +21,7 @@ from camrob.languages.krl.rounding import (
 )
 from camrob.languages.krl.writer.lines import LineBlock, format_lines, speed_line
 from camrob.program.motion import Motion
+from camrob.program.printed import fixed_decimals
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 
 __all__ = ["KrlBody"]
@@ -156,7 +157,7 @@ class KrlBody:
         decimals = self._axis_decimals if axes else self._decimals
         _scaled(values[None, :], decimals, row)
         labels = (*(f"A{k}" for k in range(1, 7)), *p.external_names) if axes else self._labels
-        parts = [f"{label} {krl_number(float(v), d)}" for label, v, d in zip(labels, values, decimals, strict=True)]
+        parts = [f"{label} {fixed_decimals(float(v), d)}" for label, v, d in zip(labels, values, decimals, strict=True)]
         if not axes:
             parts[6:6] = [f"S {p.status[row]}", f"T {p.turn[row]}"]
         line = f"PTP {{{'E6AXIS' if axes else 'E6POS'}: {','.join(parts)}}}"
@@ -169,7 +170,7 @@ class KrlBody:
             lines = self.hook(event.text, event.value)
             return lines or [f"; {event.text}: the cell has no lines for it"]
         if event.kind is ProgramEventKind.DWELL:
-            return [f"WAIT SEC {krl_number(event.value, 3)}"]
+            return [f"WAIT SEC {fixed_decimals(event.value, 3)}"]
         if event.kind is ProgramEventKind.TOOL:
             frame = frame_aggregate(tuple(self._program.tools[int(event.value)]), FRAME_DECIMALS)
             return ["$TOOL = " + frame]

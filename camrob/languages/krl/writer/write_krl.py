@@ -8,10 +8,11 @@ import numpy as np
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.findings import Finding
-from camrob.languages.krl.krl_text import NAME_LENGTH, comment_text, frame_aggregate, krl_name, krl_number
+from camrob.languages.krl.krl_text import NAME_LENGTH, comment_text, frame_aggregate, krl_name
 from camrob.languages.krl.rounding import ANGLE_DECIMALS, EXTERNAL_DECIMALS, FRAME_DECIMALS, LENGTH_DECIMALS
 from camrob.languages.krl.writer.body import KrlBody
 from camrob.program.motion import Motion
+from camrob.program.printed import fixed_decimals
 from camrob.program.program import Program
 from camrob.program.sub_programs import split_parts
 
@@ -37,7 +38,7 @@ def iter_krl(
     A program that passes `max_lines` motions (None: the cell's) or the cell's bytes a file is cut at safe retracts.
     NAME.src then sets everything up, runs the PTP motions that lead in, and calls the parts in turn; a part has no
     initialisation, it only says `$VEL.CP` before its first CP motion. 7-bit text, CRLF. Every number is the one in
-    `program`, whose poses and axes must be rounded already (`round_pose`, `round_axes`); tool, base and speed are
+    `program`, whose poses and axes must be rounded already (`rounding`); tool, base and speed are
     rounded here. Memory: one file at a time.
     `findings`, where given, receives a warning for every border that lies in a cut.
 
@@ -127,21 +128,21 @@ def _opening(program: Program, controller: ControllerSettings, body: KrlBody) ->
     lines.append(";FOLD INI")
     if controller.stop_message:  # as in KUKA's own template of a program
         lines += ["GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )", "INTERRUPT ON 3"]
-    lines += ["BAS (#INITMOV,0 )", f"BAS (#VEL_PTP,{krl_number(controller.ptp_velocity_percent, 0)} )"]
+    lines += ["BAS (#INITMOV,0 )", f"BAS (#VEL_PTP,{fixed_decimals(controller.ptp_velocity_percent, 0)} )"]
     if controller.tool_number is not None:
         lines.append(f"BAS (#TOOL,{controller.tool_number} )")
     if controller.base_number is not None:
         lines.append(f"BAS (#BASE,{controller.base_number} )")
     lines += [
         f"$ADVANCE = {controller.advance}",
-        f"$ACC.CP = {krl_number(controller.acc_cp, 4)}",
-        f"$VEL.ORI1 = {krl_number(controller.vel_ori_deg_s, 3)}",
-        f"$VEL.ORI2 = {krl_number(controller.vel_ori_deg_s, 3)}",
-        f"$ACC.ORI1 = {krl_number(controller.acc_ori_deg_s2, 3)}",
-        f"$ACC.ORI2 = {krl_number(controller.acc_ori_deg_s2, 3)}",
+        f"$ACC.CP = {fixed_decimals(controller.acc_cp, 4)}",
+        f"$VEL.ORI1 = {fixed_decimals(controller.vel_ori_deg_s, 3)}",
+        f"$VEL.ORI2 = {fixed_decimals(controller.vel_ori_deg_s, 3)}",
+        f"$ACC.ORI1 = {fixed_decimals(controller.acc_ori_deg_s2, 3)}",
+        f"$ACC.ORI2 = {fixed_decimals(controller.acc_ori_deg_s2, 3)}",
         f"$ORI_TYPE = {controller.ori_type}",
         f"$CIRC_TYPE = {controller.circ_type}",
-        f"$APO.CDIS = {krl_number(controller.apo_cdis_mm, 3)}",
+        f"$APO.CDIS = {fixed_decimals(controller.apo_cdis_mm, 3)}",
     ]
     if controller.act_ex_ax:
         lines.append(f"$ACT_EX_AX = {controller.act_ex_ax}")

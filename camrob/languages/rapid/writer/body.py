@@ -17,11 +17,12 @@ from camrob.languages.rapid.rapid_numbers import (
     SPEED_DECIMALS,
     quaternions,
 )
-from camrob.languages.rapid.rapid_text import comment_text, rapid_number, row
+from camrob.languages.rapid.rapid_text import comment_text, row
 from camrob.languages.rapid.writer.mounted_tools import MountedTools
 from camrob.languages.rapid.writer.printable import check_program
 from camrob.program.axis_turns import quarters_of, turn_of
 from camrob.program.motion import Motion, Turning
+from camrob.program.printed import fixed_decimals
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 from camrob.units import m_to_mm
 
@@ -69,7 +70,7 @@ class RapidBody:
         self._conf = np.column_stack([quarters_of(np.where(posed, turn, 0)), branch])
         self._quaternion = quaternions(program.pose[:, 3:])
         self._slot = {int(name[1:]) - 1: k for k, name in enumerate(program.external_names)}
-        self._turning = rapid_number(controller.vel_ori_deg_s, SPEED_DECIMALS)
+        self._turning = fixed_decimals(controller.vel_ori_deg_s, SPEED_DECIMALS)
 
     def hook(self, name: str, value: float = 0.0) -> list[str]:
         """Lines of one of the cell's hooks, held to the line length."""
@@ -119,7 +120,7 @@ class RapidBody:
             return f"{INDENT}{INDENT}MoveAbsJ {target}\\NoEOffs,{names.joint_speed},fine{behind}"
         if kind == Motion.PTP_POSE:
             return f"{INDENT}{INDENT}MoveJ {self._robtarget(at)},{names.joint_speed},fine{behind}"
-        speed = f"[{rapid_number(m_to_mm(float(p.speed[at])), SPEED_DECIMALS)},{self._turning},{_FREE_AXES}]"  # mm/s
+        speed = f"[{fixed_decimals(m_to_mm(float(p.speed[at])), SPEED_DECIMALS)},{self._turning},{_FREE_AXES}]"  # mm/s
         zone = names.zone if p.approximate[at] else "fine"
         if kind == Motion.LIN:
             return f"{INDENT}{INDENT}MoveL {self._robtarget(at)},{speed},{zone}{behind}"
@@ -136,7 +137,7 @@ class RapidBody:
         """`[eax_a,..,eax_f]`, 9E9 where there is no such axis."""
         values = self._program.external[at].tolist()
         said = (
-            rapid_number(values[self._slot[k]], EXTERNAL_DECIMALS) if k in self._slot else _ABSENT
+            fixed_decimals(values[self._slot[k]], EXTERNAL_DECIMALS) if k in self._slot else _ABSENT
             for k in range(_SLOTS)
         )
         return f"[{','.join(said)}]"
@@ -147,7 +148,7 @@ class RapidBody:
             lines = self.hook(event.text, event.value)
             return lines or [f"{INDENT}{INDENT}! {event.text}: the cell has no lines for it"]
         if event.kind is ProgramEventKind.DWELL:
-            return [f"{INDENT}{INDENT}WaitTime\\InPos,{rapid_number(event.value, 3)};"]  # milliseconds
+            return [f"{INDENT}{INDENT}WaitTime\\InPos,{fixed_decimals(event.value, 3)};"]  # milliseconds
         if event.kind in (ProgramEventKind.COMMENT, ProgramEventKind.REGION) and event.text:
             mark = "! " if event.kind is ProgramEventKind.COMMENT else "! ==== "
             room = self._controller.max_line_length - len(INDENT) * 2 - len(mark)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import JobError
-from camrob.languages.rapid.rapid_numbers import round_axes, round_external, round_frame, round_pose, round_speed
+from camrob.languages.rapid import rapid_numbers
 from camrob.program.motion import Motion
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 from camrob.units import rad_to_deg
@@ -54,15 +54,15 @@ def _check_kinds(program: Program) -> None:
 
 def _check_numbers(program: Program) -> None:
     """Everything finite, and with the decimals that are printed."""
-    pose, external = round_pose(program.pose, program.external)
+    pose, external = rapid_numbers.pose(program.pose, program.external)
     pairs = (
         ("pose", program.pose, pose),
         ("external", program.external, external),
-        ("axes", program.axes, round_axes(program.axes)),
-        ("external", program.external, round_external(program.external)),
-        ("tool", program.tool, round_frame(program.tool)),
-        ("base", program.base, round_frame(program.base)),
-        ("tools", program.tools, round_frame(program.tools)),
+        ("axes", program.axes, rapid_numbers.axes(program.axes)),
+        ("external", program.external, rapid_numbers.external(program.external)),
+        ("tool", program.tool, rapid_numbers.frame(program.tool)),
+        ("base", program.base, rapid_numbers.frame(program.base)),
+        ("tools", program.tools, rapid_numbers.frame(program.tools)),
     )
     for name, values, rounded in pairs:
         if not np.all(np.abs(values) < _LARGEST):
@@ -70,7 +70,7 @@ def _check_numbers(program: Program) -> None:
         if not np.all(np.abs(values - rounded) <= _SAME):
             raise ValueError(f"{name} holds a value with more decimals than are printed")
     speed = program.speed[program.kind >= Motion.LIN]
-    if not np.all((speed > 0.0) & (speed < _LARGEST)) or not np.all(round_speed(speed) == speed):
+    if not np.all((speed > 0.0) & (speed < _LARGEST)) or not np.all(rapid_numbers.speed(speed) == speed):
         raise ValueError("a speed is none, or has more decimals than are printed")
 
 

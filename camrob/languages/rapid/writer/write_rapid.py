@@ -20,9 +20,10 @@ from camrob.languages.rapid.rapid_numbers import (
     quaternions,
 )
 from camrob.languages.rapid.rapid_settings import RapidSettings, rapid_settings
-from camrob.languages.rapid.rapid_text import NAME_LENGTH, comment_text, rapid_name, rapid_number, row
+from camrob.languages.rapid.rapid_text import NAME_LENGTH, comment_text, rapid_name, row
 from camrob.languages.rapid.writer.body import INDENT, Names, RapidBody
 from camrob.program.motion import Motion
+from camrob.program.printed import fixed_decimals
 from camrob.program.program import Program
 from camrob.program.sub_programs import split_parts
 
@@ -95,7 +96,7 @@ def iter_rapid(
 
 def opening_statements(controller: ControllerSettings, settings: RapidSettings, loadless: Iterable[str]) -> list[str]:
     """The statements that a program opens with; `loadless`: its tooldata whose load is the controller's own."""
-    acceleration = rapid_number(controller.acc_cp, 4)  # decimals of m/s2
+    acceleration = fixed_decimals(controller.acc_cp, 4)  # decimals of m/s2
     said = [f"ActUnit {unit};" for unit in settings.active_units]
     said += [
         "PDispOff;",
@@ -151,12 +152,12 @@ def _load(load: np.ndarray | None) -> str:
     """A loaddata, taken as a point; the one of ABB's tool0 until the opening sets the controller's own."""
     if load is None:
         return "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
-    return f"[{rapid_number(float(load[0]), LOAD_DECIMALS)},{row(load[1:].tolist(), LOAD_DECIMALS)},[1,0,0,0],0,0,0]"
+    return f"[{fixed_decimals(float(load[0]), LOAD_DECIMALS)},{row(load[1:].tolist(), LOAD_DECIMALS)},[1,0,0,0],0,0,0]"
 
 
 def _zone(distance_mm: float) -> str:
     """A zonedata: one distance for tool and external axes, a tenth of it in degrees, as ABB's own z0 and z1 have it."""
-    mm, degrees = rapid_number(distance_mm, 3), rapid_number(0.1 * distance_mm, 4)  # decimals
+    mm, degrees = fixed_decimals(distance_mm, 3), fixed_decimals(0.1 * distance_mm, 4)  # decimals
     return f"[FALSE,{mm},{mm},{mm},{degrees},{mm},{degrees}]"
 
 
