@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -39,8 +37,6 @@ from camrob.program.program import Program
 from camrob.progress import Progress
 from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.published.virtual_joint import resolve_vjm
-from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Solution
 from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
@@ -50,7 +46,6 @@ __all__ = ["FEEDS", "PostResult", "post"]
 
 Array = NDArray[np.float64]
 
-COMPARED = 20_000  # points up to which the report shows the path resolved in other ways beside
 FEEDS = ("program", "optimal")
 _ACCURATE_WAYS = 2  # of a plan for accuracy, before those by conditioning are tried: the knee, and still axes
 
@@ -355,44 +350,24 @@ def _save_path(file: Path, made: _Made) -> None:
 def _report(file: Path, summary: PostSummary, made: _Made) -> None:
     import trimesh
 
+    from camrob.jobs.release.shown import other_ways, run_shown, stock_shown
     from camrob.report.post.page import post_report
 
-    inputs, solution = made.inputs, made.solution
-    body = inputs.part if inputs.part is not None else inputs.stock
+    inputs, solution, folder = made.inputs, made.solution, file.parent
+    body = inputs.part
     page = post_report(
         summary,
         inputs.cell,
         inputs.path,
         solution,
         findings=made.findings,
+        run=run_shown(folder, made.back.text, made.back.coverage, inputs.path, made.feed.at),
+        stock=stock_shown(inputs, made.feed.at),
         part_mesh=None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body)),
         base_T_part=np.asarray(inputs.setup.base_T_part),
-        comparison=_comparison(inputs, solution),
+        comparison=other_ways(inputs, solution),
         bound=None if solution.plan is None else np.asarray(solution.plan.bound),
         reached=made.feed.reached(inputs.path),
         torques=(made.feed.sampled, made.feed.torques),
     )
     file.write_text(page, encoding="utf-8")
-
-
-def _comparison(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
-    """1/k_F (N,) of the same path resolved in other ways; a way that fails, and all of them for long paths, are left out."""
-    if len(inputs.path) > COMPARED:
-        return {}
-    even = even_weights(inputs.cell)
-    ways = {"published method": partial(resolve_vjm)}
-    if solution.method == "vjm":
-        ways = {
-            "all weights alike": partial(resolve_vjm, weighting=even),
-            "without revision": partial(resolve_vjm, revise=False),
-        }
-    others = {}
-    for name, way in ways.items():
-        with suppress(JobError):
-            others[name] = np.concatenate(
-                [
-                    np.asarray(way(here.cell, here.path).inv_kf)
-                    for here in (inputs.of_stretch(k, None) for k in range(len(inputs.path.stretches)))
-                ]
-            )
-    return others

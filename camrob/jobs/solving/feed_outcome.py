@@ -91,11 +91,15 @@ class FeedOutcome:
         run = self.timing if self.plan is None else self.plan
         return run.losses if self.held is None else self.held.losses(cell, path, run.at, run.cause, run.causes)
 
+    @property
+    def at(self) -> Array:
+        """When the program, as it will be run, is at each point of the path (N,), s."""
+        return np.asarray(self.timing.at if self.plan is None else self.plan.at)
+
     def reached(self, path: ToolPathInBase) -> Array:
         """Mean speed (N,) on the way to each point of cutting as it will be run, m/s; NaN elsewhere."""
-        at = self.timing.at if self.plan is None else self.plan.at
         way = np.diff(np.asarray(path.length), prepend=0.0)
-        seconds = np.diff(np.asarray(at), prepend=0.0)
+        seconds = np.diff(self.at, prepend=0.0)
         moves = path.cutting & (seconds > 0.0) & (way > 0.0)
         return np.where(moves, way / np.where(moves, seconds, 1.0), np.nan)
 

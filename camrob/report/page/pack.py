@@ -7,7 +7,7 @@ import base64
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["packed_floats", "packed_integers"]
+__all__ = ["packed_floats", "packed_integers", "packed_shorts"]
 
 
 def _packed(values: ArrayLike, dtype: str, name: str) -> dict[str, str]:
@@ -23,3 +23,8 @@ def packed_floats(values: ArrayLike) -> dict[str, str]:
 def packed_integers(values: ArrayLike) -> dict[str, str]:
     """Signed 32-bit numbers, flattened."""
     return _packed(values, "<i4", "i4")
+
+
+def packed_shorts(values: ArrayLike) -> dict[str, str]:
+    """Unsigned 16-bit numbers, flattened."""
+    return _packed(values, "<u2", "u2")

@@ -15,9 +15,12 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, page, plot_text
 from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
-from camrob.report.page.viewer import ROLE_COLORS, scene_data
+from camrob.report.page.stock import StockOnPage
+from camrob.report.page.timeline import Run
+from camrob.report.page.viewer import scene_data
 from camrob.report.post.feed_sections import feed_section, torque_chart, torque_section
 from camrob.report.post.plan_section import plan_section
+from camrob.report.post.player_section import player_section
 from camrob.report.post.sections import cards, headline, regions_table, verdict, warnings_table
 from camrob.report.post.weights_section import weights_along, weights_chart
 from camrob.summaries.post_summary import PostSummary
@@ -37,7 +40,9 @@ def post_report(
     path: ToolPathInBase,
     solution: Solution,
     *,
+    run: Run,
     findings: Iterable[Finding],
+    stock: StockOnPage | None = None,
     part_mesh: trimesh.Trimesh | None = None,
     base_T_part: Array | None = None,
     comparison: Mapping[str, Array] | None = None,
@@ -47,17 +52,15 @@ def post_report(
 ) -> str:
     """The page for a posted program, as text.
 
-    part_mesh: the part in its own frame, metres, placed by base_T_part (4, 4), the
-    identity by default. comparison: 1/k_F (N,) of other solutions of the same path by their names (the paper's Figure
-    10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches at each point. reached: (N,)
-    m/s while cutting; torques: points and what the axes need there. The same arguments give the same text. Raises
-    ValueError where an array doesn't have the path's length.
+    run: when the program is where, and what it says there. stock: as it is cut. part_mesh: the part in its own frame, metres,
+    placed by base_T_part (4, 4), the identity by default. comparison: 1/k_F (N,) of other solutions of the same path by their
+    names (the paper's Figure 10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches at each
+    point. reached: (N,) m/s while cutting; torques: points and what the axes need there. The same arguments give the same
+    text. Raises ValueError where an array doesn't have the path's length.
     """
     others = {name: np.asarray(kf, float) for name, kf in (comparison or {}).items()}
     best = None if bound is None else np.asarray(bound, float)
-    for name, kf in [("solution", solution.inv_kf), *others.items(), *([] if best is None else [("bound", best)])]:
-        if kf.shape != (len(path),):
-            raise ValueError(f"1/k_F of {name!r} has shape {kf.shape}, the path has {len(path)} points")
+    _demand_length(len(path), {"solution": solution.inv_kf, **others, **({} if best is None else {"bound": best})})
     found = list(findings)
     threshold = cell.resolve.threshold
     names = {r.index: r.name or f"region {r.index}" for r in summary.regions}
@@ -68,6 +71,8 @@ def post_report(
         path,
         solution,
         names,
+        run,
+        stock=stock,
         part_mesh=part_mesh,
         threshold=threshold,
         base_T_part=np.eye(4) if base_T_part is None else base_T_part,
@@ -79,7 +84,7 @@ def post_report(
             verdict(summary, found),
             warnings_table(found, names),
             cards(summary, cell, path, threshold=threshold),
-            _scene_section(cell, with_part=part_mesh is not None),
+            player_section(cell, scene, with_part=part_mesh is not None),
             *(_chart_section(chart) for chart in charts),
             feed_section(summary.feed),
             torque_section(summary.torques),
@@ -97,6 +102,12 @@ def post_report(
         "scene": scene,
     }
     return page(f"{summary.program}: report", body, data)
+
+
+def _demand_length(points: int, given: Mapping[str, Array]) -> None:
+    for name, kf in given.items():
+        if kf.shape != (points,):
+            raise ValueError(f"1/k_F of {name!r} has shape {kf.shape}, the path has {points} points")
 
 
 def _charts(
@@ -187,39 +198,3 @@ def _chart_section(chart: Chart) -> str:
         f'<section><h2>{chart["title"]}</h2><div class="chart" id="{chart["id"]}" '
         f'style="height:{int(chart["layout"]["height"])}px"></div><p class="caption">{chart["caption"]}</p></section>'
     )
-
-
-def _scene_section(cell: Cell, *, with_part: bool) -> str:
-    """The frame of the 3D view: picture, slider, and the posture read out axis by axis."""
-    rows = []
-    for k, name in enumerate(cell.axis_names):
-        endless = cell.joints[cell.index(name)].endless
-        gauge = '<div class="gauge endless" title="endless"></div>' if endless else '<div class="gauge"><i></i></div>'
-        rows.append(f'<div class="axis" id="axis-{k}"><b>{escape(name)}</b>{gauge}<span class="v"></span></div>')
-    roles = ["arm", "spindle", "tool", "carriage", "table", "floor", *(["part"] if with_part else [])]
-    legend = "".join(f'<span><i style="background:{ROLE_COLORS[role]}"></i>{_ROLE_TEXT[role]}</span>' for role in roles)
-    return (
-        '<section><h2>The cell at a point of the path</h2><div class="stage"><div><div id="view"></div>'
-        '<div class="bar"><button id="play" type="button">Play</button>'
-        '<input id="stop" type="range" min="0" max="0" value="0" aria-label="point of the path">'
-        '<button id="see-cell" type="button">Cell</button><button id="see-part" type="button">Part</button></div>'
-        f'<div class="legend">{legend}<span><i style="background:#8a93a0"></i>travel through air</span></div></div>'
-        f'<div class="readout"><div class="where" id="where"></div>{"".join(rows)}'
-        '<p class="caption">Bars span each axis from lower to upper limit; the mark turns red within 3 % of '
-        "one.</p></div></div>"
-        '<p class="caption">The path is coloured by 1/k<sub>F</sub>: blue and green well conditioned, amber at the '
-        "threshold, red below. Move the slider (arrow keys work too) to see the robot there; table, part and path turn "
-        "with it, the floor stands still. Look for red stretches, and for the arm coming near the table or the part. The "
-        "bodies are the cell's collision shapes.</p></section>"
-    )
-
-
-_ROLE_TEXT = {
-    "arm": "arm",
-    "spindle": "spindle",
-    "tool": "tool",
-    "carriage": "robot's foot and carriage",
-    "table": "table",
-    "floor": "floor and what stands on it",
-    "part": "part",
-}

@@ -157,7 +157,7 @@ def cards(summary: PostSummary, cell: Cell, path: ToolPathInBase, *, threshold: 
         _card(
             "Regions",
             f"{len(summary.regions):,}",
-            f"posture revised before {revised:,}" if revised else "no posture revision",
+            f"posture revised before {revised:,} of them" if revised else "no posture revision",
         ),
         _card("Time", duration(summary.time_s.program), time_note),
         _card("Lowest 1/k<sub>F</sub>", number(conditioning.inv_kf_min, 3), kf_note, "warn" if low else ""),

@@ -1,0 +1,90 @@
+"""What the report shows of a program beside its figures: times, lines, the stock as it is cut, and other ways to resolve it."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.controller.against import Coverage
+from camrob.cutting.cutter import Cutter
+from camrob.cutting.seen import seen_stock
+from camrob.cutting.way import Way
+from camrob.errors import InputError, JobError
+from camrob.jobs.files.inputs import JobInputs
+from camrob.program.program_text import ProgramText
+from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.published.weighting import even_weights
+from camrob.redundancy.solution import Solution
+from camrob.report.page.stock import StockOnPage
+from camrob.report.page.timeline import Run
+from camrob.se3 import inverse
+
+__all__ = ["other_ways", "run_shown", "stock_shown"]
+
+Array = NDArray[np.float64]
+
+COMPARED = 20_000  # points up to which the path is resolved in other ways, too
+_SAID = 20_000  # points up to which the page carries the program's lines
+_CARVED = 200_000  # points up to which the stock is cut for the picture: some seconds
+_OFF = 2e-5  # m that a move of the picture's cut may leave out of a path
+
+
+def run_shown(folder: Path, text: ProgramText, coverage: Coverage, path: ToolPathInBase, at: Array) -> Run:
+    """The run of a program whose files lie in `folder`; `at` (N,): s at each point of the path."""
+    if len(path) > _SAID:
+        return Run(at)
+    written = [(folder / name).read_text(encoding="utf-8", errors="replace").splitlines() for name in text.files]
+    lines = [""] * len(path)
+    motion = np.asarray(coverage.motion)
+    for point, row in zip(np.flatnonzero(path.of_toolpath).tolist(), motion.tolist(), strict=True):
+        if row >= 0:
+            file, line = int(text.file[row]), int(text.line[row])
+            lines[point] = f"{text.files[file]} {line}: {written[file][line - 1].strip()}"
+    return Run(at, lines)
+
+
+def stock_shown(inputs: JobInputs, at: Array) -> StockOnPage | None:
+    """The set-up's stock as the path cuts it, at times `at` (N,); uncut where a cutter's shape is not known, or where the path is
+    too long; None where the set-up has no stock.
+    """
+    if inputs.stock is None:
+        return None
+    tool, path, corner = inputs.tool, inputs.path, inputs.tool.corner
+    known = len(inputs.mounted) == 1 and tool.diameter and tool.length
+    if not known or len(path) > _CARVED or corner is None or corner > min(0.5 * tool.diameter, tool.length):
+        return StockOnPage(inputs.stock, None)
+    part_T_tip = inverse(np.asarray(inputs.setup.base_T_part)) @ np.asarray(path.base_T_tip)
+    cutter = Cutter(0.5 * tool.diameter, corner, tool.length)
+    way = Way.of(part_T_tip[:, :3, 3].copy(), part_T_tip[:, :3, 2].copy(), cutter, tolerance=_OFF)
+    try:
+        return StockOnPage(inputs.stock, seen_stock(inputs.stock, way.moves, at[way.kept[1:]]))
+    except InputError:  # a mesh that isn't closed has no inside to cut
+        return StockOnPage(inputs.stock, None)
+
+
+def other_ways(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
+    """1/k_F (N,) of the same path resolved in other ways; a way that fails, and all of them for long paths, are left out."""
+    if len(inputs.path) > COMPARED:
+        return {}
+    even = even_weights(inputs.cell)
+    ways = {"published method": partial(resolve_vjm)}
+    if solution.method == "vjm":
+        ways = {
+            "all weights alike": partial(resolve_vjm, weighting=even),
+            "without revision": partial(resolve_vjm, revise=False),
+        }
+    others = {}
+    for name, way in ways.items():
+        with suppress(JobError):
+            others[name] = np.concatenate(
+                [
+                    np.asarray(way(here.cell, here.path).inv_kf)
+                    for here in (inputs.of_stretch(k, None) for k in range(len(inputs.path.stretches)))
+                ]
+            )
+    return others
