@@ -68,6 +68,8 @@ def test_what_the_witness_does_not_read_is_verified_in_part(tmp_path: Path, name
         ("words.ngc", WORDS),
         ("jump.mpf", SIEMENS.replace("N70 X10", "N65 IF 1>0 GOTOF N70\nN68 X99\nN70 X10")),
         ("label.h", KLARTEXT.replace("5 L X+10", "5 LBL 1\n6 L IX+5\n6 CALL LBL 1 REP1")),
+        ("t.nc", "G21 G90 G94\nT1\nS6000 M3\nG0 X0 Y0 Z40\nG1 Z0 F500\nX10\nG0 Z40\nM5\nM30\n"),
+        ("t0.nc", "G21 G90 G94\nT1 M6\nS6000 M3\nG0 X0 Y0 Z40\nG1 Z0 F500\nX10\nG0 Z40\nM5\nT0 M6\nM30\n"),
         ("r.nc", "G21 G90\nT1 M6\nS3000 M3\nG0 X0 Y0 Z40\nG1 Z0 F500\nX9 ,R2\nY9 ,C1\nX0\nG0 Z40\nM30\n"),
     ],
 )

@@ -135,11 +135,14 @@ def test_what_controls_compute_differently_is_read_only_where_it_is_known_whose_
 def test_variables_of_linuxcnc_change_behind_their_block_and_belong_to_their_call(tell):
     assert [p[0] for p in mm(tell(HEAD + "#3=5\n#<x>=1\n#3=6 G1 X#3\nX#3\nM2\n", name="a.nc"))] == [0, 5, 6]
     text = HEAD + (
-        "o9 sub\n#1=[#1*2]\n#31=#1\n#<in>=3\nG1 X#1 Y#2\no9 endsub [#1+1]\n#1=50\n#2=8\n#<in>=4\no9 call [20]\n"
+        "o9 sub\n#1=[#1*2]\n#31=#1\n#<in>=3\nG1 X#1 Y#2\no9 endsub [#1+1]\n#1=50\n#<in>=4\no9 call [20]\n"
         "G1 X#1 Y#<in>\nG1 X#31 Y#<_value>\nM2\n"
     )
     story = tell(text, name="a.nc")
-    assert story.complete and mm(story) == [[0, 0, 10], [40, 8, 10], [50, 4, 10], [40, 41, 10]]
+    assert story.complete and mm(story) == [[0, 0, 10], [40, 0, 10], [50, 4, 10], [40, 41, 10]]
+    # The manual gives a value that isn't passed to the subroutine as the caller has it, the control's source 0.
+    open_ = tell(text.replace("#1=50\n", "#1=50\n#2=8\n"), name="a.nc")
+    assert [(gap.first_line, "#2" in gap.text) for gap in open_.gaps] == [(8, True)]
 
 
 @pytest.mark.parametrize(("value", "x"), [(1, 1), (2, 2), (5, 3)])

@@ -82,13 +82,18 @@ class FeedReader:
             )
         known = [w for w in words if w in _PER_MINUTE or w in _PER_TURN]
         last = "" if self.modal is None else self.modal.word
-        if not known and self.forced is None and (_PER_MINUTE.get(last) or self.units) != self.units:
+        per_turn = last in _PER_TURN  # without a unit, a feed counts as the one before it
+        if (
+            not known
+            and self.forced is None
+            and ((_PER_TURN if per_turn else _PER_MINUTE).get(last) or self.units) != self.units
+        ):
             raise ToolpathError(
                 f"FEDRAT/{statement.text.strip()} names no unit: the last feed was in {last}, and lengths are in {self.units}",
                 hint="output each feed with its unit",
                 line=statement.line,
             )
-        self.modal = Feed(numbers[0], known[0] if known else "", statement.line)
+        self.modal = Feed(numbers[0], known[0] if known else last if per_turn else "", statement.line)
         return [w for w in words if w not in known]
 
     def speed(self, line: int, feed: Feed | None = None) -> float:

@@ -130,10 +130,15 @@ def _guess_units(machine: Machine, data: bytes) -> str:
     feeds = machine.feeds
     if feeds.forced is not None or _UNITS.search(data):
         return ""
-    match = _FEED_UNIT.search(data)
-    if match is None:
+    said = {match[1].upper().startswith(b"I") for match in _FEED_UNIT.finditer(data)}
+    if not said:
         return "the file names no unit of length"
-    feeds.units = "inch" if match[1].upper().startswith(b"I") else "mm"
+    if len(said) > 1:
+        raise ToolpathError(
+            "the file names no unit of length, and its feeds are in millimetres and in inches",
+            hint="--units mm or inch",
+        )
+    feeds.units = "inch" if True in said else "mm"
     return "the file names no unit of length, and its feeds are in inches" if feeds.units == "inch" else ""
 
 

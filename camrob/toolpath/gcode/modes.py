@@ -101,6 +101,11 @@ _SILENT = frozenset(
     )
 )
 _MOVES = frozenset((0, 10, 20, 30))
+# Of each of these one holds: of two in a block, LinuxCNC takes none, and others the last one.
+_GROUPS = tuple(
+    frozenset(group)
+    for group in ((170, 180, 190), (200, 210), (700, 710), (900, 910), (901, 911), (930, 940, 950), (980, 990))
+)
 _PLANE_ORDERS = frozenset(("121", "131", "212", "232", "313", "323"))
 
 
@@ -110,6 +115,8 @@ def apply_setup(codes: list[int], block: Block, modal: Modal, frame: ToolFrame, 
     True where they used the block's coordinates up. Raises ToolpathError for codes that are refused or unknown.
     """
     consumed = False
+    if len(codes) > 1:
+        _one_of_each(codes)
     for code in sorted(codes, key=lambda c: _RANK.get(c, 99)):
         handler = _HANDLERS.get(code)
         if handler is not None:
@@ -134,6 +141,15 @@ def apply_setup(codes: list[int], block: Block, modal: Modal, frame: ToolFrame, 
         if code == 690:
             frame.untilt()
     return consumed
+
+
+def _one_of_each(codes: list[int]) -> None:
+    """Refuse two modes of one group in a block."""
+    for group in _GROUPS:
+        if len(both := sorted(group & set(codes))) > 1:
+            raise ToolpathError(
+                f"G{both[0] / 10:g} and G{both[1] / 10:g} in one block", hint="keep the one that is meant"
+            )
 
 
 def _units(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:

@@ -59,6 +59,7 @@ class AptReader(AptProcess):
         """Reads all of the text. Raises ToolpathError where it is no CL data."""
         source = Source(text)
         self._lines = source.lines
+        self._by_number = not re.search(r"^[ \t]*(LOADTL[ \t]*/|LOAD[ \t]*/[ \t]*TOOL)", text, re.I | re.M)
         self._all(source)
         self._end_curve()
         if self._opened:
@@ -123,11 +124,11 @@ class AptReader(AptProcess):
             "MSYS": place.msys, "CSYS": place.csys, "TRNTYP": place.trntyp, "TLAXIS": place.tlaxis, "ROTABL": place.rotabl,
             "ROTHED": place.rotabl, "CAMERA": place.camera, "UNITS": self._set_units, "UNIT": self._set_units,
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
-            "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
+            "LOADTL": self._load, "TURRET": self._load,  "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
             "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._feature,
             "OPFEATEND": self._end_of_path, "CUTCOM": self._offsets.cutcom, "INSERT": self._insert,
             "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
-            "TLCOMP": self._offsets.cutcom, "INDEX": self._set_index,
+            "UNLOAD": self._unload, "TOOLNO": self._toolno, "TLCOMP": self._offsets.cutcom, "INDEX": self._set_index,
             "COPY": self._copy, "TRACUT": self._tracut, "MOVARC": self._movarc,
             "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
         }  # fmt: skip
@@ -303,7 +304,9 @@ class AptReader(AptProcess):
             if self._dialect == "fusion-apt":
                 self._cycle = Cycle(problem="CYCLE of Autodesk's, whose heights count in its own way")
                 return
-            self._cycle = apt_cycle(fields, self._place.scale, self._dialect == "catia", self._tell)
+            self._cycle = apt_cycle(
+                fields, self._place.scale, self._dialect == "catia", self._tell, forced=self._fixed_units
+            )
             depth = number(fields[fields.index("FEDTO") + 1]) if "FEDTO" in fields[:-1] else None
             if self._dialect == "nx-clsf" and depth is not None and depth > 0.0:  # NX counts depths upwards
                 self._cycle = Cycle(problem=UPWARD)

@@ -14,14 +14,19 @@ from camrob.witness.units import INCH_MM, mm_to_m
 
 __all__ = ["AptProcess"]
 
+_SENSES = {"CCLW": "CCLW", "CCW": "CCLW", "CLW": "CLW", "CW": "CLW"}
+
 
 class AptProcess:
     """The process of one file. tools: diameters (m) of the set-up's by their numbers, 0 for any."""
 
     def __init__(self, tell: Teller, dialect: str, place: Placing, tools: Mapping[int, float]) -> None:
         self._tell, self._dialect, self._place, self._tools = tell, dialect, place, tools
+        self._cut_by: tuple[float, ...] = ()  # the numbers of CUTTER
         self._wide, self._number = 0.0, 0  # the cutter's diameter as the file has it, m; the tool's number
         self._per = ""  # unit of the feed
+        self._fixed_units = False  # the caller has said the unit, over what the file says
+        self._by_number = False  # TOOLNO, or a cutter of another size, changes the tool: nothing else in the file does
         self._unknown: dict[str, int] = {}
 
     def _fedrat(self, s: Statement) -> None:
@@ -32,7 +37,7 @@ class AptProcess:
             self._tell.gap(s.line, f"FEDRAT/{s.rest.strip()[:40]}: not understood", last=s.last, lost=False)
             return
         self._per = known[0] if known else self._per or "PERMIN"
-        one, per = feed_unit(self._per, self._place.scale) or (0.0, "min")
+        one, per = feed_unit(self._per, self._place.scale, forced=self._fixed_units) or (0.0, "min")
         if values:
             self._tell.set_feed(values[0] * one, per)
 
@@ -45,13 +50,13 @@ class AptProcess:
                 del fields[at : at + 2]
         values = [v for v in map(number, fields) if v is not None]
         words = set(fields)
-        sense = next((w for w in ("CCLW", "CLW") if w in words), None)
+        sense = next((said for w, said in _SENSES.items() if w in words), None)
         strange = {"SFPM", "CSS"} & words
         if {"OFF", "LOCK", "ORIENT", "NEUTRL"} & words or values == [0.0]:  # locked at an angle, it stands
             self._tell.spindle_off(s.line)
         elif {"SFM", "SMM"} & words and len(values) == 1:
             self._tell.spindle(s.line, min(self._turns(values[0], "SFM" in words), most), sense)
-        elif strange or len(values) > 1 or not (values or {"ON", "CLW", "CCLW"} & words):
+        elif strange or len(values) > 1 or not (values or {"ON", *_SENSES} & words):
             self._tell.spindle(s.line, float("nan"), sense)
         else:
             self._tell.spindle(s.line, min(values[0], most) if values else None, sense)
@@ -70,20 +75,31 @@ class AptProcess:
 
     def _load(self, s: Statement) -> None:
         words = [w for w in s.words if w not in ("TOOL", "ADJUST", "MANUAL")]
-        if s.major == "LOAD" and "TOOL" not in s.fields:
-            self._unknown["LOAD"] = self._unknown.get("LOAD", 0) + 1
+        if (s.major == "LOAD" and "TOOL" not in s.fields) or (s.major == "TURRET" and not s.numbers):
+            self._unknown[s.major] = self._unknown.get(s.major, 0) + 1  # TURRET/LEFT: which turret
             return
         self._number = int(s.numbers[0]) if s.numbers else 0
         self._tell.tool(s.line, s.numbers[0] if s.numbers else 0.0, "" if s.numbers else next(iter(words), ""))
+
+    def _toolno(self, s: Statement) -> None:
+        """A description, and the change itself where the file has no other word for it."""
+        if self._by_number and s.numbers:
+            self._number = int(s.numbers[0])
+            self._tell.tool(s.line, s.numbers[0])
+
+    def _unload(self, s: Statement) -> None:
+        self._tell.unload(s.line)
 
     def _tldata(self, s: Statement) -> None:
         if s.numbers and not {"TURN", "GROOVE", "THREAD"} & set(s.words):
             self._wide = s.numbers[0] * self._place.scale
 
     def _cutter(self, s: Statement) -> None:
-        """The cutter's measures: where no statement names tools (.clt), other measures are another tool."""
+        """The cutter's measures: where no statement names tools (.clt, and others), other measures are another tool."""
+        before, self._cut_by = self._cut_by, tuple(s.numbers)
+        another = self._by_number and not self._number and any(before) and before != self._cut_by and self._tell.n > 0
         self._wide = s.numbers[0] * self._place.scale if s.numbers else 0.0
-        if self._dialect == "camworks-clt":
+        if self._dialect == "camworks-clt" or another:
             self._tell.tool(s.line, 0.0, "CUTTER " + " ".join(f"{value:g}" for value in s.numbers))
 
     def _delay(self, s: Statement) -> None:

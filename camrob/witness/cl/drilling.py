@@ -52,12 +52,17 @@ _PER_MINUTE = {"MMPM": 1.0, "IPM": INCH_MM}
 _PER_TURN = {"MMPR": 1.0, "IPR": INCH_MM}
 
 
-def feed_unit(word: str, scale: float) -> tuple[float, str] | None:
-    """What 1 of a feed in this unit is, as `Teller.set_feed` takes it; scale: metres in one of the file's units."""
+def feed_unit(word: str, scale: float, *, forced: bool = False) -> tuple[float, str] | None:
+    """What 1 of a feed in this unit is, as `Teller.set_feed` takes it; scale: metres in one of the file's units.
+
+    forced: the caller has named the file's unit. A file that is wrong about it is wrong about its feeds, too: of two the slower.
+    """
     if word in _PER_MINUTE:
-        return mm_min_to_m_s(_PER_MINUTE[word]), "min"
+        own = mm_min_to_m_s(_PER_MINUTE[word])
+        return (min(own, scale / 60.0) if forced else own), "min"
     if word in _PER_TURN:
-        return mm_to_m(_PER_TURN[word]), "rev"
+        own = mm_to_m(_PER_TURN[word])
+        return (min(own, scale) if forced else own), "rev"
     return {
         "PERMIN": (scale / 60.0, "min"),
         "UPM": (scale / 60.0, "min"),
@@ -85,8 +90,11 @@ class Cycle:
     problem: str = ""
 
 
-def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller) -> Cycle:
-    """The cycle of CYCLE/`fields`, words or positions. unit_last: a feed stands before its unit (CATIA)."""
+def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller, *, forced: bool = False) -> Cycle:
+    """The cycle of CYCLE/`fields`, words or positions. unit_last: a feed stands before its unit (CATIA).
+
+    forced: as `feed_unit` has it.
+    """
     tokens = [t for f in fields for t in f.split()]
     said: dict[str, float] = {}
     plain: list[float] = []
@@ -96,7 +104,7 @@ def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller) ->
     while tokens:
         word = tokens.pop(0)
         value, after = number(word), number(tokens[0]) if tokens else None
-        per = feed_unit(word, scale)
+        per = feed_unit(word, scale, forced=forced)
         if value is not None:
             plain.append(value)
         elif word in _KINDS and (kind in (None, Out.RAPID) or word == "DRAG"):

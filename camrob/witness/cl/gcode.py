@@ -70,6 +70,7 @@ class GcodeReader(Switching):
     def read(self, text: str) -> None:
         """Reads the text up to M2, M30 or the second %."""
         bare = _COMMENT.sub("", text).upper()
+        self._whose_change(bare)
         self._clamps = bool(re.search(r"M\s*0*1[0-2](?![\d.])", bare) and re.search(r"M\s*0*[34](?![\d.])", bare))
         rows = [(i, "".join(_COMMENT.sub("", line).upper().split())) for i, line in enumerate(text.split("\n"), 1)]
         rows = [(i, block) for i, block in rows if block]

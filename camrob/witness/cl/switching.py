@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from camrob.witness.cl.standing import Standing, Words
 from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Kind
@@ -9,6 +11,7 @@ from camrob.witness.units import ms_to_s
 
 __all__ = ["Switching"]
 
+_CHANGE = re.compile(r"M\s*0*6(?![\d.])")
 _QUIET = frozenset("10 11 29 48 49".split())  # M codes that move and switch nothing of ours
 
 
@@ -19,12 +22,17 @@ class Switching:
         self._tell, self._stand = tell, stand
         self._next_tool, self._spinning = 0.0, False
         self._ended = False
+        self._by_t = False  # T alone changes the tool (Siemens' MD 22550, and controls without a changer)
         self._clamps = False  # M10 to M14 clamp rotary axes (Haas), and the spindle is switched by M3 or M4
 
     def _forget(self) -> None:
         """Where the tool stands is not known."""
         self._stand.forget()
         self._tell.lose()
+
+    def _whose_change(self, bare: str) -> None:
+        """Whether T or M6 changes tools, by the program without its comments, upper case."""
+        self._by_t = not _CHANGE.search(bare)
 
     def _gap(self, line: int, text: str, last: int = 0) -> None:
         self._tell.gap(line, text, last=last)
@@ -37,15 +45,15 @@ class Switching:
             tell.gap(line, "G96: the spindle's speed is not known", lost=False)
         if "T" in words:
             self._next_tool = float(words["T"])
-        if "6" in m:
-            tell.tool(line, self._next_tool)
+        if "6" in m or (self._by_t and "T" in words):
+            self._change(m, line)
         senses = [{"3": "CLW", "4": "CCLW"}[code] for code in m if code in ("3", "4")]
         rpm = float(words["S"]) if "S" in words and "4" not in g else None
         if senses or (rpm is not None and self._spinning):
             tell.spindle(line, rpm, senses[-1] if senses else None)
             self._spinning = True
         elif rpm is not None:
-            tell.rpm = rpm
+            tell.speed_alone(line, rpm)
         for code in m:
             if code in ("7", "8"):
                 tell.coolant(line, "MIST" if code == "7" else "FLOOD")
@@ -59,6 +67,18 @@ class Switching:
                 tell.gap(line, f"M{code}: not known", lost=False)
         if not moves:
             self._switch_off(m, line)
+
+    def _change(self, m: list[str], line: int) -> None:
+        """Another tool, behind what the block switches off; the spindle stands for it. T0: the tool is put away."""
+        if self._tell.mounted(self._next_tool):
+            return
+        self._switch_off(m, line)
+        m[:] = [code for code in m if code not in ("5", "9")]
+        self._spinning = False
+        if self._next_tool:
+            self._tell.tool(line, self._next_tool)
+        else:
+            self._tell.unload(line)
 
     def _switch_off(self, m: list[str], line: int) -> None:
         if "5" in m:

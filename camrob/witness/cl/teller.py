@@ -61,6 +61,8 @@ class Teller:
         self._blocks: list[Array] = []
         self._operation, self._marked = 0, False
         self._tool: tuple[float, str] | None = None
+        self._unloaded = 0  # the line in which the tool was put away, else 0
+        self._speed_at_cut: float | None = None  # rev/min that the file has named before its first cut
         self._came: Array | None = None  # from where the last motion came
         self._corner: tuple[Wanted, Array, int, int] | None = (
             None  # with its plane's normal, its line, and how many events there were
@@ -118,17 +120,33 @@ class Teller:
         self.turning = False
         self.event(Kind.SPINDLE_OFF, line)
 
+    def speed_alone(self, line: int, rpm: float) -> None:
+        """A speed, and no word that starts the spindle: where the file never does, the set-up's start takes it over."""
+        self.rpm = rpm
+        started = any(e.kind is Kind.SPINDLE_ON for e in self.events)
+        if self.default_rpm is not None and self._speed_at_cut is not None and not started:
+            self.spindle(line, rpm, "CLW")
+
     def coolant(self, line: int, text: str | None) -> None:
         """Coolant on (with its kind, "" where the file doesn't say) or off (None)."""
         self.event(Kind.COOLANT_OFF if text is None else Kind.COOLANT_ON, line, 0.0, text or "")
 
     def tool(self, line: int, number: float, name: str = "") -> None:
         """A tool is mounted: an event where it is another than before. number 0: it has none; name "": it has none."""
+        self._unloaded = 0
         if self._mounted(number, name):
             return
         self._tool = (number, name)
         self.event(Kind.TOOL, line, number, name)
         self.mark()
+
+    def unload(self, line: int) -> None:
+        """The tool is put away: nothing that a program has to say, but nothing is cut till the next one."""
+        self._tool, self._unloaded = None, line
+
+    def mounted(self, number: float) -> bool:
+        """Whether this is the number of the tool that is mounted."""
+        return self._tool is not None and self._tool[0] == number and not self._unloaded
 
     def _mounted(self, number: float, name: str) -> bool:
         """True where this is the tool that is mounted already; what the file adds to its number or name is kept."""
@@ -185,6 +203,9 @@ class Teller:
 
     def _begin_where_it_stands(self) -> None:
         """Before a cut: it begins where FROM says that the tool stands, if nothing else does."""
+        if self._unloaded:
+            self.gap(self._unloaded, "a cut without a tool, which was put away", lost=False)
+        self._speed_at_cut = self.rpm if self._speed_at_cut is None else self._speed_at_cut
         if self._from and self.here is not None:
             self._stands.append(Stand(self.n, self.here, self.axis, self._from))
 
@@ -332,7 +353,7 @@ class Teller:
     # -- the end
 
     def _start_spindle(self, way: NDArray[np.int8]) -> None:
-        """The default speed from the first motion on, where the file cuts before it starts a spindle."""
+        """The file's speed, else the set-up's, from the first motion on, where the file cuts before it starts a spindle."""
         cuts = np.flatnonzero(way != Way.RAPID)
         if not len(cuts) or any(e.kind is Kind.SPINDLE_ON and e.before <= cuts[0] for e in self.events):
             return
@@ -340,7 +361,7 @@ class Teller:
             self.note("the file starts no spindle before its first cut")
             return
         place = next((i for i, e in enumerate(self.events) if e.before > 0), len(self.events))
-        self.events.insert(place, Event(0, Kind.SPINDLE_ON, self.default_rpm, "CLW"))
+        self.events.insert(place, Event(0, Kind.SPINDLE_ON, self._speed_at_cut or self.default_rpm, "CLW"))
 
     def story(self, dialect: str, units: str) -> Story | None:
         """Everything that was collected; None where there is no motion, and no gap that says why."""

@@ -373,9 +373,11 @@ class HeidenhainMoves:
     def _called(self, text: str, line: int) -> Iterator[Block]:
         """CYCL CALL, or CYCL CALL POS: in rapid at the second clearance, or as high as the tool stands above it."""
         codes, to = place_of(text, self._value)
-        if to is not None and self._cycle is not None:
+        if self._cycle is not None:
             yield from self._codes([c for c in codes if c in _STARTING], line)
-            codes, up = [c for c in codes if c not in _STARTING], level(self._cycle)
+            codes = [c for c in codes if c not in _STARTING]
+        if to is not None and self._cycle is not None:
+            up = level(self._cycle)
             if self._at["Z"] is None or self._at["Z"] < up:
                 yield Block(line, {"Z": up}, (0,))
                 self._at["Z"] = up

@@ -76,6 +76,9 @@ class _Program:
         self._tools(lines)
         self._at = self._sections.main
         self._repeats: list[tuple[int, int, int, int]] = []  # first and last line of a part, passes left, and back
+        self._outer: list[
+            dict[str, float | None]
+        ] = []  # a called subprogram: what its declared names hold outside of it
 
     def _tools(self, lines: list[str]) -> None:
         """Whether tools are named by one name only: it is then the one that the set-up describes."""
@@ -134,9 +137,10 @@ class _Program:
         elif self._sections.called and _BACK.search(text):
             if rest := _BACK.sub("", text).strip():
                 yield from self._one(rest, index)
-            self._at = self._sections.back()
+            self._back()
         elif place := self._sections.call(text, self._at):
             self._at = place
+            self._outer.append({})
         elif word == "REPEAT" and text != "REPEAT":
             self._repeat(text)
         elif match := _JUMP.match(text):
@@ -189,9 +193,23 @@ class _Program:
     def _end(self, index: int) -> Iterator[Block]:
         """The heading of another program, which the one before it runs into: its end."""
         if self._sections.called:
-            self._at = self._sections.back()
+            self._back()
             return
         yield Block(index + 1, {}, m=(300,))
+
+    def _back(self) -> None:
+        """A subprogram ends: the names that it has declared are what they were outside of it."""
+        deep = self._sections.depth
+        self._at = self._sections.back()
+        for name, value in self._outer[-1].items():
+            if value is None:
+                self._declared.discard(name)
+                self._values.pop(name, None)
+            else:
+                self._values[name] = value
+        self._outer[-1] = {}
+        if self._sections.depth < deep:
+            self._outer.pop()
 
     def _repeat(self, text: str) -> None:
         """REPEAT LABEL [P=n]: from the label to here once more, or n times; REPEAT FIRST LAST [P=n]: what stands between them."""
@@ -250,6 +268,8 @@ class _Program:
             name, _, value = part.partition("=")
             if "[" in name:
                 raise ToolpathError("an array of variables", hint="use single variables or R parameters")
+            if self._outer:
+                self._outer[-1].setdefault(name, self._values[name] if name in self._declared else None)
             self._declared.add(name)
             self._values[name] = self.value(value) if value else 0.0  # DEF gives 0, as the control does
 

@@ -37,6 +37,11 @@ class Sections:
         return bool(self._stack)
 
     @property
+    def depth(self) -> int:
+        """How many subprograms are being run, one called by another."""
+        return len(self._stack)
+
+    @property
     def bounds(self) -> tuple[int, int]:
         """The lines, from the first to before the last, of the program that is being run."""
         return self._bounds

@@ -214,8 +214,9 @@ class OWordRun(Running):
         if len(given) > len(_LOCAL):
             raise UnreadError(f"O{label} of too many values")
         self._frames.append(_Frame(at, self._local, self._counts))
-        kept = {name: value for name, value in self._local.items() if not name.startswith("<")}
-        self._local = kept | {str(i): value for i, value in enumerate(given, 1)}
+        # What isn't given is 0 (interp_read.cc, read_o), while the manual says that it is what the caller has there.
+        rest_of = {str(i): 0.0 for i in _LOCAL if not self._local.get(str(i), 0.0)}
+        self._local = {**rest_of, **{str(i): value for i, value in enumerate(given, 1)}}
         self._counts = {}
         self._global |= {"<_VALUE>": 0.0, "<_VALUE_RETURNED>": 0.0}
         return self._defined[label] + 1

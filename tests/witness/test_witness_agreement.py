@@ -1,0 +1,139 @@
+"""Programs of many controls from their manuals' rules: camrob and the witness both read the path that was worked out by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from two_readings import differences
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.region import EventKind, Move
+from camrob.toolpath.toolpath import Toolpath
+from camrob.witness.cl import read_story
+from camrob.witness.happenings import Kind, Story
+
+ISO = "G21 G90 G17 G94\nT1 M6\nS5000 M3\nG0 X0. Y0. Z20.\n"
+SIEMENS = "%_N_A_MPF\nG90 G17 G71 G94\nT1 M6\nS5000 M3\nG0 X=0 Y0 Z20\n"
+KLARTEXT = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S5000\n2 L X+0 Y+0 Z+20 R0 FMAX M3\n"
+APT = "UNITS/MM\nLOADTL/1\nSPINDL/3000,RPM,CLW\nFEDRAT/300,MMPM\nRAPID\nGOTO/0,0,20\n"
+
+
+def both(folder: Path, name: str, text: str, **options) -> tuple[Toolpath, Story]:
+    """The two readings, which have to be one."""
+    file = folder / name
+    file.write_text(text)
+    path, story = read_toolpath(file, chord_tolerance=1e-6, **options), read_story(file)
+    assert story.complete, story.gaps
+    assert differences(path, story) == []
+    return path, story
+
+
+def cuts(path: Toolpath) -> list[list[float]]:
+    """Ends of the straight cuts and the points of arcs, mm."""
+    found = [region.position[region.move == Move.CUT] * 1e3 for region in path.regions]
+    return (np.concatenate(found).round(6) + 0.0).tolist()
+
+
+def happened(path: Toolpath) -> list[tuple[str, float]]:
+    return [(e.kind.name, e.value) for region in path.regions for e in region.events]
+
+
+# -- where the two readings differed
+
+
+def test_a_subprograms_own_names_are_gone_behind_it(tmp_path: Path) -> None:
+    sub = "%_N_RING_SPF\nPROC RING\nDEF REAL WAY=7\nWAY=WAY+1\nG1 X=WAY F60\nM17\n"
+    body = "DEF REAL WAY=3\nRING P2\nG1 Y=WAY\nM30\n"
+    path, _ = both(tmp_path, "a.mpf", SIEMENS + body + sub)
+    assert cuts(path) == [[8, 0, 20], [8, 3, 20]]
+    file = tmp_path / "b.mpf"
+    file.write_text(SIEMENS + "RING\nG1 Y=WAY\nM30\n" + sub)
+    with pytest.raises(ToolpathError, match="WAY"):
+        read_toolpath(file)
+
+
+def test_what_starts_in_the_block_of_a_cycles_call_starts_before_it(tmp_path: Path) -> None:
+    hole = "3 CYCL DEF 200 DRILLING Q200=2 Q201=-6 Q206=120 Q203=+0 Q204=10 Q202=9 Q210=0 Q211=0\n"
+    path, _ = both(tmp_path, "a.h", KLARTEXT + hole + "4 CYCL CALL M8\n5 M30\n6 END PGM A MM\n")
+    (wet,) = [e for e in path.regions[0].events if e.kind is EventKind.COOLANT_ON]
+    assert path.regions[0].position[wet.point, 2] == pytest.approx(0.002)
+
+
+def test_a_feed_without_its_unit_counts_as_the_one_before(tmp_path: Path) -> None:
+    path, _ = both(tmp_path, "a.apt", APT + "FEDRAT/.1,MMPR\nGOTO/0,0,0\nFEDRAT/.2\nGOTO/9,0,0\nFINI\n")
+    assert (path.regions[0].feed[-2:] * 6e4).tolist() == pytest.approx([300, 600])
+    (tmp_path / "b.apt").write_text(
+        APT.replace("MM\n", "INCH\n", 1) + "FEDRAT/.1,MMPR\nGOTO/0,0,0\nFEDRAT/.2\nGOTO/9,0,0\nFINI\n"
+    )
+    with pytest.raises(ToolpathError, match="names no unit"):
+        read_toolpath(tmp_path / "b.apt")
+
+
+def test_feeds_in_both_units_say_nothing_of_lengths(tmp_path: Path) -> None:
+    text = "FEDRAT/10,IPM\nGOTO/0,0,0\nFEDRAT/MMPM,10\nGOTO/9,0,0\nFINI\n"
+    (tmp_path / "a.apt").write_text(text)
+    with pytest.raises(ToolpathError, match="in millimetres and in inches") as error:
+        read_toolpath(tmp_path / "a.apt")
+    assert "--units" in error.value.hint
+    for units, feeds in (("mm", [10, 10]), ("inch", [254, 10])):  # of a file that is wrong about its unit, the slower
+        story = read_story(tmp_path / "a.apt", units=units)
+        (region,) = read_toolpath(tmp_path / "a.apt", units=units).regions
+        assert (story.feed * 6e4).tolist() == pytest.approx(feeds) and region.feed * 6e4 == pytest.approx(feeds)
+
+
+def test_t_changes_the_tool_where_nothing_else_does(tmp_path: Path) -> None:
+    text = "G21 G90 G17 G94\nT1\nS5000 M3\nG0 X0. Y0. Z20.\nG1 Z0. F60\nG0 Z20.\nT2\nS4000 M3\nG1 Z1.\nG0 Z20.\nM30\n"
+    path, story = both(tmp_path, "a.nc", text)
+    assert [r.tool for r in path.regions] == [1, 2]
+    assert [(e.before, e.value) for e in story.events if e.kind is Kind.TOOL] == [(0, 1), (3, 2)]
+    both(tmp_path, "a.mpf", SIEMENS.replace(" M6", "") + "G1 Z0 F60\nG0 Z20\nT2\nS4000 M3\nG1 Z1\nG0 Z20\nM30\n")
+
+
+def test_a_tool_that_is_put_away_is_no_change_and_cuts_nothing(tmp_path: Path) -> None:
+    body = "G1 Z0. F60\nG0 Z20.\nM5\nT0 M6\n"
+    both(tmp_path, "a.nc", ISO + body + "M30\n")
+    _, story = both(tmp_path, "b.nc", ISO + body + "T1 M6\nM3\nG1 Z1.\nM30\n")
+    assert [e.value for e in story.events if e.kind is Kind.TOOL] == [1, 1]
+    (tmp_path / "c.nc").write_text(ISO + body + "M3\nG1 Z1.\nM30\n")
+    assert [gap.text for gap in read_story(tmp_path / "c.nc").gaps] == ["a cut without a tool, which was put away"]
+    with pytest.raises(ToolpathError, match="without a tool"):
+        read_toolpath(tmp_path / "c.nc")
+    both(tmp_path, "d.apt", APT + "GOTO/0,0,0\nRAPID\nGOTO/0,0,20\nUNLOAD/TOOL,1\nFINI\n")
+
+
+def test_a_block_that_changes_the_tool_first_switches_off(tmp_path: Path) -> None:
+    _, story = both(tmp_path, "a.nc", ISO + "M8\nG1 Z0. F60\nG0 Z20.\nM5 M9 T2 M6\nM3\nG1 Z1.\nG0 Z20.\nM30\n")
+    assert [e.kind for e in story.events if e.before == 3] == [
+        Kind.SPINDLE_OFF,
+        Kind.COOLANT_OFF,
+        Kind.TOOL,
+        Kind.SPINDLE_ON,
+    ]
+
+
+def test_a_speed_behind_a_change_starts_no_spindle(tmp_path: Path) -> None:
+    _, story = both(tmp_path, "a.nc", ISO + "G1 Z0. F60\nG0 Z20.\nT2 M6\nS4000\nG0 X5.\nM3\nG1 Z1.\nM30\n")
+    assert [(e.before, e.value) for e in story.events if e.kind is Kind.SPINDLE_ON] == [(0, 5000), (4, 4000)]
+
+
+def test_turrets_and_senses_of_apt(tmp_path: Path) -> None:
+    path, _ = both(tmp_path, "a.apt", APT.replace("CLW", "CCW") + "TURRET/LEFT\nGOTO/0,0,0\nFINI\n")
+    assert happened(path) == [("TOOL_CHANGE", 1), ("SPINDLE_ON", 3000)]
+    number = APT.replace("LOADTL/1", "TOOLNO/1,MILL\nCUTTER/10")
+    path, _ = both(
+        tmp_path, "b.apt", number + "GOTO/0,0,0\nRAPID\nGOTO/0,0,20\nTOOLNO/2,MILL\nCUTTER/6\nGOTO/0,0,1\nFINI\n"
+    )
+    assert [r.tool for r in path.regions] == [1, 2]
+    wide = APT.replace("LOADTL/1", "CUTTER/10")
+    path, _ = both(tmp_path, "c.apt", wide + "GOTO/0,0,0\nRAPID\nGOTO/0,0,20\nCUTTER/6\nGOTO/0,0,1\nFINI\n")
+    assert len(path.regions) == 2
+
+
+@pytest.mark.parametrize("pair", ["G20 G21", "G90 G91", "G17 G19", "G94 G95", "G98 G99", "G90.1 G91.1"])
+def test_two_modes_of_a_group_in_a_block_are_refused(tmp_path: Path, pair: str) -> None:
+    (tmp_path / "a.nc").write_text(ISO + f"{pair}\nG1 Z1. F60\nM30\n")
+    with pytest.raises(ToolpathError, match="in one block"):
+        read_toolpath(tmp_path / "a.nc")
