@@ -22,9 +22,11 @@ __all__ = [
     "coarse_index",
     "draft_course",
     "draft_terms",
+    "moves_along",
     "relaxed",
     "search",
     "stopped",
+    "waypoint_weights",
 ]
 
 Array = NDArray[np.float64]
@@ -76,7 +78,7 @@ def coarse_index(w: Waypoints, spacing: float) -> Ints:
     return np.flatnonzero(must | fresh)
 
 
-def _weights(w: Waypoints) -> Array:
+def waypoint_weights(w: Waypoints) -> Array:
     """(W,) m that the posture at each waypoint counts for: what is cut, and a share of what is travelled in air."""
     s = np.asarray(w.s)
     edge = np.concatenate([[s[0]], 0.5 * (s[1:] + s[:-1]), [s[-1]]])
@@ -108,7 +110,7 @@ def search(
     window[:, F + 6] = 0.5
     if still:
         window[1:][_same_region(w), :external] = _HELD
-    motion = motion_price(objective._replace(travel=travel * objective.travel), _moves(w, np.arange(T)))
+    motion = motion_price(objective._replace(travel=travel * objective.travel), moves_along(w, np.arange(T)))
     rate, square, top = (
         np.pad(x, ((0, 0), (0, 1)), constant_values=empty)  # a branch is not gone along
         for x, empty in ((motion.rate, 0.0), (motion.square, 0.0), (motion.top, np.inf))
@@ -117,7 +119,7 @@ def search(
     endless = np.zeros(n, np.bool_)
     endless[:F] = space.u_endless
     price = (nodes.price + forbidden_price(objective, nodes.offset, nodes.q, w.s)) * np.repeat(
-        _weights(w), np.diff(nodes.offset)
+        waypoint_weights(w), np.diff(nodes.offset)
     )
     way: Way = cheapest_way(Layers(nodes.offset, x, price, window, rate, square, top, motion.haste, endless, jump))
     return way
@@ -170,7 +172,7 @@ def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way
     return replace(draft, q=q)
 
 
-def _moves(w: Waypoints, at: Ints) -> Moves:
+def moves_along(w: Waypoints, at: Ints) -> Moves:
     """The moves from each of the waypoints `at` (K,) to the next."""
     push = w.pushes(at)
     counts = push[:, 6] if len(push) else np.zeros(len(at))
@@ -184,7 +186,7 @@ def _moves(w: Waypoints, at: Ints) -> Moves:
 
 def _draft_weights(w: Waypoints, draft: Draft) -> Array:
     """(K,) m that the posture at each waypoint of a draft counts for, shared by the two where the posture jumps."""
-    weight = _weights(w)[draft.index]
+    weight = waypoint_weights(w)[draft.index]
     second = ~draft.joined
     second[0] = False
     weight[second] *= 0.5
@@ -194,7 +196,7 @@ def _draft_weights(w: Waypoints, draft: Draft) -> Array:
 
 def draft_terms(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) -> dict[str, float]:
     """The objective's terms for a draft, m, re-postures apart."""
-    moves, push = _moves(w, draft.index), w.pushes(draft.index)
+    moves, push = moves_along(w, draft.index), w.pushes(draft.index)
     return plan_prices(space, objective, draft.u, draft.q, _draft_weights(w, draft), push, moves, draft.joined)
 
 
@@ -203,7 +205,7 @@ def _surroundings(
 ) -> Course:
     """The surroundings of a draft: external travel at `travel` times its price, `stiff` holding it within regions."""
     at = draft.index
-    motion = motion_price(objective._replace(travel=travel * objective.travel), _moves(w, at))
+    motion = motion_price(objective._replace(travel=travel * objective.travel), moves_along(w, at))
     motion.square[draft.rigid, : len(space.free) - space.roll] += stiff
     return Course(
         np.ascontiguousarray(w.base_T_tip[at]),
@@ -229,7 +231,7 @@ def stopped(space: PlanSpace, objective: Objective, w: Waypoints, draft: Draft) 
     external = len(space.free) - space.roll
     u, q = draft.u.copy(), draft.q.copy()
     group = np.cumsum(~draft.rigid) - 1
-    weight = _weights(w)[draft.index]
+    weight = waypoint_weights(w)[draft.index]
     _settle(u, group, weight, external)
     nothing, hold = np.zeros(len(space.free), np.bool_), np.zeros(len(space.free), np.bool_)
     hold[:external] = True

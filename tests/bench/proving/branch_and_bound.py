@@ -41,7 +41,7 @@ class Bundles(NamedTuple):
 def bound_of_box(shape: ArmShape, pose: Array, box: Array) -> Array:
     """Upper bounds (WAYS,) of 1/k_F over a box (2, 3) and a bundle (9, 3), 0 where a way has no posture."""
     best = np.zeros(WAYS)
-    left = bounds_of_box(shape, pose, box, 15, best)
+    left = bounds_of_box(shape, pose, box, 15, best, np.zeros((WAYS, 7)))
     for k in range(WAYS):
         if not left >> k & 1:
             best[k] = 0.0
@@ -63,7 +63,7 @@ def refute(shape: ArmShape, bundles: Bundles, weight: Array, least: float, most:
         boxes[0, 1, i] = 0.5 * (shape.upper[i] - shape.lower[i]) * (1.0 + 1e-12) + 1e-12
     alive[0] = (1 << WAYS) - 1
     count, used, shown = 1, 0, bundles.target.copy()
-    best, box = np.empty(WAYS), np.empty((2, 3))
+    best, below, box = np.empty(WAYS), np.empty((WAYS, 7)), np.empty((2, 3))
     while count > 0:
         count -= 1
         box[:] = boxes[count]
@@ -77,7 +77,7 @@ def refute(shape: ArmShape, bundles: Bundles, weight: Array, least: float, most:
                 wide, widest = i, weight[i] * box[1, i]
         if widest < _WIDE:
             used += 1
-            left = bounds_of_box(shape, bundles.poses[k], box, ways, best)
+            left = bounds_of_box(shape, bundles.poses[k], box, ways, best, below)
             ways, above = 0, 0.0
             for way in range(WAYS):
                 if left >> way & 1 and best[way] > shown[k]:

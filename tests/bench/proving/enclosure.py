@@ -28,9 +28,9 @@ from proving.affine import (
     times,
 )  # fmt: skip
 from proving.arm_shape import ArmShape
-from proving.jacobian_norms import THIN, bound_of_way, near_singular
+from proving.jacobian_norms import THIN, bound_of_way, flat_form, near_singular
 
-__all__ = ["WAYS", "bounds_of_box"]
+__all__ = ["WAYS", "Vector", "bounds_of_arm", "bounds_of_box", "moved", "unturned"]
 
 Array = NDArray[np.float64]
 Vector = tuple[Form, Form, Form]
@@ -51,7 +51,7 @@ def _turned(M: Array, v: Vector) -> Vector:
 
 
 @part
-def _moved(M: Array, v: Vector) -> Vector:
+def moved(M: Array, v: Vector) -> Vector:
     return (
         mixed(M[0, 0], v[0], M[0, 1], v[1], M[0, 2], v[2], M[0, 3]),
         mixed(M[1, 0], v[0], M[1, 1], v[1], M[1, 2], v[2], M[1, 3]),
@@ -60,7 +60,7 @@ def _moved(M: Array, v: Vector) -> Vector:
 
 
 @part
-def _unturned(c: Form, s: Form, v: Vector) -> Vector:
+def unturned(c: Form, s: Form, v: Vector) -> Vector:
     """v seen from axes that are turned about z."""
     return plus(times(c, v[0]), times(s, v[1])), minus(times(c, v[1]), times(s, v[0])), v[2]
 
@@ -108,7 +108,7 @@ def _axes(shape: ArmShape, pose: Array) -> tuple[Vector, Vector, Vector]:
 def _origin(shape: ArmShape, pose: Array, box: Array) -> Vector:
     """The tool's origin seen from the shoulder."""
     o, a, b, off = pose[3], pose[5], pose[7], pose[8, 1]
-    p = _moved(
+    p = moved(
         shape.first, (_within(o[0], a[0], b[0], off), _within(o[1], a[1], b[1], off), _within(o[2], a[2], b[2], off))
     )  # fmt: skip
     for i in range(shape.after.shape[0]):
@@ -117,8 +117,8 @@ def _origin(shape: ArmShape, pose: Array, box: Array) -> Vector:
             p = p[0], p[1], minus(p[2], u)
         else:
             c, s = cosine_sine(u)
-            p = _unturned(c, s, p)
-        p = _moved(shape.after[i], p)
+            p = unturned(c, s, p)
+        p = moved(shape.after[i], p)
     whole: Vector = p
     return whole
 
@@ -180,15 +180,26 @@ def _misses(middle: float, half: float, low: float, high: float) -> bool:
 
 
 @part
-def bounds_of_box(shape: ArmShape, pose: Array, box: Array, alive: int, best: Array) -> int:
+def bounds_of_box(shape: ArmShape, pose: Array, box: Array, alive: int, best: Array, below: Array) -> int:
     """Upper bounds of 1/k_F over a box.
 
-    alive: the ways (bits) that are looked at. best (WAYS,) <- their bounds, 1 where nothing is known.
+    alive: the ways (bits) that are looked at. best (WAYS,) <- their bounds, 1 where nothing is known; below (WAYS, 7) <- forms
+    that k_F^2 is nowhere below.
     Returns the ways that have postures, maybe.
     """
     axes, turns, p = _axes(shape, pose), _turns_of(shape, box), _origin(shape, pose, box)
     w, h6 = _of_tool(shape, shape.wrist, axes, turns), _of_tool(shape, shape.sixth, axes, turns)
+    r = h6
+    if shape.bent:
+        r = _of_tool(shape, shape.lever, axes, turns)
     w = plus(w[0], p[0]), plus(w[1], p[1]), plus(w[2], p[2])
+    left: int = bounds_of_arm(shape, w, h6, r, alive, best, below)
+    return left
+
+
+@part
+def bounds_of_arm(shape: ArmShape, w: Vector, h6: Vector, r: Vector, alive: int, best: Array, below: Array) -> int:
+    """`bounds_of_box` for a wrist, a sixth axis and (of an arm that is bent there) its lever, seen from the shoulder."""
     away = plus(square(w[0]), square(w[1]))  # from axis 1
     X2 = shifted(away, -shape.aside * shape.aside)
     high = highest(X2)
@@ -199,6 +210,7 @@ def bounds_of_box(shape: ArmShape, pose: Array, box: Array, alive: int, best: Ar
     if low < THIN * high:  # axis 1 is near: its column of the Jacobian is short
         for way in range(WAYS):
             best[way] = near_singular(shape, 0.0, 0.0, 1.0 / (high + shape.aside * shape.aside), 0.0)
+            _put(below, way, flat_form(best[way]))
         return alive
     c1 = s1 = over = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     X = root(X2, low, high)
@@ -214,25 +226,31 @@ def bounds_of_box(shape: ArmShape, pose: Array, box: Array, alive: int, best: Ar
         if shape.aside != 0.0:
             c1 = times(plus(scaled(times(w[0], X), sign), scaled(w[1], shape.aside)), over)
             s1 = times(minus(scaled(times(w[1], X), sign), scaled(w[0], shape.aside)), over)
-            g6 = _unturned(c1, s1, h6)
+            g6 = unturned(c1, s1, h6)
         else:
-            g6 = _unturned(scaled(c1, sign), scaled(s1, sign), h6)
+            g6 = unturned(scaled(c1, sign), scaled(s1, sign), h6)
         lever = scaled(g6[0], shape.along), scaled(g6[1], shape.along), scaled(g6[2], shape.along)
         if shape.bent:
-            r = _of_tool(shape, shape.lever, axes, turns)
+            beside = r
             if shape.aside != 0.0:
-                r = _unturned(c1, s1, r)
+                beside = unturned(c1, s1, r)
             else:
-                r = _unturned(scaled(c1, sign), scaled(s1, sign), r)
-            lever = plus(lever[0], r[0]), plus(lever[1], r[1]), plus(lever[2], r[2])
-        left = _elbows(shape, scaled(X, sign), scaled(invX, sign), w[2], g6, lever, alive, 2 * first, left, best)
+                beside = unturned(scaled(c1, sign), scaled(s1, sign), r)
+            lever = plus(lever[0], beside[0]), plus(lever[1], beside[1]), plus(lever[2], beside[2])
+        left = _elbows(shape, scaled(X, sign), scaled(invX, sign), w[2], g6, lever, alive, 2 * first, left, best, below)
     return left
+
+
+@bare
+def _put(below: Array, k: int, form: Form) -> None:
+    for i in range(7):
+        below[k, i] = form[i]
 
 
 @part
 def _elbows(
     shape: ArmShape, X: Form, invX: Form, height: Form, g6: Vector, r: Vector, alive: int, first: int, left: int,
-    best: Array,
+    best: Array, below: Array,
 ) -> int:  # fmt: skip
     """The two ways of the elbow behind one of axis 1."""
     la2, lb2 = shape.forearm * shape.forearm, shape.upper_arm * shape.upper_arm
@@ -253,6 +271,8 @@ def _elbows(
     rough = near_singular(shape, np.sqrt(max(lowest(square(X)), 0.0)), np.sqrt(Dlow), least, 0.0)
     if Dlow < THIN * Dhigh:
         best[first] = best[first + 1] = rough
+        _put(below, first, flat_form(rough))
+        _put(below, first + 1, flat_form(rough))
         return left | (alive & (3 << first))
     one = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     S = root(G, max(Glow, 0.0), Ghigh)
@@ -283,11 +303,12 @@ def _elbows(
         left |= 1 << k
         area = (G, scaled(S, -sign)) if stretched else (one, one)
         most = np.sqrt(Ghigh) if stretched else 1.0
-        value = bound_of_way(
+        value, form = bound_of_way(
             shape, X, invX, height, D, one if stretched else scaled(over, -sign), area, most, (vx, vz), (bx, bz), (fx, fz),
             h4, g6, r, kappa,
         )  # fmt: skip
         best[k] = min(rough, value)
+        _put(below, k, form)
     return left
 
 

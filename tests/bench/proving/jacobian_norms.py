@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from camrob.compiled import part
+from camrob.compiled import bare, part
 from proving.affine import (
+    SLACK,
     Form,
     highest,
     inverse,
@@ -19,7 +20,7 @@ from proving.affine import (
 )  # fmt: skip
 from proving.arm_shape import ArmShape
 
-__all__ = ["THIN", "bound_of_way", "near_singular"]
+__all__ = ["THIN", "bound_of_way", "flat_form", "near_singular"]
 
 Vector = tuple[Form, Form, Form]
 
@@ -50,13 +51,19 @@ def near_singular(shape: ArmShape, axis1: float, axis2: float, rows: float, wris
     return float(min(1.0, 6.0 / np.sqrt((6.0 + one / L2) * max(L2 * rows, wrist, 1e-12)) * (1.0 + PAD)))
 
 
+@bare
+def flat_form(bound: float) -> Form:
+    """The form that k_F^2 is nowhere below where 1/k_F is nowhere above a bound."""
+    return (1.0 - SLACK) / (bound * bound), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
 @part
 def bound_of_way(
     shape: ArmShape, X: Form, invX: Form, height: Form, D: Form, invg: Form, area: tuple[Form, Form],
     most: float, v: tuple[Form, Form], b: tuple[Form, Form], f: tuple[Form, Form],
     h4: tuple[Form, float, Form], g6: Vector, r: Vector, kappa: Form,
-) -> float:  # fmt: skip
-    """The bound of a way whose first three axes are regular all over the box.
+) -> tuple[float, Form]:  # fmt: skip
+    """The bound of a way whose first three axes are regular all over the box, and a form that k_F^2 is nowhere below.
 
     invg: one over the triangle's (signed) area, twice; area, most: all ones. Where the area may be none: one, the area squared
     and signed, and the most that it can be; the inverse is then reckoned times the area.
@@ -67,15 +74,17 @@ def bound_of_way(
     flat = max(-highest(kappa), lowest(kappa), 0.0)
     if low < THIN:
         straight = max(2.0 - 2.0 * flat, 1e-12)
-        return float(near_singular(shape, 0.0, 0.0, 0.0, 2.0 / (straight * (1.0 + r2 / L2))))
+        bound = float(near_singular(shape, 0.0, 0.0, 0.0, 2.0 / (straight * (1.0 + r2 / L2))))
+        return bound, flat_form(bound)
     over = inverse(bend, low, min(1.0, highest(bend)))
     one = _square_of_jacobian(shape, X, height, f, h4, g6, r, over)
     two = _square_of_inverse(shape, invX, D, invg, area, v, b, f, h4, g6, r, kappa, over)
     product = times(one, two)
     least = max(lowest(product), max(lowest(one), 6.0) * max(lowest(two), 0.0))
-    if least <= 0.0:
-        return 1.0
-    return float(min(1.0, 6.0 * most / np.sqrt(least) * (1.0 + PAD)))
+    bound = 1.0
+    if least > 0.0:
+        bound = float(min(1.0, 6.0 * most / np.sqrt(least) * (1.0 + PAD)))
+    return bound, scaled(product, (1.0 - 2.0 * PAD) / (36.0 * most * most))
 
 
 @part
