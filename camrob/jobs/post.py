@@ -350,7 +350,7 @@ def _save_path(file: Path, made: _Made) -> None:
 def _report(file: Path, summary: PostSummary, made: _Made) -> None:
     import trimesh
 
-    from camrob.jobs.release.shown import other_ways, run_shown, stock_shown
+    from camrob.jobs.release.shown import map_shown, other_ways, run_shown, stock_shown
     from camrob.report.post.page import post_report
 
     inputs, solution, folder = made.inputs, made.solution, file.parent
@@ -363,6 +363,7 @@ def _report(file: Path, summary: PostSummary, made: _Made) -> None:
         findings=made.findings,
         run=run_shown(folder, made.back.text, made.back.coverage, inputs.path, made.feed.at),
         stock=stock_shown(inputs, made.feed.at),
+        redundancy=map_shown(inputs, solution),
         part_mesh=None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body)),
         base_T_part=np.asarray(inputs.setup.base_T_part),
         comparison=other_ways(inputs, solution),

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.checks.collisions import check_collisions
 from camrob.controller.against import Coverage
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.seen import seen_stock
@@ -19,12 +20,13 @@ from camrob.program.program_text import ProgramText
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
+from camrob.redundancy.redundancy_map import RedundancyMap, redundancy_map
 from camrob.redundancy.solution import Solution
 from camrob.report.page.stock import StockOnPage
 from camrob.report.page.timeline import Run
 from camrob.se3 import inverse
 
-__all__ = ["other_ways", "run_shown", "stock_shown"]
+__all__ = ["map_shown", "other_ways", "run_shown", "stock_shown"]
 
 Array = NDArray[np.float64]
 
@@ -65,6 +67,31 @@ def stock_shown(inputs: JobInputs, at: Array) -> StockOnPage | None:
         return StockOnPage(inputs.stock, seen_stock(inputs.stock, way.moves, at[way.kept[1:]]))
     except InputError:  # a mesh that isn't closed has no inside to cut
         return StockOnPage(inputs.stock, None)
+
+
+def map_shown(inputs: JobInputs, solution: Solution) -> RedundancyMap | None:
+    """The map of the freedoms; None where tools are changed, as each of them has its own. What touches is asked of planned
+    postures alone: it takes as long as a whole post by the published method.
+    """
+    if len(inputs.mounted) != 1:
+        return None
+    path = inputs.path
+
+    def touches(q: Array, point: NDArray[np.int64]) -> NDArray[np.bool_]:
+        report = check_collisions(
+            inputs.cell,
+            q,
+            cutting=path.cutting[point],
+            line=path.line[point],
+            region=path.region[point],
+            part_mesh=inputs.part if inputs.stock is None else None,  # the part lies in its stock
+            stock_mesh=inputs.stock,
+            base_T_part=np.asarray(inputs.setup.base_T_part),
+            tool=inputs.tool,
+        )
+        return np.asarray(report.hit)
+
+    return redundancy_map(inputs.cell, path, solution, touches if solution.method == "planned" else None)
 
 
 def other_ways(inputs: JobInputs, solution: Solution) -> dict[str, Array]:

@@ -36,8 +36,42 @@ function camrobCharts(names, onPick) {
   const drawn = [];
   let zooming = false;
 
+  // a map's picture: 1/k_F in colours, what can't be in greys
+  function painted(map) {
+    const canvas = document.createElement("canvas");
+    canvas.width = map.columns; canvas.height = map.rows;
+    const context = canvas.getContext("2d"), image = context.createImageData(map.columns, map.rows);
+    const rgb = (text) => [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
+    const t = Math.min(0.95, Math.max(0.05, map.threshold));
+    const scale = [[0, "#67001f"], [0.7 * t, "#d6302b"], [t, "#f5a623"], [t + 0.3 * (1 - t), "#35a883"], [1, "#2166ac"]].map(([x, c]) => [x, rgb(c)]);
+    const codes = { 60001: rgb(css("--map-reach")), 60002: rgb(css("--map-limit")), 60003: rgb(css("--map-elsewhere")), 60004: rgb(css("--map-touch")) };
+    unpack(map.codes).forEach((value, n) => {
+      let color = codes[value];
+      if (!color) {
+        const x = Math.min(1, value / map.steps);
+        let k = 1;
+        while (k < scale.length - 1 && scale[k][0] < x) k++;
+        const [x0, a] = scale[k - 1], [x1, b] = scale[k], share = Math.min(1, Math.max(0, (x - x0) / (x1 - x0)));
+        color = a.map((v, c) => v + share * (b[c] - v));
+      }
+      image.data.set([...color, 255], 4 * n);
+    });
+    context.putImageData(image, 0, 0);
+    return canvas.toDataURL();
+  }
+  const images = (chart) => (chart.maps || []).map((map) => {
+    const end = chart.layout["xaxis" + map.axes].range[1];
+    return {
+      source: painted(map), xref: "x" + map.axes, yref: "y" + map.axes, x: 0, y: map.high, sizex: end, sizey: map.high - map.low,
+      sizing: "stretch", layer: "below", xanchor: "left", yanchor: "top",
+    };
+  });
+
   function drawChart(chart) {
     const element = document.getElementById(chart.id);
+    const maps = chart.maps ? { ...chart, layout: { xaxis: { range: [0, 0] } } } : null; // ranges as they are before anybody zooms
+    if (maps) maps.layout = Object.fromEntries(Object.entries(chart.layout).filter(([key]) => /^xaxis/.test(key)).map(([key, axis]) => [key, { range: axis.range.slice() }]));
+    if (maps) chart.layout.images = images(maps);
     chart.traces.forEach((trace) => {
       if (!trace.cl) return;
       const line = unpack(trace.cl.line);
@@ -51,13 +85,28 @@ function camrobCharts(names, onPick) {
       const xs = Object.keys(chart.layout).filter((key) => /^xaxis\d*$/.test(key));
       const lines = xs.map(() => element.appendChild(document.createElement("div")));
       lines.forEach((line) => { line.className = "cursor"; });
-      const own = { element, xs, lines, ruler: chart.ruler || "" };
+      const own = { element, xs, lines, ruler: chart.ruler || "", maps };
       drawn.push(own);
       element.on("plotly_relayout", (change) => sameZoom(element, change));
       element.on("plotly_afterplot", () => markIn(own));
-      element.on("plotly_click", (event) => { if (!own.ruler) onPick(event.points[0].x); });
+      if (!own.ruler) pickable(own);
       markIn(own);
     });
+  }
+
+  // a click anywhere in a subplot, not a drag, picks its x
+  function pickable(own) {
+    let pressed = [0, 0];
+    own.element.addEventListener("mousedown", (event) => { pressed = [event.clientX, event.clientY]; }, true);
+    own.element.addEventListener("click", (event) => {
+      if (Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 3) return;
+      const box = own.element.getBoundingClientRect(), px = event.clientX - box.left, py = event.clientY - box.top;
+      own.xs.forEach((name) => {
+        const x = own.element._fullLayout[name], y = own.element._fullLayout["y" + name.slice(1)];
+        const at = px - x._offset, up = py - y._offset;
+        if (at >= 0 && at <= x._length && up >= 0 && up <= y._length) onPick(x.p2l(at));
+      });
+    }, true);
   }
 
   function sameZoom(source, change) {
@@ -93,6 +142,6 @@ function camrobCharts(names, onPick) {
 
   return {
     draw: drawChart, mark, place,
-    recolor: () => drawn.forEach(({ element }) => Plotly.relayout(element, { template: theme() })),
+    recolor: () => drawn.forEach(({ element, maps }) => Plotly.relayout(element, { template: theme(), ...(maps ? { images: images(maps) } : {}) })),
   };
 }

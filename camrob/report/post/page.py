@@ -12,6 +12,7 @@ from camrob.cell.cell import Cell
 from camrob.dynamics.torques import JointTorques
 from camrob.findings import Finding
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.redundancy_map import RedundancyMap
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, page, plot_text
 from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
@@ -19,6 +20,7 @@ from camrob.report.page.stock import StockOnPage
 from camrob.report.page.timeline import Run
 from camrob.report.page.viewer import scene_data
 from camrob.report.post.feed_sections import feed_section, torque_chart, torque_section
+from camrob.report.post.map_section import MAP_LEGEND, map_chart
 from camrob.report.post.plan_section import plan_section
 from camrob.report.post.player_section import player_section
 from camrob.report.post.sections import cards, headline, regions_table, verdict, warnings_table
@@ -31,6 +33,11 @@ Array = NDArray[np.float64]
 
 _BANDS = "Tinted stretches are the regions; what lies between them is travel through air."
 _NO_BANDS = "There are too many regions to tint: hover over a curve to see where it is."
+_FOOTER = (
+    "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing. "
+    "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, "
+    "lengths divided by the characteristic length): 1/k<sub>F</sub> is 0 in a singular posture.</footer>"
+)
 _LINKED = "Zoom in one chart and all follow; click in a chart to bring the robot of the 3D view there."
 
 
@@ -43,6 +50,7 @@ def post_report(
     run: Run,
     findings: Iterable[Finding],
     stock: StockOnPage | None = None,
+    redundancy: RedundancyMap | None = None,
     part_mesh: trimesh.Trimesh | None = None,
     base_T_part: Array | None = None,
     comparison: Mapping[str, Array] | None = None,
@@ -52,11 +60,11 @@ def post_report(
 ) -> str:
     """The page for a posted program, as text.
 
-    run: when the program is where, and what it says there. stock: as it is cut. part_mesh: the part in its own frame, metres,
-    placed by base_T_part (4, 4), the identity by default. comparison: 1/k_F (N,) of other solutions of the same path by their
-    names (the paper's Figure 10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches at each
-    point. reached: (N,) m/s while cutting; torques: points and what the axes need there. The same arguments give the same
-    text. Raises ValueError where an array doesn't have the path's length.
+    run: when the program is where, and what it says there. stock: as it is cut. redundancy: the map of the freedoms. part_mesh:
+    the part in its own frame, m, placed by base_T_part (4, 4). comparison: 1/k_F (N,) of other solutions of the same path by
+    their names (the paper's Figure 10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches.
+    reached: (N,) m/s while cutting; torques: points and what the axes need there. The same arguments give the same text. Raises
+    ValueError where an array doesn't have the path's length.
     """
     others = {name: np.asarray(kf, float) for name, kf in (comparison or {}).items()}
     best = None if bound is None else np.asarray(bound, float)
@@ -65,6 +73,7 @@ def post_report(
     threshold = cell.resolve.threshold
     names = {r.index: r.name or f"region {r.index}" for r in summary.regions}
     charts = _charts(cell, path, solution, names, others, best) + _weights(cell, path, solution, names)
+    charts[1:1] = _map(cell, path, solution, names, redundancy)
     charts += _motion_charts(cell, path, names, reached, torques)
     scene = scene_data(
         cell,
@@ -90,15 +99,13 @@ def post_report(
             torque_section(summary.torques),
             plan_section(summary.plan),
             regions_table(summary, path, solution, threshold=threshold),
-            "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing. "
-            "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, "
-            "lengths divided by the characteristic length): 1/k<sub>F</sub> is 0 in a singular posture.</footer>",
+            _FOOTER,
             "</main>",
         ]
     )
     data = {
         "names": {str(index): plot_text(name) for index, name in names.items()},
-        "charts": [{"id": c["id"], "traces": c["traces"], "layout": c["layout"]} for c in charts],
+        "charts": [{key: c[key] for key in ("id", "traces", "layout", "maps") if key in c} for c in charts],
         "scene": scene,
     }
     return page(f"{summary.program}: report", body, data)
@@ -153,6 +160,16 @@ def _charts(
     ]
 
 
+def _map(
+    cell: Cell, path: ToolPathInBase, solution: Solution, names: Mapping[int, str], found: RedundancyMap | None
+) -> list[Chart]:
+    if found is None:
+        return []
+    chart, caption = map_chart(cell, Along.of(path, names), solution, found, threshold=cell.resolve.threshold)
+    title = "The map of the redundancy: what the spare freedoms could have been"
+    return [{"id": "map", "title": title, "caption": caption, "legend": MAP_LEGEND, **chart}]
+
+
 def _weights(cell: Cell, path: ToolPathInBase, solution: Solution, names: Mapping[int, str]) -> list[Chart]:
     """What weighed the joints, where the published method made the postures and an engine weighs any of them."""
     found = weights_along(cell, path, solution) if cell.resolve.joint_engine.weights else None
@@ -194,7 +211,8 @@ def _motion_charts(
 
 
 def _chart_section(chart: Chart) -> str:
+    height = int(chart["layout"]["height"])
     return (
-        f'<section><h2>{chart["title"]}</h2><div class="chart" id="{chart["id"]}" '
-        f'style="height:{int(chart["layout"]["height"])}px"></div><p class="caption">{chart["caption"]}</p></section>'
+        f'<section><h2>{chart["title"]}</h2><div class="chart" id="{chart["id"]}" style="height:{height}px"></div>'
+        f'{chart.get("legend", "")}<p class="caption">{chart["caption"]}</p></section>'
     )

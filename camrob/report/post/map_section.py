@@ -1,0 +1,130 @@
+"""The map of the redundancy in the page: path against each spare freedom, what is forbidden, and the chosen line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.cell.cell import Cell
+from camrob.redundancy.redundancy_map import BEYOND_LIMIT, ELSEWHERE, OUT_OF_REACH, TOUCHES, FreedomMap, RedundancyMap
+from camrob.redundancy.solution import Solution
+from camrob.report.page.pack import packed_shorts
+from camrob.report.page.path_charts import Along, Chart
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["MAP_LEGEND", "map_chart"]
+
+Array = NDArray[np.float64]
+
+_STEPS = 1000  # of 1/k_F from 0 to its highest
+_CODES = {OUT_OF_REACH: 60_001, BEYOND_LIMIT: 60_002, ELSEWHERE: 60_003, TOUCHES: 60_004}  # as page.js paints them
+_ROW, _TOP, _BOTTOM, _GAP = 210, 40, 56, 46  # pixels
+
+MAP_LEGEND = (
+    '<div class="legend"><span><i style="background:linear-gradient(90deg,#67001f,#d6302b,#f5a623,#35a883,#2166ac);width:60px">'
+    '</i>1/k<sub>F</sub>, low to high</span><span><i class="map-reach"></i>out of reach</span>'
+    '<span><i class="map-limit"></i>an axis of the arm beyond its limit</span>'
+    '<span><i class="map-elsewhere"></i>only in another posture of the arm</span>'
+    '<span><i class="map-touch"></i>something touches</span>'
+    '<span><i style="background:#fff;height:4px;vertical-align:2px"></i>chosen</span></div>'
+)
+
+
+def map_chart(
+    cell: Cell, along: Along, solution: Solution, found: RedundancyMap, *, threshold: float
+) -> tuple[Chart, str]:
+    """One picture a freedom, one below the other, and the caption."""
+    count = len(found.freedoms)
+    height = count * _ROW + (count - 1) * _GAP + _TOP + _BOTTOM
+    whole = height - _TOP - _BOTTOM
+    highest = max(0.7, max(float(f.look.max()) for f in found.freedoms))
+    layout: Chart = {
+        "height": height,
+        "hovermode": "x",
+        "showlegend": False,
+        "shapes": [],
+        "annotations": [],
+        "margin": {"t": _TOP, "r": 20, "l": 70, "b": _BOTTOM},
+    }
+    traces, maps = [], []
+    for k, freedom in enumerate(found.freedoms):
+        axes = str(k + 1) if k else ""
+        name, unit, values, chosen = _axis(cell, freedom, solution)
+        top = 1.0 - k * (_ROW + _GAP) / whole
+        layout[f"xaxis{axes}"] = {
+            "range": [0.0, float(along.s_mm[-1])],
+            "anchor": f"y{axes}",
+            "tickformat": ",~f",
+            "hoverformat": ",.1f",
+            "zeroline": False,
+            "showgrid": False,
+            **({"title": {"text": "path length of the tool tip [mm]", "standoff": 6}} if k == count - 1 else {}),
+            **({"matches": "x"} if k else {}),
+        }
+        layout[f"yaxis{axes}"] = {
+            "domain": [top - _ROW / whole, top],
+            "anchor": f"x{axes}",
+            "range": [float(values.min()), float(values.max())],
+            "title": {"text": f"{name} [{unit}]"},
+            "zeroline": False,
+            "showgrid": False,
+        }
+        others = [_axis(cell, f, solution)[0] for f in found.freedoms if f is not freedom]
+        rest = f", {' and '.join(others)} as chosen" if others else ""
+        layout["annotations"].append(
+            {"x": 0, "xref": f"x{axes} domain", "xanchor": "left", "y": 1, "yref": f"y{axes} domain", "yanchor": "bottom",
+             "text": f"{name}{rest}", "showarrow": False, "font": {"size": 12}}
+        )  # fmt: skip
+        mark = " mm" if unit == "mm" else "°"
+        template = f"{name} %{{y:.2f}}{mark}<extra>%{{text}}</extra>"
+        traces.append(
+            along.curve(chosen, "", template="skip", color="#111", axes=axes, hoverinfo="skip", line={"width": 4})
+        )
+        traces.append(along.curve(chosen, name, template=template, color="#fff", axes=axes, line={"width": 1.8}))
+        maps.append(_map(freedom, values, axes, highest, threshold))
+    return {"traces": traces, "layout": layout, "maps": maps}, _caption(found, count)
+
+
+def _axis(cell: Cell, freedom: FreedomMap, solution: Solution) -> tuple[str, str, Array, Array]:
+    """A freedom's name, unit, values (M,) and chosen values (N,) as the controller counts them."""
+    joint = cell.joints[freedom.joint]
+    q = np.asarray(solution.q)[:, freedom.joint]
+    to_edge, unit = (m_to_mm, "mm") if joint.prismatic else (rad_to_deg, "deg")
+    named = joint.name in cell.axis_names
+    values, chosen = (np.asarray(to_edge(joint.axis_value(x) if named else x)) for x in (freedom.values, q))
+    return (joint.name if named else "roll"), unit, values, chosen
+
+
+def _map(freedom: FreedomMap, values: Array, axes: str, highest: float, threshold: float) -> dict[str, Any]:
+    """What page.js paints: `look` row by row from the highest value down, as steps of 1/k_F or a code."""
+    look = freedom.look if values[0] > values[-1] else freedom.look[:, ::-1]
+    codes = np.rint(np.clip(look, 0.0, None) / highest * _STEPS).astype(np.int64)
+    for what, code in _CODES.items():
+        codes[look == what] = code
+    return {
+        "axes": axes,
+        "columns": look.shape[0],
+        "rows": look.shape[1],
+        "low": float(values.min()),
+        "high": float(values.max()),
+        "steps": _STEPS,
+        "threshold": threshold / highest,
+        "codes": packed_shorts(codes.T),
+    }
+
+
+def _caption(found: RedundancyMap, count: int) -> str:
+    asked = (
+        "What touches was asked at one place in 160, so that black blocks have coarse edges."
+        if found.touched
+        else "What would touch something is only asked with --method planned."
+    )
+    each = "each of them is moved by itself while the others stay on their lines" if count > 1 else "it is moved"
+    return (
+        f"Every picture shows what one spare freedom could have been at each place of the path: {each}; the colour is the "
+        "1/k<sub>F</sub> "
+        "that the arm would have there, and the white line is what was chosen. Look for a line that runs along an edge, and for "
+        f"better colours beside it: there a posture can be gained. {asked} Click to bring the player there."
+    )
