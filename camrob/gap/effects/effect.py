@@ -23,7 +23,8 @@ _EDGE = {"mm": m_to_mm, "deg": rad_to_deg}
 @dataclass(frozen=True, slots=True)
 class EffectParameter:
     """One parameter, SI. unit: that of the trade it is reported in. usual: its ordinary size; lower, upper: what a machine can
-    have at all; common: the magnitude beyond which a value is unusual, which is said and counts for nothing else.
+    have at all; common: the magnitude beyond which a value is unusual, which is said and counts for nothing else; beside: it
+    comes with the others of its effect, and alone is no sign of it, as other causes show the same.
     """
 
     name: str
@@ -32,6 +33,7 @@ class EffectParameter:
     lower: float
     upper: float
     common: float = float("inf")
+    beside: bool = False
 
     def at_edge(self, value: float) -> float:
         """The value in the unit of the trade."""

@@ -28,15 +28,19 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         scale = EffectParameter(f"{joint.name}_scale", "1", 2e-4, -4e-3, 4e-3)
         lean = [EffectParameter(f"{joint.name}_r{p}_deg", "deg", tilt, -0.01, 0.01) for p in "xy"]
         bows = [
-            EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005) for k in range(4) for p in "xyz"
-        ]
+            EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005, beside=k == 0)
+            for k in range(4) for p in "xyz"
+        ]  # fmt: skip
         travel = np.concatenate([s.link[:, s.index(joint.name)] for s in scenes])
         middle, half = 0.5 * float(travel.max() + travel.min()), 0.5 * float(np.ptp(travel))
         units.append(Unit("track", joint.name, (scale,), key="scale"))
         units.append(Unit("track", joint.name, tuple(lean), key="direction"))
         units.append(Unit("track", joint.name, tuple(bows), key=f"straightness {middle:.6f} {half:.6f}"))
         for p in "xyz":
-            turns = tuple(EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01) for k in _TURNS[p])
+            turns = tuple(
+                EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01, beside=k == 0)
+                for k in _TURNS[p]
+            )
             units.append(Unit("track", joint.name, turns, key=f"turning {middle:.6f} {half:.6f} {p}"))
     return tuple(units)
 

@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 
 from camrob.gap.evidence.design import LEVER, NUISANCE, Panel
 from camrob.gap.evidence.model import Model
-from camrob.gap.evidence.unknown import CONSTANT, UNKNOWN, basis, constants, followed, moment_of, quantities, targets
+from camrob.gap.evidence.unknown import (
+    CONSTANT,
+    LINK,
+    UNKNOWN,
+    basis,
+    constants,
+    followed,
+    moment_of,
+    quantities,
+    targets,
+)
 
 __all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_constants"]
 
@@ -197,15 +207,13 @@ def covered(shape: Shape, model: Model) -> bool:
 
 def uncovered_constants(model: Model) -> list[str]:
     """Places whose being elsewhere no unit of the library shows that is as small as such a place: what a broad effect would
-    otherwise mimic.
+    otherwise mimic. Of an axis in its link, no unit at all: an arm's geometry is one.
     """
     panels, design = model.panels, model.design
     A = design.A.sum(axis=0)
     apart = {NUISANCE, UNKNOWN.name, *(e.name for e in model.effects if e.orders)}
-    small = [
-        c for i, u in enumerate(design.units)
-        if u.effect not in apart and len(c := np.flatnonzero(design.owner == i)) <= _RIGID
-    ]  # fmt: skip
+    known = [np.flatnonzero(design.owner == i) for i, u in enumerate(design.units) if u.effect not in apart]
+    small = [c for c in known if len(c) <= _RIGID]
     found = []
     for place in (c for c in constants(panels[0].scene) if all(c in constants(p.scene) for p in panels)):
         state = {f"{place}|{CONSTANT}|lower": 0.0}
@@ -216,7 +224,7 @@ def uncovered_constants(model: Model) -> list[str]:
             Y = np.stack([t.ravel() for t in twists], axis=1) * p.w_tcp.reshape(-1, 1) ** 2
             B += p.tcp.reshape(-1, len(A)).T @ Y
             G += [float(np.sum((t * p.w_tcp) ** 2)) for t in twists]
-        if not any(np.all(_shown(A, c, B) > _SAME * G) for c in small):
+        if not any(np.all(_shown(A, c, B) > _SAME * G) for c in (known if place.startswith(LINK) else small)):
             found.append(place)
     return found
 

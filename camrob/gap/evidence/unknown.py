@@ -19,6 +19,7 @@ __all__ = [
     "CONSTANT",
     "DEGREE",
     "LAST_MOVE",
+    "LINK",
     "UNKNOWN",
     "basis",
     "constants",
@@ -39,6 +40,10 @@ CONSTANT = "constant"
 LAST_MOVE = "last move of"
 """How the quantity's name begins that is the way of an axis from the pose before."""
 _FROM = "from "  # how what begins at a moment is said
+LINK = "link "
+"""How the place's name begins that is an axis standing elsewhere in the link before it, its zero apart."""
+_LINK_PARTS = ("x", "y", "rx", "ry")  # what lies along the axis is the next one's, or the tool's
+_LINK_LENGTH, _LINK_ANGLE = mm_to_m(0.3), deg_to_rad(0.02)  # as castings and bearings are off
 _CHOICES = 150  # places and quantities that could have been picked
 _STILL = 1e-6  # in its own unit: does not change
 _PLAY = deg_to_rad(0.02)  # way after which an axis counts as having turned round
@@ -111,13 +116,16 @@ def targets(scene: Scene) -> tuple[str, ...]:
 
 
 def constants(scene: Scene) -> tuple[str, ...]:
-    """Places that may be elsewhere by what no effect knows: the robot's foot, the tool, an axis's zero."""
+    """Places that may be elsewhere by what no effect knows: the robot's foot, the tool, an axis's zero, an axis in its link."""
     foot = () if scene.frames.fitted_left else ("foot",)
     tool = () if scene.frames.fitted_right else ("tool",)
-    return (*foot, *tool, *(a for a in arm_axes(scene.cell) if f"{a}.zero" in scene.places))
+    seen = [a for a in arm_axes(scene.cell) if f"{a}.zero" in scene.places]
+    return (*foot, *tool, *seen, *(f"{LINK}{a}" for a in seen))
 
 
 def _terms(place: str) -> list[str]:
+    if place.startswith(LINK):
+        return [f"{place.removeprefix(LINK)}.{p}" for p in _LINK_PARTS]
     side = {"foot": "base", "tool": "tool"}.get(place)
     return [f"{place}.zero"] if side is None else [f"{side}.{p}" for p in PLACES]
 
@@ -139,9 +147,10 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         target, _, quantity = key.partition("|")
         if quantity == CONSTANT:
             if all(target in constants(s) for s in scenes):
-                axis = "" if target in ("foot", "tool") else target
-                parts = PLACES if not axis else ("rz",)
-                parameters = place_parameters([f"{target}_{p}" for p in parts], LENGTH, ANGLE)
+                axis = "" if target in ("foot", "tool") else target.removeprefix(LINK)
+                parts = [t.rpartition(".")[2].replace("zero", "rz") for t in _terms(target)]
+                length, angle = (_LINK_LENGTH, _LINK_ANGLE) if target.startswith(LINK) else (LENGTH, ANGLE)
+                parameters = place_parameters([f"{target}_{p}" for p in parts], length, angle)
                 units.append(Unit("unknown", axis, parameters, len(constants(scenes[0])), key))
             continue
         step = is_moment(quantity)

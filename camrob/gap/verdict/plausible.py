@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from camrob.gap.evidence.model import Model, effect_rms
-from camrob.gap.evidence.unknown import CONSTANT, basis, followed, is_moment, moment_words
+from camrob.gap.evidence.unknown import CONSTANT, LINK, basis, followed, is_moment, moment_words
+from camrob.gap.verdict.companions import only_companions
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["implausible", "unknown_shapes", "unknown_text", "unusual"]
@@ -18,8 +19,10 @@ _PLACES = {"foot": "the robot's foot", "tool": "the tool"}
 
 
 def implausible(model: Model) -> dict[str, str]:
-    """Effect to the reason, for effects of the best set with values beyond what any such machine can have."""
-    found: dict[str, str] = {}
+    """Effect to the reason, for effects of the best set with values beyond what any such machine can have, or of which nothing
+    shows but what comes with them.
+    """
+    found = only_companions(model)
     deviation = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
     for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True)):
         unit = model.units[int(owner)]
@@ -71,7 +74,7 @@ def unknown_shapes(model: Model) -> list[dict[str, Any]]:
         linear = unit.parameters[0].unit == "mm"
         shapes.append({
             "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
-            "moves": _PLACES.get(target, target.removeprefix("drive ")),
+            "moves": _PLACES.get(target, target.removeprefix("drive ").removeprefix(LINK)),
             "follows": moment_words(quantity, lower) if is_moment(quantity) else quantity,
             "swing": m_to_mm(swing) if linear else rad_to_deg(swing), "unit": "mm" if linear else "degrees",
         })  # fmt: skip

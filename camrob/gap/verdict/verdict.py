@@ -14,14 +14,15 @@ from camrob.gap.evidence.fitting import with_fitting
 from camrob.gap.evidence.model import Model, effect_rms
 from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
-from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, settled_rms, shrinkage, trial_of
+from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
 from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
-from camrob.gap.verdict.carried_over import carried_over
+from camrob.gap.verdict.beside_more import beside_more, gains
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
+from camrob.gap.verdict.own_course import off_course
 from camrob.gap.verdict.part_of_cycle import energy_of, partly_seen
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
 from camrob.gap.verdict.remains import left_panels, remains, residual_regimes, suspects
@@ -38,7 +39,6 @@ _TRIES, _LIKELY = 3, 0.02
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
 _MOST_PART = 0.1  # of the withheld gap's energy: an unknown with less leaves a gap explained
 _OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
-_SMOOTH = frozenset({"position", "load", "time"})  # regimes that change slowly, as the discrepancy does
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
@@ -63,7 +63,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         model = _without_harmful(model, trial)
     reasons = implausible(model)
     probability = {e.name: BELIEF.effect(p, impossible=e.name in reasons) for e, p in _evidence(model, library)}
-    probability |= {n: probability[n] * BELIEF.part_seen for n in partly_seen(model, library)}
+    probability |= {n: probability[n] * BELIEF.part_seen for n in _likely_at_most(model, library)}
     model = with_fitting(_holding(model, frozenset(n for n, p in probability.items() if p >= 0.5)), blocks)
     worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
@@ -72,7 +72,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     members = _claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
     if members:
-        probability = _beside_more(model, trial, together, probability, library)
+        probability = beside_more(model, trial, together, probability, library)
     if (left_over := _claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     wider = shown_by_wider(model, library, [n for n, p in probability.items() if p >= 0.5])
@@ -145,6 +145,11 @@ def _evidence(model: Model, library: Sequence[Effect]) -> list[tuple[Effect, flo
     return found
 
 
+def _likely_at_most(model: Model, library: Sequence[Effect]) -> set[str]:
+    """Effects of whose pattern, or of whose course, these logs show that another's is as good."""
+    return {*partly_seen(model, library), *off_course(model, library)}
+
+
 def _held(model: Model, trial: Trial, probability: Mapping[str, float], library: Sequence[Effect]) -> dict[str, float]:
     """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy predict, a name
     has not shown that it is more than a likeness; but for one that moves the tool there by far more than that, and those of the
@@ -168,26 +173,6 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
 def _claims(model: Model, probability: Mapping[str, float]) -> Set:
     """The units of the best set whose effects are more likely at work than not."""
     return frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
-
-
-def _beside_more(
-    model: Model, trial: Trial, together: Shrinkage, probability: Mapping[str, float], library: Sequence[Effect]
-) -> dict[str, float]:
-    """Probabilities of effects that move the tool by less than what stays beside all claims (`together`): such a one may be a
-    likeness of that, and is, as likely as not, where withheld samples don't surely get better by it. Names that follow posture,
-    load or time alone and mostly cancel have to move it by more: together they are any smooth function. What carries over to far
-    postures is no likeness. Sizes are but for what frames that nobody told take up.
-    """
-    stays = float(np.sqrt(max(together.rms_after**2 - model.noise**2, 0.0)))
-    sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
-    smooth = {e.name for e in library if _SMOOTH.issuperset(e.regimes)} & set(sizes)
-    cancel = sum(sizes[n] ** 2 for n in smooth) > BELIEF.cancels * settled_rms(model, model.panels, smooth) ** 2
-    small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
-    carried = carried_over(model, trial, small)
-    small = [n for n in small if n not in carried]
-    less = _gains(model, trial, [n for n in small if sizes[n] < stays])
-    left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
-    return {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
 
 
 def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float]:
@@ -214,18 +199,7 @@ def _holding(model: Model, claimed: frozenset[str]) -> Model:
 
 def _worse(model: Model, trial: Trial, names: Sequence[str]) -> list[str]:
     """Those effects that, taken away last, surely make withheld samples worse: claims to be withdrawn."""
-    return [name for name, (_, most) in _gains(model, trial, names).items() if most < 0.0]
-
-
-def _gains(model: Model, trial: Trial, names: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """90 % of the share that each of these effects takes from withheld samples when it is taken away last."""
-    whole = shrinkage(model, trial, model.best.members)
-    found = dict.fromkeys(names, (0.0, 0.0))
-    for name in model.evidence.effects_of(model.best.members).intersection(names):
-        others = frozenset(i for i in model.best.members if model.units[i].effect != name)
-        last = shrinkage(model, trial, model.best.members, others)
-        found[name] = Shrinkage(last.after, whole.after, whole.block).interval()
-    return found
+    return [name for name, (_, most) in gains(model, trial, names).items() if most < 0.0]
 
 
 def _worse_together(model: Model, trial: Trial, probability: Mapping[str, float]) -> list[str]:

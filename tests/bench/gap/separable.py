@@ -72,6 +72,15 @@ def _grown(i):
     return apply
 
 
+def _drifted(i):
+    """The instrument shifts steadily along one axis; that it may turn as well is left aside."""
+
+    def apply(w):
+        w.after[:, i] += 1e-4 * (w.t - w.t[0]) / max(w.t[-1] - w.t[0], 1e-9)
+
+    return apply
+
+
 def members(name):
     """Small applications whose patterns span what an effect of the library can show."""
     arm = range(6)
@@ -95,6 +104,7 @@ def members(name):
         "latency": [lambda w: setattr(w, "delay", 0.005)],
         "cutting_force": [_link(k, lambda w, k=k: 4e-6 * w.context["force"][:, k]) for k in arm],
         "early_reading": [_early],
+        "measurement_drift": [_drifted(i) for i in range(3)],
     }
     return spans.get(name, [])
 

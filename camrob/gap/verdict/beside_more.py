@@ -1,0 +1,61 @@
+"""Names that move the tool by less than what stays beside them, and may be a likeness of that."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from camrob.gap.effects.effect import Effect
+from camrob.gap.evidence.model import Model, whole_gap
+from camrob.gap.evidence.shrink import Shrinkage, Trial, settled_rms, shrinkage
+from camrob.gap.verdict.belief import BELIEF
+from camrob.gap.verdict.carried_over import carried_over
+from camrob.gap.verdict.remains import left_panels
+
+__all__ = ["beside_more", "gains"]
+
+_SMOOTH = frozenset({"position", "load", "time"})  # regimes that change slowly, as the discrepancy does
+
+
+def beside_more(
+    model: Model, trial: Trial, together: Shrinkage, probability: Mapping[str, float], library: Sequence[Effect]
+) -> dict[str, float]:
+    """Probabilities of effects that move the tool by less than what stays beside all claims, on withheld samples (`together`) or
+    on the fitted ones: such a one may be a likeness of that, and is, as likely as not, where withheld samples don't surely get
+    better by it. Names that follow posture, load or time alone and mostly cancel have to move it by more: together they are any
+    smooth function. What carries over to far postures is no likeness. Sizes are but for what frames that nobody told take up.
+    """
+    stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
+    sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
+    smooth = {e.name for e in library if _SMOOTH.issuperset(e.regimes)} & set(sizes)
+    cancel = sum(sizes[n] ** 2 for n in smooth) > BELIEF.cancels * settled_rms(model, model.panels, smooth) ** 2
+    small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
+    carried = carried_over(model, trial, small)
+    small = [n for n in small if n not in carried]
+    less = gains(model, trial, [n for n in small if sizes[n] < stays])
+    left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
+    return {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
+
+
+def gains(model: Model, trial: Trial, names: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """90 % of the share that each of these effects takes from withheld samples when it is taken away last."""
+    whole = shrinkage(model, trial, model.best.members)
+    found = dict.fromkeys(names, (0.0, 0.0))
+    for name in model.evidence.effects_of(model.best.members).intersection(names):
+        others = frozenset(i for i in model.best.members if model.units[i].effect != name)
+        last = shrinkage(model, trial, model.best.members, others)
+        found[name] = Shrinkage(last.after, whole.after, whole.block).interval()
+    return found
+
+
+def _left_of_fitted(model: Model, probability: Mapping[str, float]) -> float:
+    """m (rms) that the claims leave of the fitted logs."""
+    claimed = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
+    left = np.concatenate([whole_gap(p)[p.w_tcp[:, 0] > 0.0] for p in left_panels(model, claimed)])
+    return float(np.sqrt(np.mean(np.sum(left**2, axis=1))))
+
+
+def _beyond(model: Model, rms: float) -> float:
+    """m of an rms that is more than noise."""
+    return float(np.sqrt(max(rms**2 - model.noise**2, 0.0)))
