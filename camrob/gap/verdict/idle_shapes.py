@@ -25,4 +25,4 @@ def without_idle_shapes(model: Model, trial: Trial) -> Model:
     unnamed = frozenset(i for i in model.best.members if model.units[i].effect not in effects)
     whole, by_names, by_shapes = (shrinkage(model, trial, m, m).rms_after for m in (model.best.members, bare, unnamed))
     shapes_take, names_take = (float(np.sqrt(max(rms**2 - whole**2, 0.0))) for rms in (by_names, by_shapes))
-    return replace(model, best=model.fit(bare)) if names_take >= BELIEF.far_more * shapes_take else model
+    return replace(model, best=model.fit(bare)) if names_take >= BELIEF.idle * shapes_take else model

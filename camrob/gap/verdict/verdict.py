@@ -190,10 +190,14 @@ def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> 
 
 
 def _holding(model: Model, claimed: frozenset[str]) -> Model:
-    """The model with the best set that holds all that is claimed, where one was met."""
-    if claimed <= model.evidence.effects_of(model.best.members):
+    """The model with the best set that holds all that is claimed, where one was met; without shapes of the unknown where the best
+    set has none, as these were found idle.
+    """
+    inside = model.evidence.effects_of(model.best.members)
+    if claimed <= inside:
         return model
-    held = [m for m in model.scores if claimed <= model.evidence.effects_of(m)]
+    effects = {m: model.evidence.effects_of(m) for m in model.scores}
+    held = [m for m, names in effects.items() if claimed <= names and not {"unknown"} & names - inside]
     return replace(model, best=model.fit(max(held, key=lambda m: model.scores[m]))) if held else model
 
 
