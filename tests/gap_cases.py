@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent / "bench"))
 
 import bench_accuracy  # noqa: F401 (as the next)
 import closed_loop  # noqa: F401 (found here by the tests, which have no path to it)
-from gap import generator
+from gap import generator, given_back  # noqa: F401 (given_back: as the others)
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import shutil
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from gap_cases import kr15, simulated
+from gap_cases import KR15, given_back, kr15, simulated
 from test_gap_effects import plant_link
 from test_gap_experiment import sagging
 
+from camrob.gap.cell_effects import cell_effects
 from camrob.gap.diagnose import diagnose
+from camrob.gap.evidence.shrink import Shrinkage
+from camrob.gap.verdict.belief import BELIEF
+from camrob.gap.verdict.beside_more import taken
 
 
 @cache
@@ -71,6 +77,25 @@ def test_a_constant_about_the_vertical_is_no_track() -> None:
 
 def test_a_foot_that_warms_up_is_no_instrument_that_drifts_steadily() -> None:
     assert max(beliefs(warm_foot, "thermal_drift").values(), default=0.0) < 0.8
+
+
+def test_claims_that_cancel_what_is_not_claimed_take_little_of_what_they_move() -> None:
+    """A cause takes all of its energy; with another, which isn't there and is s as large, it takes 1 - s2 of 1 + s2."""
+    rng = np.random.default_rng(0)
+    cause, other, noise = (rng.normal(0.0, s, (4000, 3)) for s in (1.0, 0.8, 0.2))
+    block = np.arange(4000) // 400
+    assert taken(Shrinkage(cause + noise, noise, block)) == pytest.approx(1.0, abs=0.05)
+    found = taken(Shrinkage(cause + noise, noise - other, block))
+    assert found == pytest.approx(0.36 / 1.64, abs=0.05)
+    assert found < BELIEF.taken
+
+
+def test_every_effect_that_is_given_back_is_a_file_that_a_cell_can_bring(tmp_path: Path) -> None:
+    shutil.copytree(KR15, tmp_path / "cell")
+    (tmp_path / "cell" / "effects").mkdir(exist_ok=True)
+    for name in given_back.FORMS:
+        (tmp_path / "cell" / "effects" / f"own_{name}.toml").write_text(given_back.written(name))
+    assert [e.name for e in cell_effects(tmp_path / "cell", kr15())] == sorted(f"own_{n}" for n in given_back.FORMS)
 
 
 @pytest.mark.slow

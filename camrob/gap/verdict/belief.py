@@ -23,11 +23,13 @@ class Belief:
     noise and of the withheld gap, what has to hang together on withheld samples for even odds that something unknown stays;
     steep: log odds a unit of that size; nothing_else: probability of the unknown where nothing else is left to say; read_off:
     where the log shows it, at a drive; first_of_twins: share of the foot where the instrument's frame would show the
-    same; idle: times what shapes of the unknown take beside names, that names have to take beside these; far_more: times a shape of the unknown that an effect has to move the tool by to stand by it; by_noise, by_field,
+    same; idle: times what shapes of the unknown take beside names, that names have to take beside these; far_more: times a
+    shape of the unknown that an effect has to move the tool by to stand by it; by_noise, by_field,
     by_doubt: of the noise, of the discrepancy, and of what the fit leaves open, what may stay on withheld logs beyond what was
     predicted before every name is doubtful; doubtful: what is then left of it; beside_more: what is left of one that moves the
     tool by less than what stays unexplained, or than `smooth_more` times that where it is as smooth and cancels
-    others that are, which it does where their energies are `cancels` times that of them together; part_seen: of one of whose
+    others that are, which it does where their energies are `cancels` times that of them together, or where all claims take less
+    than `taken` of the energy by which they move it; part_seen: of one of whose
     pattern the logs show a part, and of one that needs such a one beside it.
     """
 
@@ -49,6 +51,7 @@ class Belief:
     beside_more: float
     smooth_more: float
     cancels: float
+    taken: float
     part_seen: float
 
     def effect(self, probability: float, *, impossible: bool = False) -> float:
@@ -70,5 +73,5 @@ class Belief:
 BELIEF = Belief(
     slope=0.81, surest=0.97, impossible=0.05, stays=0.585, share=0.026, steep=7.8, nothing_else=0.55, read_off=0.95,
     first_of_twins=0.85, far_more=4.0, idle=3.0, by_noise=0.5, by_field=0.8, by_doubt=2.0, doubtful=0.5,
-    beside_more=0.8, smooth_more=2.0, cancels=2.0, part_seen=0.8,
+    beside_more=0.8, smooth_more=2.0, cancels=2.0, taken=0.5, part_seen=0.8,
 )  # fmt: skip

@@ -13,7 +13,7 @@ from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.carried_over import carried_over
 from camrob.gap.verdict.remains import left_panels
 
-__all__ = ["beside_more", "gains"]
+__all__ = ["beside_more", "gains", "taken"]
 
 _SMOOTH = frozenset({"position", "load", "time"})  # regimes that change slowly, as the discrepancy does
 
@@ -25,6 +25,7 @@ def beside_more(
     on the fitted ones: such a one may be a likeness of that, and is, as likely as not, where withheld samples don't surely get
     better by it. Names that follow posture, load or time alone and mostly cancel have to move it by more: together they are any
     smooth function. What carries over to far postures is no likeness. Sizes are but for what frames that nobody told take up.
+    Claims that together take far less than they move the tool by work against something that is not claimed.
     """
     stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
     sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
@@ -35,6 +36,8 @@ def beside_more(
     small = [n for n in small if n not in carried]
     less = gains(model, trial, [n for n in small if sizes[n] < stays])
     left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
+    if taken(together) < BELIEF.taken:
+        left = dict.fromkeys(sizes, 1.0) | left
     return {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
 
 
@@ -47,6 +50,14 @@ def gains(model: Model, trial: Trial, names: Sequence[str]) -> dict[str, tuple[f
         last = shrinkage(model, trial, model.best.members, others)
         found[name] = Shrinkage(last.after, whole.after, whole.block).interval()
     return found
+
+
+def taken(together: Shrinkage) -> float:
+    """Share of the energy by which the claims move the tool on withheld samples, that they take there: about 1 of true causes."""
+    before, after, moved = (
+        float(np.sum(e**2)) for e in (together.before, together.after, together.before - together.after)
+    )
+    return (before - after) / max(moved, 1e-30)
 
 
 def _left_of_fitted(model: Model, probability: Mapping[str, float]) -> float:
