@@ -239,6 +239,12 @@ def batch(
         Path | None,
         typer.Option("--out", metavar="DIR", help="What `out` is relative to. Default: JOBS.toml's folder."),
     ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            "--report", metavar="DIR", help="The folder for a page of all jobs that leads to their own reports."
+        ),
+    ] = None,
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, metavar="N", help="Processes. Default: one per core.")
     ] = None,
@@ -251,7 +257,7 @@ def batch(
     """Run many jobs side by side; the exit status is that of the worst one."""
 
     def job(progress: Progress) -> Any:
-        return job_of("batch")(jobs, out=out, workers=workers, scheduler=scheduler, progress=progress)
+        return job_of("batch")(jobs, out=out, report=report, workers=workers, scheduler=scheduler, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_batch, status=lambda result: int(result.status))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import tempfile
 import time
@@ -44,6 +45,7 @@ def batch(
     jobs: Path,
     *,
     out: Path | None = None,
+    report: Path | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Progress | None = None,
@@ -56,6 +58,7 @@ def batch(
     Args:
         jobs: JOBS.toml.
         out: the folder that the jobs' own are in; None: as JOBS.toml says.
+        report: the folder that receives batch.html, which leads to the jobs' own reports, and batch.json; None: none.
         workers: processes on this machine; None: one a core.
         scheduler: the address of a Dask cluster that does the jobs instead.
         progress: called with what runs and the share that is done, 0 to 1.
@@ -111,7 +114,18 @@ def batch(
         jobs=tuple(in_order),
         seconds=round(time.perf_counter() - start, 3),
     )
+    if report is not None:
+        _write_report(Path(report), summary)
     return BatchResult(summary, status)
+
+
+def _write_report(folder: Path, summary: BatchSummary) -> None:
+    from camrob.report.batch.page import batch_report
+
+    with staged_output(folder, name="batch") as staging:
+        text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
+        (staging / "batch.json").write_text(text + "\n", encoding="utf-8")
+        (staging / "batch.html").write_text(batch_report(summary, folder), encoding="utf-8")
 
 
 def _size(parcel: Parcel) -> int:

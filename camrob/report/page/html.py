@@ -14,7 +14,7 @@ from typing import Any
 
 from camrob.text import printable
 
-__all__ = ["data_block", "escape", "number", "page", "plot_text"]
+__all__ = ["data_block", "duration", "escape", "number", "page", "plot_text"]
 
 _PACKED_FROM = 4_000  # characters: below, packing saves nothing that is felt
 _EFFORT = 6  # of gzip: 9 takes three times as long for 1 % less
@@ -44,6 +44,17 @@ def number(value: object, decimals: int = 1, unit: str = "") -> str:
         text = f"{mantissa} × 10<sup>{int(power)}</sup>".replace("-", "−")
     space = "" if unit == "°" else " "
     return f"{text}{space}{escape(unit)}" if unit else text
+
+
+def duration(seconds: object) -> str:
+    """A time as a machinist reads it: "4 min 12 s"."""
+    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not math.isfinite(seconds):
+        return "–"
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    hours, minutes = whole // 3600, whole % 3600 // 60
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {whole % 60:02d} s"
 
 
 def _finite(value: Any) -> Any:

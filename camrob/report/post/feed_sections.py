@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.dynamics.torques import JointTorques
-from camrob.report.page.html import escape, number
+from camrob.report.page.html import duration, escape, number
 from camrob.report.page.path_charts import Along, Chart
 from camrob.report.post.feed_sentences import tolerance_sentence
-from camrob.report.post.sections import duration
 from camrob.summaries.feed_figures import FeedFigures, LostFeed, Torques
 
 __all__ = ["feed_section", "torque_chart", "torque_section"]

@@ -11,12 +11,12 @@ from camrob.cell.cell import Cell
 from camrob.findings import Finding, Severity, collapse
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
-from camrob.report.page.html import escape, number
+from camrob.report.page.html import duration, escape, number
 from camrob.report.page.path_charts import axis_limits
 from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
 
-__all__ = ["cards", "duration", "headline", "regions_table", "verdict", "warnings_table"]
+__all__ = ["cards", "headline", "regions_table", "verdict", "warnings_table"]
 
 _METHODS = {"vjm": "virtual-joint method (as published)", "planned": "planned postures"}
 _RANK = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
@@ -27,17 +27,6 @@ _NEAREST = 3  # as many as a card has room for
 
 def _plural(count: int, one: str, many: str) -> str:
     return f"{count:,} {one if count == 1 else many}"
-
-
-def duration(seconds: object) -> str:
-    """A time as a machinist reads it: "4 min 12 s"."""
-    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not np.isfinite(seconds):
-        return "–"
-    if seconds < 60:
-        return f"{seconds:.1f} s"
-    whole = round(seconds)
-    hours, minutes = whole // 3600, whole % 3600 // 60
-    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {whole % 60:02d} s"
 
 
 def headline(summary: PostSummary, cell: Cell) -> str:

@@ -1,0 +1,137 @@
+"""The page of many jobs: what went wrong first, then every job with its figures and the way to its own report."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from camrob.report.page.html import duration, escape, number, page
+from camrob.report.page.parts import card_row, section, table
+from camrob.summaries.batch_summary import BatchSummary, JobFigures
+
+__all__ = ["batch_report"]
+
+_WORDS = {0: ("done", "info"), 1: ("check failed", "warning"), 2: ("input wrong", "error"), 3: ("not done", "error")}
+_REASONS = 3  # of a job, the others stand in its own report
+
+
+def batch_report(summary: BatchSummary, folder: Path) -> str:
+    """The page as text, for a file in `folder`, from which its links to the jobs' reports lead."""
+    rows = [_row(job, folder) for job in summary.jobs]
+    heads = ("", "job", "verb", "report", "points", "lowest 1/k_F", "least to a limit", "time", "warnings", "took")
+    body = "\n".join(
+        [
+            "<main>",
+            f"<header><h1>{len(summary.jobs):,} jobs</h1></header>",
+            _verdict(summary),
+            _failures(summary),
+            card_row(_cards(summary)),
+            section("All jobs", table(heads, rows, left=4, whole=True)),
+            "<footer>Made by camrob. Each job is judged by itself, as its own command would; reports open from the folders that "
+            "the jobs wrote them to.</footer></main>",
+        ]
+    )
+    return page("camrob batch", body, {"names": {}})
+
+
+def _verdict(summary: BatchSummary) -> str:
+    well = summary.counts.get("0", 0)
+    bad = len(summary.jobs) - well
+    if not bad:
+        return '<div class="verdict good"><strong>All done.</strong><span>Every check of every job holds.</span></div>'
+    text = f"{well:,} of {len(summary.jobs):,} are done; what stands against the others is named below."
+    return f'<div class="verdict bad"><strong>{bad:,} not done.</strong><span>{text}</span></div>'
+
+
+def _failures(summary: BatchSummary) -> str:
+    rows = [
+        [_tag(job), escape(job.input), escape(job.verb), "<br>".join(escape(r) for r in reasons)]
+        for job in summary.jobs
+        if job.status and (reasons := _reasons(job))
+    ]
+    return section("Against them", table(("", "job", "verb", "why"), rows, left=4, whole=True)) if rows else ""
+
+
+def _reasons(job: JobFigures) -> list[str]:
+    if job.error:
+        return [job.error]
+    errors = [e for e in (job.summary or {}).get("errors") or () if isinstance(e, Mapping)]
+    texts = [f"line {e['line']}: {e.get('text', '')}" if e.get("line") else str(e.get("text", "")) for e in errors]
+    more = [f"and {len(texts) - _REASONS:,} more"] if len(texts) > _REASONS else []
+    return texts[:_REASONS] + more or ["a check failed"]
+
+
+def _cards(summary: BatchSummary) -> list[tuple[str, str, str]]:
+    programs = [job.summary or {} for job in summary.jobs if job.status == 0]
+    points = sum(int(p.get("points") or p.get("motions") or 0) for p in programs)
+    seconds = sum(float(_within(p, "time_s", "program") or 0.0) for p in programs)
+    lowest = [(float(k), job.input) for job in summary.jobs if (k := _conditioning(job)) is not None]
+    where = f"{summary.workers} workers" if summary.workers else f"the cluster at {summary.scheduler}"
+    cards = [
+        (
+            "Done",
+            f"{summary.counts.get('0', 0):,} of {len(summary.jobs):,}",
+            f"in {duration(summary.seconds)} on {where}",
+        )
+    ]
+    if points:
+        cards.append(("Points", f"{points:,}", f"{duration(seconds)} of motion" if seconds else ""))
+    if lowest:
+        kf, job = min(lowest)
+        cards.append(("Nearest to singular", number(kf, 3), f"lowest 1/k_F, in {job}"))
+    return cards
+
+
+def _within(summary: Mapping[str, Any], *keys: str) -> Any:
+    """A figure of a summary as JSON, None where there is none."""
+    found: Any = summary
+    for key in keys:
+        found = found.get(key) if isinstance(found, Mapping) else None
+    return found
+
+
+def _conditioning(job: JobFigures) -> float | None:
+    found = _within(job.summary or {}, "conditioning", "inv_kf_min")
+    return found if isinstance(found, float) else None
+
+
+def _tag(job: JobFigures) -> str:
+    word, kind = _WORDS.get(job.status, ("?", "error"))
+    return f'<span class="tag {kind}">{word}</span>'
+
+
+def _row(job: JobFigures, folder: Path) -> list[str]:
+    of_job = job.summary or {}
+    margins = _within(of_job, "limits", "margin_min")
+    least = (
+        min(((v, k) for k, v in margins.items() if isinstance(v, float)), default=None)
+        if isinstance(margins, Mapping)
+        else None
+    )
+    seconds = _within(of_job, "time_s", "program")
+    warnings = of_job.get("warnings")
+    points = of_job.get("points", of_job.get("motions"))
+    return [
+        _tag(job) + (f" {job.attempts} attempts" if job.attempts > 1 else ""),
+        escape(job.input),
+        escape(job.verb),
+        _link(job, folder),
+        number(points, 0),
+        number(_conditioning(job), 3),
+        "–" if least is None else f"{escape(least[1])} {number(least[0], 1)}",
+        duration(seconds) if isinstance(seconds, int | float) else "–",
+        number(len(warnings) if isinstance(warnings, list | tuple) else None, 0),
+        number(job.seconds, 1, "s"),
+    ]
+
+
+def _link(job: JobFigures, folder: Path) -> str:
+    """The way from the page to a job's own report: relative, so that the folders can be moved together."""
+    pages = [name for name in job.files if name.endswith(".html")]
+    if job.out is None or not pages:
+        return "–"
+    there = os.path.relpath(Path(job.out) / pages[0], folder)
+    return f'<a href="./{quote(Path(there).as_posix())}">{escape(pages[0])}</a>'
