@@ -21,7 +21,7 @@ _REASONS = 3  # of a job, the others stand in its own report
 def batch_report(summary: BatchSummary, folder: Path) -> str:
     """The page as text, for a file in `folder`, from which its links to the jobs' reports lead."""
     rows = [_row(job, folder) for job in summary.jobs]
-    heads = ("", "job", "verb", "report", "points", "lowest 1/k_F", "least to a limit", "time", "warnings", "took")
+    heads = ("job", "points", "lowest 1/k_F", "least to a limit", "time", "warnings", "took")
     body = "\n".join(
         [
             "<main>",
@@ -29,7 +29,7 @@ def batch_report(summary: BatchSummary, folder: Path) -> str:
             _verdict(summary),
             _failures(summary),
             card_row(_cards(summary)),
-            section("All jobs", table(heads, rows, left=4, whole=True)),
+            section("All jobs", table(heads, rows, left=1, whole=True)),
             "<footer>Made by camrob. Each job is judged by itself, as its own command would; reports open from the folders that "
             "the jobs wrote them to.</footer></main>",
         ]
@@ -48,20 +48,24 @@ def _verdict(summary: BatchSummary) -> str:
 
 def _failures(summary: BatchSummary) -> str:
     rows = [
-        [_tag(job), escape(job.input), escape(job.verb), "<br>".join(escape(r) for r in reasons)]
+        [f"{_tag(job)}<br>{escape(job.input)}", "<br>".join(escape(r) for r in reasons)]
         for job in summary.jobs
         if job.status and (reasons := _reasons(job))
     ]
-    return section("Against them", table(("", "job", "verb", "why"), rows, left=4, whole=True)) if rows else ""
+    return section("Against them", table(("job", "why"), rows, left=2, whole=True)) if rows else ""
 
 
 def _reasons(job: JobFigures) -> list[str]:
     if job.error:
         return [job.error]
     errors = [e for e in (job.summary or {}).get("errors") or () if isinstance(e, Mapping)]
-    texts = [f"line {e['line']}: {e.get('text', '')}" if e.get("line") else str(e.get("text", "")) for e in errors]
+    texts = [_with_line(str(e.get("text", "")), e.get("line")) for e in errors]
     more = [f"and {len(texts) - _REASONS:,} more"] if len(texts) > _REASONS else []
     return texts[:_REASONS] + more or ["a check failed"]
+
+
+def _with_line(text: str, line: object) -> str:
+    return text if not line or f"line {line}" in text else f"line {line}: {text}"
 
 
 def _cards(summary: BatchSummary) -> list[tuple[str, str, str]]:
@@ -114,11 +118,9 @@ def _row(job: JobFigures, folder: Path) -> list[str]:
     seconds = _within(of_job, "time_s", "program")
     warnings = of_job.get("warnings")
     points = of_job.get("points", of_job.get("motions"))
+    again = f" {job.attempts} attempts" if job.attempts > 1 else ""
     return [
-        _tag(job) + (f" {job.attempts} attempts" if job.attempts > 1 else ""),
-        escape(job.input),
-        escape(job.verb),
-        _link(job, folder),
+        f"{_tag(job)}{again} {escape(job.verb)} {_link(job, folder)}<br>{escape(job.input)}",
         number(points, 0),
         number(_conditioning(job), 3),
         "–" if least is None else f"{escape(least[1])} {number(least[0], 1)}",
@@ -132,6 +134,6 @@ def _link(job: JobFigures, folder: Path) -> str:
     """The way from the page to a job's own report: relative, so that the folders can be moved together."""
     pages = [name for name in job.files if name.endswith(".html")]
     if job.out is None or not pages:
-        return "–"
+        return ""
     there = os.path.relpath(Path(job.out) / pages[0], folder)
     return f'<a href="./{quote(Path(there).as_posix())}">{escape(pages[0])}</a>'
