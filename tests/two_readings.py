@@ -138,7 +138,8 @@ def differences(toolpath: Toolpath, story: Story) -> list[str]:
         chunk.append(act.tip)
         if max(map(piece.off, chunk[-2:])) > PLACE + (chord if piece.slack == 0.0 and len(piece.vertices) > 2 else 0.0):
             return [f"line {act.line}: {act.tip * 1e3} mm is no point of the witness's cut of line {piece.line}"]
-        if not (math.isnan(piece.feed) or abs(act.feed - piece.feed) <= 1e-6 * piece.feed):
+        rises = piece.hole and len(chunk) > 1 and float((chunk[-1] - chunk[-2]) @ (piece.tip - piece.vertices[0])) < 0.0
+        if not (rises or math.isnan(piece.feed) or abs(act.feed - piece.feed) <= 1e-6 * piece.feed):
             return [f"line {act.line}: {act.feed * 6e4:.3f} mm/min, by the witness {piece.feed * 6e4:.3f}"]
         at_end = float(np.abs(act.tip - piece.tip).max()) < PLACE and float(np.abs(act.axis - piece.axis).max()) < AXIS
         way = float(np.linalg.norm(np.diff(chunk, axis=0), axis=1).sum())

@@ -137,3 +137,63 @@ def test_two_modes_of_a_group_in_a_block_are_refused(tmp_path: Path, pair: str) 
     (tmp_path / "a.nc").write_text(ISO + f"{pair}\nG1 Z1. F60\nM30\n")
     with pytest.raises(ToolpathError, match="in one block"):
         read_toolpath(tmp_path / "a.nc")
+
+
+def test_what_a_stop_switches_off_stands_when_the_operator_comes(tmp_path: Path) -> None:
+    path, story = both(
+        tmp_path, "a.h", KLARTEXT + "3 L Z+0 F60\n4 STOP M5 M9\n5 L Z+20 FMAX M3\n6 L Z+1\n7 M30\n8 END PGM A MM\n"
+    )
+    assert [kind for kind, _ in happened(path)][2:5] == ["SPINDLE_OFF", "STOP", "SPINDLE_ON"]
+    assert [e.kind for e in story.events if e.before == 2][-2:] == [Kind.STOP, Kind.SPINDLE_ON]
+
+
+def test_the_feed_of_a_tools_call_holds_behind_a_cycle(tmp_path: Path) -> None:
+    hole = "3 CYCL DEF 200 DRILLING Q200=2 Q201=-6 Q206=120 Q203=+0 Q204=10 Q202=9 Q210=0 Q211=0\n4 CYCL CALL\n"
+    text = KLARTEXT.replace("S5000", "S5000 F300") + hole + "5 L X+5\n6 M30\n7 END PGM A MM\n"
+    path, _ = both(tmp_path, "a.h", text)
+    assert path.regions[0].feed[-1] * 6e4 == pytest.approx(300)
+
+
+def test_a_hole_is_approached_at_the_height_at_which_it_is_left(tmp_path: Path) -> None:
+    cycle = "GOTO/-9,0,3\nCYCLE/DRILL,DEPTH,5,MMPM,90,CLEAR,2,RETURN,12\nGOTO/9,0,0\nCYCLE/OFF\nFINI\n"
+    path, _ = both(tmp_path, "a.apt", APT + cycle)
+    ends = (path.regions[0].position * 1e3).round(9).tolist()
+    assert ends[2:] == [[-9, 0, 12], [9, 0, 12], [9, 0, 2], [9, 0, -5], [9, 0, 12]]
+
+
+# -- deep holes, by the manuals: where each bite ends
+
+
+@pytest.mark.parametrize(
+    ("cycle", "bites", "most", "out"),
+    [
+        ("CYCLE83(20,0,2,-12,,-4,,1,0,0,1,1,3,2)", [-4, -7, -9, -11, -12], (6, 3), True),
+        ("CYCLE83(20,0,2,-12,,,4,0,0,0,1,1)", [-4, -8, -12], (6, 4), True),
+        ("CYCLE83(20,0,2,-8,,,4,-0.5,0,0,1,0,0,1,1)", [-4, -6, -7, -8], (6, 2), False),
+        ("CYCLE83(20,0,2,-3,,-9,,0,0.5,0,1,1)", [-3], None, True),
+        ("203 Q200=2 Q201=-8 Q206=150 Q202=4 Q210=0 Q203=0 Q204=20 Q212=0 Q213=0 Q205=0 Q211=0.5 Q208=0", [-4, -8], (6, 4), True),
+        ("203 Q200=2 Q201=-8 Q206=150 Q202=4 Q210=0 Q203=0 Q204=20 Q212=1 Q213=1 Q205=2 Q211=0 Q208=99999", [-4, -7, -8], (6, 3),
+         False),
+    ],
+)  # fmt: skip
+def test_deep_holes_bite_by_bite(
+    tmp_path: Path, cycle: str, bites: list[float], most: tuple[float, float] | None, out: bool
+) -> None:
+    if cycle.startswith("203"):
+        name, text = "a.h", KLARTEXT + f"3 CYCL DEF {cycle}\n4 CYCL CALL\n5 M30\n6 END PGM A MM\n"
+    else:
+        name, text = "a.mpf", SIEMENS + f"F200\n{cycle}\nM30\n"
+    path, story = both(tmp_path, name, text)
+    lowest, found = 0.0, []
+    for _, _, z in cuts(path):
+        if z < lowest:
+            found, lowest = [*found, z], z
+    assert found == bites
+    pecks = [(round(p.first * 1e3, 9), round(p.others * 1e3, 9), p.out) for p in story.pecks.values()]
+    assert pecks == ([] if most is None else [(*most, out)])
+
+
+def test_a_datum_that_moves_on_from_where_it_is(tmp_path: Path) -> None:
+    body = "3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 X+10\n5 CYCL DEF 7.0 DATUM SHIFT\n6 CYCL DEF 7.1 IX+5\n7 L X+1 Y+2 F90\n"
+    path, _ = both(tmp_path, "a.h", KLARTEXT + body + "8 M30\n9 END PGM A MM\n")
+    assert cuts(path) == [[16, 2, 20]]

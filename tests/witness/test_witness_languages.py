@@ -106,7 +106,7 @@ def test_klartext_vectors(tell) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "G1 X=R1 F9", "IF R1>2 GOTOF OUT", "CYCLE83(5,0,2,-9)", 'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
+        "G1 X=R1 F9", "IF R1>2 GOTOF OUT", "CYCLE83(5,0,2,-9,,-3,,0,0.5,0,1,1)", 'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
         "CYCLE800(0,,1,57)", "MCALL HOLES1(0)", "CYCLE82(5,0,2,-9,,-3)", "CYCLE81(5,0,2,R1)", "CYCLE81(5,1,2,-9)", "ROT Z30",
         "X=IC(5) Y3", "G3 X1 I=AC(5) J0", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1",
         "TRANS X=R1", "G4 S3", "A3=1 B3=0 C3=1 G1 X1 F9",
@@ -126,7 +126,7 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
     [
         "4 L X+Q1", "4 CALL LBL 1", "4 LBL 0", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0 STAY",
         "4 CYCL DEF 203 DRILLING",
-        "4 CYCL DEF 7.1 IX+5", "4 CYCL DEF 10.1 ROT+30", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
+        "4 CYCL DEF 10.1 ROT+30", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
         "4 TOOL CALL 2 Z S9 DR+0.1", "4 TOOL CALL 2 Y S9", "4 APPR LCT X+1 Y+1 R2", "4 L X+5 R+", "4 L X+5 M97",
         "4 CC", "4 L X+5 F AUTO", "4 CALL PGM B",
     ],

@@ -76,7 +76,8 @@ class Cycle:
     """A cycle in force. Heights in metres along the tool's axis from the point of the GOTO; problem: why it can't be read.
 
     retract None: to the clear point. pecks: the first one from the GOTO's point, None where it is drilled at once. start: where
-    the tool stood when the cycle began, for RTRCTO,AUTO. feed None: the modal one.
+    the tool stood when the cycle began, for RTRCTO,AUTO. feed None: the modal one. high: the tool comes over the hole no lower
+    than it leaves it.
     """
 
     out: Out = Out.RAPID
@@ -88,6 +89,7 @@ class Cycle:
     dwell: float = 0.0
     pecks: Pecks | None = None
     problem: str = ""
+    high: bool = False
 
 
 def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller, *, forced: bool = False) -> Cycle:
@@ -147,7 +149,9 @@ def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller, *,
     start = tell.here if auto else None
     dwell = said.get("dwell", 0.0)
     out_between = not _BREAKS & {t for f in fields for t in f.split()}
-    return Cycle(kind, abs(said["depth"]), said["clear"], retract, start, feed, dwell, _pecks(pecks, out_between))
+    return Cycle(
+        kind, abs(said["depth"]), said["clear"], retract, start, feed, dwell, _pecks(pecks, out_between), high=True
+    )
 
 
 def _pecks(said: dict[str, list[float]], out: bool) -> Pecks | None:
@@ -158,15 +162,15 @@ def _pecks(said: dict[str, list[float]], out: bool) -> Pecks | None:
     return Pecks(first or most, most or first, out) if first or most else None
 
 
-def _approach(tell: Teller, clear: Array, axis: Array, line: int) -> None:
-    """In rapid over the hole at the greater of the two heights, as controls do it, then to the clear point."""
+def _approach(tell: Teller, clear: Array, axis: Array, line: int, level: float) -> None:
+    """In rapid over the hole at the height where the tool stands, `level` above the clear point at least, then to that point."""
     here = tell.here
     if here is not None and np.allclose(axis, tell.axis, atol=1e-9):
         height = float((here - clear) @ axis)
-        if height > _LEVEL:
-            tell.move(clear + height * axis, axis, Way.RAPID, line)
-        elif height < -_LEVEL:
-            tell.move(here - height * axis, axis, Way.RAPID, line)
+        if height < level - _LEVEL:
+            tell.move(here + (level - height) * axis, axis, Way.RAPID, line)
+        if max(height, level) > _LEVEL:
+            tell.move(clear + max(height, level) * axis, axis, Way.RAPID, line)
     tell.move(clear, axis, Way.RAPID, line)
 
 
@@ -186,7 +190,7 @@ def drill(tell: Teller, cycle: Cycle, top: Array, axis: Array, line: int) -> Non
     clear, away = top + cycle.clear * axis, top + level * axis
     slow = top + min(level, cycle.clear) * axis  # as far as a tap or reamer is drawn out at its feed
     feed = tell.speed(line, cycle.feed)
-    _approach(tell, clear, axis, line)
+    _approach(tell, clear, axis, line, max(level - cycle.clear, 0.0) if cycle.high else 0.0)
     if cycle.pecks is not None:
         tell.pecks[tell.n] = cycle.pecks._replace(first=cycle.clear + cycle.pecks.first)
     tell.move(top - cycle.depth * axis, axis, Way.HOLE, line, feed)

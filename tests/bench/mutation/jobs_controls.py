@@ -105,7 +105,7 @@ def _klartext_lines() -> Job:
     story = _begun(Story(), tool=4).rapid(0, 0, 30).event("wet").cut(200, 0, 0, -1).cut(500, 10, 0, -1)
     story.arc(500, (10, 10, -1), (0, 0, 1), 90).cut(500, 20, 15, -1).arc(500, (30, 15, -1), (0, 0, 1), -90)
     story.arc(500, (30, 35, -1), (0, 0, 1), 450, rise=-1, slack=0.02)
-    story.cut(500, 42, 35, -2).rapid(42, 35, 30).event("dry").event("dwell", 0.5).event("halt").event("off")
+    story.cut(500, 42, 35, -2).rapid(42, 35, 30).event("dry").event("dwell", 0.5).event("off").event("halt")
     return Job("hh-lines", "lines.h", text, story, PLACE + "chord_tolerance_mm = 0.02\n")
 
 

@@ -83,7 +83,8 @@ class HeidenhainMoves:
             yield Block(line, {}, m=(1290,))
             self._lose()
             self._tcp = False
-        elif text.startswith("STOP"):
+        elif re.fullmatch(r"STOP(?: M[0-9]+)*", text):  # the operator comes when what it switches off stands
+            yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
             yield Block(line, {}, m=(0,))
         elif text.startswith(("RND", "CHF")):
             self._close_corner()
@@ -293,6 +294,8 @@ class HeidenhainMoves:
         words = {letter: value for letter, value in (("F", call.feed), ("S", call.speed)) if value is not None}
         if call.feed is not None or call.changes:
             self._tool_feed = call.feed
+        if call.feed is not None:  # the modal one, too, till a block names another
+            self._feed, self._feed_left = call.feed, False
         if call.changes:
             self._lose()
         self._speed = call.speed or self._speed

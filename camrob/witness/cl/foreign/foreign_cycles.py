@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 _SIEMENS = {
     "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
+    "CYCLE83": "RTP RFP SDIS DP DPR FDEP FDPR DAM DTB DTS FRF VARI AXN MDEP VRT DTD DIS1 GMODE DMODE AMODE",
     "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1",
     "CYCLE840": "RTP RFP SDIS DP DPR DTB SDR SDAC ENC MPIT PIT",
     "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
@@ -27,6 +28,7 @@ _SIEMENS = {
 _KLARTEXT = {
     "200": (200, 201, 202, 203, 204, 206),
     "201": (200, 201, 203, 204, 206, 208),
+    "203": (200, 201, 202, 203, 204, 205, 206, 208, 212, 213),
     "206": (200, 201, 203, 204, 206),
     "207": (200, 201, 203, 204, 239),
     "240": (200, 201, 203, 204, 206),
@@ -60,7 +62,8 @@ _FMAX = 99999.0  # a feed that stands for the rapid
 
 class Hole(NamedTuple):
     """Heights in the program's unit: where it goes in rapid, its bottom, where it ends. feed_in, feed_out: a minute, None: the
-    modal one, in rapid. bite: 0 in one go.
+    modal one, in rapid. bite: the first one from the surface down, 0 in one go; later: the longest behind it, 0: as long. out: it
+    is drawn out to the clear height between them.
     """
 
     clear: float
@@ -71,6 +74,8 @@ class Hole(NamedTuple):
     feed_out: float | None = None
     dwell: float = 0.0
     bite: float = 0.0
+    later: float = 0.0
+    out: bool = True
     tap: float | None = None  # the thread's rise a turn, left-handed below 0, 0: by the modal feed
     rpm: float | None = None  # of the tap, None: the modal one
 
@@ -107,7 +112,7 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
     tell.move(at(hole.clear), axis, Way.RAPID, line)
     if hole.bite:
         first = hole.clear - hole.surface + hole.bite
-        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True)
+        tell.pecks[tell.n] = Pecks(first * scale, (hole.later or hole.bite) * scale, hole.out)
     tell.move(at(hole.bottom), axis, Way.HOLE, line, feed)
     if hole.dwell:
         tell.event(Kind.DWELL, line, hole.dwell)
@@ -144,7 +149,7 @@ def places(name: str, values: Sequence[float | None]) -> list[tuple[float, float
 
 
 def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
-    """CYCLE81, CYCLE82 and CYCLE85 by their values. Raises UnreadError for others, and for depths that count otherwise."""
+    """CYCLE81 to CYCLE85 and CYCLE840 by their values. Raises UnreadError for others, and for depths that count otherwise."""
     names = _SIEMENS.get(name, "").split()
     if not names or any(values[len(names) :]):
         raise UnreadError(f"{name}, a cycle of Siemens'")
@@ -165,6 +170,8 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
             raise UnreadError(f"{name} whose pitch or speed isn't known")
         level = max(value["RTP"], clear)
         return Hole(clear, end, level, value["RFP"], dwell=value["DTB"], tap=float(rise), rpm=value.get("SST") or None)
+    if name == "CYCLE83":
+        return _deep(value, said.get("FDEP"), end)
     inwards, back = value.get("FFR") or None, value.get("RFF") or value.get("FFR")
     if back == 0.0:
         raise UnreadError("CYCLE85 without its feeds")
@@ -172,15 +179,37 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
     return Hole(clear, end, max(value["RTP"], clear), value["RFP"], inwards, back, dwell)
 
 
+def _deep(value: Mapping[str, float], first: float | None, end: float) -> Hole:
+    """CYCLE83: the first bite to FDEP (or FDPR below the reference plane), each later one shorter by DAM, or by that factor where
+    it is below 0, but no shorter than MDEP or DAM. Raises UnreadError for dwells between bites, and a first one at its own feed.
+    """
+    surface, less = value["RFP"], value["DAM"]
+    named = surface - abs(value["FDPR"]) if first is None else first
+    odd = first is not None and value["FDPR"] and abs(surface - abs(value["FDPR"]) - first) > 1e-9
+    bite = surface - max(named, end) if named < surface - 1e-9 else surface - end
+    one = bite >= surface - end - 1e-9
+    if value["DTD"] or value["AXN"] not in (0.0, 3.0) or odd or less < -1.0:
+        raise UnreadError("CYCLE83 whose depth or dwell counts in another way")
+    if value["FRF"] not in (0.0, 1.0) or (not one and (value["DTB"] or (value["DTS"] and value["VARI"]))):
+        raise UnreadError("CYCLE83 with a feed of its first bite, or that dwells between its bites")
+    later = max(value["MDEP"] or max(less, 0.0), bite - less if less >= 0.0 else bite * -less)
+    clear = surface + value["SDIS"]
+    level = max(value["RTP"], clear)
+    if one:
+        return Hole(clear, end, level, surface, dwell=value["DTB"])
+    return Hole(clear, end, level, surface, bite=bite, later=later, out=bool(value["VARI"]))
+
+
 def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
-    """Cycles 200, 201 and 240 by their Q numbers. Raises UnreadError for others, and for what they don't say."""
+    """Cycles 200, 201, 203, 206, 207 and 240 by their Q numbers. Raises UnreadError for others, and for what they don't say."""
     if any(name not in q for name in _KLARTEXT.get(number, (-1,))) or q.get(395) or q.get(343):
         raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")
     surface, deep = q[203], -q[201]
-    bite = q[202] if number == "200" and 0.0 < q[202] < deep - 1e-9 else 0.0
+    bite = q[202] if number in ("200", "203") and 0.0 < q[202] < deep - 1e-9 else 0.0
+    later = 0.0 if number == "200" or not bite or not q.get(212) else max(q[202] - q[212], min(q[205], q[202]))
     if bite and q.get(210):
         raise UnreadError("a cycle that dwells between its bites")
-    back = (q[208] or q[206]) if number == "201" else None
+    back = (q[208] or q[206]) if number in ("201", "203") else None
     clear = surface + q[200]
     level = max(clear, surface + q[204])
     if number in ("206", "207"):
@@ -195,6 +224,8 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         None if back is None or back >= _FMAX else back,
         q.get(211, 0.0),
         bite,
+        later,
+        number == "200" or not q.get(213),
     )
 
 

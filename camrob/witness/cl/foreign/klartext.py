@@ -99,8 +99,8 @@ class KlartextReader(ForeignReader):
         elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+|M128 F ?[A-Z\d.]+", row):
             codes = re.findall(r"M(\d+)", row)
             self._switch(codes, line, first=True)
-            self._block(["M0"] if head == "STOP" else [], line)
             self._switch(codes, line, first=False)
+            self._block(["M0"] if head == "STOP" else [], line)
         elif re.fullmatch(r"FUNCTION TCPM F TCP AXIS POS( PATHCTRL (AXIS|VECTOR))?( REFPNT TIP-TIP| F\d+)*", row):
             self._switch(["128"], line, first=True)
         elif row.startswith("FUNCTION RESET TCPM"):
@@ -340,18 +340,21 @@ class KlartextReader(ForeignReader):
         """Datum shift (7), dwell (9), and cycles that move nothing (32, 247)."""
         number, _, rest = text.partition(" ")
         main = number.partition(".")[0]
-        shift = re.fullmatch(rf"(?:[XYZ]\s?{_NUMBER}\s?)+", rest)
+        shift = re.fullmatch(rf"(?:I?[XYZ]\s?{_NUMBER}\s?)+", rest)
         time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({_NUMBER})", rest)
         for name in re.findall(r"\bQ\d+(?= ?=)", rest):  # a cycle's values are such parameters too
             self._computed.forget(name)
-        if main in ("200", "201", "206", "207", "240"):
+        if main in ("200", "201", "203", "206", "207", "240"):
             self._drills = klartext_hole(
                 main, {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({_NUMBER})(?![\d.])", rest)}
             )
         elif self._datum is not None and main == "7":
             raise UnreadError("a datum shift in a plane")
         elif main == "7" and number != "7.0" and shift:
-            named = {letter: float(value) for letter, value in re.findall(rf"([XYZ])\s?({_NUMBER})", rest)}
+            named = {
+                letter: float(value) + (self._stand.shift[letter] / self._scale if more else 0.0)
+                for more, letter, value in re.findall(rf"(I?)([XYZ])\s?({_NUMBER})", rest)
+            }
             self._block(["G52", *(f"{letter}{value:.9f}" for letter, value in named.items())], line)
             self._here = {}
         elif main == "9" and number != "9.0" and time:
