@@ -20,7 +20,8 @@ from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try
 from camrob.product_grid import product_grid
 from camrob.progress import Progress, stage_of
 from camrob.redundancy.planning.placement import Placements, place_part
-from camrob.report.place_map import place_map
+from camrob.report.place.page import place_report
+from camrob.report.place.place_map import place_map
 from camrob.se3 import xyzabc_from_frame
 from camrob.summaries.place_summary import Placement, PlaceSummary, PlaceTrial
 from camrob.units import m_to_mm, mm_to_m, rad_to_deg
@@ -54,11 +55,12 @@ def place(
     z_mm: float = 0.0,
     progress: Progress | None = None,
 ) -> PlaceResult:
-    """Propose `part_in_base`, and draw a map: NAME.place.json and NAME.place.svg appear in `out`.
+    """Propose `part_in_base`, and draw a map: NAME.place.json, .svg and .html appear in `out`.
 
     A proposal lies on the table's plate with part and stock (or else with all that is cut), can be followed by the published
-    method, and touches nothing then: the ranking by the certificate is walked down to the first placement of which all that
-    holds, on a thinned path. What was refused is counted by reason.
+    method, and touches nothing then. The certificate ranks the placements; the one as it is and five others of the best,
+    apart from each other, are tried on a thinned path, and the best of these by its own trial is proposed: a part stays where no
+    trial is better. What was refused is counted by reason.
 
     Args:
         clfile: the CL file.
@@ -79,7 +81,7 @@ def place(
         >>> part, cell = Path("toolpaths/engraving/engraving.cls"), Path("cells/kr15_track_table")
         >>> result = camrob.place(part, cell=cell, out=Path("out/place"), x_mm=0.0, y_mm=0.0)
         >>> result.summary.best.standing, result.files
-        ('free', ('engraving.place.json', 'engraving.place.svg'))
+        ('free', ('engraving.place.json', 'engraving.place.svg', 'engraving.place.html'))
     """
     freedom = (x_mm, y_mm, z_mm)
     if not all(np.isfinite(v) and 0.0 <= v <= 1e4 for v in freedom):
@@ -104,6 +106,7 @@ def place(
         refused = [why if why not in (FREE, UNTRIED) else "" for why in trial.verdicts]
         picture = place_map(name, xyz_mm, found.value, trial.best, found.here, refused)
         (folder / f"{name}.place.svg").write_text(picture, encoding="utf-8")
+        (folder / f"{name}.place.html").write_text(place_report(summary, picture), encoding="utf-8")
         (folder / f"{name}.place.json").write_text(json.dumps(summary.to_json(), indent=1) + "\n", encoding="utf-8")
     return PlaceResult(summary, Path(out), summary.files)
 
@@ -118,28 +121,38 @@ def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: st
             part_in_base=tuple(printed),
             inv_kf_bound_mean=float(found.mean[k]) or None,
             inv_kf_bound_min=float(found.worst[k]) or None,
-            standing=trial.verdicts[k] or "not tried: it ranks below the proposal",
+            standing=trial.verdicts[k] or "not tried",
         )
 
-    clearance = trial.collisions.clearance_min
-    inv_kf = np.asarray(trial.solution.inv_kf)
-    tried = PlaceTrial(
-        method=trial.solution.method,
-        points=len(trial.solution),
-        inv_kf_mean=float(inv_kf.mean()),
-        inv_kf_min=float(inv_kf.min()),
-        collisions_checked=trial.collisions.checked,
-        clearance_min_mm=None if clearance is None else round(m_to_mm(clearance), 2),
-    )
+    def figures(k: int) -> PlaceTrial | None:
+        made = trial.free.get(k)
+        if made is None:
+            return None
+        clearance, inv_kf = made.collisions.clearance_min, np.asarray(made.solution.inv_kf)
+        return PlaceTrial(
+            method=made.solution.method,
+            points=len(made.solution),
+            inv_kf_mean=float(inv_kf.mean()),
+            inv_kf_min=float(inv_kf.min()),
+            collisions_checked=made.collisions.checked,
+            clearance_min_mm=None if clearance is None else round(m_to_mm(clearance), 2),
+        )
+
+    def looked_at(k: int) -> Placement:
+        return replace(entry(k), trial=figures(k))
+
+    others = sorted((k for k in trial.free if k not in (trial.best, found.here)), key=lambda k: -trial.free[k].value)
     return PlaceSummary(
         program=name,
         cell=cell,
-        now=entry(found.here),
-        best=replace(entry(trial.best), trial=tried),
+        now=looked_at(found.here),
+        best=looked_at(trial.best),
+        others=tuple(looked_at(k) for k in others),
+        stays=trial.best == found.here,
         placements=len(found.mean),
         in_reach=int(np.sum(found.mean > 0.0)),
         table="the cell has no plate that a part may stand on: no edge was checked" if plate is None else plate.name,
         tried=trial.tried,
         refused=trial.refused,
-        files=(f"{name}.place.json", f"{name}.place.svg"),
+        files=(f"{name}.place.json", f"{name}.place.svg", f"{name}.place.html"),
     )

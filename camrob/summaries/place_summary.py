@@ -12,7 +12,7 @@ __all__ = ["PlaceSummary", "PlaceTrial", "Placement"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlaceTrial(Summary):
-    """The proposal followed by the published method, on a thinned path."""
+    """A placement followed by the published method, on a thinned path."""
 
     method: str
     points: int
@@ -35,12 +35,17 @@ class Placement(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlaceSummary(Summary):
-    """Where a part is worked best, beside where it lies now, and how many placements were refused for what."""
+    """Where a part is worked best, beside where it lies now, and how many placements were refused for what.
+
+    best: the best by its own trial of those that were tried, `now` where it stays; others: the other trials, the better first.
+    """
 
     program: str
     cell: str
     now: Placement
     best: Placement
+    stays: bool
+    others: tuple[Placement, ...]
     placements: int
     in_reach: int
     table: str

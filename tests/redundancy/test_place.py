@@ -20,9 +20,9 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.placement import place_part
-from camrob.report.place_map import place_map
+from camrob.report.place.place_map import place_map
 from camrob.se3 import pose
-from camrob.summaries.place_summary import PlaceSummary
+from camrob.summaries.place_summary import Placement, PlaceSummary
 from camrob.toolpath.region import Move
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -92,10 +92,34 @@ def proposed(folder: Path, *boxes: list, x: float = 100.0, **where) -> PlaceSumm
     return place(clfile, cell=FOLDER, out=folder / "out", x_mm=x, y_mm=0.0).summary
 
 
-def test_a_planted_optimum_is_proposed(tmp_path):
-    """Nothing in the way: the end of the freedom, where the bound is known to be highest, and not one other placement tried."""
+def value(placement: Placement) -> float:
+    return placement.trial.inv_kf_mean + placement.trial.inv_kf_min
+
+
+def test_a_part_stays_where_no_trial_is_better(monkeypatch, tmp_path):
+    """The bound may promise what the published method does not reach: the trial decides, and says so."""
+    import camrob.jobs.solving.place_trial as trial
+
+    def by_distance(inputs, path, base_T_part):
+        """As the real one, but 1/k_F falls with the distance from where the part is."""
+        solution, report = real(inputs, path, base_T_part)
+        off = np.linalg.norm(base_T_part[:3, 3] - np.asarray(inputs.setup.base_T_part)[:3, 3])
+        return replace(solution, inv_kf=np.full(len(solution), 0.6 - off)), report
+
+    real = trial.try_placement
+    monkeypatch.setattr(trial, "try_placement", by_distance)
     found = proposed(tmp_path, PLATE)
-    assert abs(found.best.part_in_base[0]) == 100.0 and found.tried == 1 and found.refused == {}
+    assert found.stays and found.best == found.now and len(found.others) == 4
+    assert found.now.inv_kf_bound_mean < max(o.inv_kf_bound_mean for o in found.others)
+    page = (tmp_path / "out" / "dot.place.html").read_text()
+    assert "Leave it where it is." in page and page.count("<svg") == 1
+
+
+def test_a_planted_optimum_is_proposed(tmp_path):
+    """Nothing in the way: far off the axis, where the bound is known to be highest, and better there by trial than as it is."""
+    found = proposed(tmp_path, PLATE)
+    assert abs(found.best.part_in_base[0]) == 100.0 and not found.stays and found.tried == 5 and found.refused == {}
+    assert value(found.best) == max(map(value, (found.now, found.best, *found.others))) > value(found.now)
     assert found.best.inv_kf_bound_mean == pytest.approx(0.66, abs=0.01)  # 0.657 at 100 mm off the axis
     assert found.best.standing == "free" and found.best.trial.clearance_min_mm > 0.0
 

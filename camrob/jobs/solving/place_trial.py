@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +29,7 @@ __all__ = [
     "TRIAL_POINTS",
     "UNTRIED",
     "Trial",
+    "Tried",
     "off_table",
     "try_placement",
     "try_placements",
@@ -46,9 +48,25 @@ _UNFOLLOWED = {
     LimitError: "the tracker meets an axis limit",
     SingularError: "the tracker meets a singular posture",
 }
+_TRIALS = 5  # beside the placement as it is: each takes as long as a post
+_APART = 0.15  # of the freedom's diagonal that two trials lie apart at least: neighbours differ in little
 _SLACK = 0.001  # m that a part may hang over or sink in: a drawing's and a float's rounding
 TRIAL_POINTS = 2000
 """Of the cutting points, so many are followed on trial."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """A placement followed by the published method over a thinned path, and what it touches: nothing."""
+
+    solution: Solution
+    collisions: CollisionReport
+
+    @property
+    def value(self) -> float:
+        """Mean and worst 1/k_F, summed: what placements are ranked by, here of postures that were found."""
+        inv_kf = np.asarray(self.solution.inv_kf)
+        return float(inv_kf.mean() + inv_kf.min())
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,14 +74,13 @@ class Trial:
     """The proposal among placements, and what stands against each that was refused.
 
     best: its index. verdicts: for each placement why it was refused, FREE or UNTRIED. tried: how many were resolved and checked
-    for collisions. solution, collisions: the proposal's trial, over a thinned path.
+    for collisions. free: the trials of those that touch nothing, by their index, the proposal's among them.
     """
 
     best: int
     verdicts: tuple[str, ...]
     tried: int
-    solution: Solution
-    collisions: CollisionReport
+    free: Mapping[int, Tried]
 
     @property
     def refused(self) -> dict[str, int]:
@@ -96,7 +113,9 @@ def off_table(inputs: JobInputs, plate: TablePlate | None, base_T_part: Array) -
 def try_placements(
     inputs: JobInputs, found: Placements, verdicts: tuple[str, ...], progress: Share | None = None
 ) -> Trial:
-    """Walk down the ranking to the first placement that resolves (vjm) and touches nothing; `verdicts` names those out already.
+    """Try the placement as it is, and others down the ranking and apart from each other, until `_TRIALS` of them resolve (vjm)
+    and touch nothing; the proposal is the best by its trial, so that a part stays where no trial is better. `verdicts` names
+    those out already.
 
     Raises CollisionError, or UnreachableError where none of them collides, with the tally, where no placement is left.
     """
@@ -104,25 +123,35 @@ def try_placements(
         OUT_OF_REACH if value <= 0.0 else before for value, before in zip(found.value.tolist(), verdicts, strict=True)
     ]
     path = thinned(inputs.path, TRIAL_POINTS)
-    order = [k for k in found.ranking.tolist() if reasons[k] == UNTRIED]
-    collided = False
-    for tried, k in enumerate(order, start=1):
+    order = [k for k in found.ranking.tolist() if reasons[k] == UNTRIED and k != found.here]
+    place = np.asarray(found.base_T_part)[:, :3, 3]
+    apart = _APART * float(np.linalg.norm(np.ptp(place, axis=0)))
+    free: dict[int, Tried] = {}
+    tried, collided = 0, False
+    for k in [*([found.here] if reasons[found.here] == UNTRIED else []), *order]:
+        others = [place[j] for j in free if j != found.here]
+        if any(float(np.linalg.norm(place[k] - there)) < apart for there in others):
+            continue
         made = try_placement(inputs, path, np.asarray(found.base_T_part[k]))
-        if progress is not None:
-            progress(tried / len(order))
+        tried += 1
         if isinstance(made, str):
             reasons[k] = made
-            continue
-        solution, report = made
-        if not report.count:
-            reasons[k] = FREE
-            return Trial(k, tuple(reasons), tried, solution, report)
-        reasons[k], collided = report.findings[0].text, True
-    error = CollisionError if collided else UnreachableError
-    raise error(
-        "no placement within the given freedom can be proposed; give more freedom or another set-up",
-        reasons=_tally(reasons),
-    )
+        elif made[1].count:
+            reasons[k], collided = made[1].findings[0].text, True
+        else:
+            reasons[k], free[k] = FREE, Tried(*made)
+        new = len(free) - (found.here in free)
+        if progress is not None:
+            progress(max(new / _TRIALS, tried / (len(order) + 1)))
+        if new == _TRIALS:
+            break
+    if not free:
+        error = CollisionError if collided else UnreachableError
+        raise error(
+            "no placement within the given freedom can be proposed; give more freedom or another set-up",
+            reasons=_tally(reasons),
+        )
+    return Trial(max(free, key=lambda k: free[k].value), tuple(reasons), tried, free)
 
 
 def try_placement(
