@@ -93,6 +93,8 @@ def tasks_of(arguments: argparse.Namespace) -> list[dict]:
         tasks = []
         for n in range(count):
             for k, name in enumerate(names):
+                if name not in (getattr(arguments, "only", None) or names):
+                    continue
                 seed = first + start + 1000 * k + n
                 without = {"without": [name]} if group == "left out" else {}
                 tasks.append({"key": f"{group} {seed}", "seed": seed, "only": name, **more, **without})

@@ -62,6 +62,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--each", type=int, default=20, help="cases of every effect")
     parser.add_argument("--first", type=int, default=700_000, help="the first seed")
+    parser.add_argument("--only", nargs="+", help="names of the effects, where not all are wanted")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--score", action="store_true", help="only write the table of what is there")
     parser.add_argument("--out", type=Path, required=True)
@@ -74,6 +75,7 @@ def main() -> None:
                 each=0,
                 left_out=arguments.each,
                 first=arguments.first,
+                only=arguments.only,
                 workers=arguments.workers,
                 out=arguments.out,
             )
