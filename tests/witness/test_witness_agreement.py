@@ -197,3 +197,121 @@ def test_a_datum_that_moves_on_from_where_it_is(tmp_path: Path) -> None:
     body = "3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 X+10\n5 CYCL DEF 7.0 DATUM SHIFT\n6 CYCL DEF 7.1 IX+5\n7 L X+1 Y+2 F90\n"
     path, _ = both(tmp_path, "a.h", KLARTEXT + body + "8 M30\n9 END PGM A MM\n")
     assert cuts(path) == [[16, 2, 20]]
+
+
+# -- programs of one control each: the ends of their cuts, worked out by hand
+
+FANUC = "%\nO0001\nG21 G90 G17 G94 G40 G49 G80\nT1 M6\nS5000 M3\nG54\nG0 X0. Y0. Z20.\n"
+OWN = {
+    # increments, planes and words that stay: from (0, 0, 20) by 5 in X twice, then a half circle in ZX about its middle
+    "g91.nc": (
+        FANUC + "G91 G1 X5. F100.\nX5.\nG18 G2 X10. Z0. R5.\nG17 G90\nM30\n%\n",
+        [[5, 0, 20], [10, 0, 20], [20, 0, 20]],
+    ),
+    # G52 moves the program's zero, and takes itself back; G54 said again moves nothing
+    "g52.nc": (FANUC + "G52 X10. Y-5.\nG1 X0. Y0. F100.\nG52 X0. Y0.\nG54\nX1.\nM30\n%\n", [[10, -5, 20], [1, -5, 20]]),
+    # inch and millimetres in one program
+    "g20.nc": (FANUC + "G20\nG1 X1. F10.\nG21\nY10. F100.\nM30\n%\n", [[25.4, 0, 20], [25.4, 10, 20]]),
+    # a helix of one turn and a quarter is not one block: a turn (I only), then a quarter
+    "turn.nc": (FANUC + "G3 X0. Y0. Z18. I5. J0. F100.\nG3 X5. Y-5. I5. J0.\nM30\n%\n", [[0, 0, 18], [5, -5, 18]]),
+    # custom macro B: three holes' places by a loop, and a subprogram with L
+    "while.nc": (
+        FANUC + "#1=1\nWHILE[#1 LE 3]DO1\nG1 X[#1*10.] Y[10.-#1] F100.\n#1=#1+1\nEND1\n"
+        "M98 P0002 L2\nM30\nO0002\nG91\nG1 Z-1.\nG90\nM99\n%\n",
+        [[10, 9, 20], [20, 8, 20], [30, 7, 20], [30, 7, 19], [30, 7, 18]],
+    ),
+    # G98: back to where the first cycle began (20); G99 to R
+    "g98.nc": (
+        FANUC + "G99 G81 X5. Z-3. R2. F80.\nG98 X9.\nG80\nG1 X0. Z19.\nM30\n%\n",
+        [[5, 0, -3], [9, 0, -3], [0, 0, 19]],
+    ),
+    # a chamfer of 2 before the corner and behind it
+    "corner.nc": (FANUC + "G1 X10. ,C2. F100.\nY10.\nM30\n%\n", [[8, 0, 20], [10, 2, 20], [10, 10, 20]]),
+    # LinuxCNC: a named parameter, and a block that sets it behind itself
+    "words.ngc": (
+        "G21 G90 G17 G94\nT1 M6\nS5000 M3\nG0 X0 Y0 Z20\n#<a>=4\nF100\n#<a>=9 G1 X#<a>\nY[#<a>/3]\n"
+        "o1 repeat [2]\nG91 Z-1\no1 endrepeat\n"
+        "G90\nM2\n",
+        [[4, 0, 20], [4, 3, 20], [4, 3, 19], [4, 3, 18]],
+    ),
+    # Siemens: IC and AC, a label, REPEAT of it once more
+    "ic.mpf": (
+        SIEMENS + "F100\nG1 X=IC(4) Y=3\nSTEP: G91 X2\nG90\nREPEAT STEP P=1\nX=AC(0)\nM30\n",
+        [[4, 3, 20], [6, 3, 20], [8, 3, 20], [0, 3, 20]],
+    ),
+    # IC, AC and what G90 or G91 says, axis by axis, in a frame that TRANS has moved
+    "mixed.mpf": (
+        SIEMENS + "F100\nTRANS X10\nG1 X=IC(4) Y=3\nG91 X=AC(1) Y2\nG90 X2 Y=IC(1) Z=AC(19)\nM30\n",
+        [[4, 3, 20], [11, 5, 20], [12, 6, 19]],
+    ),
+    # ATRANS adds to TRANS; the frame's zero lies at (5, 0, -1), then (5, 2, -1)
+    "trans.mpf": (
+        SIEMENS + "F100\nTRANS X5 Z-1\nG1 X0 Y0 Z0\nATRANS Y2\nX1 Y1\nTRANS\nX0\nM30\n",
+        [[5, 0, -1], [6, 3, -1], [0, 3, -1]],
+    ),
+    # a FOR that counts to 3, and a condition
+    "for.mpf": (
+        SIEMENS + "DEF INT NR\nF100\nFOR NR=1 TO 3\nIF NR==2\nG1 Y5\nELSE\nG1 X=NR*2\nENDIF\nENDFOR\nM30\n",
+        [[2, 0, 20], [2, 5, 20], [6, 5, 20]],
+    ),
+    # CR below 0 is the greater part of the circle; its end is what counts here
+    "cr.mpf": (SIEMENS + "F100\nG2 X10 Y0 CR=-10\nG1 Z19\nM30\n", [[10, 0, 20], [10, 0, 19]]),
+    # a row of three holes at 90 degrees from (2, 1), the first 4 off
+    "holes.mpf": (
+        SIEMENS + "F80\nMCALL CYCLE81(20,0,2,-5)\nHOLES1(2,1,90,4,3,3)\nMCALL\nG1 X0 Y0\nM30\n",
+        [[2, 5, -5], [2, 8, -5], [2, 11, -5], [0, 0, 20]],
+    ),
+    # Heidenhain: increments by axis, a pole and its angle, a full turn by IPA
+    "polar.h": (
+        KLARTEXT
+        + "3 L IX+5 Y+2 F100\n4 CC X+5 Y+0\n5 LP PR+4 PA+90\n6 CP IPA+360 DR+\n7 LP PR+4 PA+0\n8 M30\n9 END PGM A MM\n",
+        [[5, 2, 20], [5, 4, 20], [5, 4, 20], [9, 0, 20]],
+    ),
+    # a label three times: once as it stands, twice more
+    "label.h": (
+        KLARTEXT + "3 LBL 1\n4 L IX+2 F100\n5 CALL LBL 1 REP2\n6 M30\n7 END PGM A MM\n",
+        [[2, 0, 20], [4, 0, 20], [6, 0, 20]],
+    ),
+    # Q parameters by FN, and a jump that is taken
+    "fn.h": (
+        KLARTEXT
+        + "3 Q1 = 4\n4 FN 3: Q2 = +Q1 * +3\n5 FN 12: IF +Q1 LT +Q2 GOTO LBL 9\n6 L X+99 F100\n7 LBL 9\n8 L X+Q2 Y-Q1 F100\n"
+        "9 M30\n10 END PGM A MM\n",
+        [[12, -4, 20]],
+    ),
+    # inch: BEGIN PGM says it
+    "inch.h": (
+        KLARTEXT.replace("MM", "INCH", 1) + "3 L X+1 F10\n4 M30\n5 END PGM A INCH\n",
+        [[25.4, 0, 508]],
+    ),
+    # APT: a frame of TRACUT, points in it; a copy one pitch on; GODLTA along the axis
+    "tracut.apt": (
+        APT + "TRACUT/0,-1,0,10,1,0,0,0,0,0,1,0\nGOTO/1,2,3\nTRACUT/NOMORE\nGOTO/1,2,3\nGODLTA/-2\nFINI\n",
+        [[8, 1, 3], [1, 2, 3], [1, 2, 1]],
+    ),
+    "copy.apt": (
+        APT + "INDEX/1\nRAPID\nGOTO/0,0,5\nGOTO/0,0,0\nGOTO/1,0,0\nCOPY/1,TRANSL,0,4,0,2\nFINI\n",
+        [[0, 0, 0], [1, 0, 0], [0, 4, 0], [1, 4, 0], [0, 8, 0], [1, 8, 0]],
+    ),
+    # NX prints a circle's axis the other way round; the frame's Z is the part's X
+    "nx.cls": (
+        "TOOL PATH/A,TOOL,T\nTLDATA/MILL,10.,0.,75.,0.,0.\nMSYS/0,0,0,0,1,0,0,0,1\nLOAD/TOOL,1\nSPINDL/RPM,3000,CLW\n"
+        "RAPID\nGOTO/0,0,20\nFEDRAT/MMPM,100\nGOTO/1,2,3\nEND-OF-PATH\n",
+        [[3, 1, 2]],
+    ),
+    # Creo: DEPTH below the point, CLEAR above it, RETURN where it leaves
+    "creo.ncl": (
+        "$$*  Pro/CLfile\nUNITS / MM\nLOADTL / 1\nSPINDL / RPM, 900.0, CLW\nRAPID\nGOTO / 0, 0, 20\n"
+        "CYCLE / DRILL, DEPTH, 4, MMPM, 90, CLEAR, 1, RETURN, 5\nGOTO / 3, 0, 1\nGOTO / 6, 0, 1\nCYCLE / OFF\nFINI\n",
+        [[3, 0, -3], [6, 0, -3]],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_programs_of_our_own_by_hand(tmp_path: Path, name: str) -> None:
+    text, ends = OWN[name]
+    path, story = both(tmp_path, name, text)
+    told = story.path.tip[story.way != 0] * 1e3
+    np.testing.assert_allclose(told, ends, atol=1e-6)
+    assert path.points >= len(ends)

@@ -186,10 +186,11 @@ class SiemensWords:
             found = [w for w in found if w[:2] not in (("G", 90.0), ("G", 91.0))]
         if self._center and self._center != letters & set("IJK"):
             raise ToolpathError("AC for some of a centre's words", hint="write I, J, K of a block alike")
-        if (self._relative or self._absolute) and axes != self._relative and axes != self._absolute:
-            raise ToolpathError("IC or AC for some of a block's axes", hint="write all of a block's axes alike")
-        before = self._distance
-        mode = 91.0 if self._relative else 90.0 if self._absolute else before
+        before = mode = self._distance
+        if self._relative or self._absolute:
+            steps = self._relative | (axes - self._absolute if before == 91.0 else set())
+            mode = 91.0 if steps == axes else 90.0
+            found = found if steps == axes else [self._stepped(w) if w[0] in steps else w for w in found]
         if mode != before:
             yield Block(line, {}, (910 if mode == 91.0 else 900,))
         if self._center:
@@ -205,6 +206,16 @@ class SiemensWords:
             yield Block(line, {}, (900 if before == 90.0 else 910,))
         if back is not None:
             yield Block(line, {}, (int(back * 10.0),))
+
+    def _stepped(self, word: tuple[str, float, bool]) -> tuple[str, float, bool]:
+        """A step of one axis in a block whose others name places, as the place that it leads to."""
+        letter, step, point = word
+        at = self._state(letter) if letter in "XYZ" else None
+        if at is None:
+            raise ToolpathError(
+                f"IC of {letter} from a place that is not known", hint="write all of a block's axes alike"
+            )
+        return letter, at + step, point
 
     def _found(self, text: str) -> list[Word]:
         """The words of a text."""

@@ -222,9 +222,16 @@ class SinumerikReader(ForeignReader):
         named = {word[0] for word in words}
         axes, centre = named & set("XYZABC"), named & set("IJK")
         turned = {hows.get(letter) for letter in axes} - {None}
-        if set(hows) - axes - centre or (turned and {hows.get(k) for k in axes} != turned):
-            raise UnreadError("IC or AC for some of a block's axes")
+        if set(hows) - axes - centre:
+            raise UnreadError("IC or AC of what is no axis")
         before, after = list[str](), list[str]()
+        said = [word for word in words if word in ("G90", "G91")]
+        plain = "IC" if (said[-1] == "G91" if said else not self._absolute) else "AC"
+        steps = {letter for letter in axes if hows.get(letter, plain) == "IC"}
+        if turned:
+            turned = {"IC"} if steps == axes else {"AC"}
+        if turned == {"AC"}:
+            words[:] = [self._place_of(word) if word[0] in steps else word for word in words]
         if turned:
             modal = [word for word in words if word in ("G90", "G91")] or ["G90" if self._absolute else "G91"]
             words[:] = [word for word in words if word not in ("G90", "G91")]
@@ -234,6 +241,13 @@ class SinumerikReader(ForeignReader):
                 raise UnreadError("a centre half absolute")
             before, after = [*before, "G90.1"], [*after, "G91.1"]
         return before, after
+
+    def _place_of(self, step: str) -> str:
+        """The place that a step of one axis leads to, in a block whose others name places."""
+        at = self._stand.at[step[0]] if step[0] in "XYZ" else None
+        if at is None:
+            raise UnreadError("IC from where the axis isn't known to be")
+        return f"{step[0]}{(at - self._stand.shift[step[0]]) / self._scale + float(step[1:]):.9f}"
 
     def _tool(self, name: str) -> list[str]:
         """A tool by its name: a number, or the only one of the file, which the set-up describes."""
