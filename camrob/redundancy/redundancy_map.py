@@ -158,7 +158,9 @@ def _slice(
 def _mark_touching(
     look: Array, postures: Array, q: Array, cell: Cell, joint: int, values: Array, point: Ints, touches: Touches
 ) -> None:
-    """TOUCHES where a posture does, asked in the middle of each block of `_PER_TOUCH`."""
+    """TOUCHES where a posture does, asked in the middle of each block of `_PER_TOUCH`; not beside what was chosen, which is
+    checked point by point elsewhere.
+    """
     (by_k, by_m), (P, M) = _PER_TOUCH, look.shape
     k, m = (x.ravel() for x in np.meshgrid(np.arange(by_k // 2, P, by_k), np.arange(by_m // 2, M, by_m), indexing="ij"))
     possible = look[k, m] >= 0.0
@@ -169,6 +171,8 @@ def _mark_touching(
     asked[:, joint] = values[m]
     asked[:, cell.arm_slice] = postures[k, m]
     hit = touches(asked, point[k])
+    beside = np.abs(values - q[:, joint, None]) < 1.5 * (values[1] - values[0])
     for a, b in zip(k[hit], m[hit], strict=True):
-        block = look[a - by_k // 2 : a + by_k // 2, b - by_m // 2 : b + by_m // 2]
-        block[block >= 0.0] = TOUCHES
+        part = slice(a - by_k // 2, a + by_k // 2), slice(b - by_m // 2, b + by_m // 2)
+        block = look[part]
+        block[(block >= 0.0) & ~beside[part]] = TOUCHES

@@ -59,19 +59,17 @@ function camrobCharts(names, onPick) {
     context.putImageData(image, 0, 0);
     return canvas.toDataURL();
   }
-  const images = (chart) => (chart.maps || []).map((map) => {
-    const end = chart.layout["xaxis" + map.axes].range[1];
-    return {
-      source: painted(map), xref: "x" + map.axes, yref: "y" + map.axes, x: 0, y: map.high, sizex: end, sizey: map.high - map.low,
-      sizing: "stretch", layer: "below", xanchor: "left", yanchor: "top",
-    };
-  });
+  // the pictures of a chart's maps, in the colours of now; ends: where its x axes end before anybody zooms
+  const images = (maps, ends) => maps.map((map) => ({
+    source: painted(map), xref: "x" + map.axes, yref: "y" + map.axes, x: 0, y: map.high, sizex: ends[map.axes],
+    sizey: map.high - map.low, sizing: "stretch", layer: "below", xanchor: "left", yanchor: "top",
+  }));
 
   function drawChart(chart) {
     const element = document.getElementById(chart.id);
-    const maps = chart.maps ? { ...chart, layout: { xaxis: { range: [0, 0] } } } : null; // ranges as they are before anybody zooms
-    if (maps) maps.layout = Object.fromEntries(Object.entries(chart.layout).filter(([key]) => /^xaxis/.test(key)).map(([key, axis]) => [key, { range: axis.range.slice() }]));
-    if (maps) chart.layout.images = images(maps);
+    const maps = chart.maps || [], ends = {};
+    maps.forEach((map) => { ends[map.axes] = chart.layout["xaxis" + map.axes].range[1]; });
+    chart.layout.images = images(maps, ends);
     chart.traces.forEach((trace) => {
       if (!trace.cl) return;
       const line = unpack(trace.cl.line);
@@ -85,7 +83,7 @@ function camrobCharts(names, onPick) {
       const xs = Object.keys(chart.layout).filter((key) => /^xaxis\d*$/.test(key));
       const lines = xs.map(() => element.appendChild(document.createElement("div")));
       lines.forEach((line) => { line.className = "cursor"; });
-      const own = { element, xs, lines, ruler: chart.ruler || "", maps };
+      const own = { element, xs, lines, ruler: chart.ruler || "", recolor: () => ({ images: images(maps, ends) }) };
       drawn.push(own);
       element.on("plotly_relayout", (change) => sameZoom(element, change));
       element.on("plotly_afterplot", () => markIn(own));
@@ -142,6 +140,6 @@ function camrobCharts(names, onPick) {
 
   return {
     draw: drawChart, mark, place,
-    recolor: () => drawn.forEach(({ element, maps }) => Plotly.relayout(element, { template: theme(), ...(maps ? { images: images(maps) } : {}) })),
+    recolor: () => drawn.forEach(({ element, recolor }) => Plotly.relayout(element, { template: theme(), ...recolor() })),
   };
 }

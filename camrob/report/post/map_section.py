@@ -80,7 +80,7 @@ def map_chart(
         mark = " mm" if unit == "mm" else "°"
         template = f"{name} %{{y:.2f}}{mark}<extra>%{{text}}</extra>"
         traces.append(
-            along.curve(chosen, "", template="skip", color="#111", axes=axes, hoverinfo="skip", line={"width": 4})
+            along.curve(chosen, "", template="", color="#111", axes=axes, hoverinfo="skip", line={"width": 4})
         )
         traces.append(along.curve(chosen, name, template=template, color="#fff", axes=axes, line={"width": 1.8}))
         maps.append(_map(freedom, values, axes, highest, threshold))
