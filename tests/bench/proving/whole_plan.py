@@ -29,7 +29,7 @@ from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.objective import MotionPrice, Objective, motion_price
 from camrob.redundancy.planning.waypoints import Waypoints
 from proving.arm_shape import ArmShape, arm_shape
-from proving.bin_prices import corner_prices, planes_of_bins
+from proving.bin_prices import corner_prices, no_posture_above, planes_of_bins
 from proving.motion_steps import step_prices
 from proving.relaxed import cheapest_through
 from proving.seen import Lattice, seen_of_cells
@@ -49,7 +49,7 @@ _LEAN = 0.1  # sine from which on it does
 _STEPS = 10  # prices of steps that are told apart
 _WIDTH = 1.2  # of bins, in halves of a cell of the finest axis
 _PIECE = 2.0  # half a piece of the roll, in the same
-_FEW = 64  # boxes that a rough piece is worth
+_FEW, _MANY = 64, 150  # boxes that a rough piece is worth, and that are spent to show that nothing is in a bin
 _ROOM = 10_000_000  # cells at most: about 4 GB
 _ROUNDING = 1e-9  # relative, of sums of prices
 
@@ -138,15 +138,22 @@ def _priced(
     corner = np.full((len(k), 4), objective.conditioning * objective.threshold**objective.power)  # 1/k_F is 1 at most
     fine = float(lattice.half[lattice.half > _ROUNDING].min()) if np.any(lattice.half > _ROUNDING) else 0.01
     some = np.flatnonzero(~near)
-    bins = bins_of(seen[some], _WIDTH * fine)
-    dearest = np.zeros(len(bins.frame))
-    np.maximum.at(dearest, bins.own, most[k[some]])
-    cap = objective.threshold * (objective.conditioning / dearest) ** (1.0 / objective.power) * (1.0 - 1e-12)
+    cap = objective.threshold * (objective.conditioning / most[k[some]]) ** (1.0 / objective.power) * (1.0 - 1e-12)
+
+    def dear(frame: Array, box: Array, members: Ints) -> bool:
+        return bool(no_posture_above(shape, frame, box, float(cap[members].min()), _MANY))
+
+    bins = bins_of(seen[some], _WIDTH * fine, dear)
+    corner[some] = most[k[some], None]
+    inside = bins.own >= 0
+    some, own = some[inside], bins.own[inside]
+    least = np.ones(len(bins.frame))
+    np.minimum.at(least, own, cap[inside])
     offset, planes = planes_of_bins(
-        shape, objective.power, objective.threshold, bins.frame, bins.box, cap, _PIECE * fine, _FEW
+        shape, objective.power, objective.threshold, bins.frame, bins.box, least, _PIECE * fine, _FEW
     )
     corner[some] = corner_prices(
-        seen[some], bins.own, bins.frame, bins.box, offset, objective.conditioning * planes, most[k[some]]
+        seen[some], own, bins.frame, bins.box, offset, objective.conditioning * planes, most[k[some]]
     )
     live = corner.min(axis=1) < most[k]
     return k[live], where[live], np.ascontiguousarray(corner[live]), len(bins.frame), len(planes)
