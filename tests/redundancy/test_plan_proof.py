@@ -69,7 +69,7 @@ def test_no_posture_in_a_cell_is_cheaper_than_what_is_linear_between_the_prices_
     offset, planes = planes_of_bins(shape, 4.0, 0.5, bins.frame, bins.box, np.full(len(bins.frame), 0.3), 0.03, 20)
     most = np.full(60, (0.5 / 0.3) ** 4)
     corner = corner_prices(seen, bins.own, bins.frame, bins.box, offset, planes, most)
-    least, met = np.inf, 0
+    least, met, caught = np.inf, 0, 0
     for k, T_k in enumerate(T):
         for _ in range(60):
             share = np.where(rng.random(2) < 0.3, rng.integers(0, 2, 2), rng.random(2))
@@ -85,9 +85,11 @@ def test_no_posture_in_a_cell_is_cheaper_than_what_is_linear_between_the_prices_
                 price = min((0.5 / value) ** 4, most[k])
                 assert price >= max(below, one if b >= a else two) - 1e-12
                 least, met = min(least, price - below), met + 1
+                caught += price < 1.1 * below - 1e-12  # as it would be, were a plane a tenth too high
     assert met > 500
     if half[0] < 0.1:
         assert least < 0.02  # they are not merely low
+        assert caught > 0
 
 
 def test_steps_are_nowhere_dearer_than_the_move_and_near_it():
@@ -162,6 +164,8 @@ def test_no_plan_of_a_short_path_is_below_its_bound_and_the_best_of_many_is_near
     motion = motion_price(objective, moves, "travel", "smoothness", "speed")
     proof = prove_plan(CELL, objective, w, np.full(len(w), 0.8), 10.0, levels=4)
     assert [level.bound for level in proof.levels] == sorted(level.bound for level in proof.levels)
+    blind = prove_plan(CELL, objective, w, np.full(len(w), 0.2), 10.0, levels=2)  # postures are all passed over
+    assert blind.bound <= 0.2 * weight.sum() < proof.bound
     rng, best, joined = np.random.default_rng(11), np.inf, np.ones(len(w), bool)
     good = None
     for trial in range(4000):

@@ -11,7 +11,7 @@ from proving.arm_shape import ArmShape
 from proving.enclosure import WAYS
 from proving.seen import bounds_of_bin
 
-__all__ = ["corner_prices", "no_posture_above", "planes_of_bins"]
+__all__ = ["corner_prices", "planes_of_bins"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -129,15 +129,6 @@ def _planes(
         elif rough and few > 0 and _dear(shape, frame, box, still, cap, few, deep):
             count = first
     return count
-
-
-@kernel(nogil=True)
-def no_posture_above(shape: ArmShape, frame: Array, box: Array, cap: float, most: int) -> bool:
-    """Whether no posture of a bin, whatever its roll, has a 1/k_F above `cap`, shown with `most` boxes at most."""
-    whole = box.copy()
-    whole[0, 2], whole[1, 2] = 0.0, np.pi * (1.0 + 1e-12)
-    shown: bool = _dear(shape, frame, whole, (1 << WAYS) - 1, cap, most, np.empty((_DEEP, 11)))
-    return shown
 
 
 @kernel(nogil=True)

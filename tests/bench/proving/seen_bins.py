@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,41 +15,32 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _WORTH = np.array([1.2, 1.2, 0.6, 0.6, 0.6])  # as widths are weighed in `bin_prices`
-_ASKED = 8.0  # widths of a bin from which down it is asked, each time that it has halved, whether a box is worth a look
 _ROUNDING, _LEAST = 1e-12, 1e-9  # m and rad: what is added to a box, and half of the smallest
 
 
 class Bins(NamedTuple):
-    """B bins: own (M,): of each cell, -1 in none; frame (B, 3, 3), box (B, 2, 5): as of `seen.bounds_of_bin`, the roll's place empty."""
+    """B bins: own (M,): of each cell; frame (B, 3, 3), box (B, 2, 5): as of `seen.bounds_of_bin`, the roll's place empty."""
 
     own: Ints
     frame: Array
     box: Array
 
 
-def bins_of(seen: Array, width: float, dear: Callable[[Array, Array, Ints], bool] | None = None) -> Bins:
-    """Bins of cells seen (M, SEEN, 4): the middles of a bin's cells lie within `width`, weighed; its box holds all.
-
-    dear(frame, box, some): whether nothing in a box is worth a look for these cells: they are in no bin then, own -1.
-    """
+def bins_of(seen: Array, width: float) -> Bins:
+    """Bins of cells seen (M, SEEN, 4): the middles of a bin's cells lie within `width`, weighed; its box holds all."""
     feature = seen[:, :, 0] * _WORTH
-    own = np.full(len(seen), -1)
+    own = np.empty(len(seen), np.int64)
     frames: list[Array] = []
     boxes: list[Array] = []
-    waiting = [(np.arange(len(seen)), np.inf)] if len(seen) else []
+    waiting = [np.arange(len(seen))] if len(seen) else []
     while waiting:
-        some, asked = waiting.pop()
+        some = waiting.pop()
         low, high = feature[some].min(axis=0), feature[some].max(axis=0)
         i = int(np.argmax(high - low))
-        wide = float(high[i] - low[i])
-        if dear is not None and wide < min(_ASKED * width, 0.5 * asked):
-            asked = wide
-            if dear(*_bin(seen[some]), some):
-                continue
-        if wide > width:
+        if high[i] - low[i] > width:
             below = feature[some, i] < 0.5 * (low[i] + high[i])
             if below.any() and not below.all():
-                waiting += [(some[below], asked), (some[~below], asked)]
+                waiting += [some[below], some[~below]]
                 continue
         own[some] = len(frames)
         frame, box = _bin(seen[some])

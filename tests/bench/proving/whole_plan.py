@@ -24,12 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.errors import CellError
 from camrob.redundancy.planning.course import moves_along, waypoint_weights
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.objective import MotionPrice, Objective, motion_price
 from camrob.redundancy.planning.waypoints import Waypoints
 from proving.arm_shape import ArmShape, arm_shape
-from proving.bin_prices import corner_prices, no_posture_above, planes_of_bins
+from proving.bin_prices import corner_prices, planes_of_bins
 from proving.motion_steps import step_prices
 from proving.relaxed import cheapest_through
 from proving.seen import Lattice, seen_of_cells
@@ -40,17 +41,17 @@ __all__ = ["Level", "PlanProof", "prove_plan"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_PRISMATIC, _REVOLUTE, _LEANING = (
-    0.075,
-    0.4,
-    0.2,
-)  # m, rad of cells at first; rad where the tool leans against the turning axis
-_LEAN = 0.1  # sine from which on it does
+_PRISMATIC, _REVOLUTE = 0.075, 0.4  # m, rad of cells at first
+_LEANING, _LEAN = (
+    (0.5, 0.25),
+    0.1,
+)  # times that, where the tool leans against the turning axis by a sine of more than that
 _STEPS = 10  # prices of steps that are told apart
 _WIDTH = 1.2  # of bins, in halves of a cell of the finest axis
 _PIECE = 2.0  # half a piece of the roll, in the same
-_FEW, _MANY = 64, 150  # boxes that a rough piece is worth, and that are spent to show that nothing is in a bin
+_FEW = 64  # boxes that a rough piece is worth
 _ROOM = 10_000_000  # cells at most: about 4 GB
+_LEAST_VALUE = 0.02  # 1/k_F below which no posture gets dearer, as `objective.posture_price` has it
 _ROUNDING = 1e-9  # relative, of sums of prices
 
 
@@ -93,6 +94,11 @@ def prove_plan(
     most (W,): price of a metre above which it doesn't matter how dear a place is; target: no bound above it is looked for.
     Raises CellError for a cell that the enclosures don't cover.
     """
+    if objective.power < 2.0:  # the price is then not convex in k_F^2, and tangents are not below it
+        raise CellError(
+            f"cell {cell.name}: resolve.planned.power is {objective.power:g}, and the proof needs 2 or more"
+        )
+    most = np.minimum(most, _dearest(objective))
     shape = arm_shape(cell, w.base_T_tip[:, :3, 2].sum(axis=0))
     space = plan_space(cell)
     motion = motion_price(objective, moves_along(w, np.arange(len(w))), "travel", "smoothness", "speed")
@@ -127,6 +133,11 @@ def prove_plan(
     return PlanProof(known, tuple(done))
 
 
+def _dearest(objective: Objective) -> float:
+    """The price of a metre for its conditioning alone in the worst of postures."""
+    return float(objective.conditioning * (objective.threshold / _LEAST_VALUE) ** objective.power)
+
+
 def _priced(
     shape: ArmShape, objective: Objective, w: Waypoints, most: Array, lattice: Lattice, k: Ints, where: Ints
 ) -> tuple[Ints, Ints, Array, int, int]:
@@ -138,22 +149,15 @@ def _priced(
     corner = np.full((len(k), 4), objective.conditioning * objective.threshold**objective.power)  # 1/k_F is 1 at most
     fine = float(lattice.half[lattice.half > _ROUNDING].min()) if np.any(lattice.half > _ROUNDING) else 0.01
     some = np.flatnonzero(~near)
-    cap = objective.threshold * (objective.conditioning / most[k[some]]) ** (1.0 / objective.power) * (1.0 - 1e-12)
-
-    def dear(frame: Array, box: Array, members: Ints) -> bool:
-        return bool(no_posture_above(shape, frame, box, float(cap[members].min()), _MANY))
-
-    bins = bins_of(seen[some], _WIDTH * fine, dear)
-    corner[some] = most[k[some], None]
-    inside = bins.own >= 0
-    some, own = some[inside], bins.own[inside]
-    least = np.ones(len(bins.frame))
-    np.minimum.at(least, own, cap[inside])
+    bins = bins_of(seen[some], _WIDTH * fine)
+    dearest = np.zeros(len(bins.frame))
+    np.maximum.at(dearest, bins.own, most[k[some]])
+    cap = objective.threshold * (objective.conditioning / dearest) ** (1.0 / objective.power) * (1.0 - 1e-12)
     offset, planes = planes_of_bins(
-        shape, objective.power, objective.threshold, bins.frame, bins.box, least, _PIECE * fine, _FEW
+        shape, objective.power, objective.threshold, bins.frame, bins.box, cap, _PIECE * fine, _FEW
     )
     corner[some] = corner_prices(
-        seen[some], own, bins.frame, bins.box, offset, objective.conditioning * planes, most[k[some]]
+        seen[some], bins.own, bins.frame, bins.box, offset, objective.conditioning * planes, most[k[some]]
     )
     live = corner.min(axis=1) < most[k]
     return k[live], where[live], np.ascontiguousarray(corner[live]), len(bins.frame), len(planes)
@@ -164,7 +168,9 @@ def _first_lattice(shape: ArmShape, u_endless: NDArray[np.bool_], axis: Array) -
     count = np.ones(2, np.int64)
     lean = np.linalg.norm((axis @ shape.before.T)[:, :2], axis=1).max()
     for i in range(len(shape.after)):
-        step = _PRISMATIC if shape.prismatic[i] else _LEANING if lean > _LEAN else _REVOLUTE
+        step = _PRISMATIC if shape.prismatic[i] else _REVOLUTE
+        if lean > _LEAN:
+            step *= _LEANING[0] if shape.prismatic[i] else _LEANING[1]
         count[i] = max(3, int(np.ceil((shape.upper[i] - shape.lower[i]) / step)))
     return count, np.asarray(u_endless[: len(shape.after)])
 
