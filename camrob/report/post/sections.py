@@ -41,6 +41,16 @@ def headline(summary: PostSummary, cell: Cell) -> str:
     )
 
 
+def _at_most(value: float | None, decimals: int, unit: str) -> str:
+    """A deviation, of which nobody wants to know more than so many decimals."""
+    least = 10.0**-decimals
+    return (
+        f"below {number(least, decimals, unit)}"
+        if value is not None and value < least
+        else number(value, decimals, unit)
+    )
+
+
 def verdict(summary: PostSummary, findings: Sequence[Finding]) -> str:
     """One line: is the program verified, by what, and how far is it off at worst."""
     verified, tracking = summary.verified, summary.tracking
@@ -63,9 +73,9 @@ def verdict(summary: PostSummary, findings: Sequence[Finding]) -> str:
         text = "" if whole else "The witness could not judge all of the CL file: see the first warning."
     text += (
         f" Read back and replayed by {escape(verified.by)}: {number(verified.points, 0)} points, "
-        f"worst deviation from the CL data {number(verified.position_error_mm_max, 5, 'mm')} and "
-        f"{number(verified.axis_error_deg_max, 5, '°')}. The solver's own error before rounding: "
-        f"{number(tracking.position_error_mm_max, 6, 'mm')}, {number(tracking.axis_error_deg_max, 6, '°')}."
+        f"worst deviation from the CL data {_at_most(verified.position_error_mm_max, 5, 'mm')} and "
+        f"{_at_most(verified.axis_error_deg_max, 5, '°')}. The solver's own error before rounding: "
+        f"{_at_most(tracking.position_error_mm_max, 6, 'mm')}, {_at_most(tracking.axis_error_deg_max, 6, '°')}."
     )
     return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
 
