@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
 
 from gap import benchmark as gap_benchmark
 from gap import maker as gap_maker
+from gap import places as gap_places
 from gap.draws import shift
 from gap.motions import read_motion
 from gap.score import Row, calibration, placed, score, share, upper_bound
@@ -186,3 +187,12 @@ def test_intervals_and_calibration_against_known_numbers() -> None:
     assert upper_bound(0, 300) == pytest.approx(0.00994, abs=1e-4)
     assert calibration([(0.95, True)] * 19 + [(0.95, False)])["error"] == pytest.approx(0.0, abs=1e-12)
     assert calibration([(0.9, False)])["error"] == pytest.approx(0.9)
+
+
+@pytest.mark.slow
+def test_the_axis_of_a_name_in_doubt_is_the_place_where_no_single_shape_has_one() -> None:
+    """A counterweight's spring at A2, beside a smooth rest: it looks like a part of a ripple, which is not claimed."""
+    cause = gap_places.causes(gap_places.UR)["a counterweight's spring at A2"]
+    said = gap_places.asked(gap_places.UR, cause, 3)
+    assert said["claims"] == {}
+    assert gap_places.judged(cause, said)["place"]

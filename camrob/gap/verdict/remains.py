@@ -12,7 +12,7 @@ from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage
-from camrob.gap.evidence.unknown import CONSTANT, LAST_MOVE, is_moment
+from camrob.gap.evidence.unknown import CONSTANT, LAST_MOVE, UNKNOWN, is_moment
 from camrob.gap.locate.localise import axes_of, regimes_of
 from camrob.gap.locate.periodic import TIME, periodic
 from camrob.gap.locate.single_shape import SingleShape, single_shape
@@ -28,6 +28,7 @@ _WORTH = 0.1  # share of its energy from which that is worth a word
 _LEAST_FIELD = 0.5  # of the noise: a discrepancy that is smaller tells nothing
 _REGIME_OF = {"posture": "position", "direction": "direction", "force": "load", "time": "time", "travel": "position"}
 _OF_AXIS = 0.5  # share of its energy that one axis has to explain to be named
+_OF_NAME = 0.25  # the same of a name in doubt, beside which a smooth rest stays
 
 
 def left_panels(model: Model, members: Set) -> list[Panel]:
@@ -73,6 +74,7 @@ def remains(
     shapes = [] if back else shapes
     if not shapes:
         where |= back or _of_one(one, names)
+        where |= {} if where["axes"] or where["comes_back"] else _of_doubtful(model, panels, one)
     text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
     text += f", and comes back {where['comes_back']}" if where["comes_back"] else ""
     led = where["regimes"][:2]
@@ -132,6 +134,27 @@ def _of_one(one: SingleShape | None, names: Sequence[str]) -> dict[str, Any]:
     regime = _regime(told)
     axes = [axis] if axis[:1] in "AE" and axis[1:].isdigit() else []
     return {"axes": axes, "regimes": [regime, *(n for n in names if n != regime)]}
+
+
+def _of_doubtful(model: Model, panels: Sequence[Panel], one: SingleShape | None) -> dict[str, Any]:
+    """The axis of the name in the best set that takes most of what stays, and more than any one shape (`one`): a name may be in
+    doubt, and its axis not. {} where it has none, and of claims, which are taken away.
+    """
+    rows = [p.w_tcp[:, 0] > 0.0 for p in panels]
+    gaps = [whole_gap(p)[r] for p, r in zip(panels, rows, strict=True)]
+    energy = sum(float(np.sum(g**2)) - len(g) * model.noise**2 for g in gaps)
+    taken: dict[str, float] = {}
+    for effect in model.evidence.effects_of(model.best.members) - {UNKNOWN.name}:
+        for axis in {model.units[i].axis for i in model.best.members if model.units[i].effect == effect}:
+            own = frozenset(
+                i for i in model.best.members if model.units[i].effect == effect and model.units[i].axis == axis
+            )
+            moved = [p.moves(model.values(own, model.best), r) for p, r in zip(panels, rows, strict=True)]
+            gained = sum(float(np.sum(g**2 - (g - m) ** 2)) for g, m in zip(gaps, moved, strict=True))
+            taken[axis] = max(taken.get(axis, 0.0), gained / max(energy, 1e-30))
+    best = max(sorted(taken), key=lambda a: taken[a], default="")
+    least = max(_OF_NAME, 0.0 if one is None else one.share)
+    return {"axes": [best]} if best and taken[best] > least else {}
 
 
 def suspects(model: Model, unknown: Mapping[str, Any]) -> list[str]:
