@@ -61,7 +61,6 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
     entry = np.zeros(len(run), dtype=bool)
     entry[match.entries[:, 0]] = True
     border &= ~(entry[:-1] & cutting[1:])  # into the part at the cut's feed, and on: that is no corner of the cut's
-    border &= ~(_breaks_chips(match, story, len(run)) & ~cutting[:-1])
     border &= ~(match.unjudged[:-2] | match.unjudged[1:-1])  # what is cut in a gap of the file is not known
     round_off = np.flatnonzero(border)
     if len(round_off):
@@ -79,15 +78,6 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
             limit = np.full(len(rows), rapid)
             text = "faster than the set-up's rapid feed"
             yield _said("rapid-higher", text, rows, None, story, run, run.speed[rows], limit)
-
-
-def _breaks_chips(match: Match, story: Story, n: int) -> NDArray[np.bool_]:
-    """(n - 1,) Which ends lie amid a hole out of which the tool isn't drawn between its pecks: how high it rises is its own."""
-    hole = np.full(n, -1)
-    for j, i in match.pairs:
-        if (pecks := story.pecks.get(int(i))) is not None and not pecks.out:
-            hole[j] = i
-    return np.asarray((hole[:-1] == hole[1:]) & (hole[1:] >= 0))
 
 
 def _cuts(match: Match, story: Story) -> NDArray[np.bool_]:

@@ -62,8 +62,7 @@ _FMAX = 99999.0  # a feed that stands for the rapid
 
 class Hole(NamedTuple):
     """Heights in the program's unit: where it goes in rapid, its bottom, where it ends. feed_in, feed_out: a minute, None: the
-    modal one, in rapid. bite: the first one from the surface down, 0 in one go; later: the longest behind it, 0: as long. out: it
-    is drawn out to the clear height between them.
+    modal one, in rapid. bite: 0 in one go.
     """
 
     clear: float
@@ -74,8 +73,6 @@ class Hole(NamedTuple):
     feed_out: float | None = None
     dwell: float = 0.0
     bite: float = 0.0
-    later: float = 0.0
-    out: bool = True
     tap: float | None = None  # the thread's rise a turn, left-handed below 0, 0: by the modal feed
     rpm: float | None = None  # of the tap, None: the modal one
 
@@ -112,7 +109,7 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
     tell.move(at(hole.clear), axis, Way.RAPID, line)
     if hole.bite:
         first = hole.clear - hole.surface + hole.bite
-        tell.pecks[tell.n] = Pecks(first * scale, (hole.later or hole.bite) * scale, hole.out)
+        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True)
     tell.move(at(hole.bottom), axis, Way.HOLE, line, feed)
     if hole.dwell:
         tell.event(Kind.DWELL, line, hole.dwell)
@@ -180,24 +177,19 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
 
 
 def _deep(value: Mapping[str, float], first: float | None, end: float) -> Hole:
-    """CYCLE83: the first bite to FDEP (or FDPR below the reference plane), each later one shorter by DAM, or by that factor where
-    it is below 0, but no shorter than MDEP or DAM. Raises UnreadError for dwells between bites, and a first one at its own feed.
+    """CYCLE83 in one go: FDEP (or FDPR below the reference plane) is its bottom.
+
+    Raises UnreadError for several bites: how far the control draws back between them isn't sure.
     """
-    surface, less = value["RFP"], value["DAM"]
+    surface = value["RFP"]
     named = surface - abs(value["FDPR"]) if first is None else first
     odd = first is not None and value["FDPR"] and abs(surface - abs(value["FDPR"]) - first) > 1e-9
-    bite = surface - max(named, end) if named < surface - 1e-9 else surface - end
-    one = bite >= surface - end - 1e-9
-    if value["DTD"] or value["AXN"] not in (0.0, 3.0) or odd or less < -1.0:
-        raise UnreadError("CYCLE83 whose depth or dwell counts in another way")
-    if value["FRF"] not in (0.0, 1.0) or (not one and (value["DTB"] or (value["DTS"] and value["VARI"]))):
-        raise UnreadError("CYCLE83 with a feed of its first bite, or that dwells between its bites")
-    later = max(value["MDEP"] or max(less, 0.0), bite - less if less >= 0.0 else bite * -less)
+    if value["DTD"] or value["AXN"] not in (0.0, 3.0) or odd or value["DAM"] < -1.0 or value["FRF"] not in (0.0, 1.0):
+        raise UnreadError("CYCLE83 whose depth, dwell or feed counts in another way")
+    if named < surface - 1e-9 and named > end + 1e-9:
+        raise UnreadError("CYCLE83 in several bites")
     clear = surface + value["SDIS"]
-    level = max(value["RTP"], clear)
-    if one:
-        return Hole(clear, end, level, surface, dwell=value["DTB"])
-    return Hole(clear, end, level, surface, bite=bite, later=later, out=bool(value["VARI"]))
+    return Hole(clear, end, max(value["RTP"], clear), surface, dwell=value["DTB"])
 
 
 def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
@@ -206,7 +198,8 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")
     surface, deep = q[203], -q[201]
     bite = q[202] if number in ("200", "203") and 0.0 < q[202] < deep - 1e-9 else 0.0
-    later = 0.0 if number == "200" or not bite or not q.get(212) else max(q[202] - q[212], min(q[205], q[202]))
+    if bite and number == "203" and (q[212] or q[213] or q[208] < _FMAX):
+        raise UnreadError("CYCL DEF 203 in bites that differ, break chips or come out at a feed")
     if bite and q.get(210):
         raise UnreadError("a cycle that dwells between its bites")
     back = (q[208] or q[206]) if number in ("201", "203") else None
@@ -224,8 +217,6 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         None if back is None or back >= _FMAX else back,
         q.get(211, 0.0),
         bite,
-        later,
-        number == "200" or not q.get(213),
     )
 
 
