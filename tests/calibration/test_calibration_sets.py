@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, log_of, measure
+from page_data import block_of
 
 from camrob.calibration.calibrate import calibrate_cell, study_cell
 from camrob.calibration.calibration_file import calibration_figures, read_calibration
@@ -159,7 +160,7 @@ def test_the_page_holds_what_was_found_and_loads_nothing(made) -> None:
     for text in (*expected, "Poses to measure next", "base and reflector were fitted to half of it", "t be told from"):
         assert text in page
     ids = set(re.findall(r'class="chart" id="([\w-]+)"', page))
-    charts = json.loads(re.search(r'id="charts">(.*?)</script>', page)[1])
+    charts = block_of(page, "charts")
     assert {c["id"] for c in charts} == ids and len(ids) == 9
     assert len({c["ruler"] for c in charts}) == 9  # none is zoomed by another
     assert "://" not in re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, measure
+from page_data import block_of
 
 from camrob.calibration.calibrate import calibrate_cell
 from camrob.calibration.calibration_file import calibration_text
@@ -403,7 +404,7 @@ def test_a_new_violation_is_said_and_an_old_one_is_not_new(tmp_path: Path) -> No
 def test_the_page_of_a_compensation(tmp_path: Path, calibration: Path) -> None:
     compensate(solved(tmp_path), cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out", feed=1200.0)
     page = (tmp_path / "out" / "bow.html").read_text()
-    charts = json.loads(re.search(r'id="charts">(.*?)</script>', page)[1])
+    charts = block_of(page, "charts")
     assert {c["id"]: c["ruler"] for c in charts} == {
         "error-position": "motion",
         "error-orientation": "motion",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import gzip
 import json
 import re
 import shutil
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from page_data import block_of
 
 from camrob.cell.read_cell import read_cell
 from camrob.jobs.post import post
@@ -90,8 +90,7 @@ def posted(tmp_path_factory):
 def test_the_run_has_every_point_its_time_its_axes_and_the_programs_own_line(posted):
     cell = read_cell(ROOT / "cells" / "kr15_track_table")
     page = (posted.out / "engraving.html").read_text(encoding="utf-8")
-    block = re.search(r'id="scene">([^<]*)<', page)
-    run = json.loads(gzip.decompress(base64.b64decode(block[1])))["run"]
+    run = block_of(page, "scene")["run"]
     n = len(posted.path)
     assert run["count"] == run["points"] == n and run["off"] == 0.0
     time, q = _floats(run["t"]), _floats(run["q"]).reshape(n, -1)

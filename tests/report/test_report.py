@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import gzip
 import hashlib
 import json
 import re
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from page_data import unpacked
 from summary_samples import POST, post_summary, region
 
 from camrob.cell.read_cell import read_cell
@@ -95,13 +95,9 @@ def _run(path):
 DATA = ("application/json", "application/gzip")
 
 
-def _unpacked(text):
-    return gzip.decompress(base64.b64decode(text)).decode()
-
-
 def _block(attrs, text):
     """A block of data as the page reads it."""
-    return json.loads(_unpacked(text) if attrs["type"] == "application/gzip" else text)
+    return json.loads(unpacked(text) if attrs["type"] == "application/gzip" else text)
 
 
 class _Reader(HTMLParser):
@@ -155,7 +151,7 @@ def test_nothing_is_loaded_and_only_its_own_scripts_may_run(made):
     assert "unsafe" not in rules
     running = [text for attrs, text in reader.scripts if "type" not in attrs]
     assert len(running) == 4
-    libraries = [_unpacked(text) for attrs, text in reader.scripts if attrs.get("class") == "library"]
+    libraries = [unpacked(text) for attrs, text in reader.scripts if attrs.get("class") == "library"]
     assert len(libraries) == 2 and {a["type"] for a, _ in reader.scripts if "type" in a} <= set(DATA)
     for text in [*running, *libraries]:
         assert base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() in rules
