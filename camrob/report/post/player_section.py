@@ -44,7 +44,14 @@ def player_section(cell: Cell, scene: Mapping[str, Any], *, with_part: bool) -> 
     )
     speeds = "".join(f'<option value="{v}">{v} ×</option>' for v in _SPEEDS)
     said = '<p class="said"><code id="said">&nbsp;</code></p>' if run["said"] is not None else ""
-    cut = " The stock is shown as it is cut, the freshly cut surface lighter." if stock and "sides" in stock else ""
+    cut = ""
+    if stock:
+        cut = (
+            " The stock is shown as it is cut, the freshly cut surface lighter."
+            if "sides" in stock
+            else " The stock is shown uncut: the program cuts none of it, the set-up does not give one cutter's diameter, length and "
+            "corner, its mesh is open, or the path is too long."
+        )
     thinned = (
         f" {run['count']:,} of {run['points']:,} points are shown; the others lie within {run['off']:.3f} mm of the lines "
         "between them."
