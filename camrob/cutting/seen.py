@@ -19,6 +19,7 @@ _RAYS = 24_000  # of the sides that change: what a page and a browser without a 
 _LOOK = 3_000  # rays of all sides, of the first look at which of them change
 _FINEST = 5e-5  # m between rays: no screen shows less
 _STAGES = 5  # of the cut's time: of what is cut again within one, the last is shown
+_SIDES = tuple((d, facing) for d in range(3) for facing in (-1, 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,24 +61,23 @@ def seen_stock(stock: Array, moves: Moves, at: Array, *, rays: int = _RAYS) -> S
         return None
     size = box[1] - box[0]
     areas = np.array([size[(d + 1) % 3] * size[(d + 2) % 3] for d, _ in _SIDES])
-    rough = _looked_at(stock, moves, at, box, max(float(np.sqrt(areas.sum() / _LOOK)), _FINEST))
+    rough = _looked_at(stock, moves, at, box, max(float(np.sqrt(areas.sum() / _LOOK)), _FINEST), 1)
     changes = np.array([np.isfinite(s.since).any() for s in rough.sides])
     if not changes.any():  # what is cut is finer than the first look
         changes[:] = True
-    found = _looked_at(stock, moves, at, box, max(float(np.sqrt(areas[changes].sum() / rays)), _FINEST))
+    found = _looked_at(stock, moves, at, box, max(float(np.sqrt(areas[changes].sum() / rays)), _FINEST), _STAGES)
     return found if any(np.isfinite(s.since).any() for s in found.sides) else None
 
 
-def _looked_at(stock: Array, moves: Moves, at: Array, box: tuple[Array, Array], pitch: float) -> SeenStock:
-    """The stock within a box, by rays of a pitch, m."""
-    lower, upper = box
-    lower, upper = lower - 1.5 * pitch, upper + 1.5 * pitch
+def _looked_at(stock: Array, moves: Moves, at: Array, box: tuple[Array, Array], pitch: float, stages: int) -> SeenStock:
+    """The stock within a box, by rays of a pitch, m, after each of so many stages of the cut's time."""
+    lower, upper = box[0] - 1.5 * pitch, box[1] + 1.5 * pitch
     dexels = Dexels(lower, upper, pitch).inside(stock)
-    edges = np.linspace(float(at[0]), float(at[-1]), _STAGES + 1)
-    stage = np.clip(np.searchsorted(edges, at, side="left") - 1, 0, _STAGES - 1)
+    edges = np.linspace(float(at[0]), float(at[-1]), stages + 1)
+    stage = np.clip(np.searchsorted(edges, at, side="left") - 1, 0, stages - 1)
     looks = [[_first(dexels, d, facing) for d, facing in _SIDES]]
     since: list[list[Array]] = []
-    for k in range(_STAGES):
+    for k in range(stages):
         own = stage == k
         if own.any():  # the numbers of the moves stay those of the whole cut
             dexels.carve(Moves(moves.tip, moves.axis, np.where(own, moves.cutter, -1), moves.cutters))
@@ -95,9 +95,6 @@ def _looked_at(stock: Array, moves: Moves, at: Array, box: tuple[Array, Array], 
         for n, (d, facing) in enumerate(_SIDES)
     ]
     return SeenStock(lower, upper, pitch, tuple(sides))
-
-
-_SIDES = tuple((d, facing) for d in range(3) for facing in (-1, 1))
 
 
 def _box_of_cut(stock: Array, moves: Moves) -> tuple[Array, Array] | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +122,7 @@ def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: st
             inv_kf_bound_mean=float(found.mean[k]) or None,
             inv_kf_bound_min=float(found.worst[k]) or None,
             standing=trial.verdicts[k] or "not tried",
+            trial=figures(k),
         )
 
     def figures(k: int) -> PlaceTrial | None:
@@ -138,16 +139,13 @@ def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: st
             clearance_min_mm=None if clearance is None else round(m_to_mm(clearance), 2),
         )
 
-    def looked_at(k: int) -> Placement:
-        return replace(entry(k), trial=figures(k))
-
     others = sorted((k for k in trial.free if k not in (trial.best, found.here)), key=lambda k: -trial.free[k].value)
     return PlaceSummary(
         program=name,
         cell=cell,
-        now=looked_at(found.here),
-        best=looked_at(trial.best),
-        others=tuple(looked_at(k) for k in others),
+        now=entry(found.here),
+        best=entry(trial.best),
+        others=tuple(entry(k) for k in others),
         stays=trial.best == found.here,
         placements=len(found.mean),
         in_reach=int(np.sum(found.mean > 0.0)),

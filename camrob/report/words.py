@@ -8,7 +8,11 @@ from rich.text import Text
 
 from camrob.text import printable
 
-__all__ = ["shown_duration", "shown_number", "shown_text"]
+__all__ = ["JOB_STATUS", "shown_duration", "shown_number", "shown_text"]
+
+
+JOB_STATUS = {0: "done", 1: "check failed", 2: "input wrong", 3: "not done"}
+"""What became of a batch's job, by its exit status."""
 
 
 def shown_number(value: object, decimals: int = 1) -> str:

@@ -23,15 +23,17 @@ def off_course(model: Model, library: Sequence[Effect]) -> list[str]:
 
     What the discrepancy shows over posture is taken away first; what it shows over time is the course's own.
     """
+    inside = model.evidence.effects_of(model.best.members)
+    asked = [e for e in library if e.name in inside and e.regimes == ("time",)]
+    if not asked:
+        return []
     ends = min(s.t[0] for s in model.scenes), max(s.t[-1] for s in model.scenes)
     posture = _over_posture(model)
+    fitted = np.flatnonzero(np.isin(model.design.owner, list(model.best.members)))
     found = []
-    for effect in library:
+    for effect in asked:
         members = frozenset(i for i in model.best.members if model.units[i].effect == effect.name)
-        if not members or effect.regimes != ("time",):
-            continue
         values = model.values(members, model.best)
-        fitted = np.flatnonzero(np.isin(model.design.owner, list(model.best.members)))
         columns, right, energy = [], [], 0.0
         for p, smooth in zip(model.panels, posture, strict=True):
             x = 2.0 * (p.scene.t - ends[0]) / max(ends[1] - ends[0], 1e-12) - 1.0

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.checks.collisions import check_collisions
 from camrob.controller.against import Coverage
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.seen import seen_stock
 from camrob.cutting.way import Way
 from camrob.errors import InputError, JobError
 from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.solving.plan_obstacles import collisions_at
 from camrob.program.program_text import ProgramText
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.published.virtual_joint import resolve_vjm
@@ -77,19 +78,10 @@ def map_shown(inputs: JobInputs, solution: Solution) -> RedundancyMap | None:
         return None
     path = inputs.path
 
+    bodies = inputs if inputs.stock is None else replace(inputs, part=None)  # the part lies in its stock
+
     def touches(q: Array, point: NDArray[np.int64]) -> NDArray[np.bool_]:
-        report = check_collisions(
-            inputs.cell,
-            q,
-            cutting=path.cutting[point],
-            line=path.line[point],
-            region=path.region[point],
-            part_mesh=inputs.part if inputs.stock is None else None,  # the part lies in its stock
-            stock_mesh=inputs.stock,
-            base_T_part=np.asarray(inputs.setup.base_T_part),
-            tool=inputs.tool,
-        )
-        return np.asarray(report.hit)
+        return np.asarray(collisions_at(bodies, path, q, point, path.cutting[point]).hit)
 
     return redundancy_map(inputs.cell, path, solution, touches if solution.method == "planned" else None)
 

@@ -16,7 +16,7 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Revision, Solution
 from camrob.redundancy.stretches import change_values
 
-__all__ = ["free_routes", "job_collisions", "job_obstacles"]
+__all__ = ["collisions_at", "free_routes", "job_collisions", "job_obstacles"]
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def _looked_at(
     sort = np.argsort(place, kind="stable")
     point = np.clip(np.ceil(place[sort]).astype(np.int64), 0, n - 1)
     own = place[sort] == np.floor(place[sort])
-    return _checked(inputs, path, np.concatenate(q)[sort], point, path.cutting[point] & own), point
+    return collisions_at(inputs, path, np.concatenate(q)[sort], point, path.cutting[point] & own), point
 
 
 def free_routes(inputs: JobInputs, path: ToolPathInBase, solution: Solution) -> Solution:
@@ -94,7 +94,7 @@ def _routes(inputs: JobInputs, r: Revision) -> Iterator[Revision]:
 def _blocked(inputs: JobInputs, path: ToolPathInBase, r: Revision) -> bool:
     rows = _route(r)
     point = np.full(len(rows), r.point)
-    return bool(np.any(_checked(inputs, path, rows, point, np.zeros(len(rows), np.bool_)).hit))
+    return bool(np.any(collisions_at(inputs, path, rows, point, np.zeros(len(rows), np.bool_)).hit))
 
 
 def _route(r: Revision) -> Array:
@@ -111,7 +111,7 @@ def _ptp(first: Array, last: Array) -> Array:
     return np.asarray(first + np.linspace(0.0, 1.0, count)[:, None] * (last - first))
 
 
-def _checked(
+def collisions_at(
     inputs: JobInputs, path: ToolPathInBase, q: Array, point: NDArray[np.int64], cutting: NDArray[np.bool_]
 ) -> CollisionReport:
     """What postures (K, n), at path points (K,), touch."""

@@ -10,11 +10,12 @@ from urllib.parse import quote
 
 from camrob.report.page.html import duration, escape, number, page
 from camrob.report.page.parts import card_row, section, table
+from camrob.report.words import JOB_STATUS
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
 __all__ = ["batch_report"]
 
-_WORDS = {0: ("done", "info"), 1: ("check failed", "warning"), 2: ("input wrong", "error"), 3: ("not done", "error")}
+_TAGS = {0: "info", 1: "warning", 2: "error", 3: "error"}
 _REASONS = 3  # of a job, the others stand in its own report
 
 
@@ -103,8 +104,7 @@ def _conditioning(job: JobFigures) -> float | None:
 
 
 def _tag(job: JobFigures) -> str:
-    word, kind = _WORDS.get(job.status, ("?", "error"))
-    return f'<span class="tag {kind}">{word}</span>'
+    return f'<span class="tag {_TAGS.get(job.status, "error")}">{JOB_STATUS.get(job.status, "?")}</span>'
 
 
 def _row(job: JobFigures, folder: Path) -> list[str]:

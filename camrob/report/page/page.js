@@ -6,6 +6,20 @@ function camrobUnpack(packed) {
 }
 const camrobColor = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
+// colours of 1/k_F from 0 to its highest: reds below the threshold (a share), amber at it, greens to blue above; made(hex) is a
+// colour, mixed(a, b, share) one between two
+function camrobScale(threshold, made, mixed) {
+  const t = Math.min(0.95, Math.max(0.05, threshold));
+  const scale = [[0, "#67001f"], [0.7 * t, "#d6302b"], [t, "#f5a623"], [t + 0.3 * (1 - t), "#35a883"], [1, "#2166ac"]].map(([x, c]) => [x, made(c)]);
+  return (share) => {
+    const x = Math.min(1, Math.max(0, share));
+    let k = 1;
+    while (k < scale.length - 1 && scale[k][0] < x) k++;
+    const [x0, a] = scale[k - 1], [x1, b] = scale[k];
+    return mixed(a, b, Math.min(1, Math.max(0, (x - x0) / (x1 - x0))));
+  };
+}
+
 // names: of the regions by their numbers; onPick(x): somebody clicked at x of a chart along the path
 function camrobCharts(names, onPick) {
   const css = camrobColor, unpack = camrobUnpack;
@@ -42,19 +56,10 @@ function camrobCharts(names, onPick) {
     canvas.width = map.columns; canvas.height = map.rows;
     const context = canvas.getContext("2d"), image = context.createImageData(map.columns, map.rows);
     const rgb = (text) => [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
-    const t = Math.min(0.95, Math.max(0.05, map.threshold));
-    const scale = [[0, "#67001f"], [0.7 * t, "#d6302b"], [t, "#f5a623"], [t + 0.3 * (1 - t), "#35a883"], [1, "#2166ac"]].map(([x, c]) => [x, rgb(c)]);
+    const scale = camrobScale(map.threshold, rgb, (a, b, share) => a.map((v, c) => v + share * (b[c] - v)));
     const codes = { 60001: rgb(css("--map-reach")), 60002: rgb(css("--map-limit")), 60003: rgb(css("--map-elsewhere")), 60004: rgb(css("--map-touch")) };
     unpack(map.codes).forEach((value, n) => {
-      let color = codes[value];
-      if (!color) {
-        const x = Math.min(1, value / map.steps);
-        let k = 1;
-        while (k < scale.length - 1 && scale[k][0] < x) k++;
-        const [x0, a] = scale[k - 1], [x1, b] = scale[k], share = Math.min(1, Math.max(0, (x - x0) / (x1 - x0)));
-        color = a.map((v, c) => v + share * (b[c] - v));
-      }
-      image.data.set([...color, 255], 4 * n);
+      image.data.set([...(codes[value] || scale(value / map.steps)), 255], 4 * n);
     });
     context.putImageData(image, 0, 0);
     return canvas.toDataURL();

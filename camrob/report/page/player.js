@@ -102,21 +102,12 @@ function camrobPlayer(scene, place, mark) {
   // ---- the path: thin all along, thick as far as the tool has come
   const tips = new Float32Array(3 * K), colors = new Float32Array(3 * K);
   const air = new THREE.Color("#8a93a0"), p = new THREE.Vector3();
-  const t0 = Math.min(0.95, Math.max(0.05, scene.threshold / scene.highest));
-  // colours of 1/k_F: reds below the threshold, amber at it, greens to blue above
-  const scale = [[0, "#67001f"], [0.7 * t0, "#d6302b"], [t0, "#f5a623"], [t0 + 0.3 * (1 - t0), "#35a883"], [1, "#2166ac"]].map(([x, c]) => [x, new THREE.Color(c)]);
   const colored = new THREE.Color();
-  const colorOf = (value) => {
-    const x = Math.min(1, Math.max(0, value / scene.highest));
-    let k = 1;
-    while (k < scale.length - 1 && scale[k][0] < x) k++;
-    const [x0, a] = scale[k - 1], [x1, b] = scale[k];
-    return colored.copy(a).lerp(b, Math.min(1, Math.max(0, (x - x0) / (x1 - x0))));
-  };
+  const colorOf = camrobScale(scene.threshold / scene.highest, (c) => new THREE.Color(c), (a, b, share) => colored.copy(a).lerp(b, share));
   for (let k = 0; k < K; k++) {
     p.setFromMatrixPosition(walk(q, k * J).tool);
     tips.set([p.x, p.y, p.z], 3 * k);
-    const c = cut[k] ? colorOf(kf[k]) : air;
+    const c = cut[k] ? colorOf(kf[k] / scene.highest) : air;
     colors.set([c.r, c.g, c.b], 3 * k);
   }
   const thin = new THREE.BufferGeometry();

@@ -51,7 +51,7 @@ def map_chart(
     traces, maps = [], []
     for k, freedom in enumerate(found.freedoms):
         axes = str(k + 1) if k else ""
-        name, unit, values, chosen = _axis(cell, freedom, solution)
+        name, (unit, values, chosen) = _name(cell, freedom), _axis(cell, freedom, solution)
         top = 1.0 - k * (_ROW + _GAP) / whole
         layout[f"xaxis{axes}"] = {
             "range": [0.0, float(along.s_mm[-1])],
@@ -71,7 +71,7 @@ def map_chart(
             "zeroline": False,
             "showgrid": False,
         }
-        others = [_axis(cell, f, solution)[0] for f in found.freedoms if f is not freedom]
+        others = [_name(cell, f) for f in found.freedoms if f is not freedom]
         rest = f", {' and '.join(others)} as chosen" if others else ""
         layout["annotations"].append(
             {"x": 0, "xref": f"x{axes} domain", "xanchor": "left", "y": 1, "yref": f"y{axes} domain", "yanchor": "bottom",
@@ -87,14 +87,19 @@ def map_chart(
     return {"traces": traces, "layout": layout, "maps": maps}, _caption(found, count)
 
 
-def _axis(cell: Cell, freedom: FreedomMap, solution: Solution) -> tuple[str, str, Array, Array]:
-    """A freedom's name, unit, values (M,) and chosen values (N,) as the controller counts them."""
+def _name(cell: Cell, freedom: FreedomMap) -> str:
+    name = cell.joints[freedom.joint].name
+    return name if name in cell.axis_names else "roll"
+
+
+def _axis(cell: Cell, freedom: FreedomMap, solution: Solution) -> tuple[str, Array, Array]:
+    """A freedom's unit, values (M,) and chosen values (N,) as the controller counts them."""
     joint = cell.joints[freedom.joint]
     q = np.asarray(solution.q)[:, freedom.joint]
     to_edge, unit = (m_to_mm, "mm") if joint.prismatic else (rad_to_deg, "deg")
     named = joint.name in cell.axis_names
     values, chosen = (np.asarray(to_edge(joint.axis_value(x) if named else x)) for x in (freedom.values, q))
-    return (joint.name if named else "roll"), unit, values, chosen
+    return unit, values, chosen
 
 
 def _map(freedom: FreedomMap, values: Array, axes: str, highest: float, threshold: float) -> dict[str, Any]:

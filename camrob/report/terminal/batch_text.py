@@ -8,12 +8,12 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.report.words import shown_text
+from camrob.report.words import JOB_STATUS, shown_text
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
 __all__ = ["render_batch"]
 
-_WORDS = {0: ("done", "green"), 1: ("check failed", "yellow"), 2: ("input wrong", "red"), 3: ("not done", "bold red")}
+_STYLES = {0: "green", 1: "yellow", 2: "red", 3: "bold red"}
 
 
 def render_batch(summary: BatchSummary) -> RenderableType:
@@ -25,7 +25,7 @@ def render_batch(summary: BatchSummary) -> RenderableType:
     reasons: list[RenderableType] = []
     for job in summary.jobs:
         of_job = job.summary or {}
-        word, style = _WORDS.get(job.status, ("?", "red"))
+        word, style = JOB_STATUS.get(job.status, "?"), _STYLES.get(job.status, "red")
         conditioning = of_job.get("conditioning") or {}
         again = f" ({job.attempts} attempts)" if job.attempts > 1 else ""
         table.add_row(

@@ -124,7 +124,7 @@ class AptReader(AptProcess):
             "MSYS": place.msys, "CSYS": place.csys, "TRNTYP": place.trntyp, "TLAXIS": place.tlaxis, "ROTABL": place.rotabl,
             "ROTHED": place.rotabl, "CAMERA": place.camera, "UNITS": self._set_units, "UNIT": self._set_units,
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
-            "LOADTL": self._load, "TURRET": self._load,  "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
+            "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
             "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._feature,
             "OPFEATEND": self._end_of_path, "CUTCOM": self._offsets.cutcom, "INSERT": self._insert,
             "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),

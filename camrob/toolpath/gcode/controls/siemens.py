@@ -76,9 +76,8 @@ class _Program:
         self._tools(lines)
         self._at = self._sections.main
         self._repeats: list[tuple[int, int, int, int]] = []  # first and last line of a part, passes left, and back
-        self._outer: list[
-            dict[str, float | None]
-        ] = []  # a called subprogram: what its declared names hold outside of it
+        # of each subprogram that is being run: what the names that it has declared hold outside of it
+        self._outer: list[dict[str, float | None]] = []
 
     def _tools(self, lines: list[str]) -> None:
         """Whether tools are named by one name only: it is then the one that the set-up describes."""
