@@ -416,7 +416,7 @@ def test_unknown_words_are_counted_and_those_with_coordinates_refused() -> None:
     t = read(HEAD + "WIBBLE/ON\nGOTO/1,2,3\nWIBBLE/OFF\nFOO/1,2\n")
     found = {f.text.split()[0]: (f.line, f.count) for f in t.findings if f.code == "unknown-word"}
     assert found == {"WIBBLE": (3, 2), "FOO": (6, 1)}
-    for line in ("WIBBLE/1,2,3", "CYCLE81/10,0,2,-25,0", "TRANS/0,0,5", "ORIGIN/1,0,0", "1.0,2.0,3.0", "CALLSUB/1001"):
+    for line in ("WIBBLE/1,2,3", "CYCLE81/10,0,2,-25,0", "ORIGIN/1,0,0", "1.0,2.0,3.0", "CALLSUB/1001"):
         with pytest.raises(ToolpathError, match="may mean motion") as error:
             read(HEAD + f"GOTO/1,2,3\n{line}\n")
         assert error.value.line == 4

@@ -134,7 +134,8 @@ def test_supa_is_a_machine_position_and_one_tool_by_its_name_is_the_set_ups(tmp_
         ("MY_SUB", "MY_SUB is not known"),
         ("ROT X30", "turned frame"),
         ("AROT Y5 Z30", "turned frame"),
-        ("MIRROR X0", "mirroring"),
+        ("MIRROR Z0", "mirroring of another axis"),
+        ("SCALE X2", "by two factors"),
         ("CIP X10 Y0 I1=5 J1=5", "arc through a point"),
         ("BSPLINE X1", "a spline"),
         ("A3=0 B3=0 C3=1", "centre point off"),
@@ -233,8 +234,7 @@ def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
         ("APPR LCT X+5 Y+5 R2 RL F100", "is not read"),
         ("CT X+5 Y+5", "is not read"),
         ("CYCL DEF 19.0 WORKING PLANE", "CYCL DEF 19.0"),
-        ("CYCL DEF 10.1 ROT+30", "CYCL DEF 10.1"),
-        ("CYCL DEF 8.1 X", "CYCL DEF 8.1"),
+        ("CYCL DEF 26.1 X 0.9", "CYCL DEF 26.1"),
         ("CYCL DEF 205 PECKING Q200=2", "CYCL DEF 205"),
         ("PLANE VECTOR BX1 BY0 BZ0 NX0 NY0 NZ1 TURN", "is not read"),
         ("FUNCTION TCPM F TCP AXIS SPAT", "is not read"),
@@ -343,9 +343,13 @@ def test_siemens_drills_where_mcall_stands_behind_every_way(tmp_path: Path) -> N
     [
         ("CYCLE81(20,1,2,,6)", [(3, 0), (-5, 600), (20, 0)]),
         ("CYCLE85(20,0,2,-5,,0,120,240)", [(2, 0), (-5, 120), (2, 240), (20, 0)]),
-        # bites of 4, 3, 2, 2 and what is left; out to the clearance, in again to 2 above
-        ("CYCLE83(20,0,2,-12,,-4,,1,0,0,1,1,3,2)", [(2, 0), (-4, 600), (2, 0), (-2, 0), (-7, 600), (2, 0), (-5, 0), (-9, 600),
-                                                    (2, 0), (-7, 0), (-11, 600), (2, 0), (-9, 0), (-12, 600), (20, 0)]),
+        # bites of 4, 3, 2, 2 and what is left; out to the clearance, in again to 0.6 above (DIS1 left out, less than 30 deep)
+        ("CYCLE83(20,0,2,-12,,-4,,1,0,0,1,1,3,2)", [(2, 0), (-4, 600), (2, 0), (-3.4, 0), (-7, 600), (2, 0), (-6.4, 0), (-9, 600),
+                                                    (2, 0), (-8.4, 0), (-11, 600), (2, 0), (-10.4, 0), (-12, 600), (20, 0)]),
+        # deeper than 30: a fiftieth of the depth, 1.2, at most 7; DIS1 itself where it stands
+        ("CYCLE83(20,0,2,-60,,-40,,0,0,0,1,1)", [(2, 0), (-40, 600), (2, 0), (-38.8, 0), (-60, 600), (20, 0)]),
+        ("CYCLE83(20,0,2,-400,,-300,,0,0,0,1,1)", [(2, 0), (-300, 600), (2, 0), (-293, 0), (-400, 600), (20, 0)]),
+        ("CYCLE83(20,0,2,-60,,-40,,0,0,0,1,1,3,,,,2)", [(2, 0), (-40, 600), (2, 0), (-38, 0), (-60, 600), (20, 0)]),
         ("CYCLE83(20,0,2,-8,,,3,0,0,0,0.5,0,0,3,0.5)", [(2, 0), (-3, 300), (-2.5, 600), (-6, 600), (-5.5, 600), (-8, 600),
                                                         (20, 0)]),
         ("CYCLE83(20,0,2,-8,,,4,-0.5,0,0,1,0,0,1,1)", [(2, 0), (-4, 600), (-3, 600), (-6, 600), (-5, 600), (-7, 600), (-6, 600),

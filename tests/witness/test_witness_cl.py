@@ -168,7 +168,7 @@ def test_words_that_carry_nothing_are_skipped_and_others_are_gaps(tell):
     ("first", "last"),
     [
         ("MIRROR/1,0,0,0", "MIRROR/OFF"),
-        ("TRANS/5,5,5", "TRANS/NOMORE"),
+        ("TRANS/5,5,5,LAST", "TRANS/NOMORE"),
         ("LOOPST", "LOOPND"),
         ("SET/MODE,INCR", "SET/MODE,ABSOL"),
     ],

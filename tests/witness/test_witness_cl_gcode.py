@@ -137,7 +137,7 @@ def test_one_work_frame(tell):
 
 @pytest.mark.parametrize(
     ("on", "off"),
-    [("G68 X0 Y0 R30", "G69"), ("G51 P2", "G50"), ("G92 A5", "G92.1"), ("G68.2 X1 Q123", "G69")],
+    [("G68 X0 Y0", "G69"), ("G51 P2", "G50"), ("G51.1 Z0", "G50.1"), ("G92 A5", "G92.1"), ("G68.2 X1 Q123", "G69")],
 )
 def test_frames_that_are_moved_hide_what_lies_in_them(tell, on, off):
     story = tell(START + f"{on}\nG1 X1 Y1 Z1 F60\nX2\n{off}\nG0 X3 Y3 Z3\n")

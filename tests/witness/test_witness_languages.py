@@ -107,10 +107,10 @@ def test_klartext_vectors(tell) -> None:
     "row",
     [
         "G1 X=R1 F9", "IF R1>2 GOTOF OUT", "CYCLE83(5,0,2,-9,,-3,,0,0.5,0,1,1)", 'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
-        "CYCLE800(0,,1,57)", "MCALL HOLES1(0)", "CYCLE82(5,0,2,-9,,-3)", "CYCLE81(5,0,2,R1)", "CYCLE81(5,1,2,-9)", "ROT Z30",
+        "CYCLE800(0,,1,57)", "MCALL HOLES1(0)", "CYCLE82(5,0,2,-9,,-3)", "CYCLE81(5,0,2,R1)", "CYCLE81(5,1,2,-9)", "ROT X30",
         "A=IC(5) Y3", "G3 X1 I=AC(5) J0", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1",
         "TRANS X=R1", "G4 S3", "A3=1 B3=0 C3=1 G1 X1 F9",
-        "G500", "MIRROR X0", "AROT Z5",
+        "G500", "MIRROR Z0", "AROT Z5 X1", "SCALE X2",
     ],
 )  # fmt: skip
 def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
@@ -124,9 +124,9 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "4 L X+Q1", "4 CALL LBL 1", "4 LBL 0", "4 PLANE SPATIAL SPA+0 SPB+9 SPC+0 STAY",
+        "4 L X+Q1", "4 CALL LBL 1", "4 LBL 0", "4 PLANE POINTS P1X+0",
         "4 CYCL DEF 203 DRILLING",
-        "4 CYCL DEF 10.1 ROT+30", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
+        "4 CYCL DEF 11.1 SCL 0.5", "4 CYCL DEF 8.1 Z", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
         "4 TOOL CALL 2 Z S9 DR+0.1", "4 TOOL CALL 2 Y S9", "4 APPR LCT X+1 Y+1 R2", "4 L X+5 R+", "4 L X+5 M97",
         "4 CC", "4 L X+5 F AUTO", "4 CALL PGM B",
     ],
@@ -154,7 +154,7 @@ def test_siemens_planes_against_scipy(tell, mode: int, order: str) -> None:
     story = _siemens(
         tell,
         f'CYCLE800(1,"TC1",0,{mode},10,20,30,12,-8,25,1,2,3,-1)\nG0 X0 Y0 Z9\nG1 Z0 F600\nX5 Y6\n'
-        "G0 Z40\nCYCLE800()\nG0 X0 Y0 Z80\n",
+        "G0 Z40\nCYCLE800()\nG0 A0 C0\nG0 X0 Y0 Z80\n",
     )
     turned = _turned(order, 12, -8, 25)
     origin = np.array([10, 20, 30]) + turned @ [1, 2, 3]

@@ -12,7 +12,7 @@ from camrob.findings import Severity
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.apt.state import Machine, unit_axis
 
-__all__ = ["Table", "camera", "csys", "matrix_rows", "msys", "rotation", "set_frame", "tracut", "trntyp"]
+__all__ = ["Table", "camera", "csys", "matrix_rows", "msys", "rotation", "set_frame", "tracut", "trans", "trntyp"]
 
 _SLACK = 1e-3  # of a printed rotation: five decimals are common
 _HINT = "output the frame again from the CAM system"
@@ -46,6 +46,8 @@ def set_frame(m: Machine, part_R_cl: NDArray[np.float64], part_p_cl: NDArray[np.
 def msys(m: Machine, s: Statement) -> None:
     """NX: origin, X axis and Y axis of the machining frame in the part's; the points are in that frame."""
     v = np.array(s.numbers)
+    if m.shifted:
+        raise ToolpathError("MSYS behind TRANS", hint="end TRANS before it", line=s.line)
     if len(v) != 9:
         raise ToolpathError(f"MSYS has {len(v)} numbers, not 9", hint=_HINT, line=s.line)
     x, y = v[3:6], v[6:9]
@@ -54,11 +56,41 @@ def msys(m: Machine, s: Statement) -> None:
 
 def tracut(m: Machine, s: Statement) -> None:
     """TRACUT/matrix: the points behind it, transformed by three rows of four, are the part's; TRACUT/NOMORE ends it."""
-    if not (m.plain_frame or m.transformed):
+    if not (m.plain_frame or m.transformed) or m.shifted:
         raise ToolpathError("TRACUT in a frame of the file's own", hint="output the points transformed", line=s.line)
     R, shift = (np.eye(3), np.zeros(3)) if {"NOMORE", "OFF"} & set(s.words) else _matrix(s.numbers, "TRACUT", s.line)
     set_frame(m, R, shift * m.scale, s.line)
     m.transformed = not m.plain_frame
+
+
+def trans(m: Machine, s: Statement) -> None:
+    """TRANS/x,y,z behind motions: the points behind it are moved by that, till TRANS/OFF or NOMORE.
+
+    Raises ToolpathError before the first motion, where the machine's zero may be meant as well; for a second one, which replaces
+    the first or adds to it, as the post is set up (ICAM, "The TRANS Command"); and for other forms.
+    """
+    off = bool({"NOMORE", "OFF"} & set(s.words))
+    if (s.words and not off) or (not off and len(s.numbers) != 3):
+        raise ToolpathError("TRANS other than by x, y, z", hint="output the points moved", line=s.line)
+    shift = np.zeros(3) if off else np.array(s.numbers)
+    if m.position is None and not m.regions:
+        if shift.any():
+            raise ToolpathError(
+                "TRANS before the first motion: whether the part or the machine's zero lies there, the file doesn't say",
+                hint="output without it; the set-up's part_in_base places the part",
+                line=s.line,
+            )
+        return
+    if m.shifted and not off:
+        raise ToolpathError(
+            "TRANS behind TRANS: posts differ in whether it adds to the first",
+            hint="end the first by TRANS/OFF",
+            line=s.line,
+        )
+    if m.transformed or not (m.plain_frame or m.shifted):
+        raise ToolpathError("TRANS in a frame of the file's own", hint="output the points moved", line=s.line)
+    m.shifted = bool(shift.any())
+    set_frame(m, np.eye(3), shift * m.scale, s.line)
 
 
 def _matrix(numbers: list[float], word: str, line: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -109,6 +141,8 @@ def camera(m: Machine, s: Statement) -> None:
 
 def matrix_rows(m: Machine, rows: list[list[float]], line: int) -> None:
     """CATIA: the part operation's frame, three rows of four in comments; the points are in that frame."""
+    if m.shifted:
+        raise ToolpathError("CATIA0 behind TRANS", hint="end TRANS before it", line=line)
     R, shift = _matrix([v for row in rows for v in row], "CATIA0", line)
     before = m.part_R_cl, m.part_p_cl
     set_frame(m, R, shift * m.scale, line)

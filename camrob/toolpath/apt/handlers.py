@@ -10,7 +10,7 @@ import numpy as np
 
 from camrob.errors import ToolpathError
 from camrob.findings import Finding, Severity
-from camrob.toolpath.apt.coordinates import Table, camera, csys, matrix_rows, msys, tracut, trntyp
+from camrob.toolpath.apt.coordinates import Table, camera, csys, matrix_rows, msys, tracut, trans, trntyp
 from camrob.toolpath.apt.copies import Copies
 from camrob.toolpath.apt.curves import Nurbs, circle, indirv, tlon
 from camrob.toolpath.apt.cycles import check_words
@@ -77,7 +77,7 @@ class Interpreter:
             "CIRCLE": circle, "TLON,GOFWD": tlon, "INDIRV": indirv, "MSYS": msys, "CSYS": csys, "TRNTYP": trntyp,
             "CAMERA": camera, "SPINDL": spindl, "COOLNT": coolnt, "DELAY": delay, "LOAD": load, "LOADTL": load,
             "CUTTER": cutter, "TLDATA": tldata, "TOOLNO": toolno, "TURRET": turret, "UNLOAD": unload, "AUXFUN": auxfun,
-            "TRACUT": tracut, "STOP": stop, "OPSTOP": stop, "PARTNO": partno, "TPRINT": tprint,
+            "TRACUT": tracut, "TRANS": trans, "STOP": stop, "OPSTOP": stop, "PARTNO": partno, "TPRINT": tprint,
             "MACHIN": machin, "RETRCT": retrct, "RETRACT": retrct,
         }  # fmt: skip
         for word, verb in {**plain, **machine.dialect.words}.items():

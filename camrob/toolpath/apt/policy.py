@@ -39,7 +39,7 @@ _MOVING = {
     "COUPLE": "couples the feed to the spindle",
 }
 _MODES = frozenset(("SET", "MODE"))
-_MAY_BE_ZERO = frozenset(("TRANS", "ORIGIN", "ROTATE", "ROTHED", "ROTABL"))
+_MAY_BE_ZERO = frozenset(("ORIGIN", "ROTATE", "ROTHED", "ROTABL"))
 _HARMLESS_PREFUN = frozenset((17, 40, 49, 61, 64, 80, 90, 94))
 _MOST_STRANGERS = 50  # kinds of unknown words that are listed by name
 

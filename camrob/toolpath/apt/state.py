@@ -56,6 +56,7 @@ class Machine:
     part_p_cl: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     plain_frame: bool = True
     transformed: bool = False  # by TRACUT
+    shifted: bool = False  # by TRANS
     axis_raw: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     axis_lost: bool = False  # the frame changed after the axis was stated: it must be stated again
     axis_inherited: bool = False  # a new operation, and the axis is still a tilted one of the operation before

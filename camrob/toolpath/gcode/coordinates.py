@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame
 from camrob.units import deg_to_rad
 
 __all__ = ["Stance", "ToolFrame", "Triple", "euler", "rotary_axes", "unknown_axes"]
@@ -81,10 +82,14 @@ class ToolFrame:
 
     `xyz` (3 floats, m) are program coordinates: tip in the part while the tool centre point is on, the tool stands on
     a tilted plane, or the rotary axes are at zero; otherwise they are the machine's own, from which the tip can't be
-    known without the machine's geometry. `angles` (A, B, C) in rad.
+    known without the machine's geometry. `angles` (A, B, C) in rad. `program`: a frame that the program has set within
+    these, in which `xyz` then are; `unsettled`: its axes that no block has named together since.
     """
 
-    __slots__ = ("angles", "kinematics", "on_plane", "plane", "sense", "shift", "tcp_g", "tcp_m", "vector", "xyz")
+    __slots__ = (
+        "angles", "kinematics", "on_plane", "plane", "program", "sense", "shift", "tcp_g", "tcp_m", "unsettled", "vector",
+        "xyz",
+    )  # fmt: skip
 
     def __init__(self, kinematics: str) -> None:
         self.kinematics = "unknown" if kinematics == "3axis" else kinematics.removesuffix("-iso")
@@ -93,6 +98,8 @@ class ToolFrame:
         self.angles = [0.0, 0.0, 0.0]
         self.shift = [0.0, 0.0, 0.0]  # G52
         self.plane: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None  # part_R_plane, part_p_plane
+        self.program = PLAIN
+        self.unsettled = frozenset[str]()
         self.on_plane = False
         self.vector: Triple | None = None  # the tool's axis in the program's frame, where a vector names it
         self.tcp_g = False  # G43.4, until G49
@@ -147,7 +154,7 @@ class ToolFrame:
 
     def tip(self) -> tuple[float, float, float]:
         """The tip in the part's frame, m."""
-        x, y, z = self.xyz
+        x, y, z = self.xyz if self.program is PLAIN else self.program.out(np.array(self.xyz)).tolist()
         if self.plane is not None:
             rotation, origin = self.plane
             x, y, z = (rotation @ np.array((x, y, z)) + origin).tolist()
@@ -162,18 +169,26 @@ class ToolFrame:
         a, b, c = self.angles
         return Stance(self.tip(), self.axis(), (a, b, c), True)
 
-    def direction(self, vector: NDArray[np.float64]) -> NDArray[np.float64]:
-        """A direction of the program's frame in the part's."""
-        return vector if self.plane is None else self.plane[0] @ vector
+    def normal(self, vector: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What an arc turns about right-handedly in the part that turns about `vector` in the program's frame."""
+        inner = vector if self.program is PLAIN else self.program.normal(vector)
+        return inner if self.plane is None else self.plane[0] @ inner
+
+    def up(self) -> NDArray[np.float64]:
+        """The program's Z axis in the part."""
+        return np.array([0.0, 0.0, 1.0]) if self.plane is None else self.plane[0][:, 2]
 
     def point(self, xyz: NDArray[np.float64]) -> NDArray[np.float64]:
         """A point of the program's frame in the part's."""
+        xyz = xyz if self.program is PLAIN else self.program.out(xyz)
         inner = xyz if self.plane is None else self.plane[0] @ xyz + self.plane[1]
         return np.asarray(inner + np.array(self.shift))
 
     def move(self, words: dict[str, float], scale: float, degree: float, incremental: bool) -> None:
         """Take the coordinates of a block: X, Y, Z times `scale` (m), A, B, C times `degree` (rad)."""
         xyz, angles, turned = self.xyz, self.angles, False
+        if self.unsettled and not self.unsettled.isdisjoint(words):
+            self._settle(words, incremental)
         for letter, value in words.items():
             i = _LINEAR.get(letter)
             if i is not None:
@@ -198,6 +213,35 @@ class ToolFrame:
         if turned and self.plane is not None and self.on_plane != self._stands():
             self.on_plane = not self.on_plane
             self.forget()
+
+    def _settle(self, words: dict[str, float], incremental: bool) -> None:
+        """The first block behind a frame that turns, mirrors or scales: what an axis alone would do, controls disagree on."""
+        if incremental or not self.unsettled.issubset(words):
+            names = " and ".join(sorted(self.unsettled))
+            raise ToolpathError(
+                f"the first block behind a turned, mirrored or scaled frame, or its end, has not {names} in it, absolute",
+                hint=f"name {names} together: where the others go controls disagree on",
+            )
+        self.unsettled = frozenset()
+
+    def set_program(self, program: ProgramFrame, *, together: str = "") -> None:
+        """Another frame of the program's (lengths in m), or `PLAIN`; the tool stays where it is.
+
+        together: of these axes, the next block that names one has to name all. Raises ToolpathError where the tool centre point
+        is on and the frame turns.
+        """
+        if program.plain:
+            program = PLAIN
+        if self.tcp and not (program.shifts_only and self.program.shifts_only):
+            raise ToolpathError(
+                "a turned, mirrored or scaled frame while the tool centre point is on",
+                hint="let the CAM system turn the path",
+            )
+        if not self.placeable:
+            raise ToolpathError("a frame set with turned axes and the tool centre point off", hint="post with TCP on")
+        self.xyz = program.into(self.program.out(np.array(self.xyz))).tolist()
+        self.program = program
+        self.unsettled = self.unsettled | frozenset(together)
 
     def aim(self, vector: tuple[float, float, float]) -> None:
         """Name the tool's axis by a vector, tip to holder, of any length: the rotary angles are the control's own from here on.
@@ -235,6 +279,11 @@ class ToolFrame:
 
     def switch_tcp(self, on: bool, *, by_m: bool) -> None:
         """Tool centre point on or off; with turned axes the other kind of coordinates is not known."""
+        if on and not self.program.shifts_only:
+            raise ToolpathError(
+                "the tool centre point switched on in a turned, mirrored or scaled frame",
+                hint="end the frame before it",
+            )
         before = self.tcp
         if by_m:
             self.tcp_m = on
@@ -251,6 +300,8 @@ class ToolFrame:
             raise ToolpathError(
                 "a tilted plane (G68.2) while the tool centre point is on", hint="use one of the two, or switch TCP off"
             )
+        if self.program is not PLAIN:
+            raise ToolpathError("a tilted plane inside another frame of the program's", hint="end that frame before it")
         self._leave_plane()
         self.plane = (rotation, origin)
         self.on_plane = self._stands()
@@ -276,6 +327,10 @@ class ToolFrame:
         """Set a local shift (G52); the tool stays where it is."""
         if self.plane is not None:
             raise ToolpathError("G52 in a tilted plane is not read", hint="put the shift into G68.2's origin")
+        if self.program is not PLAIN:
+            raise ToolpathError(
+                "G52 in a turned, mirrored or scaled frame is not read", hint="put it before that frame"
+            )
         self.xyz = [v + old - new for v, old, new in zip(self.xyz, self.shift, shift, strict=True)]
         self.shift = shift
 
@@ -283,6 +338,8 @@ class ToolFrame:
         """Drop a tilted plane: coordinates are the machine's again, and unknown if it was turned for the plane."""
         if self.plane is None:
             return
+        if self.program is not PLAIN:
+            raise ToolpathError("a tilted plane ends while another frame is set within it", hint="end that frame first")
         if self.on_plane and not self.turned:
             self.xyz = [v - s for v, s in zip(self.tip(), self.shift, strict=True)]
         else:

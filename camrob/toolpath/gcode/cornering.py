@@ -47,7 +47,7 @@ class Open(NamedTuple):
         if found.center is None or found.normal is None:
             path.cut(there, self.slow, self.line)
         else:
-            path.arc(there, frame.point(found.center), frame.direction(found.normal), 0, self.slow, self.line)
+            path.arc(there, frame.point(found.center), frame.normal(found.normal), 0, self.slow, self.line)
         return found.end
 
 
@@ -58,7 +58,7 @@ def _stance(frame: ToolFrame, point: NDArray[np.float64], to: Stance) -> Stance:
 
 def closes(block: Block) -> bool:
     """Whether the block may be the straight cut behind a corner, or only says something: no code acts in between."""
-    quiet = not (block.m or block.plane is not False or block.vector is not None)
+    quiet = not (block.m or block.plane is not False or block.frame is not None or block.vector is not None)
     return quiet and set(block.g) <= {10} and _BESIDE.issuperset(block.words)
 
 

@@ -113,6 +113,10 @@ class Drill:
     def _allowed(self, words: dict[str, float]) -> None:
         """Refuse a cycle that isn't along the tool, in an unknown place or in inverse time."""
         modal, frame = self.modal, self.frame
+        if modal.framed == "G51":
+            raise ToolpathError(
+                "a drilling cycle while scaling is on (G51)", hint="drill with plain moves, or unscaled"
+            )
         if any(letter in words for letter in "ABC"):
             raise ToolpathError("rotary words in a drilling cycle's block", hint="turn the tool in a block before it")
         if not frame.known and any(v != v and a not in words for a, v in zip("XY", frame.xyz, strict=False)):
@@ -120,7 +124,7 @@ class Drill:
         if frame.xyz[2] != frame.xyz[2] or modal.cycle_start != modal.cycle_start:
             raise ToolpathError("a drilling cycle from an unknown height", hint="name Z in a rapid move before it")
         tool_axis = np.array(frame.axis())
-        if modal.plane != 170 or float(tool_axis @ frame.direction(np.array([0.0, 0.0, 1.0]))) < 1.0 - 1e-7:
+        if modal.plane != 170 or float(tool_axis @ frame.up()) < 1.0 - 1e-7:
             raise ToolpathError(
                 "a drilling cycle that isn't along the tool", hint="use G17, and a tilted plane (G68.2, G53.1) for it"
             )

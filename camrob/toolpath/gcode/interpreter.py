@@ -19,6 +19,7 @@ from camrob.toolpath.gcode.drill import Drill
 from camrob.toolpath.gcode.lexer import Block, Plane
 from camrob.toolpath.gcode.modes import aim, apply_setup, compensate
 from camrob.toolpath.gcode.moves import Motions
+from camrob.toolpath.gcode.program_frame import ProgramFrame
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.tools import Process
 from camrob.toolpath.sampling import arc_angle, arc_radius
@@ -36,6 +37,8 @@ _VECTOR = frozenset("IJK")
 _DEGREE = deg_to_rad(1.0)
 _DWELLS = frozenset("PXU")  # a dwell's time; F only where it has none of them
 _CLAMPS = frozenset((130, 140))
+_PART = ((1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))  # the plane that is the part's own
+_OVAL = "an arc in a plane whose axes are scaled by two factors"
 _LONG_WAY = math.pi * (1.0 + 1e-6)
 
 
@@ -63,7 +66,8 @@ class Interpreter:
 
     def state(self, name: str) -> float | None:
         """What the program has set so far: "motion", "plane", "distance", "feed mode", "units", "return" as G numbers, "F", "S",
-        "X", "Y", "Z" as it would write them; None where it doesn't say, or for another name.
+        "X", "Y", "Z" as it would write them, but with turned axes; "at X", "at Y", "at Z" in whatever frame is in force. None
+        where it doesn't say, or for another name.
         """
         modal, frame = self.modal, self.frame
         codes = {
@@ -77,9 +81,10 @@ class Interpreter:
         if name in codes:
             code = codes[name]
             return None if code is None else code / 10.0
-        if name in ("X", "Y", "Z"):
-            place = frame.xyz["XYZ".index(name)]
-            return place / modal.scale if math.isfinite(place) and not frame.turned else None
+        if name[-1:] in _CUT_TO:
+            place = frame.xyz["XYZ".index(name[-1])]
+            known = frame.placeable if name.startswith("at ") else not frame.turned
+            return place / modal.scale if math.isfinite(place) and known else None
         return {"F": modal.feed, "S": modal.speed}.get(name)
 
     def run(self, block: Block) -> None:
@@ -105,6 +110,9 @@ class Interpreter:
             self.path.note("control-word", block.note, line)
         if block.plane is not False:
             self._plane(block.plane, aligned=block.aligned)
+        if block.frame is not None:
+            matrix, place = block.frame
+            self.frame.set_program(ProgramFrame(matrix, place * modal.scale), together=block.together)
         if block.optional:
             self.path.note("block-delete", "blocks behind a slash are taken as switched on", line)
         motion = modal.motion
@@ -138,14 +146,16 @@ class Interpreter:
         """A tilted plane of a control's own cycle, or none any more; `aligned`: its tool stands on it, wherever its tip went."""
         frame = self.frame
         frame.untilt()
-        if plane is not None:
+        part = plane == _PART  # a swivelling head or table that goes to zero
+        if plane is not None and not part:
             rotation, origin = plane
             frame.tilt(np.array(rotation).reshape(3, 3), np.array(origin) * self.modal.scale)
         if aligned:
             self.path.lose()
-            if plane is None:
+            if plane is None or part:
                 frame.forget()
-                frame.angles = [math.nan if angle else 0.0 for angle in frame.angles]
+                frame.angles = [0.0 if part or angle == 0.0 else math.nan for angle in frame.angles]
+                frame.vector = None
             else:
                 frame.orient()
 
@@ -260,6 +270,8 @@ class Interpreter:
     def _cornered(self, block: Block, motion: int, before: NDArray[np.float64], to: Stance) -> Open | None:
         """A straight cut with a corner before it or at its end; what it leaves open waits for the next one."""
         modal, frame = self.modal, self.frame
+        if modal.plane != 170 and not frame.program.even:
+            raise ToolpathError(_OVAL, hint="scale all axes alike, or export lines")
         if motion != 10 or modal.feed_mode == 930 or not np.isfinite(before).all() or self.path.place is None:
             raise no_second_cut(block.line)
         feed, at = self.motions.feed(block, math.nan, to), np.array(frame.xyz)
@@ -286,7 +298,9 @@ class Interpreter:
             absolute_center=modal.absolute_center,
             scale=modal.scale,
         )
-        center, normal = frame.point(center), frame.direction(normal)
+        if modal.plane != 170 and not frame.program.even:
+            raise ToolpathError(_OVAL, hint="scale all axes alike, or export lines")
+        center, normal = frame.point(center), frame.normal(normal)
         start, end = np.array(self.path.place.tip), np.array(to.tip)
         sweep = arc_angle(start, end, center, normal, turns) * arc_radius(start, center, normal)
         length = math.hypot(sweep, float((end - start) @ normal))

@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.corner import LEG, ROUND, Corner
+from camrob.toolpath.gcode.program_frame import ProgramFrame
 
 __all__ = ["Block", "Plane", "Word", "assemble", "block_of", "decode", "lex", "strip_comments", "without_corner"]
 
@@ -50,6 +51,10 @@ class Block(NamedTuple):
     vector: tuple[float, ...] | None = None  # the tool's axis, tip to holder
     plane: Plane | Literal[False] = False  # a tilted plane from here on; None: none any more; False: nothing is said
     aligned: bool = False  # the control turns the tool onto that plane
+    frame: ProgramFrame | None = (
+        None  # a frame within it from here on, lengths in the program's unit; None: nothing is said
+    )
+    together: str = ""  # axes that the first block behind it has to name together
     again: bool = False  # the program would begin again here (M99 in a main program)
     corner: Corner | None = None  # at the end of its straight cut
     ready: float | None = None  # the tool that a second T behind the first makes ready (Mazak: T01 T02 M6)

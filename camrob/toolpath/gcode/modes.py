@@ -14,6 +14,7 @@ from camrob.toolpath.gcode.coordinates import ToolFrame, euler
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.state import SCALES, Modal
+from camrob.toolpath.gcode.transforms import end_rotation, end_scaling, mirror, rotate, scale, unmirror
 from camrob.units import deg_to_rad
 
 __all__ = ["aim", "apply_setup", "compensate"]
@@ -36,11 +37,8 @@ _REFUSED = {
     330: ("threading (G33)", "mill the thread, or leave it out"),
     331: ("rigid tapping (G33.1): it needs a spindle coupled to the feed", "mill the thread, or leave it out"),
     2540: ("a work offset that turns with the table (G254)", "post with TCP on (G234, G43.4) or with G68.2 and G53.1"),
-    510: ("scaling or mirroring (G51)", "let the CAM system do it"),
-    511: ("mirroring (G51.1)", "let the CAM system do it"),
     650: ("a macro call (G65)", "have the CAM system write plain blocks"),
     660: ("a macro call (G66)", "have the CAM system write plain blocks"),
-    680: ("a rotated frame (G68)", "let the CAM system turn the path, or use G68.2"),
     683: ("a tilted plane by points or vectors (G68.3)", "use G68.2 with Euler angles"),
     684: ("a tilted plane that adds to another (G68.4)", "use one G68.2"),
     760: ("a G76 cycle", "write the moves out"),
@@ -139,7 +137,9 @@ def apply_setup(codes: list[int], block: Block, modal: Modal, frame: ToolFrame, 
                 f"G{code / 10:g} is not known here: it may move the path", hint="post without it, or take it out"
             )
         if code == 690:
-            frame.untilt()
+            end_rotation(modal, frame)
+        elif code == 500:
+            end_scaling(modal, frame)
     return consumed
 
 
@@ -281,7 +281,7 @@ def _shift(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGr
         raise ToolpathError("G52 with rotary words is not read", hint="post without it")
     shift = [block.words[a] * modal.scale if a in block.words else v for a, v in zip("XYZ", frame.shift, strict=True)]
     if shift != frame.shift:
-        if not frame.placeable:
+        if not frame.placeable and frame.known:
             raise ToolpathError("G52 with turned axes and the tool centre point off", hint="post with TCP on")
         frame.set_shift(shift)
     return True
@@ -303,11 +303,6 @@ def _origin(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathG
     )
     if code == 920:
         frame.move({k: v for k, v in block.words.items() if k in "XYZ"}, modal.scale, 0.0, False)
-    return True
-
-
-def _unmirror(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
-    """G50.1: the axes of a mirror that is not on (G51.1 is refused)."""
     return True
 
 
@@ -351,7 +346,10 @@ _HANDLERS: dict[int, Handler] = {
     **dict.fromkeys((280, 300, 530), _machine),
     520: _shift,
     **dict.fromkeys((100, 920), _origin),
-    501: _unmirror,
+    501: unmirror,
+    511: mirror,
+    680: rotate,
+    510: scale,
     **dict.fromkeys((921, 922, 923), _cancel_origin),
     682: _tilt,
     **dict.fromkeys((531, 533, 536), _orient),
@@ -362,6 +360,6 @@ _RANK = {
     for rank, code in enumerate(
         "930 940 950 170 180 190 200 210 700 710 400 410 420 690 490 430 434 435 2340 540 "
         "541 1540 550 560 570 580 590 591 592 593 5000 900 910 901 911 980 990 280 300 100 "
-        "520 920 921 922 923 682 531 533 536 530".split()
+        "520 501 500 511 510 680 920 921 922 923 682 531 533 536 530".split()
     )
 }

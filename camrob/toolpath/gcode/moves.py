@@ -74,6 +74,11 @@ class Motions:
                     "a cut with rotary angles that only the control knows (G53.1, G69)",
                     hint="name both rotary axes in a rapid move before the cut",
                 )
+            if not frame.oriented:
+                raise ToolpathError(
+                    "a cut behind a plane or tool centre point that has ended, with rotary axes only the control knows",
+                    hint="name both rotary axes in a rapid move before the cut, or swivel to a plane with angles 0",
+                )
             raise ToolpathError(
                 "a cut with turned rotary axes while the tool centre point is off",
                 hint="post with TCP on (G43.4, M128, M428 or TRAORI): without it X Y Z are machine axes, not the tip",

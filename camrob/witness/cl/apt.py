@@ -47,6 +47,7 @@ class AptReader(AptProcess):
         self._opened = 0  # the line of a TOOL PATH or OPFEATSTART that is not closed yet
         self._index: dict[int, tuple[int, Array]] = {}  # behind which line a stretch begins, and the axis there
         self._lines: list[str] = []
+        self._moved_by = np.zeros(3)  # TRANS, m
         self._silenced: set[str] = set()  # words that SYN turns into comments
         self._words = self._vocabulary()
 
@@ -129,7 +130,7 @@ class AptReader(AptProcess):
             "OPFEATEND": self._end_of_path, "CUTCOM": self._offsets.cutcom, "INSERT": self._insert,
             "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
             "UNLOAD": self._unload, "TOOLNO": self._toolno, "TLCOMP": self._offsets.cutcom, "INDEX": self._set_index,
-            "COPY": self._copy, "TRACUT": self._tracut, "MOVARC": self._movarc,
+            "COPY": self._copy, "TRACUT": self._tracut, "TRANS": self._trans, "MOVARC": self._movarc,
             "SYN": self._syn, "AUXFUN": self._auxfun, "PREFUN": self._auxfun,
         }  # fmt: skip
         return {
@@ -226,6 +227,19 @@ class AptReader(AptProcess):
             self._hide(s)
         else:
             self._place.part_R_points, self._place.part_p_points = found
+
+    def _trans(self, s: Statement) -> None:
+        """Behind motions: what is printed from here on lies that much farther. A second one may replace or add to the first."""
+        by = [0.0] * 3 if CANCELS & set(s.words) else s.numbers
+        place = self._place
+        own = np.allclose(place.part_R_points, np.eye(3)) and np.allclose(place.part_p_points, self._moved_by)
+        more = not CANCELS & set(s.words) and bool(self._moved_by.any())
+        if more or (s.words and any(by)) or len(by) != 3 or (any(by) and (not self._tell.n or not own)):
+            self._hide(s)
+            return
+        self._tell.hidden.pop("TRANS", None)
+        if own:
+            self._moved_by = place.part_p_points = np.array(by) * place.scale
 
     def _run(self, run: Run) -> None:
         axes = np.where(np.isnan(run.axes), self._place.axis, run.axes)

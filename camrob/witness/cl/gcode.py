@@ -16,6 +16,7 @@ from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radiu
 from camrob.witness.cl.customs import COMPUTED, corner_of, plain_words
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.offsets import Offsets
+from camrob.witness.cl.own_frames import OwnFrames
 from camrob.witness.cl.running.program_run import run_of
 from camrob.witness.cl.running.unread import UnreadError
 from camrob.witness.cl.standing import TURNED, Standing, Words
@@ -33,10 +34,13 @@ _COMMENT = re.compile(r"\([^)]*\)?|;.*")
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 _Z = np.array([0.0, 0.0, 1.0])
 _SKIPPED = frozenset(
-    "9 15 17.1 28.1 30.1 40 41 42 43 43.1 44 49 50 61 61.1 61.2 61.3 64 69 80 92.1 92.2 97 22 23 25 26 62 103 187 255".split()
+    "9 15 17.1 28.1 30.1 40 41 42 43 43.1 44 49 50 50.1 61 61.1 61.2 61.3 64 69 80 92.1 92.2 97".split()
+    + "22 23 25 26 62 103 187 255".split()
 )
 _FRAMES = frozenset("54 54.1 55 56 57 58 59 59.1 59.2 59.3".split())
-_HIDING = {"68": "69", "68.2": "69", "51": "50", "16": "15", "7": "8", "43.5": "49", "52": "", "92": "92.1"}  # until
+_HIDING = {
+    "68": "69", "68.2": "69", "51": "50", "51.1": "50.1", "16": "15", "7": "8", "43.5": "49", "52": "", "92": "92.1",
+}  # fmt: skip  # until
 _OUT = {
     **dict.fromkeys(("73", "81", "82", "83"), Out.RAPID),
     **dict.fromkeys(("85", "89"), Out.FEED),
@@ -49,6 +53,7 @@ _MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 234 8".sp
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
 _KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
 _LAST_ENDS, _LAST_FEED = range(5001, 5004), 4109  # system variables of Fanuc's
+_SAME = 1e-12  # of two factors
 _MOVED = "points behind it are in another frame"
 _UNTURNED = "a tilted plane other than by three angles, or beside G52 or TCP"
 
@@ -65,6 +70,7 @@ class GcodeReader(Switching):
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame = "54"
         self._last_feed: float | None = None
+        self._own = OwnFrames(self._stand)  # G68, G51, G51.1
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
 
     def read(self, text: str) -> None:
@@ -94,7 +100,14 @@ class GcodeReader(Switching):
         stand = self._stand
         if number == _LAST_FEED:
             return self._last_feed
-        if number not in _LAST_ENDS or self._tell.hidden or stand.odd or stand.tilted or stand.preset:
+        if (
+            number not in _LAST_ENDS
+            or self._tell.hidden
+            or stand.odd
+            or stand.tilted
+            or stand.preset
+            or stand.own is not None
+        ):
             return None
         if any(stand.shift.values()) or self._motion in _CYCLES:
             return None
@@ -135,7 +148,9 @@ class GcodeReader(Switching):
         self._modes(g, words, line)
         self._go(g, words, line)
         if want := corner or self._bent:
-            self._tell.corner(want, self._stand.direction(normal_of(self._plane, False)), line)
+            if self._stand.stretch != (1.0, 1.0):
+                self._gap(line, "a corner in a scaled frame")
+            self._tell.corner(want, self._stand.about(normal_of(self._plane, False)), line)
             self._bent = None
         self._process_after(m, line, moves)
 
@@ -185,10 +200,21 @@ class GcodeReader(Switching):
                 hidden["frame"] = (line, f"G{name}: another work frame than G{self._frame}")
                 self._forget()
         stand = self._stand
+        odd = not self._absolute or self._plane != "17" or bool(hidden) or bool(stand.odd)
+        if self._own.take(code, words, self._scale, odd=odd):
+            self._heights = {}
+            if code in ("68", "51", "51.1"):
+                return
         if code == "69" and stand.tilted:
             stand.untilt()
             self._heights = {}
-        if code == "52" and not hidden and not stand.preset and not any(float(words.get(axis, "0")) for axis in "ABC"):
+        if (
+            code == "52"
+            and not hidden
+            and not stand.preset
+            and stand.own is None
+            and not any(float(words.get(axis, "0")) for axis in "ABC")
+        ):
             shift = stand.shift | {axis: float(words[axis]) * self._scale for axis in "XYZ" if axis in words}
             if stand.tilted and shift != stand.shift:
                 hidden["52"] = (line, "G52 in a tilted plane: whether it is that frame's isn't known")
@@ -224,7 +250,7 @@ class GcodeReader(Switching):
             if said is None:
                 self._tell.gap(line, "G4 of a time that is not known", lost=False)
             self._tell.event(Kind.DWELL, line, self._seconds(said, line) if said else math.nan)
-        elif {"10", "92", "52", "68", "68.2", "51", "16"} & set(g):
+        elif {"10", "92", "52", "68", "68.2", "51", "51.1", "50.1", "16"} & set(g):
             return
         elif _ALIGNING & set(g):
             self._align(axes, words, line, moves="53.3" in g)
@@ -310,24 +336,28 @@ class GcodeReader(Switching):
     def _arc(
         self, before: dict[str, float | None], pose: tuple[Array, Array], words: Words, line: int, time: float
     ) -> None:
-        start = np.array([before[letter] for letter in "XYZ"], float)  # None: NaN
         stand, (tip, axis), scale = self._stand, pose, self._scale
+        start, end = stand.named(before), stand.named(stand.at)
         normal = normal_of(self._plane, self._motion == "2")
         turns = int(float(words.get("P", "1"))) - 1
         if "R" in words:
-            found = centre_by_radius(start, tip, normal, float(words["R"]) * scale)
+            found = centre_by_radius(start, end, normal, float(words["R"]) * scale)
             if found is None:
                 self._tell.gap(line, "an arc with R that doesn't reach its end, or has no length")
                 return
             center = found
         else:
             offset = np.array([float(words.get(letter, "0")) * scale for letter in "IJK"])
-            zero = np.array([*stand.shift.values()]) if self._centre_absolute else None
+            zero = np.zeros(3) if self._centre_absolute else None
             center = centre_by_offsets(start, offset, normal, zero)
-        if stand.odd or math.isnan(start.sum()):
-            self._tell.gap(line, stand.odd or "an arc whose start is not known")
+        across, up = stand.stretch
+        oval = self._plane != "17" and abs(across - up) > _SAME
+        if stand.odd or math.isnan(start.sum()) or oval:
+            self._tell.gap(
+                line, stand.odd or ("an arc in an uneven frame" if oval else "an arc whose start is not known")
+            )
             return
-        tip, center, normal = stand.point(tip), stand.point(center), stand.direction(normal)
+        tip, center, normal = stand.point(tip), stand.point(stand.outward(center)), stand.about(normal)
         self._tell.arc(tip, axis, center, normal, Way.FEED, line, turns, time)
 
     def _cycle(self, axes: set[str], words: Words, line: int) -> None:
@@ -336,7 +366,7 @@ class GcodeReader(Switching):
         initial = stand.at["Z"]
         if "initial" not in heights and initial is not None:
             heights["initial"] = initial
-        zero = stand.shift["Z"]
+        zero = stand.floor
         base = zero if self._absolute else heights.get("initial", math.nan)
         if "R" in words:
             heights["R"] = float(words["R"]) * self._scale + base
@@ -347,6 +377,9 @@ class GcodeReader(Switching):
         if "Q" in words:
             heights["Q"] = abs(float(words["Q"])) * self._scale
         if not axes:
+            return
+        if self._own.by == "51":
+            self._gap(line, "a drilling cycle in a scaled frame")
             return
         bottom, low, first = heights.get("Z", math.nan), heights.get("R", math.nan), heights.get("initial", math.nan)
         level = max(first, low) if self._to_initial else low

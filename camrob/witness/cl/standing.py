@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.witness.cl.framing import in_plane, spin, stretch
 from camrob.witness.cl.turning import tool_axis
 from camrob.witness.frames import rotations_about
 from camrob.witness.units import deg_to_rad
@@ -26,6 +27,7 @@ TURNED = "a cut with turned axes without tool centre point"
 UNNAMED = "a cut without X, Y or Z named since the start or a machine position"
 _UNKNOWN = "a cut whose place in the part is not known"
 _BOTH = "turned axes A and B: a kinematics that is not known"
+_WITHIN = "the tool centre point in a turned, mirrored or scaled frame"
 _TWICE = "a tilted plane and the tool centre point at once"
 _ORDERS = frozenset("121 131 212 232 313 323".split())
 _OF_PLANE = frozenset("XYZIJKPQFST")
@@ -39,7 +41,9 @@ class Standing:
     """at: X, Y, Z in m, in the frame of the program's points, and A, B, C in degrees; None where not known.
 
     shift: m, of G52 or G92: `at` is where the tool is without it. preset: some of it is G92's. used: the rotary letters that the
-    program has named. unnamed: what is not known has not been named, since the start or a machine position.
+    program has named. own: (4, 4), the frame that the program has set for its points within `shift`, None: none. loose: its axes
+    that no block has named together since: what one of them alone means, controls differ on. unnamed: what is not known has not
+    been named, since the start or a machine position.
     """
 
     def __init__(self, sense: float = 1.0) -> None:
@@ -47,6 +51,8 @@ class Standing:
         self.at: dict[str, float | None] = {**dict.fromkeys("XYZ"), **dict.fromkeys("ABC", 0.0)}
         self.shift = dict.fromkeys("XYZ", 0.0)
         self.preset = False
+        self.own: Array | None = None
+        self.loose: set[str] = set()
         self.used: set[str] = set()
         self.unnamed = True
         self._tcp: set[str] = set()  # what holds the tool centre point: "G" (G43.4), "M" (M128, M428)
@@ -64,6 +70,8 @@ class Standing:
         """Why the tip in the part doesn't follow from where the axes stand; "" where it does."""
         if self._plane is not None and self._tcp:
             return _TWICE
+        if self.own is not None and self._tcp and not in_plane(self.own):
+            return _WITHIN
         if not self.used:
             return ""
         if {"A", "B"} <= self.used:
@@ -120,7 +128,7 @@ class Standing:
         """
         axes = set(words) & set("XYZABC")
         lost = begun and any(self.at[letter] is None for letter in axes)
-        if self.tilted or lost or not axes <= _LINEAR:
+        if self.tilted or self.own is not None or lost or not axes <= _LINEAR:
             return False
         for letter in axes:
             value, stands = float(words[letter]) * scale, self.at[letter]
@@ -133,6 +141,9 @@ class Standing:
     def target(self, axes: set[str], words: Words, scale: float, absolute: bool) -> dict[str, float | None]:
         """Where a block with these axes ends; scale: metres in one of its units."""
         at = dict(self.at)
+        if self.own is not None or self.loose & axes:
+            at.update(self._within(axes, words, scale, absolute))
+            axes = axes - _LINEAR
         for letter in axes:
             value = float(words[letter]) * (scale if letter in "XYZ" else self._sense)
             before = at[letter]
@@ -145,6 +156,54 @@ class Standing:
                 if letter in axes and other not in self.used:
                     at[other] = 0.0
         return at
+
+    def _within(self, axes: set[str], words: Words, scale: float, absolute: bool) -> dict[str, float | None]:
+        """Where X, Y and Z of a block lead in a frame of the program's own, or in the first block behind one."""
+        if self.loose & axes:
+            if not (absolute and self.loose <= axes):
+                return dict.fromkeys("XYZ")
+            self.loose = set()
+        named = self.named(self.at)
+        for i, letter in enumerate("XYZ"):
+            if letter in axes:
+                named[i] = float(words[letter]) * scale + (0.0 if absolute else named[i])
+        out = self.outward(named).tolist()
+        return {letter: None if math.isnan(v) else v for letter, v in zip("XYZ", out, strict=True)}
+
+    def frame(self, own: Array | None, loose: str = "") -> None:
+        """Another frame of the program's own: the tool stays where it is. loose: as above."""
+        self.own = own
+        self.loose |= set(loose)
+
+    def named(self, at: dict[str, float | None]) -> Array:
+        """(3,) m: a place as the program writes it; NaN where it isn't known."""
+        xyz = np.array([at[k] for k in "XYZ"], float) - np.array([self.shift[k] for k in "XYZ"])
+        if self.own is None:
+            return np.asarray(xyz)
+        back = np.linalg.inv(self.own)
+        return np.array([*(back[:2, :2] @ xyz[:2] + back[:2, 3]), back[2, 2] * xyz[2] + back[2, 3]])
+
+    def outward(self, xyz: Array) -> Array:
+        """(3,) m: a place that the program writes so, as `at` has it."""
+        shift = np.array([self.shift[k] for k in "XYZ"])
+        if self.own is None:
+            return np.asarray(xyz + shift)
+        own = self.own
+        return np.asarray(np.array([*(own[:2, :2] @ xyz[:2] + own[:2, 3]), own[2, 2] * xyz[2] + own[2, 3]]) + shift)
+
+    def about(self, normal: Array) -> Array:
+        """In the part, about what an arc turns that the program has turn about `normal`, one of its axes."""
+        return self.direction(normal if self.own is None else spin(self.own, normal))
+
+    @property
+    def stretch(self) -> tuple[float, float]:
+        """By how much the program's own frame scales X and Y, and Z."""
+        return (1.0, 1.0) if self.own is None else stretch(self.own)
+
+    @property
+    def floor(self) -> float:
+        """Where the program's height 0 lies, m."""
+        return float(self.outward(np.zeros(3))[2])
 
     def go(self, to: dict[str, float | None]) -> None:
         """The axes stand there now. Axes that turn in a tilted plane take the tip to where only the machine knows."""
@@ -180,7 +239,7 @@ class Standing:
     def _tilt(self, words: Words, scale: float) -> bool:
         """G68.2."""
         order = f"{float(words.get('Q', '313')):g}"
-        if self._tcp or any(self.shift.values()) or set(words) - _OF_PLANE:
+        if self._tcp or self.own is not None or any(self.shift.values()) or set(words) - _OF_PLANE:
             return False
         if float(words.get("P", "0")) or order not in _ORDERS:
             return False
@@ -198,10 +257,16 @@ class Standing:
 
     def swivel(self, turned: Array, origin: Array) -> bool:
         """A plane (3, 3) and its origin (3,), m, with the tool along its z axis; False beside the tool centre point."""
-        if self._tcp:
+        if self._tcp or self.own is not None:
             return False
         self._change((turned, origin))
         return self.align()
+
+    def lay(self, turned: Array, origin: Array) -> None:
+        """A plane (3, 3) and its origin (3,), m, whose tool stays as it is."""
+        if self._tcp or self.own is not None:
+            self.forget()
+        self._change((turned, origin))
 
     def align(self) -> bool:
         """G53.1: the tool is turned along the plane's z axis, by angles that nobody names; False where there is no plane."""

@@ -159,8 +159,8 @@ def _siemens_holes() -> Job:
     story = _begun(Story(), speed=1500).rapid(0, 0, 30)
     for x, height in ((5, 30), (15, 20)):
         story.rapid(x, 0, height).rapid(x, 0, 2).cut(120, x, 0, -6).rapid(x, 0, 20)
-    story.rapid(15, 0, 2).cut(120, 15, 0, -4, open=8).rapid(15, 0, 2).rapid(15, 0, -2.5).cut(120, 15, 0, -7, open=3.5)
-    story.rapid(15, 0, 2).rapid(15, 0, -5.5).cut(120, 15, 0, -8, open=1.5).rapid(15, 0, 20).rapid(25, 0, 20).rapid(
+    story.rapid(15, 0, 2).cut(120, 15, 0, -4, open=8).rapid(15, 0, 2).rapid(15, 0, -3.4).cut(120, 15, 0, -7, open=3.5)
+    story.rapid(15, 0, 2).rapid(15, 0, -6.4).cut(120, 15, 0, -8, open=1.5).rapid(15, 0, 20).rapid(25, 0, 20).rapid(
         25, 0, 2
     )
     story.cut(60, 25, 0, -3).event("dwell", 0.3).cut(90, 25, 0, 2).rapid(25, 0, 20).rapid(25, 0, 30).event("off")

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, check_cycle, drilled, level, place_of
-from camrob.toolpath.gcode.controls.heidenhain_words import corner_of, motion_words, offset_blocks, tool_call
+from camrob.toolpath.gcode.controls.heidenhain_words import (
+    Frames,
+    corner_of,
+    motion_words,
+    offset_blocks,
+    polar,
+    tool_call,
+)
 from camrob.toolpath.gcode.coordinates import euler
 from camrob.toolpath.gcode.corner import Corner
 from camrob.toolpath.gcode.lexer import Block, Plane
-from camrob.units import deg_to_rad, rad_to_deg
+from camrob.units import deg_to_rad
 
 __all__ = ["HeidenhainMoves"]
 
 _NOTHING_HERE = re.compile(
-    r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|247)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF|M94\b"
+    r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|392)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF|M94\b"
 )
+_TCPM = re.compile(r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*")
 _MACHINE = frozenset((91, 92))
+_MOVES_NOTHING = frozenset(("32", "392"))  # tolerance, and how the drives are tuned
 _STARTING = frozenset((3, 4, 13, 14, 8, 7))  # what acts before a motion
 # what turns on how the control runs the path, or which way round a rotary axis goes in rapid
 _SILENT = frozenset((94, 116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
@@ -43,6 +51,9 @@ class HeidenhainMoves:
         self._plane: Plane = None
         self._cycle: dict[int, float] | None = None
         self._cycle_number = 0
+        self._frames = Frames()
+        self._preset: float | None = None  # the datum of the machine's table (247)
+        self._moved = False  # the program has named a place of the part's
         self._begun = False
         self._tcp = False
         self._corner: Corner | None = None  # at the end of the next straight cut
@@ -72,17 +83,10 @@ class HeidenhainMoves:
             yield from self._define(text[8:].strip(), line)
         elif text.startswith("CYCL CALL"):
             yield from self._called(text, line)
-        elif match := re.fullmatch(
-            r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*", text
-        ):
-            del match
-            yield Block(line, {}, m=(1280,))
+        elif _TCPM.fullmatch(text) or text.startswith("FUNCTION RESET TCPM"):
+            self._tcp = "RESET" not in text
+            yield Block(line, {}, m=(1280 if self._tcp else 1290,))
             self._lose()
-            self._tcp = True
-        elif text.startswith("FUNCTION RESET TCPM"):
-            yield Block(line, {}, m=(1290,))
-            self._lose()
-            self._tcp = False
         elif re.fullmatch(r"STOP(?: M[0-9]+)*", text):  # the operator comes when what it switches off stands
             yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
             yield Block(line, {}, m=(0,))
@@ -197,7 +201,7 @@ class HeidenhainMoves:
             self._at.update(dict.fromkeys(set(to) & set("XYZ")))
         elif to or vector is not None:
             corner = self._corner if motion else None
-            self._rounded = corner is not None
+            self._rounded, self._moved = corner is not None, True
             yield Block(line, {**to, **feed}, (motion,), vector=vector, corner=corner)
             self._at.update({k: v for k, v in to.items() if k in self._at})
         elif feed:
@@ -229,7 +233,8 @@ class HeidenhainMoves:
         x, y, z = (self._at[k] for k in "XYZ")
         turns = 1
         if kind in ("CP", "LP"):
-            to, turns = self._polar(kind, words, to)
+            x_, y_, turns = polar(kind, words, (x, y), self._center, self._value)
+            to |= {"X": x_, "Y": y_}
         if kind == "LP":
             yield from self._codes([c for c in codes if c in (3, 4, 13, 14, 8, 7)], line)
             yield Block(line, {**to, **feed}, (0 if self._rapid else 10,))
@@ -251,36 +256,6 @@ class HeidenhainMoves:
             yield Block(line, {**to, **round_, **feed}, (30 if sense == "+" else 20,))
         self._at.update({k: v for k, v in to.items() if k in self._at})
         yield from self._codes(codes, line)
-
-    def _polar(self, kind: str, words: dict[str, str], to: dict[str, float]) -> tuple[dict[str, float], int]:
-        """The end of CP or LP in X, Y, and the turns that it takes, the broken one included."""
-        x, y = self._at["X"], self._at["Y"]
-        if self._center is None:
-            raise ToolpathError(f"{kind} without a pole", hint="put CC before it")
-        cx, cy = self._center
-        if (x is None or y is None) and not ("PA" in words and "PR" in words):
-            raise ToolpathError(f"{kind} from an unknown place", hint="name X and Y before it")
-        here = 0.0 if x is None or y is None else rad_to_deg(math.atan2(y - cy, x - cx))
-        radius = self._value(words["PR"]) if words.get("PR") else math.hypot((x or 0.0) - cx, (y or 0.0) - cy)
-        if kind == "CP" and "PR" in words:
-            raise ToolpathError("CP with PR", hint="CP keeps the radius of its start")
-        turns = 1
-        if "IPA" in words:
-            way = self._value(words["IPA"])
-            angle = here + way
-            if kind == "CP":
-                sense = words.get("DR", "")[:1]
-                if way and (way > 0.0) != (sense == "+"):
-                    raise ToolpathError("CP with IPA and DR of two senses", hint="check the block")
-                turns = max(1, math.ceil(abs(way) / 360.0 - 1e-9))  # degrees of a turn
-        elif "PA" in words:
-            angle = self._value(words["PA"])
-            if kind == "CP" and abs(angle) > 360.0:  # degrees: whether full turns are meant
-                raise ToolpathError("CP with PA beyond a full turn", hint="use IPA")
-        else:
-            raise ToolpathError(f"{kind} without PA", hint="name the angle")
-        a = deg_to_rad(angle)
-        return {**to, "X": cx + radius * math.cos(a), "Y": cy + radius * math.sin(a)}, turns
 
     def _away(self, line: int) -> Block:
         """M140: the tool goes back along its axis, how far only the machine knows."""
@@ -305,6 +280,8 @@ class HeidenhainMoves:
             yield Block(line, words, note=call.note)
 
     def _set_plane(self, text: str, line: int) -> Iterator[Block]:
+        if self._frames.set:
+            raise ToolpathError("PLANE while cycle 8 or 10 mirrors or turns", hint="cancel that cycle before it")
         if text.startswith("PLANE RESET"):
             self._plane = None
             self._lose()
@@ -333,16 +310,21 @@ class HeidenhainMoves:
         main = number.partition(".")[0]
         if main == "7":
             yield from self._datum(rest, line)
-        elif main in ("32", "247"):
+        elif main in _MOVES_NOTHING:
             return
+        elif main == "247":
+            self._preset_by(rest)
         elif main == "9":
             time = re.search(r"([0-9]+\.?[0-9]*)\s*$", rest) if number != "9.0" else None
             if time:
                 yield Block(line, {"P": float(time[1])}, (40,))
-        elif main in ("8", "10", "11") and (
-            number.endswith(".0") or re.fullmatch(r"(?:ROT ?[-+]?0+\.?0*|SCL ?1\.?0*)?", rest.strip())
-        ):
-            return  # a heading, or a cancelled mirror, rotation or scale
+        elif main in ("8", "10", "11") and not number.endswith(".0"):
+            frame = self._frames.defined(main, rest, self._value)
+            if frame is not None:
+                self._at |= {"X": None, "Y": None}
+                yield Block(line, {}, frame=frame, together="XY")
+        elif main in ("8", "10", "11"):
+            return  # a heading
         elif main.isdigit() and int(main) in CYCLES:
             self._cycle_number = int(main)
             self._cycle = {
@@ -352,6 +334,17 @@ class HeidenhainMoves:
         else:
             raise ToolpathError(f"CYCL DEF {number} is not read", hint="have the CAM system write the motions out")
 
+    def _preset_by(self, rest: str) -> None:
+        """CYCL DEF 247: a datum of the machine's table, the same throughout."""
+        named = re.search(r"Q339 ?= ?([-+]?[0-9.Q]+)", rest)
+        number = self._value(named[1]) if named else None
+        if self._moved and number != self._preset:
+            raise ToolpathError(
+                "another datum of the machine's table (CYCL DEF 247) behind motions: how the two lie only the machine knows",
+                hint="give what belongs to each datum a program of its own",
+            )
+        self._preset = number
+
     def _datum(self, rest: str, line: int) -> Iterator[Block]:
         """CYCL DEF 7.1 X+10, or all in one."""
         found = re.findall(r"(I?)([XYZABC]) ?([-+]?[0-9.]+|[-+]?Q[0-9]+)", rest)
@@ -359,8 +352,15 @@ class HeidenhainMoves:
             if "#" in rest:
                 raise ToolpathError("a datum of the machine's table", hint="shift by X, Y, Z")
             return
+        if (self._plane is not None or self._frames.set) and any(
+            (self._value(text) if more else self._value(text) - self._shift.get(k, 0.0)) for more, k, text in found
+        ):
+            raise ToolpathError(
+                "a datum shift in a tilted plane, or in a mirrored or turned frame",
+                hint="shift before PLANE SPATIAL, cycle 8 or 10",
+            )
         if self._plane is not None:
-            raise ToolpathError("a datum shift in a tilted plane", hint="shift before PLANE SPATIAL")
+            return
         for incremental, letter, text in found:
             value = self._value(text)
             if letter in "ABC":

@@ -1,16 +1,21 @@
-"""The words of Heidenhain's motions, and what R0, RL and RR among them ask for."""
+"""The words of Heidenhain's motions, what R0, RL and RR among them ask for, and the frames of its cycles 8 and 10."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
+import numpy as np
+
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.corner import LEG, ROUND, Corner
 from camrob.toolpath.gcode.lexer import Block
+from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame, mirrored, turned
+from camrob.units import deg_to_rad, rad_to_deg
 
-__all__ = ["ToolCall", "corner_of", "motion_words", "offset_blocks", "tool_call"]
+__all__ = ["Frames", "ToolCall", "corner_of", "motion_words", "offset_blocks", "polar", "tool_call"]
 
 _WORD = re.compile(
     r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|S)"
@@ -61,6 +66,45 @@ def corner_of(text: str, value: Callable[[str], float]) -> Corner | None:
     return Corner(ROUND if match[1] == "RND R" else LEG, size, feed) if size else None
 
 
+def polar(
+    kind: str,
+    words: dict[str, str],
+    at: tuple[float | None, float | None],
+    pole: tuple[float, float] | None,
+    value: Callable[[str], float],
+) -> tuple[float, float, int]:
+    """Where CP or LP ends in X and Y, and the turns that it takes, the broken one included; `at`: where it begins.
+
+    Raises ToolpathError where pole, beginning or angle is not known.
+    """
+    if pole is None:
+        raise ToolpathError(f"{kind} without a pole", hint="put CC before it")
+    (x, y), (cx, cy) = at, pole
+    if (x is None or y is None) and not ("PA" in words and "PR" in words):
+        raise ToolpathError(f"{kind} from an unknown place", hint="name X and Y before it")
+    here = 0.0 if x is None or y is None else rad_to_deg(math.atan2(y - cy, x - cx))
+    radius = value(words["PR"]) if words.get("PR") else math.hypot((x or 0.0) - cx, (y or 0.0) - cy)
+    if kind == "CP" and "PR" in words:
+        raise ToolpathError("CP with PR", hint="CP keeps the radius of its start")
+    turns = 1
+    if "IPA" in words:
+        way = value(words["IPA"])
+        angle = here + way
+        if kind == "CP":
+            sense = words.get("DR", "")[:1]
+            if way and (way > 0.0) != (sense == "+"):
+                raise ToolpathError("CP with IPA and DR of two senses", hint="check the block")
+            turns = max(1, math.ceil(abs(way) / 360.0 - 1e-9))  # degrees of a turn
+    elif "PA" in words:
+        angle = value(words["PA"])
+        if kind == "CP" and abs(angle) > 360.0:  # degrees: whether full turns are meant
+            raise ToolpathError("CP with PA beyond a full turn", hint="use IPA")
+    else:
+        raise ToolpathError(f"{kind} without PA", hint="name the angle")
+    a = deg_to_rad(angle)
+    return cx + radius * math.cos(a), cy + radius * math.sin(a), turns
+
+
 def offset_blocks(words: dict[str, str], line: int) -> Iterator[Block]:
     """R0, RL and RR as G40, G41 and G42."""
     for word, code in (("R0", 400), ("RL", 410), ("RR", 420)):
@@ -104,3 +148,47 @@ def tool_call(text: str, *, one_name: bool) -> ToolCall:
     elif name:
         number = float(name.strip('"'))
     return ToolCall(bool(name), number, float(speed[1]) if speed else None, float(feed[1]) if feed else None, note)
+
+
+_MIRRORED = re.compile(r"(?:[XYZ](?: |$))*")
+_ANGLE = re.compile(r"(I?)ROT ?([-+]?[0-9.]+|[-+]?Q[0-9]+)")
+_SCALE = re.compile(r"SCL ?([0-9.]+|Q[0-9]+)")
+
+
+class Frames:
+    """Cycles 8 (mirror) and 10 (rotation), about the datum that cycle 7 has shifted (TNC 640, "Machining Cycles").
+
+    One of them at a time, since of both the order would count.
+    """
+
+    def __init__(self) -> None:
+        self._letters = ""
+        self._angle = 0.0
+
+    @property
+    def set(self) -> bool:
+        """Whether either is in force."""
+        return bool(self._letters or self._angle)
+
+    def defined(self, cycle: str, rest: str, value: Callable[[str], float]) -> ProgramFrame | None:
+        """The frame from CYCL DEF 8.1, 10.1 or 11.1 on, None where nothing changes. Raises ToolpathError for what is not read."""
+        rest = rest.strip()
+        if cycle == "8" and _MIRRORED.fullmatch(rest):
+            return self._change("".join(rest.split()), self._angle)
+        if cycle == "10" and (match := _ANGLE.fullmatch(rest)):
+            return self._change(self._letters, value(match[2]) + (self._angle if match[1] else 0.0))
+        if cycle == "11" and (match := _SCALE.fullmatch(rest)) and value(match[1]) == 1.0:
+            return None
+        raise ToolpathError(
+            f"CYCL DEF {cycle}.1 {rest[:16]} is not read", hint="have the CAM system mirror, turn or scale the path"
+        )
+
+    def _change(self, letters: str, angle: float) -> ProgramFrame | None:
+        if (letters, angle) == (self._letters, self._angle):
+            return None
+        if letters and angle:
+            raise ToolpathError("cycles 8 and 10 at once: which comes first", hint="have the CAM system do one of them")
+        self._letters, self._angle = letters, angle
+        if not self.set:
+            return PLAIN
+        return ProgramFrame(mirrored(letters) if letters else turned(deg_to_rad(angle)), np.zeros(3))

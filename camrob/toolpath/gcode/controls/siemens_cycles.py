@@ -28,7 +28,10 @@ _COARSE: dict[float, float] = {
 }  # fmt: skip
 _MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
 _EVEN = 1e-9  # of the program's unit
-_BREAK = 1.0  # of the program's unit: VRT where it is left out or 0
+_BREAK = 1.0  # mm: VRT where it is left out or 0
+# DIS1 where it is left out or 0: how far above the last bite's end the rapid back into the hole ends, mm; of a hole deeper than
+# _SHALLOW its depth by _SHARE, at most _FARTHEST (840D sl, "Job planning", CYCLE83)
+_NEAREST, _SHALLOW, _SHARE, _FARTHEST = 0.6, 30.0, 50.0, 7.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +50,8 @@ class Hole:
         absolute, relative = self.value["DP"], self.value["DPR"]
         return absolute if absolute is not None else self["RFP"] - abs(relative or 0.0)
 
-    def blocks(self, feed: float | None, line: int, speed: float | None) -> Iterator[Block]:
-        """One hole from where the tool stands; `feed` and `speed` are the modal F and S, as written.
+    def blocks(self, feed: float | None, line: int, speed: float | None, mm: float = 1.0) -> Iterator[Block]:
+        """One hole from where the tool stands; `feed` and `speed` are the modal F and S, as written, `mm` is one of its units.
 
         Raises ToolpathError without a feed, or for a tap without its pitch or speed.
         """
@@ -61,7 +64,7 @@ class Hole:
             raise ToolpathError(f"{self.name} without a feed", hint="program F before it")
         yield Block(line, {"Z": top}, (0,))
         if self.name == "CYCLE83":
-            yield from self._pecks(top, feed, line)
+            yield from self._pecks(top, feed, line, mm)
         else:
             yield Block(line, {"Z": depth, "F": feed}, (10,))
         if self.name != "CYCLE81":
@@ -90,7 +93,7 @@ class Hole:
             yield Block(line, {"S": speed})
         yield Block(line, {"Z": max(self["RTP"], self["RFP"] + self["SDIS"])}, (0,))
 
-    def _pecks(self, top: float, feed: float, line: int) -> Iterator[Block]:
+    def _pecks(self, top: float, feed: float, line: int, mm: float) -> Iterator[Block]:
         """Bites: the first one to FDEP, each later one shorter by DAM (below 0: by that factor), none below DAM or MDEP."""
         first, depth, less = self._first, self.depth, self["DAM"]
         bite, at = self["RFP"] - first, first
@@ -101,12 +104,17 @@ class Hole:
             if self["VARI"]:
                 yield Block(line, {"Z": top}, (0,))
                 yield from _dwell(self["DTS"], line)
-                yield Block(line, {"Z": min(top, at + (self["DIS1"] or self["SDIS"]))}, (0,))
+                yield Block(line, {"Z": min(top, at + (self["DIS1"] or self._ahead(mm)))}, (0,))
             else:
-                yield Block(line, {"Z": min(top, at + (self["VRT"] or _BREAK)), "F": feed}, (10,))
+                yield Block(line, {"Z": min(top, at + (self["VRT"] or _BREAK / mm)), "F": feed}, (10,))
             bite = max(least, bite - less if less >= 0.0 else bite * -less)
             at = max(depth, at - bite)
             yield Block(line, {"Z": at, "F": feed}, (10,))
+
+    def _ahead(self, mm: float) -> float:
+        """DIS1 as the control finds it, in the program's unit."""
+        deep = (self["RFP"] - self.depth) * mm
+        return (_NEAREST if deep <= _SHALLOW else min(deep / _SHARE, _FARTHEST)) / mm
 
     @property
     def _first(self) -> float:

@@ -1,18 +1,26 @@
-"""CYCLE800's plane, and the programmable frame of TRANS and ROT (840D sl, "Job planning", CYCLE800; "Fundamentals", frames)."""
+"""CYCLE800's plane, and the programmable frame of TRANS, ROT, MIRROR and SCALE.
+
+840D sl, "Job planning", CYCLE800; "Fundamentals", frames.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.coordinates import euler
-from camrob.toolpath.gcode.lexer import Block, Plane
+from camrob.toolpath.gcode.lexer import Plane
+from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame, mirrored, turned
 from camrob.units import deg_to_rad
 
-__all__ = ["Frame", "swivel"]
+__all__ = ["PART", "Frame", "swivel"]
+
+PART: Plane = ((1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+"""The plane that is the part's own."""
+
 
 _PLAIN = 57  # A about X, B about the new Y, C about the new Z
 _AXES = 0b00111111  # of MODE: three axes, two bits each (1: X, 2: Y, 3: Z), the first turn in the lowest
@@ -20,41 +28,40 @@ _KIND = 0b11000000  # of MODE: 0: axis by axis
 
 
 class Frame:
-    """TRANS, ATRANS, ROT and AROT about the tool's axis Z: a place in the program's unit, and an angle in degrees."""
+    """The programmable frame: TRANS, ROT about the tool's axis, MIRROR and SCALE begin anew, ATRANS and so on go on within it."""
 
     def __init__(self) -> None:
-        self.place = np.zeros(3)
-        self.angle = 0.0
+        self._frame = PLAIN
 
     @property
     def plain(self) -> bool:
         """Whether there is none."""
-        return not (self.angle or self.place.any())
+        return self._frame.plain
 
-    def moved(self, by: Mapping[str, float], *, adds: bool) -> None:
-        """TRANS begins anew, which ends a turn, too; ATRANS goes along the axes as they are turned."""
-        step = np.array([by.get(letter, 0.0) for letter in "XYZ"])
-        if adds:
-            self.place = self.place + self._turn() @ step
-        else:
-            self.place, self.angle = step, 0.0
+    def moved(self, by: Mapping[str, float], *, adds: bool) -> ProgramFrame:
+        """By lengths in the program's unit, along the axes as they are."""
+        return self._set(np.eye(3), np.array([by.get(letter, 0.0) for letter in "XYZ"]), adds)
 
-    def turned(self, angle: float, *, adds: bool) -> None:
-        """ROT begins anew, which ends a shift, too; AROT turns on."""
-        self.angle = self.angle + angle if adds else angle
-        self.place = self.place if adds else np.zeros(3)
+    def turned(self, angle: float, *, adds: bool) -> ProgramFrame:
+        """About Z, degrees."""
+        return self._set(turned(deg_to_rad(angle)), np.zeros(3), adds)
 
-    def blocks(self, line: int) -> Iterator[Block]:
-        """The frame as G52, or as a plane where it is turned."""
-        if self.angle:
-            yield Block(line, dict.fromkeys("XYZ", 0.0), (520,))
-            yield Block(line, {}, plane=(tuple(self._turn().ravel().tolist()), tuple(self.place.tolist())))
-        else:
-            yield Block(line, {}, plane=None)
-            yield Block(line, dict(zip("XYZ", self.place.tolist(), strict=True)), (520,))
+    def mirrored(self, letters: str, *, adds: bool) -> ProgramFrame:
+        """These axes change sign; none of them: only what was before ends. Raises ToolpathError for Z."""
+        return self._set(mirrored(letters) if letters else np.eye(3), np.zeros(3), adds)
 
-    def _turn(self) -> NDArray[np.float64]:
-        return euler("3", (deg_to_rad(self.angle),))
+    def scaled(self, by: Mapping[str, float], *, adds: bool) -> ProgramFrame:
+        """Raises ToolpathError where X and Y are scaled by two factors, or one is not above zero."""
+        factors = [by.get(letter, 1.0) for letter in "XYZ"]
+        if factors[0] != factors[1] or not min(factors) > 0.0:
+            raise ToolpathError(
+                "SCALE of X and Y by two factors, or by none above zero", hint="let the CAM system scale"
+            )
+        return self._set(np.diag(factors), np.zeros(3), adds)
+
+    def _set(self, matrix: NDArray[np.float64], place: NDArray[np.float64], adds: bool) -> ProgramFrame:
+        self._frame = (self._frame if adds else PLAIN).then(matrix, place)
+        return self._frame
 
 
 def swivel(arguments: list[float]) -> Plane:

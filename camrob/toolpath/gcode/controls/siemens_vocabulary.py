@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["CODES", "REFUSED", "SILENT", "SILENT_CALLS", "SILENT_G", "stands"]
+__all__ = ["CODES", "REFUSED", "REFUSED_G", "SILENT", "SILENT_CALLS", "SILENT_G", "stands"]
 
 CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
 # how fast and how exactly the path is run, compressors, feed forward: not where it goes
@@ -18,6 +18,8 @@ SILENT = frozenset(
 SILENT_CALLS = frozenset(
     "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE SETMS".split()
 )
+# poles, reference points, threads, limits, a turned table's centring, soft approaches
+REFUSED_G = frozenset((5, 7, 25, 26, 33, 63, 74, 75, 110, 111, 112, 147, 148, 247, 248, 291, 331, 332))
 REFUSED = {
     "ROT": "a turned frame (ROT about X or Y)", "AROT": "a turned frame (AROT about X or Y)",
     "RNDM": "rounding of all corners (RNDM)", "FRC": "a feed of corners (FRC)", "FRCM": "a feed of corners (FRCM)",

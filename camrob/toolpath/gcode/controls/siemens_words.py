@@ -9,12 +9,13 @@ from collections.abc import Callable, Iterator, Sequence
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
 from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, TAPS, Hole, hole_of
-from camrob.toolpath.gcode.controls.siemens_frames import Frame, swivel
+from camrob.toolpath.gcode.controls.siemens_frames import PART, Frame, swivel
 from camrob.toolpath.gcode.controls.siemens_grammar import GRAMMAR
 from camrob.toolpath.gcode.controls.siemens_patterns import PATTERNS, places
 from camrob.toolpath.gcode.controls.siemens_vocabulary import (
     CODES,
     REFUSED,
+    REFUSED_G,
     SILENT,
     SILENT_CALLS,
     SILENT_G,
@@ -23,6 +24,7 @@ from camrob.toolpath.gcode.controls.siemens_vocabulary import (
 from camrob.toolpath.gcode.corner import BASE, LEG, ROUND, Corner
 from camrob.toolpath.gcode.language.formulas import Reader, whole
 from camrob.toolpath.gcode.lexer import Block, Word, assemble
+from camrob.units import INCH_MM
 
 __all__ = ["SiemensWords"]
 
@@ -31,7 +33,8 @@ _CALL = re.compile(r"([A-Z_][A-Z0-9_]*)\(")
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
 _ADDRESS = re.compile(r"((?:A3|B3|C3|CR|TURN|S1|M1|RND|CHR|CHF)(?==)|[A-Z])(=)?")
 _CORNERS = {"RND": ROUND, "CHR": LEG, "CHF": BASE}
-_ROT = re.compile(r"A?ROT(?: ?(?:Z|RPL)=?([^ ,]+))?")  # about the tool's axis; other turns are refused
+_FRAME = re.compile(r"(A?(?:TRANS|ROT|MIRROR|SCALE))(?=$|[ XYZ])(?!MIT)")
+_ROT = re.compile(r"(?:(?:Z|RPL)=?([^ ,]+))?")  # about the tool's axis; other turns are refused
 
 
 class SiemensWords:
@@ -78,9 +81,8 @@ class SiemensWords:
         if call and text.endswith(")") and call[1] not in ("TRAORI",):
             yield from self._call(call[1], text[call.end() : -1], line)
             return
-        name = _NAME.match(text)
-        if name and (text.startswith(("TRANS", "ATRANS")) or _ROT.fullmatch(text)):
-            yield from self._framed(text, line)
+        if kind := _FRAME.match(text):
+            yield from self._framed(kind[1], text, line)
             return
         self._goes = False
         yield from self._plain(text, line, optional)
@@ -103,7 +105,7 @@ class SiemensWords:
         if hole.name in TAPS and self._state("units") == 20.0:
             raise ToolpathError(f"{hole.name} in inches: whose unit its pitch is in", hint="post in millimetres (G71)")
         yield Block(line, {}, (900,))
-        yield from hole.blocks(feed, line, self._state("S"))
+        yield from hole.blocks(feed, line, self._state("S"), INCH_MM if self._state("units") == 20.0 else 1.0)
         yield Block(
             line, {} if feed is None else {"F": feed}, tuple(int(c * 10) for c in (distance, motion) if c is not None)
         )
@@ -116,7 +118,7 @@ class SiemensWords:
                 raise ToolpathError("CYCLE800 on top of TRANS or ROT", hint="put the shift into CYCLE800's X0, Y0, Z0")
             values = [0.0 if value is None else value for value in self._arguments(inner)]
             plane = swivel(values)
-            self._swivelled = plane is not None
+            self._swivelled = plane not in (None, PART)
             yield Block(line, {}, plane=plane, aligned=True)
         elif name not in SILENT_CALLS:
             raise ToolpathError(
@@ -140,23 +142,36 @@ class SiemensWords:
             out.append(value)
         return out
 
-    def _framed(self, text: str, line: int) -> Iterator[Block]:
-        """TRANS, ATRANS, ROT and AROT. Raises ToolpathError for turns about other axes than the tool's."""
-        if self._swivelled:
-            raise ToolpathError("TRANS or ROT on top of CYCLE800", hint="put it into CYCLE800's values")
-        adds = text.startswith("A")
-        turn = _ROT.fullmatch(text)
-        if turn is None:
-            found = self._found(text[6 if adds else 5 :])
-            if any(letter not in "XYZ" for letter, _, _ in found):
-                raise ToolpathError("TRANS of another axis than X, Y, Z", hint="put it into the work offset")
-            self._frame.moved({letter: value for letter, value, _ in found}, adds=adds)
-        else:
+    def _framed(self, kind: str, text: str, line: int) -> Iterator[Block]:
+        """TRANS, ROT, MIRROR, SCALE and what adds to them. Raises ToolpathError for turns about other axes than the tool's."""
+        adds = kind.startswith("A")
+        if self._swivelled and not adds:
+            raise ToolpathError(
+                f"{kind} on top of CYCLE800: whether its plane stays is the machine's",
+                hint=f"use A{kind}, which adds to it",
+            )
+        name, rest = kind.removeprefix("A"), text.removeprefix(kind).strip()
+        if name == "ROT":
+            turn = _ROT.fullmatch(rest)
+            if turn is None:
+                raise ToolpathError(
+                    f"{REFUSED['ROT']} is not read", hint="have the CAM system turn the path, or use CYCLE800"
+                )
             (angle,) = self._arguments(turn[1]) if turn[1] else [0.0]
             if self._state("plane") != 17.0:
                 raise ToolpathError("ROT in another plane than G17", hint="have the CAM system turn the path")
-            self._frame.turned(angle or 0.0, adds=adds)
-        yield from self._frame.blocks(line)
+            frame = self._frame.turned(angle or 0.0, adds=adds)
+        else:
+            found = {letter: value for letter, value, _ in self._found(rest)}
+            if set(found) - set("XYZ"):
+                raise ToolpathError(f"{kind} of another axis than X, Y, Z", hint="put it into the work offset")
+            if name == "TRANS":
+                frame = self._frame.moved(found, adds=adds)
+            elif name == "MIRROR":
+                frame = self._frame.mirrored("".join(found), adds=adds)
+            else:
+                frame = self._frame.scaled(found, adds=adds)
+        yield Block(line, {}, frame=frame)
 
     # -- plain words -------------------------------------------------------------------------------------------
 
@@ -210,7 +225,7 @@ class SiemensWords:
     def _stepped(self, word: tuple[str, float, bool]) -> tuple[str, float, bool]:
         """A step of one axis in a block whose others name places, as the place that it leads to."""
         letter, step, point = word
-        at = self._state(letter) if letter in "XYZ" else None
+        at = self._state(f"at {letter}") if letter in "XYZ" else None
         if at is None:
             raise ToolpathError(
                 f"IC of {letter} from a place that is not known", hint="write all of a block's axes alike"
@@ -348,26 +363,7 @@ class SiemensWords:
                 f"G{value:g} of Siemens shifts the frame by its words, and is not read",
                 hint="write it as TRANS or ATRANS",
             )
-        elif value in (
-            110.0,
-            111.0,
-            112.0,
-            74.0,
-            75.0,
-            33.0,
-            331.0,
-            332.0,
-            25.0,
-            26.0,
-            5.0,
-            7.0,
-            63.0,
-            147.0,
-            148.0,
-            247.0,
-            248.0,
-            291.0,
-        ):
+        elif value in REFUSED_G:
             raise ToolpathError(
                 f"G{value:g} of Siemens is not read", hint="have the post-processor write the motions out"
             )

@@ -79,11 +79,11 @@ class Hole(NamedTuple):
 
 def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
     """The hole's motions where the tool stands. Raises UnreadError where that, or a way along the tool, isn't known."""
-    tell, stand, scale = reader.tell, reader.stand, reader.scale
+    tell, stand, scale = reader.tell, reader.stand, reader.scale * reader.stand.stretch[1]
     pose = stand.pose()
     if pose is None or stand.odd or not np.allclose(pose[1], stand.direction(np.array([0.0, 0.0, 1.0])), atol=1e-9):
         raise UnreadError("a cycle whose place or way along the tool isn't known")
-    zero, axis = stand.shift["Z"], pose[1]
+    zero, axis = stand.floor, pose[1]
 
     def at(height: float) -> Array:
         return stand.point(np.array([pose[0][0], pose[0][1], height * scale + zero]))
@@ -105,7 +105,7 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
         tell.move(at(hole.level), axis, Way.RAPID, line)
         stand.at["Z"] = hole.level * scale + zero
         return
-    feed = tell.speed(line, None if hole.feed_in is None else (hole.feed_in * scale / 60.0, "min"))
+    feed = tell.speed(line, None if hole.feed_in is None else (hole.feed_in * reader.scale / 60.0, "min"))
     tell.move(at(hole.clear), axis, Way.RAPID, line)
     if hole.bite:
         first = hole.clear - hole.surface + hole.bite
@@ -114,7 +114,7 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
     if hole.dwell:
         tell.event(Kind.DWELL, line, hole.dwell)
     if hole.feed_out is not None:
-        tell.move(at(hole.clear), axis, Way.FEED, line, hole.feed_out * scale / 60.0)
+        tell.move(at(hole.clear), axis, Way.FEED, line, hole.feed_out * reader.scale / 60.0)
     tell.move(at(hole.level), axis, Way.RAPID, line)
     stand.at["Z"] = hole.level * scale + zero
 

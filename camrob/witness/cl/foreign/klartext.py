@@ -14,9 +14,10 @@ from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, polar_end
+from camrob.witness.cl.framing import mirror, turning
 from camrob.witness.cl.running.label_run import LabelRun
 from camrob.witness.cl.running.ordered import Ordered, Row
-from camrob.witness.units import deg_to_rad, rad_to_deg
 
 __all__ = ["KlartextReader"]
 
@@ -24,12 +25,8 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _TOKEN = re.compile(
     rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|PR|I?[XYZABC]|[NT][XYZ]|[FMR]))\s?(?P<value>{_NUMBER})?\s?|DR(?P<sense>[-+])\s?"
 )
-_NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|CYCL DEF (32|247)\b|END PGM)")
-_FIRST = {"3": "M3", "4": "M4", "7": "M7", "8": "M8", "13": "M3M8", "14": "M4M8", "128": "M128"}
-_LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129": "M129"}
-# how the path is run, and which way rotary axes go round
-_QUIET = frozenset("94 116 117 120 124 126 127 134 135 137 138 107 108 25 26".split())
-_FULL = 360.0  # degrees
+_NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|CYCL DEF (32|392)\b|END PGM)")
+_NO_CYCLE = "a cycle call without a cycle that is read"
 
 
 class KlartextReader(ForeignReader):
@@ -41,6 +38,8 @@ class KlartextReader(ForeignReader):
         named = {name.upper() for name in re.findall(r"TOOL CALL\s+(\"[^\"]*\"|\d+)", re.sub(r";.*", "", text), re.I)}
         self._lone = len(named) == 1
         self._computed = Values()
+        self._folded: tuple[str, float] = ("", 0.0)  # mirrored axes (8) and angle (10) in force
+        self._preset = ""  # the datum of the machine's table (247)
         self._called_feed = ""  # of TOOL CALL, which F AUTO means
         self._drills: Hole | None = None
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
@@ -66,14 +65,17 @@ class KlartextReader(ForeignReader):
         if given := re.fullmatch(r"(?:FN ?[0-7] ?: ?)?(Q\d+) ?= ?(.+)", row):
             self._keep(given, row)
             return
+        if turned := re.fullmatch(r"L((?: ?[ABC] ?[-+]?Q12[0-2])+)(?: R0)?(?: F ?MAX| F ?\d+)?((?: M\d+)*)", row):
+            self._turn_along(re.findall(r"M(\d+)", turned[2]), line)
+            return
         row = re.sub(r"(?<=[A-Z=])([-+]?)(Q\d+)", self._number_of, row)
         head, _, rest = row.partition(" ")
         if row.startswith("BEGIN PGM"):
             if self._tell.n or not row.endswith((" MM", " INCH")):
                 raise UnreadError("a second program, or one without units")
             self._block(["G20" if row.endswith("INCH") else "G21", "G17", "G90", "G94"], line)
-        elif head in ("L", "LN"):
-            self._straight(rest, line)
+        elif head in ("L", "LN", "M140"):
+            self._straight(row if head == "M140" else rest, line)
         elif head in ("C", "CR", "CP", "LP"):
             self._round(head, rest, line)
         elif corner := re.fullmatch(rf"(RND R|CHF) ?({_NUMBER})(?: F ?({_NUMBER}))?", row):
@@ -88,8 +90,8 @@ class KlartextReader(ForeignReader):
         ):
             codes = re.findall(r"M(\d+)", found[5])
             if found[1]:
-                self._switch([code for code in codes if code in _FIRST], line, first=True)
-                codes = [code for code in codes if code not in _FIRST]
+                self._switch([code for code in codes if code in FIRST], line, first=True)
+                codes = [code for code in codes if code not in FIRST]
                 self._over(float(found[2]), float(found[3]), line)
             self._hole(codes, line)
         elif row.startswith("TOOL CALL"):
@@ -98,8 +100,8 @@ class KlartextReader(ForeignReader):
             self._defined(row[8:].strip(), line)
         elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+|M128 F ?[A-Z\d.]+", row):
             codes = re.findall(r"M(\d+)", row)
-            self._switch(codes, line, first=True)
-            self._switch(codes, line, first=False)
+            for first in (True, False):
+                self._switch(codes, line, first=first)
             self._block(["M0"] if head == "STOP" else [], line)
         elif re.fullmatch(r"FUNCTION TCPM F TCP AXIS POS( PATHCTRL (AXIS|VECTOR))?( REFPNT TIP-TIP| F\d+)*", row):
             self._switch(["128"], line, first=True)
@@ -127,32 +129,50 @@ class KlartextReader(ForeignReader):
         """RND and CHF between the last motion and the next one; a chamfer is as long as its sides."""
         size, feed = float(found[2]) * self._scale, None if found[3] is None else float(found[3]) * self._scale / 60.0
         want = Wanted(radius=size, feed=feed) if found[1] == "RND R" else Wanted(side=size, feed=feed)
-        self._tell.corner(want, self._stand.direction(np.array([0.0, 0.0, 1.0])), line)
+        self._tell.corner(want, self._stand.about(np.array([0.0, 0.0, 1.0])), line)
 
     def _plane_of(self, row: str) -> None:
         """PLANE SPATIAL and PLANE RESET that turn the tool along."""
-        said = re.fullmatch(rf"PLANE SPATIAL SPA ?({_NUMBER}) SPB ?({_NUMBER}) SPC ?({_NUMBER}) (MOVE|TURN)\b.*", row)
+        said = re.fullmatch(
+            rf"PLANE SPATIAL SPA ?({_NUMBER}) SPB ?({_NUMBER}) SPC ?({_NUMBER}) (MOVE|TURN|STAY)\b.*", row
+        )
         if said is None and not re.fullmatch(r"PLANE RESET (MOVE|TURN|STAY)\b.*", row):
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
         stand, self._here = self._stand, {}
+        if self._folded != ("", 0.0):
+            raise UnreadError("PLANE while cycle 8 or 10 is in force")
         if said is None and "STAY" in row and not stand.tilted:
             return
         if self._datum is None:
             self._datum = dict(stand.shift)
-        if said is None and "STAY" in row:
-            raise UnreadError("PLANE RESET that leaves the tool turned")
         if said is None:
+            angles = {letter: stand.at[letter] for letter in "ABC"}
             self._unswivel()
+            if "STAY" in row:  # the rotary axes, too
+                stand.at.update(angles)
             stand.shift, self._datum = self._datum, None
             return
         stand.untilt()
         stand.shift = dict.fromkeys("XYZ", 0.0)
-        self._swivel(spatial_plane([float(said[k]) for k in (1, 2, 3)]), np.array([self._datum[k] for k in "XYZ"]))
+        plane = spatial_plane([float(said[k]) for k in (1, 2, 3)]), np.array([self._datum[k] for k in "XYZ"])
+        if said[4] == "STAY":
+            stand.lay(*plane)
+        else:
+            self._swivel(*plane)
+
+    def _turn_along(self, codes: list[str], line: int) -> None:
+        """A, B, C to what PLANE has left in Q120 to Q122: the tool onto the plane."""
+        if not self._stand.align():
+            raise UnreadError("Q120 to Q122 without a plane")
+        self._tell.lose()
+        self._here = {}
+        for first in (True, False):
+            self._switch(codes, line, first=first)
 
     def _over(self, x: float, y: float, line: int) -> None:
         """In rapid over a place, at the height where the cycle in force ends, or where the tool stands above that."""
         if self._drills is None:
-            raise UnreadError("a cycle call without a cycle that is read")
+            raise UnreadError(_NO_CYCLE)
         if self._here.get("Z", -math.inf) < self._drills.level:
             self._block(["G0", f"Z{self._drills.level:.9f}"], line)
             self._here["Z"] = self._drills.level
@@ -162,7 +182,7 @@ class KlartextReader(ForeignReader):
     def _hole(self, codes: list[str], line: int) -> None:
         """The cycle in force where the tool stands."""
         if self._drills is None:
-            raise UnreadError("a cycle call without a cycle that is read")
+            raise UnreadError(_NO_CYCLE)
         self._switch(codes, line, first=True)
         drill_here(self, self._drills, line)
         self._here["Z"] = self._drills.level
@@ -195,14 +215,14 @@ class KlartextReader(ForeignReader):
 
     def _switch(self, codes: list[str], line: int, *, first: bool) -> None:
         """The M functions that act before a motion, or behind it."""
-        table = _FIRST if first else _LAST
+        table = FIRST if first else LAST
         for code in codes:
             if code in table:
                 for word in re.findall(r"M\d+", table[code]):
                     self._block([word], line)
                 if code in ("128", "129"):
                     self._here = {}
-            elif code not in _QUIET and code not in (*_FIRST, *_LAST, "91", "92"):
+            elif code not in QUIET and code not in (*FIRST, *LAST, "91", "92"):
                 raise UnreadError(f"M{code} of Heidenhain's")
 
     def _sided(self, words: dict[str, str], line: int) -> None:
@@ -279,7 +299,7 @@ class KlartextReader(ForeignReader):
         x, y = self._here.get("X", 0.0), self._here.get("Y", 0.0)
         cx, cy = self._pole or (x, y)
         if kind in ("CP", "LP"):
-            to, more = self._polar(kind, words, to, (x - cx, y - cy))
+            to, more = polar_end(kind, words, to, self._pole or (0.0, 0.0), (x - cx, y - cy))
         if kind == "CR":
             more = [f"R{words.pop('R', 'nan')}"]
         elif kind != "LP":
@@ -292,27 +312,6 @@ class KlartextReader(ForeignReader):
         self._block([motion, *ends, *more, *feed], line)
         self._here |= to
         self._switch(codes, line, first=False)
-
-    def _polar(
-        self, kind: str, words: dict[str, str], to: dict[str, float], off: tuple[float, float]
-    ) -> tuple[dict[str, float], list[str]]:
-        """The end of CP or LP about the pole, `off` (X, Y) being where the tool is from it, and the word for full turns."""
-        cx, cy = self._pole or (0.0, 0.0)
-        radius, more = math.hypot(*off), list[str]()
-        if "PR" in words:
-            if kind == "CP":
-                raise UnreadError("CP with PR")
-            radius = float(words.pop("PR"))
-        if "IPA" in words:
-            way = float(words.pop("IPA"))
-            angle = rad_to_deg(math.atan2(off[1], off[0])) + way
-            more = [f"P{max(1, math.ceil(abs(way) / _FULL - 1e-9))}"] if kind == "CP" else []
-        else:
-            angle = float(words.pop("PA", "nan"))
-        if not math.isfinite(angle) or (kind == "CP" and not more and abs(angle) > _FULL):
-            raise UnreadError(f"{kind} whose angle is not known")
-        ray = deg_to_rad(angle)
-        return {**to, "X": cx + radius * math.cos(ray), "Y": cy + radius * math.sin(ray)}, more
 
     # -- tools and cycles
 
@@ -336,6 +335,29 @@ class KlartextReader(ForeignReader):
             self._here = {}
         self._block(([f"T{number}", "M6"] if number else []) + words, line)
 
+    def _mirrored_or_turned(self, cycle: str, rest: str) -> None:
+        """CYCL DEF 8.1 with axes or none, 10.1 ROT or IROT: about the datum, one of the two at a time."""
+        axes, angle = self._folded
+        if cycle == "8" and re.fullmatch(r"([XY]\s*)*", rest):
+            axes = re.sub(r"\s", "", rest)
+        elif cycle == "10" and (said := re.fullmatch(rf"(I?)ROT\s?({_NUMBER})", rest)):
+            angle = float(said[2]) + (angle if said[1] else 0.0)
+        elif not (cycle == "11" and re.fullmatch(r"SCL\s?1(\.0*)?", rest)):
+            raise UnreadError(f"CYCL DEF {cycle}.1 {rest[:16]}")
+        if axes and angle:
+            raise UnreadError("cycles 8 and 10 at once")
+        if (axes, angle) == self._folded:
+            return
+        self._folded = (axes, angle)
+        self._stand.frame((mirror(axes) if axes else turning(angle)) if axes or angle else None, "XY")
+        for letter in "XY":
+            self._here.pop(letter, None)
+
+    def _stands_still(self, rest: str, shift: dict[str, float]) -> bool:
+        """Whether the words of a datum shift say what holds already."""
+        found = re.findall(rf"(I?)([XYZ])\s?({_NUMBER})", rest)
+        return not any(float(v) - (0.0 if more else shift[axis] / self._scale) for more, axis, v in found)
+
     def _defined(self, text: str, line: int) -> None:
         """Datum shift (7), dwell (9), and cycles that move nothing (32, 247)."""
         number, _, rest = text.partition(" ")
@@ -349,8 +371,13 @@ class KlartextReader(ForeignReader):
                 main, {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({_NUMBER})(?![\d.])", rest)}
             )
         elif self._datum is not None and main == "7":
-            raise UnreadError("a datum shift in a plane")
+            if number != "7.0" and not (shift and self._stands_still(rest, self._datum)):
+                raise UnreadError("a datum shift in a plane")
         elif main == "7" and number != "7.0" and shift:
+            if self._folded != ("", 0.0):
+                if not self._stands_still(rest, self._stand.shift):
+                    raise UnreadError("a datum shift while cycle 8 or 10 is in force")
+                return
             named = {
                 letter: float(value) + (self._stand.shift[letter] / self._scale if more else 0.0)
                 for more, letter, value in re.findall(rf"(I?)([XYZ])\s?({_NUMBER})", rest)
@@ -359,5 +386,13 @@ class KlartextReader(ForeignReader):
             self._here = {}
         elif main == "9" and number != "9.0" and time:
             self._block(["G4", f"P{float(time[1]):.6f}"], line)
-        elif not (number in ("7.0", "9.0") or main in ("32", "247")):
+        elif main == "247":
+            preset = re.search(rf"Q339 ?= ?({_NUMBER})", rest)
+            if self._tell.n and (preset is None or preset[1] != self._preset):
+                raise UnreadError("another datum of the machine's table (247)")
+            self._preset = preset[1] if preset else ""
+        elif main in ("8", "10", "11"):
+            if not number.endswith(".0"):
+                self._mirrored_or_turned(main, rest.strip())
+        elif not (number in ("7.0", "9.0") or main in ("32", "392")):
             raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")

@@ -5,12 +5,16 @@ Siemens, "Programming Manual Fundamentals" and "Job planning" (840D sl). Everyth
 
 from __future__ import annotations
 
+import math
 import re
+
+import numpy as np
 
 from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, places, siemens_hole, swivelled_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.framing import mirror, scaling, shifting, turning
 from camrob.witness.cl.running.ordered import Ordered, Row
 from camrob.witness.cl.running.structure_run import StructureRun
 
@@ -55,7 +59,7 @@ class SinumerikReader(ForeignReader):
         self._called: Hole | None = None  # MCALL
         self._computed = Values()
         self._counts: frozenset[str] = frozenset()  # names for whole numbers (INT)
-        self._moved_by = dict.fromkeys("XYZ", 0.0)  # TRANS, in the program's unit
+        self._swivelled = False  # by CYCLE800
         super().read(text)
 
     def _order(self, rows: list[Row]) -> Ordered:
@@ -75,8 +79,8 @@ class SinumerikReader(ForeignReader):
         if not body or _QUIET_CALLS.fullmatch(body) or self._kept(body):
             return
         body = self._written_out(body)
-        if shift := re.match(r"A?TRANS\b", body):
-            self._shift(body[shift.end() :], line, adds=body.startswith("A"))
+        if frame := re.fullmatch(r"(A?)(TRANS|ROT|MIRROR|SCALE)\b(.*)", body):
+            self._framed(frame[2], frame[3], adds=bool(frame[1]))
             return
         if (call := re.fullmatch(r"(HOLES[12])\s*\((.*)\)", body)) and self._called is not None:
             motion, absolute = self._motion, self._absolute
@@ -156,21 +160,49 @@ class SinumerikReader(ForeignReader):
                 drill_here(self, hole, line)
             return
         plane = swivelled_plane(values)
-        if modal or any(self._moved_by.values()):
-            raise UnreadError("CYCLE800 on top of a shift")
+        if modal or self._stand.own is not None:
+            raise UnreadError("CYCLE800 on top of a frame")
+        upright = plane is not None and np.allclose(plane[0], np.eye(3)) and not plane[1].any()
+        self._swivelled = plane is not None and not upright
         if plane is None:
+            turned = [self._stand.at[letter] for letter in "ABC"]
+            self._unswivel()
+            if any(
+                turn is None or turn for turn in turned
+            ):  # the frames end, and the rotary axes stay as they are turned
+                self._stand.at.update(A=None, B=None, C=None)
+        elif upright:
             self._unswivel()
         else:
             self._swivel(plane[0], plane[1] * self._scale)
 
-    def _shift(self, rest: str, line: int, *, adds: bool) -> None:
-        """TRANS sets the shift, and ATRANS adds to it."""
-        parts = re.findall(r"\s*([XYZ])\s*=?\s*([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.*/+-])", rest)
-        if re.sub(r"\s*[XYZ]\s*=?\s*[-+]?(?:\d+\.?\d*|\.\d+)", "", rest).strip():
-            raise UnreadError("a shift that is computed, or of another axis")
-        before = self._moved_by if adds else dict.fromkeys("XYZ", 0.0)
-        self._moved_by = before | {axis: before[axis] + float(value) for axis, value in parts}
-        self._block(["G52", *(f"{axis}{value:.9f}" for axis, value in self._moved_by.items())], line)
+    def _framed(self, kind: str, rest: str, *, adds: bool) -> None:
+        """TRANS, ROT, MIRROR, SCALE end all frames before them, and set their own; with A, theirs stands within."""
+        number = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+        rest = _tight(rest).strip()
+        if re.search(r"=[^\s]*[A-Z(*/]|=[^\s]*\d[-+]", rest):
+            rest = re.sub(r"(\b[A-Z]+)=(\S+)", lambda m: f"{m[1]}={self._computed.of(m[2]):.9f}", rest)
+        parts = re.findall(rf"(RPL|[XYZ])\s*=?\s*({number})(?![\w.*/+-])", rest)
+        if re.sub(rf"(?:RPL|[XYZ])\s*=?\s*{number}", "", rest).strip():
+            raise UnreadError("a frame that is computed, or of another axis")
+        said = {name: float(value) for name, value in parts}
+        if self._swivelled and not adds:
+            raise UnreadError(f"{kind} on top of CYCLE800")
+        inner: np.ndarray | None
+        if kind == "TRANS":
+            inner = None if "RPL" in said else shifting([said.get(k, 0.0) * self._scale for k in "XYZ"])
+        elif kind == "ROT":
+            inner = turning(sum(said.values())) if set(said) <= {"Z"} or set(said) <= {"RPL"} else None
+            inner = inner if self._plane == "17" else None
+        elif kind == "MIRROR":
+            inner = mirror("".join(said)) if "RPL" not in said else None
+        else:
+            inner = scaling(*(said.get(k, 1.0) for k in "XYZ")) if "RPL" not in said else None
+        if inner is None:
+            raise UnreadError(f"{kind} about another axis, of Z, or by two factors")
+        before = self._stand.own if adds and self._stand.own is not None else np.eye(4)
+        own = before @ inner
+        self._stand.frame(None if np.array_equal(own, np.eye(4)) else own)
 
     def _words(self, body: str, line: int) -> None:
         words: list[str] = []
@@ -244,10 +276,10 @@ class SinumerikReader(ForeignReader):
 
     def _place_of(self, step: str) -> str:
         """The place that a step of one axis leads to, in a block whose others name places."""
-        at = self._stand.at[step[0]] if step[0] in "XYZ" else None
-        if at is None:
+        at = float(self._stand.named(self._stand.at)["XYZ".index(step[0])]) if step[0] in "XYZ" else math.nan
+        if math.isnan(at):
             raise UnreadError("IC from where the axis isn't known to be")
-        return f"{step[0]}{(at - self._stand.shift[step[0]]) / self._scale + float(step[1:]):.9f}"
+        return f"{step[0]}{at / self._scale + float(step[1:]):.9f}"
 
     def _tool(self, name: str) -> list[str]:
         """A tool by its name: a number, or the only one of the file, which the set-up describes."""
