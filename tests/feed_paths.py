@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,10 @@ from camrob.cell.read_cell import read_cell
 from camrob.kinematics.frames import base_T_tool
 from camrob.redundancy.path import ToolPathInBase
 
-CELL = read_cell(Path(__file__).resolve().parents[1] / "cells" / "kr15_track_table")
+_KR15 = read_cell(Path(__file__).resolve().parents[1] / "cells" / "kr15_track_table")
+CELL = replace(
+    _KR15, controller_section=replace(_KR15.controller, block_ms=0.0)
+)  # points as near together as a test likes
 
 
 def track_path(y: np.ndarray, *, feed: float, cutting: np.ndarray | None = None) -> tuple[ToolPathInBase, np.ndarray]:

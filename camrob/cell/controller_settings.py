@@ -47,6 +47,7 @@ class ControllerSettings:
     standing for the frame, as in `EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})`; empty prints the frame.
     act_ex_ax: `$ACT_EX_AX`, 0 leaves it alone. tool_number, base_number: entries of the controller's tables that are
     made active (for load data and the pendant) before the frames are written, None leaves them alone.
+    block_ms: ms that the controller takes for one motion at the least, however short it is; 0 where nobody says.
     stop_message: whether a program declares the usual interrupt for stop messages, IR_STOPM, which shows them.
     spindle_rpm: the least and the most that the spindle turns at while it is on, None where nobody says.
     tool_change_pose: where tools are changed, axis values in the order A1..A6, E1.. (degrees and mm); None is HOME.
@@ -76,6 +77,7 @@ class ControllerSettings:
     tool_number: int | None = None
     base_number: int | None = None
     stop_message: bool = False
+    block_ms: float = 0.0
     spindle_rpm: tuple[float, float] | None = None
     tool_change_pose: tuple[float, ...] | None = None
     hooks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -86,6 +88,7 @@ class ControllerSettings:
         for name in ("acc_cp", "vel_ori_deg_s", "acc_ori_deg_s2", "ptp_velocity_percent"):
             _check_number(name, getattr(self, name), above=0.0)
         _check_number("apo_cdis_mm", self.apo_cdis_mm)
+        _check_number("block_ms", self.block_ms)
         if self.ptp_velocity_percent > 100.0:
             raise CellError(f"ptp_velocity_percent is {self.ptp_velocity_percent}", hint="100 is the axes' top speed")
         for name, least, most in (

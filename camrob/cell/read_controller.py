@@ -41,6 +41,7 @@ def read_controller(table: TableReader, joints: tuple[Joint, ...], *, follows_ta
             max_lines=whole["max_lines"],
             max_bytes=whole["max_bytes"],
             max_line_length=whole["max_line_length"],
+            block_ms=table.number("block_ms") if "block_ms" in table else 0.0,
             spindle_rpm=spindle_rpm,
             tool_change_pose=tool_change_pose,
             hooks=hooks,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +27,14 @@ from camrob.jobs.solving.device import check_device
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
 from camrob.jobs.solving.feed_within import OffAtSpeed, tolerance_findings
 from camrob.jobs.solving.resolved_job import METHODS, Residual, ResolvedJob, check_method, resolve_job
+from camrob.jobs.solving.short_motions import MotionEnds, block_findings
 from camrob.jobs.solving.sought import Sought, check_sought
 from camrob.jobs.solving.watch import Watch
 from camrob.languages import language_named
 from camrob.program.assemble import assemble_program
 from camrob.program.decimate import decimated
 from camrob.program.language import Language
+from camrob.program.motion_ends import motion_ends
 from camrob.program.process import Process, plan_process
 from camrob.program.program import Program
 from camrob.progress import Progress
@@ -233,15 +236,18 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
     inputs, solution = resolved.inputs, resolved.solution
     language = language_named(inputs.cell.controller.language)
     main = f"{order.title}{language.suffixes[0]}"
+    motions: MotionEnds = partial(motion_ends, inputs.toolpath, process=order.process)
     with watch.stage("feed"):
+        keep = decimated(inputs.path, solution, inputs.setup.decimate)
         feed = feed_outcome(
             inputs,
             np.asarray(solution.q),
             optimal=order.feed == "optimal",
+            keep=keep,
+            motions=motions,
             off=_off_at_speed(order, inputs),
             progress=watch.share,
         )
-        keep = decimated(inputs.path, solution, inputs.setup.decimate)
         targets, postures, keep = feed.targets(inputs.path, solution, keep)
         program = assemble_program(
             order.title,
@@ -279,7 +285,10 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, order.process, written, watch.share)
     held = [] if order.held is None else tolerance_findings(feed.held, inputs.path)
-    findings = [*second, *held, *findings]
+    short = block_findings(
+        inputs, solution, feed.blocks, feed.losses(inputs.cell, inputs.path), feed.times().program, motions
+    )
+    findings = [*second, *held, *short, *findings]
     return _Made(
         inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, findings, verdict
     )

@@ -14,11 +14,11 @@ from camrob.cell.status_turn import StatusTurn
 from camrob.kinematics.frames import seen_by_program
 from camrob.kinematics.kernels import chain_arrays, forward_many
 from camrob.kinematics.spherical_wrist import spherical_arm
-from camrob.program.arcs import circ_rows
 from camrob.program.axis_turns import turn_of
 from camrob.program.builder import build_program, printed_frames
 from camrob.program.language import Language
 from camrob.program.motion import Motion
+from camrob.program.motion_ends import kept_points
 from camrob.program.process import Place, Process
 from camrob.program.program import Program
 from camrob.program.program_events import ProgramRows, RegionPoints, program_events
@@ -170,11 +170,7 @@ def _path_rows(
 ) -> _Rows:
     """Rows of the motions along the path, posture revisions among them."""
     path = points.path
-    kind = np.full(len(path), int(Motion.LIN), np.int8)
-    keep = keep.copy()
-    keep[points.marked(process)] = True
-    for index, region in enumerate(points.regions):
-        circ_rows(region, points.place(index), kind, keep)
+    keep, kind = kept_points(points, keep, process)
     revisions = {r.point: r for r in solution.revisions if r.kept}
     out: list[tuple[NDArray[np.int64], Array, NDArray[np.int8]]] = []
     begin = 0

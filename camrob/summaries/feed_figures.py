@@ -9,6 +9,7 @@ from camrob.summaries.base import Summary, keyed, left_out
 
 __all__ = [
     "AxisTorque",
+    "BlockTime",
     "Breaks",
     "FeedFigures",
     "HeldToTolerance",
@@ -91,11 +92,23 @@ class HeldToTolerance(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BlockTime(Summary):
+    """The controller's least time for a motion: how many motions of the cutting there are, how many of them would take less at
+    the programmed feed and are run slower, and what the shortest would take.
+    """
+
+    block_ms: float
+    motions: int
+    short: int
+    shortest_ms: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FeedFigures(Summary):
     """How far the programmed feed is held, what is lost and to what, and the limits that are taken and passed.
 
     lost_by_axis_s: the axis that lost most first, "none" for stops and corners, "tolerance" for what it took to
-    hold it. losses: the dearest ones. planned_uses: the
+    hold it, "block time" for motions shorter than the controller takes for one. losses: the dearest ones. planned_uses: the
     largest share of the limits on speed, acceleration and jerk that the plan takes; None without one.
     """
 
@@ -110,6 +123,7 @@ class FeedFigures(Summary):
     planned_uses: Mapping[str, float] | None
     written: WrittenFeedFigures | None = left_out()
     tolerance: HeldToTolerance | None = left_out()
+    blocks: BlockTime | None = left_out()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.frozen import locked
 from camrob.redundancy.path import ToolPathInBase
+from camrob.timing.block_time import block_ceilings
 from camrob.timing.optimal import FeedPlan
 from camrob.timing.path_spline import MotionBounds
 from camrob.timing.smooth_runs import SmoothRun, cause_names, piece_feeds, run_bounds, run_pieces, smooth_run
@@ -79,17 +80,20 @@ def program_as_it_stands(
     speed: Array,
     plan: FeedPlan | None = None,
     programmed: Array | None = None,
+    motion_ends: NDArray[np.bool_] | None = None,
 ) -> AsItStands:
     """Judge a path with postures q (N, n) at `speed` (N,), m/s, timed as `timing`.
 
     programmed: (N,) m/s of the CL file, by default `speed`: the curve is smoothed for it, as the plan's is.
-    plan: the feed that is run instead, whose motion the joints' speeds and accelerations then are. Raises ValueError for
+    plan: the feed that is run instead, whose motion the joints' speeds and accelerations then are. motion_ends: (N,)
+    True where a motion of the program ends, by default everywhere. Raises ValueError for
     arrays that don't fit. Cost: linear, about ten microseconds a span.
     """
     rates = path_rates(cell, path, q)
     bounds, bounded = run_bounds(rates)
-    feed = piece_feeds(rates, speed)
-    smooth_for = feed if programmed is None else piece_feeds(rates, programmed)
+    told = piece_feeds(rates, speed)
+    feed = np.minimum(told, block_ceilings(cell, rates, motion_ends))
+    smooth_for = told if programmed is None else piece_feeds(rates, programmed)
     seconds = np.diff(timing.at, prepend=0.0)
     motion = np.zeros((2, *np.shape(q)))
     most, found = np.zeros(3), [(0, 0)] * 3

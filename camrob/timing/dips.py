@@ -66,11 +66,18 @@ class WrittenFeed:
 
 
 def written_feed(
-    cell: Cell, path: ToolPathInBase, q: Array, plan: FeedPlan, *, cells: Sequence[Cell] = ()
+    cell: Cell,
+    path: ToolPathInBase,
+    q: Array,
+    plan: FeedPlan,
+    *,
+    cells: Sequence[Cell] = (),
+    motion_ends: NDArray[np.bool_] | None = None,
 ) -> WrittenFeed:
     """The targets and speeds that say a plan of a path with postures q (N, n), as the controller's model can hold them.
 
-    cells: the cell with the tool of each stretch of the path, where they differ.
+    cells: the cell with the tool of each stretch of the path, where they differ. motion_ends: (N,) True where a motion of the
+    program ends without the added points, by default everywhere.
 
     Added points lie on the straight way between their neighbours, the tool's axis on its great arc, turned about it as far as
     the orientation is on its own, external axes in between; the arm follows by its closed form (an arm without one gets no
@@ -102,7 +109,9 @@ def written_feed(
     at = np.arange(len(path), dtype=np.float64)
     at = np.insert(at, point, point - 1 + share)
     speed = _speeds(refined, plan, added, at)
-    held = held_speeds(cell, refined, postures, speed, np.where(refined.cutting, refined.feed, speed))
+    programmed = np.where(refined.cutting, refined.feed, speed)
+    stops = None if motion_ends is None else np.insert(motion_ends, point, True)
+    held = held_speeds(cell, refined, postures, speed, programmed, stops)
     return WrittenFeed(refined, postures, held, added)
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.redundancy.path import ToolPathInBase
 from camrob.timing.as_it_stands import ramped_squares, span_uses
+from camrob.timing.block_time import block_ceilings
 from camrob.timing.smooth_runs import SmoothRun, least_between, piece_feeds, run_bounds, run_pieces, smooth_run
 from camrob.timing.straight_pieces import path_rates
 from camrob.timing.timing import exact_stops, program_time
@@ -29,20 +30,30 @@ _STAIR = 1.02  # lowered speeds are powers of it, so that neighbours share one
 _PRINTED = 1e-5  # m/s
 
 
-def held_speeds(cell: Cell, path: ToolPathInBase, q: Array, speed: Array, programmed: Array) -> Array:
+def held_speeds(
+    cell: Cell,
+    path: ToolPathInBase,
+    q: Array,
+    speed: Array,
+    programmed: Array,
+    motion_ends: NDArray[np.bool_] | None = None,
+) -> Array:
     """Speeds (N,), m/s, no higher than `speed`, at which the model of the controller runs the cutting within all limits.
 
     q: (N, n) postures. programmed: (N,) m/s of the CL file, which the curve is smoothed for, as the plan's is. Lowered are
     only the moves on which, in the model, a limit on speed, acceleration or jerk is passed; few places may be left after
-    the last round (`program_as_it_stands` says which). Raises ValueError for arrays that don't fit. Cost: linear.
+    the last round (`program_as_it_stands` says which). motion_ends: (N,) True where a
+    motion of the program ends, by default everywhere. Raises ValueError for arrays that don't fit. Cost: linear.
     """
     rates = path_rates(cell, path, q)
     bounds, bounded = run_bounds(rates)
     out = np.array(speed, dtype=np.float64)
     meant = piece_feeds(rates, programmed)
     runs = [smooth_run(rates, k, bounded, meant[k]) for k in run_pieces(rates, path, exact_stops(path))]
+    block = block_ceilings(cell, rates, motion_ends)
     for _ in range(_ROUNDS):
-        timing, feed = program_time(cell, path, q, speed=out), piece_feeds(rates, out)
+        timing = program_time(cell, path, q, speed=out, motion_ends=motion_ends)
+        feed = np.minimum(piece_feeds(rates, out), block)
         still = []
         for run in runs:
             square, _knots = ramped_squares(rates, run, timing.speed, feed)

@@ -17,6 +17,7 @@ from camrob.cell.cell import Cell
 from camrob.frozen import locked
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
+from camrob.timing.block_time import BLOCK_TIME, block_ceilings
 from camrob.timing.losses import FeedLoss, feed_losses, lost_by_axis
 from camrob.timing.path_spline import MotionBounds
 from camrob.timing.profile import fastest_profile, fine_grid, worst_use
@@ -111,25 +112,28 @@ def optimal_feed(
     *,
     rapid_speed: float,
     stops: NDArray[np.bool_] | None = None,
+    motion_ends: NDArray[np.bool_] | None = None,
     tolerance: float = 0.02,
     progress: Share | None = None,
 ) -> FeedPlan:
     """The fastest feed of a path with postures q (N, n) under its programmed feed; air at `rapid_speed`, m/s.
 
-    stops: (N,) True where the tool comes to rest, by default `exact_stops`. tolerance: how far `speed` may stay below the
+    stops: (N,) True where the tool comes to rest, by default `exact_stops`. motion_ends: (N,) True where a motion of the program
+    ends, by default everywhere, for the controller's block time. tolerance: how far `speed` may stay below the
     plan so that it changes rarely; it is never above it. Raises ValueError for arrays that don't fit. Cost: linear;
     about 0.1 ms a millimetre of path.
     """
     programmed = np.where(path.cutting, path.feed, rapid_speed)
     stop = exact_stops(path) if stops is None else np.asarray(stops, bool)
-    slow = program_time(cell, path, q, speed=programmed, stops=stop)
+    slow = program_time(cell, path, q, speed=programmed, stops=stop, motion_ends=motion_ends)
     rates = path_rates(cell, path, q)
     bounds, bounded = run_bounds(rates)
     step = np.diff(slow.at, prepend=0.0)
     planned, speed, push = slow.speed.copy(), programmed.copy(), np.zeros(len(path))
     cause = np.zeros(len(path), np.int16)
     unjerked, use, deviation = 0.0, np.zeros(3), 0.0
-    feed = piece_feeds(rates, programmed)
+    told, block = piece_feeds(rates, programmed), block_ceilings(cell, rates, motion_ends)
+    feed = np.minimum(told, block)
     runs = run_pieces(rates, path, stop)
     free, place = [np.zeros(0)], [np.zeros(0)]
     for k, pieces in enumerate(runs):
@@ -146,6 +150,10 @@ def optimal_feed(
             progress((k + 1) / len(runs))
     mean = _mean_speeds(rates, step)
     causes, axes = cause_names(cell.names, bounded)
+    causes, axes = (*causes, BLOCK_TIME), (*axes, "")
+    short = np.zeros(len(path), np.bool_)
+    short[rates.end] = block < told
+    cause[short & (cause == 0)] = len(causes) - 1
     at = np.cumsum(step)
     return FeedPlan(
         speed=speed,

@@ -4,7 +4,8 @@ The model: CP motion on straight pieces with the tool's acceleration `$ACC.CP`, 
 (`$VEL.ORI1/2`, `$ACC.ORI1/2`), speed and acceleration of every axis, the external ones too; corners rounded within
 `$APO.CDIS` (at most half of the shorter neighbour) at the speed that all accelerations allow there; look-ahead without
 end, so that the tool slows in time; exact stops where cutting begins or ends. Ramps of jerk are left out: the real
-controller is a little slower. The way that a rounded corner saves is left out too.
+controller is a little slower. The way that a rounded corner saves is left out too. No motion takes less than the cell's
+`block_ms` (`block_time`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from camrob.cell.cell import Cell
 from camrob.compiled import kernel
 from camrob.frozen import locked
 from camrob.redundancy.path import ToolPathInBase
+from camrob.timing.block_time import BLOCK_TIME, block_ceilings
 from camrob.timing.losses import FeedLoss, feed_losses, lost_by_axis
 from camrob.timing.straight_pieces import PathRates, path_rates
 
@@ -26,9 +28,16 @@ __all__ = ["CAUSES", "Timing", "exact_stops", "program_time"]
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CAUSES = ("programmed feed", "exact stop", "tool acceleration", "tool rotation speed", "tool rotation acceleration")
+CAUSES = (
+    "programmed feed",
+    "exact stop",
+    "tool acceleration",
+    "tool rotation speed",
+    "tool rotation acceleration",
+    BLOCK_TIME,
+)
 """What may hold the tool back, before the axes: then come `A1 speed`, ..., and `A1 acceleration`, ..."""
-_FEED, _STOP, _TOOL, _TURN, _TURN_UP, _AXES = range(6)
+_FEED, _STOP, _TOOL, _TURN, _TURN_UP, _BLOCK, _AXES = range(7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +78,18 @@ def exact_stops(path: ToolPathInBase) -> NDArray[np.bool_]:
 
 
 def program_time(
-    cell: Cell, path: ToolPathInBase, q: Array, *, speed: Array, stops: NDArray[np.bool_] | None = None
+    cell: Cell,
+    path: ToolPathInBase,
+    q: Array,
+    *,
+    speed: Array,
+    stops: NDArray[np.bool_] | None = None,
+    motion_ends: NDArray[np.bool_] | None = None,
 ) -> Timing:
     """Time of a path with postures q (N, n) at `speed` (N,), m/s with which the tool comes to each point, air included.
 
-    stops: (N,) True where the motion ends exactly; by default `exact_stops`. Where points are far apart, the axes are
+    stops: (N,) True where the motion ends exactly; by default `exact_stops`. motion_ends: (N,) True where a motion of the program
+    ends, by default everywhere: one that stands for several points is one block. Where points are far apart, the axes are
     taken to move evenly between them. Raises ValueError for arrays that don't fit and for speeds that are no positive
     number. Cost: a few microseconds a point.
     """
@@ -94,7 +110,10 @@ def program_time(
     stop_after = np.zeros(count, np.bool_)
     belongs = np.searchsorted(rates.end, np.flatnonzero(stop), side="right") - 1
     stop_after[belongs[belongs >= 0]] = True
-    top, top_cause, push, corner, corner_cause = _ceilings(rates, speed[rates.end], stop_after)
+    told = np.where(rates.translates, speed[rates.end], np.inf)
+    block = block_ceilings(cell, rates, motion_ends)
+    why_told = np.where(block < told, _BLOCK, _FEED)
+    top, top_cause, push, corner, corner_cause = _ceilings(rates, np.minimum(told, block), why_told, stop_after)
     reached, seconds, cause = _trapezoids(rates.length, top, top_cause, push, corner, corner_cause)
     step = np.zeros(len(path))
     step[rates.end] = seconds
@@ -111,15 +130,20 @@ def program_time(
 
 
 @kernel(nogil=True)
-def _ceilings(rates: PathRates, feed: Array, stop: NDArray[np.bool_]) -> tuple[Array, Indices, Array, Array, Indices]:
-    """Top speed (M,) with its cause, acceleration along the path (M,), and speed of the M + 1 ends with its cause."""
+def _ceilings(
+    rates: PathRates, feed: Array, feed_cause: Indices, stop: NDArray[np.bool_]
+) -> tuple[Array, Indices, Array, Array, Indices]:
+    """Top speed (M,) with its cause, acceleration along the path (M,), and speed of the M + 1 ends with its cause.
+
+    feed, feed_cause: (M,) the speed that is told or that the block time leaves, inf where there is none, and which it is.
+    """
     count, width = rates.rate.shape
     n = width - 6
-    top, top_cause = np.empty(count), np.zeros(count, np.int64)
+    top, top_cause = np.empty(count), feed_cause.copy()
     push, corner, corner_cause = np.empty(count), np.zeros(count + 1), np.full(count + 1, _STOP)
     for i in range(count):
         d = rates.rate[i]
-        top[i] = feed[i] if rates.translates[i] else np.inf
+        top[i] = feed[i]
         turn = np.sqrt(d[3] * d[3] + d[4] * d[4] + d[5] * d[5])
         push[i] = rates.tool_acceleration
         if turn > 0.0:
@@ -180,6 +204,8 @@ def _trapezoids(
             ramps = (2.0 * c * c - v[i] * v[i] - v[i + 1] * v[i + 1]) / (2.0 * push[i])
             seconds[i] = (2.0 * c - v[i] - v[i + 1]) / push[i] + max(length[i] - ramps, 0.0) / c
             cause[i] = top_cause[i]
-            if top_cause[i] == _FEED and length[i] < 0.98 * c * seconds[i]:  # ramps: the slower end's cause
+            if (top_cause[i] == _FEED or top_cause[i] == _BLOCK) and length[i] < 0.98 * c * seconds[
+                i
+            ]:  # ramps: the slower end's cause
                 cause[i] = why[i] if v[i] < v[i + 1] else why[i + 1]
     return v, seconds, cause

@@ -14,6 +14,7 @@ from camrob.dynamics.motion_torques import motion_torques
 from camrob.dynamics.torques import JointTorques
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.solving.feed_within import CAUSE, HeldFeed, OffAtSpeed, held_feed
+from camrob.jobs.solving.short_motions import MotionEnds, ShortMotions, short_motions
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
@@ -29,6 +30,7 @@ from camrob.summaries.feed_figures import (
 )
 from camrob.summaries.post_summary import ProgramTime
 from camrob.timing.as_it_stands import AsItStands, program_as_it_stands
+from camrob.timing.block_time import BLOCK_TIME
 from camrob.timing.dips import WrittenFeed, written_feed
 from camrob.timing.losses import FeedLoss
 from camrob.timing.optimal import FeedPlan, optimal_feed
@@ -50,7 +52,8 @@ class FeedOutcome:
     the program at its own feed; written: the one with the planned speeds, as the controller's model runs it, and `ordered`
     what that program holds: targets and speeds.
 
-    sampled: (T,) points that `torques` (T, n) are worked out at, all of them on ordinary paths.
+    sampled: (T,) points that `torques` (T, n) are worked out at, all of them on ordinary paths. blocks: motions that are shorter
+    than the controller's block time, None where the cell doesn't say it.
     """
 
     timing: Timing
@@ -61,6 +64,7 @@ class FeedOutcome:
     ordered: WrittenFeed | None
     sampled: NDArray[np.int64]
     torques: JointTorques
+    blocks: ShortMotions | None
 
     @property
     def speed(self) -> Array | None:
@@ -114,7 +118,7 @@ class FeedOutcome:
         losses, stands, plan = self.losses(cell, path), self.stands, self.plan
         by_axis: dict[str, float] = {}
         for loss in losses:
-            by = loss.axis or (CAUSE if loss.cause == CAUSE else "none")
+            by = loss.axis or (loss.cause if loss.cause in (CAUSE, BLOCK_TIME) else "none")
             by_axis[by] = by_axis.get(by, 0.0) + loss.lost
         way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
         kept = self.reached(path) >= _KEPT * path.feed
@@ -143,6 +147,7 @@ class FeedOutcome:
             planned_uses=None if plan is None else {k: _short(v) for k, v in plan.use.items()},
             written=self._written(),
             tolerance=None if self.held is None else self.held.figures(path),
+            blocks=None if self.blocks is None or not self.blocks.short else self.blocks.figures(),
         )
 
     def _written(self) -> WrittenFeedFigures | None:
@@ -190,44 +195,61 @@ class FeedOutcome:
 
 
 def feed_outcome(
-    inputs: JobInputs, q: Array, *, optimal: bool, off: OffAtSpeed | None = None, progress: Share | None = None
+    inputs: JobInputs,
+    q: Array,
+    *,
+    optimal: bool,
+    keep: NDArray[np.bool_] | None = None,
+    motions: MotionEnds | None = None,
+    off: OffAtSpeed | None = None,
+    progress: Share | None = None,
 ) -> FeedOutcome:
     """Time a path with postures q (N, n), plan its feed where asked to, and judge it.
 
-    off: from postures and times (N,) to what the machine's speed carries the tool off its way, (N,) m: the feed is held to the
-    set-up's tolerance.
+    motions: from a path and which of its points are kept (N,) to where its program's motions end (N,), for the controller's block
+    time; keep: (N,). None: everywhere. off: from postures and times (N,) to what the machine's speed carries the tool off its
+    way, (N,) m: the feed is held to the set-up's tolerance.
     """
     cell, path = inputs.cell, inputs.path
-    programmed = np.where(path.cutting | path.entering, path.feed, inputs.rapid_speed)
+    told = programmed = np.where(path.cutting | path.entering, path.feed, inputs.rapid_speed)
+    keep = np.ones(len(path), np.bool_) if keep is None else keep
+    ends = keep if motions is None else motions(path, keep)
 
     def planned(speed: Array) -> FeedPlan:
         slower = replace(path, feed=np.where(path.cutting, speed, path.feed))
-        return optimal_feed(cell, slower, q, rapid_speed=inputs.rapid_speed, progress=progress)
+        return optimal_feed(cell, slower, q, rapid_speed=inputs.rapid_speed, motion_ends=ends, progress=progress)
 
     def run(speed: Array) -> Array:
-        return np.asarray((planned(speed) if optimal else program_time(cell, path, q, speed=speed)).at)
+        return np.asarray(
+            (planned(speed) if optimal else program_time(cell, path, q, speed=speed, motion_ends=ends)).at
+        )
 
     held, tolerance = None, inputs.setup.tolerance
     if off is not None and tolerance is not None:
         held = held_feed(path, programmed, tolerance, run, lambda at: off(q, at))
         programmed = held.speed
-    timing = program_time(cell, path, q, speed=programmed)
+    timing = program_time(cell, path, q, speed=programmed, motion_ends=ends)
     plan, order, written = None, None, None
     if optimal:
         plan = planned(programmed)
-        order = written_feed(cell, path, q, plan, cells=tuple(m.cell for m in inputs.mounted))
-        said = np.asarray(order.speed)
-        ran = program_time(cell, order.path, order.q, speed=said)
-        whole = np.asarray(order.spread(programmed))
-        written = (ran, program_as_it_stands(cell, order.path, order.q, ran, speed=said, programmed=whole))
-    stands = program_as_it_stands(cell, path, q, timing, speed=programmed, plan=plan)
+        order = written_feed(cell, path, q, plan, cells=tuple(m.cell for m in inputs.mounted), motion_ends=ends)
+        said, whole = np.asarray(order.speed), np.asarray(order.spread(programmed))
+        own = order.spread(keep) | order.added
+        own = own if motions is None else motions(order.path, own)
+        ran = program_time(cell, order.path, order.q, speed=said, motion_ends=own)
+        written = (
+            ran,
+            program_as_it_stands(cell, order.path, order.q, ran, speed=said, programmed=whole, motion_ends=own),
+        )
+    stands = program_as_it_stands(cell, path, q, timing, speed=programmed, plan=plan, motion_ends=ends)
+    blocks = short_motions(cell, path, q, told, ends)
     # an axis gives no more than its limit, whatever the model of the program's own feed asks
     most = np.where(np.isfinite(cell.limits_of("acceleration")), cell.limits_of("acceleration"), 0.0)
     acceleration = np.clip(stands.acceleration, -most, most)
     points = np.linspace(0, len(path) - 1, min(len(path), _SAMPLED)).astype(np.int64)
     sampled = np.unique(np.concatenate([points, np.argmax(np.abs(acceleration), axis=0)]))
     torques = _torques(inputs, q, stands.speed, acceleration, sampled)
-    return FeedOutcome(timing, plan, held, stands, written, order, sampled, torques)
+    return FeedOutcome(timing, plan, held, stands, written, order, sampled, torques, blocks)
 
 
 def _torques(

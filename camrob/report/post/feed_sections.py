@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.dynamics.torques import JointTorques
 from camrob.report.page.html import duration, escape, number
 from camrob.report.page.path_charts import Along, Chart
-from camrob.report.post.feed_sentences import tolerance_sentence
+from camrob.report.post.feed_sentences import block_sentence, tolerance_sentence
 from camrob.summaries.feed_figures import FeedFigures, LostFeed, Torques
 
 __all__ = ["feed_section", "torque_chart", "torque_section"]
@@ -92,6 +92,8 @@ def _losses(feed: FeedFigures) -> str:
     )
     if feed.tolerance is not None:
         kept += f"<p>With the diagnosis given, {escape(tolerance_sentence(feed.tolerance))}.</p>"
+    if feed.blocks is not None:
+        kept += f"<p>{escape(block_sentence(feed.blocks))}.</p>"
     if not losses:
         return kept
     rows = "".join(

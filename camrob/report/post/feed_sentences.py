@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from camrob.report.words import shown_duration, shown_number
-from camrob.summaries.feed_figures import FeedFigures, HeldToTolerance, Torques
+from camrob.summaries.feed_figures import BlockTime, FeedFigures, HeldToTolerance, Torques
 
-__all__ = ["feed_rows", "tolerance_sentence"]
+__all__ = ["block_sentence", "feed_rows", "tolerance_sentence"]
 
 _AXES = 3  # as many as a sentence carries
 
@@ -18,6 +18,8 @@ def feed_rows(feed: FeedFigures, torques: Torques | None) -> Iterator[tuple[str,
     yield "Feed", _lost(feed)
     if feed.tolerance is not None:
         yield "", tolerance_sentence(feed.tolerance)
+    if feed.blocks is not None:
+        yield "", block_sentence(feed.blocks)
     if torques is not None and torques.axes:
         yield "Torques", _torques(torques)
 
@@ -72,6 +74,15 @@ def tolerance_sentence(held: HeldToTolerance) -> str:
     return (
         f"{text}; {shown_number(held.off_before_mm, 3)} mm at the programmed feed: {shown_number(held.slowed_percent)} % of the "
         f"cutting is slowed, to {shown_number(held.slowest_mm_min, 0)} mm/min at the least"
+    )
+
+
+def block_sentence(blocks: BlockTime) -> str:
+    """How many motions are shorter than the controller takes for one."""
+    return (
+        f"{shown_number(blocks.short, 0)} of {shown_number(blocks.motions, 0)} motions of cutting would take less than the "
+        f"{blocks.block_ms:g} ms that the controller takes for one, the shortest {shown_number(blocks.shortest_ms, 2)} ms: they "
+        "are run slower than told"
     )
 
 
