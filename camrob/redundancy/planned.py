@@ -11,7 +11,8 @@ Budget: each external axis may move `knee_travel` of what the published method m
 5 degrees or 20 mm where that is more. Of the points within the budget that keep `knee_share` of the bound's mean 1/k_F the
 one with the least external travel, by the cell's prices; where none does both, the one within the budget that keeps most:
 still axes hold feed and accuracy better than moving ones. Where no point is within the budget, the least travel that keeps
-the share, else the point that keeps most. A path that one of the two ends follows without a retract is not cut.
+the share, else the point that keeps most. In the knee's place comes a plan that is cheaper by the whole objective where it is run
+as well (`replanning/bettered`). A path that one of the two ends follows without a retract is not cut.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from camrob.redundancy.planning.for_accuracy import WORTH, expected_error
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.posture_errors import PostureErrors
 from camrob.redundancy.planning.scan_batched import Score
+from camrob.redundancy.replanning.bettered import Run
 from camrob.redundancy.replanning.clearing import Obstacles, cleared, published
 from camrob.redundancy.replanning.one_plan import Task
 from camrob.redundancy.solution import Solution
@@ -47,6 +49,7 @@ def resolve_planned(
     obstacles: Obstacles | None = None,
     score: Score | None = None,
     errors: PostureErrors | None = None,
+    run: Run | None = None,
     seconds: float | None = None,
     progress: Share | None = None,
 ) -> Solution:
@@ -58,6 +61,9 @@ def resolve_planned(
     errors: what is known of the machine's errors: the part's expected error then stands in the objective with the weight
     `accuracy` of the cell (FOR_ACCURACY where that is 0), and the plan is returned only where it expects WORTH times the error
     of the one by conditioning or less; the report says what both expect.
+    run(path, solution): how the controller runs a solution (`RunFigures`). With it the knee's plan gives way to one that is
+    cheaper by the whole objective, travel priced in full, wherever that one takes no longer, holds the feed as well and has to
+    be slowed no more for the axes' limits; without it nobody can tell, and the knee's stays.
     seconds: how long the plan is bettered: the curve gets no further points when they are over. What a plan needs at least is
     done however long it takes; the report says what there was no time for.
     Where the path can't be followed without a re-posture and has no safe point for one, retracts are put in: the
@@ -75,7 +81,7 @@ def resolve_planned(
     if not len(space.free):
         return published(cell, path, f"cell {cell.name} has no spare freedom to plan", report_share)
     task = Task(cell, space, mode, score, Clock(seconds))
-    solution = cleared(task, path, obstacles, report_share)
+    solution = cleared(task, path, obstacles, report_share, run)
     if errors is not None and solution.method == "planned":
         solution = _for_accuracy(
             task, path, solution, cleared(replace(task, errors=errors), path, obstacles, report_share), errors

@@ -15,6 +15,7 @@ from camrob.jobs.release.release import named_region
 from camrob.jobs.solving.device import batch_score
 from camrob.jobs.solving.elsewhere import with_a_place
 from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
+from camrob.jobs.solving.plan_run import job_run
 from camrob.jobs.solving.sought import Sought
 from camrob.progress import Share
 from camrob.redundancy.planned import resolve_planned
@@ -112,7 +113,13 @@ def _solved(
         )
 
         errors = machine_errors(sought, inputs.cell)
-    obstacles = job_obstacles(inputs)
     return resolve(
-        inputs.cell, inputs.path, obstacles=obstacles, score=score, errors=errors, seconds=seconds, progress=progress
+        inputs.cell,
+        inputs.path,
+        obstacles=job_obstacles(inputs),
+        score=score,
+        errors=errors,
+        run=job_run(inputs.cell, inputs.rapid_speed),
+        seconds=seconds,
+        progress=progress,
     )

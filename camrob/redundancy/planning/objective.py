@@ -22,7 +22,7 @@ cell, `[resolve.planned]`:
     speed 1             speed_share 1   arm_step m2 a rad2                        reposture m
     accuracy 1          (see `part_error`; 0: the part's error is not looked at)
     knee_share 1        the share of its bound that the mean 1/k_F has to keep at the knee (see `planned`)
-    knee_travel 1       the share of the published method's external travel that it may cost
+    knee_travel 1       the share of the published method's external travel that it may cost there
 """
 
 from __future__ import annotations

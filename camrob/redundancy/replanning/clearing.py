@@ -26,6 +26,7 @@ from camrob.redundancy.planning.objective import Objective, plan_weights
 from camrob.redundancy.planning.retracts import with_retracts
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.replanning.bettered import Run, RunFigures, cheaper_plans, loses_nothing, whole_price
 from camrob.redundancy.replanning.one_plan import COARSE, Plan, Task, followed_plan, made_anew, make_plan, plan_solution
 from camrob.redundancy.solution import Solution
 
@@ -37,6 +38,7 @@ Obstacles: TypeAlias = Callable[[ToolPathInBase, Solution], NDArray[np.bool_]]
 
 CLEARANCE = 0.05  # m that a retract goes above all that the path passes
 _ROUNDS = 8  # plans made anew: a touch that moves on is followed that often
+_BETTER_ROUNDS = 3  # and of a plan that is only cheaper than one that is fit
 _CUTS = 3  # plans that are made anew because a retract was put in
 
 
@@ -54,24 +56,48 @@ class _Found:
     count: int
 
 
-def cleared(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share) -> Solution:
+def cleared(
+    task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share, run: Run | None = None
+) -> Solution:
     """The solution of a plan that touches nothing and can be followed, or says what it gave up for that.
 
+    run: how the controller runs a solution; with it, a plan cheaper than the knee's that loses nothing is taken (`bettered`).
     One that still touches is returned as it is (whoever checks it, finds it); where there is no plan, the published method's.
     Raises JobError for a point that no posture reaches, or where the published method fails too.
     """
-    objective = Objective.of(task.cell, task.space, plan_weights(task.cell))
-    path, plan = _with_cuts(task, given, objective, report_share)
+    path, plan = _with_cuts(task, given, _objective(task), report_share)
     if plan is None:
         return published(task.cell, given, "no candidate postures lead through the whole path", report_share)
-    first, first_path, whole = plan, path, 0
+    mended = _mended(task, given, path, plan, obstacles, report_share, _ROUNDS)
+    if mended.solution is None:
+        return _another(task, given, path, plan, mended.found, obstacles, report_share)
+    if run is not None and mended.plan.mode == "knee" and task.errors is None:
+        mended = _cheapest(task, given, mended, obstacles, run, report_share)
+    return mended.reported(given)
+
+
+def _objective(task: Task) -> Objective:
+    return Objective.of(task.cell, task.space, plan_weights(task.cell))
+
+
+def _mended(
+    task: Task,
+    given: ToolPathInBase,
+    path: ToolPathInBase,
+    plan: Plan,
+    obstacles: Obstacles | None,
+    report_share: Share,
+    rounds: int,
+) -> _Mended:
+    """A plan of a path, made anew where it touches something or can't be followed, `rounds` times at most."""
+    objective, whole = _objective(task), 0
     forbidden, lines, count = np.zeros((0, FEATURES + 2)), list[int](), 0
-    for again in range(_ROUNDS + 1):
+    for again in range(rounds + 1):
         found = _looked_at(task, path, plan, obstacles)
         report_share(0.95)
         if found.solution is not None and not len(found.point):
-            return _reported(given, found, found.solution, again, whole, lines, count)
-        if again == _ROUNDS:
+            return _Mended(plan, found, found.solution, again, whole, tuple(lines), count)
+        if again == rounds:
             break
         lines += [int(v) for v in path.line[found.point]]
         count += found.count
@@ -85,7 +111,54 @@ def cleared(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, repo
         if anew is None:
             break
         plan = anew
-    return _another(task, given, first_path, first, found, obstacles, report_share)
+    return _Mended(plan, found, None, again, whole, tuple(lines), count)
+
+
+def _cheapest(
+    task: Task, given: ToolPathInBase, knee: _Mended, obstacles: Obstacles | None, run: Run, report_share: Share
+) -> _Mended:
+    """The first of the plans that are cheaper than the knee's by the whole objective that loses nothing as it is run; else the
+    knee's.
+    """
+    path, known = knee.found.path, knee.solution
+    if known is None or task.clock.up:
+        return knee
+    as_it_is: RunFigures | None = None
+    for plan in cheaper_plans(knee.plan):
+        followed = followed_plan(task, path, plan)
+        if followed.stuck >= 0:
+            continue
+        as_it_is = as_it_is or run(path, known)
+        if not loses_nothing(run(path, plan_solution(task, path, plan, followed)), as_it_is):
+            continue
+        new = _mended(task, given, path, plan, obstacles, report_share, _BETTER_ROUNDS)
+        if new.solution is None or new.whole:
+            continue
+        cheaper = whole_price(new.plan, new.plan.taken) < whole_price(knee.plan, knee.plan.taken)
+        if cheaper and (not new.again or loses_nothing(run(path, new.solution), as_it_is)):
+            return new
+    return knee
+
+
+@dataclass(frozen=True, slots=True)
+class _Mended:
+    """A plan made anew until it is fit: its solution, None where that took more rounds than there are; what was last found; how
+    often it was made anew (again), and as a whole; the CL lines and the count of points for which that was.
+    """
+
+    plan: Plan
+    found: _Found
+    solution: Solution | None
+    again: int
+    whole: int
+    lines: tuple[int, ...]
+    count: int
+
+    def reported(self, given: ToolPathInBase) -> Solution:
+        """The solution, and what it took."""
+        if self.solution is None:
+            raise ValueError("a plan that is not fit has no solution")
+        return _reported(given, self.found, self.solution, self.again, self.whole, self.lines, self.count)
 
 
 def _with_cuts(
