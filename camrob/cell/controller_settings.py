@@ -51,6 +51,7 @@ class ControllerSettings:
     stop_message: whether a program declares the usual interrupt for stop messages, IR_STOPM, which shows them.
     spindle_rpm: the least and the most that the spindle turns at while it is on, None where nobody says.
     tool_change_pose: where tools are changed, axis values in the order A1..A6, E1.. (degrees and mm); None is HOME.
+    entries: whether a program comes with one for each operation behind the first, that does the rest of it from there on.
     hooks: lines of KRL for each name of `HOOK_PLACEHOLDERS`; `{speed}` and the like stand for numbers. `spindle_on`
     turns clockwise, `spindle_on_ccw` counter-clockwise.
     language: what programs are written in; own: what the cell says beside all this, for that language alone (ori_type, circ_type,
@@ -80,6 +81,7 @@ class ControllerSettings:
     block_ms: float = 0.0
     spindle_rpm: tuple[float, float] | None = None
     tool_change_pose: tuple[float, ...] | None = None
+    entries: bool = False
     hooks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     language: str = DEFAULT_LANGUAGE
     own: Mapping[str, object] = field(default_factory=dict)

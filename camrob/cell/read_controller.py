@@ -44,6 +44,7 @@ def read_controller(table: TableReader, joints: tuple[Joint, ...], *, follows_ta
             block_ms=table.number("block_ms") if "block_ms" in table else 0.0,
             spindle_rpm=spindle_rpm,
             tool_change_pose=tool_change_pose,
+            entries=table.flag("entries") if "entries" in table else False,
             hooks=hooks,
             language=language,
             **(_words(table) if usual else {"own": table.rest()}),

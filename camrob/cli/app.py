@@ -128,6 +128,10 @@ def verify(
         Path | None, typer.Option("--against", metavar="CLFILE", help="The CL file that the program should follow.")
     ] = None,
     setup: SetupOption = None,
+    begin: Annotated[
+        int,
+        typer.Option("--begin", metavar="LINE", help="The CL line from which on: of a program for the rest of a job."),
+    ] = 0,
     no_collisions: Annotated[bool, typer.Option("--no-collisions", help="Leave collisions out.")] = False,
     no_manifest: Annotated[
         bool,
@@ -150,6 +154,7 @@ def verify(
             cell=cell,
             against=against,
             setup=setup,
+            begin=begin,
             collisions=not no_collisions,
             manifest=not no_manifest,
             out=out,

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.cell import Cell
 from camrob.checks.collision_report import CollisionReport
 from camrob.checks.margins import MarginReport
 from camrob.errors import CollisionError, InputError, JobError, VerificationError
-from camrob.findings import Finding
+from camrob.findings import Finding, Severity
 from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
-from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs
+from camrob.jobs.files.inputs import JobInputs, program_comment, program_name, read_inputs
 from camrob.jobs.files.mounting import mounted_loads
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.opinion import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE, hold_to_witness, manifest_of
@@ -42,6 +43,7 @@ from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.summaries.post_summary import PostSummary
+from camrob.toolpath.rest import beginnings
 from camrob.units import m_to_mm
 from camrob.witness.judge import Verdict, judge
 
@@ -50,6 +52,7 @@ __all__ = ["FEEDS", "PostResult", "post"]
 Array = NDArray[np.float64]
 
 FEEDS = ("program", "optimal")
+_STEM = 20  # characters of a program's name that are left where an entry's number follows: names have 24
 _ACCURATE_WAYS = 2  # of a plan for accuracy, before those by conditioning are tried: the knee, and still axes
 
 
@@ -128,8 +131,7 @@ def post(
         >>> result.files, result.summary.points
         (('engraving.src', 'engraving.dat', 'engraving.json', 'engraving.path.npz'), 899)
     """
-    clfile, out = Path(clfile), Path(out)
-    watch = Watch(progress)
+    clfile, out, watch = Path(clfile), Path(out), Watch(progress)
     _check_choices(method, feed, device, seconds)
     with watch.stage("read"):
         machine = cell_for("post", cell)
@@ -144,7 +146,8 @@ def post(
             known if tolerance else None,
         )  # fmt: skip
         made = _first_free(order, inputs, folder, watch)
-        files = [*made.files, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
+        programs = _with_entries(order, made, machine, folder, watch)
+        files = [*programs, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", made)
         summary = post_summary(
             made.inputs,
@@ -159,7 +162,7 @@ def post(
             process=process,
             files=files,
             verdict=made.verdict,
-            manifest=manifest_of(folder, made.files, order.cell, clfile, inputs.setup.path),
+            manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path),
         )
         if report:
             with watch.stage("report"):
@@ -186,6 +189,7 @@ class _Order:
     sought: Sought | None
     seconds: float | None
     held: Sought | None
+    begin: int = 0  # the CL line of the operation from which on, 0: all of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,6 +207,31 @@ class _Made:
     margins: MarginReport
     findings: list[Finding]
     verdict: Verdict
+
+
+def _with_entries(order: _Order, made: _Made, machine: Cell, folder: Path, watch: Watch) -> list[str]:
+    """The program's files and, where the cell asks for them, those of one for each operation behind the first, which does the
+    rest of the job from there on: solved, written, read back and judged as a program of its own, in its own folder till it is fit.
+    """
+    files = list(made.files)
+    if not machine.controller.entries:
+        return files
+    for number, (line, operation) in enumerate(beginnings(made.inputs.toolpath), start=2):
+        title = language_of(machine).program_name(f"{order.title[:_STEM]}_E{number:02d}")
+        inputs = read_inputs(
+            order.clfile, machine, made.inputs.setup.path, dialect=order.dialect, units=order.units, begin=line
+        )
+        process = plan_process(inputs.toolpath.regions, inputs.cell)
+        own = folder / title
+        own.mkdir()
+        rest = _first_free(replace(order, title=title, process=process, begin=line), inputs, own, watch)
+        for name in rest.files:
+            (own / name).rename(folder / name)
+        own.rmdir()
+        text = f"{title} does the rest from operation {operation} on, line {line}"
+        made.findings.append(Finding("entry", text, Severity.INFO, line))
+        files += rest.files
+    return files
 
 
 def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) -> _Made:
@@ -261,7 +290,7 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
             rapid_speed=inputs.rapid_speed,
             keep=keep,
             speed=feed.speed,
-            comment=_comment(inputs, solution.method),
+            comment=program_comment(inputs, solution.method),
             language=language,
         )
     for old in folder.iterdir():
@@ -279,6 +308,7 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
             dialect=order.dialect,
             units=order.units,
             slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
+            begin=order.begin,
         )
         second = hold_to_witness(verdict, folder)
     with watch.stage("collisions"):
@@ -310,15 +340,6 @@ def _check_choices(method: str, feed: str, device: str, seconds: float | None) -
     if feed not in FEEDS:
         raise InputError(f"--feed {feed!r} is unknown", hint=f"use {' or '.join(FEEDS)}")
     check_device(device)
-
-
-def _comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
-    toolpath = inputs.toolpath
-    return (
-        f"made by camrob from {toolpath.source} ({toolpath.dialect})",
-        f"sha256 {toolpath.sha256}",
-        f"cell {inputs.cell.name}, method {method}, {toolpath.points} points",
-    )
 
 
 def _write(

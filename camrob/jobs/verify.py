@@ -79,6 +79,7 @@ def verify(
     cell: Path,
     against: Path | None = None,
     setup: Path | None = None,
+    begin: int = 0,
     collisions: bool = True,
     manifest: bool = True,
     out: Path | None = None,
@@ -91,6 +92,8 @@ def verify(
         cell: the cell's folder.
         against: the CL file that the program was made from; None: path and process are not held to one.
         setup: setup.toml; None: the one beside the CL file, where there is one.
+        begin: the CL file's line from which on the program does what it asks for, of a program that is entered again at an
+            operation; 0: all of it.
         collisions: whether bodies are followed along the whole program.
         manifest: whether the files have to be those that the NAME.json beside the program names.
         out: the folder that receives verify.json and verify.html, a page with pictures of places; None: none.
@@ -116,13 +119,15 @@ def verify(
     inputs: JobInputs | None = None
     if against is not None:
         against = Path(against)
-        inputs = read_inputs(against, machine, setup, progress=share("read"))
+        inputs = read_inputs(against, machine, setup, begin=begin, progress=share("read"))
         machine, setup = inputs.cell, inputs.setup.path
     share("witness")(0.0)
     kept = manifest_findings(program, cell, against, setup) if manifest else []
     believed = manifest and not any(f.severity is Severity.ERROR for f in kept)
     slower = reason_for_slower(program) if believed else ""
-    verdict = witness_judge(program, cell, clfile=against, setup=setup, slower_allowed=slower)
+    verdict = witness_judge(
+        program, cell, clfile=against, setup=setup, slower_allowed=slower, begin=begin if against else 0
+    )
     not_judged = list(verdict.unjudged)
     found = [*kept, *of_program(verdict)]
     second: _Replayed | None = None

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from camrob.witness.cl import read_story
+from camrob.witness.cl.remainder import from_line
 from camrob.witness.happenings import Gap, Kind, Objection, Run, Story
 from camrob.witness.job import Job, no_job, read_job
 from camrob.witness.machine import Machine, read_machine
@@ -83,12 +84,14 @@ def judge(
     dialect: str | None = None,
     units: str | None = None,
     slower_allowed: str = "",
+    begin: int = 0,
 ) -> Verdict:
     """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file as a set-up places it (by default the
     setup.toml beside it, where there is one).
 
     Without a CL file: what the program alone shows, which is frames, limits and what isn't understood. dialect, units: over
-    what set-up and file say. slower_allowed: why cuts may be slower than the file says.
+    what set-up and file say. slower_allowed: why cuts may be slower than the file says. begin: the CL file's line from which on
+    the program does what it asks for (a program that is entered again at an operation), 0 for all of it.
     Raises CellError, SetupError, ToolpathError, KrlError for what can't be read.
     """
     clock = _Clock()
@@ -113,6 +116,7 @@ def judge(
         tools={number: tool.diameter for number, tool in job.tools.items() if tool.diameter},
         wear=job.wear,
     )
+    story = from_line(story, begin) if begin else story
     clock.lap("file")
     if not len(run):
         found = Comparison([Objection("motion-lost", "the program has no motion")], 0, 0, list(story.gaps))

@@ -23,10 +23,11 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.stretches import change_values, started_from
 from camrob.redundancy.transfers import build_path
 from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.rest import rest_from
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import mm_min_to_m_s, mm_to_m
 
-__all__ = ["JobInputs", "inputs_of", "program_name", "read_inputs"]
+__all__ = ["JobInputs", "inputs_of", "program_comment", "program_name", "read_inputs"]
 
 Array = NDArray[np.float64]
 
@@ -67,6 +68,16 @@ class JobInputs:
         return replace(self, cell=cell, tool=held.tool, path=path, mounted=(held,), to_change=to_change)
 
 
+def program_comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
+    """What stands at a program's head."""
+    toolpath = inputs.toolpath
+    return (
+        f"made by camrob from {toolpath.source} ({toolpath.dialect})",
+        f"sha256 {toolpath.sha256}",
+        f"cell {inputs.cell.name}, method {method}, {toolpath.points} points",
+    )
+
+
 def program_name(clfile: Path, name: str | None, language: Language) -> str:
     """The program's name: given, or made of the CL file's. Raises InputError for one that the language can't carry."""
     if name is None:
@@ -87,9 +98,13 @@ def read_inputs(
     *,
     dialect: str | None = None,
     units: str | None = None,
+    begin: int = 0,
     progress: Share | None = None,
 ) -> JobInputs:
-    """Read all that a job needs beside its cell, `machine`. Raises InputError and its kin, naming file, line and hint."""
+    """Read all that a job needs beside its cell, `machine`; `begin`: the CL line of the operation from which on, 0: all.
+
+    Raises InputError and its kin, naming file, line and hint.
+    """
     if setup is None and (clfile.parent / "setup.toml").is_file():
         setup = clfile.parent / "setup.toml"
     job = read_setup(setup, machine)
@@ -105,7 +120,7 @@ def read_inputs(
         progress=progress,
         **tolerance,
     )
-    return inputs_of(toolpath, machine, job)
+    return inputs_of(rest_from(toolpath, begin) if begin else toolpath, machine, job)
 
 
 def inputs_of(toolpath: Toolpath, machine: Cell, job: Setup) -> JobInputs:

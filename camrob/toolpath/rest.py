@@ -1,0 +1,71 @@
+"""What is left of a toolpath from an operation on: for a program that is entered again there after a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.region import Event, EventKind, Region
+from camrob.toolpath.toolpath import Toolpath
+
+__all__ = ["beginnings", "rest_from"]
+
+_SPINDLE = frozenset((EventKind.SPINDLE_ON, EventKind.SPINDLE_OFF))
+_COOLANT = frozenset((EventKind.COOLANT_ON, EventKind.COOLANT_OFF))
+_TOOL = frozenset((EventKind.TOOL_CHANGE,))
+_PASSING = frozenset((EventKind.DWELL, EventKind.STOP))  # what is over when the program is entered again
+
+
+def beginnings(toolpath: Toolpath) -> list[tuple[int, str]]:
+    """CL line and name of each operation behind the first: another operation's name, or another tool.
+
+    Only what begins in rapid, where the file's lines don't come back (a subprogram called again has the lines of its first call).
+    """
+    worked = [r for r in toolpath.regions if len(r)]
+    out: list[tuple[int, str]] = []
+    for before, region in pairwise(worked):
+        other = (region.operation, region.tool) != (before.operation, before.tool)
+        if other and _splits(worked, region.first_line):
+            out.append((region.first_line, region.operation or region.name))
+    return out
+
+
+def rest_from(toolpath: Toolpath, line: int) -> Toolpath:
+    """The toolpath from the region on that begins in a CL line, with tool, spindle and coolant as they are there.
+
+    Raises ToolpathError where none begins there, or lines behind it come before it.
+    """
+    worked = [r for r in toolpath.regions if len(r)]
+    at = next((k for k, r in enumerate(worked) if k and r.first_line == line), 0)
+    if not at or not _splits(worked, line):
+        known = ", ".join(f"{number} ({name})" for number, name in beginnings(toolpath)) or "none"
+        raise ToolpathError(f"no operation that can be entered begins in line {line}", hint=f"those that do: {known}")
+    first = worked[at]
+    own = [e for e in first.events if e.point == 0 and e.kind not in _PASSING]
+    said = [e for region in worked[:at] for e in region.events]
+    carried = []
+    for kinds in (_TOOL, _SPINDLE, _COOLANT):
+        last = next((e for e in reversed(said) if e.kind in kinds), None)
+        off = last is None or last.kind in (EventKind.SPINDLE_OFF, EventKind.COOLANT_OFF)
+        if last is not None and not off and not any(e.kind in kinds for e in own):
+            carried.append(replace(last, point=0, retracted=False))
+    later = [e for e in first.events if e.point > 0]
+    begun = replace(first, events=tuple([*_in_order(carried, own), *later]), detached=False)
+    return replace(toolpath, regions=(begun, *worked[at + 1 :]))
+
+
+def _in_order(carried: Sequence[Event], own: Sequence[Event]) -> list[Event]:
+    """The tool first: what its change stops has to be started behind it."""
+    tools = [e for e in carried if e.kind in _TOOL]
+    if any(e.kind in _TOOL for e in own):  # a change of tools ends what turned before it
+        return [*tools, *own]
+    return [*tools, *(e for e in carried if e.kind not in _TOOL), *own]
+
+
+def _splits(worked: Sequence[Region], line: int) -> bool:
+    """Whether all that is done before a line's region stands before that line, and all behind it behind."""
+    at = next((k for k, r in enumerate(worked) if r.first_line == line), 0)
+    before = max((int(r.line.max()) for r in worked[:at]), default=0)
+    return bool(at and before < line <= min(int(r.line.min()) for r in worked[at:]))
