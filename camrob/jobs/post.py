@@ -210,8 +210,8 @@ class _Made:
 
 
 def _with_entries(order: _Order, made: _Made, machine: Cell, folder: Path, watch: Watch) -> list[str]:
-    """The program's files and, where the cell asks for them, those of one for each operation behind the first, which does the
-    rest of the job from there on: solved, written, read back and judged as a program of its own, in its own folder till it is fit.
+    """The program's files and, where the cell asks for it, those of one for each operation behind the first, which does the
+    rest of the job from there on: solved, written, read back and judged by itself, in a folder of its own till it is fit.
     """
     files = list(made.files)
     if not machine.controller.entries:
