@@ -22,6 +22,7 @@ from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import beside_more, gains
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
+from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
 from camrob.gap.verdict.part_of_cycle import energy_of, partly_seen
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
@@ -64,7 +65,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     reasons = implausible(model)
     probability = {e.name: BELIEF.effect(p, impossible=e.name in reasons) for e, p in _evidence(model, library)}
     probability |= {n: probability[n] * BELIEF.part_seen for n in _likely_at_most(model, library)}
-    model = with_fitting(_holding(model, frozenset(n for n, p in probability.items() if p >= 0.5)), blocks)
+    believed = frozenset(n for n, p in probability.items() if p >= 0.5)
+    model = without_company(with_fitting(_holding(model, believed), blocks), blocks, believed)
     worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
     probability = _held(model, trial, probability, library)
