@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.effects.effect import Effect, State, Unit
+from camrob.gap.effects.effect import Column, Effect, State, Unit
 from camrob.gap.evidence.design import Design, Panel, Remembered, build_units, make_panel, pool
 from camrob.gap.evidence.discrepancy import PARTS, SmoothBasis, smooth_basis
 from camrob.gap.evidence.evidence import Evidence, Fitted
 from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes
 from camrob.gap.evidence.leads import look
 from camrob.gap.evidence.model import Model, doubt_of, effect_rms
-from camrob.gap.evidence.search import explore, posterior
+from camrob.gap.evidence.search import Counting, explore, posterior, worth_counting
 from camrob.gap.evidence.temperature import cooled, temperatures
 from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.observation.noise import Noise, find_outliers, noise_left, noise_of
@@ -61,7 +61,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     if any(s.poses and not n.stated for s, n in zip(scenes, noises, strict=True)):
         noises = _with_shown_noise(scenes, noises, kept, effects, states)
     model: Model | None = None
-    counting: Mapping[frozenset[int], Mapping[str, float]] = {}
+    counting: Mapping[frozenset[int], Counting] = {}
     starts: tuple[frozenset[str], ...] = ()
     softened: tuple[Array, ...] | None = None
     basis, sizes, remembered = smooth_basis(scenes), no_sizes(), Remembered()
@@ -77,7 +77,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         panels, evidence = _weighed(panels, units, basis, noises, sizes, again, PARTS if round_ else PARTS[:1])
         evidence, scores, counting, best = _explored(evidence, again)
         design, sizes = evidence.design, _sizes_of(evidence)
-        left = [p.y_tcp - p.tcp @ best.mean for p in panels]
+        left = [p.y_tcp - p.twists(best.mean) for p in panels]
         excess = _excess(panels, evidence, best)
         model = Model(
             tuple(effects), dict(states), tuple(scenes), noises, panels, design, evidence, scores,
@@ -97,7 +97,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     if model is None:
         raise ValueError("at least one round is needed")
     scores = over_sizes(model.evidence, model.scores, _row_noise(noises))
-    return replace(model, scores=scores, sets=posterior(scores, counting, _small(model)))
+    return replace(model, scores=scores, sets=posterior(scores, worth_counting(scores, counting), _small(model)))
 
 
 def _weighed(
@@ -131,7 +131,7 @@ def _weighed(
 
 def _explored(
     evidence: Evidence, starts: tuple[frozenset[int], ...]
-) -> tuple[Evidence, Mapping[frozenset[int], float], Mapping[frozenset[int], Mapping[str, float]], Fitted]:
+) -> tuple[Evidence, Mapping[frozenset[int], float], Mapping[frozenset[int], Counting], Fitted]:
     """Sets explored with the discrepancy at its size, and as long as a better one turns up so, with less of it: what takes the
     discrepancy's place is worth more than it saves while the discrepancy stays as large.
     """
@@ -163,7 +163,7 @@ def _excess(panels: Sequence[Panel], evidence: Evidence, best: Fitted) -> float:
     parts = []
     for p in panels:
         smooth = 0.0 if weights is None or p.smooth is None else p.smooth @ weights
-        parts.append(_structured(p, p.y_tcp - p.tcp @ best.mean - smooth, evidence.design, best))
+        parts.append(_structured(p, p.y_tcp - p.twists(best.mean) - smooth, evidence.design, best))
     return float(np.sqrt(np.mean(parts)))
 
 
@@ -244,31 +244,44 @@ def _tried(model: Model, effect: Effect, states: Mapping[str, State]) -> State:
     """The effect's state with the trial that leaves least unexplained, all other effects as they are fitted."""
     best, least = dict(states[effect.name]), np.inf
     members = [i for i in model.best.members if model.units[i].effect == effect.name]
+    owned = np.isin(model.design.owner, members)
+    rest = np.where(owned, 0.0, model.best.mean)
+    left = [_left_beside(p, rest) for p in model.panels] if effect.trials else []
     for trial in effect.trials:
         state = {**states[effect.name], **trial}
         total = 0.0
-        for p in model.panels:
+        for p, y in zip(model.panels, left, strict=True):
             columns = [c for i in members for c in effect.columns(p.scene, model.units[i], state)]
-            owned = np.flatnonzero(np.isin(model.design.owner, members))
-            rest = np.where(np.isin(np.arange(len(model.design.owner)), owned), 0.0, model.best.mean)
-            X = np.stack([c.tcp if c.tcp is not None else np.zeros((len(p.scene), 6)) for c in columns], axis=2)
-            y, w = p.y_tcp - p.tcp @ rest, p.w_tcp
-            rows, right = [(X * w[..., None]).reshape(-1, X.shape[2])], [(y * w).ravel()]
-            if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
-                S = np.zeros((len(p.scene), p.servo.shape[1], len(columns)))
-                for k, c in enumerate(columns):
-                    for axis, signal in c.servo.items():
-                        S[:, p.scene.index(axis), k] = signal
-                rows.append((S * p.w_servo[..., None]).reshape(-1, len(columns)))
-                right.append(((p.y_servo - p.servo @ rest[p.servo_columns]) * p.w_servo).ravel())
-            A, b = np.concatenate(rows), np.concatenate(right)
-            scale = np.linalg.norm(A, axis=0) + 1e-30
-            Z = A / scale
-            right = Z.T @ b
-            total += float(b @ b - right @ np.linalg.solve(Z.T @ Z + 1e-9 * np.eye(Z.shape[1]), right))
+            A, b = _rows_of(p, columns), y
+            scale = np.linalg.norm(A, axis=1) + 1e-30
+            Z = A / scale[:, None]
+            right = Z @ b
+            total += float(b @ b - right @ np.linalg.solve(Z @ Z.T + 1e-9 * np.eye(len(Z)), right))
         if total < least:
             best, least = state, total
     return best
+
+
+def _left_beside(p: Panel, values: Array) -> Array:
+    """(M,) weighed equations of a log without what values (K,) explain, in the order of `_rows_of`."""
+    parts = [(p.y_tcp - p.twists(values)) * p.w_tcp]
+    if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
+        parts.append((p.y_servo - p.errors(values)) * p.w_servo)
+    return np.concatenate([x.T.ravel() for x in parts])
+
+
+def _rows_of(p: Panel, columns: Sequence[Column]) -> Array:
+    """(C, M): each column's weighed part of a log's equations."""
+    drives = 0 if p.w_servo is None else p.w_servo.shape[1]
+    out = np.zeros((len(columns), 6 + drives, len(p.scene)))
+    for own, c in zip(out, columns, strict=True):
+        if c.tcp is not None:
+            own[:6] = (c.tcp * p.w_tcp).T
+        if p.w_servo is not None:
+            for axis, signal in c.servo.items():
+                k = p.scene.index(axis)
+                own[6 + k] = signal * p.w_servo[:, k]
+    return out.reshape(len(columns), -1)
 
 
 def _errors(model: Model) -> tuple[Array, ...]:
@@ -281,13 +294,10 @@ def _errors(model: Model) -> tuple[Array, ...]:
             c = np.flatnonzero(model.design.owner == i)
             if share[c[0]] <= 0.0:
                 continue
-            own = p.doubted(c, share[c[0]])
-            variance[:, :6] += doubt_of(p.tcp[:, :, c] @ model.best.mean[c], own, poses=p.scene.poses)
-            if p.servo is not None:
-                own_columns = np.isin(p.servo_columns, c)
-                variance[:, 6:] += doubt_of(
-                    p.servo[:, :, own_columns] @ model.best.mean[p.servo_columns[own_columns]], own, poses=p.scene.poses
-                )
+            own, values = p.doubted(c, share[c[0]]), model.values(frozenset([i]), model.best)
+            variance[:, :6] += doubt_of(p.twists(values), own, poses=p.scene.poses)
+            if p.servo is not None and values[p.servo_columns].any():
+                variance[:, 6:] += doubt_of(p.errors(values), own, poses=p.scene.poses)
         out.append(variance)
     return tuple(out)
 

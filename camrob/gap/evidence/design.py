@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +24,11 @@ __all__ = [
     "Design",
     "Panel",
     "Remembered",
+    "Sums",
     "build_units",
-    "field_sums",
     "make_panel",
     "pool",
+    "sums_of",
 ]
 
 Array = NDArray[np.float64]
@@ -47,6 +49,8 @@ LEVER = 0.5  # m: what a turn counts as, where it hardly moves the TCP
 class Panel:
     """One log's rows. tcp: (N, 6, K) columns at the TCP, SI; servo: (N, k, K') of the columns `servo_columns`, or None.
 
+    Columns lie apart in memory, as (K, 6, N) and (K', k, N): most questions are put to a few of them.
+
     y_tcp (N, 6), y_servo (N, k); w_tcp, w_servo their weights, 0 where not seen or an outlier. block: (N,) the block that a
     sample is withheld with. doubt: (N,) by column, see `Column`. smooth: (N, M) functions of the discrepancy, behind the
     encoders alone, or None.
@@ -64,6 +68,11 @@ class Panel:
     doubt: Mapping[int, Array] = field(default_factory=dict)
     smooth: Array | None = None
 
+    @property
+    def apart(self) -> Array:
+        """(K, 6 N): the columns at the TCP as they lie in memory, a row of the twist after the other."""
+        return np.asarray(self.tcp.transpose(2, 1, 0).reshape(self.tcp.shape[2], 6 * len(self.tcp)))
+
     def unknown_rows(self, columns: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(N,) True where nothing is known of any of some columns: what they predict there says nothing for or against them."""
         out = np.zeros(len(self.scene), np.bool_)
@@ -80,24 +89,30 @@ class Panel:
                 own = np.maximum(own, self.doubt[k][:, None])
         return own
 
+    def twists(self, values: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
+        """(M, 6) twists at the TCP behind the encoders, that parameters (K,) cause at some rows."""
+        return _product(self.tcp, values, rows)
+
+    def errors(self, values: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
+        """(M, k) errors of the drives that parameters (K,) cause at some rows, of a log that tells them."""
+        if self.servo is None:
+            raise ValueError("a log without set-points or encoders tells no drive's error")
+        return _product(self.servo, values[self.servo_columns], rows)
+
     def moves(self, values: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
         """(M, 3) m that parameters (K,) move the TCP by at some rows, both stages together."""
-        used = np.flatnonzero(values)
-        total = self.tcp[rows, :3][..., used] @ values[used]
-        if self.servo is not None:
-            moving = np.flatnonzero(values[self.servo_columns])
-            if len(moving):
-                axis = self.servo[rows][..., moving] @ values[self.servo_columns[moving]]
-                total = total + self.carried(axis, rows)
+        total = _product(self.tcp[:, :3], values, rows)
+        if self.servo is not None and values[self.servo_columns].any():
+            total = total + self.carried(self.errors(values, rows), rows)
         return np.asarray(total)
 
     def moved_by(self, columns: NDArray[np.int64], rows: NDArray[np.bool_] | slice = _ALL) -> Array:
         """(M, 3, C) m that a unit of each of some columns moves the TCP by at some rows, both stages together."""
-        X = np.array(self.tcp[rows][:, :3, columns])
+        X = self.tcp[:, :3, columns][rows]
         if self.servo is not None:
             for j, k in enumerate(columns.tolist()):
                 for own in np.flatnonzero(self.servo_columns == k).tolist():
-                    X[:, :, j] += self.carried(self.servo[rows][:, :, own], rows)
+                    X[:, :, j] += self.carried(self.servo[:, :, own][rows], rows)
         return X
 
     def carried(self, axis: Array, rows: NDArray[np.bool_] | slice = _ALL) -> Array:
@@ -108,6 +123,20 @@ class Panel:
             if f"{name}.zero" in scene.places and axis[:, k].any():
                 total += scene.place(f"{name}.zero")[rows, :3] * axis[:, k : k + 1]
         return total
+
+
+def _product(X: Array, values: Array, rows: NDArray[np.bool_] | slice) -> Array:
+    """(M, d) of columns X (N, d, K), which lie apart in memory, times values (K,), at some rows."""
+    used = np.flatnonzero(values)
+    own = X.transpose(2, 1, 0)[used][:, :, rows]
+    return np.asarray(np.tensordot(values[used], own, axes=1).T)
+
+
+def _weighed(X: Array, w: Array, rows: NDArray[np.int64]) -> Array:
+    """(K, d M): columns X (N, d, K), times weights w (N, d), at M rows."""
+    own = X.transpose(2, 1, 0)[:, :, rows]
+    own *= w.T[:, rows]
+    return np.asarray(own.reshape(len(own), own.shape[1] * own.shape[2]))
 
 
 @dataclass(frozen=True)
@@ -214,23 +243,28 @@ def make_panel(
     first_block: int,
     basis: SmoothBasis | None = None,
     remembered: Remembered | None = None,
+    wanted: frozenset[int] | None = None,
 ) -> Panel:
-    """Columns and weights of one log. number: which of the fitted logs it is, or WITHHELD. kept: (N,) False for outliers."""
+    """Columns and weights of one log. number: which of the fitted logs it is, or WITHHELD. kept: (N,) False for outliers; wanted:
+    the units of which columns are asked for, all by default: others' are 0.
+    """
     known = remembered or Remembered()
     by_name = {e.name: e for e in effects}
     frames = [u.key for u in reversed(units) if u.effect == NUISANCE]
     first = {side: key for side in ("left", "right") for key in frames if key.startswith(side)}
     columns: list[Column] = []
-    for unit in units:
-        if unit.effect == NUISANCE:
+    for i, unit in enumerate(units):
+        if wanted is not None and i not in wanted:
+            columns += (Column() for _ in unit.parameters)
+        elif unit.effect == NUISANCE:
             columns += _nuisance(scene, unit, number, first)
         else:
             columns += known.of_unit(by_name[unit.effect], scene, unit, states[unit.effect])
     N, K = len(scene), len(columns)
-    tcp = np.zeros((N, 6, K))
+    tcp = np.zeros((K, 6, N)).transpose(2, 1, 0)
     split = scene.servo_gap is not None
     of_drives = np.array([k for k, c in enumerate(columns) if c.servo], np.int64)
-    servo = np.zeros((N, len(scene.axes), len(of_drives))) if split else None
+    servo = np.zeros((len(of_drives), len(scene.axes), N)).transpose(2, 1, 0) if split else None
     for k, column in enumerate(columns):
         if column.tcp is not None:
             tcp[:, :, k] = column.tcp
@@ -249,17 +283,24 @@ def make_panel(
     return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, of_drives, scene.servo_gap, w_servo, block, doubt, smooth)
 
 
-def field_sums(p: Panel, rows: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """C (6, K, M), D (6, M, M) and d (6, M) of some rows of a panel, as in `FieldGram`."""
-    smooth = np.zeros((len(p.scene), 0)) if p.smooth is None else p.smooth
+def _field_sums(p: Panel, rows: NDArray[np.int64], X: Array) -> tuple[Array, Array, Array]:
+    """C (6, K, M), D (6, M, M) and d (6, M) of some rows of a panel, as in `FieldGram`. X: (K, 6 m) its `_weighed` columns."""
+    smooth = np.zeros((len(rows), 0)) if p.smooth is None else p.smooth[rows]
     M, K = smooth.shape[1], p.tcp.shape[2]
     C, D, d = np.zeros((6, K, M)), np.zeros((6, M, M)), np.zeros((6, M))
+    if not M:
+        return C, D, d
+    columns = X.reshape(K, 6, len(rows))
+    held: dict[bytes, tuple[Array, Array]] = {}  # rows of the twist often weigh alike
     for row in range(6):
         w = p.w_tcp[rows, row]
-        if M and w.any():
-            F = smooth[rows] * w[:, None]
-            C[row] = (p.tcp[rows, row] * w[:, None]).T @ F
-            D[row], d[row] = F.T @ F, F.T @ (p.y_tcp[rows, row] * w)
+        if w.any():
+            key = w.tobytes()
+            if key not in held:
+                F = smooth * w[:, None]
+                held[key] = F, F.T @ F
+            F, D[row] = held[key]
+            C[row], d[row] = columns[:, row] @ F, F.T @ (p.y_tcp[rows, row] * w)
     return C, D, d
 
 
@@ -274,19 +315,15 @@ def pool(panels: Sequence[Panel], units: Sequence[Unit], basis: SmoothBasis | No
     for p in panels:
         for block in np.unique(p.block):
             here = np.flatnonzero(p.block == block)
-            if M:
-                C[block], D[block], d[block] = field_sums(p, here)
-            _add(A[block], b[block], p.tcp[here] * p.w_tcp[here][..., None], p.y_tcp[here] * p.w_tcp[here], None)
-            yy[block] += float(np.sum((p.y_tcp[here] * p.w_tcp[here]) ** 2))
-            rows[block] += float(np.count_nonzero(p.w_tcp[here]))
-            if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
-                ys = p.y_servo[here] * p.w_servo[here]
-                _add(A[block], b[block], p.servo[here] * p.w_servo[here][..., None], ys, p.servo_columns)
-                yy[block] += float(np.sum(ys**2))
-                rows[block] += float(np.count_nonzero(p.w_servo[here]))
-        shifts = np.sum(p.tcp[:, :3] ** 2, axis=(0, 1))
-        turns = LEVER**2 * np.sum(p.tcp[:, 3:] ** 2, axis=(0, 1))
-        energy += np.maximum(shifts, turns)
+            sums = sums_of(p, here, smooth=M > 0)
+            A[block] += sums.A
+            b[block] += sums.b
+            yy[block] += sums.yy
+            rows[block] += sums.rows
+            if sums.smooth is not None:
+                C[block], D[block], d[block] = sums.smooth
+        shifts, turns = (np.einsum("nik,nik->k", x, x) for x in (p.tcp[:, :3], p.tcp[:, 3:]))
+        energy += np.maximum(shifts, LEVER**2 * turns)
         if p.servo is not None:
             for j, k in enumerate(p.servo_columns):
                 energy[k] += float(np.sum(p.carried(p.servo[:, :, j]) ** 2))
@@ -299,15 +336,23 @@ def pool(panels: Sequence[Panel], units: Sequence[Unit], basis: SmoothBasis | No
     return Design(tuple(units), owner, A, b, yy, rows, np.sqrt(energy / count), usual, moves / some, gram)
 
 
-def _add(A: Array, b: Array, X: Array, y: Array, columns: NDArray[np.int64] | None) -> None:
-    """Add rows to a block's Gram matrix."""
-    if X.shape[-1] == 0:
-        return
-    X = X.reshape(-1, X.shape[-1])
-    gram, right = X.T @ X, X.T @ y.ravel()
-    if columns is None:
-        A += gram
-        b += right
-    elif len(columns):
-        A[np.ix_(columns, columns)] += gram
-        b[columns] += right
+class Sums(NamedTuple):
+    """Of some rows of a panel: A (K, K), b (K,), the squared right-hand side, how many equations; smooth: see `FieldGram`."""
+
+    A: Array
+    b: Array
+    yy: float
+    rows: float
+    smooth: tuple[Array, Array, Array] | None
+
+
+def sums_of(p: Panel, rows: NDArray[np.int64], *, smooth: bool) -> Sums:
+    """Gram sums of some rows of a panel. smooth: those of the discrepancy, too."""
+    X, y = _weighed(p.tcp, p.w_tcp, rows), (p.y_tcp[rows] * p.w_tcp[rows]).T.ravel()
+    A, b, yy, count = X @ X.T, X @ y, float(y @ y), float(np.count_nonzero(p.w_tcp[rows]))
+    if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
+        S, s = _weighed(p.servo, p.w_servo, rows), (p.y_servo[rows] * p.w_servo[rows]).T.ravel()
+        A[np.ix_(p.servo_columns, p.servo_columns)] += S @ S.T
+        b[p.servo_columns] += S @ s
+        yy, count = yy + float(s @ s), count + float(np.count_nonzero(p.w_servo[rows]))
+    return Sums(A, b, yy, count, _field_sums(p, rows, X) if smooth else None)

@@ -19,8 +19,6 @@ from scipy.linalg.lapack import dpotrf
 
 from camrob.cell.joint import Role
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.signals import play
-from camrob.units import deg_to_rad
 
 __all__ = ["PARTS", "FieldGram", "Integrated", "SmoothBasis", "normalised", "smooth_basis"]
 
@@ -37,7 +35,6 @@ _TURNED_RANK = 140  # functions at the most where what was measured on turns
 _SOME = 2000  # rows that tell the field's variance well enough
 _COSINES = 6  # over the logs' time
 _DEGREE = 4  # of polynomials over a sliding axis's travel
-_PLAY = deg_to_rad(0.02)  # way after which an axis counts as having turned round
 _STILL = 1e-4  # rad or m
 _NONE = 1e-30  # variance of what does not change
 
@@ -170,7 +167,7 @@ def _directions(scene: Scene, axes: Sequence[str]) -> Array:
     """(N, k) sides on which the axes are, -1 to 1."""
     if scene.poses:
         return np.zeros((len(scene), len(axes)))
-    return np.stack([play(scene.link[:, scene.index(a)], scene.t, scene.pieces, _PLAY) for a in axes], axis=1)
+    return np.asarray(scene.sides[:, [scene.index(a) for a in axes]])
 
 
 @dataclass(frozen=True)

@@ -10,19 +10,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from itertools import pairwise
 from math import comb, log
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg.lapack import dgetrf, dgetrs, dpotrf, dpotri
 from scipy.special import ndtr
 
 from camrob.gap.evidence.design import NUISANCE, Design
 from camrob.gap.evidence.discrepancy import FieldGram, Integrated
 from camrob.gap.evidence.single_changes import single_changes
 
-__all__ = ["COUNTS_FROM", "Evidence", "Fitted"]
+__all__ = ["COUNTS_FROM", "Evidence", "Fitted", "Spread"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -44,17 +45,39 @@ def _log_comb(n: int, k: int) -> float:
 
 
 @dataclass(frozen=True)
+class Spread:
+    """How far all parameters may be off: covariance (base - let X^T) scale scale^T, SI. base: (K, K) with every unit out, let, X:
+    (K, n) by how much less it is as n are let loose; scale: (K,). Most questions are put to a few entries of it.
+    """
+
+    base: Array
+    let: Array
+    X: Array
+    scale: Array
+
+    def block(self, c: NDArray[np.int64]) -> Array:
+        """(k, k) of some parameters."""
+        inner = self.base[np.ix_(c, c)] - self.let[c] @ self.X[c].T
+        return np.asarray(inner * np.outer(self.scale[c], self.scale[c]))
+
+
+@dataclass(frozen=True)
 class Fitted:
-    """The posterior of one set. mean, cov: of all parameters, SI; score: log evidence and prior; widths: of the priors,
+    """The posterior of one set. mean, spread: of all parameters, SI; score: log evidence and prior; widths: of the priors,
     shares: what they are of the ordinary sizes, by effect.
     """
 
     members: Set
     mean: Array
-    cov: Array
+    spread: Spread
     score: float
     widths: Array
     shares: Mapping[str, float]
+
+    @cached_property
+    def cov(self) -> Array:
+        """(K, K) covariance of all parameters."""
+        return self.spread.block(np.arange(len(self.mean)))
 
 
 @dataclass(frozen=True)
@@ -139,18 +162,20 @@ class Evidence:
         for i in members - self.always:
             name = self.design.units[i].effect
             chosen[name] = chosen.get(name, 0) + 1
-        return self._prior(chosen) - sum(log(self.design.units[i].choices) for i in members - self.always)
+        cost = sum(self._of_units(len(self._effects[name]), k) for name, k in chosen.items())
+        return (
+            self._of_count(len(chosen)) - cost - sum(log(self.design.units[i].choices) for i in members - self.always)
+        )
 
-    def _prior(self, chosen: Mapping[str, int]) -> float:
-        """Log prior of so many units of each effect, whichever they are."""
-        n = sum(1 for k in chosen.values() if k > 0)
+    def _of_count(self, n: int) -> float:
+        """Log prior of n effects, whichever they are."""
         total = log(_COUNTS[n]) if n < len(_COUNTS) else log(_COUNTS[-1]) - 6.0 * (n - len(_COUNTS) + 1)
-        total -= _log_comb(max(len(self._effects), n), n)
-        for name, k in chosen.items():
-            if k > 0:
-                m = len(self._effects[name])
-                total -= log(m) + _log_comb(m, k)
-        return total
+        return total - _log_comb(max(len(self._effects), n), n)
+
+    @staticmethod
+    def _of_units(m: int, k: int) -> float:
+        """What k of an effect's m units cost, whichever they are."""
+        return log(m) + _log_comb(m, k) if k > 0 else 0.0
 
     @cached_property
     def _least(self) -> dict[str, float]:
@@ -171,7 +196,8 @@ class Evidence:
         out, usual = self._widths
         inside = self._in(members)[self.design.owner]
         widths = np.where(inside, usual, out)
-        columns = {name: c for name, c in self._owned(members).items() if name in self._least}
+        names, c, edges = self._owned(members)
+        columns = {n: c[a:b] for n, a, b in zip(names, edges, edges[1:], strict=False) if n in self._least}
         own = np.flatnonzero(inside)
         at = {name: np.searchsorted(own, c) for name, c in columns.items()}
         scale = self._widths[0][own]
@@ -211,15 +237,22 @@ class Evidence:
         own = np.flatnonzero(widths != self._widths[0])
         C, mean, fit, half = self._base
         scale = self._widths[0]
+        if len(own) == 0:
+            score = fit - half + self.prior(members)
+            none = np.zeros((len(C), 0))
+            return Fitted(members, mean * scale, Spread(C, none, none, scale), score, widths.copy(), dict(shares))
         ratio = (scale[own] / widths[own]) ** 2
         change = ratio - 1.0
-        M = np.eye(len(own)) + change[:, None] * C[np.ix_(own, own)]
-        X = np.linalg.solve(M, change[:, None] * np.c_[C[own], mean[own]])
+        let = C.take(own, axis=1)
+        M = change[:, None] * let[own]
+        M[np.diag_indices_from(M)] += 1.0
+        lu, pivots, _ = dgetrf(M)
+        X, _ = dgetrs(lu, pivots, change[:, None] * np.c_[let.T, mean[own]])
         fit -= 0.5 * float(mean[own] @ X[:, -1])
-        log_evidence = fit - half - 0.5 * np.linalg.slogdet(M)[1] + 0.5 * np.log(ratio).sum()
-        score = float(log_evidence) + self.prior(members)
-        full = (C - C[:, own] @ X[:, :-1]) * np.outer(scale, scale)
-        return Fitted(members, (mean - C[:, own] @ X[:, -1]) * scale, full, score, widths.copy(), dict(shares))
+        half += 0.5 * float(np.log(np.abs(np.diag(lu))).sum())
+        score = float(fit - half + 0.5 * np.log(ratio).sum()) + self.prior(members)
+        spread = Spread(C, let, np.ascontiguousarray(X[:, :-1].T), scale)
+        return Fitted(members, (mean - let @ X[:, -1]) * scale, spread, score, widths.copy(), dict(shares))
 
     @cached_property
     def _entries(self) -> _Entries:
@@ -230,7 +263,17 @@ class Evidence:
         names = [d.units[i].effect for i in units]
         counts = np.array([len(self._columns[i]) for i in units], np.int64)
         shares = [[max(share, self._least[n]) if n in self._least else 1.0 for n in names] for share in _SHARES]
-        return _Entries(units, names, np.cumsum(np.r_[0, counts]), columns, np.array(shares).reshape(len(_SHARES), -1))
+        number = {n: k for k, n in enumerate(self._effects)}
+        return _Entries(
+            units,
+            np.array([number[n] for n in names], np.int64),
+            np.repeat(np.arange(len(units)), counts),
+            np.cumsum(np.r_[0, counts]),
+            columns,
+            np.array(shares).reshape(len(_SHARES), -1),
+            np.array([log(d.units[i].choices) for i in units]),
+            [len(own) for own in self._effects.values()],
+        )
 
     def _in(self, members: Set) -> NDArray[np.bool_]:
         """By unit, whether it is in a set."""
@@ -242,72 +285,94 @@ class Evidence:
         """Effects of a set, and how probable it is that each moves the TCP by enough to count."""
         least = COUNTS_FROM * self.noise
         found = {}
-        for name, c in self._owned(fitted.members).items():
-            pull = self.design.moves[np.ix_(c, c)] @ fitted.mean[c]
-            size = float(np.sqrt(max(float(fitted.mean[c] @ pull), 0.0)))
-            spread = float(np.sqrt(max(float(pull @ fitted.cov[np.ix_(c, c)] @ pull), 0.0))) / max(size, 1e-12)
+        names, c, edges = self._owned(fitted.members)
+        moves, cov, mean = self.design.moves[np.ix_(c, c)], fitted.spread.block(c), fitted.mean[c]
+        for name, a, b in zip(names, edges, edges[1:], strict=False):
+            pull = moves[a:b, a:b] @ mean[a:b]
+            size = float(np.sqrt(max(float(mean[a:b] @ pull), 0.0)))
+            spread = float(np.sqrt(max(float(pull @ cov[a:b, a:b] @ pull), 0.0))) / max(size, 1e-12)
             found[name] = float(ndtr((size - least) / max(spread, _FAINT)))
         return found
 
-    def _owned(self, members: Set) -> dict[str, NDArray[np.int64]]:
-        """Columns of each effect in a set."""
-        return {
-            name: np.concatenate([self._columns[i] for i in own if i in members])
-            for name, own in self._effects.items()
-            if any(i in members for i in own)
-        }
+    def _owned(self, members: Set) -> tuple[list[str], NDArray[np.int64], list[int]]:
+        """The effects in a set, their columns, one after the other, and where each one's begin and the last one's end."""
+        found: dict[str, list[NDArray[np.int64]]] = {}
+        for i in sorted(members - self.always):
+            found.setdefault(self.design.units[i].effect, []).append(self._columns[i])
+        columns = [x for own in found.values() for x in own]
+        counts = [sum(len(x) for x in own) for own in found.values()]
+        whole = np.concatenate(columns) if columns else np.zeros(0, np.int64)
+        return list(found), whole, [0, *np.cumsum(counts).tolist()]
 
     def _strain(self, members: Set, mean: Array) -> float:
         """Log prior against effects that are far larger than the gap and cancel one another."""
-        owned = self._owned(members)
-        if len(owned) < 2:
+        names, c, edges = self._owned(members)
+        if len(names) < 2:
             return 0.0
-        apart = sum(_energy(mean[c], self.design.moves[np.ix_(c, c)]) for c in owned.values())
-        c = np.concatenate(list(owned.values()))
-        together = _energy(mean[c], self.design.moves[np.ix_(c, c)]) + self.noise**2
+        moves, values = self.design.moves[np.ix_(c, c)], mean[c]
+        apart = sum(_energy(values[a:b], moves[a:b, a:b]) for a, b in pairwise(edges))
+        together = _energy(values, moves) + self.noise**2
         return -_STRAIN * log(max(apart / (_CANCELS * together), 1.0))
 
     def neighbours(self, fitted: Fitted) -> dict[Set, tuple[float, float]]:
-        """Sets that differ in one unit: the score, and by how much that unit then moves the TCP, m (rms).
+        """Sets that differ in one unit: the score, and by how much that unit then moves the TCP, m (rms)."""
+        members = fitted.members
+        return {members ^ {i}: (score, moved) for i, score, moved in self.changes(fitted)}
 
-        A unit enters at the best of a few widths of its priors.
+    def changes(self, fitted: Fitted) -> list[tuple[int, float, float]]:
+        """Units that may enter a set or leave it: the score of the set with that one change, and by how much the unit then moves
+        the TCP, m (rms). A unit enters at the best of a few widths of its priors.
         """
         out, usual = self._widths
-        scores: dict[Set, tuple[float, float]] = {}
-        members = fitted.members
-        base = fitted.score - self.prior(members)
-        chosen = {name: sum(i in members for i in own) for name, own in self._effects.items()}
-        choices = sum(log(self.design.units[i].choices) for i in members - self.always)
-        priors: dict[tuple[str, int], float] = {}
-        inside = self._in(members)
-        e = self._entries
-        entering = ~inside[e.units]
+        members, e = fitted.members, self._entries
+        entering = ~self._in(members)[e.units]
         # a unit of an effect that is in comes at its width, others at the best of a few
-        tried = np.where([n in fitted.shares for n in e.names], [fitted.shares.get(n, 1.0) for n in e.names], e.shares)
-        counts = np.diff(e.starts)
-        into = np.maximum(np.repeat(tried, counts, axis=1) * usual[e.columns], out[e.columns])
-        to = np.where(np.repeat(entering, counts), into, out[e.columns])
-        best, size = single_changes(e.starts, e.columns, to, fitted.widths, fitted.mean, fitted.cov, self.design.moves)
-        for k in np.flatnonzero(np.isfinite(best)):
-            i, step = int(e.units[k]), 1 if entering[k] else -1
-            name = e.names[k]
-            if (name, step) not in priors:
-                priors[name, step] = self._prior({**chosen, name: chosen[name] + step})
-            prior = priors[name, step] - choices - step * log(self.design.units[i].choices)
-            scores[members | {i} if step > 0 else members - {i}] = base + float(best[k]) + prior, float(size[k])
-        return scores
+        shares = np.array([fitted.shares.get(n, np.nan) for n in self._effects])[e.effect]
+        tried = np.where(np.isnan(shares), e.shares, shares)
+        into = np.maximum(tried[:, e.unit] * usual[e.columns], out[e.columns])
+        to = np.where(entering[e.unit], into, out[e.columns])
+        s = fitted.spread
+        best, size = single_changes(
+            e.starts, e.columns, to, fitted.widths, fitted.mean, s.base, s.let, s.X, s.scale, self.design.moves
+        )
+        scores = fitted.score - self.prior(members) + best + self._priors(members, entering)
+        good = np.isfinite(best)
+        return list(zip(e.units[good].tolist(), scores[good].tolist(), size[good].tolist(), strict=True))
+
+    def _priors(self, members: Set, entering: NDArray[np.bool_]) -> Array:
+        """(U,) log prior of a set with each of the candidates entered, or left out where it was in."""
+        e, effects = self._entries, len(self._effects)
+        counts = np.bincount(e.effect, ~entering, effects).astype(np.int64)
+        log_choices = float(np.sum(e.log_choices[~entering]))
+        # by effect: the whole with one unit more, and with one less
+        n, costs = (
+            int(np.count_nonzero(counts)),
+            [self._of_units(m, k) for m, k in zip(e.of_effect, counts, strict=True)],
+        )
+        whole, found = sum(costs), np.full((2, effects), -np.inf)
+        for k, (m, count) in enumerate(zip(e.of_effect, counts.tolist(), strict=True)):
+            for step, row in ((1, found[0]), (-1, found[1])):
+                if 0 <= count + step <= m:
+                    rest = whole - costs[k] + self._of_units(m, count + step)
+                    row[k] = self._of_count(n + (count + step > 0) - (count > 0)) - rest
+        changed = np.where(entering, found[0][e.effect] - e.log_choices, found[1][e.effect] + e.log_choices)
+        return np.asarray(changed - log_choices)
 
 
 class _Entries(NamedTuple):
-    """U units that may be in or out: their numbers, the names of their effects, where their columns begin in `columns` (U + 1,),
-    and the shares (S, U) of the ordinary sizes that each is tried with where its effect is not in.
+    """U units that may be in or out: their numbers, those of their effects (U,), whose each column is (C,), where their columns
+    begin in `columns` (U + 1,), the shares (S, U) of the ordinary sizes that each is tried with where its effect is not in, the
+    logs (U,) of what each was chosen from; and how many units each effect has.
     """
 
     units: NDArray[np.int64]
-    names: list[str]
+    effect: NDArray[np.int64]
+    unit: NDArray[np.int64]
     starts: NDArray[np.int64]
     columns: NDArray[np.int64]
     shares: Array
+    log_choices: Array
+    of_effect: list[int]
 
 
 def _energy(values: Array, G: Array) -> float:

@@ -38,13 +38,13 @@ def with_fitting(model: Model, blocks: Trial) -> Model:
 
 
 def leaves_less(one: Shrinkage, other: Shrinkage) -> bool:
-    """True where one way to fit surely leaves less of the same withheld samples than another, by the error of the difference among
-    their blocks.
+    """True where one way to fit surely leaves less of the same withheld samples than another, by the error of the difference
+    among their blocks.
     """
     gains = np.array([
         np.sum(other.after[other.block == b] ** 2) - np.sum(one.after[one.block == b] ** 2) for b in np.unique(one.block)
     ])  # fmt: skip
-    return float(gains.sum()) > _ERRORS * float(gains.std()) * np.sqrt(len(gains))
+    return float(gains.sum()) > _ERRORS * float(gains.std() * np.sqrt(len(gains)))
 
 
 def _alone(model: Model) -> Model:

@@ -32,10 +32,7 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
         if effect.orders:
             offered |= _look_for_orders(model, effect.name, states, left, heat, raw=raw)
     explained = np.zeros_like(model.best.mean) if raw else model.best.mean
-    servo = [
-        None if p.servo is None or p.y_servo is None else p.y_servo - p.servo @ explained[p.servo_columns]
-        for p in model.panels
-    ]
+    servo = [None if p.servo is None or p.y_servo is None else p.y_servo - p.errors(explained) for p in model.panels]
     inside = {u.key for i, u in enumerate(model.units) if u.effect == "unknown" and i in model.best.members}
     tried = {u.key for u in model.units if u.effect == "unknown"}
     kept = {
@@ -91,7 +88,7 @@ def _look_for_orders(
     orders = {k: v for k, v in states[name].items() if k in inside or k not in tried}
     smooth = frozenset([*own, *(i for i, u in enumerate(model.units) if u.effect == UNKNOWN.name)])
     back = [
-        r if raw else r + p.tcp @ model.values(smooth & model.best.members, model.best)
+        r if raw else r + p.twists(model.values(smooth & model.best.members, model.best))
         for r, p in zip(left, model.panels, strict=True)
     ]
     found = gear_orders(model.panels, back, heat, _RAW_SHARE if raw else 0.0)

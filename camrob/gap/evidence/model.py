@@ -55,7 +55,7 @@ class Model:
         if self.heat_alone is None:
             return beside
         alone = evidence.variant(left_out, self.heat_alone).fit(members)
-        return replace(alone, cov=beside.cov)
+        return replace(alone, spread=beside.spread)
 
     @property
     def units(self) -> tuple[Unit, ...]:

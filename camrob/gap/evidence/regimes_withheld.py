@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
-from camrob.gap.evidence.design import Design, Panel, field_sums
+from camrob.gap.evidence.design import Design, Panel, sums_of
 from camrob.gap.evidence.discrepancy import FieldGram
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, settled
@@ -113,15 +113,14 @@ def _rest(model: Model, regimes: Sequence[Regime]) -> Iterator[Design]:
     for k, p in enumerate(model.panels):
         inside = np.stack([r.rows[k] for r in regimes], axis=1) if regimes else np.zeros((len(p.scene), 0), bool)
         for pattern, rows in _alike(inside):
-            gram, right, square, number = _sums(p, rows, len(d.owner))
-            smooth = field_sums(p, rows) if fields else ()
+            sums = sums_of(p, rows, smooth=bool(fields))
             for r in np.flatnonzero(pattern).tolist():
-                A[r] += gram
-                b[r] += right
-                yy[r] += square
-                count[r] += number
-                if fields:
-                    fields[r] = fields[r].more(*smooth)
+                A[r] += sums.A
+                b[r] += sums.b
+                yy[r] += sums.yy
+                count[r] += sums.rows
+                if sums.smooth is not None:
+                    fields[r] = fields[r].more(*sums.smooth)
     whole = d.A.sum(axis=0), d.b.sum(axis=0), float(d.yy.sum()), float(d.rows.sum())
     for r in range(len(regimes)):
         yield replace(
@@ -142,21 +141,6 @@ def _alike(inside: Rows) -> Iterator[tuple[Rows, NDArray[np.int64]]]:
     for pattern, rows in zip(patterns, np.split(order, ends[:-1]), strict=True):
         if pattern.any():
             yield pattern, rows
-
-
-def _sums(p: Panel, rows: NDArray[np.int64], K: int) -> tuple[Array, Array, float, float]:
-    """A (K, K), b (K,), the squared right-hand side and the number of equations of some rows of a panel."""
-    w = p.w_tcp[rows]
-    X, y = (p.tcp[rows] * w[..., None]).reshape(-1, K), (p.y_tcp[rows] * w).ravel()
-    A, b = X.T @ X, X.T @ y
-    square, count = float(y @ y), float(np.count_nonzero(w))
-    if p.servo is not None and p.y_servo is not None and p.w_servo is not None and p.servo.shape[2]:
-        w = p.w_servo[rows]
-        S, s = (p.servo[rows] * w[..., None]).reshape(w.size, p.servo.shape[2]), (p.y_servo[rows] * w).ravel()
-        A[np.ix_(p.servo_columns, p.servo_columns)] += S.T @ S
-        b[p.servo_columns] += S.T @ s
-        square, count = square + float(s @ s), count + float(np.count_nonzero(w))
-    return A, b, square, count
 
 
 def regimes_of_logs(panels: Sequence[Panel], asked: Sequence[Rows]) -> Iterator[Regime]:

@@ -108,13 +108,22 @@ def _coarse_peak(z: Array, w: Array, angle: Array, lowest: float, highest: float
 
 
 def _peak(orders: Array, z: Array, w: Array, angle: Array) -> tuple[float, float]:
-    """The order whose cosine and sine, beside a constant, explain most of z, and the chi-square that they gain."""
-    c, s = np.cos(np.outer(orders, angle)), np.sin(np.outer(orders, angle))
+    """Of evenly spaced orders the one whose cosine and sine, beside a constant, explain most of z, and the chi-square that they
+    gain.
+    """
     total = w.sum()
-    zc = z - np.sum(w * z) / total
-    C, S = c - (c @ w)[:, None] / total, s - (s @ w)[:, None] / total
-    cc, ss, cs = (C * C) @ w, (S * S) @ w, (C * S) @ w
-    bc, bs = C @ (w * zc), S @ (w * zc)
+    wz = w * (z - np.sum(w * z) / total)
+    turn = np.exp(1j * orders[0] * angle)
+    step = np.exp(1j * (orders[1] - orders[0]) * angle)  # from each to the next
+    sums = np.empty((len(orders), 3), np.complex128)  # of the turns, of their squares, and with z
+    for row in sums:
+        weighed = turn * w
+        row[:] = weighed.sum(), weighed @ turn, turn @ wz
+        turn *= step
+    c, s = sums[:, 0].real, sums[:, 0].imag
+    cc, ss = 0.5 * (total + sums[:, 1].real) - c**2 / total, 0.5 * (total - sums[:, 1].real) - s**2 / total
+    cs = 0.5 * sums[:, 1].imag - c * s / total
+    bc, bs = sums[:, 2].real, sums[:, 2].imag
     det = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
     gain = (bc**2 * ss - 2.0 * bc * bs * cs + bs**2 * cc) / det
     gain = np.where(det < 2e-3 * cc * ss, 0.0, gain)
@@ -132,7 +141,9 @@ def shapes(
     names = [n for n in given[0] if all(n in g for g in given)]
     lower = {n: min(float(g[n].min()) for g in given) for n in names}
     upper = {n: max(float(g[n].max()) for g in given) for n in names}
-    bases = {n: np.concatenate([basis(g[n], lower[n], upper[n], n) for g in given]) for n in names}
+    bases = {
+        n: np.ascontiguousarray(np.concatenate([basis(g[n], lower[n], upper[n], n) for g in given]).T) for n in names
+    }
     found = []
     for target in targets(panels[0].scene):
         kind, _, part = target.rpartition(" ")
@@ -146,15 +157,20 @@ def shapes(
         lever = np.concatenate([_lever(p, f"root.{part}" if kind == "foot" else f"{part}.zero") for p in panels])
         if len(z) < len(lever):
             continue
-        tried = [Shape(target, n, *_gain(bases[n], z, w), lower=lower[n], upper=upper[n]) for n in names]
-        for shape in (*tried, *_steps(panels, target, z, w)):
-            if shape.gain > _GAIN * temperature and np.sqrt(np.mean((shape.fit * lever) ** 2)) > least:
-                found.append(shape)
+        tried = [(n, bases[n], lower[n], upper[n]) for n in names]
+        for name, X, low, high in (*tried, *_steps(panels, z, w)):
+            gain, coefficients = _gain(X, z, w)
+            if gain > _GAIN * temperature:
+                fit = _fit(X, w, coefficients)
+                if np.sqrt(np.mean((fit * lever) ** 2)) > least:
+                    found.append(Shape(target, name, gain, fit, low, high))
     return sorted(found, key=lambda s: -s.gain)
 
 
-def _steps(panels: Sequence[Panel], target: str, z: Array, w: Array) -> list[Shape]:
-    """Of each log the step that explains most of z (N,), of weights w (N,), beside a constant."""
+def _steps(panels: Sequence[Panel], z: Array, w: Array) -> list[tuple[str, Array, float, float]]:
+    """Of each log the step that explains most of z (N,), of weights w (N,), beside a constant: the quantity, the step (1, N), and
+    the moment twice, as its range.
+    """
     found, first, total = [], 0, max(float(w.sum()), 1e-300)
     weight, pull = (np.cumsum(x[::-1])[::-1] for x in (w, w * (z - float(w @ z) / total)))  # from each sample on
     for p in panels:
@@ -168,7 +184,7 @@ def _steps(panels: Sequence[Panel], target: str, z: Array, w: Array) -> list[Sha
         at = int(cut[int(np.argmax(np.where(own > 0.0, gain, 0.0)))]) - first
         moment, name = float(0.5 * (p.scene.t[at - 1] + p.scene.t[at])), moment_of(p.scene)
         step = np.concatenate([basis(followed(q.scene, name, moment), moment, moment, name) for q in panels])
-        found.append(Shape(target, name, *_gain(step, z, w), lower=moment, upper=moment))
+        found.append((name, np.ascontiguousarray(step.T), moment, moment))
     return found
 
 
@@ -187,11 +203,11 @@ def covered(shape: Shape, model: Model) -> bool:
                 return False
             k = p.scene.index(part)
             y = fit * p.w_servo[:, k]
-            b[p.servo_columns] += (p.servo[:, k] * p.w_servo[:, k, None]).T @ y
+            b[p.servo_columns] += p.servo[:, k].T @ (y * p.w_servo[:, k])
         else:
             moved = p.scene.place(f"root.{part}" if kind == "foot" else f"{part}.zero") * fit[:, None]
-            y = (moved * p.w_tcp).ravel()
-            b += p.tcp.reshape(-1, len(b)).T @ (y * p.w_tcp.ravel())
+            y = (moved * p.w_tcp).T.ravel()
+            b += p.apart @ (y * p.w_tcp.T.ravel())
         total += float(y @ y)
     named = {part, *shape.quantity.split()}
     sets: dict[str, list[int]] = {}
@@ -221,8 +237,7 @@ def uncovered_constants(model: Model) -> list[str]:
         B, G = np.zeros((len(A), len(unit.parameters))), np.zeros(len(unit.parameters))
         for p in panels:
             twists = [c.tcp for c in UNKNOWN.columns(p.scene, unit, state) if c.tcp is not None]
-            Y = np.stack([t.ravel() for t in twists], axis=1) * p.w_tcp.reshape(-1, 1) ** 2
-            B += p.tcp.reshape(-1, len(A)).T @ Y
+            B += p.apart @ np.stack([(t * p.w_tcp**2).T.ravel() for t in twists], axis=1)
             G += [float(np.sum((t * p.w_tcp) ** 2)) for t in twists]
         if not any(np.all(_shown(A, c, B) > _SAME * G) for c in (known if place.startswith(LINK) else small)):
             found.append(place)
@@ -246,12 +261,18 @@ def _lever(panel: Panel, term: str) -> Array:
 
 
 def _gain(X: Array, z: Array, w: Array) -> tuple[float, Array]:
-    """Chi-square that columns X (N, d) explain of z beyond a constant, and what they explain (N,)."""
+    """Chi-square that functions X (d, N) explain of z (N,), of weights w (N,), beyond a constant, and their coefficients (d,)."""
     total = w.sum()
     if total <= 0.0:
-        return 0.0, np.zeros(len(z))
-    Xc, zc = X - (w @ X) / total, z - np.sum(w * z) / total
-    A, b = Xc.T @ (Xc * w[:, None]), Xc.T @ (w * zc)
+        return 0.0, np.zeros(len(X))
+    weighed = X * w
+    middle, rest = weighed.sum(axis=1), z - float(w @ z) / total
+    A, b = weighed @ X.T - np.outer(middle, middle) / total, weighed @ rest
     scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
     solved = np.linalg.solve(A / np.outer(scale, scale) + _RIDGE * np.eye(len(b)), b / scale)
-    return float(solved @ (b / scale)), Xc @ (solved / scale)
+    return float(solved @ (b / scale)), solved / scale
+
+
+def _fit(X: Array, w: Array, coefficients: Array) -> Array:
+    """(N,) of functions X (d, N) with some coefficients, beyond their mean by weights w (N,)."""
+    return np.asarray(coefficients @ X - float(coefficients @ (X @ w)) / float(w.sum()))

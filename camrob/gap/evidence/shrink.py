@@ -150,20 +150,28 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
         before.append(settled(model, p, rows, gap))
         after.append(settled(model, p, rows, rest))
         blocks.append(p.block[rows])
-        X = p.tcp[rows][:, :3, chosen]
-        spread = np.einsum("nik,kl,nil->n", X, fits[left_out].cov[np.ix_(chosen, chosen)], X, optimize=True)
+        X = p.tcp[:, :3, chosen][rows]
+        spread = np.einsum("nik,kl,nil->n", X, fits[left_out].spread.block(chosen), X, optimize=True)
         for i in kept:
             own = model.design.owner == i
             share = p.doubted(np.flatnonzero(own), model.accuracy.get(model.units[i].effect, 0.0))
-            spread = (
-                spread + np.sum(doubt_of(p.moves(np.where(own, values, 0.0)), share, poses=p.scene.poses), axis=1)[rows]
-            )
+            spread = spread + np.sum(_doubt_at(p, np.where(own, values, 0.0), share, rows), axis=1)
         doubts.append(spread)
         floors.append(np.full(int(rows.sum()), _floor(p)))
     doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
     return Shrinkage(
         np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt, np.concatenate(floors)
     )
+
+
+def _doubt_at(panel: Panel, values: Array, share: Array, rows: NDArray[np.bool_]) -> Array:
+    """(M, 3) variance of what values (K,) move the TCP by, at some rows: that of a row needs the rows beside it."""
+    near = rows.copy()
+    near[1:] |= rows[:-1]
+    near[:-1] |= rows[1:]
+    moved = np.zeros((len(rows), 3))
+    moved[near] = panel.moves(values, near)
+    return doubt_of(moved, share, poses=panel.scene.poses)[rows]
 
 
 def _floor(panel: Panel) -> float:
@@ -197,5 +205,5 @@ def frame_columns(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> Array:
     count = int(rows.sum())
     if not nuisance or count < _FEWEST:
         return np.zeros((3 * count, 0))
-    X = panel.tcp[rows][:, :3, nuisance].reshape(3 * count, len(nuisance))
+    X = panel.tcp[:, :3, nuisance][rows].reshape(3 * count, len(nuisance))
     return np.asarray(X[:, np.abs(X).max(axis=0) > 1e-12])

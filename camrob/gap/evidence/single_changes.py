@@ -22,13 +22,23 @@ _NO_CHANGE = 1e-12  # of a prior's precision: its unit is as it was
 
 @kernel
 def single_changes(
-    starts: Ints, columns: Ints, to: Array, widths: Array, mean: Array, cov: Array, moves: Array
+    starts: Ints,
+    columns: Ints,
+    to: Array,
+    widths: Array,
+    mean: Array,
+    base: Array,
+    let: Array,
+    X: Array,
+    scale: Array,
+    moves: Array,
 ) -> tuple[Array, Array]:
     """(U,) by how much the log evidence changes where the priors of one unit get other widths, at the best of S, -inf where it
     can't be told; and (U,) m by which that unit then moves the TCP.
 
     starts: (U + 1,) where the columns of each unit begin in `columns` (C,); to: (S, C) widths that are tried; widths, mean: (K,)
-    of the priors and of the posterior, cov: (K, K) of the posterior; moves: (K, K) mean products of what columns move the TCP by.
+    of the priors and of the posterior; base, let, X, scale: the posterior's covariance, see `Spread`; moves: (K, K) mean
+    products of what columns move the TCP by.
     """
     count = len(starts) - 1
     best, size = np.full(count, -np.inf), np.zeros(count)
@@ -42,7 +52,10 @@ def single_changes(
             a = columns[first + i]
             for j in range(k):
                 b = columns[first + j]
-                own[i, j] = cov[a, b] / (widths[a] * widths[b])
+                less = 0.0
+                for n in range(let.shape[1]):
+                    less += let[a, n] * X[b, n]
+                own[i, j] = (base[a, b] - less) * (scale[a] / widths[a]) * (scale[b] / widths[b])
         for s in range(len(to)):
             changes, half_log, bend = False, 0.0, 0.0
             for i in range(k):

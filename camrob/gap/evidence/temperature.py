@@ -34,10 +34,10 @@ def temperatures(panels: Sequence[Panel], mean: Array, weights: Array) -> tuple[
     worst = [1.0, 1.0, 1.0]
     for p in panels:
         smooth = 0.0 if p.smooth is None else p.smooth @ weights
-        r = (p.y_tcp - p.tcp @ mean - smooth) * p.w_tcp
+        r = (p.y_tcp - p.twists(mean) - smooth) * p.w_tcp
         parts = [(r[:, :3], p.w_tcp[:, :3]), (r[:, 3:], p.w_tcp[:, 3:])]
         if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
-            parts.append(((p.y_servo - p.servo @ mean[p.servo_columns]) * p.w_servo, p.w_servo))
+            parts.append(((p.y_servo - p.errors(mean)) * p.w_servo, p.w_servo))
         order = neighbours_in_row(p.scene)
         for k, (part, w) in enumerate(parts):
             energy, rows = float(np.sum(part**2)), float(np.count_nonzero(w))

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, arm_axes, constant, place_parameters
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.signals import play, play_at_rest
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = [
@@ -46,22 +45,18 @@ _LINK_PARTS = ("x", "y", "rx", "ry")  # what lies along the axis is the next one
 _LINK_LENGTH, _LINK_ANGLE = mm_to_m(0.3), deg_to_rad(0.02)  # as castings and bearings are off
 _CHOICES = 150  # places and quantities that could have been picked
 _STILL = 1e-6  # in its own unit: does not change
-_PLAY = deg_to_rad(0.02)  # way after which an axis counts as having turned round
 
 
 def quantities(scene: Scene) -> dict[str, Array]:
     """(N,) each: what the gap may depend on, by name."""
     found: dict[str, Array] = {}
-    speed = scene.velocity(scene.link)
-    acceleration = scene.velocity(scene.link, 2)
     for k, axis in enumerate(scene.axes):
         found[f"{axis}"] = scene.link[:, k]
         if not scene.poses:
-            found[f"speed of {axis}"] = speed[:, k]
-            found[f"acceleration of {axis}"] = acceleration[:, k]
-            found[f"direction of {axis}"] = play(scene.link[:, k], scene.t, scene.pieces, _PLAY)
-        else:
-            found[f"direction of {axis}"] = play_at_rest(scene.link[:, k], _PLAY)  # of the last move
+            found[f"speed of {axis}"] = scene.speed[:, k]
+            found[f"acceleration of {axis}"] = scene.acceleration[:, k]
+        found[f"direction of {axis}"] = scene.sides[:, k]
+        if scene.poses:
             found[f"{LAST_MOVE} {axis}"] = np.diff(scene.link[:, k], prepend=scene.link[0, k])
         found[f"torque on {axis}"] = scene.torque[:, k]
     found["time"] = scene.t

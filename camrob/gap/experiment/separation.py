@@ -81,8 +81,9 @@ def separation(model: Model, rivals: Rivals, motion: TrialMotion) -> Separation:
     """What a motion would tell two explanations apart by, the second one's values fitted anew to old and new samples."""
     noise = model.noises[0]
     kept = np.ones(len(motion.scene), bool)
-    panel = make_panel(motion.scene, 0, model.units, model.effects, model.states, noise, kept, 10, 0)
     first, second = rivals.fits
+    wanted = first.members | second.members
+    panel = make_panel(motion.scene, 0, model.units, model.effects, model.states, noise, kept, 10, 0, wanted=wanted)
     free = np.flatnonzero(np.isin(model.design.owner, list(second.members)))
     X, y = _rows(panel, free, first.mean)
     old = model.evidence.design.A.sum(axis=0)[np.ix_(free, free)] / model.evidence.temperature
@@ -114,10 +115,20 @@ def unknown_on(model: Model, motion: TrialMotion) -> float:
     or where it has none the discrepancy as it is known there.
     """
     kept = np.ones(len(motion.scene), bool)
-    panel = make_panel(
-        motion.scene, 0, model.units, model.effects, model.states, model.noises[0], kept, 10, 0, model.basis
-    )
     shapes = frozenset(i for i in model.best.members if model.units[i].effect == UNKNOWN.name)
+    panel = make_panel(
+        motion.scene,
+        0,
+        model.units,
+        model.effects,
+        model.states,
+        model.noises[0],
+        kept,
+        10,
+        0,
+        model.basis,
+        wanted=shapes,
+    )
     moved = panel.moves(model.values(shapes, model.best))
     field, sizes = model.evidence.field, model.evidence.sizes
     if not shapes and field is not None and sizes is not None and panel.smooth is not None:
@@ -129,7 +140,7 @@ def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Ar
     """Whitened columns of some parameters, and what values (K,) predict, at the TCP and at the drives."""
     w = panel.w_tcp
     X = [(panel.tcp[:, :, free] * w[..., None]).reshape(w.size, len(free))]
-    y = [((panel.tcp @ mean) * w).ravel()]
+    y = [((panel.twists(mean)) * w).ravel()]
     if panel.servo is not None and panel.w_servo is not None:
         drives = np.zeros((*panel.servo.shape[:2], len(free)))
         at = {int(k): j for j, k in enumerate(panel.servo_columns)}
@@ -137,5 +148,5 @@ def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Ar
             if int(k) in at:
                 drives[:, :, j] = panel.servo[:, :, at[int(k)]]
         X.append((drives * panel.w_servo[..., None]).reshape(panel.w_servo.size, len(free)))
-        y.append(((panel.servo @ mean[panel.servo_columns]) * panel.w_servo).ravel())
+        y.append(((panel.errors(mean)) * panel.w_servo).ravel())
     return np.concatenate(X), np.concatenate(y)

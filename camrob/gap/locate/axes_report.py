@@ -139,13 +139,30 @@ def _periodic(u: Array, y: Array) -> tuple[float, float]:
     longest, shortest = span / _FEWEST_CYCLES, _PER_CYCLE * step
     if not 0.0 < shortest < longest:
         return 0.0, 0.0
-    best = 0.0, 0.0
-    for period in 1.0 / np.linspace(1.0 / longest, min(1.0 / shortest, _ORDERS / span), _ORDERS):
-        angle = 2.0 * np.pi * u / period
-        gained = float(np.sum(y**2)) - _left(np.stack([np.cos(angle), np.sin(angle)], axis=1), y)
-        if gained > best[1]:
-            best = float(period), gained
-    return best
+    frequencies = np.linspace(1.0 / longest, min(1.0 / shortest, _ORDERS / span), _ORDERS)
+    gained = _by_frequency(u, y - y.mean(), frequencies)
+    best = int(np.argmax(gained))
+    return (1.0 / float(frequencies[best]), float(gained[best])) if gained[best] > 0.0 else (0.0, 0.0)
+
+
+def _by_frequency(u: Array, y: Array, frequencies: Array) -> Array:
+    """(F,) energy of y (N,), whose mean is 0, that a cosine and a sine over u explain beside a constant, at evenly spaced
+    frequencies: each turns the one before it on.
+    """
+    turn = np.exp(2.0j * np.pi * frequencies[0] * u)
+    step = np.exp(2.0j * np.pi * (frequencies[1] - frequencies[0]) * u)
+    sums = np.empty((len(frequencies), 3), np.complex128)  # of the turns, of their squares, and with y
+    for row in sums:
+        row[:] = turn.sum(), turn @ turn, turn @ y
+        turn *= step
+    count, c, s = len(u), sums[:, 0].real, sums[:, 0].imag
+    cc = 0.5 * (count + sums[:, 1].real) - c**2 / count
+    ss = 0.5 * (count - sums[:, 1].real) - s**2 / count
+    cs = 0.5 * sums[:, 1].imag - c * s / count
+    cy, sy = sums[:, 2].real, sums[:, 2].imag
+    size = np.maximum(cc * ss, _RIDGE**2 * count**2)
+    det = (1.0 + _RIDGE) ** 2 * size - cs**2
+    return np.asarray((cy**2 * ss - 2.0 * cy * sy * cs + sy**2 * cc) / det)
 
 
 def _solved(X: Array, y: Array) -> Array:

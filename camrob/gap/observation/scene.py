@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.gap.observation.signals import derivative, pieces_of
+from camrob.gap.observation.signals import derivative, pieces_of, play, play_at_rest
 from camrob.gap.observation.unknown_frames import Frames, fit_frames
 from camrob.measurement.log import FORCE, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
@@ -24,6 +25,7 @@ Array = NDArray[np.float64]
 
 PLACES = ("x", "y", "z", "rx", "ry", "rz")
 LEAST = 12  # samples that a log has at the least
+_SIDE = deg_to_rad(0.02)  # way after which an axis counts as having turned round
 _WRAP = deg_to_rad(300.0)  # that no axis turns from row to row: its angle was wrapped
 ROOM_TEMPERATURE = 21.0  # degrees C at which a cell is taken to have its nominal lengths, where a log starts warmer
 
@@ -115,6 +117,25 @@ class Scene:
         there = plain.poses(np.zeros(0), self.postures(values))
         turned = rotation_log(there[:, :3, :3] @ self.nominal[:, :3, :3].swapaxes(1, 2))
         return np.concatenate([there[:, :3, 3] - self.nominal[:, :3, 3], turned], axis=1)
+
+    @cached_property
+    def speed(self) -> Array:
+        """(N, k) by time, of the axes on the arm's side of the drives."""
+        return self.velocity(self.link)
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """(N, k) by time squared, of the axes on the arm's side of the drives."""
+        return self.velocity(self.link, 2)
+
+    @cached_property
+    def sides(self) -> Array:
+        """(N, k) -1 to 1: the side from which each axis comes, by the way of a small play; of single poses, by their order."""
+        if self.poses:
+            found = [play_at_rest(u, _SIDE) for u in self.link.T]
+        else:
+            found = [play(u, self.t, self.pieces, _SIDE) for u in self.link.T]
+        return np.stack(found, axis=1)
 
     def velocity(self, values: Array, order: int = 1) -> Array:
         """Time derivative of (N, k), or a higher one, run by run."""

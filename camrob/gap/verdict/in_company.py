@@ -1,5 +1,5 @@
-"""Values of claims that stand beside names which are not claimed: fitted beside such a name, and taken away without it, a claim that
-cancels it leaves more than it should.
+"""Values of claims that stand beside names which are not claimed: fitted beside such a name, and taken away without it, a claim
+that cancels it leaves more than it should.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ __all__ = ["without_company"]
 
 
 def without_company(model: Model, blocks: Trial, claimed: Collection[str]) -> Model:
-    """The model with its best set one of the claims alone, where these, fitted so, surely leave less of the blocks that a fit left
-    out than fitted beside names that are not claimed and stay. Which of two names is at work may be open, and neither claimed: the
-    values of the others then have to stand without either.
+    """The model with its best set one of the claims alone, where these, fitted so, surely leave less of the blocks that a fit
+    left out than fitted beside names that are not claimed and stay. Which of two names is at work may be open, and neither
+    claimed: the values of the others then have to stand without either.
     """
     inside = model.evidence.effects_of(model.best.members)
     if not claimed or inside <= set(claimed):

@@ -37,7 +37,7 @@ def off_course(model: Model, library: Sequence[Effect]) -> list[str]:
         columns, right, energy = [], [], 0.0
         for p, smooth in zip(model.panels, posture, strict=True):
             x = 2.0 * (p.scene.t - ends[0]) / max(ends[1] - ends[0], 1e-12) - 1.0
-            pattern = p.tcp @ values
+            pattern = p.twists(values)
             free = pattern[:, :, None] * np.polynomial.legendre.legvander(x, _DEGREE)[:, None, 1:]
             X = np.concatenate([p.tcp[:, :, fitted], free], axis=2) * p.w_tcp[..., None]
             columns.append(X.reshape(-1, X.shape[2]))

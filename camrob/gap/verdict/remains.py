@@ -36,9 +36,9 @@ def left_panels(model: Model, members: Set) -> list[Panel]:
     values = model.values(members | model.evidence.always, model.best)
     left = []
     for p in model.panels:
-        y_servo = None if p.y_servo is None or p.servo is None else p.y_servo - p.servo @ values[p.servo_columns]
+        y_servo = None if p.y_servo is None or p.servo is None else p.y_servo - p.errors(values)
         known = ~p.unknown_rows(np.flatnonzero(values))
-        left.append(replace(p, y_tcp=p.y_tcp - p.tcp @ values, y_servo=y_servo, w_tcp=p.w_tcp * known[:, None]))
+        left.append(replace(p, y_tcp=p.y_tcp - p.twists(values), y_servo=y_servo, w_tcp=p.w_tcp * known[:, None]))
     return left
 
 

@@ -67,8 +67,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     probability |= {n: probability[n] * BELIEF.part_seen for n in _likely_at_most(model, library)}
     believed = frozenset(n for n, p in probability.items() if p >= 0.5)
     model = without_company(with_fitting(_holding(model, believed), blocks), blocks, believed)
-    worse = _worse(model, trial, [n for n, p in probability.items() if p >= 0.5])
-    probability |= {n: probability[n] * BELIEF.impossible for n in worse}
+    probability |= {n: probability[n] * BELIEF.impossible for n in _worse(model, trial, sorted(believed))}
     probability = _held(model, trial, probability, library)
     probability |= {n: probability[n] * BELIEF.impossible for n in _worse_together(model, trial, probability)}
     members = _claims(model, probability)
@@ -350,7 +349,7 @@ def _axes(model: Model, own: Set) -> list[str]:
         axis = model.units[i].axis
         values = model.values(frozenset([i]), model.best)
         energy = energy_of(model, frozenset([i]))
-        turned = sum(float(np.sum((p.tcp[:, 3:] @ values) ** 2)) for p in model.panels)
+        turned = sum(float(np.sum(p.twists(values)[:, 3:] ** 2)) for p in model.panels)
         moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
     alike = moved.pop("", 0.0)
     least = max(_TOO_SMALL * max(moved.values(), default=0.0), _OWN_PART * alike)
