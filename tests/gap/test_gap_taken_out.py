@@ -18,6 +18,7 @@ from camrob.gap.diagnose import diagnose
 from camrob.gap.evidence.shrink import Shrinkage
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import taken
+from camrob.measurement.read_log import read_log
 
 
 @cache
@@ -88,6 +89,26 @@ def test_claims_that_cancel_what_is_not_claimed_take_little_of_what_they_move() 
     found = taken(Shrinkage(cause + noise, noise - other, block))
     assert found == pytest.approx(0.36 / 1.64, abs=0.05)
     assert found < BELIEF.taken
+
+
+@pytest.mark.parametrize(("degrees", "left"), [(3.0, 1.0), (10.0, BELIEF.part_seen), (20.0, BELIEF.doubtful)])
+def test_a_likeness_is_sure_only_where_it_leaves_no_more_than_lies_within_6_degrees(
+    degrees: float, left: float
+) -> None:
+    """Of a pattern so many degrees away a name that fits best leaves the sine, and moves the tool by the cosine."""
+    assert BELIEF.stands_out(1.0 / np.tan(np.deg2rad(degrees))) == left
+
+
+@pytest.mark.slow
+def test_a_payload_that_zeros_show_to_7_degrees_makes_them_likely_and_no_more(tmp_path: Path) -> None:
+    """Twice what was predicted stays on the withheld run: before, the zeros of A2 and A3 were 97 % sure beside it."""
+    from gap.maker import write_case
+
+    write_case(tmp_path, 2749000, None, "payload", (2.0, 20.0))
+    log, withheld = (read_log(tmp_path / f"2749000{end}.csv") for end in ("", "_withheld"))
+    said = diagnose([log], kr15(), withheld=[withheld], without=["payload"]).summary
+    assert max(e["probability"] for e in said["effects"]) < 0.8
+    assert said["unknown"]["probability"] > 0.95
 
 
 def test_every_effect_that_is_given_back_is_a_file_that_a_cell_can_bring(tmp_path: Path) -> None:

@@ -24,7 +24,8 @@ class Belief:
     steep: log odds a unit of that size; nothing_else: probability of the unknown where nothing else is left to say; read_off:
     where the log shows it, at a drive; first_of_twins: share of the foot where the instrument's frame would show the
     same; idle: times what shapes of the unknown take beside names, that names have to take beside these; far_more: times a
-    shape of the unknown that an effect has to move the tool by to stand by it; by_noise, by_field,
+    shape of the unknown, or what stays beyond the predicted, that an effect has to move the tool by to stand by it; farther:
+    times the latter, from which it is sure: one that leaves a tenth of what it moves is 6 degrees off; by_noise, by_field,
     by_doubt: of the noise, of the discrepancy, and of what the fit leaves open, what may stay on withheld logs beyond what was
     predicted before every name is doubtful; doubtful: what is then left of it; beside_more: what is left of one that moves the
     tool by less than what stays unexplained, or than `smooth_more` times that where it is as smooth and cancels
@@ -43,6 +44,7 @@ class Belief:
     read_off: float
     first_of_twins: float
     far_more: float
+    farther: float
     idle: float
     by_noise: float
     by_field: float
@@ -65,6 +67,10 @@ class Belief:
         size = min(structure / self.stays, share / self.share)
         return float(1.0 / (1.0 + np.exp(-self.steep * (size - 1.0))))
 
+    def stands_out(self, times: float) -> float:
+        """What is left of a name that moves the tool by so many times what stays beyond the predicted."""
+        return 1.0 if times >= self.farther else self.part_seen if times >= self.far_more else self.doubtful
+
     def surprised(self, beyond: float, noise: float, discrepancy: float, doubt: float) -> bool:
         """True where more stays on withheld logs than predicted, m2 `beyond` it, than noise, discrepancy and doubt (m) allow."""
         return beyond > (self.by_noise * noise) ** 2 + (self.by_field * discrepancy) ** 2 + (self.by_doubt * doubt) ** 2
@@ -72,6 +78,6 @@ class Belief:
 
 BELIEF = Belief(
     slope=0.81, surest=0.97, impossible=0.05, stays=0.585, share=0.026, steep=7.8, nothing_else=0.55, read_off=0.95,
-    first_of_twins=0.85, far_more=4.0, idle=3.0, by_noise=0.5, by_field=0.8, by_doubt=2.0, doubtful=0.5,
+    first_of_twins=0.85, far_more=4.0, farther=10.0, idle=3.0, by_noise=0.5, by_field=0.8, by_doubt=2.0, doubtful=0.5,
     beside_more=0.8, smooth_more=2.0, cancels=2.0, taken=0.5, part_seen=0.8,
 )  # fmt: skip

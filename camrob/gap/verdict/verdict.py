@@ -153,8 +153,8 @@ def _likely_at_most(model: Model, library: Sequence[Effect]) -> set[str]:
 
 def _held(model: Model, trial: Trial, probability: Mapping[str, float], library: Sequence[Effect]) -> dict[str, float]:
     """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy predict, a name
-    has not shown that it is more than a likeness; but for one that moves the tool there by far more than that, and those of the
-    drives, where the logs hold both ends.
+    has not shown that it is more than a likeness; but for one that moves the tool there by far more than that, which is sure
+    where it does so by farther still, and those of the drives, where the logs hold both ends.
     """
     members = _claims(model, probability)
     if not members or not trial.named:
@@ -166,9 +166,9 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     sure = seen if all(p.servo is not None for p in model.panels) else set()
     if not doubtful:
         return dict(probability)
-    stands = BELIEF.far_more * float(np.sqrt(beyond))
-    sure |= {n for n in probability if effect_rms(model, trial.panels, n) >= stands}
-    return {n: p * (1.0 if n in sure else BELIEF.doubtful) for n, p in probability.items()}
+    stays = float(np.sqrt(beyond))
+    times = {n: np.inf if n in sure else effect_rms(model, trial.panels, n) / stays for n in probability}
+    return {n: p * BELIEF.stands_out(times[n]) for n, p in probability.items()}
 
 
 def _claims(model: Model, probability: Mapping[str, float]) -> Set:
