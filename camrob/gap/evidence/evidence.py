@@ -329,7 +329,7 @@ class Evidence:
         # a unit of an effect that is in comes at its width, others at the best of a few
         shares = np.array([fitted.shares.get(n, np.nan) for n in self._effects])[e.effect]
         tried = np.where(np.isnan(shares), e.shares, shares)
-        into = np.maximum(tried[:, e.unit] * usual[e.columns], out[e.columns])
+        into = np.maximum(tried.take(e.unit, axis=1) * usual[e.columns], out[e.columns])
         to = np.where(entering[e.unit], into, out[e.columns])
         s = fitted.spread
         best, size = single_changes(
