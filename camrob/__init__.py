@@ -55,6 +55,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from camrob.machine_code import cache_folder, source_state
+
 if TYPE_CHECKING:
     from camrob.cell.cell import Cell
     from camrob.cell.read_cell import read_cell
@@ -300,28 +302,15 @@ _HOME = {
 
 
 def _keep_kernels_fresh() -> None:
-    """Give the compiled kernels a cache folder of their own for every state of the sources.
+    """Give what Numba compiles a cache folder of its own for every state of the sources.
 
     Numba recompiles a function when its own file changes, not when one that it calls lies in another file and changes.
-    Stale kernels would drive a robot, so the folder is named after the contents of all files that hold kernels. A folder that
-    the user set (NUMBA_CACHE_DIR) is left alone. A process that has loaded Numba already has read its settings: they are
-    set there too, since Numba would otherwise compile every kernel again into `__pycache__`.
+    A folder that the user set (NUMBA_CACHE_DIR) is left alone. A process that has loaded Numba already has read its settings:
+    they are set there too, since Numba would otherwise compile every kernel again into `__pycache__`.
     """
     if "NUMBA_CACHE_DIR" in os.environ:
         return
-    import hashlib
-
-    sources = hashlib.sha256()
-    for folder, below, files in os.walk(os.path.dirname(__file__)):
-        below.sort()
-        for file in sorted(files):
-            if file.endswith(".py"):
-                with open(os.path.join(folder, file), "rb") as source:
-                    text = source.read()
-                if b"numba" in text or b"camrob.compiled" in text:
-                    sources.update(file.encode() + b"\0" + text)
-    root = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    place = os.path.join(root, "camrob", "kernels-" + sources.hexdigest()[:16])
+    place = os.path.join(cache_folder(), "kernels-" + source_state())
     try:
         os.makedirs(place, exist_ok=True)
     except OSError:

@@ -28,7 +28,7 @@ class Known:
     def dispatcher(self) -> Any:
         """Numba's object for it. Imports its module."""
         module, _, name = self.kernel.partition(":")
-        return getattr(import_module(module), name)
+        return getattr(import_module(module), name).dispatcher
 
     def types(self) -> tuple[Any, ...]:
         """Its arguments' types as Numba has them."""

@@ -17,6 +17,7 @@ from pathlib import Path
 
 SCRATCH = tempfile.TemporaryDirectory()
 os.environ["NUMBA_CACHE_DIR"] = SCRATCH.name
+os.environ["CAMROB_JIT"] = "1"
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
@@ -48,7 +49,8 @@ class Recorder(event.Listener):
             return
         dispatcher = event.data["dispatcher"]
         module = sys.modules[dispatcher.py_func.__module__]
-        name = next((n for n, value in vars(module).items() if value is dispatcher), None)
+        wanted = dispatcher.py_func
+        name = next((n for n, value in vars(module).items() if getattr(value, "py_func", None) is wanted), None)
         if name is None or not module.__name__.startswith("camrob."):
             return
         kernel = f"{module.__name__}:{name}"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-ASK = "from camrob.kinematics.kernels import inverse_kf_many; print(inverse_kf_many._cache.cache_path)"
+ASK = "from camrob.kinematics.kernels import inverse_kf_many; print(inverse_kf_many.dispatcher._cache.cache_path)"
 
 
 def _place(first: str, home: Path, **more: str) -> Path:

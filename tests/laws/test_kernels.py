@@ -12,30 +12,36 @@ from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from camrob import machine_code
+from camrob.cell.read_cell import read_cell
 from camrob.cli.app import VERBS
 from camrob.cli.console import COMPILING, perform
 from camrob.compiled import kernel, part
 from camrob.compiling import report_compile, reporting_compiles
+from camrob.frozen import locked
+from camrob.kinematics.kernels import chain_arrays
+from camrob.machine_code import library_name, source_state
 from camrob.warm import ahead as warm
-from camrob.warm.signatures import Known, known_kernels, numba_type, spelled
+from camrob.warm.signatures import known_kernels, numba_type, spelled
 
 ROOT = Path(__file__).resolve().parents[2]
-POST_KERNELS = 22  # that posting the sample asks for at most: 19, and room for three
+POST_KERNELS = 27  # that posting the sample asks for at most: 24 with those that kernels ask for, and room for three
 
 COUNT_LOADED = """
 import json, sys
 from pathlib import Path
-from numba.core.dispatcher import Dispatcher
 import camrob
+from camrob.compiled import Kernel
 from camrob.warm.signatures import spelled
 camrob.post(Path("toolpaths/engraving/engraving.cls"), cell=Path("cells/kr15_track_table"), out=Path(sys.argv[1]))
 found = {}
 for name, module in list(sys.modules.items()):
     for attribute, value in list(vars(module).items()) if name.startswith("camrob.") else ():
-        if isinstance(value, Dispatcher) and value.py_func.__module__ == name:
-            found[f"{name}:{attribute}"] = [list(map(spelled, arguments)) for arguments in value.overloads]
+        if isinstance(value, Kernel) and value.__module__ == name:
+            found[f"{name}:{attribute}"] = [list(map(spelled, ways)) for ways in value.dispatcher.overloads]
 print(json.dumps(found))
 """
 
@@ -70,7 +76,7 @@ def _run(program: str, *arguments: str, **environment: str) -> object:
 
 
 def test_a_post_asks_for_each_kernel_in_one_way_and_all_are_compiled_ahead(tmp_path: Path) -> None:
-    asked = {name: ways for name, ways in _run(COUNT_LOADED, str(tmp_path / "out")).items() if ways}
+    asked = {name: ways for name, ways in _run(COUNT_LOADED, str(tmp_path / "out"), CAMROB_JIT="1").items() if ways}
     assert 10 < len(asked) <= POST_KERNELS
     assert {name: len(ways) for name, ways in asked.items()} == dict.fromkeys(asked, 1)
     known = {k.kernel: list(k.arguments) for k in known_kernels()}
@@ -141,34 +147,130 @@ def test_every_verb_runs_where_compiling_is_reported_of() -> None:
 
 
 def test_what_is_ready_is_not_looked_for_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
-    """Only in a cache of camrob's own, which is one for each state of the sources, and for the same kernels."""
+    """Without a library: only in a cache of camrob's own, one for each state of the sources, and for the same kernels."""
     tried = []
-    monkeypatch.setattr(
-        warm, "ProcessPoolExecutor", lambda *_args, **_more: tried.append(1) or SimpleNamespace(shutdown=int)
-    )
-    monkeypatch.setattr(warm, "as_completed", lambda _running: ())
-    monkeypatch.setattr(warm, "known_kernels", tuple)
+    monkeypatch.setattr(warm, "_all_done", tried.append)
+    monkeypatch.setattr(warm, "ready_library", lambda: None)
+    monkeypatch.setattr(warm, "home", lambda: None)
     for folder, again in (("kernels-1", False), ("elsewhere", True)):
         (tmp_path / folder).mkdir()
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / folder))
         tried.clear()
-        assert warm.main() == 0 and tried == [1]
-        assert warm.main() == 0 and (tried == [1, 1]) is again
+        assert warm.main() == 0 and len(tried) == 1
+        assert warm.main() == 0 and (len(tried) == 2) is again
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kernels-1"))
     monkeypatch.setattr(warm, "version", lambda _name: "another")
-    assert warm.main() == 0 and tried == [1, 1, 1]
+    assert warm.main() == 0 and len(tried) == 3
     assert capsys.readouterr().err.count("camrob: the kernels are ready\n") == 1
+    monkeypatch.setattr(warm, "ready_library", lambda: tmp_path)
+    assert warm.main() == 0 and len(tried) == 3
+
+
+def test_without_a_compiler_of_the_platform_numbas_cache_will_do(
+    monkeypatch: pytest.MonkeyPatch, capsys, tmp_path
+) -> None:
+    tried: list[str] = []
+
+    def done(tasks: list) -> list:
+        tried.append(tasks[-1].function.__name__)
+        if tried[-1] == "compile_object":
+            raise RuntimeError("Attempted to compile AOT function\nwithout a compiler")
+        return []
+
+    monkeypatch.setattr(warm, "_all_done", done)
+    monkeypatch.setattr(warm, "ready_library", lambda: None)
+    monkeypatch.setattr(warm, "home", lambda: tmp_path)
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    assert warm.main() == 0 and tried == ["compile_object", "compile_kernel"]
+    assert "no library of kernels can be made here (Attempted to compile" in capsys.readouterr().err
+
+
+MADE = """
+import json, sys
+from pathlib import Path
+from camrob import machine_code
+machine_code._homes = lambda: (Path(sys.argv[1]),)
+from camrob.warm import ahead
+small = [k for k in ahead.known_kernels() if k.kernel.endswith((":_dahl", ":_lag"))]
+ahead.known_kernels = lambda: small
+machine_code.ready_library()
+status = ahead.main()
+found = [machine_code.entry_of(k.kernel) for k in small]
+print(json.dumps([status, all(found), len(list(Path(sys.argv[1]).iterdir()))]))
+"""
 
 
 @pytest.mark.slow
-def test_warming_says_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    small = [k for k in known_kernels() if k.seconds < 2.0][:2]
-    monkeypatch.setattr(warm, "known_kernels", lambda: small)
-    assert warm.main() == 0
-    lines = capsys.readouterr().err.splitlines()
-    assert lines[0].startswith("camrob: compiling kernels, once on this machine: 2 on ")
-    assert lines[-2].startswith("camrob: kernel 2 of 2") and lines[-1].startswith("camrob: 2 kernels are ready (")
-    assert not warm.compile_kernel(Known(small[0].kernel, 1.0, small[0].arguments))
+def test_a_library_is_made_and_its_progress_reported(tmp_path: Path) -> None:
+    (tmp_path / "kernels-0123456789abcdef-any.other.so").write_bytes(b"")
+    (tmp_path / library_name().replace(source_state(), "0123456789abcdef")).write_bytes(b"")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", MADE, str(tmp_path)],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout) == [0, True, 2]  # another processor's is left alone, another state's is not
+    lines = done.stderr.splitlines()
+    assert lines[0].startswith("camrob: compiling kernels, once on this machine: 3 on ")
+    assert lines[-2].startswith("camrob: kernel 3 of 3") and lines[-1].startswith("camrob: 2 kernels are ready (")
+
+
+ALONE = """
+import json, sys
+from pathlib import Path
+import camrob
+done = camrob.post(Path("toolpaths/engraving/engraving.cls"), cell=Path("cells/kr15_track_table"), out=Path(sys.argv[1]))
+print(json.dumps("numba" in sys.modules))
+"""
+
+
+@pytest.fixture
+def library() -> Path:
+    """The library of today's sources, as `.ci/install` and `.ci/run` make it."""
+    found = machine_code.ready_library()
+    if found is None:
+        pytest.skip("no kernels compiled ahead for this state of the sources: python -m camrob.warm makes them")
+    return found
+
+
+def test_with_kernels_compiled_ahead_a_post_needs_no_numba_and_writes_the_same(library: Path, tmp_path: Path) -> None:
+    ways = {"ahead": {}, "numba": {"CAMROB_JIT": "1"}}
+    assert [_run(ALONE, str(tmp_path / way), **more) for way, more in ways.items()] == [False, True]
+    for name in ("engraving.src", "engraving.dat"):
+        assert (tmp_path / "ahead" / name).read_bytes() == (tmp_path / "numba" / name).read_bytes()
+
+
+def test_all_known_kernels_are_in_the_library(library: Path) -> None:
+    assert [k.kernel for k in known_kernels() if machine_code.entry_of(k.kernel) is None] == []
+
+
+def test_machine_code_is_only_given_what_it_was_made_for(library: Path) -> None:
+    """It checks nothing itself: other arguments go to Numba, which compiles for them or refuses."""
+    entry = machine_code.entry_of("camrob.kinematics.kernels:inverse_kf_many")
+    assert entry is not None
+    cell = read_cell(ROOT / "cells/kr15_track_table")
+    chain, q = chain_arrays(cell), np.zeros((3, len(cell)))
+    assert entry.takes((chain, q)) and entry.call(chain, q).shape == (3,)
+    frozen = locked(q.copy(), name="q")
+    for other in (
+        q[::2, ::-1],
+        q.T,
+        q.astype(np.float32),
+        q.astype(int),
+        q[0],
+        frozen,
+        q.view(np.matrix),
+        q.tolist(),
+        None,
+    ):
+        assert not entry.takes((chain, other))
+    assert not entry.takes((chain,)) and not entry.takes((chain, q, 1.0)) and not entry.takes((tuple(chain), q))
+    for place, other in ((0, q), (4, 3.0), (6, 1), (7, 1)):  # an array with an axis less, and scalars of other kinds
+        assert not entry.takes((chain._replace(**{chain._fields[place]: other[0] if place == 0 else other}), q))
 
 
 def test_what_is_left_is_reported_by_the_work_that_is_done() -> None:

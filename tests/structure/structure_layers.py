@@ -37,9 +37,9 @@ ROWS = (
     ("kinematics", "dynamics"),
     ("cell", "toolpath", "measurement"),
     ("se3", "frame_steps", "triples", "small_matrices", "product_grid", "summaries"),
-    ("frozen", "findings", "shipped"),
+    ("frozen", "findings", "shipped", "compiler"),
     ("errors", "compiled"),
-    ("units", "text", "progress", "compiling"),
+    ("units", "text", "progress", "compiling", "machine_code"),
 )
 RANK = {room: i for i, row in enumerate(ROWS) for room in row}
 

@@ -42,7 +42,7 @@ class Package:
 
     sources: dict[str, Source] = field(default_factory=dict)
     functions: dict[tuple[str, str], list[types.FunctionType]] = field(default_factory=dict)
-    kernels: dict[str, Any] = field(default_factory=dict)  # "module:name" -> dispatcher
+    kernels: dict[str, Any] = field(default_factory=dict)  # "module:name" -> Kernel or part
     callers: dict[str, set[str]] = field(default_factory=dict)  # of a kernel: the kernels that call it
     caches: list[Any] = field(default_factory=list)
     names: dict[tuple[str, str], set[str]] = field(default_factory=dict)  # that a function's code mentions
@@ -160,18 +160,16 @@ def _python(kernel: Any) -> Any:
     return getattr(kernel, "py_func", kernel)
 
 
-def _compiled(dispatcher: Any) -> Any:
+def _compiled(kernel: Any) -> Any:
     import numba
 
     from camrob.compiled import part
 
-    if hasattr(dispatcher, "part_of_kernels"):  # another function: what Numba knows of this one, it keeps
-        f = dispatcher
+    if hasattr(kernel, "part_of_kernels"):  # another function: what Numba knows of this one, it keeps
+        f = kernel
         return part(types.FunctionType(f.__code__, f.__globals__, f.__name__, f.__defaults__, f.__closure__))
-    options = {
-        k: v for k, v in dispatcher.targetoptions.items() if k in ("nogil", "fastmath", "error_model", "boundscheck")
-    }
-    return numba.njit(**options)(dispatcher.py_func)
+    options = {k: v for k, v in kernel.options.items() if k in ("nogil", "fastmath", "error_model", "boundscheck")}
+    return numba.njit(**options)(kernel.py_func)
 
 
 def forget_caches(package: Package) -> None:
