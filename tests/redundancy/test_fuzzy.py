@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from pathlib import Path
@@ -16,6 +17,7 @@ from camrob.cell.read_cell import read_cell
 from camrob.cell.redundancy_settings import FuzzyEngine
 from camrob.errors import CellError
 from camrob.redundancy.fuzzy.fis import Membership, read_fis
+from camrob.redundancy.fuzzy.kept import kept
 from camrob.redundancy.fuzzy.surfaces import compile_surface, weights_and_slopes, weights_at
 
 ENGINES = [CELL.resolve.joint_engine, CELL.resolve.condition_engine]
@@ -312,3 +314,48 @@ MF2='high':'trimf',[0.6 0.8 1]
         out = np.empty(len(CELL))
         weights_at(surface, CELL.to_q(np.array([0, -90, 90, 0, 90, 0, mm, 0.0])), out)
         assert out[CELL.index("A5")] == pytest.approx(expected, abs=1e-6)
+
+
+def test_what_the_engines_judge_said_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the same system and question, until the file is damaged; where nothing can be written it is asked each time."""
+    monkeypatch.setattr("camrob.redundancy.fuzzy.kept.cache_folder", lambda: tmp_path)
+    asked = []
+
+    def make() -> tuple[np.ndarray, ...]:
+        asked.append(1)
+        return np.arange(3.0), np.full((2, 2), float(len(asked)))
+
+    def ask(what: str = "table", system: object = "engine") -> float:
+        first, second = kept(what, system, make)
+        assert first.tolist() == [0.0, 1.0, 2.0] and second.shape == (2, 2)
+        return float(second[0, 0])
+
+    assert [ask(), ask(), ask("other"), ask(system="second"), ask()] == [1.0, 1.0, 2.0, 3.0, 1.0]
+    for file in (tmp_path / "fuzzy").glob("*.npz"):
+        file.write_bytes(file.read_bytes()[:40])
+    assert [ask(), ask()] == [4.0, 4.0] and not list(tmp_path.rglob("*.part"))
+    monkeypatch.setattr("camrob.redundancy.fuzzy.kept.cache_folder", lambda: Path(os.devnull))
+    assert [ask(), ask()] == [5.0, 6.0]
+
+
+def test_an_engine_with_a_gap_is_refused_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("camrob.redundancy.fuzzy.kept.cache_folder", lambda: tmp_path)
+    text = FILES[0].read_text(encoding="utf-8")
+    count = int(re.search(r"NumRules=(\d+)", text)[1])
+    gap = text.replace(f"NumRules={count}", "NumRules=1")
+    head, rules = gap.split("[Rules]")
+    file = tmp_path / "gap.fis"
+    file.write_text(
+        head + "[Rules]\n" + next(line for line in rules.splitlines() if ":" in line) + "\n", encoding="utf-8"
+    )
+    for _ in range(2):
+        with pytest.raises(CellError, match="no rule gives"):
+            read_fis(file)
+
+
+def test_a_kept_table_is_the_one_that_was_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("camrob.redundancy.fuzzy.kept.cache_folder", lambda: tmp_path)
+    made, read = (compile_surface(CELL, ENGINES[0]) for _ in range(2))
+    assert len(list((tmp_path / "fuzzy").iterdir())) == 2  # that it is covered, and its table
+    for a, b in zip(made, read, strict=True):
+        np.testing.assert_array_equal(a, b)

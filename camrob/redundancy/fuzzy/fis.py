@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import CellError
+from camrob.redundancy.fuzzy.kept import kept
 
 __all__ = ["FuzzyRule", "FuzzySystem", "FuzzyVariable", "Membership", "read_fis"]
 
@@ -224,7 +225,7 @@ def read_fis(path: Path) -> FuzzySystem:
         system.text("OrMethod"),
         system.text("DefuzzMethod"),
     )
-    _check_covered(result, path)
+    kept("covered", result, lambda: _check_covered(result, path))
     return result
 
 
@@ -334,8 +335,8 @@ def _rule(
     )
 
 
-def _check_covered(system: FuzzySystem, path: Path) -> None:
-    """Every posture must fire some rule for every output, or there is no weight."""
+def _check_covered(system: FuzzySystem, path: Path) -> tuple[Array, ...]:
+    """Every posture must fire some rule for every output, or there is no weight. Returns nothing that has to be kept."""
     grids = np.meshgrid(*[np.linspace(v.lower, v.upper, 33) for v in system.inputs], indexing="ij")
     x = np.stack([g.ravel() for g in grids], axis=1)
     strengths = system._strengths(x)
@@ -354,6 +355,7 @@ def _check_covered(system: FuzzySystem, path: Path) -> None:
             where = ", ".join(f"{v.name} {g:g}" for v, g in zip(system.inputs, x[least[0]], strict=True))
             what = f"{system.outputs[int(least[1])].name} is {values[least]:g} at {where}"
             raise CellError(what, hint="a weight is above 0: raise the terms", path=path)
+    return ()
 
 
 def _check_terms(output: FuzzyVariable, used: set[int], path: Path) -> None:

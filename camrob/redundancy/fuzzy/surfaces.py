@@ -9,6 +9,7 @@ terms that add up to one is met exactly.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ from camrob.compiled import bare, kernel
 from camrob.errors import CellError
 from camrob.frozen import locked
 from camrob.redundancy.fuzzy.fis import FuzzySystem, FuzzyVariable, read_fis
+from camrob.redundancy.fuzzy.kept import kept
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = [
@@ -73,13 +75,30 @@ def compile_surface(cell: Cell, engine: FuzzyEngine) -> WeightSurface:
     path = cell.folder / engine.file
     system = read_fis(path)
     _check(cell, engine, system)
-    return engine_surface(cell, engine, system)
+    even = _is_even(engine, system)
+    *grids, values = kept(f"table, even {even}", system, lambda: _flat(system, even))
+    return _surface(cell, engine, system, grids, values)
 
 
 def engine_surface(cell: Cell, engine: FuzzyEngine, system: FuzzySystem) -> WeightSurface:
     """The surface of a system that stands for one of the cell's engines and fits it."""
-    even = engine.table == EVEN and len(system.inputs) < len(_NODES)
+    *grids, values = _flat(system, _is_even(engine, system))
+    return _surface(cell, engine, system, grids, values)
+
+
+def _is_even(engine: FuzzyEngine, system: FuzzySystem) -> bool:
+    return engine.table == EVEN and len(system.inputs) < len(_NODES)
+
+
+def _flat(system: FuzzySystem, even: bool) -> tuple[Array, ...]:
     grids, values = _on_grid(system, even)
+    return (*grids, values)
+
+
+def _surface(
+    cell: Cell, engine: FuzzyEngine, system: FuzzySystem, grids: Sequence[Array], values: Array
+) -> WeightSurface:
+    even = _is_even(engine, system)
     table = np.full((*values.shape[:3], len(cell)), engine.default_weight)
     names = [o.name for o in system.outputs]
     for joint, output in engine.weights.items():
