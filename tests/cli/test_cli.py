@@ -456,3 +456,10 @@ def test_a_verb_keeps_blas_to_one_thread_where_the_user_says_nothing(before, aft
     with pytest.raises(SystemExit):
         app.main()
     assert {os.environ[n] for n in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")} == {after}
+
+
+def test_the_package_is_a_command_too() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "camrob", "--version"], env=ENVIRONMENT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith("camrob ")
