@@ -69,9 +69,17 @@ def _straight(cell: Cell, layout: Layout, settings: MotionSettings) -> tuple[Arr
 
 @kernel
 def _cut(
-    size: Array, reach: Array, speed: Array, push: Array, fine: Array,
-    motion: Indices, blend: Array, start: Array, length: Array, count: Indices,
-) -> int:  # fmt: skip
+    size: Array,
+    reach: Array,
+    speed: Array,
+    push: Array,
+    fine: Array,
+    motion: Indices,
+    blend: Array,
+    start: Array,
+    length: Array,
+    count: Indices,
+) -> int:
     """Fill the pieces' arrays; how many there are."""
     P = 0
     for m in range(size.shape[0]):
@@ -118,8 +126,18 @@ def course_of(layout: Layout, settings: MotionSettings, pieces: Pieces, q: Array
     stop[0] = True
     stop[ends[layout.stop[1:]]] = True
     sharp[ends[~layout.stop[1:] & (layout.reach == 0.0) & ~ptp]] = True
-    return Course(pieces, q, p, cap, push, np.ascontiguousarray(turn[m]), np.ascontiguousarray(turn1),
-                  ptp[m].astype(np.int64), stop, sharp)  # fmt: skip
+    return Course(
+        pieces,
+        q,
+        p,
+        cap,
+        push,
+        np.ascontiguousarray(turn[m]),
+        np.ascontiguousarray(turn1),
+        ptp[m].astype(np.int64),
+        stop,
+        sharp,
+    )
 
 
 def motion_ends(layout: Layout, pieces: Pieces) -> tuple[Indices, Indices]:

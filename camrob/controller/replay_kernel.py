@@ -90,11 +90,29 @@ def _put(source: Array, out: Array) -> None:
 def _motion(start_q: Array, start_R: Array, start_p: Array, arm_start: int) -> _Motion:
     n = start_q.shape[0]
     return _Motion(
-        start_R.copy(), start_p.copy(), start_q[:arm_start].copy(), np.empty(3), np.empty(3), np.empty(3), np.empty(3),
-        np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3),
-        start_q[arm_start : arm_start + 6].copy(), start_q.copy(), np.empty((8, 6)), np.empty(8, np.int64),
-        np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3),
-    )  # fmt: skip
+        start_R.copy(),
+        start_p.copy(),
+        start_q[:arm_start].copy(),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty((3, 3)),
+        np.empty(3),
+        start_q[arm_start : arm_start + 6].copy(),
+        start_q.copy(),
+        np.empty((8, 6)),
+        np.empty(8, np.int64),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty(3),
+    )
 
 
 @inlined
@@ -150,9 +168,18 @@ def _samples(
 
 @kernel(nogil=True)
 def replay_run(
-    arm: ReplayArm, start_q: Array, start_R: Array, start_p: Array, R: Array, p: Array, external: Array,
-    via: NDArray[np.bool_], steps: Array, jump_limit: float, out: ReplayRun,
-) -> tuple[int, int, int]:  # fmt: skip
+    arm: ReplayArm,
+    start_q: Array,
+    start_R: Array,
+    start_p: Array,
+    R: Array,
+    p: Array,
+    external: Array,
+    via: NDArray[np.bool_],
+    steps: Array,
+    jump_limit: float,
+    out: ReplayRun,
+) -> tuple[int, int, int]:
     """Replay N motions (LIN, or CIRC over two rows) from posture start_q (n,), whose tool is at start_R, start_p.
 
     R (N, 3, 3), p (N, 3): the rows' poses in `base`; external (N, arm_start): q of the joints before the arm. via (N,): rows

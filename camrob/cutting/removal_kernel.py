@@ -65,8 +65,18 @@ def _take(edge: Array, owner: Owners, count: int, low: float, high: float, who: 
 
 @part
 def _slope(
-    xu: float, xv: float, xw: float, nu: float, nv: float, nw: float, turn: Array, way: Array, R: float, c: float, L: float
-) -> float:  # fmt: skip
+    xu: float,
+    xv: float,
+    xw: float,
+    nu: float,
+    nv: float,
+    nw: float,
+    turn: Array,
+    way: Array,
+    R: float,
+    c: float,
+    L: float,
+) -> float:
     """How fast an end of a ray's stretch moves along the ray, a unit of the step: the envelope's point x moves by v."""
     Nu, Nv, Nw = outward(xu, xv, xw, nu, nv, nw, R, c, L)
     if abs(Nw) < 1e-6:
@@ -102,9 +112,19 @@ def _until(u: float, v: float, ends: Array, shape: Array, hit: float) -> tuple[f
 
 @part
 def _bulge(
-    u: float, v: float, side: float, f0: float, d0: float, f1: float, d1: float, far: float,
-    ends: Array, way: Array, turn: Array, shape: Array,
-) -> float:  # fmt: skip
+    u: float,
+    v: float,
+    side: float,
+    f0: float,
+    d0: float,
+    f1: float,
+    d1: float,
+    far: float,
+    ends: Array,
+    way: Array,
+    turn: Array,
+    shape: Array,
+) -> float:
     """The least end of a ray's stretch within a step, from values and slopes at its ends: a convex function, by cutting planes.
 
     side: 1 of the lower ends, -1 of the upper ones, whose sign is turned; far: beyond what nothing is left to take.
@@ -209,9 +229,18 @@ def _within(a: Array, n: Array, R: float, L: float, box: Array) -> float:
 
 @kernel(nogil=True)
 def carve(
-    edge: Array, owner: Owners, count: NDArray[np.int32], box: Array, first: int, grid: Array, tip: Array, axis: Array,
-    shape: Array, begin: int, taken: Array,
-) -> int:  # fmt: skip
+    edge: Array,
+    owner: Owners,
+    count: NDArray[np.int32],
+    box: Array,
+    first: int,
+    grid: Array,
+    tip: Array,
+    axis: Array,
+    shape: Array,
+    begin: int,
+    taken: Array,
+) -> int:
     """Carve a slab of rays (U, V, 2 M) by moves (N, 2, 3) of tips and axes from number `begin` on.
 
     box: (2, 3) corners of the slab; first: number of its first row of rays; grid: (u0, v0, pitch); shape: (N, 3) radius, corner,

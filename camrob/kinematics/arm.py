@@ -191,9 +191,15 @@ def _stand(chain: ChainArrays, q: Array, Z: Array, P: Array, R: Array, p: Array,
 
 @part
 def reach(
-    arm: SphericalArm, screws: ScrewArm | None, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64],
+    arm: SphericalArm,
+    screws: ScrewArm | None,
+    R: Array,
+    p: Array,
+    near: Array,
+    Q: Array,
+    why: NDArray[np.int64],
     only: int = -1,
-) -> int:  # fmt: skip
+) -> int:
     """All postures by the one closed form or the other: `solve_arm`, or where `screws` is not None `solve_screws`.
 
     `only`: the one branch that is wanted (`solve_screws` finds all the same); -1: all.

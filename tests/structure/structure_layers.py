@@ -22,6 +22,7 @@ __all__ = [
 
 # from the top down; a row imports only from rows below it, and the members of a row don't import each other
 ROWS = (
+    ("__main__",),
     ("cli", "warm"),
     ("jobs",),
     ("report",),

@@ -29,6 +29,7 @@ COMMAND_LINE = {
     "camrob.cli.real",
     "camrob.cli.console",
     "camrob.cli.options",
+    "camrob.__main__",
     "camrob.warm.__main__",
     "camrob.warm.ahead",
 }

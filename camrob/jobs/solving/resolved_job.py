@@ -59,9 +59,14 @@ def check_method(method: str) -> None:
 
 
 def resolve_job(
-    inputs: JobInputs, method: str, way: str, progress: Share, device: str = "cpu", sought: Sought | None = None,
+    inputs: JobInputs,
+    method: str,
+    way: str,
+    progress: Share,
+    device: str = "cpu",
+    sought: Sought | None = None,
     seconds: float | None = None,
-) -> ResolvedJob:  # fmt: skip
+) -> ResolvedJob:
     """A solution by one of METHODS' ways, held to its promise by forward kinematics; the stretches between tool changes one
     after the other.
 
@@ -99,9 +104,13 @@ def resolve_job(
 
 
 def _solved(
-    inputs: JobInputs, resolve: Callable[..., Solution], progress: Share, device: str, sought: Sought | None,
+    inputs: JobInputs,
+    resolve: Callable[..., Solution],
+    progress: Share,
+    device: str,
+    sought: Sought | None,
     seconds: float | None,
-) -> Solution:  # fmt: skip
+) -> Solution:
     """The solution of one stretch."""
     if resolve is resolve_vjm:
         return resolve_vjm(inputs.cell, inputs.path, progress=progress)

@@ -11,9 +11,16 @@ from camrob.summaries.diagnosis_summary import FittedValue
 __all__ = ["fitted", "measure", "mm", "parameter_words", "share", "sure", "to_mm", "values_of", "waves"]
 
 _UNITS = {
-    "_rad_nm": "rad/Nm", "_rad_m": "rad/m", "_m_nm": "m/Nm", "_kg_m": "kg m",
-    "_deg": "degrees", "_mm": "mm", "_kg": "kg", "_s2": "s²", "_s": "s",
-}  # fmt: skip
+    "_rad_nm": "rad/Nm",
+    "_rad_m": "rad/m",
+    "_m_nm": "m/Nm",
+    "_kg_m": "kg m",
+    "_deg": "degrees",
+    "_mm": "mm",
+    "_kg": "kg",
+    "_s2": "s²",
+    "_s": "s",
+}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _LEAST, _MOST = 1e-3, 1e5  # outside of these a power of ten stands behind
 

@@ -17,10 +17,18 @@ Values = dict[str, tuple[float | None, tuple[float, float] | None]]
 
 _WORST = 6  # as many as one looks at; the JSON has all
 _DIRECTIONS = {
-    "x": "x of the measured frame", "y": "y of the measured frame", "z": "z of the measured frame", "along": "along the path",
-    "across": "across the path", "tool_x": "x of the tool", "tool_y": "y of the tool", "tool_axis": "z of the tool",
-    "work_x": "x of the work", "work_y": "y of the work", "work_z": "z of the work",
-}  # fmt: skip
+    "x": "x of the measured frame",
+    "y": "y of the measured frame",
+    "z": "z of the measured frame",
+    "along": "along the path",
+    "across": "across the path",
+    "tool_x": "x of the tool",
+    "tool_y": "y of the tool",
+    "tool_axis": "z of the tool",
+    "work_x": "x of the work",
+    "work_y": "y of the work",
+    "work_z": "z of the work",
+}
 
 
 def place_sections(summary: DiagnosisSummary, paths: Sequence[PathError]) -> list[str]:

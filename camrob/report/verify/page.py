@@ -127,8 +127,13 @@ def _not_judged(summary: VerifySummary) -> str:
 
 def _cards(summary: VerifySummary) -> str:
     judged, replay, against = summary.judged, summary.replay, summary.against
-    areas = {"path": judged.path, "frames": judged.frames, "process": judged.process,
-             "limits": judged.limits, "collisions": judged.collisions}  # fmt: skip
+    areas = {
+        "path": judged.path,
+        "frames": judged.frames,
+        "process": judged.process,
+        "limits": judged.limits,
+        "collisions": judged.collisions,
+    }
     cards = [
         (name.capitalize(), f'<span class="low">{_WORDS[good]}</span>' if good is False else _WORDS[good], "")
         for name, good in areas.items()
