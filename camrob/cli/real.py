@@ -72,13 +72,17 @@ def simulate(
     cycle_ms: Annotated[
         float, typer.Option("--cycle-ms", metavar="MS", help="Milliseconds per row, such as 12 or 4.")
     ] = 12.0,
+    report: Annotated[
+        Path | None,
+        typer.Option("--report", metavar="PAGE.html", help="A page: the run to look at, what holds it back."),
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
     """Run a robot program on the ideal controller and write what it does as a log."""
 
     def job(progress: Progress) -> Any:
-        return job_of("simulate")(program, cell=cell, out=out, cycle_ms=cycle_ms, progress=progress)
+        return job_of("simulate")(program, cell=cell, out=out, cycle_ms=cycle_ms, report=report, progress=progress)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
 

@@ -46,6 +46,7 @@ def simulate(
     cell: Path,
     out: Path,
     cycle_ms: float = 12.0,
+    report: Path | None = None,
     progress: Progress | None = None,
 ) -> SimulateResult:
     """Run a program on the ideal controller; LOG.csv (or .parquet) and LOG.toml appear together or not at all.
@@ -55,6 +56,7 @@ def simulate(
         cell: the cell's folder.
         out: the log to write; its suffix, .csv or .parquet, says how.
         cycle_ms: ms from row to row, 0.5 to 1000.
+        report: a page to write, PAGE.html: the run to look at, and what holds it back.
         progress: called with a stage and the share of it that is done, 0 to 1.
 
     Returns:
@@ -72,7 +74,7 @@ def simulate(
     """
     start = time.perf_counter()
     program, out = Path(program), Path(out)
-    _check(out, cycle_ms)
+    _check(out, cycle_ms, report)
     text = language_of_file(program).read(program)
     machine = cell_for("simulate", cell)
     read = time.perf_counter()
@@ -87,7 +89,7 @@ def simulate(
     summary = SimulateSummary(
         program=program.stem,
         cell=machine.name,
-        files=(out.name, out.with_suffix(".toml").name),
+        files=(out.name, out.with_suffix(".toml").name, *(() if report is None else (report.name,))),
         motions=len(text),
         rows=len(log),
         cycle_ms=cycle_ms,
@@ -107,6 +109,12 @@ def simulate(
             read=round(read - start, 3), simulate=round(ready - read, 3), write=round(done - ready, 3)
         ),
     )
+    if report is not None:
+        from camrob.jobs.solving.run_as_path import run_report
+
+        with staged_output(report.parent) as folder:
+            page = run_report(program.parent, text, machine, simulation, summary)
+            (folder / report.name).write_text(page, encoding="utf-8")
     return SimulateResult(summary, simulation, findings)
 
 
@@ -125,7 +133,7 @@ def _limits(simulation: Simulation) -> LimitShares:
     )
 
 
-def _check(out: Path, cycle_ms: float) -> None:
+def _check(out: Path, cycle_ms: float, report: Path | None) -> None:
     """Raise InputError for a cycle or a file that can't be."""
     if not _CYCLES_MS[0] <= cycle_ms <= _CYCLES_MS[1]:
         raise InputError(
@@ -136,6 +144,10 @@ def _check(out: Path, cycle_ms: float) -> None:
         raise InputError(f"--out {out.name!r} is not a log's name", hint="end it with .csv or .parquet", path=None)
     if out.stem.lower() in _TAKEN:
         raise InputError(f"--out {out.name!r} would replace {out.stem}.toml", hint="give the log another name")
+    if report is not None:
+        check_file_name(report.name)
+        if report.suffix.lower() != ".html":
+            raise InputError(f"--report {report.name!r} is not a page's name", hint="end it with .html", path=None)
 
 
 def _beside(program: Path, folder: Path) -> str:

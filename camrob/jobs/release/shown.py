@@ -16,6 +16,7 @@ from camrob.cutting.seen import seen_stock
 from camrob.cutting.way import Way
 from camrob.errors import InputError, JobError
 from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.files.said_lines import said_lines
 from camrob.jobs.solving.plan_obstacles import collisions_at
 from camrob.program.program_text import ProgramText
 from camrob.redundancy.path import ToolPathInBase
@@ -41,14 +42,9 @@ def run_shown(folder: Path, text: ProgramText, coverage: Coverage, path: ToolPat
     """The run of a program whose files lie in `folder`; `at` (N,): s at each point of the path."""
     if len(path) > _SAID:
         return Run(at)
-    written = [(folder / name).read_text(encoding="utf-8", errors="replace").splitlines() for name in text.files]
-    lines = [""] * len(path)
-    motion = np.asarray(coverage.motion)
-    for point, row in zip(np.flatnonzero(path.of_toolpath).tolist(), motion.tolist(), strict=True):
-        if row >= 0:
-            file, line = int(text.file[row]), int(text.line[row])
-            lines[point] = f"{text.files[file]} {line}: {written[file][line - 1].strip()}"
-    return Run(at, lines)
+    motion = np.full(len(path), -1, np.int64)
+    motion[path.of_toolpath] = coverage.motion
+    return Run(at, said_lines(folder, text, motion))
 
 
 def stock_shown(inputs: JobInputs, at: Array) -> StockOnPage | None:

@@ -173,7 +173,7 @@ function camrobPlayer(scene, place, mark) {
       shownAt = near;
       const remark = run.remarks[near];
       where.innerHTML = "<b>" + (remark || place(0, region[near])) + "</b><br>" +
-        (line[near] > 0 ? "CL line " + line[near] : "camrob's own move through air") + "<br>" +
+        (line[near] > 0 ? "CL line " + line[near] : run.unlined[cut[near]]) + "<br>" +
         s.toLocaleString("en", { maximumFractionDigits: 0 }) + " mm along the path<br>" +
         (remark ? "" : '1/k<sub>F</sub> <span class="' + (kf[near] < scene.threshold ? "low" : "") + '">' + kf[near].toFixed(3) + "</span>");
       if (said) said.innerHTML = run.said[near] || "&nbsp;";

@@ -37,11 +37,13 @@ _REVISION_SAMPLES = 12  # of each posture revision, the pose held
 class Run:
     """When the program is where.
 
-    at: (N,) s at each point of the path; lines: what the program says of each point, where known.
+    at: (N,) s at each point of the path; lines: what the program says of each point, where known. unlined: what a point without
+    a CL line is, in air and while cutting.
     """
 
     at: Array
     lines: Sequence[str] | None = None
+    unlined: tuple[str, str] = ("camrob's own move through air", "camrob's own move into the cut")
 
 
 def _rows(T: Array) -> list[float]:
@@ -169,6 +171,7 @@ def timeline_data(
         "region": packed_integers(path.region[points]),
         "cut": packed_integers(path.cutting[points]),
         "remarks": {str(k): plot_text(remark) for k, remark in enumerate(remarks) if remark},
+        "unlined": [plot_text(text) for text in run.unlined],
         "said": None if run.lines is None else [plot_text(run.lines[i]) for i in points],
         "axes": axes,
     }

@@ -1,0 +1,1 @@
+"""The page of a program's run on the ideal controller."""
