@@ -7,7 +7,7 @@ from typing import Any
 
 from camrob.report.page.html import escape
 
-__all__ = ["card_row", "figure", "section", "table"]
+__all__ = ["card_row", "chart_place", "figure", "section", "table"]
 
 
 def section(title: str, *parts: str) -> str:
@@ -43,4 +43,13 @@ def figure(chart: Mapping[str, Any]) -> str:
         str(chart["title"]),
         f'<div class="chart" id="{escape(chart["id"])}" style="height:{height}px"></div>'
         f'<p class="caption">{escape(chart["caption"])}</p>',
+    )
+
+
+def chart_place(chart: Mapping[str, Any]) -> str:
+    """A chart's place in the page: its title, caption and legend, where it has one, are HTML."""
+    height = int(chart["layout"]["height"])
+    return (
+        f'<section><h2>{chart["title"]}</h2><div class="chart" id="{chart["id"]}" style="height:{height}px"></div>'
+        f'{chart.get("legend", "")}<p class="caption">{chart["caption"]}</p></section>'
     )

@@ -15,6 +15,7 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.redundancy_map import RedundancyMap
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, page, plot_text
+from camrob.report.page.parts import chart_place
 from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
 from camrob.report.page.stock import StockOnPage
 from camrob.report.page.timeline import Run
@@ -94,7 +95,7 @@ def post_report(
             warnings_table(found, names),
             cards(summary, cell, path, threshold=threshold),
             player_section(cell, scene, with_part=part_mesh is not None),
-            *(_chart_section(chart) for chart in charts),
+            *(chart_place(chart) for chart in charts),
             feed_section(summary.feed),
             torque_section(summary.torques),
             plan_section(summary.plan),
@@ -208,11 +209,3 @@ def _motion_charts(
     return [
         {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
     ]
-
-
-def _chart_section(chart: Chart) -> str:
-    height = int(chart["layout"]["height"])
-    return (
-        f'<section><h2>{chart["title"]}</h2><div class="chart" id="{chart["id"]}" style="height:{height}px"></div>'
-        f'{chart.get("legend", "")}<p class="caption">{chart["caption"]}</p></section>'
-    )

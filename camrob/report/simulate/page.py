@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.parts import card_row, section, table
+from camrob.report.page.parts import card_row, chart_place, section, table
 from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
 from camrob.report.page.timeline import Run
 from camrob.report.page.viewer import scene_data
@@ -52,7 +52,7 @@ def simulate_report(
             _warnings(summary),
             player_section(cell, scene, with_part=False),
             _lost(summary),
-            *(_chart_section(chart) for chart in charts),
+            *(chart_place(chart) for chart in charts),
             "<footer>Made by camrob. The ideal controller keeps speeds and accelerations, rounds corners as the program allows, "
             "and knows neither jerk nor what an arm does that is not as designed. This page is complete in itself: it loads "
             "nothing and sends nothing.</footer></main>",
@@ -154,11 +154,3 @@ def _charts(
     return [
         {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
     ]
-
-
-def _chart_section(chart: Chart) -> str:
-    height = int(chart["layout"]["height"])
-    return (
-        f'<section><h2>{chart["title"]}</h2><div class="chart" id="{chart["id"]}" style="height:{height}px"></div>'
-        f'<p class="caption">{chart["caption"]}</p></section>'
-    )
