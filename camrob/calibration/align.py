@@ -30,7 +30,7 @@ def align(
         return left, right
     spread = nominal[:, :3, 3] - nominal[:, :3, 3].mean(axis=0)
     if len(nominal) < 4 or (not frame_known and np.linalg.svd(spread, compute_uv=False)[1] < 1e-3):
-        what = "the instrument's frame can't be found: the poses are too few or lie on one line"
+        what = "the instrument's frame can't be found: too few poses, or all on one line; measure 4 or more, spread in space"
         raise SingularError(what, value=float(len(nominal)), unit="poses")
     if oriented:
         return _oriented(nominal, measured, frame_known, target_known)

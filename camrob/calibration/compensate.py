@@ -126,4 +126,7 @@ def _newton(
 
 
 def _singular(row: int) -> SingularError:
-    return SingularError(f"point {row + 1} can't be compensated: the arm is singular there", value=float(row))
+    return SingularError(
+        f"point {row + 1} can't be compensated: the arm is singular there; lead the path past that posture",
+        value=float(row),
+    )

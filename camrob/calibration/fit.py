@@ -114,7 +114,8 @@ def fit_parameters(pairs: Sequence[tuple[PoseModel, Measurements]], parameters: 
     found = parameters.with_values(values, stds)
     stuck = [p.name for p in found.items_ if p.at_bound]
     if stuck:
-        what = f"{', '.join(stuck)} ended at the bound of what is plausible; the cell, the log or the units don't fit"
+        what = f"{', '.join(stuck)} ended at the bound of what is plausible: cell, log or units don't fit"
+        what += "; check them, or leave these parameters out"
         raise JobError(what, reasons={})
     scattered = np.concatenate([_lengths(model, values, data, spread) for model, data in pairs])
     return Fit(

@@ -217,7 +217,8 @@ class _Loop:
         made = self._compensated(turn.turn).machine if turn.turn > 1 else None
         rows = meant_rows(program, {} if made is None else made.targets_added)
         if len(meant) != (rows[-1] + 1 if len(rows) else 0):
-            raise VerificationError(f"{turn.program} holds a different number of motions from {self.intended.name}")
+            what = f"{turn.program} holds a different number of motions from {self.intended.name}"
+            raise VerificationError(f"{what}; begin the loop anew in an empty folder")
         size = off_path_size(measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows))
         noise = log.info.sigma_position
         self.logs.append(path)

@@ -205,7 +205,8 @@ def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay,
         stopped = next((f for f in replayed.findings if f.severity is Severity.ERROR), None)
         what = stopped.text if stopped else "it holds a different number of motions"
         raise VerificationError(
-            f"the compensated program can't be followed: {what}", line=stopped.line if stopped else 0
+            f"the compensated program can't be followed: {what}; compensate less (fewer constants), or move the part",
+            line=stopped.line if stopped else 0,
         )
     return difference_sizes(pose_difference(targets, model.poses(values, np.asarray(replayed.q))))
 
@@ -215,4 +216,7 @@ def _no_new_fault(before: Judgement, after: Judgement) -> None:
     known = {(f.code, f.axis) for f in before.findings if f.severity is Severity.ERROR}
     for finding in after.findings:
         if finding.severity is Severity.ERROR and (finding.code, finding.axis) not in known:
-            raise VerificationError(f"compensation would bring a new fault: {finding.text}", line=finding.line)
+            raise VerificationError(
+                f"compensation would bring a new fault: {finding.text}; compensate less (fewer constants), or move the part",
+                line=finding.line,
+            )

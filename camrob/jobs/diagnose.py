@@ -146,7 +146,8 @@ def _hand_over(found: Diagnosis, compensable: Compensable, file: Path) -> None:
     if found.calibration is None:
         why = "that alone would not shrink the gap: " if compensable.effects else ""
         left = ", ".join([*compensable.effects, *compensable.left]) or "no effect was found"
-        raise JobError(f"there is nothing that compensate could correct ({why}{left}), so no {file.name} was written")
+        what = f"there is nothing that compensate could correct ({why}{left}), so no {file.name} was written"
+        raise JobError(f"{what}; leave the option out, and read the diagnosis for what to do at the machine")
     with staged_output(file.parent) as staging:
         (staging / file.name).write_text(calibration_text(found.calibration), encoding="utf-8")
 

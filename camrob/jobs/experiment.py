@@ -59,7 +59,7 @@ def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> 
     where there is nothing to tell apart, VerificationError where none can be run; nothing is left behind then.
     """
     if not motions:
-        raise JobError("no experiment is needed: no other motion would tell more apart; none was written")
+        raise JobError("no experiment is needed: no other motion would tell more apart; leave the option out")
     passed_over: list[str] = []
     language = language_of_file(file)
     for motion in motions:
@@ -75,7 +75,8 @@ def write_experiment(file: Path, motions: Sequence[TrialMotion], cell: Path) -> 
                 file=file.name, files=tuple(sorted(files)), motion=motion.key, passed_over=tuple(passed_over)
             )
         passed_over.append(f"{motion.text}: {why}")
-    raise VerificationError(f"the experiment can't be run on this cell, so no program was written: {passed_over[0]}")
+    what = f"the experiment can't be run on this cell, so no program was written: {passed_over[0]}"
+    raise VerificationError(f"{what}; clear the way, or move by hand what it proposes")
 
 
 def _refused(files: Mapping[str, bytes], name: str, cell: Path, language: Language) -> str:

@@ -75,7 +75,7 @@ class Correction:
             result = compensate_postures(self.model, self.values, self.q, targets, progress=self.tell("compensate"))
         except SingularError as error:
             row = int(error.value or 0.0)
-            what = "the pose can't be compensated: the arm is singular there"
+            what = "the pose can't be compensated: the arm is singular there; lead the path past that posture"
             raise SingularError(what, line=int(self.text.line[row])) from None
         return _within_limits(self.planned.cell, self.q, result, self.text)
 
@@ -154,7 +154,9 @@ def _followed(planned: Replay) -> None:
     """The original can be replayed. Raises UnreachableError."""
     stopped = [f for f in planned.findings if f.severity is Severity.ERROR]
     if stopped:
-        raise UnreachableError(f"the program can't be followed as it is: {stopped[0].text}", line=stopped[0].line)
+        raise UnreachableError(
+            f"the program can't be followed as it is: {stopped[0].text}; mend it there first", line=stopped[0].line
+        )
 
 
 def _postures(text: ProgramText, planned: Replay) -> Array:

@@ -39,7 +39,11 @@ def shape_mesh(shape: Shape, folder: Path, *, sides: int = 40) -> trimesh.Trimes
         try:
             mesh = trimesh.load_mesh(file)
         except (OSError, ValueError) as error:
-            raise InputError(f"the mesh of shape {shape.name!r} can't be read: {error}", path=file) from error
+            raise InputError(
+                f"the mesh of shape {shape.name!r} can't be read: {error}",
+                hint="give an STL, OBJ or PLY file",
+                path=file,
+            ) from error
         mesh.apply_scale(float(size[0]))
     mesh.apply_transform(np.asarray(shape.frame_T_shape))
     return mesh

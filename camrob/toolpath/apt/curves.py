@@ -145,7 +145,11 @@ class Nurbs:
         if s.word == "KNOT":
             self.knots += s.numbers
         elif len(s.numbers) % 3:
-            raise ToolpathError("CNTRL needs three numbers a point (weights are not known)", hint="", line=s.line)
+            raise ToolpathError(
+                "CNTRL needs three numbers a point (weights are not known)",
+                hint="export the curve without weights, or as GOTO",
+                line=s.line,
+            )
         else:
             self.control += s.numbers
 

@@ -88,7 +88,9 @@ def read_gcode(
     if units not in (None, *SCALES):
         raise ToolpathError(f"units {units!r}", hint="mm or inch", path=path)
     if not (chord_tolerance > 0.0 and angle_tolerance > 0.0):
-        raise ToolpathError("chord and angle tolerance must be above zero", path=path)
+        raise ToolpathError(
+            "chord or angle tolerance isn't above zero", hint="0.01 mm and 0.5 degrees are usual", path=path
+        )
     lines = decode(data, path)
     bare = _COMMENT.sub("", "\n".join(lines)).upper()
     control = choose_control(bare)

@@ -145,9 +145,8 @@ class KrlBody:
         """Raises JobError for a line of more characters than the controller takes."""
         if characters > self._controller.max_line_length:
             most = self._controller.max_line_length
-            raise JobError(
-                f"a line of KRL gets {characters} characters, the controller takes {most} (max_line_length)", line=line
-            )
+            what = f"a line of KRL gets {characters} characters, the controller takes {most} (max_line_length)"
+            raise JobError(f"{what}; shorten names and comments", line=line)
 
     def _ptp_line(self, row: int) -> str:
         """The line of a PTP motion."""

@@ -30,7 +30,11 @@ def arguments_of(statement: Statement) -> Arguments:
         named = tokens[0].text if tokens and tokens[0].kind == "name" else ""
         plain = len(tokens) == 1 or (len(tokens) > 2 and tokens[1].text == ":=")
         if not named or not plain or named in out.options:
-            raise ProgramError(f"{shown(joined(statement.tokens))} is no instruction", line=statement.line)
+            raise ProgramError(
+                f"{shown(joined(statement.tokens))} is no instruction",
+                hint="write WORD and its arguments, a semicolon behind them",
+                line=statement.line,
+            )
         out.options[named] = tokens[2:]
     return out
 

@@ -66,7 +66,7 @@ class CollectedRows:
     def add(self, kind: Motion, target: Target, modal: Modal) -> None:
         """One motion. Raises ProgramError for a target that is none."""
         if len(self._rows) >= _MOST_ROWS:
-            raise ProgramError("more motions than any controller takes")
+            raise ProgramError("more motions than any controller takes", hint="end its loops, or split it")
         posed = target.place is not None
         external = [e if e < ABSENT else old for e, old in zip(target.external, self.external, strict=True)]
         self.external = external

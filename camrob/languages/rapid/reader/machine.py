@@ -165,7 +165,11 @@ class RapidMachine:
             self.find("not-understood", f"{word} with \\{strange[0]}"[:80], line)
         count = 2 if word == "MOVEC" else 1
         if len(arguments.places) != count + 3:  # targets, speed, zone, tool
-            raise ProgramError(f"{shown(joined(statement.tokens))} has not all its arguments", line=line)
+            raise ProgramError(
+                f"{shown(joined(statement.tokens))} has not all its arguments",
+                hint="a motion has a target (MoveC two), speed, zone, tool",
+                line=line,
+            )
         by_axes = word == "MOVEABSJ"
         targets = [self._target(tokens, by_axes, word == "MOVEJ", line) for tokens in arguments.places[:count]]
         speed = numbers(self._value(arguments.places[count], line), 4, "the speed")  # speeddata
@@ -201,7 +205,11 @@ class RapidMachine:
     def _named(self, name: str, line: int) -> Value:
         kind, value = self.data.known.get(name, ("", None))
         if value is None or kind != "ZONEDATA":
-            raise ProgramError(f"needs {name[:40]}, which is not in the program", line=line)
+            raise ProgramError(
+                f"needs {name[:40]}, which is not in the program",
+                hint="declare it in a module of the program",
+                line=line,
+            )
         return value
 
     def _moved(
@@ -217,7 +225,7 @@ class RapidMachine:
     ) -> None:
         """One motion, with what is said of it now and was not before."""
         if not isinstance(zone, list) or len(zone) != 7 or not isinstance(zone[0], bool):
-            raise ProgramError("the motion's zone is none", line=line)
+            raise ProgramError("the motion's zone is none", hint="give fine, z0 to z200, or a zonedata", line=line)
         if not all(0.0 < v < math.inf for v in speeddata):
             raise ProgramError("a speed that is not positive", hint="a speed is positive", line=line)
         ptp = kind < Motion.LIN

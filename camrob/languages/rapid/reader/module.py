@@ -44,7 +44,9 @@ def load_module(path: Path) -> Module:
     try:
         text = path.read_bytes().decode("latin-1")  # RAPID's own encoding, ISO 8859-1
     except OSError as failure:
-        raise ProgramError(f"can't be read ({failure.strerror or failure})", path=path) from None
+        raise ProgramError(
+            f"can't be read ({failure.strerror or failure})", hint="check the path and who may read it", path=path
+        ) from None
     text = text.replace("\r\n", "\n")
     if "\r" in text or "\0" in text:  # one system ends a line, and with it a remark, where another does not
         raise ProgramError("holds a CR without its LF, or a 0", hint="write CR, LF behind each line", path=path)
@@ -102,7 +104,7 @@ def _routine(head: Statement) -> Routine:
     texts = [t.text for t in head.tokens]
     at = texts.index("PROC") + 1
     if len(texts) < at + 3 or head.tokens[at].kind != "name":
-        raise ProgramError(f"{shown(' '.join(texts[:4]))} is no procedure", line=head.line)
+        raise ProgramError(f"{shown(' '.join(texts[:4]))} is no procedure", hint="write PROC name()", line=head.line)
     return Routine(texts[at], head.line, texts[at + 1 :] != ["(", ")"])
 
 

@@ -92,7 +92,9 @@ class _Reader:
                 self._unknown(statement)
         for name, routine in module.routines.items():
             if name in self._routines:
-                raise ProgramError(f"has a second procedure {shown(name)}", path=path, line=routine.line)
+                raise ProgramError(
+                    f"has a second procedure {shown(name)}", hint="give it another name", path=path, line=routine.line
+                )
             self._routines[name] = (len(self._modules) - 1, routine)
 
     def _call(self, index: int, routine: Routine) -> None:
@@ -143,7 +145,11 @@ class _Reader:
                     break
                 end += 1
         if moving or end == len(nodes):
-            raise ProgramError(f"{head.word} that moves, or has no end: its course is not known", line=head.line)
+            raise ProgramError(
+                f"{head.word} that moves, or has no end: its course is not known",
+                hint="write its motions out one by one",
+                line=head.line,
+            )
         self._unknown(head)
         return end + 1
 

@@ -83,10 +83,9 @@ class RapidBody:
         """Raises JobError for a line that the controller would not take."""
         if len(line) > self._controller.max_line_length:
             most = self._controller.max_line_length
-            raise JobError(
-                f"a line of RAPID gets {len(line)} characters, the controller takes {most} (max_line_length)",
-                line=0 if motion is None else int(self._program.line[motion]),
-            )
+            what = f"a line of RAPID gets {len(line)} characters, the controller takes {most} (max_line_length)"
+            at = 0 if motion is None else int(self._program.line[motion])
+            raise JobError(f"{what}; shorten names and comments", line=at)
 
     def sizes(self) -> NDArray[np.int64]:
         """Bytes of each motion with what is written before it (N,); what follows the last motion counts to that."""
