@@ -26,7 +26,7 @@ from camrob.jobs.release.release import ReadBack, check_release, path_margins, r
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.solving.device import check_device
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
-from camrob.jobs.solving.feed_within import OffAtSpeed, tolerance_findings
+from camrob.jobs.solving.feed_within import off_at_speed, tolerance_findings
 from camrob.jobs.solving.resolved_job import METHODS, Residual, ResolvedJob, check_method, resolve_job
 from camrob.jobs.solving.short_motions import MotionEnds, block_findings
 from camrob.jobs.solving.sought import Sought, check_sought
@@ -264,7 +264,6 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
     """Write a solution into the staging folder, read back, check; raises what stands against the release."""
     inputs, solution = resolved.inputs, resolved.solution
     language = language_named(inputs.cell.controller.language)
-    main = f"{order.title}{language.suffixes[0]}"
     motions: MotionEnds = partial(motion_ends, inputs.toolpath, process=order.process)
     with watch.stage("feed"):
         keep = decimated(inputs.path, solution, inputs.setup.decimate)
@@ -274,7 +273,7 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
             optimal=order.feed == "optimal",
             keep=keep,
             motions=motions,
-            off=_off_at_speed(order, inputs),
+            off=off_at_speed(order.held, inputs),
             progress=watch.share,
         )
         targets, postures, keep = feed.targets(inputs.path, solution, keep)
@@ -298,10 +297,11 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
     with watch.stage("write"):
         files, written = _write(language, program, inputs, folder, order.max_lines)
     with watch.stage("verify"):
-        back = read_back(folder / main, program, inputs, solution, watch.share)
+        main = folder / f"{order.title}{language.suffixes[0]}"
+        back = read_back(main, program, inputs, solution, watch.share)
     with watch.stage("witness"):
         verdict = judge(
-            folder / main,
+            main,
             order.cell,
             clfile=order.clfile,
             setup=inputs.setup.path,
@@ -315,22 +315,12 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, order.process, written, watch.share)
     held = [] if order.held is None else tolerance_findings(feed.held, inputs.path)
-    short = block_findings(
-        inputs, solution, feed.blocks, feed.losses(inputs.cell, inputs.path), feed.times().program, motions
-    )
+    losses = feed.losses(inputs.cell, inputs.path)
+    short = block_findings(inputs, solution, feed.blocks, losses, feed.times().program, motions)
     findings = [*second, *held, *short, *findings]
     return _Made(
         inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, findings, verdict
     )
-
-
-def _off_at_speed(order: _Order, inputs: JobInputs) -> OffAtSpeed | None:
-    """What the machine's speed does, where the feed is held to a tolerance and a diagnosis knows the machine."""
-    if order.held is None or order.held.diagnosis is None:
-        return None
-    from camrob.jobs.solving.machine_at_speed import machine_at_speed
-
-    return machine_at_speed(order.held, inputs)
 
 
 def _check_choices(method: str, feed: str, device: str, seconds: float | None) -> None:

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.findings import Finding, Severity
+from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.solving.sought import Sought
 from camrob.redundancy.path import ToolPathInBase
 from camrob.summaries.feed_figures import HeldToTolerance
 from camrob.timing.losses import FeedLoss, feed_losses
 from camrob.timing.optimal import coarsen
 from camrob.units import m_s_to_mm_min, m_to_mm
 
-__all__ = ["CAUSE", "HeldFeed", "OffAtSpeed", "held_feed", "tolerance_findings"]
+__all__ = ["CAUSE", "HeldFeed", "OffAtSpeed", "held_feed", "off_at_speed", "tolerance_findings"]
 
 Array = NDArray[np.float64]
 OfPoints: TypeAlias = Callable[[Array], Array]
@@ -129,3 +131,12 @@ def _stairs(speed: Array, programmed: Array) -> Array:
     for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         out[a:b] = coarsen(speed[a:b], _STAIR)
     return out
+
+
+def off_at_speed(held: Sought | None, inputs: JobInputs) -> OffAtSpeed | None:
+    """What the machine's speed does, where the feed is held to a tolerance and a diagnosis knows the machine."""
+    if held is None or held.diagnosis is None:
+        return None
+    from camrob.jobs.solving.machine_at_speed import machine_at_speed
+
+    return machine_at_speed(held, inputs)
