@@ -76,6 +76,11 @@ def test_g51_scales_about_a_point(tmp_path: Path) -> None:
     holds(ends(tmp_path, "a.nc", ISO + body), (14, 2, -2), (18, -2, -2), (0, 0, 0))
 
 
+def test_home_behind_a_turned_frame(tmp_path: Path) -> None:
+    body = "G68 X0. Y0. R90.\nG1 X5. Y0. Z0.\nG69\nG0 Z20.\nG91 G28 Z0.\nG91 G28 X0. Y0.\nG90 G0 X3. Y3. Z20.\nG1 Z0.\nM30\n"
+    holds(ends(tmp_path, "a.nc", ISO + body), (0, 5, 0), (3, 3, 0))
+
+
 def test_holes_in_a_turned_frame(tmp_path: Path) -> None:
     body = "G68 X0. Y0. R90.\nG0 X5. Y0.\nG99 G81 X5. Y0. Z-3. R2. F60.\nX9.\nG80\nG69\nG0 X0. Y0. Z20.\nM30\n"
     holds(ends(tmp_path, "a.nc", ISO + body), (0, 5, -3), (0, 9, -3))
@@ -216,3 +221,12 @@ def test_another_datum_of_the_table_is_refused(tmp_path: Path) -> None:
     assert ends(tmp_path, "a.h", first + body) == [[1, 1, 0], [2, 1, 0]]
     refused(tmp_path, "b.h", first + body.replace("Q339=2", "Q339=3"), "another datum")
     refused(tmp_path, "c.h", KLARTEXT + body, "another datum")
+
+
+def test_a_working_plane_that_turns_nothing(tmp_path: Path) -> None:
+    body = (
+        "3 CYCL DEF 19.0 WORKING PLANE\n4 CYCL DEF 19.1 A+0 B+0.0 C-0\n5 CYCL DEF 19.1\n6 L X+1 Y+1 Z+0\n7 STOP M30\n"
+        "8 L X+2 Y+2\n9 END PGM A MM\n"
+    )
+    assert ends(tmp_path, "a.h", KLARTEXT + body) == [[1, 1, 0]]
+    refused(tmp_path, "b.h", KLARTEXT + body.replace("B+0.0", "B+0.5"), "19.1 is not read")

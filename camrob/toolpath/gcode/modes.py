@@ -258,7 +258,8 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
         return False
     if code == 530 and {20, 30} & {modal.motion, *block.g}:
         raise ToolpathError("an arc to a machine position (G53)", hint="use G0 or G1 with G53")
-    if code != 530 and named:  # first to the point that the block names, which is one of the program's
+    steps = not modal.incremental or any(block.words[letter] for letter in named)
+    if code != 530 and named and steps:  # first to the point that the block names, which is one of the program's
         frame.move({k: v for k, v in block.words.items() if k in named}, modal.scale, _DEGREE, modal.incremental)
         if frame.placeable and frame.known:
             modal.first_move(block.line)

@@ -141,6 +141,7 @@ class Standing:
     def target(self, axes: set[str], words: Words, scale: float, absolute: bool) -> dict[str, float | None]:
         """Where a block with these axes ends; scale: metres in one of its units."""
         at = dict(self.at)
+        axes = {letter for letter in axes if absolute or float(words[letter])}  # a step of nothing goes nowhere
         if self.own is not None or self.loose & axes:
             at.update(self._within(axes, words, scale, absolute))
             axes = axes - _LINEAR

@@ -27,7 +27,7 @@ _NOTHING_HERE = re.compile(
 )
 _TCPM = re.compile(r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*")
 _MACHINE = frozenset((91, 92))
-_MOVES_NOTHING = frozenset(("32", "392"))  # tolerance, and how the drives are tuned
+_UPRIGHT = re.compile(r"19\.(?:0 .*|0|1(?: ?[ABC] ?[-+]?0*\.?0*)*)")  # a working plane that turns nothing
 _STARTING = frozenset((3, 4, 13, 14, 8, 7))  # what acts before a motion
 # what turns on how the control runs the path, or which way round a rotary axis goes in rapid
 _SILENT = frozenset((94, 116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
@@ -310,7 +310,7 @@ class HeidenhainMoves:
         main = number.partition(".")[0]
         if main == "7":
             yield from self._datum(rest, line)
-        elif main in _MOVES_NOTHING:
+        elif main in ("32", "392") or (self._plane is None and _UPRIGHT.fullmatch(text)):
             return
         elif main == "247":
             self._preset_by(rest)

@@ -28,7 +28,7 @@ from camrob.units import INCH_MM
 
 __all__ = ["SiemensWords"]
 
-_TOLERANCE = re.compile(r"\b[CO]TOL=[-+0-9.]+")  # of the compressor
+_TOLERANCE = re.compile(r"\b(?:[CO]TOL|ADIS(?:POS)?)=[-+0-9.]+")  # of the compressor, and of smoothed corners
 _CALL = re.compile(r"([A-Z_][A-Z0-9_]*)\(")
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
 _ADDRESS = re.compile(r"((?:A3|B3|C3|CR|TURN|S1|M1|RND|CHR|CHF)(?==)|[A-Z])(=)?")

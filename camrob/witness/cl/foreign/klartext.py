@@ -102,7 +102,7 @@ class KlartextReader(ForeignReader):
             codes = re.findall(r"M(\d+)", row)
             for first in (True, False):
                 self._switch(codes, line, first=first)
-            self._block(["M0"] if head == "STOP" else [], line)
+            self._block(["M0"] if head == "STOP" and not self._ended else [], line)
         elif re.fullmatch(r"FUNCTION TCPM F TCP AXIS POS( PATHCTRL (AXIS|VECTOR))?( REFPNT TIP-TIP| F\d+)*", row):
             self._switch(["128"], line, first=True)
         elif row.startswith("FUNCTION RESET TCPM"):
@@ -366,6 +366,8 @@ class KlartextReader(ForeignReader):
         time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({_NUMBER})", rest)
         for name in re.findall(r"\bQ\d+(?= ?=)", rest):  # a cycle's values are such parameters too
             self._computed.forget(name)
+        if re.fullmatch(r"19\.(0( .*)?|1( ?[ABC] ?[-+]?0*\.?0*)*)", text) and not self._stand.tilted:
+            return
         if main in ("200", "201", "203", "206", "207", "240"):
             self._drills = klartext_hole(
                 main, {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({_NUMBER})(?![\d.])", rest)}

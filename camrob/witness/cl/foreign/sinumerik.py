@@ -36,6 +36,7 @@ _QUIET = frozenset(
 _QUIET_CALLS = re.compile(
     r"(CYCLE832|MSG|FGROUP|FGREF|WORKPIECE|GROUP_BEGIN|GROUP_END|GROUP_ADDEND|EXTERN|SETMS)\s*\(.*\)"
 )
+_SMOOTHING = re.compile(r"\b([CO]TOL|ADIS(POS)?)\s*=\s*[-+\d.]+")  # how near the path is kept to
 _QUIET_G = frozenset("9 60 64 601 602 603 641 642 643 644 645 450 451 460 461 462".split())
 _UNITS = {"70": "G20", "700": "G20", "71": "G21", "710": "G21"}
 _PLAIN_G = frozenset("0 1 2 3 4 17 18 19 40 41 42 53 54 55 56 57 90 91 93 94 95 97".split())
@@ -78,7 +79,7 @@ class SinumerikReader(ForeignReader):
             return
         if not body or _QUIET_CALLS.fullmatch(body) or self._kept(body):
             return
-        body = self._written_out(body)
+        body = self._written_out(_SMOOTHING.sub("", body).strip())
         if frame := re.fullmatch(r"(A?)(TRANS|ROT|MIRROR|SCALE)\b(.*)", body):
             self._framed(frame[2], frame[3], adds=bool(frame[1]))
             return
