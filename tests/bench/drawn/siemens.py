@@ -302,14 +302,17 @@ class Siemens(Writer):
         if name == "CYCLE85":
             into, out = (4.0, 6.0) if self.inch else (60.0, 90.0)
             values += [f"{into:g}", f"{out:g}"]
+        bite = 0
         if name == "CYCLE83":
-            values[5:] = ["", "", "0", "", "", "1", "1"]
+            bite = self.grid(self.rng.uniform(1, 2)) if self.rng.random() < 0.6 else 0
+            first = self.rng.choice(([self.plain(surface - bite)], ["", self.plain(bite)])) if bite else []
+            values[5:] = [*first, *[""] * (2 - len(first)), "0", "", "", "1", "1"]
 
         def hole(spot: Point) -> None:
             clear = {**spot, "Z": surface + gap}
             self.told.rapid(self.place({**spot, "Z": self.at["Z"]}))
             self.told.rapid(self.place(clear))
-            self.told.hole(self.place({**spot, "Z": bottom}), into * self.mm)
+            self.told.hole(self.place({**spot, "Z": bottom}), into * self.mm, self.unit(bite) * self.mm)
             if dwell:
                 self.told.event(Kind.DWELL, dwell)
             if name == "CYCLE85":

@@ -1,4 +1,4 @@
-"""Jobs whose programs set frames of their own: Fanuc's, Siemens', Heidenhain's, and TRANS of CL data."""
+"""Jobs whose programs set frames of their own (Fanuc's, Siemens', Heidenhain's, TRANS of CL data), and CYCLE83 in bites."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from mutation.story import Story
 
 def jobs() -> list[Job]:
     """All jobs of this file."""
-    return [_fanuc(), _scaled(), _siemens(), _klartext(), _staying(), _trans(), *_refused()]
+    return [_fanuc(), _scaled(), _siemens(), _klartext(), _staying(), _trans(), _bites(), *_refused()]
 
 
 def _begun(tool: int = 1) -> Story:
@@ -87,6 +87,18 @@ def _trans() -> Job:
     story = _begun().rapid(0, 0, 30).cut(300, 0, 0, 0).cut(300, 5, 2, 0).rapid(5, 2, 30).rapid(10, -4, 31)
     story.cut(300, 10, -4, 1).cut(300, 15, -2, 1).rapid(15, -2, 31).rapid(0, 0, 40)
     return Job("apt-trans", "trans.apt", text, story.event("off"))
+
+
+def _bites() -> Job:
+    """Bites that are alike: back in to 0.6 mm above the last one, as nothing else is said."""
+    text = (
+        "%_N_BITES_MPF\nN10 G90 G17 G71 G94\nT1 M6\nS5000 M3\nG0 X5 Y0 Z30\nF120\nCYCLE83(20,0,2,-8,,-3,,0,0,0,1,1)\n"
+        "G0 Z30\nM5\nM30\n"
+    )
+    story = _begun().rapid(5, 0, 30).rapid(5, 0, 2)
+    for above, low in ((2.0, -3), (-2.4, -6), (-5.4, -8)):
+        story.rapid(5, 0, above).cut(120, 5, 0, low, open=0.0 if above > 0 else 0.6).rapid(5, 0, 2)
+    return Job("sie-bites", "bites.mpf", text, story.rapid(5, 0, 20).rapid(5, 0, 30).event("off"))
 
 
 def _refused() -> list[Job]:

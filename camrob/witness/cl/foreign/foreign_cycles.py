@@ -177,19 +177,19 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
 
 
 def _deep(value: Mapping[str, float], first: float | None, end: float) -> Hole:
-    """CYCLE83 in one go: FDEP (or FDPR below the reference plane) is its bottom.
-
-    Raises UnreadError for several bites: how far the control draws back between them isn't sure.
+    """CYCLE83 in one go (FDEP, or FDPR below the reference plane, is its bottom), or in bites that are all as the first one, come
+    out in rapid and don't dwell. How far above the last one the tool goes back in rapid isn't asked. Raises UnreadError else.
     """
     surface = value["RFP"]
     named = surface - abs(value["FDPR"]) if first is None else first
     odd = first is not None and value["FDPR"] and abs(surface - abs(value["FDPR"]) - first) > 1e-9
     if value["DTD"] or value["AXN"] not in (0.0, 3.0) or odd or value["DAM"] < -1.0 or value["FRF"] not in (0.0, 1.0):
         raise UnreadError("CYCLE83 whose depth, dwell or feed counts in another way")
-    if named < surface - 1e-9 and named > end + 1e-9:
-        raise UnreadError("CYCLE83 in several bites")
+    bite = surface - named if end + 1e-9 < named < surface - 1e-9 else 0.0
+    if bite and (value["DAM"] or value["MDEP"] > bite or not value["VARI"] or value["DTB"] or value["DTS"]):
+        raise UnreadError("CYCLE83 in bites that differ, break chips or dwell")
     clear = surface + value["SDIS"]
-    return Hole(clear, end, max(value["RTP"], clear), surface, dwell=value["DTB"])
+    return Hole(clear, end, max(value["RTP"], clear), surface, dwell=value["DTB"], bite=bite)
 
 
 def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
