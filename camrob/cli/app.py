@@ -198,7 +198,7 @@ def place(
     def job(progress: Progress) -> Any:
         return job_of("place")(clfile, cell=cell, out=out, setup=setup, x_mm=x, y_mm=y, z_mm=z, progress=progress)
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_place)
 
 
 def feed(
@@ -290,7 +290,7 @@ _render_verify = renderer("terminal.verify_text", "render_verify")
 _render_regress = renderer("terminal.regress_text", "render_regress")
 _render_feed = renderer("feed.terminal_text", "render_feed")
 _render_batch = renderer("terminal.batch_text", "render_batch")
-_render_plain = renderer("terminal.summaries", "render_summary")
+_render_place = renderer("place.terminal_text", "render_place")
 
 
 def version(asked: bool) -> None:

@@ -59,6 +59,7 @@ _render_tracker = renderer("loop.terminal_text", "render_tracker")
 _render_ledger = renderer("closing.terminal_text", "render_ledger")
 _render_prediction = renderer("predict.terminal_text", "render_prediction")
 _render_plain = renderer("terminal.summaries", "render_summary")
+_render_simulation = renderer("simulate.terminal_text", "render_simulation")
 
 
 def simulate(
@@ -84,7 +85,7 @@ def simulate(
     def job(progress: Progress) -> Any:
         return job_of("simulate")(program, cell=cell, out=out, cycle_ms=cycle_ms, report=report, progress=progress)
 
-    return perform(job, as_json=as_json, quiet=quiet, render=_render_plain)
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_simulation)
 
 
 def calibrate(

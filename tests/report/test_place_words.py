@@ -1,0 +1,51 @@
+"""What `camrob place` says in the terminal."""
+
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from camrob.report.place.terminal_text import render_place
+from camrob.summaries.place_summary import Placement, PlaceSummary, PlaceTrial
+
+
+def _placement(x: float, mean: float | None, standing: str = "followed") -> Placement:
+    trial = None
+    if mean is not None:
+        trial = PlaceTrial(
+            method="vjm",
+            points=90,
+            inv_kf_mean=mean,
+            inv_kf_min=mean - 0.05,
+            collisions_checked=x < 50.0,
+            clearance_min_mm=12.5,
+        )
+    place = (x, 0.0, 200.0, 0.0, 0.0, 0.0)
+    return Placement(part_in_base=place, inv_kf_bound_mean=0.7, inv_kf_bound_min=0.6, standing=standing, trial=trial)
+
+
+def _said(**given: object) -> str:
+    now = _placement(0.0, 0.628)
+    of = {"now": now, "best": now, "stays": True, "others": (), "refused": {}} | given
+    summary = PlaceSummary(
+        program="p", cell="c", placements=81, in_reach=60, table="plate", tried=3, files=("p.place.json",), **of
+    )
+    said = io.StringIO()
+    Console(file=said, width=120).print(render_place(summary))
+    return said.getvalue()
+
+
+def test_a_proposal_is_a_line_for_the_set_up_beside_the_place_as_it_is() -> None:
+    others = (_placement(60.0, 0.61), _placement(-20.0, None, "touches the table"))
+    text = _said(best=_placement(-30.0, 0.674), stays=False, others=others, refused={"hangs over": 21})
+    assert "Better here: part_in_base = [-30, 0, 200, 0, 0, 0]" in text
+    lines = [line.split() for line in text.splitlines()]
+    assert ["as", "it", "is", "0.628", "0.578", "12.5", "0", "0", "200", "0", "0", "0"] in lines
+    assert any(line[:2] == ["proposed", "0.674"] for line in lines) and "not checked" in text
+    assert "(touches the table)" in text and "refused: hangs over 21" in text
+
+
+def test_a_part_that_stays_is_said_to() -> None:
+    text = _said()
+    assert "best where it is" in text and "proposed" not in text and "refused" not in text
