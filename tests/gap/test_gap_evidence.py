@@ -15,6 +15,7 @@ from camrob.gap.effects.effect import EffectParameter, Unit
 from camrob.gap.evidence.design import Design
 from camrob.gap.evidence.evidence import _SHARES as SHARES
 from camrob.gap.evidence.evidence import COUNTS_FROM, Evidence
+from camrob.gap.evidence.scan import _gain, _peak
 from camrob.gap.evidence.search import posterior
 
 NOISE = 1e-4
@@ -162,3 +163,16 @@ def test_the_noise_of_single_poses_that_nobody_told_is_found_from_what_nothing_e
     assert diagnose([offset], kr15()).claimed == ("joint_offset",)
     with pytest.raises(LogError, match="too few"):
         diagnose([unstated(simulated(sigma_mm=0.03, run=poses(14), poses=True))], kr15())
+
+
+def test_a_quantity_that_hardly_changes_where_anything_was_measured_explains_nothing() -> None:
+    """Its functions are constants there, but for rounding: they have no products to solve for."""
+    rng = np.random.default_rng(0)
+    w = np.where(np.arange(400) < 200, 1e8, 0.0)
+    still = np.where(np.arange(400) < 200, 0.3, rng.uniform(-1.0, 1.0, 400))
+    X = np.polynomial.legendre.legvander(still, 5)[:, 1:].T
+    gain, coefficients = _gain(np.ascontiguousarray(X), rng.normal(0.0, 1e-4, 400), w)
+    assert np.isfinite(coefficients).all()
+    assert gain < 40.0
+    for angle in (np.full(400, 0.3), np.where(w > 0.0, 0.3, still)):
+        assert _peak(np.linspace(20.0, 21.0, 41), rng.normal(0.0, 1e-4, 400), w, angle)[1] < 40.0

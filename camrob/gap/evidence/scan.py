@@ -34,6 +34,7 @@ _SAME = 0.9999  # share of the energy of a constant from which it is another's
 _RIGID = 6  # columns of a place that is elsewhere and turned
 _EDGE = 8  # samples at either end of a log in which a step is no step
 _FORCE = "force"  # a regime, and the first word of a quantity
+_ROUNDED = 1e-12  # of the weights: a cosine that varies by less is a constant, but for rounding
 _GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
 
 
@@ -126,7 +127,8 @@ def _peak(orders: Array, z: Array, w: Array, angle: Array) -> tuple[float, float
     bc, bs = sums[:, 2].real, sums[:, 2].imag
     det = np.maximum(cc * ss - cs**2, 1e-12 * cc * ss + 1e-300)
     gain = (bc**2 * ss - 2.0 * bc * bs * cs + bs**2 * cc) / det
-    gain = np.where(det < 2e-3 * cc * ss, 0.0, gain)
+    shows = (np.minimum(cc, ss) > _ROUNDED * total) & (det >= 2e-3 * cc * ss)
+    gain = np.where(shows, gain, 0.0)
     k = int(np.argmax(gain))
     return float(orders[k]), float(gain[k])
 
@@ -265,9 +267,10 @@ def _gain(X: Array, z: Array, w: Array) -> tuple[float, Array]:
     total = w.sum()
     if total <= 0.0:
         return 0.0, np.zeros(len(X))
-    weighed = X * w
-    middle, rest = weighed.sum(axis=1), z - float(w @ z) / total
-    A, b = weighed @ X.T - np.outer(middle, middle) / total, weighed @ rest
+    # less their means first: products of what hardly changes would be but rounding
+    Z = X - ((X @ w) / total)[:, None]
+    weighed = Z * w
+    A, b = weighed @ Z.T, weighed @ (z - float(w @ z) / total)
     scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
     solved = np.linalg.solve(A / np.outer(scale, scale) + _RIDGE * np.eye(len(b)), b / scale)
     return float(solved @ (b / scale)), solved / scale

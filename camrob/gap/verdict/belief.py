@@ -67,10 +67,6 @@ class Belief:
         size = min(structure / self.stays, share / self.share)
         return float(1.0 / (1.0 + np.exp(-self.steep * (size - 1.0))))
 
-    def stands_out(self, times: float) -> float:
-        """What is left of a name that moves the tool by so many times what stays beyond the predicted."""
-        return 1.0 if times >= self.farther else self.part_seen if times >= self.far_more else self.doubtful
-
     def surprised(self, beyond: float, noise: float, discrepancy: float, doubt: float) -> bool:
         """True where more stays on withheld logs than predicted, m2 `beyond` it, than noise, discrepancy and doubt (m) allow."""
         return beyond > (self.by_noise * noise) ** 2 + (self.by_field * discrepancy) ** 2 + (self.by_doubt * doubt) ** 2

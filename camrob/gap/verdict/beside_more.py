@@ -13,9 +13,10 @@ from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.carried_over import carried_over
 from camrob.gap.verdict.remains import left_panels
 
-__all__ = ["beside_more", "gains", "taken"]
+__all__ = ["SMOOTH", "beside_more", "gains", "taken"]
 
-_SMOOTH = frozenset({"position", "load", "time"})  # regimes that change slowly, as the discrepancy does
+SMOOTH = frozenset({"position", "load", "time"})
+"""Regimes that change slowly, as the discrepancy does."""
 
 
 def beside_more(
@@ -29,7 +30,7 @@ def beside_more(
     """
     stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
     sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
-    smooth = {e.name for e in library if _SMOOTH.issuperset(e.regimes)} & set(sizes)
+    smooth = {e.name for e in library if SMOOTH.issuperset(e.regimes)} & set(sizes)
     cancel = sum(sizes[n] ** 2 for n in smooth) > BELIEF.cancels * settled_rms(model, model.panels, smooth) ** 2
     small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
     carried = carried_over(model, trial, small)

@@ -20,7 +20,8 @@ from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
-from camrob.gap.verdict.beside_more import beside_more, gains
+from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
+from camrob.gap.verdict.carried_over import carried_over
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
@@ -153,22 +154,32 @@ def _likely_at_most(model: Model, library: Sequence[Effect]) -> set[str]:
 
 def _held(model: Model, trial: Trial, probability: Mapping[str, float], library: Sequence[Effect]) -> dict[str, float]:
     """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy predict, a name
-    has not shown that it is more than a likeness; but for one that moves the tool there by far more than that, which is sure
-    where it does so by farther still, and those of the drives, where the logs hold both ends.
+    has not shown that it is more than a likeness; but for one that moves the tool there by far more than that, and those of the
+    drives, where the logs hold both ends. Beside what stays beyond all that was predicted, of far postures too, a name is likely
+    and no more where it moves the tool by less than ten times as much, whatever the fit leaves open: of play and a drive's
+    friction whose encoder nobody logged, the one leaves of the other no more than that. What follows posture and carries
+    over to far ones is no likeness.
     """
     members = _claims(model, probability)
     if not members or not trial.named:
         return dict(probability)
     reached = shrinkage(model, trial, model.best.members, members)
-    beyond = reached.rms_after**2 - expected(model, trial, members, far=False)[1] ** 2
-    doubtful = BELIEF.surprised(beyond, model.noise, model.discrepancy, reached.doubt)
+    near, beyond = (reached.rms_after**2 - expected(model, trial, members, far=far)[1] ** 2 for far in (False, True))
     seen = {e.name for e in library if e.stages == ("setpoint_to_encoder",)}
     sure = seen if all(p.servo is not None for p in model.panels) else set()
-    if not doubtful:
-        return dict(probability)
-    stays = float(np.sqrt(beyond))
-    times = {n: np.inf if n in sure else effect_rms(model, trial.panels, n) / stays for n in probability}
-    return {n: p * BELIEF.stands_out(times[n]) for n, p in probability.items()}
+    moved = {n: effect_rms(model, trial.panels, n) for n in probability if n not in sure}
+    likely: frozenset[str] = frozenset()
+    doubtful: frozenset[str] = frozenset()
+    if BELIEF.surprised(near, model.noise, model.discrepancy, reached.doubt):
+        doubtful = frozenset(n for n, rms in moved.items() if rms < BELIEF.far_more * np.sqrt(near))
+    if BELIEF.surprised(beyond, model.noise, model.discrepancy, 0.0):
+        small = frozenset(n for n, rms in moved.items() if 0.0 < rms < BELIEF.farther * np.sqrt(beyond))
+        smooth = {e.name for e in library if SMOOTH.issuperset(e.regimes)}
+        likely = small - carried_over(model, trial, small & smooth)
+    return {
+        n: p * (BELIEF.doubtful if n in doubtful else BELIEF.part_seen if n in likely else 1.0)
+        for n, p in probability.items()
+    }
 
 
 def _claims(model: Model, probability: Mapping[str, float]) -> Set:

@@ -189,11 +189,11 @@ def drawn_kind(seed):
     return _kind(np.random.default_rng(seed))
 
 
-def drawn(seed, kind=None, only=None, sizes=None, whole=True, motions=()):
+def drawn(seed, kind=None, only=None, sizes=None, whole=True, motions=(), longer=1.0):
     """(rng, rig, runs, chosen effects as (name, apply, size), label). only: the one effect; sizes: (least, most) times the noise.
 
     whole: with the second run and the nuisances; without, the first run has nothing wrong yet. motions: logs (paths) on whose
-    motions the runs are, the one to fit and the withheld one, instead of drawn ones.
+    motions the runs are, the one to fit and the withheld one, instead of drawn ones; longer: times their drawn length.
     """
     given = [read_motion(m) for m in motions]
     rng, other = np.random.default_rng(seed), np.random.default_rng([seed, 1])
@@ -204,7 +204,8 @@ def drawn(seed, kind=None, only=None, sizes=None, whole=True, motions=()):
     if given:
         rig = fitted_rig(rig, given[0], only)
     first, last = (given[0], given[-1]) if given else (None, None)
-    runs = [run_of(rng, rig, np.exp(rng.uniform(np.log(25), np.log(100))), rig.travel, first)]
+    seconds = longer * np.exp(rng.uniform(np.log(25), np.log(100)))
+    runs = [run_of(rng, rig, seconds, rig.travel, first)]
     world, at = runs[0]
     few = at[:: max(1, len(at) // 300)]
     names = names_of(rig)
@@ -226,7 +227,7 @@ def drawn(seed, kind=None, only=None, sizes=None, whole=True, motions=()):
     if not whole:
         return rng, rig, runs, chosen, label
     passed = at[-1] if given else 0.0
-    runs.append(run_of(other, rig, other.uniform(20, 40), rig.travel * other.uniform(0.6, 1.2), last, passed))
+    runs.append(run_of(other, rig, longer * other.uniform(20, 40), rig.travel * other.uniform(0.6, 1.2), last, passed))
     nuisances = []
     for name in (n for n in names if n not in picked):
         _, apply = draw(name, rng, world)
@@ -288,13 +289,14 @@ def columns_of(rng, rig, world, at):
     return columns
 
 
-def write_case(folder: Path, seed: int, kind=None, only=None, sizes=None, motions=(), field=0.0) -> dict:
+def write_case(folder: Path, seed: int, kind=None, only=None, sizes=None, motions=(), field=0.0, longer=1.0) -> dict:
     """Write SEED.csv and SEED_withheld.csv, with what is told beside them, into a folder; gives the label.
 
     motions: logs (paths) on whose motions the case is, the one to fit and the withheld one; what is written then has their
-    columns, rows and instrument. field: times the noise that a smooth field over posture moves the tool by, beside all effects.
+    columns, rows and instrument. field: times the noise that a smooth field over posture moves the tool by, beside all effects;
+    longer: times the drawn length of both runs.
     """
-    rng, rig, runs, _, label = drawn(seed, kind, only, sizes, motions=motions)
+    rng, rig, runs, _, label = drawn(seed, kind, only, sizes, motions=motions, longer=longer)
     if field > 0.0:
         apply = draw_field(seed, runs[0][0], field * rig.noise)
         for world, _ in runs:
