@@ -1,6 +1,7 @@
 """How far a sample's plan may be above the best that exists, by the planner's own objective, proved.
 
-`python tests/bench/proving/bench_plan.py SAMPLE [TARGET] [LEVELS]`; TARGET: the share of the best plan's price that is aimed at.
+`python tests/bench/proving/bench_plan.py SAMPLE [TARGET] [LEVELS] [FILE.npz]`; TARGET: the share of the best plan's price that is
+aimed at; FILE.npz: the certificate, which `check_plan.py` proves again.
 """
 
 from __future__ import annotations
@@ -23,13 +24,14 @@ from camrob.redundancy.replanning.one_plan import Plan, Task, make_plan
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from proving.plan_certificate import write_certificate
 from proving.whole_plan import Level, prove_plan
 
 ROOT = Path(__file__).resolve().parents[3]
 _ABOVE_BEST, _ABOVE_PLAN = 1.3, 1.15  # times the place's best and the plan's: dearer postures are passed over
 
 
-def main(sample: str, share: float, levels: int) -> None:
+def main(sample: str, share: float, levels: int, to: Path | None) -> None:
     """Plan a sample, prove a bound of its price, and say what it comes to."""
     inputs = read_inputs(
         ROOT / "toolpaths" / sample / f"{sample}.cls", cell_for("post", ROOT / "cells" / "kr15_track_table"), None
@@ -48,7 +50,10 @@ def main(sample: str, share: float, levels: int) -> None:
     print("  " + ", ".join(f"{n} {v:.4f}" for n, v in plan_terms(space, objective, land.w, drafts[best]).items()))
     most = _most(plan, objective, drafts[best])
     start, processor = time.perf_counter(), time.process_time()
-    proof = prove_plan(cell, objective, land.w, most, share * prices[best], levels=levels, say=_say)
+    told: list[dict[str, NDArray[np.float64] | NDArray[np.int64]]] = []
+    proof = prove_plan(cell, objective, land.w, most, share * prices[best], levels=levels, say=_say, told=told)
+    if to is not None:
+        write_certificate(to, cell, objective, land.w, most, told)
     print(
         f"{sample}: proved {proof.bound:.4f} m: best found within {100.0 * proof.gap(prices[best]):.2f} %, plan taken within "
         f"{100.0 * proof.gap(taken):.2f} % of the best that exists; {time.process_time() - processor:.0f} s of one core, "
@@ -75,4 +80,5 @@ def _say(level: Level) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else 0.99, int(sys.argv[3]) if len(sys.argv) > 3 else 5)
+    given = [*sys.argv[1:], *[None] * 4]
+    main(given[0], float(given[1] or 0.99), int(given[2] or 5), Path(given[3]) if given[3] else None)

@@ -36,7 +36,7 @@ from proving.relaxed import cheapest_through
 from proving.seen import Lattice, seen_of_cells
 from proving.seen_bins import bins_of
 
-__all__ = ["Level", "PlanProof", "prove_plan"]
+__all__ = ["Level", "PlanProof", "dearest", "prove_plan"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -88,9 +88,11 @@ def prove_plan(
     *,
     levels: int = 5,
     say: Callable[[Level], None] | None = None,
+    told: list[dict[str, Array | Ints]] | None = None,
 ) -> PlanProof:
     """A lower bound of the objective over all plans through waypoints, m.
 
+    told: gets what each level rests on (cells, bins, planes, which cells are left), for a certificate.
     most (W,): price of a metre above which it doesn't matter how dear a place is; target: no bound above it is looked for.
     Raises CellError for a cell that the enclosures don't cover.
     """
@@ -98,7 +100,7 @@ def prove_plan(
         raise CellError(
             f"cell {cell.name}: resolve.planned.power is {objective.power:g}, and the proof needs 2 or more"
         )
-    most = np.minimum(most, _dearest(objective))
+    most = np.minimum(most, dearest(objective))
     shape = arm_shape(cell, w.base_T_tip[:, :3, 2].sum(axis=0))
     space = plan_space(cell)
     motion = motion_price(objective, moves_along(w, np.arange(len(w))), "travel", "smoothness", "speed")
@@ -110,7 +112,8 @@ def prove_plan(
     for _level in range(levels):
         start = process_time()
         lattice = _lattice(shape, count)
-        k, where, corner, bins, planes = _priced(shape, objective, w, most, lattice, k, where)
+        found = {"count": count.copy(), "k": k, "where": where}
+        k, where, corner, bins, planes = _priced(shape, objective, w, most, lattice, k, where, found)
         steps = np.stack([_steps(motion, lattice, i, len(endless)) for i in range(2)], axis=1)
         price, through = cheapest_through(
             count + ~_both(endless), _both(endless), most, np.searchsorted(k, np.arange(len(w) + 1)), where, corner,
@@ -119,6 +122,9 @@ def prove_plan(
         bound = min(shown, price * (1.0 - _ROUNDING))
         known = max(known, bound)
         rest = through * (1.0 - _ROUNDING) < target
+        if told is not None:
+            found["rest"] = np.flatnonzero(found.pop("live"))[rest]
+            told.append(found)
         done.append(Level(len(rest), int(rest.sum()), bins, planes, bound, process_time() - start))
         if say is not None:
             say(done[-1])
@@ -133,15 +139,19 @@ def prove_plan(
     return PlanProof(known, tuple(done))
 
 
-def _dearest(objective: Objective) -> float:
+def dearest(objective: Objective) -> float:
     """The price of a metre for its conditioning alone in the worst of postures."""
     return float(objective.conditioning * (objective.threshold / _LEAST_VALUE) ** objective.power)
 
 
 def _priced(
-    shape: ArmShape, objective: Objective, w: Waypoints, most: Array, lattice: Lattice, k: Ints, where: Ints
-) -> tuple[Ints, Ints, Array, int, int]:
-    """The cells that may be cheaper than the most, with the prices at their corners (M, 4); bins and planes that it took."""
+    shape: ArmShape, objective: Objective, w: Waypoints, most: Array, lattice: Lattice, k: Ints, where: Ints,
+    found: dict[str, Array | Ints],
+) -> tuple[Ints, Ints, Array, int, int]:  # fmt: skip
+    """The cells that may be cheaper than the most, with the prices at their corners (M, 4); bins and planes that it took.
+
+    found <- each cell's bin (-1: too near axis 1), bins, planes, and which cells are live.
+    """
     frames = np.asarray(w.base_T_tip)
     tip, axis = np.ascontiguousarray(frames[:, :3, 3]), np.ascontiguousarray(frames[:, :3, 2])
     seen = seen_of_cells(shape, tip, axis, lattice, k, where)
@@ -160,6 +170,17 @@ def _priced(
         seen[some], bins.own, bins.frame, bins.box, offset, objective.conditioning * planes, most[k[some]]
     )
     live = corner.min(axis=1) < most[k]
+    own = np.full(len(k), -1)
+    own[some] = bins.own
+    found |= {
+        "own": own,
+        "frame": bins.frame,
+        "box": bins.box,
+        "cap": cap,
+        "offset": offset,
+        "planes": planes,
+        "live": live,
+    }
     return k[live], where[live], np.ascontiguousarray(corner[live]), len(bins.frame), len(planes)
 
 

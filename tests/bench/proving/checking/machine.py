@@ -1,0 +1,113 @@
+"""The machine as a cell.toml says it: how a tool is seen from its arm, all over cells of table and track."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+from proving.checking.forms import bounds, constant, inverse, minus, plus, root, scaled, shifted, times, turned
+
+NEAR = 1e-3  # share of the farthest squared distance from axis 1 below which nothing is said of a cell
+
+
+def dh(row, q=0.0, prismatic=False):
+    """Denavit and Hartenberg's matrix of a row, its variable at q beside what the row says."""
+    t, a = np.radians(row.get("theta_deg", 0.0)) + (0.0 if prismatic else q), np.radians(row["alpha_deg"])
+    d = row.get("d_mm", 0.0) / 1e3 + (q if prismatic else 0.0)
+    c, s, ca, sa = np.cos(t), np.sin(t), np.cos(a), np.sin(a)
+    r = row["a_mm"] / 1e3
+    return np.array([[c, -s * ca, s * sa, r * c], [s, c * ca, -c * sa, r * s], [0.0, sa, ca, d], [0.0, 0.0, 0.0, 1.0]])
+
+
+def frame(values):
+    """X, Y, Z mm, A, B, C degrees about z, y', x''."""
+    a, b, c = np.radians(values[3:])
+    ca, sa, cb, sb, cc, sc = np.cos(a), np.sin(a), np.cos(b), np.sin(b), np.cos(c), np.sin(c)
+    R = np.array([[ca, -sa, 0], [sa, ca, 0], [0, 0, 1]]) @ np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R @ np.array([[1, 0, 0], [0, cc, -sc], [0, sc, cc]]), np.array(values[:3]) / 1e3
+    return T
+
+
+class Machine:
+    """A table that turns on a track that slides, or one of them, under an arm of two parallel axes and a spherical wrist."""
+
+    def __init__(self, file):
+        cell = tomllib.loads(Path(file).read_text())
+        joints = cell["joint"]
+        self.L = cell["kinematics"]["characteristic_length_mm"] / 1e3
+        self.base = frame(cell["kinematics"]["base_to_first"])
+        self.outer = [j for j in joints if j["role"] in ("workpiece", "carriage")]
+        arm = [j for j in joints if j["role"] == "arm"]
+        T, h, o = np.eye(4), [], []
+        for j in arm:
+            h.append(T[:3, 2])
+            o.append(T[:3, 3])
+            T = T @ dh(j["dh"])
+        plate = T[:3, 3]
+        tool = T @ frame(cell["kinematics"]["wrist_to_flange"]) @ frame(cell["tool"]["flange_to_tool"])
+        self.lower, self.upper = np.array([self._limits(j) for j in arm]).T
+        self.sense = np.sign(h[1][1]), np.sign(h[2][1])
+        lean = [
+            abs(h[1] @ [1, 0, 0]),
+            abs(h[1] @ [0, 0, 1]),
+            np.linalg.norm(np.cross(h[1], h[2])),
+            abs(o[1][1]),
+            abs(o[2][1]),
+        ]
+        wrist = o[4]
+        lean += [
+            np.linalg.norm(np.cross(h[3], wrist - o[3])),
+            np.linalg.norm(np.cross(h[5], wrist - o[5])),
+            abs(wrist[1]),
+        ]
+        lean += [abs(h[3] @ h[4]), abs(h[4] @ h[5]), np.linalg.norm(np.cross(h[0], [0, 0, 1])), abs(h[3][1])]
+        if max(lean) > 1e-12:
+            raise SystemExit("not a machine that is covered")
+        self.x2, self.z2 = o[1][0], o[1][2]
+        self.up, self.fore = (o[2] - o[1])[[0, 2]], (wrist - o[2])[[0, 2]]
+        f, g = self.fore / np.linalg.norm(self.fore), h[3][[0, 2]]
+        self.h4 = f @ g, f[0] * g[1] - f[1] * g[0]  # axis 4 along the forearm, and a quarter on
+        self.R = tool[:3, :3]
+        self.wrist, self.sixth, self.plate = (
+            self.R.T @ (wrist - tool[:3, 3]),
+            self.R.T @ h[5],
+            self.R.T @ (plate - wrist),
+        )
+        self.zero5 = np.arctan2(h[4] @ np.cross(h[5], h[3]), h[5] @ h[3])
+
+    @staticmethod
+    def _limits(j):
+        low, high = j["limits"]["range_deg"]
+        q = [(v - j["axis"].get("offset_deg", 0.0)) / j["axis"]["sign"] for v in (low, high)]
+        return np.radians(sorted(q))
+
+    def seen(self, tip, axis, middle, half):
+        """Forms (N, 5): radius, height, axis along the radius, across it, up; of poses (N, 3) all over cells, symbols 0 and 1."""
+        B = np.linalg.inv(self.base)
+        p = [constant(tip @ B[i, :3] + B[i, 3]) for i in range(3)]
+        z = [constant(axis @ B[i, :3]) for i in range(3)]
+        for i, j in enumerate(self.outer):
+            u = constant(middle[:, i])
+            u[:, 1 + i] = half[i]
+            if j["type"] == "prismatic":
+                p = [p[0], p[1], minus(p[2], u)]
+            else:
+                c, s = turned(u)
+                p, z = (
+                    [plus(times(c, v[0]), times(s, v[1])), minus(times(c, v[1]), times(s, v[0])), v[2]] for v in (p, z)
+                )
+            A = np.linalg.inv(dh(j["dh"]))
+            p = [shifted(sum(scaled(v, k) for v, k in zip(p, A[r, :3], strict=True)), A[r, 3]) for r in range(3)]
+            z = [sum(scaled(v, k) for v, k in zip(z, A[r, :3], strict=True)) for r in range(3)]
+        far = plus(times(p[0], p[0]), times(p[1], p[1]))
+        low, high = bounds(far)
+        near = low < NEAR * high
+        low = np.where(near, 0.5 * high, low)
+        radius = root(far, low, high)
+        over = inverse(radius, np.sqrt(low), np.sqrt(high))
+        along = times(plus(times(z[0], p[0]), times(z[1], p[1])), over)
+        aside = times(minus(times(z[1], p[0]), times(z[0], p[1])), over)
+        return np.stack([radius, shifted(p[2], -self.z2), along, aside, z[2]], axis=1), near
