@@ -249,7 +249,9 @@ def _summary(
             + sorted({m for s in model.scenes for m in lacking(s)}),
             "segments": [_stretch(s) for s in segments],
             "change_points": [
-                {"log": s.log, "t_s": s.from_s, "line": s.from_line, "step_mm": mm(s.step)} for s in segments if s.step > 0.0
+                {"log": s.log, "t_s": s.from_s, "line": s.from_line, "step_mm": mm(s.step)}
+                for s in segments
+                if s.step > 0.0
             ],
             "lines": [_stretch(s) for s in lines_of(model.panels)],
             "directions": {k: mm(v.value) for k, v in directions.items()},
@@ -263,16 +265,22 @@ def _summary(
         "latency_s": alignment.summary,
         **verdict.summary,
         "logs": [s.name for s in model.scenes],
-    }  # fmt: skip
+    }
 
 
 def _stretch(s: Segment) -> dict[str, Any]:
     """A stretch for JSON."""
     return {
-        "log": s.log, "from_line": s.from_line, "to_line": s.to_line, "from_s": s.from_s, "to_s": s.to_s,
-        "samples": s.samples, "rms_mm": m_to_mm(s.rms), "contour_mm": m_to_mm(s.contour),
+        "log": s.log,
+        "from_line": s.from_line,
+        "to_line": s.to_line,
+        "from_s": s.from_s,
+        "to_s": s.to_s,
+        "samples": s.samples,
+        "rms_mm": m_to_mm(s.rms),
+        "contour_mm": m_to_mm(s.contour),
         "tangential_mm": m_to_mm(s.tangential),
-    }  # fmt: skip
+    }
 
 
 def _of_stages(by_stage: Sequence[StageGaps], good: Sequence[NDArray[np.bool_]]) -> dict[str, Share | None]:

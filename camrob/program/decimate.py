@@ -44,9 +44,15 @@ def _passes(
 
 @kernel
 def _greedy(
-    p: Array, z: Array, e: Array, fixed: NDArray[np.bool_], tolerance: float, turn: float, external: float,
+    p: Array,
+    z: Array,
+    e: Array,
+    fixed: NDArray[np.bool_],
+    tolerance: float,
+    turn: float,
+    external: float,
     keep: NDArray[np.bool_],
-) -> None:  # fmt: skip
+) -> None:
     """keep <- the points where motions end, each as far on as it may go."""
     N = p.shape[0]
     start = 0

@@ -198,13 +198,37 @@ def _area(code: str) -> str:
     return "process" if code in _PROCESS else "limits"
 
 
-_PROCESS = frozenset({
-    "no-speed", "speed-limit", "no-feed", "feed-higher", "feed-lower", "entry-faster", "rapid-higher", "event-extra",
-    "event-lost", "load-differs",
-    "spindle-differs", "coolant-differs", "tool-differs", "change-running", "change-in-part", "spindle-off-in-part",
-    "spindle-range", "rounded-cut", "not-repeatable", "axis-speed", "setting-higher", "setting-lower", "override", "ends-running",
-    "ends-in-part", "ends-elsewhere", "output-unknown",
-})  # fmt: skip
+_PROCESS = frozenset(
+    {
+        "no-speed",
+        "speed-limit",
+        "no-feed",
+        "feed-higher",
+        "feed-lower",
+        "entry-faster",
+        "rapid-higher",
+        "event-extra",
+        "event-lost",
+        "load-differs",
+        "spindle-differs",
+        "coolant-differs",
+        "tool-differs",
+        "change-running",
+        "change-in-part",
+        "spindle-off-in-part",
+        "spindle-range",
+        "rounded-cut",
+        "not-repeatable",
+        "axis-speed",
+        "setting-higher",
+        "setting-lower",
+        "override",
+        "ends-running",
+        "ends-in-part",
+        "ends-elsewhere",
+        "output-unknown",
+    }
+)
 
 
 def _texts(gaps: Iterable[Gap], run: Run, story: Story | None) -> tuple[str, ...]:

@@ -1,5 +1,5 @@
-"""What the planner posts, beside what its knee alone would: the samples, and the 36 drawn paths of `path_family`, none of which
-the rule was fitted on.
+"""What the planner posts, beside what its knee alone would: the samples, and the 36 drawn paths of `path_family`, beside which
+two of the rule's three allowances were set.
 
 `python tests/bench/bench_posted.py [PATH ...] [--to FILE.md]`; PATH: a sample's name or `family`. One process; with kernels
 compiled some 10 minutes of one core for all. Price: the planner's objective, travel in full; feed held: the share of the cutting

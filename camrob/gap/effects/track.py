@@ -29,8 +29,9 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         lean = [EffectParameter(f"{joint.name}_r{p}_deg", "deg", tilt, -0.01, 0.01) for p in "xy"]
         bows = [
             EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005, beside=k == 0)
-            for k in range(4) for p in "xyz"
-        ]  # fmt: skip
+            for k in range(4)
+            for p in "xyz"
+        ]
         travel = np.concatenate([s.link[:, s.index(joint.name)] for s in scenes])
         middle, half = 0.5 * float(travel.max() + travel.min()), 0.5 * float(np.ptp(travel))
         units.append(Unit("track", joint.name, (scale,), key="scale"))

@@ -36,10 +36,15 @@ _BESIDE = 0.2
 
 
 def panels_for(
-    scenes: Sequence[Scene], noises: Sequence[Noise], kept: Sequence[NDArray[np.bool_]], units: Sequence[Unit],
-    effects: Sequence[Effect], states: Mapping[str, State], basis: SmoothBasis | None = None,
+    scenes: Sequence[Scene],
+    noises: Sequence[Noise],
+    kept: Sequence[NDArray[np.bool_]],
+    units: Sequence[Unit],
+    effects: Sequence[Effect],
+    states: Mapping[str, State],
+    basis: SmoothBasis | None = None,
     remembered: Remembered | None = None,
-) -> tuple[Panel, ...]:  # fmt: skip
+) -> tuple[Panel, ...]:
     """Columns and weights of all logs."""
     blocks = max(2, _BLOCKS if len(scenes) < 3 else _BLOCKS // 2)
     return tuple(
@@ -80,9 +85,20 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         left = [p.y_tcp - p.twists(best.mean) for p in panels]
         excess = _excess(panels, evidence, best)
         model = Model(
-            tuple(effects), dict(states), tuple(scenes), noises, panels, design, evidence, scores,
-            {}, best, excess, int(sum((~k).sum() for k in kept)), basis,
-        )  # fmt: skip
+            tuple(effects),
+            dict(states),
+            tuple(scenes),
+            noises,
+            panels,
+            design,
+            evidence,
+            scores,
+            {},
+            best,
+            excess,
+            int(sum((~k).sum() for k in kept)),
+            basis,
+        )
         names = frozenset(_name(units[i]) for i in best.members)
         changed = _refine(model, states)
         settled = not changed and names in starts  # what is offered now was offered, and not taken
@@ -101,9 +117,14 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
 
 
 def _weighed(
-    panels: tuple[Panel, ...], units: Sequence[Unit], basis: SmoothBasis, noises: Sequence[Noise], sizes: Array,
-    starts: Sequence[frozenset[int]], parts: Sequence[str],
-) -> tuple[tuple[Panel, ...], Evidence]:  # fmt: skip
+    panels: tuple[Panel, ...],
+    units: Sequence[Unit],
+    basis: SmoothBasis,
+    noises: Sequence[Noise],
+    sizes: Array,
+    starts: Sequence[frozenset[int]],
+    parts: Sequence[str],
+) -> tuple[tuple[Panel, ...], Evidence]:
     """The panels, and the evidence with the discrepancy's sizes and a temperature that suit the best of some sets. parts: of the
     discrepancy that may be there.
     """
@@ -168,9 +189,12 @@ def _excess(panels: Sequence[Panel], evidence: Evidence, best: Fitted) -> float:
 
 
 def _with_shown_noise(
-    scenes: Sequence[Scene], noises: Sequence[Noise], kept: Sequence[NDArray[np.bool_]], effects: Sequence[Effect],
+    scenes: Sequence[Scene],
+    noises: Sequence[Noise],
+    kept: Sequence[NDArray[np.bool_]],
+    effects: Sequence[Effect],
     states: Mapping[str, State],
-) -> tuple[Noise, ...]:  # fmt: skip
+) -> tuple[Noise, ...]:
     """The noises, with those of single poses where it is not stated found from what no effect explains."""
     panels = panels_for(scenes, noises, kept, build_units(scenes, effects, states), effects, states)
     return tuple(

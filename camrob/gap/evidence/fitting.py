@@ -41,9 +41,12 @@ def leaves_less(one: Shrinkage, other: Shrinkage) -> bool:
     """True where one way to fit surely leaves less of the same withheld samples than another, by the error of the difference
     among their blocks.
     """
-    gains = np.array([
-        np.sum(other.after[other.block == b] ** 2) - np.sum(one.after[one.block == b] ** 2) for b in np.unique(one.block)
-    ])  # fmt: skip
+    gains = np.array(
+        [
+            np.sum(other.after[other.block == b] ** 2) - np.sum(one.after[one.block == b] ** 2)
+            for b in np.unique(one.block)
+        ]
+    )
     return float(gains.sum()) > _ERRORS * float(gains.std() * np.sqrt(len(gains)))
 
 

@@ -150,8 +150,11 @@ def shapes(
     for target in targets(panels[0].scene):
         kind, _, part = target.rpartition(" ")
         if kind == "drive":
-            rows = [(s[:, p.scene.index(part)], p.w_servo[:, p.scene.index(part)] ** 2)
-                    for p, s in zip(panels, servo, strict=True) if s is not None and p.w_servo is not None]  # fmt: skip
+            rows = [
+                (s[:, p.scene.index(part)], p.w_servo[:, p.scene.index(part)] ** 2)
+                for p, s in zip(panels, servo, strict=True)
+                if s is not None and p.w_servo is not None
+            ]
         else:
             term = f"root.{part}" if kind == "foot" else f"{part}.zero"
             rows = [_behind(p, r, term) for p, r in zip(panels, residuals, strict=True)]

@@ -32,9 +32,12 @@ class Experiment:
 
 
 def next_experiment(
-    claimed: Sequence[str], rivals: Mapping[str, float], sizes_mm: Mapping[str, float], library: Sequence[Effect],
+    claimed: Sequence[str],
+    rivals: Mapping[str, float],
+    sizes_mm: Mapping[str, float],
+    library: Sequence[Effect],
     unknown: Sequence[str] | None,
-) -> str:  # fmt: skip
+) -> str:
     """What to run next where no motion was reckoned. rivals: probability of the effects that are considered; unknown: the axes
     at which something unexplained sits, none where it is no axis, None where nothing is unexplained.
     """
@@ -108,9 +111,12 @@ def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Expe
         for rms, m in ranked
     ]
     summary = {
-        "motion": best.key, "rivals": [["unknown"], []], "separation_mm": size, "expected_mm": [size, noise],
+        "motion": best.key,
+        "rivals": [["unknown"], []],
+        "separation_mm": size,
+        "expected_mm": [size, noise],
         "considered": considered,
-    }  # fmt: skip
+    }
     return Experiment(tuple(m for _, m in ranked if m.axis), text, summary)
 
 

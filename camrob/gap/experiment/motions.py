@@ -62,8 +62,17 @@ def trial_motions(scene: Scene) -> tuple[TrialMotion, ...]:
     q = scene.postures(np.asarray(scene.command))
     found = []
 
-    def add(key: str, text: str, advice: str, q: Array, t: Array, *, of: Cell = cell,
-            warmer: float = 0.0, force: bool = True) -> None:  # fmt: skip
+    def add(
+        key: str,
+        text: str,
+        advice: str,
+        q: Array,
+        t: Array,
+        *,
+        of: Cell = cell,
+        warmer: float = 0.0,
+        force: bool = True,
+    ) -> None:
         try:
             made = make_scene(_log(thin, scene, of, q[::step], t[::step], warmer, force), of)
         except LogError:

@@ -116,9 +116,12 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict
     if period > 0.0 and periodic > max(shares[best] * energy, 0.5 * rest):
         size = edge(float(np.sqrt(2.0 * periodic / len(y))))
         return {
-            "follows": "position", "share": periodic / energy, "coefficient": size, "unit": "mm" if linear else "deg",
+            "follows": "position",
+            "share": periodic / energy,
+            "coefficient": size,
+            "unit": "mm" if linear else "deg",
             "period": edge(period),
-        }  # fmt: skip
+        }
     if shares[best] < _WORTH:
         return nothing
     solved = _solved(np.concatenate([X[n] for n in names], axis=1), y)

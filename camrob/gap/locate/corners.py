@@ -131,9 +131,13 @@ def _stage(before: Array, noise: float, tolerance: float) -> dict[str, Any]:
     rms, p95, least = float(np.sqrt(np.mean(off**2))), float(np.quantile(off, 0.95)), max(noise, _PRINTED)
     return {
         "within": "noise" if rms < least else "tolerance" if p95 < tolerance else "beyond",
-        "rms_mm": m_to_mm(rms), "p95_mm": m_to_mm(p95), "noise_mm": m_to_mm(least), "noise_told": False,
-        "tolerance_mm": m_to_mm(tolerance) if tolerance > 0.0 else None, "axis": "",
-    }  # fmt: skip
+        "rms_mm": m_to_mm(rms),
+        "p95_mm": m_to_mm(p95),
+        "noise_mm": m_to_mm(least),
+        "noise_told": False,
+        "tolerance_mm": m_to_mm(tolerance) if tolerance > 0.0 else None,
+        "axis": "",
+    }
 
 
 def _untold(left: float, noise: float, tolerance: float) -> str:
@@ -148,14 +152,24 @@ def _untold(left: float, noise: float, tolerance: float) -> str:
 def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, asked: float | None) -> dict[str, Any]:
     sizes = figures(shrunk)
     return {
-        "effect": EFFECT.name, "axes": [], "probability": probability,
+        "effect": EFFECT.name,
+        "axes": [],
+        "probability": probability,
         "parameters": {DISTANCE.name: {"value": m_to_mm(value), "std": m_to_mm(std)}},
-        **sizes, "alone": sizes, "added_last": sizes, "moves_mm": sizes["rms_before_mm"],
-        "indistinguishable_from": [], "class": [EFFECT.name], "class_probability": probability, "evidence": probability,
-        "implausible": "", "compensable": EFFECT.compensable, "rungs": list(EFFECT.stages),
+        **sizes,
+        "alone": sizes,
+        "added_last": sizes,
+        "moves_mm": sizes["rms_before_mm"],
+        "indistinguishable_from": [],
+        "class": [EFFECT.name],
+        "class_probability": probability,
+        "evidence": probability,
+        "implausible": "",
+        "compensable": EFFECT.compensable,
+        "rungs": list(EFFECT.stages),
         "regimes": list(EFFECT.regimes),
         "programmed_cdis_mm": asked,
-    }  # fmt: skip
+    }
 
 
 def with_corners(summary: dict[str, Any], verdict: CornerVerdict | None) -> dict[str, Any]:

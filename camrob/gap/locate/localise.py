@@ -94,10 +94,20 @@ def segments_of(panels: Sequence[Panel]) -> tuple[Segment, ...]:
                 continue
             here = gap[a:b][ok]
             rms, across, along = np.sqrt(np.mean(parts[a:b][ok] ** 2, axis=0)).tolist()
-            out.append(Segment(
-                p.scene.name, int(line[a:b].min()), int(line[a:b].max()), rms, across, along, float(p.scene.t[a]),
-                float(p.scene.t[b - 1]), int(ok.sum()), _step(before, here),
-            ))  # fmt: skip
+            out.append(
+                Segment(
+                    p.scene.name,
+                    int(line[a:b].min()),
+                    int(line[a:b].max()),
+                    rms,
+                    across,
+                    along,
+                    float(p.scene.t[a]),
+                    float(p.scene.t[b - 1]),
+                    int(ok.sum()),
+                    _step(before, here),
+                )
+            )
             before = here
     return tuple(out)
 

@@ -73,7 +73,25 @@ class Belief:
 
 
 BELIEF = Belief(
-    slope=0.81, surest=0.97, impossible=0.05, stays=0.585, share=0.026, steep=7.8, nothing_else=0.55, read_off=0.95,
-    first_of_twins=0.85, far_more=4.0, farther=10.0, idle=3.0, by_noise=0.5, by_field=0.8, by_doubt=2.0, doubtful=0.5,
-    beside_more=0.8, smooth_more=2.0, cancels=2.0, taken=0.5, part_seen=0.8,
-)  # fmt: skip
+    slope=0.81,
+    surest=0.97,
+    impossible=0.05,
+    stays=0.585,
+    share=0.026,
+    steep=7.8,
+    nothing_else=0.55,
+    read_off=0.95,
+    first_of_twins=0.85,
+    far_more=4.0,
+    farther=10.0,
+    idle=3.0,
+    by_noise=0.5,
+    by_field=0.8,
+    by_doubt=2.0,
+    doubtful=0.5,
+    beside_more=0.8,
+    smooth_more=2.0,
+    cancels=2.0,
+    taken=0.5,
+    part_seen=0.8,
+)

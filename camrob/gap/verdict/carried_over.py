@@ -35,9 +35,9 @@ def carried_over(model: Model, trial: Trial, names: Collection[str]) -> frozense
         own = frozenset(i for i in model.best.members if model.units[i].effect == name)
         last = shrinkage(model, trial, model.best.members, model.best.members - own)
         values = model.values(own, model.best)
-        moved = np.concatenate([
-            settled(model, trial.panels[k], rows, trial.panels[k].moves(values, rows)) for k, rows, _ in trial.asked
-        ])  # fmt: skip
+        moved = np.concatenate(
+            [settled(model, trial.panels[k], rows, trial.panels[k].moves(values, rows)) for k, rows, _ in trial.asked]
+        )
         taken, moves = (
             np.array([float(e[whole.block == b].sum()) for b in blocks])[draws].sum(axis=1)
             for e in (np.sum(last.after**2 - whole.after**2, axis=1), np.sum(moved**2, axis=1))

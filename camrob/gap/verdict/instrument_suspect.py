@@ -29,14 +29,18 @@ def instrument_suspect(model: Model, effects: Sequence[Mapping[str, Any]]) -> di
     suspect = max((float(e["probability"]) for e in claims.values()), default=0.0)
     scale_ppm = PPM * values["scale"] if "scale" in values else None
     accusations = [
-        words for n, e in claims.items()
+        words
+        for n, e in claims.items()
         if e["probability"] >= 0.5
         and (words := accuses[n]({k: v["value"] for k, v in e["parameters"].items()}, e["indistinguishable_from"]))
-    ]  # fmt: skip
+    ]
     return {
-        "suspect": suspect, "scale_ppm": scale_ppm, "drift_mm": float(np.linalg.norm(steady)) if steady else None,
-        "gross": [g for g in gross if g["rows"]], "text": _words(accusations, [g for g in gross if g["rows"]]),
-    }  # fmt: skip
+        "suspect": suspect,
+        "scale_ppm": scale_ppm,
+        "drift_mm": float(np.linalg.norm(steady)) if steady else None,
+        "gross": [g for g in gross if g["rows"]],
+        "text": _words(accusations, [g for g in gross if g["rows"]]),
+    }
 
 
 def _gross(panel: Panel) -> dict[str, Any]:
@@ -44,12 +48,14 @@ def _gross(panel: Panel) -> dict[str, Any]:
     rows = np.flatnonzero((panel.w_tcp[:, :3] == 0.0).any(axis=1) & panel.scene.seen[:, 0])
     size = np.linalg.norm(panel.scene.tcp_gap[rows, :3], axis=1)
     return {
-        "log": panel.scene.name, "rows": len(rows), "share": len(rows) / len(panel.scene),
+        "log": panel.scene.name,
+        "rows": len(rows),
+        "share": len(rows) / len(panel.scene),
         "first": [
             {"sample": int(r) + 1, "t_s": float(panel.scene.t[r]), "off_mm": m_to_mm(float(s))}
             for r, s in list(zip(rows.tolist(), size.tolist(), strict=True))[:_ROWS]
         ],
-    }  # fmt: skip
+    }
 
 
 def _words(accusations: Sequence[str], gross: Sequence[Mapping[str, Any]]) -> str:

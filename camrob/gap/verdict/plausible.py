@@ -72,12 +72,15 @@ def unknown_shapes(model: Model) -> list[dict[str, Any]]:
             bases = [basis(followed(p.scene, quantity, lower), lower, upper, quantity) for p in model.panels]
             swing = float(np.ptp(np.concatenate([X @ model.best.mean[columns[1:]] for X in bases])))
         linear = unit.parameters[0].unit == "mm"
-        shapes.append({
-            "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
-            "moves": _PLACES.get(target, target.removeprefix("drive ").removeprefix(LINK)),
-            "follows": moment_words(quantity, lower) if is_moment(quantity) else quantity,
-            "swing": m_to_mm(swing) if linear else rad_to_deg(swing), "unit": "mm" if linear else "degrees",
-        })  # fmt: skip
+        shapes.append(
+            {
+                "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
+                "moves": _PLACES.get(target, target.removeprefix("drive ").removeprefix(LINK)),
+                "follows": moment_words(quantity, lower) if is_moment(quantity) else quantity,
+                "swing": m_to_mm(swing) if linear else rad_to_deg(swing),
+                "unit": "mm" if linear else "degrees",
+            }
+        )
     return shapes
 
 

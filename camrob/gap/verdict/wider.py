@@ -31,10 +31,14 @@ def shown_by_wider(model: Model, library: Sequence[Effect], claimed: Collection[
         columns = [effect.wider(p.scene, model.states[effect.name]) for p in model.panels]
         if not all(columns):
             continue
-        X = np.concatenate([
-            np.stack([c.tcp[:, :3] * p.w_tcp[:, :3] for c in own if c.tcp is not None], axis=2).reshape(-1, len(own))
-            for p, own in zip(model.panels, columns, strict=True)
-        ])  # fmt: skip
+        X = np.concatenate(
+            [
+                np.stack([c.tcp[:, :3] * p.w_tcp[:, :3] for c in own if c.tcp is not None], axis=2).reshape(
+                    -1, len(own)
+                )
+                for p, own in zip(model.panels, columns, strict=True)
+            ]
+        )
         for name, size in sizes.items():
             if name != effect.name and BELIEF.far_more * size < sizes[effect.name] and _shows(X, _pattern(model, name)):
                 found.setdefault(name, []).append(effect.name)

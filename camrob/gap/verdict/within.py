@@ -47,10 +47,14 @@ class Stage:
     def summary(self) -> dict[str, Any]:
         """For JSON."""
         return {
-            "within": self.within, "rms_mm": m_to_mm(self.rms), "p95_mm": m_to_mm(self.p95), "noise_mm": m_to_mm(self.noise),
-            "noise_told": self.noise_told, "tolerance_mm": m_to_mm(self.tolerance) if self.tolerance > 0.0 else None,
+            "within": self.within,
+            "rms_mm": m_to_mm(self.rms),
+            "p95_mm": m_to_mm(self.p95),
+            "noise_mm": m_to_mm(self.noise),
+            "noise_told": self.noise_told,
+            "tolerance_mm": m_to_mm(self.tolerance) if self.tolerance > 0.0 else None,
             "axis": self.axis,
-        }  # fmt: skip
+        }
 
 
 def stages_within(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> dict[str, Stage]:

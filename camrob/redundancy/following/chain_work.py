@@ -77,16 +77,45 @@ class TrackerWork(NamedTuple):
 def tracker_work(n: int) -> TrackerWork:
     """Arrays for a chain of n joints."""
     return TrackerWork(
-        np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((6, n)),
-        np.empty((n, 6)), np.empty(6), np.empty(n), np.empty(n), np.empty((n, n)), np.empty((n, n)),
-        np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(6), np.empty(n), np.empty((3, n)), np.empty(n),
-        np.empty((3, n)), np.empty(n), np.zeros((n, n)), np.empty(n), np.empty(n), np.empty(6), np.empty(n),
-        np.empty(n, np.int64), np.empty((6, 3)), np.empty(3), np.empty((n, 4)), np.empty((n, 4)),
-        np.empty((n, 3)), np.empty(6), np.empty(3), np.zeros(1, np.bool_),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty(3),
+        np.empty((6, n)),
+        np.empty((n, 6)),
+        np.empty(6),
+        np.empty(n),
+        np.empty(n),
+        np.empty((n, n)),
+        np.empty((n, n)),
+        np.empty((n, n)),
+        np.empty((n, n)),
+        np.empty(n),
+        np.empty(6),
+        np.empty(n),
+        np.empty((3, n)),
+        np.empty(n),
+        np.empty((3, n)),
+        np.empty(n),
+        np.zeros((n, n)),
+        np.empty(n),
+        np.empty(n),
+        np.empty(6),
+        np.empty(n),
+        np.empty(n, np.int64),
+        np.empty((6, 3)),
+        np.empty(3),
+        np.empty((n, 4)),
+        np.empty((n, 4)),
+        np.empty((n, 3)),
+        np.empty(6),
+        np.empty(3),
+        np.zeros(1, np.bool_),
         NearWork(
             np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(n)
         ),
-    )  # fmt: skip
+    )
 
 
 @bare

@@ -52,9 +52,7 @@ def _mix(a: float, x: Four, b: float, y: Four, c: float, z: Four) -> Four:
 
 
 @bare
-def split_task(
-    chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork
-) -> int:  # fmt: skip
+def split_task(chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork) -> int:
     """w.U (n, 4) <- x_p and the null-space vectors, w.x <- pseudoinverse step to w.error. Returns the free joints' number.
 
     0 where the closed form can't be used: an arm without it or near a singular posture, an arm's joint at its limit, more
@@ -254,9 +252,18 @@ def _curved(chain: ChainArrays, n: int, scale: float, multipliers: Array, w: Tra
 
 @bare
 def split_self_motion(
-    chain: ChainArrays, joint_axis: NDArray[np.int64], condition_axis: NDArray[np.int64], n: int, m: int, acting: bool,
-    gradient: bool, shift: float, multipliers: Array, exact: bool, w: TrackerWork,
-) -> float:  # fmt: skip
+    chain: ChainArrays,
+    joint_axis: NDArray[np.int64],
+    condition_axis: NDArray[np.int64],
+    n: int,
+    m: int,
+    acting: bool,
+    gradient: bool,
+    shift: float,
+    multipliers: Array,
+    exact: bool,
+    w: TrackerWork,
+) -> float:
     """w.s[:m] <- the Newton step of the reduced criterion in the null space, w.x taken into account; the shift it needed."""
     U = w.U
     _curved(chain, n, 1.0 / chain.length, multipliers, w)

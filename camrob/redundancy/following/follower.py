@@ -103,9 +103,16 @@ def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64
 
 @bare
 def _solve_point(
-    chain: ChainArrays, settings: TrackerSettings, R_target: Array, p_target: Array, q: Array, q_reference: Array,
-    state: TrackState, limit: Array, w: TrackerWork,
-) -> int:  # fmt: skip
+    chain: ChainArrays,
+    settings: TrackerSettings,
+    R_target: Array,
+    p_target: Array,
+    q: Array,
+    q_reference: Array,
+    state: TrackState,
+    limit: Array,
+    w: TrackerWork,
+) -> int:
     """Move q to the constrained optimum at one target. Returns TRACKED or why not."""
     n = q.shape[0]
     acting, side = state.flags[0] == 1, state.side
@@ -145,9 +152,18 @@ def _solve_point(
 
 @kernel(nogil=True, error_model="numpy", _nrt=False)
 def _follow(
-    chain: ChainArrays, settings: TrackerSettings, targets: Array, q_reference: Array, state: TrackState, limits: Array,
-    out: Array, inv_kf: Array, q_before: Array, w: TrackerWork, h: History,
-) -> tuple[int, int]:  # fmt: skip
+    chain: ChainArrays,
+    settings: TrackerSettings,
+    targets: Array,
+    q_reference: Array,
+    state: TrackState,
+    limits: Array,
+    out: Array,
+    inv_kf: Array,
+    q_before: Array,
+    w: TrackerWork,
+    h: History,
+) -> tuple[int, int]:
     """`track`, with all the scratch that it needs: nothing is allocated here, and no references are counted."""
     N, n = out.shape
     q = state.q
@@ -189,9 +205,15 @@ def _follow(
 
 
 def track(
-    chain: ChainArrays, settings: TrackerSettings, targets: Array, q_reference: Array, state: TrackState, limits: Array,
-    out: Array, inv_kf: Array,
-) -> tuple[int, int]:  # fmt: skip
+    chain: ChainArrays,
+    settings: TrackerSettings,
+    targets: Array,
+    q_reference: Array,
+    state: TrackState,
+    limits: Array,
+    out: Array,
+    inv_kf: Array,
+) -> tuple[int, int]:
     """Follow targets (N, 4, 4), base_T_target, from `state`, which is brought to the path's end.
 
     q_reference: (N, n) reference postures (one row for all points: shape (1, n)). limits: (N, n) how far self-motion

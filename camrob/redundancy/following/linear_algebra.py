@@ -107,9 +107,11 @@ def _stable(h00: float, h11: float, h22: float, minors: float, det: float) -> bo
 
 @bare
 def solve_stable(
-    h: tuple[float, float, float, float, float, float, float, float, float], b: tuple[float, float, float], r: int,
+    h: tuple[float, float, float, float, float, float, float, float, float],
+    b: tuple[float, float, float],
+    r: int,
     shift: float,
-) -> tuple[float, float, float, float]:  # fmt: skip
+) -> tuple[float, float, float, float]:
     """(M + s I)^-1 b for a matrix M of size r up to 3, by rows in h, and the least s >= shift of a rising row that is stable.
 
     Stable: the flow x' = -(M + s I) x dies away, which is what keeps a step from climbing. Eigenvalues tell that, whatever

@@ -201,9 +201,7 @@ def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, ex
 
 
 @bare
-def task_step(
-    chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork
-) -> int:  # fmt: skip
+def task_step(chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork) -> int:
     """w.x <- pseudoinverse step to w.error, by the arm's closed inverse or a factorisation of the free joints' J^T.
 
     Returns the free joints' number, -1 if the chain is singular.
@@ -245,9 +243,15 @@ def inwards(i: int, side: int, multipliers: Array, scale: float, w: TrackerWork)
 
 @bare
 def gradient_and_multipliers(
-    settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, m: int,
-    multipliers: Array, w: TrackerWork,
-) -> None:  # fmt: skip
+    settings: TrackerSettings,
+    q: Array,
+    q_reference: Array,
+    state: TrackState,
+    chain: ChainArrays,
+    m: int,
+    multipliers: Array,
+    w: TrackerWork,
+) -> None:
     """w.g <- -h, multipliers (6,) <- those with which the task's rows meet it best, from the factored free joints."""
     criterion(settings, q, q_reference, state, chain, w)
     if w.split[0]:
@@ -264,9 +268,15 @@ def gradient_and_multipliers(
 
 @bare
 def self_motion(
-    chain: ChainArrays, settings: TrackerSettings, m: int, acting: bool, shift: float, multipliers: Array, exact: bool,
+    chain: ChainArrays,
+    settings: TrackerSettings,
+    m: int,
+    acting: bool,
+    shift: float,
+    multipliers: Array,
+    exact: bool,
     w: TrackerWork,
-) -> float:  # fmt: skip
+) -> float:
     """w.s[:m] <- the step in the null space. Returns the shift that it needed."""
     if w.split[0]:
         axes = settings.joint_weights.axis, settings.condition_weights.axis

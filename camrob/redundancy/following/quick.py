@@ -111,9 +111,16 @@ def remember(h: History, t: float, q: Array) -> None:
 
 @bare
 def quick_point(
-    chain: ChainArrays, settings: TrackerSettings, target: Array, q: Array, q_before: Array, q_reference: Array,
-    state: TrackState, limit: Array, w: TrackerWork,
-) -> bool:  # fmt: skip
+    chain: ChainArrays,
+    settings: TrackerSettings,
+    target: Array,
+    q: Array,
+    q_before: Array,
+    q_reference: Array,
+    state: TrackState,
+    limit: Array,
+    w: TrackerWork,
+) -> bool:
     """Set the predicted posture q right by Newton's method; True where it is the constrained optimum, beyond doubt."""
     n = q.shape[0]
     acting = state.flags[0] == 1

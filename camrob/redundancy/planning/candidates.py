@@ -78,9 +78,16 @@ def candidate_nodes(
             best = np.array(certificate.u[t])  # a copy: frozen arrays would be compiled for separately
             grid = np.concatenate([grid, best[None, :external]])
         frame = np.ascontiguousarray(frames[t])
-        u, q, branch, price = _layer(space, objective, frame, np.ascontiguousarray(grid), best is not None,
-                                     best if best is not None else np.zeros(len(space.free)), ROLLS,
-                                     np.array(push[t]) if push is not None and len(push) else np.zeros(PUSH))  # fmt: skip
+        u, q, branch, price = _layer(
+            space,
+            objective,
+            frame,
+            np.ascontiguousarray(grid),
+            best is not None,
+            best if best is not None else np.zeros(len(space.free)),
+            ROLLS,
+            np.array(push[t]) if push is not None and len(push) else np.zeros(PUSH),
+        )
         keep = _kept(u[:, :external], price)
         return u[keep], q[keep], branch[keep], price[keep]
 
@@ -160,9 +167,16 @@ def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
 
 @part
 def _price_branches(
-    space: PlanSpace, objective: Objective, u: Array, push: Array, work: PlanWork, variants: Array, q: Array, price: Array,
+    space: PlanSpace,
+    objective: Objective,
+    u: Array,
+    push: Array,
+    work: PlanWork,
+    variants: Array,
+    q: Array,
+    price: Array,
     well: Array,
-) -> None:  # fmt: skip
+) -> None:
     """q (8, 6), price (8,), well (8,) <- each branch that `work` has, its price, and that without its limit margins."""
     value = -1.0
     for b in range(8):

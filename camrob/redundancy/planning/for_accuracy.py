@@ -55,9 +55,15 @@ def pushed(w: Waypoints, path: ToolPathInBase, errors: PostureErrors) -> Waypoin
 
 
 def weighed(
-    cell: Cell, space: PlanSpace, objective: Objective, errors: PostureErrors, weights: PlanWeights, w: Waypoints,
-    survey: Survey, certificate: Certificate,
-) -> Weighed:  # fmt: skip
+    cell: Cell,
+    space: PlanSpace,
+    objective: Objective,
+    errors: PostureErrors,
+    weights: PlanWeights,
+    w: Waypoints,
+    survey: Survey,
+    certificate: Certificate,
+) -> Weighed:
     """Bring the part's error into the objective (see `part_error`); nothing changes where nothing errs in what is cut."""
     numbers = error_numbers(cell, space.roll, errors)
     q = _postures(space, w, certificate)

@@ -106,9 +106,16 @@ def plan_space(cell: Cell) -> PlanSpace:
 def plan_work() -> PlanWork:
     """Arrays for one thread."""
     return PlanWork(
-        np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3), np.zeros((8, 6)), np.empty(8, np.int64),
-        np.empty((6, 3)), np.empty((6, 3)), np.empty(3),
-    )  # fmt: skip
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.zeros((8, 6)),
+        np.empty(8, np.int64),
+        np.empty((6, 3)),
+        np.empty((6, 3)),
+        np.empty(3),
+    )
 
 
 @part

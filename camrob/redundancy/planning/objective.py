@@ -99,9 +99,10 @@ def plan_weights(cell: Cell) -> PlanWeights:
     for key in cell.resolve.planned:
         if key not in known:
             raise CellError(
-                f"resolve.planned.{key} is not a weight of the planner", hint=f"use {', '.join(sorted(known))}",
+                f"resolve.planned.{key} is not a weight of the planner",
+                hint=f"use {', '.join(sorted(known))}",
                 path=cell.folder / "cell.toml",
-            )  # fmt: skip
+            )
     return PlanWeights(**dict(cell.resolve.planned))
 
 
@@ -139,12 +140,21 @@ class Objective(NamedTuple):
             margin[i] = mm_to_m(weights.margin_mm) if space.prismatic[i] else deg_to_rad(weights.margin_deg)
         speed = weights.speed_share * np.asarray(cell.limits_of("speed"))[space.free]
         return cls(
-            weights.power, cell.resolve.threshold, weights.conditioning, weights.margin,
-            np.full(6, deg_to_rad(weights.margin_deg)), margin, travel, smooth, speed, weights.speed, weights.arm_step,
+            weights.power,
+            cell.resolve.threshold,
+            weights.conditioning,
+            weights.margin,
+            np.full(6, deg_to_rad(weights.margin_deg)),
+            margin,
+            travel,
+            smooth,
+            speed,
+            weights.speed,
+            weights.arm_step,
             weights.reposture,
             np.zeros((0, 9)),
             _wrist_zero(space),
-        )  # fmt: skip
+        )
 
 
 @part
@@ -300,9 +310,15 @@ def motion_price(objective: Objective, moves: Moves, *names: str) -> MotionPrice
 
 
 def plan_prices(
-    space: PlanSpace, objective: Objective, u: Array, q: Array, weight: Array, push: Array, moves: Moves,
+    space: PlanSpace,
+    objective: Objective,
+    u: Array,
+    q: Array,
+    weight: Array,
+    push: Array,
+    moves: Moves,
     joined: NDArray[np.bool_],
-) -> dict[str, float]:  # fmt: skip
+) -> dict[str, float]:
     """The objective's terms, m, of postures u (W, F), q (W, 6), re-postures apart.
 
     weight (W,): m that each waypoint stands for; push (W, PUSH), read where the objective looks at the part's error; moves:

@@ -60,12 +60,28 @@ class ErrorNumbers(NamedTuple):
 
 
 NO_ERRORS = ErrorNumbers(
-    0.0, np.zeros(ARM_AXES),
-    GravityArrays(np.zeros((0, 4, 4)), np.zeros((0, 4, 4)), np.zeros(3), 0, np.zeros(0, np.bool_), np.zeros(0, np.int64),
-                  np.zeros(0), np.zeros((0, 3))),
-    0, np.zeros(ARM_AXES), np.zeros(ARM_AXES), np.zeros(ARM_AXES), np.zeros(ARM_AXES), np.zeros((2 * ARM_AXES, 0)), np.zeros(2),
-    0.0, 0.0,
-)  # fmt: skip
+    0.0,
+    np.zeros(ARM_AXES),
+    GravityArrays(
+        np.zeros((0, 4, 4)),
+        np.zeros((0, 4, 4)),
+        np.zeros(3),
+        0,
+        np.zeros(0, np.bool_),
+        np.zeros(0, np.int64),
+        np.zeros(0),
+        np.zeros((0, 3)),
+    ),
+    0,
+    np.zeros(ARM_AXES),
+    np.zeros(ARM_AXES),
+    np.zeros(ARM_AXES),
+    np.zeros(ARM_AXES),
+    np.zeros((2 * ARM_AXES, 0)),
+    np.zeros(2),
+    0.0,
+    0.0,
+)
 
 
 def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
@@ -73,9 +89,19 @@ def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
     plain = (errors.sagging, errors.compliance, errors.shift, errors.swing, errors.root, errors.tip)
     sagging, c, shift, swing, root, tip = (np.ascontiguousarray(x, np.float64) for x in plain)
     return ErrorNumbers(
-        0.0, np.zeros(ARM_AXES), gravity_arrays(cell), roll, sagging, c, shift, swing, root, tip,
-        float(errors.doubt), float(errors.any_force),
-    )  # fmt: skip
+        0.0,
+        np.zeros(ARM_AXES),
+        gravity_arrays(cell),
+        roll,
+        sagging,
+        c,
+        shift,
+        swing,
+        root,
+        tip,
+        float(errors.doubt),
+        float(errors.any_force),
+    )
 
 
 def local_pushes(base_T_tip: Array, cutting: NDArray[np.bool_], feed: Array, errors: PostureErrors) -> Array:

@@ -149,9 +149,20 @@ def _total(
 
 @part
 def _differences(
-    space: PlanSpace, objective: Objective, frame: Array, u: Array, branch: int, near: Array, push: Array,
-    blocked: NDArray[np.bool_], weight: float, g: Array, H: Array, J: Array, work: PlanWork,
-) -> None:  # fmt: skip
+    space: PlanSpace,
+    objective: Objective,
+    frame: Array,
+    u: Array,
+    branch: int,
+    near: Array,
+    push: Array,
+    blocked: NDArray[np.bool_],
+    weight: float,
+    g: Array,
+    H: Array,
+    J: Array,
+    work: PlanWork,
+) -> None:
     """Gradient g (F,), Hessian H (F, F), made positive, of a waypoint's own price, and J (6, F) = dq/du."""
     F = u.shape[0]
     q, q_up, q_down, v = np.empty(6), np.empty(6), np.empty(6), u.copy()

@@ -120,9 +120,17 @@ def waypoints(path: ToolPathInBase, spacing: float) -> Waypoints:
     between = ~on_point
     frames[between] = _carried(frames, between)
     return Waypoints(
-        frames, s, leads, on_point, np.diff(edge), cutting, np.diff(at, prepend=at[0]),
-        path.safe[leads] & on_point, path.region[leads].astype(np.int64), place,
-    )  # fmt: skip
+        frames,
+        s,
+        leads,
+        on_point,
+        np.diff(edge),
+        cutting,
+        np.diff(at, prepend=at[0]),
+        path.safe[leads] & on_point,
+        path.region[leads].astype(np.int64),
+        place,
+    )
 
 
 def _corners(path: ToolPathInBase) -> NDArray[np.bool_]:

@@ -212,9 +212,14 @@ def _between(rows: Array, one: ToolPathInBase, other: ToolPathInBase) -> Array:
 
 
 def _reported(
-    given: ToolPathInBase, found: _Found, solution: Solution, rounds: int = 0, whole: int = 0, lines: Sequence[int] = (),
+    given: ToolPathInBase,
+    found: _Found,
+    solution: Solution,
+    rounds: int = 0,
+    whole: int = 0,
+    lines: Sequence[int] = (),
     count: int = 0,
-) -> Solution:  # fmt: skip
+) -> Solution:
     """The solution of a plan, with what was made anew for it and which retracts it has."""
     path = found.path
     findings = list(solution.findings)

@@ -12,9 +12,19 @@ from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
 __all__ = ["Feed", "FeedReader", "unit_name"]
 
 _UNIT_NAMES = {
-    "MM": "mm", "MILLIMETER": "mm", "MILLIMETERS": "mm", "MILLIMETRES": "mm", "METRIC": "mm", "CM": "", "M": "",
-    "IN": "inch", "INCH": "inch", "INCHES": "inch", "FEET": "", "FT": "",
-}  # fmt: skip
+    "MM": "mm",
+    "MILLIMETER": "mm",
+    "MILLIMETERS": "mm",
+    "MILLIMETRES": "mm",
+    "METRIC": "mm",
+    "CM": "",
+    "M": "",
+    "IN": "inch",
+    "INCH": "inch",
+    "INCHES": "inch",
+    "FEET": "",
+    "FT": "",
+}
 _PER_MINUTE = {"MMPM": "mm", "IPM": "inch", "PERMIN": "", "": ""}
 _PER_TURN = {"MMPR": "mm", "IPR": "inch", "PERREV": ""}
 

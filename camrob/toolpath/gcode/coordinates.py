@@ -87,9 +87,19 @@ class ToolFrame:
     """
 
     __slots__ = (
-        "angles", "kinematics", "on_plane", "plane", "program", "sense", "shift", "tcp_g", "tcp_m", "unsettled", "vector",
+        "angles",
+        "kinematics",
+        "on_plane",
+        "plane",
+        "program",
+        "sense",
+        "shift",
+        "tcp_g",
+        "tcp_m",
+        "unsettled",
+        "vector",
         "xyz",
-    )  # fmt: skip
+    )
 
     def __init__(self, kinematics: str) -> None:
         self.kinematics = "unknown" if kinematics == "3axis" else kinematics.removesuffix("-iso")

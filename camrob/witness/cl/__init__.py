@@ -49,10 +49,23 @@ _OTHERS = (
     ),
 )  # whose programs look like G-code
 _NAMES = {
-    "nx": "nx-clsf", "clsf": "nx-clsf", "creo": "creo-ncl", "ncl": "creo-ncl", "catia": "catia", "camworks": "camworks-apt",
-    "solidworks": "camworks-apt", "camworks-clt": "camworks-clt", "clt": "camworks-clt", "makino": "makino", "apt": "apt",
-    "iso-apt": "apt", "freecad": "freecad-apt", "fusion": "fusion-apt", "gcode": "gcode", "g-code": "gcode",
-}  # fmt: skip
+    "nx": "nx-clsf",
+    "clsf": "nx-clsf",
+    "creo": "creo-ncl",
+    "ncl": "creo-ncl",
+    "catia": "catia",
+    "camworks": "camworks-apt",
+    "solidworks": "camworks-apt",
+    "camworks-clt": "camworks-clt",
+    "clt": "camworks-clt",
+    "makino": "makino",
+    "apt": "apt",
+    "iso-apt": "apt",
+    "freecad": "freecad-apt",
+    "fusion": "fusion-apt",
+    "gcode": "gcode",
+    "g-code": "gcode",
+}
 
 
 def _named(dialect: str) -> str:

@@ -14,9 +14,18 @@ __all__ = ["MoveRow", "Procedure", "RapidModule", "listed_modules", "read_rapid_
 
 _LIST = rb"\[([-0-9.E,]+)\]"
 _ROW = re.compile(
-    rb"[ \t]*MoveL \[" + _LIST + rb"," + _LIST + rb"," + _LIST + rb"," + _LIST + rb"\]," + _LIST
+    rb"[ \t]*MoveL \["
+    + _LIST
+    + rb","
+    + _LIST
+    + rb","
+    + _LIST
+    + rb","
+    + _LIST
+    + rb"\],"
+    + _LIST
     + rb",(\w+),(\w+)\\WObj:=(\w+);[ \t]*"
-)  # fmt: skip
+)
 _SIZES = (3, 4, 4, 6, 4)  # how many numbers place, quaternion, configuration, external axes and speed have
 _STRUCTURE = re.compile(
     r"(?:LOCAL )?(?:PROC|TRAP|FUNC|RECORD)\b.*|MODULE\b.*|SYSMODULE\b.*|END[A-Z]+|ELSE|ERROR|UNDO|BACKWARD"

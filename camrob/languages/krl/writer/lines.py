@@ -58,9 +58,18 @@ def format_lines(block: LineBlock) -> tuple[bytes, Integers, int]:
     out = np.empty(room, dtype=np.uint8)
     ends = np.empty(len(block.kind), dtype=np.int64)
     longest = _format(
-        np.array(block.kind), block.values, np.array(block.decimals, dtype=np.int64), block.speed, block.speed_decimals,
-        block.speak, np.array(block.approximate), pieces, bounds, out, ends,
-    )  # fmt: skip  # copies: frozen arrays would be compiled for separately
+        np.array(block.kind),
+        block.values,
+        np.array(block.decimals, dtype=np.int64),
+        block.speed,
+        block.speed_decimals,
+        block.speak,
+        np.array(block.approximate),
+        pieces,
+        bounds,
+        out,
+        ends,
+    )  # copies: frozen arrays would be compiled for separately
     return (out[: ends[-1]].tobytes() if len(ends) else b""), ends, int(longest)
 
 

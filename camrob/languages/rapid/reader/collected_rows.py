@@ -73,11 +73,22 @@ class CollectedRows:
         rotation = target.rotation if posed else (1.0, 0.0, 0.0, 0.0)
         self._rows.append(
             (
-                kind, *(target.place if target.place is not None else (_NAN,) * 3), *rotation,
-                *(target.axes if not posed else (_NAN,) * 6), *external, target.status, target.turn, modal.speed,
-                modal.acceleration, modal.blend, modal.blend_mm, self.wait, modal.tool, modal.base,
+                kind,
+                *(target.place if target.place is not None else (_NAN,) * 3),
+                *rotation,
+                *(target.axes if not posed else (_NAN,) * 6),
+                *external,
+                target.status,
+                target.turn,
+                modal.speed,
+                modal.acceleration,
+                modal.blend,
+                modal.blend_mm,
+                self.wait,
+                modal.tool,
+                modal.base,
             )
-        )  # fmt: skip
+        )
         self._files.append((modal.file, modal.line))
         self.wait = 0.0
 
@@ -94,8 +105,20 @@ class CollectedRows:
         angles = rad_to_deg(rotation_to_abc(quaternion_to_rotation(table[:, 4:8]))) + 0.0
         pose = np.concatenate([table[:, 1:4], np.where(posed[:, None], angles, np.nan)], axis=1)
         return {
-            "kind": table[:, 0], "pose": pose, "axes": table[:, 8:14], "external": table[:, 14:20], "status": table[:, 20],
-            "turn": table[:, 21], "speed": table[:, 22], "acceleration": table[:, 23], "blend": table[:, 24],
-            "blend_mm": table[:, 25], "wait": table[:, 26], "tool": table[:, 27], "base": table[:, 28], "file": place[:, 0],
-            "line": place[:, 1], "circular_angle_deg": np.full(count, np.nan),
-        }  # fmt: skip
+            "kind": table[:, 0],
+            "pose": pose,
+            "axes": table[:, 8:14],
+            "external": table[:, 14:20],
+            "status": table[:, 20],
+            "turn": table[:, 21],
+            "speed": table[:, 22],
+            "acceleration": table[:, 23],
+            "blend": table[:, 24],
+            "blend_mm": table[:, 25],
+            "wait": table[:, 26],
+            "tool": table[:, 27],
+            "base": table[:, 28],
+            "file": place[:, 0],
+            "line": place[:, 1],
+            "circular_angle_deg": np.full(count, np.nan),
+        }

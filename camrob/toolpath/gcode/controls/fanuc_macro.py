@@ -34,9 +34,16 @@ _LOCALS = range(1, 34)
 _COMMONS = (range(100, 200), range(500, 1000))
 # modal information, and where the tool stands in the program's coordinates, as `Interpreter.state` calls it
 _MODAL = {
-    4001: "motion", 4002: "plane", 4003: "distance", 4005: "feed mode", 4006: "units", 4010: "return", 4109: "F", 4119: "S",
+    4001: "motion",
+    4002: "plane",
+    4003: "distance",
+    4005: "feed mode",
+    4006: "units",
+    4010: "return",
+    4109: "F",
+    4119: "S",
     **{number + i: letter for number in (5001, 5041) for i, letter in enumerate("XYZ")},
-}  # fmt: skip
+}
 _HARMLESS = (range(3001, 3006), range(3100, 3200))  # timers, single block and feed hold, what a screen shows
 _ALARM, _STOP = 3000, 3006
 # G65's letters by Fanuc's first list; those that are no length count as they are written, the others need their point

@@ -37,9 +37,13 @@ _ORDER = dict.fromkeys(_COMPARED, 2)
 _LEVELS = {
     Style.MACRO: {**_ORDER, **dict.fromkeys(("+", "-", "OR", "XOR"), 3), **dict.fromkeys(("*", "/", "MOD", "AND"), 4)},
     Style.O_WORDS: {
-        **dict.fromkeys(_LOGIC, 1), **_ORDER, **dict.fromkeys("+-", 3), **dict.fromkeys(("*", "/", "MOD"), 4), "**": 5,
+        **dict.fromkeys(_LOGIC, 1),
+        **_ORDER,
+        **dict.fromkeys("+-", 3),
+        **dict.fromkeys(("*", "/", "MOD"), 4),
+        "**": 5,
     },
-}  # fmt: skip
+}
 _DEEPEST = 20  # brackets in one another: controls take five to ten
 _SAME = {Style.MACRO: 1e-7, Style.O_WORDS: 1e-12}  # of a value: about eight digits are Fanuc's, doubles LinuxCNC's
 _EQUAL = 2e-4  # LinuxCNC takes values nearer than 0.0001 to each other as equal
