@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT))
 from numba.core import event  # noqa: E402
 
 import camrob  # noqa: E402
+from camrob.compiled import Kernel  # noqa: E402
 from camrob.warm.signatures import spelled  # noqa: E402
 
 OUT = ROOT / "camrob/warm/kernels.json"
@@ -33,11 +34,12 @@ DONE = Path(SCRATCH.name) / "done"
 
 
 class Recorder(event.Listener):
-    """Notes the outermost compilations: kernel, arguments, and how long."""
+    """Notes the compilations of kernels that Python calls: kernel, arguments, and how long."""
 
     def __init__(self) -> None:
         self.begun: list[float] = []
         self.rows: dict[str, dict] = {}
+        self.within: dict[str, dict] = {}  # compiled for another kernel first: Python may call them later
         self.twice: list[str] = []
 
     def on_start(self, event) -> None:
@@ -45,8 +47,6 @@ class Recorder(event.Listener):
 
     def on_end(self, event) -> None:
         took = time.process_time() - self.begun.pop()
-        if self.begun:
-            return
         dispatcher = event.data["dispatcher"]
         module = sys.modules[dispatcher.py_func.__module__]
         wanted = dispatcher.py_func
@@ -54,15 +54,17 @@ class Recorder(event.Listener):
         if name is None or not module.__name__.startswith("camrob."):
             return
         kernel = f"{module.__name__}:{name}"
+        if self.begun and not isinstance(getattr(module, name), Kernel):
+            return
+        row = {"kernel": kernel, "seconds": round(took, 1), "arguments": [spelled(a) for a in event.data["args"]]}
+        if self.begun:
+            self.within.setdefault(kernel, row)
+            return
         print(f"{took:7.1f} s  {kernel}", flush=True)
         if kernel in self.rows:
             self.twice.append(kernel)
             return
-        self.rows[kernel] = {
-            "kernel": kernel,
-            "seconds": round(took, 1),
-            "arguments": [spelled(a) for a in event.data["args"]],
-        }
+        self.rows[kernel] = row
 
 
 def post() -> None:
@@ -88,8 +90,21 @@ def diagnose() -> None:
 JOBS = {job.__name__: job for job in (post, planned, accurate, simulate, diagnose)}
 
 
+def _noting_calls() -> set[str]:
+    """The names of the kernels that Python calls from here on."""
+    called: set[str] = set()
+    run = Kernel.__call__
+
+    def noted(kernel: Kernel, *arguments: object) -> object:
+        called.add(kernel.name)
+        return run(kernel, *arguments)
+
+    Kernel.__call__ = noted
+    return called
+
+
 def main() -> None:
-    recorder = Recorder()
+    recorder, called = Recorder(), _noting_calls()
     event.register("numba:compile", recorder)
     asked = sys.argv[1:] or list(JOBS)
     before = {row["kernel"]: row for row in json.loads(OUT.read_text())} if sys.argv[1:] else {}
@@ -98,7 +113,8 @@ def main() -> None:
         JOBS[name]()
         took = time.process_time() - start
         print(f"{name}: {took:.0f} s of processor, {len(recorder.rows) - count} kernels", flush=True)
-        rows = sorted({**before, **recorder.rows}.values(), key=lambda row: row["kernel"])
+        within = {name: row for name, row in recorder.within.items() if name in called}
+        rows = sorted({**before, **within, **recorder.rows}.values(), key=lambda row: row["kernel"])
         OUT.write_text("[\n" + ",\n".join(json.dumps(row) for row in rows) + "\n]\n")
     if recorder.twice:
         sys.exit(f"compiled for more than one kind of arguments: {recorder.twice}")
