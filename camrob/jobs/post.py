@@ -52,7 +52,7 @@ __all__ = ["FEEDS", "PostResult", "post"]
 Array = NDArray[np.float64]
 
 FEEDS = ("program", "optimal")
-_STEM = 20  # characters of a program's name that are left where an entry's number follows: names have 24
+_NAME = 24  # characters of a program's name that every controller takes
 _ACCURATE_WAYS = 2  # of a plan for accuracy, before those by conditioning are tried: the knee, and still axes
 
 
@@ -217,7 +217,7 @@ def _with_entries(order: _Order, made: _Made, machine: Cell, folder: Path, watch
     if not machine.controller.entries:
         return files
     for number, (line, operation) in enumerate(beginnings(made.inputs.toolpath), start=2):
-        title = language_of(machine).program_name(f"{order.title[:_STEM]}_E{number:02d}")
+        title = _entry_name(order.title, number, language_of(machine))
         inputs = read_inputs(
             order.clfile, machine, made.inputs.setup.path, dialect=order.dialect, units=order.units, begin=line
         )
@@ -321,6 +321,12 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
     return _Made(
         inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, findings, verdict
     )
+
+
+def _entry_name(title: str, number: int, language: Language) -> str:
+    """The name of an entry: its number stands whole, since one must not take another one's name."""
+    ending = f"_E{number:02d}"
+    return language.program_name(title[: _NAME - len(ending)] + ending)
 
 
 def _check_choices(method: str, feed: str, device: str, seconds: float | None) -> None:

@@ -9,8 +9,9 @@ from process_story import TWO_TOOLS, cell_with, posted
 from test_several_tools import PART
 
 from camrob.errors import ToolpathError
-from camrob.jobs.post import PostResult
+from camrob.jobs.post import PostResult, _entry_name
 from camrob.jobs.verify import verify
+from camrob.languages import language_named
 from camrob.toolpath.read import read_toolpath
 from camrob.toolpath.region import EventKind
 from camrob.toolpath.rest import beginnings, rest_from
@@ -116,3 +117,10 @@ def test_a_subprogram_that_comes_back_is_no_place_to_enter(tmp_path: Path) -> No
     body = "T1 M6\nS3000 M3\nG0 X0. Y0. Z20.\nM98 P7\nT2 M6\nS3000 M3\nM98 P7\nM30\n" + hole
     file.write_text("%\nO1\nG21 G90 G17\n" + body + "%\n")
     assert beginnings(read_toolpath(file)) == []
+
+
+@pytest.mark.parametrize("language", ["krl", "rapid"])
+def test_no_entry_takes_anothers_name(language: str) -> None:
+    names = [_entry_name("a_name_of_four_and_twenty", number, language_named(language)) for number in range(2, 1200)]
+    assert len(set(names)) == len(names) and names[0].endswith("_E02") and names[-1].endswith("_E1199")
+    assert max(map(len, names)) <= 24
