@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib import import_module
+from importlib.metadata import version
 from pathlib import Path
 from time import thread_time
 
@@ -18,13 +18,11 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-import_module("camrob")  # before Numba, so that the kernels' cache folder is that of these sources
-
-import numba  # noqa: E402
 from spiral import poses, spiral  # noqa: E402
 
 from camrob.cell.joint import Role  # noqa: E402
 from camrob.cell.read_cell import read_cell  # noqa: E402
+from camrob.compiled import kernel  # noqa: E402
 from camrob.kinematics.frames import base_T_tool  # noqa: E402
 from camrob.kinematics.kernels import chain_arrays, forward, jacobian  # noqa: E402
 from camrob.redundancy.following.follower import TRACKED, TrackerSettings, TrackState, track  # noqa: E402
@@ -35,7 +33,7 @@ from camrob.se3 import inverse, rotation_log  # noqa: E402
 REPEATS = 7
 
 
-@numba.njit(cache=True)
+@kernel
 def floor(chain, q, targets, out):
     """Once a point: forward kinematics, Jacobian, J J^T by Cholesky, a step; the least that any tracker of poses does."""
     n = q.shape[1]
@@ -146,7 +144,7 @@ def main(count: int = 100_000) -> None:
         times["floor"].append(thread_time() - begin)
         times["tracker"].append(run(cell, chain, settings, targets, limits, start)[2])
         times["tracker, k_F term always on"].append(run(cell, chain, forced, targets, limits, start)[2])
-    print(f"{count} points, numpy {np.__version__}, numba {numba.__version__}, load {os.getloadavg()[0]:.1f}")
+    print(f"{count} points, numpy {np.__version__}, numba {version('numba')}, load {os.getloadavg()[0]:.1f}")
     least = min(times["floor"])
     for name, seconds in times.items():
         print(f"  {name:28s} {1e6 * min(seconds) / count:6.2f} us a point, {min(seconds) / least:5.2f} of the floor")

@@ -168,6 +168,7 @@ def _compiled(kernel: Any) -> Any:
 
     from camrob.compiled import part
 
+    importlib.import_module("camrob.compiler")  # Numba has to know the parts that a kernel calls
     if hasattr(kernel, "part_of_kernels"):  # another function: what Numba knows of this one, it keeps
         f = kernel
         return part(types.FunctionType(f.__code__, f.__globals__, f.__name__, f.__defaults__, f.__closure__))
