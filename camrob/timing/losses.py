@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from camrob.redundancy.path import ToolPathInBase
 
-__all__ = ["FeedLoss", "feed_losses", "lost_by_axis"]
+__all__ = ["FEED_KEPT", "FeedLoss", "feed_losses", "lost_by_axis"]
 
 Array = NDArray[np.float64]
 
-_SHORT = 0.98  # of the programmed speed: a piece that is faster on average counts as keeping its feed
+FEED_KEPT = 0.98
+"""Share of the programmed speed from which a piece, on average, counts as keeping its feed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ def feed_losses(
     speed: (N,) m/s as programmed; seconds, mean: (N,) s and m/s on the way to each point. cause: (N,) index into `causes`
     and `axes`, the name of each cause and the axis that it lies with.
     """
-    points = np.flatnonzero(path.cutting & (mean < _SHORT * speed))
+    points = np.flatnonzero(path.cutting & (mean < FEED_KEPT * speed))
     if not len(points):
         return ()
     changes = (np.diff(points) > 1) | (np.diff(cause[points]) != 0) | (np.diff(path.region[points]) != 0)

@@ -140,7 +140,7 @@ def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Ar
     """Whitened columns of some parameters, and what values (K,) predict, at the TCP and at the drives."""
     w = panel.w_tcp
     X = [(panel.tcp[:, :, free] * w[..., None]).reshape(w.size, len(free))]
-    y = [((panel.twists(mean)) * w).ravel()]
+    y = [(panel.twists(mean) * w).ravel()]
     if panel.servo is not None and panel.w_servo is not None:
         drives = np.zeros((*panel.servo.shape[:2], len(free)))
         at = {int(k): j for j, k in enumerate(panel.servo_columns)}
@@ -148,5 +148,5 @@ def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Ar
             if int(k) in at:
                 drives[:, :, j] = panel.servo[:, :, at[int(k)]]
         X.append((drives * panel.w_servo[..., None]).reshape(panel.w_servo.size, len(free)))
-        y.append(((panel.errors(mean)) * panel.w_servo).ravel())
+        y.append((panel.errors(mean) * panel.w_servo).ravel())
     return np.concatenate(X), np.concatenate(y)

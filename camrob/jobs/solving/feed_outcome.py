@@ -32,7 +32,7 @@ from camrob.summaries.post_summary import ProgramTime
 from camrob.timing.as_it_stands import AsItStands, program_as_it_stands
 from camrob.timing.block_time import BLOCK_TIME
 from camrob.timing.dips import WrittenFeed, written_feed
-from camrob.timing.losses import FeedLoss
+from camrob.timing.losses import FEED_KEPT, FeedLoss
 from camrob.timing.optimal import FeedPlan, optimal_feed
 from camrob.timing.timing import Timing, program_time
 from camrob.units import m_s_to_mm_min
@@ -43,7 +43,6 @@ Array = NDArray[np.float64]
 
 _LISTED = 20  # losses in the summary, the dearest first
 _SAMPLED = 20_000  # points at which torques are worked out
-_KEPT = 0.98  # of the programmed feed: as in `feed_losses`
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +120,7 @@ class FeedOutcome:
             by = loss.axis or (loss.cause if loss.cause in (CAUSE, BLOCK_TIME) else "none")
             by_axis[by] = by_axis.get(by, 0.0) + loss.lost
         way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
-        kept = self.reached(path) >= _KEPT * path.feed
+        kept = self.reached(path) >= FEED_KEPT * path.feed
         air = float(self.timing.total) - float(np.sum(np.diff(self.timing.at, prepend=0.0)[path.cutting]))
         return FeedFigures(
             mode="program" if plan is None else "optimal",
@@ -211,7 +210,7 @@ def feed_outcome(
     way, (N,) m: the feed is held to the set-up's tolerance.
     """
     cell, path = inputs.cell, inputs.path
-    told = programmed = np.where(path.cutting | path.entering, path.feed, inputs.rapid_speed)
+    told = programmed = path.told_speed(inputs.rapid_speed)
     keep = np.ones(len(path), np.bool_) if keep is None else keep
     ends = keep if motions is None else motions(path, keep)
 

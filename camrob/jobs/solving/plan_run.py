@@ -9,11 +9,10 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.replanning.bettered import Run, RunFigures
 from camrob.redundancy.solution import Solution
 from camrob.timing.as_it_stands import program_as_it_stands
+from camrob.timing.losses import FEED_KEPT
 from camrob.timing.timing import program_time
 
 __all__ = ["job_run"]
-
-_KEPT = 0.98  # of the programmed feed, as in `feed_outcome`
 
 
 def job_run(cell: Cell, rapid_speed: float) -> Run | None:
@@ -24,12 +23,12 @@ def job_run(cell: Cell, rapid_speed: float) -> Run | None:
         return None
 
     def run(path: ToolPathInBase, solution: Solution) -> RunFigures:
-        q, speed = np.asarray(solution.q), np.where(path.cutting | path.entering, path.feed, rapid_speed)
+        q, speed = np.asarray(solution.q), path.told_speed(rapid_speed)
         timing = program_time(cell, path, q, speed=speed)
         stands = program_as_it_stands(cell, path, q, timing, speed=speed)
         way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
         seconds = np.diff(np.asarray(timing.at), prepend=0.0)
-        kept = (way > 0.0) & (way >= _KEPT * speed * seconds)
+        kept = (way > 0.0) & (way >= FEED_KEPT * speed * seconds)
         return RunFigures(timing.total, float(np.sum(way[kept])) / max(float(np.sum(way)), 1e-12), stands.total)
 
     return run

@@ -90,8 +90,8 @@ def block_findings(
     if not inputs.setup.decimate:
         tolerance = inputs.setup.chord_tolerance or CHORD_TOLERANCE
         keep = motions(inputs.path, decimated(inputs.path, solution, tolerance))
-        programmed = np.where(inputs.path.cutting | inputs.path.entering, inputs.path.feed, inputs.rapid_speed)
-        then = short_motions(inputs.cell, inputs.path, np.asarray(solution.q), programmed, keep)
+        told = inputs.path.told_speed(inputs.rapid_speed)
+        then = short_motions(inputs.cell, inputs.path, np.asarray(solution.q), told, keep)
         if then is not None and then.short < _THINNED * found.short:
             text += (
                 f"; decimate_mm = {m_to_mm(tolerance):g} in the set-up would leave {then.count} motions, "

@@ -256,28 +256,17 @@ class Klartext(Writer):
 
     def corners(self) -> None:
         """RND and CHF between two straight cuts at right angles."""
-        self.over(self.somewhere())
-        self.cut({**self.at, "Z": self.at["Z"] - self.grid(2)})
-        size = self.grid(self.rng.uniform(1, 4))
-        sx, sy = self.rng.choice((1, -1)), self.rng.choice((1, -1))
-        corner = {**self.at, "X": self.at["X"] + sx * self.grid(12)}
-        end = {**corner, "Y": corner["Y"] + sy * self.grid(12)}
+        size, sx, sy, corner, end = self.before_corner()
         rounded = self.rng.random() < 0.5
-        feed, slow = self.feed * self.mm, self.feed * self.mm
+        slow = self.feed * self.mm
         self.block("L", f"X{self.signed(corner['X'])}", *self.fed_word())
         own = ""
         if self.rng.random() < 0.4:
-            slow, own = feed / 2.0, f" F{self.feed / 2.0:g}"
+            slow, own = slow / 2.0, f" F{self.feed / 2.0:g}"
         self.block((f"RND R{self.plain(size)}" if rounded else f"CHF {self.plain(size)}").rstrip(".") + own)
         self.block("L", f"Y{self.signed(end['Y'])}")
         self.said = dict(end)
-        first, last = {**corner, "X": corner["X"] - sx * size}, {**corner, "Y": corner["Y"] + sy * size}
-        self.told.cut(self.place(first), feed)
-        if rounded:
-            self.told.arc(self.place(last), self.place({**first, "Y": last["Y"]}), (0, 0, 1), 90.0 * sx * sy, slow)
-        else:
-            self.told.cut(self.place(last), slow)
-        self.told.cut(self.place(end), feed)
+        self.tell_corner(corner, end, size, (sx, sy), rounded, slow)
         self.at = end
         self.up()
 

@@ -253,25 +253,13 @@ class Siemens(Writer):
 
     def corners(self) -> None:
         """RND=, CHR= and CHF= between two straight cuts at right angles."""
-        self.over(self.somewhere())
-        self.cut({**self.at, "Z": self.at["Z"] - self.grid(2)})
-        size = self.grid(self.rng.uniform(1, 4))
-        sx, sy = self.rng.choice((1, -1)), self.rng.choice((1, -1))
-        corner = {**self.at, "X": self.at["X"] + sx * self.grid(12)}
-        end = {**corner, "Y": corner["Y"] + sy * self.grid(12)}
+        size, sx, sy, corner, end = self.before_corner()
         word = self.rng.choice(("RND", "CHR", "CHF"))
         side = size / math.sqrt(2.0) if word == "CHF" else size
         self.block("G1", f"X{self.plain(corner['X'])}", f"{word}={self.plain(size)}", *self.fed_word())
         self.block(f"Y{self.plain(end['Y'])}")
         self.motion, self.said = "G1", dict(end)
-        first, last = {**corner, "X": corner["X"] - sx * side}, {**corner, "Y": corner["Y"] + sy * side}
-        feed = self.feed * self.mm
-        self.told.cut(self.place(first), feed)
-        if word == "RND":
-            self.told.arc(self.place(last), self.place({**first, "Y": last["Y"]}), (0, 0, 1), 90.0 * sx * sy, feed)
-        else:
-            self.told.cut(self.place(last), feed)
-        self.told.cut(self.place(end), feed)
+        self.tell_corner(corner, end, side, (sx, sy), word == "RND", self.feed * self.mm)
         self.at = end
         self.up()
 

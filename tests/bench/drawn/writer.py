@@ -178,6 +178,28 @@ class Writer(ABC):
         x, y, z = (self.grid(v) for v in (self.rng.uniform(-45, 45), self.rng.uniform(-45, 45), self.rng.uniform(3, 8)))
         return {"X": x, "Y": y, "Z": z}
 
+    def before_corner(self) -> tuple[float, int, int, Point, Point]:
+        """Down to a place; how large a break of a corner is to be, its senses in X and Y, the corner, and the end behind it."""
+        self.over(self.somewhere())
+        self.cut({**self.at, "Z": self.at["Z"] - self.grid(2)})
+        size = self.grid(self.rng.uniform(1, 4))
+        sx, sy = self.rng.choice((1, -1)), self.rng.choice((1, -1))
+        corner = {**self.at, "X": self.at["X"] + sx * self.grid(12)}
+        return size, sx, sy, corner, {**corner, "Y": corner["Y"] + sy * self.grid(12)}
+
+    def tell_corner(
+        self, corner: Point, end: Point, side: float, senses: tuple[int, int], rounded: bool, slow: float
+    ) -> None:
+        """Note the two cuts and what breaks the corner between them, `side` from it; slow: its feed, mm/min."""
+        (sx, sy), feed = senses, self.feed * self.mm
+        first, last = {**corner, "X": corner["X"] - sx * side}, {**corner, "Y": corner["Y"] + sy * side}
+        self.told.cut(self.place(first), feed)
+        if rounded:
+            self.told.arc(self.place(last), self.place({**first, "Y": last["Y"]}), (0, 0, 1), 90.0 * sx * sy, slow)
+        else:
+            self.told.cut(self.place(last), slow)
+        self.told.cut(self.place(end), feed)
+
     def near(self) -> Point:
         """A place not far from where the tool is: one, two or three coordinates change."""
         to = dict(self.at)
