@@ -22,7 +22,6 @@ from camrob.gap.evidence.comparison import compare
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import trial_of
 from camrob.gap.experiment.experiment import Experiment, plan_experiment
-from camrob.gap.handover import hand_over
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.by_stage import STAGES, StageGaps, lacking, stage_gaps
 from camrob.gap.locate.corners import judge_corners, with_corners
@@ -41,13 +40,12 @@ from camrob.gap.locate.localise import (
 from camrob.gap.locate.passing_times import timing_of
 from camrob.gap.locate.path_standards import path_standards
 from camrob.gap.observation.believable import check_believable
-from camrob.gap.observation.clocks import Alignment, align
+from camrob.gap.observation.clocks import align
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene
 from camrob.gap.path_errors import fitted_errors, withheld_errors
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, relaid_scenes, with_whole_postures, withheld_scene
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
-from camrob.gap.verdict.plausible import unusual
 from camrob.gap.verdict.remains import suspects
 from camrob.gap.verdict.verdict import Verdict, judge_effects
 from camrob.gap.verdict.within import tolerance_of
@@ -56,6 +54,8 @@ from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, silent
+from camrob.summaries.diagnosis_places import ChangePoint, Places, RunTiming, Standard, Stretch
+from camrob.summaries.diagnosis_summary import DiagnosisSummary, GapFigures
 from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["diagnose"]
@@ -118,40 +118,55 @@ def diagnose(
     tell("locating", 0.85)
     rounding = any("program_to_setpoint" in e.stages for e in effects)
     corners = judge_corners(tracks, model.noise, known=rounding, tolerance=tolerance_of(scenes))
-    summary = with_corners(_summary(shown, verdict, by_stage, alignment, kept_out), corners)
-    summary |= {"axes_report": axes_report(scenes), "added_load": load_from_drives(scenes)}
-    summary |= {"where": {**summary["where"], "timing": timings}, "effects": _with_unusual(summary["effects"], model)}
-    summary["instrument"] = instrument_suspect(model, summary["effects"])
-    handed = hand_over(model, trial, verdict.claimed, verdict.members)
-    summary["compensable"] = dict(handed.summary)
-    summary["together"] = {
-        **summary["together"],
-        "compensable_mm": handed.summary["rms_before_mm"] - handed.summary["rms_after_mm"],
-    }
     planned = _planned(model, verdict)
-    if planned is not None:
-        summary |= {"next_experiment": planned.text, "experiment": dict(planned.summary)}
+    said = DiagnosisSummary(
+        cell=cell.name,
+        without=tuple(without),
+        gap=_gap(shown),
+        where=_places(shown, by_stage, timings),
+        latency_s=alignment.summary,
+        status=verdict.status,
+        within={name: s.within for name, s in verdict.stages.items()},
+        within_values={name: s.summary for name, s in verdict.stages.items()},
+        effects=verdict.effects,
+        together=verdict.together,
+        alternatives=verdict.alternatives,
+        unknown=verdict.unknown,
+        aliases=verdict.aliases,
+        residual=verdict.residual,
+        next_experiment=verdict.next_experiment if planned is None else planned.text,
+        logs=tuple(s.name for s in model.scenes),
+        axes_report=axes_report(scenes),
+        added_load=load_from_drives(scenes),
+        instrument=instrument_suspect(model, verdict.effects),
+        compensable=verdict.handed.said,
+        experiment=None if planned is None else planned.figures,
+        standards=tuple(_standards(model, fitted_errors(model, verdict.members))),
+    )
+    summary = with_corners(said, corners)
     tell("done", 1.0)
-    claimed = tuple(e["effect"] for e in summary["effects"] if e["probability"] >= 0.5)
-    summary["standards"] = _standards(model, fitted_errors(model, verdict.members))
-    motions = () if planned is None else planned.motions
-    return Diagnosis(summary, claimed, withheld_errors(trial, verdict.together), motions, handed.calibration)
+    return Diagnosis(
+        summary,
+        claimed=tuple(e.effect for e in summary.claimed),
+        paths=withheld_errors(trial, verdict.shrunk),
+        motions=() if planned is None else planned.motions,
+        calibration=verdict.handed.calibration,
+    )
 
 
 def _planned(model: Model, verdict: Verdict) -> Experiment | None:
     if len(model.scenes[0].cell.indices(Role.ARM)) != _ARM or not all(s.tracked for s in model.scenes):
         return None  # no motion of such an arm can be reckoned, or none would be measured
-    stays = verdict.summary["unknown"]
-    where, likely = stays["where"], stays["probability"] >= 0.5
-    by_time = where["regimes"][:1] == ["time"]
-    returning = mm_to_m(stays["rms_mm"]) if where["comes_back"] else 0.0
+    stays = verdict.unknown
+    likely, by_time = stays.probability >= 0.5, stays.where.regimes[:1] == ("time",)
+    returning = mm_to_m(stays.rms_mm) if stays.where.comes_back else 0.0
     axes = suspects(model, stays)
     return plan_experiment(model, verdict.claimed, axes, unknown=likely, by_time=by_time, returning=returning)
 
 
 def _laid_beside(
     scenes: Sequence[Scene], programs: Sequence[ProgramText | None]
-) -> tuple[list[ProgramTrack], list[StageGaps], list[dict[str, Any]]]:
+) -> tuple[list[ProgramTrack], list[StageGaps], list[RunTiming]]:
     """Logs laid beside their programs, where both are there, and every log's gap by stage and timing."""
     tracks, by_stage, timings = [], [], []
     for scene, program in zip(scenes, programs, strict=True):
@@ -198,12 +213,6 @@ def _seen_by(scenes: Sequence[Scene], effects: Sequence[Effect]) -> tuple[Effect
     return tuple(e for e in effects if "setpoint_to_encoder" in e.stages)
 
 
-def _with_unusual(entries: Sequence[Mapping[str, Any]], model: Model) -> list[dict[str, Any]]:
-    """Effects' entries with what is unusual about their values, "" where nothing is."""
-    reasons = unusual(model)
-    return [{**e, "unusual": reasons.get(e["effect"], "")} for e in entries]
-
-
 def _tables(cell: Cell) -> list[str]:
     return [j.name for j in cell.joints if j.role is Role.WORKPIECE]
 
@@ -221,66 +230,63 @@ def _rms(vectors: Sequence[Array]) -> float:
     return float(np.sqrt(np.mean(np.sum(np.concatenate(list(vectors)) ** 2, axis=1))))
 
 
-def _summary(
-    model: Model, verdict: Verdict, by_stage: Sequence[StageGaps], alignment: Alignment, withheld: Sequence[Scene]
-) -> dict[str, Any]:
+def _gap(model: Model) -> GapFigures:
+    """The size of the gap over all good samples."""
     good = [p.w_tcp[:, 0] > 0.0 for p in model.panels]
     gaps = [whole_gap(p)[g] for p, g in zip(model.panels, good, strict=True)]
     turned = [s.tcp_gap[s.seen[:, 3:].all(axis=1), 3:] for s in model.scenes]
     sizes = np.linalg.norm(np.concatenate(gaps), axis=1)
-    regimes = regimes_of(model.panels, model.noise)
-    further = regimes_of(model.panels, model.noise, FURTHER)
-    directions, axes, stages = directions_of(model.panels), axes_of(model.panels), _of_stages(by_stage, good)
+    return GapFigures(
+        samples=int(sum(g.sum() for g in good)),
+        rms_mm=m_to_mm(_rms(gaps)),
+        p95_mm=m_to_mm(float(np.quantile(sizes, 0.95))),
+        max_mm=m_to_mm(float(sizes.max())),
+        rms_deg=rad_to_deg(_rms(turned)) if sum(len(t) for t in turned) else None,
+        noise_mm=m_to_mm(model.noise),
+        outliers=model.outliers,
+    )
+
+
+def _places(model: Model, by_stage: Sequence[StageGaps], timings: Sequence[RunTiming]) -> Places:
+    """Where the gap lies: along the path, by stage, direction, axis, and by what it follows."""
     mm, segments = m_to_mm, segments_of(model.panels)
-    return {
-        "gap": {
-            "samples": int(sum(g.sum() for g in good)),
-            "rms_mm": mm(_rms(gaps)),
-            "p95_mm": mm(float(np.quantile(sizes, 0.95))),
-            "max_mm": mm(float(sizes.max())),
-            "rms_deg": rad_to_deg(_rms(turned)) if sum(len(t) for t in turned) else None,
-            "noise_mm": mm(model.noise),
-            "outliers": model.outliers,
-        },
-        "where": {
-            "rungs": {n: None if v is None else mm(v.value) for n, v in stages.items()},
-            "rung_intervals": {n: None if v is None else [mm(v.low), mm(v.high)] for n, v in stages.items()},
-            "missing": sorted({m for one in by_stage for m in one.missing})
-            + sorted({m for s in model.scenes for m in lacking(s)}),
-            "segments": [_stretch(s) for s in segments],
-            "change_points": [
-                {"log": s.log, "t_s": s.from_s, "line": s.from_line, "step_mm": mm(s.step)}
-                for s in segments
-                if s.step > 0.0
-            ],
-            "lines": [_stretch(s) for s in lines_of(model.panels)],
-            "directions": {k: mm(v.value) for k, v in directions.items()},
-            "direction_intervals": {k: [mm(v.low), mm(v.high)] for k, v in directions.items()},
-            "axes": {k: v.value for k, v in axes.items()},
-            "axis_intervals": {k: [v.low, v.high] for k, v in axes.items()},
-            "regimes": {k: v["share"] for k, v in regimes.items()},
-            "regime_intervals": {k: v["interval"] for k, v in (regimes | further).items()},
-            "further_regimes": {k: v["share"] for k, v in further.items()},
-        },
-        "latency_s": alignment.summary,
-        **verdict.summary,
-        "logs": [s.name for s in model.scenes],
-    }
+    regimes, further = regimes_of(model.panels, model.noise), regimes_of(model.panels, model.noise, FURTHER)
+    directions, axes = directions_of(model.panels), axes_of(model.panels)
+    stages = _of_stages(by_stage, [p.w_tcp[:, 0] > 0.0 for p in model.panels])
+    absent = sorted({m for one in by_stage for m in one.missing})
+    return Places(
+        stages={n: None if v is None else mm(v.value) for n, v in stages.items()},
+        stage_intervals={n: None if v is None else (mm(v.low), mm(v.high)) for n, v in stages.items()},
+        missing=(*absent, *sorted({m for s in model.scenes for m in lacking(s)})),
+        segments=tuple(_stretch(s) for s in segments),
+        change_points=tuple(
+            ChangePoint(log=s.log, t_s=s.from_s, line=s.from_line, step_mm=mm(s.step)) for s in segments if s.step > 0.0
+        ),
+        lines=tuple(_stretch(s) for s in lines_of(model.panels)),
+        directions={k: mm(v.value) for k, v in directions.items()},
+        direction_intervals={k: (mm(v.low), mm(v.high)) for k, v in directions.items()},
+        axes={k: v.value for k, v in axes.items()},
+        axis_intervals={k: (v.low, v.high) for k, v in axes.items()},
+        regimes={k: v.share for k, v in regimes.items()},
+        regime_intervals={k: v.interval for k, v in (regimes | further).items()},
+        further_regimes={k: v.share for k, v in further.items()},
+        timing=tuple(timings),
+    )
 
 
-def _stretch(s: Segment) -> dict[str, Any]:
-    """A stretch for JSON."""
-    return {
-        "log": s.log,
-        "from_line": s.from_line,
-        "to_line": s.to_line,
-        "from_s": s.from_s,
-        "to_s": s.to_s,
-        "samples": s.samples,
-        "rms_mm": m_to_mm(s.rms),
-        "contour_mm": m_to_mm(s.contour),
-        "tangential_mm": m_to_mm(s.tangential),
-    }
+def _stretch(s: Segment) -> Stretch:
+    """A stretch in mm."""
+    return Stretch(
+        log=s.log,
+        from_line=s.from_line,
+        to_line=s.to_line,
+        from_s=s.from_s,
+        to_s=s.to_s,
+        samples=s.samples,
+        rms_mm=m_to_mm(s.rms),
+        contour_mm=m_to_mm(s.contour),
+        tangential_mm=m_to_mm(s.tangential),
+    )
 
 
 def _of_stages(by_stage: Sequence[StageGaps], good: Sequence[NDArray[np.bool_]]) -> dict[str, Share | None]:
@@ -294,7 +300,7 @@ def _of_stages(by_stage: Sequence[StageGaps], good: Sequence[NDArray[np.bool_]])
     return out
 
 
-def _standards(model: Model, paths: Sequence[PathError]) -> list[dict[str, Any]]:
+def _standards(model: Model, paths: Sequence[PathError]) -> list[Standard]:
     """ISO 9283 and ISO 230-4 of the logs that are a line or a circle over the part."""
     out = []
     for p, path in zip(model.panels, paths, strict=True):
@@ -313,7 +319,7 @@ def _standards(model: Model, paths: Sequence[PathError]) -> list[dict[str, Any]]
         before, after = (
             np.einsum("...ji,...j->...i", turn, e) for e in (np.asarray(path.before), np.asarray(path.after))
         )
-        found = path_standards(part, before, after)
+        found = path_standards(path.log, part, before, after)
         if found is not None:
-            out.append({"log": path.log, **found})
+            out.append(found)
     return out

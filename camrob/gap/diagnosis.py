@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +10,7 @@ from numpy.typing import NDArray
 from camrob.calibration.calibration import Calibration
 from camrob.frozen import locked
 from camrob.gap.experiment.motions import TrialMotion
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 __all__ = ["Diagnosis", "PathError"]
 
@@ -41,15 +39,12 @@ class PathError:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """`summary` is the contract's JSON object; `claimed` the effects found; `paths` what pictures are drawn from; `motions`
+    """`summary` is what the contract's file holds; `claimed` the effects found; `paths` what pictures are drawn from; `motions`
     what would tell most if it were run next, the best first; `calibration` what `compensate` can correct, None for nothing.
     """
 
-    summary: Mapping[str, Any]
+    summary: DiagnosisSummary
     claimed: tuple[str, ...]
     paths: tuple[PathError, ...]
     motions: tuple[TrialMotion, ...] = ()
     calibration: Calibration | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "summary", MappingProxyType(dict(self.summary)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from camrob.calibration.terms import parameter_of
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import Shrinkage, Trial, shrinkage
 from camrob.gap.fitted_units import fitted_model
+from camrob.summaries.diagnosis_summary import Compensable
 from camrob.units import m_to_mm
 
 __all__ = ["Handover", "hand_over"]
@@ -27,11 +27,11 @@ Set = frozenset[int]
 @dataclass(frozen=True)
 class Handover:
     """calibration: for `compensate`, None where nothing claimed can be stated there, or correcting that alone would not shrink
-    the gap; summary: the part of the JSON object.
+    the gap; said: what of the claims can be corrected, and what that leaves.
     """
 
     calibration: Calibration | None
-    summary: Mapping[str, Any]
+    said: Compensable
 
 
 def hand_over(model: Model, trial: Trial, claimed: Sequence[str], members: Set) -> Handover:
@@ -50,19 +50,19 @@ def hand_over(model: Model, trial: Trial, claimed: Sequence[str], members: Set) 
     handed = frozenset(terms)
     shrunk = shrinkage(model, trial, model.best.members, handed)
     left = _left(model, members - handed)
-    summary: dict[str, Any] = {
-        "effects": [n for n in claimed if any(model.units[i].effect == n for i in handed)],
-        "left": left,
-        "rms_before_mm": m_to_mm(shrunk.rms_before),
-        "rms_after_mm": m_to_mm(shrunk.rms_after),
-        "shrink": shrunk.shrink,
-        "shrink_interval": list(shrunk.interval()),
-        "fitted": fitted_model(model, members).to_json(),
-    }
-    if not handed or summary["shrink_interval"][0] <= 0.0:
+    said = Compensable(
+        effects=tuple(n for n in claimed if any(model.units[i].effect == n for i in handed)),
+        left=tuple(left),
+        rms_before_mm=m_to_mm(shrunk.rms_before),
+        rms_after_mm=m_to_mm(shrunk.rms_after),
+        shrink=shrunk.shrink,
+        shrink_interval=shrunk.interval(),
+        fitted=fitted_model(model, members),
+    )
+    if not handed or said.shrink_interval[0] <= 0.0:
         # of causes that mimic each other's shape, a part by itself may make things worse
-        return Handover(None, summary)
-    return Handover(_calibration(model, terms, shrunk, left), summary)
+        return Handover(None, said)
+    return Handover(_calibration(model, terms, shrunk, left), said)
 
 
 def _left(model: Model, units: Set) -> list[str]:

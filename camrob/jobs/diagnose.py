@@ -101,7 +101,7 @@ def diagnose(
         extra=cell_effects(cell, machine),
         withheld_programs=withheld_programs,
     )
-    summary = DiagnosisSummary.from_json({"cell": machine.name, "without": list(without), **found.summary})
+    summary = found.summary
     refused: JobError | None = None
     if experiment is not None:
         try:

@@ -36,14 +36,14 @@ def regime(what: str, before: float, after: float, *, worse: bool = False) -> di
 
 
 def test_a_pause_is_reported_in_the_terminal_and_on_the_page() -> None:
-    (line,) = timing_texts(diagnosis_summary(paused().summary))
+    (line,) = timing_texts(paused().summary)
     assert "a pause of 3.0 s at line" in line
     assert "more than the virtual controller" in line
     console = Console(width=80, record=True)
     with console.capture() as captured:
-        console.print(render_diagnosis(diagnosis_summary(paused().summary)))
+        console.print(render_diagnosis(paused().summary))
     assert "a pause of 3.0 s at line" in " ".join(captured.get().split())
-    page = diagnosis_report(diagnosis_summary(paused().summary), paused().paths)
+    page = diagnosis_report(paused().summary, paused().paths)
     assert "<h2>Timing along the program</h2>" in page
     assert "a pause of 3.0 s at line" in page
     assert '<td class="n">pause</td>' in page
@@ -52,10 +52,10 @@ def test_a_pause_is_reported_in_the_terminal_and_on_the_page() -> None:
 @pytest.mark.slow
 def test_a_run_as_the_virtual_controller_has_it_is_called_so_and_a_slower_one_not() -> None:
     log = run()
-    (same,) = timing_texts(diagnosis_summary(diagnose([log], kr15(), programs=[raster(4.0)]).summary))
+    (same,) = timing_texts(diagnose([log], kr15(), programs=[raster(4.0)]).summary)
     assert "as the virtual controller does" in same
     slow = rows(log, np.arange(len(log)), 2.0 * log.t)
-    (line,) = timing_texts(diagnosis_summary(diagnose([slow], kr15(), programs=[raster(4.0)]).summary))
+    (line,) = timing_texts(diagnose([slow], kr15(), programs=[raster(4.0)]).summary)
     assert "100 % more than the virtual controller" in line or "101 % more" in line or "99 % more" in line
     assert "the programmed speed is not what was run" in line
     assert "mostly 50 % of it" in line or "mostly 49 % of it" in line
@@ -119,8 +119,8 @@ def test_a_log_s_name_stays_text() -> None:
     log = held(150, 3.0)
     named = MeasurementLog(log.columns, log.info, Path("<script>x</script>\x1b[31m.csv"))
     found = diagnose([named], kr15(), programs=[raster(4.0)])
-    assert "<script>x" not in timing_section(diagnosis_summary(found.summary))
+    assert "<script>x" not in timing_section(found.summary)
     console = Console(width=80)
     with console.capture() as captured:
-        console.print(render_diagnosis(diagnosis_summary(found.summary)))
+        console.print(render_diagnosis(found.summary))
     assert "\x1b[31m.csv" not in captured.get()

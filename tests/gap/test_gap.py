@@ -45,19 +45,19 @@ def test_the_rungs_add_up_to_the_whole_sample_by_sample() -> None:
 def test_no_effect_is_invented_where_there_is_none() -> None:
     found = diagnose([simulated(sigma_mm=SIGMA)], kr15())
     assert claimed(found) == set()
-    assert found.summary["status"] == "no gap"
-    assert found.summary["gap"]["rms_mm"] == pytest.approx(SIGMA * np.sqrt(3), rel=0.05)
+    assert found.summary.to_json()["status"] == "no gap"
+    assert found.summary.to_json()["gap"]["rms_mm"] == pytest.approx(SIGMA * np.sqrt(3), rel=0.05)
 
 
 def test_a_planted_play_is_found_on_its_axis_with_its_size() -> None:
     found = diagnose([simulated(plant_play, sigma_mm=SIGMA)], kr15())
     assert claimed(found) == {"backlash"}
-    entry = found.summary["effects"][0]
+    entry = found.summary.to_json()["effects"][0]
     assert entry["axes"] == ["A2"]
     assert entry["parameters"]["A2_deg"]["value"] == pytest.approx(0.03, rel=0.03)
     assert entry["probability"] > 0.9
     assert entry["rms_after_mm"] < 1.1 * SIGMA * np.sqrt(3) < entry["rms_before_mm"]
-    json.dumps(dict(found.summary), allow_nan=False)
+    json.dumps(found.summary.to_json(), allow_nan=False)
 
 
 def test_two_planted_effects_are_found_together() -> None:
@@ -67,14 +67,14 @@ def test_two_planted_effects_are_found_together() -> None:
 
     found = diagnose([simulated(apply, sigma_mm=SIGMA)], kr15())
     assert claimed(found) == {"frame_tool", "wrist_coupling"}
-    assert sum(a["probability"] for a in found.summary["alternatives"]) == pytest.approx(1.0)
+    assert sum(a["probability"] for a in found.summary.to_json()["alternatives"]) == pytest.approx(1.0)
 
 
 def test_an_effect_taken_out_of_the_library_is_called_unknown_and_blamed_on_nobody() -> None:
     found = diagnose([simulated(plant_play, sigma_mm=SIGMA)], kr15(), without=["backlash"])
-    assert found.summary["status"] in ("unexplained", "partly explained")
-    assert found.summary["unknown"]["probability"] > 0.5
-    assert all(e["probability"] <= 0.8 for e in found.summary["effects"])
+    assert found.summary.to_json()["status"] in ("unexplained", "partly explained")
+    assert found.summary.to_json()["unknown"]["probability"] > 0.5
+    assert all(e["probability"] <= 0.8 for e in found.summary.to_json()["effects"])
 
 
 def test_an_effect_that_no_library_has_is_called_unknown() -> None:
@@ -83,8 +83,8 @@ def test_an_effect_that_no_library_has_is_called_unknown() -> None:
         return 2e-4 * ((x - x.mean()) / np.ptp(x)) ** 2 * 4.0
 
     found = diagnose([simulated(plant_link(2, bend), sigma_mm=SIGMA)], kr15())
-    assert found.summary["unknown"]["probability"] > 0.5
-    assert all(e["probability"] <= 0.8 for e in found.summary["effects"])
+    assert found.summary.to_json()["unknown"]["probability"] > 0.5
+    assert all(e["probability"] <= 0.8 for e in found.summary.to_json()["effects"])
 
 
 @pytest.mark.slow
@@ -94,8 +94,8 @@ def test_position_alone_and_outliers_do() -> None:
     columns["x"][::60] += 2.0
     found = diagnose([MeasurementLog(columns, log.info, log.path)], kr15())
     assert "joint_offset" in claimed(found)
-    assert found.summary["gap"]["outliers"] >= len(log) // 60
-    assert found.summary["gap"]["rms_deg"] is None
+    assert found.summary.to_json()["gap"]["outliers"] >= len(log) // 60
+    assert found.summary.to_json()["gap"]["rms_deg"] is None
 
 
 @pytest.mark.parametrize(

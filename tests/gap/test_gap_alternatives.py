@@ -9,7 +9,7 @@ from camrob.gap.verdict.belief import BELIEF
 
 
 def believed_sets(sets, probability):
-    return {frozenset(a["effects"]): a["probability"] for a in alternatives(sets, probability)}
+    return {frozenset(a.effects): a.probability for a in alternatives(sets, probability)}
 
 
 def test_evidence_without_a_doubt_is_believed_no_more_than_its_names() -> None:

@@ -56,8 +56,8 @@ def test_a_mutilated_log_never_ends_in_a_confident_cause(how: str, cause: str) -
         assert "\n" not in str(error)
         assert ";" in str(error)  # what is wrong; what to do
         return
-    assert all(e["probability"] <= 0.8 for e in found.summary["effects"])
-    assert found.summary["status"] != "explained"
+    assert all(e["probability"] <= 0.8 for e in found.summary.to_json()["effects"])
+    assert found.summary.to_json()["status"] != "explained"
 
 
 @pytest.mark.slow(after=1)
@@ -71,8 +71,8 @@ def test_a_gap_that_is_moved_to_other_places_of_the_path_is_blamed_on_nothing(si
     place = (scene.nominal[:, :3, 3] + scene.tcp_gap[order, :3]) * 1e3
     columns = {n: v for n, v in log.columns.items() if n not in "abc"} | {n: place[:, k] for k, n in enumerate("xyz")}
     found = diagnose([MeasurementLog(columns, log.info, log.path)], kr15())
-    assert all(e["probability"] <= 0.8 for e in found.summary["effects"]), found.summary["effects"]
-    assert found.summary["status"] != "explained"
+    assert all(e["probability"] <= 0.8 for e in found.summary.to_json()["effects"]), found.summary.to_json()["effects"]
+    assert found.summary.to_json()["status"] != "explained"
 
 
 @cache

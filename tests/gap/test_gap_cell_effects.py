@@ -62,13 +62,13 @@ def test_an_effect_of_the_cell_is_found_under_its_own_name_with_its_size(tmp_pat
     assert effect_faults(own[0], [scene]) == []
     found = diagnose([log], kr15(), extra=own)
     assert found.claimed == ("rack_pitch",)
-    entry = found.summary["effects"][0]
+    entry = found.summary.to_json()["effects"][0]
     assert entry["axes"] == ["E1"]
     assert entry["parameters"]["sin_mm"]["value"] == pytest.approx(0.1, rel=0.05)
     assert entry["parameters"]["cos_mm"]["value"] == pytest.approx(0.0, abs=0.01)
     without = diagnose([log], kr15(), extra=own, without=["rack_pitch"])
     assert "rack_pitch" not in without.claimed
-    assert without.summary["status"] != "explained"
+    assert without.summary.to_json()["status"] != "explained"
 
 
 def test_an_effect_of_the_cell_invents_nothing(tmp_path: Path) -> None:

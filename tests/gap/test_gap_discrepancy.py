@@ -139,7 +139,7 @@ def test_a_cause_keeps_its_name_beside_a_field_of_five_times_the_noise(name: str
 def test_both_statements_are_made_and_the_unknown_takes_nothing_from_the_claim() -> None:
     apply = PLANTED["backlash"]
     log = simulated(with_field(apply), sigma_mm=SIGMA)
-    found = diagnose([log], kr15()).summary
+    found = diagnose([log], kr15()).summary.to_json()
     claims = {e["effect"]: e["probability"] for e in found["effects"] if e["probability"] >= 0.5}
     assert set(claims) == {"backlash"}
     assert claims["backlash"] > 0.9
@@ -164,7 +164,7 @@ def test_more_data_never_makes_the_answer_worse() -> None:
 
 
 def test_nothing_is_said_of_a_field_where_there_is_none() -> None:
-    found = diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary
+    found = diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary.to_json()
     assert found["status"] == "no gap"
     assert found["within"] == {"encoder_to_tcp": "noise", "setpoint_to_encoder": "noise"}
     assert found["unknown"]["probability"] < 0.1

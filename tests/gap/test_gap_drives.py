@@ -73,7 +73,7 @@ def test_an_axis_tells_what_its_error_follows_and_how_much(name: str) -> None:
     u = path(6)
     encoder = u.copy()
     encoder[:, 1] = plant(u[:, 1])
-    report = axes_report([make_scene(log(ur10(), u, encoder), ur10())])
+    report = {a: r.to_json() for a, r in axes_report([make_scene(log(ur10(), u, encoder), ur10())]).items()}
     found = report["A2"]["pattern"]
     assert (found["follows"], found["unit"]) == (follows, unit)
     assert found["coefficient"] == pytest.approx(coefficient, rel=0.1)
@@ -91,7 +91,7 @@ def test_the_error_of_an_axis_is_reported_at_the_tool_too_and_against_noise_and_
     encoder = u + 1e-4
     scene = make_scene(log(single(), u, encoder), single())
     lever = float(np.linalg.norm(scene.nominal[0, :2, 3]))  # of the tip, from the one axis, which is z of the foot
-    report = axes_report([scene])["A1"]
+    report = axes_report([scene])["A1"].to_json()
     assert report["rms_mm"] == pytest.approx(0.1 * lever, rel=1e-3)
     assert report["within"] == ""
     for facts, word in (
@@ -99,7 +99,7 @@ def test_the_error_of_an_axis_is_reported_at_the_tool_too_and_against_noise_and_
         ({"tolerance": 6e-5}, "tolerance"),
         ({"tolerance": 4e-5}, ""),
     ):
-        assert axes_report([make_scene(log(single(), u, encoder, **facts), single())])["A1"]["within"] == word
+        assert axes_report([make_scene(log(single(), u, encoder, **facts), single())])["A1"].to_json()["within"] == word
 
 
 def test_play_between_two_encoders_is_the_links() -> None:
@@ -111,7 +111,7 @@ def test_play_between_two_encoders_is_the_links() -> None:
         link.append(at)
     real = np.array(link)[:, None]
     scene = make_scene(log(single(), real, real, {"M1": np.rad2deg(motor)}), single())
-    found = axes_report([scene])["A1"]["motor_to_link"]
+    found = axes_report([scene])["A1"].to_json()["motor_to_link"]
     assert found["pattern"]["follows"] == "direction"
     assert found["pattern"]["coefficient"] == pytest.approx(0.01, rel=0.1)  # half the play, to either side
     assert found["worst"] == pytest.approx(0.01, rel=0.05)
@@ -123,7 +123,7 @@ def test_a_log_of_drives_alone_is_diagnosed_for_its_stage(cell) -> None:
     u = path(len(cell().axis_names))
     encoder = np.stack([lagged(column, 0.015) for column in u.T], axis=1)
     found = diagnose([log(cell(), u, encoder, every=10)], cell())
-    summary = found.summary
+    summary = found.summary.to_json()
     assert found.claimed == ("servo_lag",)
     assert summary["effects"][0]["parameters"]["tau_s"]["value"] == pytest.approx(0.015, rel=0.03)
     assert summary["where"]["rungs"]["encoder_to_tcp"] is None
@@ -148,8 +148,9 @@ def test_torques_and_currents_tell_a_load_that_nobody_counted(kind: str) -> None
     factor = 1.0 if kind == "T" else 1.0 / np.array([11.0, 12.0, 9.0, 6.0, 5.0, 5.5])
     columns = {n: v[rows] for n, v in ({"t": T} | axis_columns(ur10(), u) | axis_columns(ur10(), u, "c")).items()}
     columns |= {f"{kind}{k + 1}": (torque * factor)[:, k] for k in range(6)}
-    report = load_from_drives([make_scene(MeasurementLog(columns, LogInfo(), Path("drives.csv")), ur10())])
-    assert report is not None
+    load = load_from_drives([make_scene(MeasurementLog(columns, LogInfo(), Path("drives.csv")), ur10())])
+    assert load is not None
+    report = load.to_json()
     assert report["mass_kg"] == pytest.approx(3.0, abs=max(3.0 * report["std"], 0.1))
     assert report["std"] < 0.3
     assert report["axes"]["A2"]["friction"] == pytest.approx(9.0 if kind == "T" else 9.0 / 12.0, rel=0.1)

@@ -126,8 +126,8 @@ def test_a_constant_that_the_library_lacks_is_unknown_and_no_broad_effect_is_bla
     log = simulated(apply, sigma_mm=0.02)
     found = diagnose([log], kr15(), without=[name])
     assert found.claimed == ()
-    assert found.summary["status"] == "unexplained"
-    assert f"{place} is off by a constant" in found.summary["unknown"]["text"]
+    assert found.summary.to_json()["status"] == "unexplained"
+    assert f"{place} is off by a constant" in found.summary.to_json()["unknown"]["text"]
     assert diagnose([log], kr15()).claimed == (name,)
 
 
@@ -141,11 +141,11 @@ def test_single_poses_that_scatter_beyond_their_noise_are_not_called_explained()
         poses=True,
     )
     found = diagnose([early], kr15(), without=["early_reading"])
-    assert found.summary["unknown"]["probability"] > 0.5
-    assert found.summary["status"] in ("unexplained", "partly explained")
-    assert all(e["probability"] < 0.8 for e in found.summary["effects"])
+    assert found.summary.to_json()["unknown"]["probability"] > 0.5
+    assert found.summary.to_json()["status"] in ("unexplained", "partly explained")
+    assert all(e["probability"] < 0.8 for e in found.summary.to_json()["effects"])
     quiet = simulated(sigma_mm=0.02, run=(t, axis), poses=True)
-    assert diagnose([quiet], kr15()).summary["status"] == "no gap"
+    assert diagnose([quiet], kr15()).summary.to_json()["status"] == "no gap"
 
 
 def unstated(log):
@@ -158,7 +158,7 @@ def test_the_noise_of_single_poses_that_nobody_told_is_found_from_what_nothing_e
     quiet = unstated(simulated(sigma_mm=0.03, run=poses(), poses=True))
     found = diagnose([quiet], kr15())
     assert found.claimed == ()
-    assert found.summary["gap"]["noise_mm"] == pytest.approx(0.03 * np.sqrt(3.0), rel=0.15)
+    assert found.summary.to_json()["gap"]["noise_mm"] == pytest.approx(0.03 * np.sqrt(3.0), rel=0.15)
     offset = unstated(simulated(plant_link(2, lambda w: 1e-3), sigma_mm=0.03, run=poses(), poses=True))
     assert diagnose([offset], kr15()).claimed == ("joint_offset",)
     with pytest.raises(LogError, match="too few"):

@@ -35,8 +35,8 @@ def on_table(apply=None, **more):
 def test_a_log_measured_in_the_base_has_no_gap_where_nothing_is_wrong() -> None:
     found = diagnose([on_table()], kr15())
     assert found.claimed == ()
-    assert found.summary["status"] == "no gap"
-    assert found.summary["gap"]["rms_mm"] == pytest.approx(SIGMA * np.sqrt(3), rel=0.05)
+    assert found.summary.to_json()["status"] == "no gap"
+    assert found.summary.to_json()["gap"]["rms_mm"] == pytest.approx(SIGMA * np.sqrt(3), rel=0.05)
 
 
 @pytest.mark.slow
@@ -50,7 +50,7 @@ def test_a_log_measured_in_the_base_has_no_gap_where_nothing_is_wrong() -> None:
 def test_the_table_s_axis_off_its_place_is_found_in_the_base_with_its_values(off, wanted) -> None:
     found = diagnose([on_table(lambda w: setattr(w, "table", generator.rigid(off)))], kr15())
     assert found.claimed == ("frame_table",)
-    values = {n: p["value"] for n, p in found.summary["effects"][0]["parameters"].items()}
+    values = {n: p["value"] for n, p in found.summary.to_json()["effects"][0]["parameters"].items()}
     for name, value in wanted.items():
         assert values[name] == pytest.approx(value, rel=0.05, abs=2e-3), name
 
@@ -61,7 +61,7 @@ def test_the_table_s_axis_can_t_be_blamed_where_it_does_not_show() -> None:
 
     found = diagnose([simulated(apply, sigma_mm=SIGMA, run=turning())], kr15())
     assert found.claimed == ()
-    assert found.summary["status"] == "no gap"
+    assert found.summary.to_json()["status"] == "no gap"
 
 
 @pytest.mark.slow
@@ -85,7 +85,7 @@ def test_in_world_the_two_can_t_be_told_apart_and_that_is_said() -> None:
 
     found = diagnose([simulated(foot, sigma_mm=SIGMA)], kr15())
     assert found.claimed == ("frame_base",)
-    assert "measurement_frame" in found.summary["effects"][0]["indistinguishable_from"]
+    assert "measurement_frame" in found.summary.to_json()["effects"][0]["indistinguishable_from"]
 
 
 @pytest.mark.slow
@@ -96,9 +96,9 @@ def test_an_instrument_s_own_frame_is_a_nuisance_and_never_a_cause() -> None:
 
     log = simulated(apply, sigma_mm=SIGMA, measured_frame=MeasuredFrame.UNKNOWN)
     found = diagnose([log], kr15())
-    names = {e["effect"] for e in found.summary["effects"]}
+    names = {e["effect"] for e in found.summary.to_json()["effects"]}
     assert not names & {"measurement_frame", "frame_base"}
-    assert found.summary["gap"]["rms_mm"] < 2.0
+    assert found.summary.to_json()["gap"]["rms_mm"] < 2.0
 
 
 @pytest.mark.slow
@@ -110,7 +110,7 @@ def test_a_reflector_somewhere_on_the_flange_is_a_nuisance_too() -> None:
     log = simulated(apply, sigma_mm=SIGMA, target=Target.UNKNOWN)
     columns = {n: v for n, v in log.columns.items() if n not in "abc"}
     found = diagnose([MeasurementLog(columns, log.info, log.path)], kr15())
-    assert "frame_tool" not in {e["effect"] for e in found.summary["effects"]}
+    assert "frame_tool" not in {e["effect"] for e in found.summary.to_json()["effects"]}
     assert "wrist_coupling" in found.claimed
 
 
@@ -127,6 +127,6 @@ def test_single_poses_are_diagnosed_too(name: str, apply) -> None:
     found = diagnose([simulated(apply, sigma_mm=SIGMA, run=poses(), poses=True)], kr15())
     assert found.claimed == ((name,) if name else ())
     if name == "early_reading":
-        assert found.summary["effects"][0]["parameters"]["share"]["value"] == pytest.approx(4e-4, rel=0.05)
-    assert found.summary["latency_s"]["value"] is None
-    assert found.summary["where"]["rungs"]["program_to_setpoint"] is None
+        assert found.summary.to_json()["effects"][0]["parameters"]["share"]["value"] == pytest.approx(4e-4, rel=0.05)
+    assert found.summary.to_json()["latency_s"]["value"] is None
+    assert found.summary.to_json()["where"]["rungs"]["program_to_setpoint"] is None

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from gap_cases import kr15, poses, simulated
 from gap_cells import ur10
+from summary_samples import diagnosis_summary, effect_found
 from test_gap_pose_sets import postures, seen_from
 
 from camrob.errors import LogError
@@ -18,6 +20,7 @@ from camrob.gap.observation.noise import find_outliers, noise_of
 from camrob.gap.observation.scene import make_scene
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
 from camrob.measurement.log import MeasurementLog
+from camrob.summaries.diagnosis_summary import FittedValue
 
 
 def mixed_up(log: MeasurementLog, how: str) -> MeasurementLog:
@@ -102,14 +105,16 @@ def test_a_wrong_scale_is_reported_in_ppm_with_what_looks_alike_and_gross_rows_a
     model = compare([scene], [e for e in library() if e.name in ("measurement_scale", "joint_offset")])
     own = frozenset(i for i in model.best.members if model.units[i].effect == "measurement_scale")
     values = model.values(own, model.best)
-    fitted = {p.name: {"value": float(values[k])} for k, p in enumerate(model.design.parameters) if values[k]}
-    entry = {
-        "effect": "measurement_scale",
-        "probability": 0.9,
-        "parameters": fitted,
-        "indistinguishable_from": ["geometry"],
+    fitted = {
+        p.name: FittedValue(value=float(values[k]), std=0.0) for k, p in enumerate(model.design.parameters) if values[k]
     }
-    found = instrument_suspect(model, [entry])
+    entry = replace(
+        diagnosis_summary(effects=[effect_found("measurement_scale", [], {"scale": 4e-4})]).effects[0],
+        probability=0.9,
+        parameters=fitted,
+        indistinguishable_from=("geometry",),
+    )
+    found = instrument_suspect(model, [entry]).to_json()
     assert found["suspect"] == 0.9
     assert found["scale_ppm"] == pytest.approx(400.0, rel=0.03)
     assert found["drift_mm"] is None

@@ -51,8 +51,8 @@ def test_what_is_handed_over_is_what_was_planted_and_reads_back(tmp_path: Path) 
         world.tool = generator.rigid([3e-4, -2e-4, 1e-4, 2e-4, 0, 0])
 
     found = diagnose([simulated(apply, sigma_mm=SIGMA)], kr15())
-    assert found.summary["compensable"]["effects"] == ["frame_tool", "wrist_coupling"]
-    assert found.summary["compensable"]["rms_after_mm"] < 1.05 * SIGMA * np.sqrt(3)
+    assert found.summary.to_json()["compensable"]["effects"] == ["frame_tool", "wrist_coupling"]
+    assert found.summary.to_json()["compensable"]["rms_after_mm"] < 1.05 * SIGMA * np.sqrt(3)
     (tmp_path / "c.toml").write_text(calibration_text(found.calibration))
     again = read_calibration(tmp_path / "c.toml", kr15())
     values = {p.name: p.value for p in again.parameters.items_}

@@ -30,7 +30,7 @@ from camrob.measurement.read_log import read_log
 def said_of(case: Brought, folder: Path) -> dict[str, Any]:
     (folder / "run.csv").write_text(case.logs[0][1])
     (folder / "run.toml").write_text(case.logs[0][2])
-    return dict(diagnose([read_log(folder / "run.csv")], read_cell(cell_of(case.machine, folder))).summary)
+    return diagnose([read_log(folder / "run.csv")], read_cell(cell_of(case.machine, folder))).summary.to_json()
 
 
 def beliefs(said: dict[str, Any]) -> dict[str, float]:
@@ -162,7 +162,7 @@ def test_what_goes_with_the_way_of_the_last_move_is_no_play(tmp_path: Path) -> N
     (tmp_path / "set.csv").write_text(case.logs[0][1])
     (tmp_path / "set.toml").write_text(case.logs[0][2])
     log, cell = read_log(tmp_path / "set.csv"), read_cell(cell_of(UR, tmp_path))
-    said = diagnose([log], cell, without=["early_reading"]).summary
+    said = diagnose([log], cell, without=["early_reading"]).summary.to_json()
     assert max(beliefs(said).values(), default=0.0) < 0.5
     assert said["unknown"]["where"]["regimes"][:1] == ["direction"]
     assert "last move of" in said["unknown"]["text"]

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gap_cases import generator, kr15, simulated
-from summary_samples import diagnosis_summary
 from test_gap_effects import DEG
 from test_gap_where import panel
 
@@ -65,34 +64,34 @@ def test_noise_and_a_constant_come_back_with_nothing() -> None:
 def test_a_vibration_is_unknown_follows_the_time_and_is_to_be_seen_at_rest() -> None:
     found = diagnose([simulated(shaking, sigma_mm=SIGMA)], kr15())
     assert found.claimed == ()
-    where = found.summary["unknown"]["where"]
+    where = found.summary.to_json()["unknown"]["where"]
     assert where["rung"] == "encoder_to_tcp"
     assert where["axes"] == []
     assert where["regimes"] == ["time"]
     assert where["comes_back"].startswith("every 1.25 s")
-    summary = diagnosis_summary(found.summary)
+    summary = found.summary
     assert "comes back every 1.25 s" in sentence(summary)
     # sentence, bars and the next run rest on the same
     chart = next(c for c in place_charts(summary) if c["id"] == "by-regime")
     assert chart["traces"][0]["x"][0] == "time"
-    assert "hold the arm at rest" in found.summary["next_experiment"]
-    assert found.summary["experiment"]["expected_mm"][0] == pytest.approx(0.15 / np.sqrt(2.0), rel=0.15)
+    assert "hold the arm at rest" in found.summary.to_json()["next_experiment"]
+    assert found.summary.to_json()["experiment"]["expected_mm"][0] == pytest.approx(0.15 / np.sqrt(2.0), rel=0.15)
 
 
 @pytest.mark.slow
 def test_an_axis_that_is_off_by_another_s_angle_is_named_and_another_is_to_be_moved() -> None:
     found = diagnose([simulated(bent, sigma_mm=SIGMA)], kr15())
-    where = found.summary["unknown"]["where"]
+    where = found.summary.to_json()["unknown"]["where"]
     assert where["axes"][:1] == ["A1"]
     # gravity's torque on A2 is all but a function of its angle
     assert where["regimes"][0] in ("position", "load")
-    plan = found.summary["experiment"]
+    plan = found.summary.to_json()["experiment"]
     shown = {c["motion"]: c["separation_mm"] for c in plan["considered"]}
     best = max(shown, key=lambda n: shown[n])
     # moving A1 itself would show little; torque on A2, which looks like A2's angle here, moves with A3 too
     assert best in ("one axis A2", "one axis A3")
     assert shown["one axis A1"] < 0.5 * shown[best]
-    assert f"run {best.removeprefix('one axis ')} alone through its range" in found.summary["next_experiment"]
+    assert f"run {best.removeprefix('one axis ')} alone through its range" in found.summary.to_json()["next_experiment"]
     assert plan["expected_mm"][0] == pytest.approx(shown[best])
 
 
@@ -102,9 +101,12 @@ def test_each_rival_s_expected_answer_is_reported() -> None:
         world.link[:, 1] += 2e-6 * generator.torques(world.command)[:, 1]
 
     found = diagnose([simulated(sagging, sigma_mm=SIGMA)], kr15())
-    plan = found.summary["experiment"]
+    plan = found.summary.to_json()["experiment"]
     first = " with ".join(plan["rivals"][0])
-    assert f"Expected there: {plan['expected_mm'][0]:.3f} mm rms if {first}, " in found.summary["next_experiment"]
+    assert (
+        f"Expected there: {plan['expected_mm'][0]:.3f} mm rms if {first}, "
+        in found.summary.to_json()["next_experiment"]
+    )
 
 
 @pytest.mark.slow
@@ -128,5 +130,5 @@ def test_what_is_new_on_a_withheld_log_does_not_cast_doubt_on_a_cause_that_is_fa
     found = diagnose([logs[0]], kr15(), withheld=[withheld])
     assert found.claimed == ("frame_base",)
     # of the sets, and 0.85 of the two that look alike in world
-    assert found.summary["effects"][0]["probability"] == pytest.approx(sure * 0.85, abs=0.02)
-    assert found.summary["unknown"]["probability"] > 0.5
+    assert found.summary.to_json()["effects"][0]["probability"] == pytest.approx(sure * 0.85, abs=0.02)
+    assert found.summary.to_json()["unknown"]["probability"] > 0.5

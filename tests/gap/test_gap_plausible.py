@@ -77,9 +77,9 @@ def test_a_zero_that_a_crash_moved_by_degrees_is_found_and_is_no_reason_to_refus
 def test_it_is_named_with_its_size_and_called_neither_impossible_nor_unusual() -> None:
     found = diagnose([simulated(crashed, sigma_mm=0.02)], kr15())
     assert found.claimed == ("joint_offset",)
-    entry = found.summary["effects"][0]
+    entry = found.summary.to_json()["effects"][0]
     assert entry["implausible"] == entry["unusual"] == ""
     assert entry["axes"] == ["A2"]
     assert entry["parameters"]["A2_deg"]["value"] == pytest.approx(2.8, abs=2e-3)
     assert entry["rms_after_mm"] < 0.05
-    assert found.summary["status"] == "explained"
+    assert found.summary.to_json()["status"] == "explained"

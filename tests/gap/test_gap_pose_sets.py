@@ -156,7 +156,7 @@ def test_every_withheld_set_has_frames_of_its_own() -> None:
     for withheld in (nights, nights[::-1]):
         found = diagnose([fitted], ur10(), withheld=withheld)
         assert "joint_offset" in found.claimed
-        left.append(found.summary["together"]["rms_after_mm"])
+        left.append(found.summary.to_json()["together"]["rms_after_mm"])
     assert max(left) < 0.025  # the noise is 0.017 mm
 
 
@@ -194,7 +194,7 @@ def test_the_pictures_show_the_errors_that_the_sentence_tells(named: bool) -> No
     asked = seen_from(postures(30, 2), seed=5, same_frame_as="set.csv", same_target_as="set.csv")
     found = diagnose([seen_from(postures(60, 1))], ur10(), withheld=[asked] if named else [])
     assert "joint_offset" in found.claimed
-    together = found.summary["together"]
+    together = found.summary.to_json()["together"]
     assert together["rms_after_mm"] < 0.1 * together["rms_before_mm"]
     for which in ("before", "after"):
         drawn = sizes_drawn(found, which)

@@ -75,36 +75,38 @@ def test_rounded_corners_are_found_with_their_distance_whatever_the_program_says
     for cdis in (4.0, 0.5):  # what was run, and what the text at hand says
         found = diagnose([log], kr15(), programs=[raster(cdis)])
         assert found.claimed == ("corner_rounding",)
-        entry = found.summary["effects"][0]
+        entry = found.summary.to_json()["effects"][0]
         assert entry["parameters"]["cdis_mm"]["value"] == pytest.approx(4.0, rel=0.02)
         assert entry["programmed_cdis_mm"] == cdis
         assert entry["shrink"] > 0.9
-        assert entry["rms_before_mm"] == pytest.approx(found.summary["where"]["rungs"]["program_to_setpoint"], rel=0.05)
-        assert found.summary["status"] == "explained"
-        assert found.summary["gap"]["rms_mm"] < 1.1 * SIGMA * np.sqrt(3)
-        assert sum(a["probability"] for a in found.summary["alternatives"]) == pytest.approx(1.0)
+        assert entry["rms_before_mm"] == pytest.approx(
+            found.summary.to_json()["where"]["rungs"]["program_to_setpoint"], rel=0.05
+        )
+        assert found.summary.to_json()["status"] == "explained"
+        assert found.summary.to_json()["gap"]["rms_mm"] < 1.1 * SIGMA * np.sqrt(3)
+        assert sum(a["probability"] for a in found.summary.to_json()["alternatives"]) == pytest.approx(1.0)
 
 
 def test_exact_stops_round_nothing() -> None:
     program = raster(4.0, after="")
     found = diagnose([measured(program)], kr15(), programs=[program])
     assert found.claimed == ()
-    assert found.summary["status"] == "no gap"
-    assert found.summary["where"]["rungs"]["program_to_setpoint"] < 1e-3
+    assert found.summary.to_json()["status"] == "no gap"
+    assert found.summary.to_json()["where"]["rungs"]["program_to_setpoint"] < 1e-3
 
 
 def test_rounding_out_of_the_library_is_called_unknown_between_program_and_set_point() -> None:
     found = diagnose([measured(raster(8.0))], kr15(), programs=[raster(8.0)], without=["corner_rounding"])
     assert found.claimed == ()
-    assert found.summary["status"] == "unexplained"
-    assert found.summary["unknown"]["probability"] > 0.5
-    assert "between program and set-point" in found.summary["unknown"]["text"]
+    assert found.summary.to_json()["status"] == "unexplained"
+    assert found.summary.to_json()["unknown"]["probability"] > 0.5
+    assert "between program and set-point" in found.summary.to_json()["unknown"]["text"]
 
 
 def test_targets_that_were_changed_are_no_rounding() -> None:
     found = diagnose([measured(raster(0.5, shift=0.8))], kr15(), programs=[raster(0.5)])
     assert found.claimed == ()
-    assert "between program and set-point, 0.6" in found.summary["unknown"]["text"]
+    assert "between program and set-point, 0.6" in found.summary.to_json()["unknown"]["text"]
 
 
 def test_another_program_is_refused() -> None:

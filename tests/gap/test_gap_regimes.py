@@ -73,7 +73,7 @@ def test_the_sums_without_a_regime_are_those_of_the_rest() -> None:
 @pytest.mark.slow
 def test_what_holds_everywhere_holds_in_regimes_that_took_no_part() -> None:
     found = diagnose([simulated(plant_play, sigma_mm=SIGMA)], kr15())
-    regimes = found.summary["together"]["regimes_withheld"]
+    regimes = found.summary.to_json()["together"]["regimes_withheld"]
     assert {"track", "speed"} <= {r["regime"] for r in regimes}
     for r in regimes:
         low, high = r["shrink_interval"]
@@ -87,7 +87,7 @@ def test_what_holds_everywhere_holds_in_regimes_that_took_no_part() -> None:
 
 @pytest.mark.slow
 def test_without_a_claim_nothing_is_withheld() -> None:
-    assert diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary["together"]["regimes_withheld"] == []
+    assert diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary.to_json()["together"]["regimes_withheld"] == []
 
 
 @pytest.mark.slow
@@ -97,13 +97,13 @@ def test_a_set_that_predicts_the_wrong_way_in_a_regime_is_called_worse_there() -
     # as if nothing else could be there: beside a discrepancy so wrong a set would be all but 0
     evidence = replace(model.evidence, sizes=None)
     model = replace(model, evidence=evidence, best=evidence.fit(members | model.evidence.always))
-    found = {r["what"]: r for r in regimes_withheld(model, members)}
+    found = {r.what: r for r in regimes_withheld(model, members)}
     far = next(r for what, r in found.items() if what.startswith("E1 above"))
-    assert far["worse"]
-    assert far["shrink"] < -0.3
-    assert far["shrink_interval"][1] < 0.0
+    assert far.worse
+    assert far.shrink < -0.3
+    assert far.shrink_interval[1] < 0.0
     near = next(r for what, r in found.items() if what.startswith("E1 below"))
-    assert not near["worse"]
+    assert not near.worse
 
 
 @pytest.mark.slow
@@ -122,9 +122,9 @@ def test_what_the_rest_does_not_tell_is_doubt_and_not_called_worse() -> None:
     model = compare([make_scene(log, kr15()) for log in logs], library((), ()))
     members = units_of(model, "track")
     model = replace(model, best=model.evidence.fit(members | model.evidence.always))
-    found = [r for r in regimes_withheld(model, members) if r["regime"] == "log"]
-    assert found[1]["doubt_mm"] > 10.0 * found[0]["doubt_mm"]
-    assert not found[1]["worse"]
+    found = [r for r in regimes_withheld(model, members) if r.regime == "log"]
+    assert found[1].doubt_mm > 10.0 * found[0].doubt_mm
+    assert not found[1].worse
 
 
 @pytest.mark.parametrize("speeds", [(1.0, 1.0, 1.0), (1.0, 0.5, 2.0), (1.0, 1.0)])
@@ -154,7 +154,7 @@ def test_single_poses_have_regimes_of_place_but_none_of_speed() -> None:
         lambda w: setattr(w, "tool", generator.rigid(3e-4 * np.eye(6)[2])), sigma_mm=SIGMA, run=(t, axis), poses=True
     )
     assert isinstance(log, MeasurementLog)
-    found = diagnose([log], kr15()).summary["together"]["regimes_withheld"]
+    found = diagnose([log], kr15()).summary.to_json()["together"]["regimes_withheld"]
     kinds = {r["regime"] for r in found}
     assert kinds <= {"track", "table", "place"}
     assert len(kinds) >= 2

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from gap_cases import kr15, simulated
 from rich.console import Console
-from summary_samples import diagnosis_summary
 from test_gap_effects import plant_play
 from test_gap_program import measured, raster
 
@@ -22,6 +21,7 @@ from camrob.report.diagnosis.page import diagnosis_report
 from camrob.report.diagnosis.sentences import sentence
 from camrob.report.diagnosis.terminal_text import render_diagnosis
 from camrob.summaries.base import Summary
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 SIGMA = 0.02
 
@@ -33,7 +33,7 @@ def play() -> Diagnosis:
 
 @pytest.mark.slow
 def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
-    said = sentence(diagnosis_summary(play().summary))
+    said = sentence(play().summary)
     assert re.match(
         r"All of the gap \(0\.\d+ mm rms\) sits between encoder and TCP and reverses with A2's direction: backlash of A2, ",
         said,
@@ -47,17 +47,17 @@ def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
 
 @pytest.mark.slow
 def test_the_sentence_of_a_rounding_and_of_no_gap() -> None:
-    rounded = sentence(diagnosis_summary(diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary))
+    rounded = sentence(diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary)
     assert "sits between program and set-point" in rounded
     assert re.search(r"Between program and set-point: corner rounding, (4\.00|3\.99|4\.01) mm \(9\d % sure\)", rounded)
-    none = sentence(diagnosis_summary(diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary))
+    none = sentence(diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary)
     assert re.match(r"There is no gap: .*encoder and TCP .* within the noise \(0\.0\d+ mm, as (told|found)\)", none)
 
 
 def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
     console = Console(width=80, record=True)
     with console.capture() as captured:
-        console.print(render_diagnosis(diagnosis_summary(play().summary)))
+        console.print(render_diagnosis(play().summary))
     text = captured.get()
     assert max(len(line) for line in text.splitlines()) <= 80
     for words in ("backlash", "by stage", "run next", "can correct nothing", "reverses with A2's direction"):
@@ -65,7 +65,7 @@ def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
 
 
 def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
-    page = diagnosis_report(diagnosis_summary(play().summary), play().paths)
+    page = diagnosis_report(play().summary, play().paths)
     assert '<div class="verdict good"><strong>Explained</strong>' in page
     heads = ("The path, coloured by the error", "Where the gap lies", "What the logs lack, and what that costs", "Causes",
              "How far it shrinks, on data that took no part", "Error along", "What remains, besides the noise", "Next experiment",
@@ -94,11 +94,11 @@ def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
 def test_a_log_s_name_never_becomes_part_of_the_page_or_the_terminal(name: str) -> None:
     log = simulated(plant_play, sigma_mm=SIGMA)
     found = diagnose([MeasurementLog(log.columns, log.info, Path(name))], kr15())
-    page = diagnosis_report(diagnosis_summary(found.summary), found.paths)
+    page = diagnosis_report(found.summary, found.paths)
     assert "<script>alert" not in page
     console = Console(width=80)
     with console.capture() as captured:
-        console.print(render_diagnosis(diagnosis_summary(found.summary)))
+        console.print(render_diagnosis(found.summary))
     assert "\x1b[31mred" not in captured.get()
 
 
@@ -116,7 +116,7 @@ def test_every_key_of_a_diagnosis_has_a_field_and_stands_where_it_stood() -> Non
     rounded = diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)])
     nothing = diagnose([simulated(sigma_mm=SIGMA)], kr15())
     for found in (play(), rounded, nothing):
-        summary = {"cell": "kr15", "without": [], **found.summary}
-        read = diagnosis_summary(summary)
+        summary = found.summary.to_json()
+        read = DiagnosisSummary.from_json(summary)
         assert without_field(read) == [], "give these keys fields in camrob/summaries/diagnosis_summary.py"
         assert json.dumps(read.to_json()) == json.dumps(summary)

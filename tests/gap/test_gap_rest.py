@@ -57,18 +57,18 @@ def test_until_an_axis_has_moved_by_its_play_nothing_is_known_of_its_side() -> N
 def test_a_log_that_begins_at_rest_shows_play_and_nothing_unknown(axis: int, same_side: bool) -> None:
     found = diagnose([resting(axis, same_side=same_side)], kr15())
     assert found.claimed == ("backlash",)
-    entry = found.summary["effects"][0]
+    entry = found.summary.to_json()["effects"][0]
     assert entry["axes"] == [f"A{axis + 1}"]
     assert entry["parameters"][f"A{axis + 1}_deg"]["value"] == pytest.approx(0.04, rel=0.05)
-    assert found.summary["status"] == "explained"
-    assert found.summary["unknown"]["probability"] < 0.2
+    assert found.summary.to_json()["status"] == "explained"
+    assert found.summary.to_json()["unknown"]["probability"] < 0.2
 
 
 @pytest.mark.slow
 def test_what_was_withheld_leaves_the_unknown_side_out() -> None:
     found = diagnose([simulated_play()], kr15(), withheld=[resting(1)])
-    assert found.summary["together"]["shrink"] > 0.8
-    assert found.summary["unknown"]["probability"] < 0.2
+    assert found.summary.to_json()["together"]["shrink"] > 0.8
+    assert found.summary.to_json()["unknown"]["probability"] < 0.2
 
 
 def simulated_play() -> MeasurementLog:

@@ -26,13 +26,13 @@ def plant_two(world) -> None:
 
 @cache
 def summary() -> dict[str, Any]:
-    return dict(diagnose([simulated(plant_two, sigma_mm=SIGMA)], kr15()).summary)
+    return diagnose([simulated(plant_two, sigma_mm=SIGMA)], kr15()).summary.to_json()
 
 
 def test_figures_are_those_of_the_vectors() -> None:
     rng = np.random.default_rng(0)
     before, block = rng.normal(size=(4000, 3)), np.arange(4000) // 400
-    found = figures(Shrinkage(1e-3 * before, 0.25e-3 * before, block))
+    found = figures(Shrinkage(1e-3 * before, 0.25e-3 * before, block)).to_json()
     sizes = np.linalg.norm(before, axis=1)
     assert found["rms_before_mm"] == pytest.approx(np.sqrt(np.mean(sizes**2)))
     assert found["p95_before_mm"] == pytest.approx(np.quantile(sizes, 0.95))
@@ -41,8 +41,8 @@ def test_figures_are_those_of_the_vectors() -> None:
     assert found["shrink_interval"] == pytest.approx([0.75, 0.75])
     # paired: what is common to before and after does not widen the interval, what differs does
     uneven = figures(Shrinkage(before, before * np.where(block % 2, 0.9, 0.1)[:, None], block))
-    low, high = uneven["shrink_interval"]
-    assert low < uneven["shrink"] < high
+    low, high = uneven.shrink_interval
+    assert low < uneven.shrink < high
     assert high - low > 0.1
 
 
@@ -72,7 +72,7 @@ def test_every_effect_has_its_figures_alone_added_last_and_together() -> None:
 
 
 def test_rounded_corners_have_the_same_figures() -> None:
-    entry = diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary["effects"][0]
+    entry = diagnose([measured(raster(4.0))], kr15(), programs=[raster(4.0)]).summary.to_json()["effects"][0]
     assert entry["effect"] == "corner_rounding"
     assert set(entry["alone"]) == set(entry["added_last"]) == FIGURES
     assert entry["max_before_mm"] == pytest.approx(4.0 / 4, rel=0.05)  # a parabola over 4 mm to both sides

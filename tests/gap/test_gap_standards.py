@@ -44,8 +44,9 @@ def test_path_accuracy_of_a_line_is_its_mean_s_and_repeatability_its_scatter_s()
     across = np.array([-0.8, 0.6, 0.0])
     offset = 1e-4 + 1e-5 * (cycle - 2)  # 0.1 mm off, every cycle 0.01 mm more
     error = offset[:, None] * across + 5e-4 * np.array([0.6, 0.8, 0.0])  # what is along the path does not count
-    found = path_standards(path, error, np.zeros_like(error))
-    assert found is not None
+    said = path_standards("run", path, error, np.zeros_like(error))
+    assert said is not None
+    found = said.to_json()
     assert found["standard"] == "ISO 9283"
     forward = found["before"]["forward"]
     assert forward["cycles"] == found["before"]["back"]["cycles"] == 5
@@ -62,8 +63,9 @@ def test_circular_deviation_of_an_oval_and_of_a_reversal() -> None:
     radial = 2e-5 * np.cos(2.0 * angle) + 3e-5 + np.where(back, 1e-5, 0.0)
     error = radial[:, None] * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
     error[:, 0] += 5e-5  # a shift of the centre is no form error
-    found = path_standards(path, error, np.zeros_like(error))
-    assert found is not None
+    said = path_standards("run", path, error, np.zeros_like(error))
+    assert said is not None
+    found = said.to_json()
     before = found["before"]
     assert found["radius_mm"] == pytest.approx(150.0, abs=1e-3)
     assert before["ccw"]["G_mm"] == pytest.approx(0.04, abs=1e-3)
@@ -79,7 +81,7 @@ def test_a_measured_circle_of_a_sample_is_reported_by_the_standard() -> None:
     if not file.is_file():
         pytest.skip("../shared is not here: no labelled samples")
     found = diagnose([read_log(file)], kr15())
-    standard = found.summary["standards"][0]
+    standard = found.summary.to_json()["standards"][0]
     assert standard["standard"] == "ISO 230-4"
     assert standard["radius_mm"] == pytest.approx(150.0, abs=0.05)
     assert 0.0 < standard["before"]["ccw"]["G_mm"] < 1.0

@@ -23,7 +23,7 @@ from camrob.measurement.read_log import read_log
 
 @cache
 def said_of(apply, *without: str, sigma_mm: float = 0.02) -> dict[str, Any]:
-    return dict(diagnose([simulated(apply, sigma_mm=sigma_mm, rate=12.5)], kr15(), without=without).summary)
+    return diagnose([simulated(apply, sigma_mm=sigma_mm, rate=12.5)], kr15(), without=without).summary.to_json()
 
 
 def beliefs(apply, *without: str) -> dict[str, float]:
@@ -103,7 +103,7 @@ def test_a_payload_that_zeros_show_to_7_degrees_makes_them_likely_and_no_more(tm
 
     write_case(tmp_path, 2749000, None, "payload", (2.0, 20.0))
     log, withheld = (read_log(tmp_path / f"2749000{end}.csv") for end in ("", "_withheld"))
-    said = diagnose([log], kr15(), withheld=[withheld], without=["payload"]).summary
+    said = diagnose([log], kr15(), withheld=[withheld], without=["payload"]).summary.to_json()
     assert max(e["probability"] for e in said["effects"]) < 0.8
     assert said["unknown"]["probability"] > 0.95
 

@@ -34,7 +34,7 @@ def run() -> MeasurementLog:
 
 def timing(log: MeasurementLog, what: ProgramText | None = None) -> dict[str, Any]:
     scene = make_scene(log, kr15())
-    return timing_of(scene, track_of(scene, program() if what is None else what), "")
+    return timing_of(scene, track_of(scene, program() if what is None else what), "").to_json()
 
 
 def rows(log: MeasurementLog, chosen: np.ndarray, t: np.ndarray) -> MeasurementLog:
@@ -127,7 +127,7 @@ def test_a_program_that_moves_nothing_is_said_to() -> None:
     still = parsed(HEAD + HOME + "\nEND\n")
     scene = make_scene(run(), kr15())
     log = rows(run(), np.zeros(200, int), STEP * np.arange(200))
-    found = timing_of(scene, track_of(make_scene(log, kr15()), still), "")
+    found = timing_of(scene, track_of(make_scene(log, kr15()), still), "").to_json()
     assert found["duration"] is None
     assert found["reason"] == "the program moves nothing"
 
@@ -158,13 +158,16 @@ def test_rest_before_and_behind_the_run_does_not_count_and_a_part_is_held_agains
 @pytest.mark.slow
 def test_what_a_log_lacks_is_said() -> None:
     log = run()
-    blank = timing_of(make_scene(log, kr15()), None, "no program")
+    blank = timing_of(make_scene(log, kr15()), None, "no program").to_json()
     assert blank["duration"] is None
     assert blank["reason"] == "no program"
     bare = MeasurementLog({n: v for n, v in log.columns.items() if not n.startswith("cA")}, log.info, log.path)
-    timing = diagnose([bare], kr15(), programs=[program()]).summary["where"]["timing"]
+    timing = diagnose([bare], kr15(), programs=[program()]).summary.to_json()["where"]["timing"]
     assert "no set-points" in timing[0]["reason"]
-    assert diagnose([log], kr15(), programs=[program()]).summary["where"]["timing"][0]["duration"]["logged_s"] > 1.0
+    assert (
+        diagnose([log], kr15(), programs=[program()]).summary.to_json()["where"]["timing"][0]["duration"]["logged_s"]
+        > 1.0
+    )
 
 
 def test_samples_out_of_order_are_refused_not_guessed() -> None:
@@ -172,6 +175,6 @@ def test_samples_out_of_order_are_refused_not_guessed() -> None:
     rng = np.random.default_rng(0)
     shuffled = np.array(rng.permutation(len(log)))
     scene = make_scene(rows(log, shuffled, log.t), kr15())
-    found = timing_of(scene, track_of(scene, program()), "")
+    found = timing_of(scene, track_of(scene, program()), "").to_json()
     assert found["duration"] is None
     assert "in order" in found["reason"]

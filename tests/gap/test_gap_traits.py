@@ -71,7 +71,7 @@ def test_a_claim_whose_share_another_cancels_that_is_not_claimed_is_withdrawn(mo
 
 
 def test_what_the_user_lives_with_is_no_gap_beside_an_unknown_too() -> None:
-    unknown = {"probability": 0.9, "share": 0.5}
+    unknown = replace(diagnosis_summary().unknown, probability=0.9, share=0.5)
     assert verdict._status({"encoder_to_tcp": "tolerance"}, (), unknown) == "no gap"
     assert verdict._status({"encoder_to_tcp": "noise"}, (), unknown) == "unexplained"
     assert verdict._status({"encoder_to_tcp": "tolerance", "setpoint_to_encoder": BEYOND}, (), unknown) == "unexplained"
@@ -126,9 +126,9 @@ def test_a_plan_to_isolate_the_unknown_says_what_answer_it_expects() -> None:
     model = compare([make_scene(simulated(bent, sigma_mm=0.02), kr15())], library())
     planned = plan_experiment(model, (), ["A1", "A2"], unknown=True)
     assert planned is not None
-    assert planned.summary["separation_mm"] > 0.0
-    assert f"{planned.summary['separation_mm']:.3f} mm rms about its mean if it sits there" in planned.text
+    assert planned.figures.to_json()["separation_mm"] > 0.0
+    assert f"{planned.figures.to_json()['separation_mm']:.3f} mm rms about its mean if it sits there" in planned.text
     # what follows A2 shows where A2 moves, whatever it moves itself
     assert planned.motions[0].axis == "A2"
-    shown = {c["motion"]: c["separation_mm"] for c in planned.summary["considered"]}
+    shown = {c["motion"]: c["separation_mm"] for c in planned.figures.to_json()["considered"]}
     assert shown["one axis A2"] > 3.0 * shown["one axis A1"]

@@ -63,10 +63,10 @@ def spring_at_the_tip(world) -> None:
 def test_an_effect_in_other_words_keeps_its_name(name: str, apply, axes: set[str] | None) -> None:
     found = diagnose([simulated(apply, sigma_mm=0.02)], kr15())
     assert found.claimed == (name,)
-    assert found.summary["status"] == "explained"
-    assert found.summary["together"]["shrink"] > 0.3
+    assert found.summary.to_json()["status"] == "explained"
+    assert found.summary.to_json()["together"]["shrink"] > 0.3
     if axes is not None:
-        assert set(found.summary["effects"][0]["axes"]) == axes
+        assert set(found.summary.to_json()["effects"][0]["axes"]) == axes
 
 
 @pytest.mark.slow

@@ -134,9 +134,9 @@ def test_a_step_is_a_change_point_and_its_stretch_is_reported() -> None:
 def test_what_follows_a_regime_is_reported_there(regime: str, apply) -> None:
     one = panel(simulated(apply, sigma_mm=SIGMA))
     found = regimes_of([one], SIGMA * 1e-3 * np.sqrt(3), [regime])[regime]
-    assert found["share"] > 0.8
-    low, high = found["interval"]
-    assert 0.7 < low <= found["share"] <= high + 1e-9
+    assert found.share > 0.8
+    low, high = found.interval
+    assert 0.7 < low <= found.share <= high + 1e-9
 
 
 @pytest.mark.slow
@@ -144,7 +144,7 @@ def test_the_summary_says_what_is_missing_and_what_that_costs() -> None:
     log = simulated(shifted("x"), sigma_mm=SIGMA)
     for drop, words in (("c", "no set-points: what the drives do"), ("", "no encoders: drives and arm")):
         columns = {n: v for n, v in log.columns.items() if n not in {f"{drop}{a}" for a in generator.AXES}}
-        where = diagnose([MeasurementLog(columns, log.info, log.path)], kr15()).summary["where"]
+        where = diagnose([MeasurementLog(columns, log.info, log.path)], kr15()).summary.to_json()["where"]
         assert any(m.startswith(words) for m in where["missing"])
         assert any(m.startswith("no program: corner rounding") for m in where["missing"])
         assert where["rungs"]["setpoint_to_encoder"] is None
@@ -199,7 +199,7 @@ def test_what_is_lacking_besides_stages_is_reported_too() -> None:
     log = simulated(sigma_mm=SIGMA)
     columns = {k: v for k, v in log.columns.items() if k not in ("a", "b", "c", "temp", "fx", "fy", "fz")}
     cell = replace(kr15(), masses=())
-    summary = diagnose([MeasurementLog(columns, log.info, log.path)], cell).summary["where"]["missing"]
+    summary = diagnose([MeasurementLog(columns, log.info, log.path)], cell).summary.to_json()["where"]["missing"]
     for words in ("no orientation", "no temperature", "no forces", "no masses in the cell: compliance"):
         assert any(m.startswith(words) for m in summary)
 
@@ -209,6 +209,6 @@ def test_samples_that_are_left_out_do_not_count_in_the_rungs() -> None:
     log = simulated(sigma_mm=SIGMA)
     wild = log.columns["x"].copy()
     wild[100::200] += 3.0
-    found = diagnose([MeasurementLog({**log.columns, "x": wild}, log.info, log.path)], kr15()).summary
+    found = diagnose([MeasurementLog({**log.columns, "x": wild}, log.info, log.path)], kr15()).summary.to_json()
     assert found["gap"]["outliers"] > 0
     assert found["where"]["rungs"]["encoder_to_tcp"] == pytest.approx(found["gap"]["rms_mm"], rel=0.05)

@@ -29,7 +29,7 @@ def table_behind(**facts) -> MeasurementLog:
 @pytest.mark.slow
 def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is_no_no_gap() -> None:
     log = table_behind()
-    found = diagnose([log], kr15()).summary
+    found = diagnose([log], kr15()).summary.to_json()
     # the table turns about world's z: each point over the work moves by its distance from there
     distance = 1e3 * np.hypot(log.position[:, 0], log.position[:, 1])
     on_work = 1e3 * drives_on_work([make_scene(log, kr15())])["E2"]
@@ -52,7 +52,7 @@ def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is
 def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and_says_which(
     facts, said: str, value: str
 ) -> None:
-    found = diagnose([table_behind(**facts)], kr15()).summary
+    found = diagnose([table_behind(**facts)], kr15()).summary.to_json()
     assert found["status"] == "no gap"
     assert found["within"]["setpoint_to_encoder"] == said
     assert found["within_values"]["setpoint_to_encoder"]["axis"] == "E2"
@@ -67,6 +67,6 @@ def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and
 def test_a_run_out_of_three_times_the_told_noise_is_no_noise() -> None:
     log = simulated(sigma_mm=0.06)
     stated = replace(log.info, sigma_position=2e-5)
-    found = diagnose([MeasurementLog(dict(log.columns), stated, log.path)], kr15()).summary
+    found = diagnose([MeasurementLog(dict(log.columns), stated, log.path)], kr15()).summary.to_json()
     assert found["within"]["encoder_to_tcp"] == "beyond"
     assert found["status"] == "unexplained"

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from camrob.gap.evidence.discrepancy import FieldGram
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, settled
 from camrob.gap.observation.laps import laps_of
+from camrob.summaries.diagnosis_summary import WithheldRegime
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["Regime", "regimes_of_logs", "regimes_withheld"]
@@ -46,8 +46,8 @@ class Regime:
     rows: tuple[Rows, ...]
 
 
-def regimes_withheld(model: Model, members: Set) -> list[dict[str, Any]]:
-    """The JSON objects: for each regime, the gap in it before and after `members`, fitted to all the rest together with what
+def regimes_withheld(model: Model, members: Set) -> list[WithheldRegime]:
+    """For each regime, the gap in it before and after `members`, fitted to all the rest together with what
     else the best set holds.
 
     The set was chosen, and what is not linear in it refined, on all samples. worse: with `members` taken away the gap is
@@ -69,17 +69,17 @@ def regimes_withheld(model: Model, members: Set) -> list[dict[str, Any]]:
         low, high = shrunk.interval()
         beyond = shrunk.rms_after**2 - shrunk.rms_before**2 > (_ERRORS * shrunk.doubt) ** 2
         out.append(
-            {
-                "regime": regime.kind,
-                "what": regime.what,
-                "samples": int(sum(r.sum() for r in rows)),
-                "rms_before_mm": m_to_mm(shrunk.rms_before),
-                "rms_after_mm": m_to_mm(shrunk.rms_after),
-                "shrink": shrunk.shrink,
-                "shrink_interval": [low, high],
-                "doubt_mm": m_to_mm(shrunk.doubt),
-                "worse": bool(high < 0.0 and beyond),
-            }
+            WithheldRegime(
+                regime=regime.kind,
+                what=regime.what,
+                samples=int(sum(r.sum() for r in rows)),
+                rms_before_mm=m_to_mm(shrunk.rms_before),
+                rms_after_mm=m_to_mm(shrunk.rms_after),
+                shrink=shrunk.shrink,
+                shrink_interval=(low, high),
+                doubt_mm=m_to_mm(shrunk.doubt),
+                worse=bool(high < 0.0 and beyond),
+            )
         )
     return out
 

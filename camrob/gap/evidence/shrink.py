@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from camrob.gap.evidence.evidence import Fitted
 from camrob.gap.evidence.model import Model, doubt_of, whole_gap
 from camrob.gap.observation.noise import find_outliers, noise_of
 from camrob.gap.observation.scene import Scene
+from camrob.summaries.diagnosis_summary import Shrunk
 from camrob.units import m_to_mm
 
 __all__ = ["Shrinkage", "Trial", "figures", "frame_columns", "settled", "settled_rms", "shrinkage", "trial_of"]
@@ -73,15 +73,19 @@ class Shrinkage:
         }
 
 
-def figures(shrunk: Shrinkage) -> dict[str, Any]:
-    """For JSON: rms, 95 % and worst error before and after, mm, and by how much the rms shrinks, with its interval."""
-    pairs = {"rms": (shrunk.rms_before, shrunk.rms_after), **shrunk.quantiles()}
-    return {
-        **{f"{name}_before_mm": m_to_mm(pair[0]) for name, pair in pairs.items()},
-        **{f"{name}_after_mm": m_to_mm(pair[1]) for name, pair in pairs.items()},
-        "shrink": shrunk.shrink,
-        "shrink_interval": list(shrunk.interval()),
-    }
+def figures(shrunk: Shrinkage) -> Shrunk:
+    """rms, 95 % and worst error before and after, and by how much the rms shrinks, with its interval."""
+    quantiles = shrunk.quantiles()
+    return Shrunk(
+        rms_before_mm=m_to_mm(shrunk.rms_before),
+        p95_before_mm=m_to_mm(quantiles["p95"][0]),
+        max_before_mm=m_to_mm(quantiles["max"][0]),
+        rms_after_mm=m_to_mm(shrunk.rms_after),
+        p95_after_mm=m_to_mm(quantiles["p95"][1]),
+        max_after_mm=m_to_mm(quantiles["max"][1]),
+        shrink=shrunk.shrink,
+        shrink_interval=shrunk.interval(),
+    )
 
 
 def _rms(vectors: Array) -> float:

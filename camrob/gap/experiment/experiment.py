@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.experiment.motions import TrialMotion, single_axis, standing_still, trial_motions
 from camrob.gap.experiment.separation import Rivals, Separation, rivals_of, separation, unknown_on
+from camrob.summaries.diagnosis_summary import ConsideredMotion, ExperimentFigures
 from camrob.units import m_to_mm
 
 __all__ = ["Experiment", "next_experiment", "plan_experiment"]
@@ -24,11 +25,11 @@ _BETTER = 1.5  # times what the same again would tell: then it tells something n
 
 @dataclass(frozen=True)
 class Experiment:
-    """motions: those worth running, the best first; summary: the part of the JSON object."""
+    """motions: those worth running, the best first; figures: the motion and what it tells apart."""
 
     motions: tuple[TrialMotion, ...]
     text: str
-    summary: Mapping[str, Any]
+    figures: ExperimentFigures
 
 
 def next_experiment(
@@ -87,7 +88,7 @@ def plan_experiment(
     clear = [s for s in trials if s.sigmas >= _CLEAR]
     if not clear:
         return None
-    return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _summary(rivals, trials, again))
+    return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _figures(rivals, trials, again))
 
 
 def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Experiment | None:
@@ -102,22 +103,22 @@ def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Expe
     answer = f"{size:.3f} mm rms about its mean if it sits there, the noise ({noise:.3f} mm) if it does not"
     text = f"Isolate what is unexplained: {'run' if best.axis else 'hold'} {best.text}, and measure: expected {answer}."
     considered = [
-        {
-            "motion": f"{m.key} {m.axis}".rstrip(),
-            "text": m.text,
-            "separation_mm": m_to_mm(rms),
-            "separation_sigmas": rms / model.noise * float(np.sqrt(len(m.scene))),
-        }
+        ConsideredMotion(
+            motion=f"{m.key} {m.axis}".rstrip(),
+            text=m.text,
+            separation_mm=m_to_mm(rms),
+            separation_sigmas=rms / model.noise * float(np.sqrt(len(m.scene))),
+        )
         for rms, m in ranked
     ]
-    summary = {
-        "motion": best.key,
-        "rivals": [["unknown"], []],
-        "separation_mm": size,
-        "expected_mm": [size, noise],
-        "considered": considered,
-    }
-    return Experiment(tuple(m for _, m in ranked if m.axis), text, summary)
+    figures = ExperimentFigures(
+        motion=best.key,
+        rivals=((UNKNOWN.name,), ()),
+        separation_mm=size,
+        expected_mm=(size, noise),
+        considered=tuple(considered),
+    )
+    return Experiment(tuple(m for _, m in ranked if m.axis), text, figures)
 
 
 def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
@@ -151,21 +152,21 @@ def _sigmas(apart: Separation) -> str:
     return f"{apart.sigmas:.0f}" if apart.sigmas <= _ENOUGH else f"over {_ENOUGH:.0f}"
 
 
-def _summary(rivals: Rivals, trials: Sequence[Separation], again: Separation) -> dict[str, Any]:
-    return {
-        "motion": trials[0].motion.key,
-        "rivals": [list(rivals.first), list(rivals.second)],
-        "separation_mm": m_to_mm(trials[0].rms),
-        "separation_sigmas": trials[0].sigmas,
-        "again_sigmas": again.sigmas,
-        "expected_mm": [m_to_mm(rms) for rms in trials[0].answers],
-        "considered": [
-            {
-                "motion": s.motion.key,
-                "text": s.motion.text,
-                "separation_mm": m_to_mm(s.rms),
-                "separation_sigmas": s.sigmas,
-            }
+def _figures(rivals: Rivals, trials: Sequence[Separation], again: Separation) -> ExperimentFigures:
+    return ExperimentFigures(
+        motion=trials[0].motion.key,
+        rivals=(tuple(rivals.first), tuple(rivals.second)),
+        separation_mm=m_to_mm(trials[0].rms),
+        separation_sigmas=trials[0].sigmas,
+        again_sigmas=again.sigmas,
+        expected_mm=tuple(m_to_mm(rms) for rms in trials[0].answers),
+        considered=tuple(
+            ConsideredMotion(
+                motion=s.motion.key,
+                text=s.motion.text,
+                separation_mm=m_to_mm(s.rms),
+                separation_sigmas=s.sigmas,
+            )
             for s in trials
-        ],
-    }
+        ),
+    )

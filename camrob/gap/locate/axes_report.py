@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.gap.evidence.unknown import CONSTANT
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import play
+from camrob.summaries.diagnosis_places import AxisError, AxisReport, DriveError, ErrorPattern
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["axes_report"]
@@ -25,42 +26,53 @@ _RIDGE = 1e-9
 _COEFFICIENTS = {"speed": "s", "acceleration": "s2"}
 
 
-def axes_report(scenes: Sequence[Scene]) -> dict[str, dict[str, Any]]:
+def axes_report(scenes: Sequence[Scene]) -> dict[str, AxisReport]:
     """For each axis of which both ends are logged: rms and worst error in degrees or mm, its size at the tool in mm, and its
     pattern: what it follows, the share of its energy, the coefficient. {} where no log has both.
 
     `within` says whether the whole is no more than the drives' stated noise ("noise") or moves the tool by no more than the
     stated tolerance ("tolerance"); "" otherwise. `motor_to_link`: the same between motor-side and link-side encoders.
     """
-    out: dict[str, dict[str, Any]] = {}
+    out: dict[str, AxisReport] = {}
     for k, axis in enumerate(scenes[0].axes):
         linear = scenes[0].cell.joints[scenes[0].cell.index(axis)].prismatic
-        report: dict[str, Any] = {}
         parts = [(s, s.servo_gap[:, k]) for s in scenes if s.servo_gap is not None]
-        if parts:
-            report = _one(parts, k, linear) | {"within": _within(parts, k, linear)}
         motors = [(s, s.link[:, k] - m) for s in scenes if (m := s.motor(axis)) is not None]
-        if motors:
-            report["motor_to_link"] = _one(motors, k, linear)
-        if report:
-            out[axis] = report
+        drive = _one(parts, k, linear) if parts else None
+        if drive is not None or motors:
+            out[axis] = AxisReport(
+                drive=None if drive is None else _of_drive(drive, _within(parts, k, linear)),
+                motor_to_link=_one(motors, k, linear) if motors else None,
+            )
     return out
 
 
-def _one(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict[str, Any]:
+def _of_drive(error: AxisError, within: str) -> DriveError:
+    """An error as that of a drive, which may be within its noise or the tolerance."""
+    return DriveError(
+        unit=error.unit,
+        rms=error.rms,
+        worst=error.worst,
+        mean=error.mean,
+        rms_mm=error.rms_mm,
+        pattern=error.pattern,
+        within=within,
+    )
+
+
+def _one(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> AxisError:
     """One axis's error (N,) a log, SI."""
     edge = m_to_mm if linear else rad_to_deg
     whole = np.concatenate([e for _, e in parts])
     at_tool = np.concatenate([_carried(s, k, e) for s, e in parts])
-    pattern = _pattern(parts, k, linear)
-    return {
-        "unit": "mm" if linear else "deg",
-        "rms": edge(float(np.sqrt(np.mean(whole**2)))),
-        "worst": edge(float(np.abs(whole).max())),
-        "mean": edge(float(whole.mean())),
-        "rms_mm": m_to_mm(float(np.sqrt(np.mean(at_tool**2)))),
-        "pattern": pattern,
-    }
+    return AxisError(
+        unit="mm" if linear else "deg",
+        rms=edge(float(np.sqrt(np.mean(whole**2)))),
+        worst=edge(float(np.abs(whole).max())),
+        mean=edge(float(whole.mean())),
+        rms_mm=m_to_mm(float(np.sqrt(np.mean(at_tool**2)))),
+        pattern=_pattern(parts, k, linear),
+    )
 
 
 def _carried(scene: Scene, k: int, error: Array) -> Array:
@@ -96,7 +108,7 @@ def _features(scene: Scene, k: int, linear: bool) -> dict[str, Array]:
     }
 
 
-def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict[str, Any]:
+def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> ErrorPattern:
     """What the error follows most, alone; the coefficients are those of all that it may follow together."""
     given = [_features(s, k, linear) for s, _ in parts]
     names = list(given[0])
@@ -106,7 +118,7 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict
     y, u = y[::step] - y.mean(), np.concatenate([s.command[:, k] for s, _ in parts])[::step]
     energy, whole = float(np.sum(y**2)), np.concatenate([e for _, e in parts])[::step]
     edge = m_to_mm if linear else rad_to_deg
-    nothing = {"follows": "constant", "share": 0.0, "coefficient": None, "unit": "", "period": None}
+    nothing = ErrorPattern(follows=CONSTANT, share=0.0, coefficient=None, unit="", period=None)
     if energy <= _RIDGE**2 * float(np.sum(whole**2)):  # a constant, but for rounding
         return nothing
     shares = {n: 1.0 - _left(X[n], y) / energy for n in names}
@@ -115,13 +127,13 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict
     rest = energy * (1.0 - max(shares.values()))
     if period > 0.0 and periodic > max(shares[best] * energy, 0.5 * rest):
         size = edge(float(np.sqrt(2.0 * periodic / len(y))))
-        return {
-            "follows": "position",
-            "share": periodic / energy,
-            "coefficient": size,
-            "unit": "mm" if linear else "deg",
-            "period": edge(period),
-        }
+        return ErrorPattern(
+            follows="position",
+            share=periodic / energy,
+            coefficient=size,
+            unit="mm" if linear else "deg",
+            period=edge(period),
+        )
     if shares[best] < _WORTH:
         return nothing
     solved = _solved(np.concatenate([X[n] for n in names], axis=1), y)
@@ -132,7 +144,7 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> dict
         moved = _fitted(X[best], y)
         coefficient = edge(0.5 * float(np.quantile(moved, 0.98) - np.quantile(moved, 0.02)))
         unit = "mm" if linear else "deg"
-    return {"follows": best, "share": shares[best], "coefficient": coefficient, "unit": unit, "period": None}
+    return ErrorPattern(follows=best, share=shares[best], coefficient=coefficient, unit=unit, period=None)
 
 
 def _periodic(u: Array, y: Array) -> tuple[float, float]:

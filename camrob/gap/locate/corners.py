@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,8 @@ from numpy.typing import NDArray
 from camrob.gap.effects.corner_rounding import DISTANCE, EFFECT
 from camrob.gap.evidence.shrink import Shrinkage, figures
 from camrob.gap.observation.program_track import ProgramTrack
+from camrob.summaries.diagnosis_places import StageWithin
+from camrob.summaries.diagnosis_summary import Alternative, CornerFigures, DiagnosisSummary, EffectFound, FittedValue
 from camrob.units import m_to_mm, mm_to_m
 
 __all__ = ["CornerVerdict", "judge_corners", "with_corners"]
@@ -35,15 +36,15 @@ _UNTOLD = 0.9  # probability of something unknown, where much stays
 
 @dataclass(frozen=True)
 class CornerVerdict:
-    """probability of corner_rounding; entry: its line in the JSON object, None where nothing deviates; left: m rms that stays
-    between program and set-point; unknown: words on it where that is too much, else ""; stage: what that is within, for JSON.
+    """probability of corner_rounding; entry: what is said of it, None where nothing deviates; left: m rms that stays
+    between program and set-point; unknown: words on it where that is too much, else ""; stage: what that is within.
     """
 
     probability: float
-    entry: dict[str, Any] | None
+    entry: EffectFound | None
     left: float
     unknown: str
-    stage: dict[str, Any]
+    stage: StageWithin
 
 
 def judge_corners(
@@ -125,19 +126,19 @@ def _asked(tracks: Sequence[ProgramTrack]) -> float | None:
     return float(radii[0]) if len(radii) == 1 else None
 
 
-def _stage(before: Array, noise: float, tolerance: float) -> dict[str, Any]:
+def _stage(before: Array, noise: float, tolerance: float) -> StageWithin:
     """What deviations (N, 3) from the program are within; what the instrument's noise would hide counts as none."""
     off = np.linalg.norm(before, axis=1)
     rms, p95, least = float(np.sqrt(np.mean(off**2))), float(np.quantile(off, 0.95)), max(noise, _PRINTED)
-    return {
-        "within": "noise" if rms < least else "tolerance" if p95 < tolerance else "beyond",
-        "rms_mm": m_to_mm(rms),
-        "p95_mm": m_to_mm(p95),
-        "noise_mm": m_to_mm(least),
-        "noise_told": False,
-        "tolerance_mm": m_to_mm(tolerance) if tolerance > 0.0 else None,
-        "axis": "",
-    }
+    return StageWithin(
+        within="noise" if rms < least else "tolerance" if p95 < tolerance else "beyond",
+        rms_mm=m_to_mm(rms),
+        p95_mm=m_to_mm(p95),
+        noise_mm=m_to_mm(least),
+        noise_told=False,
+        tolerance_mm=m_to_mm(tolerance) if tolerance > 0.0 else None,
+        axis="",
+    )
 
 
 def _untold(left: float, noise: float, tolerance: float) -> str:
@@ -149,59 +150,67 @@ def _untold(left: float, noise: float, tolerance: float) -> str:
     )
 
 
-def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, asked: float | None) -> dict[str, Any]:
+def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, asked: float | None) -> EffectFound:
     sizes = figures(shrunk)
-    return {
-        "effect": EFFECT.name,
-        "axes": [],
-        "probability": probability,
-        "parameters": {DISTANCE.name: {"value": m_to_mm(value), "std": m_to_mm(std)}},
-        **sizes,
-        "alone": sizes,
-        "added_last": sizes,
-        "moves_mm": sizes["rms_before_mm"],
-        "indistinguishable_from": [],
-        "class": [EFFECT.name],
-        "class_probability": probability,
-        "evidence": probability,
-        "implausible": "",
-        "compensable": EFFECT.compensable,
-        "rungs": list(EFFECT.stages),
-        "regimes": list(EFFECT.regimes),
-        "programmed_cdis_mm": asked,
-    }
+    return EffectFound(
+        effect=EFFECT.name,
+        axes=(),
+        probability=probability,
+        parameters={DISTANCE.name: FittedValue(value=m_to_mm(value), std=m_to_mm(std))},
+        **sizes.to_json(),
+        alone=sizes,
+        added_last=sizes,
+        moves_mm=sizes.rms_before_mm,
+        indistinguishable_from=(),
+        alike=(EFFECT.name,),
+        class_probability=probability,
+        evidence=probability,
+        implausible="",
+        compensable=EFFECT.compensable,
+        stages=tuple(EFFECT.stages),
+        regimes=tuple(EFFECT.regimes),
+        corner=CornerFigures(programmed_cdis_mm=asked),
+        unusual="",
+    )
 
 
-def with_corners(summary: dict[str, Any], verdict: CornerVerdict | None) -> dict[str, Any]:
+def with_corners(summary: DiagnosisSummary, verdict: CornerVerdict | None) -> DiagnosisSummary:
     """The summary with what lies between program and set-point: its own stage, so `gap` and `together` stay as they are."""
     if verdict is None:
         return summary
-    out = dict(summary)
-    out["within"] = {"program_to_setpoint": verdict.stage["within"], **summary["within"]}
-    out["within_values"] = {"program_to_setpoint": verdict.stage, **summary["within_values"]}
+    out = replace(
+        summary,
+        within={"program_to_setpoint": verdict.stage.within, **summary.within},
+        within_values={"program_to_setpoint": verdict.stage, **summary.within_values},
+        where=replace(summary.where, program_left_mm=m_to_mm(verdict.left)),
+    )
     if verdict.entry is not None:
-        out["effects"] = sorted(
-            [*summary["effects"], verdict.entry], key=lambda e: (-float(e["probability"]), -float(e["shrink"]))
+        out = replace(
+            out,
+            effects=tuple(sorted([*summary.effects, verdict.entry], key=lambda e: (-e.probability, -e.shrink))),
+            alternatives=_crossed(summary.alternatives, EFFECT.name, verdict.probability),
+            status="explained" if summary.status == "no gap" else summary.status,
         )
-        out["alternatives"] = _crossed(summary["alternatives"], EFFECT.name, verdict.probability)
-        out["status"] = "explained" if summary["status"] == "no gap" else summary["status"]
     if verdict.unknown:
-        unknown = summary["unknown"]
-        text = "; ".join(w for w in (unknown["text"], verdict.unknown) if w)
-        where = {**unknown["where"], "rung": unknown["where"]["rung"] or "program_to_setpoint"}
-        out["unknown"] = {**unknown, "where": where, "text": text, "probability": max(unknown["probability"], _UNTOLD)}
-        out["status"] = "partly explained" if out["status"] in ("explained", "partly explained") else "unexplained"
-    out["where"] = {**summary["where"], "program_left_mm": m_to_mm(verdict.left)}
+        unknown = summary.unknown
+        text = "; ".join(w for w in (unknown.text, verdict.unknown) if w)
+        where = replace(unknown.where, stage=unknown.where.stage or "program_to_setpoint")
+        likely = max(unknown.probability, _UNTOLD)
+        out = replace(
+            out,
+            unknown=replace(unknown, where=where, text=text, probability=likely),
+            status="partly explained" if out.status in ("explained", "partly explained") else "unexplained",
+        )
     return out
 
 
-def _crossed(sets: Sequence[dict[str, Any]], name: str, probability: float) -> list[dict[str, Any]]:
+def _crossed(sets: Sequence[Alternative], name: str, probability: float) -> tuple[Alternative, ...]:
     """Sets of effects with and without another one, which is independent of them."""
     total: dict[tuple[str, ...], float] = {}
     for one in sets:
-        for names, share in (({*one["effects"], name}, probability), (set(one["effects"]), 1.0 - probability)):
+        for names, share in (({*one.effects, name}, probability), (set(one.effects), 1.0 - probability)):
             key = tuple(sorted(names))
-            total[key] = total.get(key, 0.0) + share * float(one["probability"])
+            total[key] = total.get(key, 0.0) + share * one.probability
     kept = sorted(total.items(), key=lambda x: -x[1])[:_MOST_SETS]
     whole = sum(p for _, p in kept)
-    return [{"effects": list(k), "probability": p / whole} for k, p in kept]
+    return tuple(Alternative(effects=k, probability=p / whole) for k, p in kept)

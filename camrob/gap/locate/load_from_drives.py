@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
 from camrob.dynamics.gravity import gravity_arrays, gravity_torques
 from camrob.gap.observation.scene import Scene
+from camrob.summaries.diagnosis_places import AddedLoad, LoadByAxis
 
 __all__ = ["load_from_drives"]
 
@@ -24,7 +25,7 @@ _UNITS = {"T": "Nm", "I": "A"}  # what may be logged, the better first
 _LAGS = 40  # samples over which what is left may hang together
 
 
-def load_from_drives(scenes: Sequence[Scene]) -> dict[str, Any] | None:
+def load_from_drives(scenes: Sequence[Scene]) -> AddedLoad | None:
     """The added mass at the plate, kg, with its standard error, by the torques T1 .. (else currents I1 ..) of all logs that have
     them; None where none has, or the cell says no masses, or no axis shows it.
 
@@ -43,20 +44,27 @@ def load_from_drives(scenes: Sequence[Scene]) -> dict[str, Any] | None:
     found = {a: one for k, a in enumerate(arm) if (one := _axis(logged, a, k, known=kind == "T")) is not None}
     if not found:
         return None
-    mass, std = (np.array([one[n] for one in found.values()]) for n in ("mass", "std"))
+    mass, std = np.array([one.mass for one in found.values()]), np.array([one.std for one in found.values()])
     weight = 1.0 / np.maximum(std, 1e-9) ** 2
     joint = float(np.sum(weight * mass) / weight.sum())
     # axes that contradict each other know less than each believes
     spread = float(np.sum(weight * (mass - joint) ** 2)) / max(len(mass) - 1, 1)
     std_joint = float(np.sqrt(max(spread, 1.0) / weight.sum()))
-    by_axis = {
-        a: {"mass_kg": o["mass"], "std": o["std"], "friction": o["dry"], "unit": _UNITS[kind]} for a, o in found.items()
-    }
-    return {"from": "torques" if kind == "T" else "currents", "mass_kg": joint, "std": std_joint, "axes": by_axis}
+    by_axis = {a: LoadByAxis(mass_kg=o.mass, std=o.std, friction=o.dry, unit=_UNITS[kind]) for a, o in found.items()}
+    return AddedLoad(source="torques" if kind == "T" else "currents", mass_kg=joint, std=std_joint, axes=by_axis)
 
 
-def _axis(logged: Sequence[tuple[Scene, Array]], axis: str, k: int, *, known: bool) -> dict[str, float] | None:
-    """One axis: the mass, its standard error, dry friction. known: the factor of what was logged is 1 or -1."""
+@dataclass(frozen=True)
+class _ByAxis:
+    """What one axis tells: the mass and its standard error, kg, and dry friction in the unit of what was logged."""
+
+    mass: float
+    std: float
+    dry: float
+
+
+def _axis(logged: Sequence[tuple[Scene, Array]], axis: str, k: int, *, known: bool) -> _ByAxis | None:
+    """One axis; None where it doesn't tell. known: the factor of what was logged is 1 or -1."""
     own, kilogram, further, y = (
         np.concatenate(x) for x in zip(*(_rows(s, v, axis, k) for s, v in logged), strict=True)
     )
@@ -68,11 +76,11 @@ def _axis(logged: Sequence[tuple[Scene, Array]], axis: str, k: int, *, known: bo
         # of torques only the sign is free: which way the controller counts them
         sign = 1.0 if solved[0] >= 0.0 else -1.0
         solved, cov = _fit(X[:, 1:], y - sign * own)
-        return {"mass": sign * float(solved[0]), "std": float(np.sqrt(cov[0, 0])), "dry": abs(float(solved[1]))}
+        return _ByAxis(sign * float(solved[0]), float(np.sqrt(cov[0, 0])), abs(float(solved[1])))
     factor = float(solved[0])
     slope = np.array([-solved[1] / factor**2, 1.0 / factor])
     std = float(np.sqrt(max(slope @ cov[:2, :2] @ slope, 0.0)))
-    return {"mass": float(solved[1]) / factor, "std": std, "dry": abs(float(solved[2]))}
+    return _ByAxis(float(solved[1]) / factor, std, abs(float(solved[2])))
 
 
 def _rows(scene: Scene, values: Array, axis: str, k: int) -> tuple[Array, Array, Array, Array]:

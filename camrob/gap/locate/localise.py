@@ -18,6 +18,7 @@ from camrob.units import deg_to_rad
 __all__ = [
     "FURTHER",
     "REGIMES",
+    "RegimeShare",
     "Segment",
     "Share",
     "axes_of",
@@ -249,13 +250,22 @@ def axes_of(panels: Sequence[Panel]) -> dict[str, Share]:
     return shares
 
 
-def regimes_of(panels: Sequence[Panel], noise: float, names: Sequence[str] = REGIMES) -> dict[str, dict[str, object]]:
+@dataclass(frozen=True)
+class RegimeShare:
+    """The share of an energy that a regime explains, its 90 % interval, and how likely it would seem to without doing so."""
+
+    share: float
+    interval: tuple[float, float]
+    p_value: float
+
+
+def regimes_of(panels: Sequence[Panel], noise: float, names: Sequence[str] = REGIMES) -> dict[str, RegimeShare]:
     """Share of withheld energy beyond the noise that smooth functions of each regime explain, alone; intervals of 90 %.
 
     Ridge regression of the TCP vectors on low polynomials; stretches of the path are withheld in turn. The shares need not
     add up: regimes overlap on any one path.
     """
-    found: dict[str, dict[str, object]] = {}
+    found: dict[str, RegimeShare] = {}
     y = np.concatenate([whole_gap(p) for p in panels])
     good = np.concatenate([p.w_tcp[:, 0] > 0.0 for p in panels])
     block = np.concatenate([p.block for p in panels]) % _FOLDS
@@ -264,7 +274,7 @@ def regimes_of(panels: Sequence[Panel], noise: float, names: Sequence[str] = REG
         X = np.concatenate([_features(p.scene, name) for p in panels])
         X = _standardised(X)
         if X.shape[1] == 0 or good.sum() < 40:
-            found[name] = {"share": 0.0, "interval": [0.0, 0.0], "p_value": 1.0}
+            found[name] = RegimeShare(0.0, (0.0, 0.0), 1.0)
             continue
         found[name] = _withheld_share(X[good], y[good], block[good], noise)
     return found
@@ -280,7 +290,7 @@ def _standardised(X: Array) -> Array:
     return np.asarray(scaled[:, kept] / spread[kept])
 
 
-def _withheld_share(X: Array, y: Array, block: NDArray[np.int64], noise: float) -> dict[str, object]:
+def _withheld_share(X: Array, y: Array, block: NDArray[np.int64], noise: float) -> RegimeShare:
     names = np.unique(block)
     A, b = X.T @ X, X.T @ y
     before, gained = [], []
@@ -296,11 +306,7 @@ def _withheld_share(X: Array, y: Array, block: NDArray[np.int64], noise: float) 
     shares = np.clip(gained_[draws].sum(axis=1) / before_[draws].sum(axis=1), 0.0, 1.0)
     low, high = np.quantile(shares, [0.05, 0.95])
     share = float(np.clip(gained_.sum() / before_.sum(), 0.0, 1.0))
-    return {
-        "share": share,
-        "interval": [float(low), float(high)],
-        "p_value": float(np.mean(gained_[draws].sum(axis=1) <= 0.0)),
-    }
+    return RegimeShare(share, (float(low), float(high)), float(np.mean(gained_[draws].sum(axis=1) <= 0.0)))
 
 
 def _features(scene: Scene, regime: str) -> Array:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from camrob.errors import CamrobError
 from camrob.gap.observation.pauses import Rest, rests_of
 from camrob.gap.observation.program_track import ProgramTrack
 from camrob.gap.observation.scene import Scene
+from camrob.summaries.diagnosis_places import LostTime, RunDuration, RunSpeed, RunTiming, SpeedSpread, SteadySpeed
+from camrob.summaries.diagnosis_places import Rest as RestSaid
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["timing_of"]
@@ -32,44 +34,41 @@ _BIN = 0.01  # of the programmed speed, for the speed that is held most of the t
 _STEADY = 0.5  # share of the time for which one speed is called steady
 # share of an axis's highest, or the tool's usual, speed within which it counts as at that speed
 _TOP, _FLAT = 0.1, 0.03
+_PAUSE = "pause"  # a rest that the program doesn't ask for
 _MOVES = 0.01  # share of the programmed speed below which the tool rests
 
 
-def timing_of(scene: Scene, track: ProgramTrack | None, why: str) -> dict[str, Any]:
-    """The JSON object of one log. track: its program laid beside it; why: what is said where there is none."""
-    blank: dict[str, Any] = {
-        "log": scene.name,
-        "duration": None,
-        "speed": None,
-        "stops": [],
-        "lost": [],
-        "stretches": 0,
-    }
+def timing_of(scene: Scene, track: ProgramTrack | None, why: str) -> RunTiming:
+    """What is said of one log. track: its program laid beside it; why: what is said where there is none."""
     if track is None:
-        return {**blank, "reason": why}
+        return _untimed(scene, why)
     try:
         table = timetable(track.program, track.replayed)
     except CamrobError as error:
-        return {**blank, "reason": f"the virtual controller can't run the program ({error})"}
+        return _untimed(scene, f"the virtual controller can't run the program ({error})")
     run = _Run(track, table)
     if not len(table.feed):
-        return {**blank, "reason": "the program moves nothing"}
+        return _untimed(scene, "the program moves nothing")
     if not run.in_order:
-        return {
-            **blank,
-            "reason": "its samples can't be laid along the program in order (it holds no usable program lines)",
-        }
+        why = "its samples can't be laid along the program in order (it holds no usable program lines)"
+        return _untimed(scene, why)
     if run.end <= run.begin or len(run.edges) < 2:
-        return {**blank, "reason": "the robot does not move along the program in it"}
-    return {
-        "log": scene.name,
-        "reason": "",
-        "duration": run.duration(),
-        "speed": run.speeds(),
-        "stops": run.stops(),
-        "lost": run.losses()[:_MOST],
-        "stretches": len(run.losses()),
-    }
+        return _untimed(scene, "the robot does not move along the program in it")
+    losses = run.losses()
+    return RunTiming(
+        log=scene.name,
+        reason="",
+        duration=run.duration(),
+        speed=run.speeds(),
+        stops=run.stops,
+        lost=tuple(losses[:_MOST]),
+        stretches=len(losses),
+    )
+
+
+def _untimed(scene: Scene, why: str) -> RunTiming:
+    """What is said of a log that can't be laid along its program."""
+    return RunTiming(log=scene.name, reason=why, duration=None, speed=None, stops=(), lost=(), stretches=0)
 
 
 @dataclass(frozen=True)
@@ -154,21 +153,21 @@ class _Run:
         motion = min(int(np.floor(self.edges[edge] + 1e-9)), len(self.table.row) - 1)
         return int(self.track.program.line[self.table.row[motion]])
 
-    def duration(self) -> dict[str, Any]:
+    def duration(self) -> RunDuration:
         """Of the run as logged, by the virtual controller, and at the programmed speed throughout, s."""
         logged, predicted = (float(np.ptp(x)) for x in (self.logged, self.predicted))
-        paused = sum(s["seconds"] - s["programmed_s"] for s in self.stops() if s["what"] == "pause")
-        return {
-            "logged_s": logged,
-            "predicted_s": predicted,
-            "difference_s": logged - predicted,
-            "difference_percent": 100.0 * (logged - predicted) / predicted if predicted > 0.0 else None,
-            "at_programmed_speed_s": float(np.ptp(self.at_feed)),
-            "lost_s": logged - float(np.ptp(self.at_feed)),
-            "paused_s": paused,
-            "from_line": self.line(0),
-            "to_line": self.line(len(self.edges) - 2),
-        }
+        paused = _paused(self.stops)
+        return RunDuration(
+            logged_s=logged,
+            predicted_s=predicted,
+            difference_s=logged - predicted,
+            difference_percent=100.0 * (logged - predicted) / predicted if predicted > 0.0 else None,
+            at_programmed_speed_s=float(np.ptp(self.at_feed)),
+            lost_s=logged - float(np.ptp(self.at_feed)),
+            paused_s=paused,
+            from_line=self.line(0),
+            to_line=self.line(len(self.edges) - 2),
+        )
 
     @cached_property
     def _rates(self) -> tuple[Array, Array, Array, Array]:
@@ -185,7 +184,7 @@ class _Run:
         taken = np.maximum((self.table.arrive[1:] - self.table.leave[:-1])[step], 1e-9)
         return seconds, speed, programmed, np.diff(self.table.way)[step] / taken
 
-    def speeds(self) -> dict[str, Any] | None:
+    def speeds(self) -> RunSpeed | None:
         """The tool's speed in CP motion, at rest left out; None without any."""
         seconds, speed, programmed, model = self._rates
         used = (programmed > 0.0) & (speed > _MOVES * programmed)
@@ -197,16 +196,17 @@ class _Run:
         held = np.convolve(bins, np.ones(3), mode="same") / seconds.sum()
         most = int(np.argmax(held))
         at = float(seconds[np.abs(share - 1.0) <= _NEAR].sum() / seconds.sum())
-        return {
-            "programmed_mm_s": _spread(programmed, seconds),
-            "logged_mm_s": _spread(speed, seconds),
-            "predicted_mm_s": _spread(model, seconds),
-            "at_programmed_percent": 100.0 * at,
-            "matches": at >= _STEADY,
-            "steady_percent": 100.0 * _BIN * (most + 0.5) if held[most] >= _STEADY else None,
-        }
+        return RunSpeed(
+            programmed_mm_s=_spread(programmed, seconds),
+            logged_mm_s=_spread(speed, seconds),
+            predicted_mm_s=_spread(model, seconds),
+            at_programmed_percent=100.0 * at,
+            matches=at >= _STEADY,
+            steady_percent=100.0 * _BIN * (most + 0.5) if held[most] >= _STEADY else None,
+        )
 
-    def stops(self) -> list[dict[str, Any]]:
+    @cached_property
+    def stops(self) -> tuple[RestSaid, ...]:
         """Rests between beginning and end: pauses, where the program asks for none or a shorter one."""
         out = []
         waits = self.table.leave - self.table.arrive
@@ -216,17 +216,17 @@ class _Run:
             edge = int(np.clip(np.searchsorted(self.edges, self.u[rest.first] - 1e-6, side="right") - 1, 0, None))
             pause = rest.seconds > asked + max(0.5 * asked, rest.grain)
             out.append(
-                {
-                    "t_s": float(self.track.scene.t[rest.first]),
-                    "line": self.line(min(edge, len(self.edges) - 2)),
-                    "seconds": rest.seconds,
-                    "programmed_s": asked,
-                    "what": "pause" if pause else "as programmed",
-                }
+                RestSaid(
+                    t_s=float(self.track.scene.t[rest.first]),
+                    line=self.line(min(edge, len(self.edges) - 2)),
+                    seconds=rest.seconds,
+                    programmed_s=asked,
+                    what=_PAUSE if pause else "as programmed",
+                )
             )
-        return out
+        return tuple(out)
 
-    def losses(self) -> list[dict[str, Any]]:
+    def losses(self) -> list[LostTime]:
         """The stretches of the program where time is lost against the programmed speed, the worst first."""
         took, feed = np.diff(self.logged), np.diff(self.at_feed)
         slow = np.flatnonzero((took > _SLOW * feed) & (took - feed > 1e-6))
@@ -234,10 +234,9 @@ class _Run:
             return []
         parts = np.split(slow, np.flatnonzero(np.diff(slow) > _JOINED + 1) + 1)
         found = [self._loss(int(p[0]), int(p[-1]) + 1) for p in parts]
-        found = [f for f in found if f["lost_s"] > _LEAST_LOSS]
-        return sorted(found, key=lambda f: -f["lost_s"])
+        return sorted((f for f in found if f.lost_s > _LEAST_LOSS), key=lambda f: -f.lost_s)
 
-    def _loss(self, a: int, b: int) -> dict[str, Any]:
+    def _loss(self, a: int, b: int) -> LostTime:
         """What is lost between two edges, and what holds the tool back there."""
         logged, predicted, feed = (float(x[b] - x[a]) for x in (self.logged, self.predicted, self.at_feed))
         inside = (self.table.place[:-1] >= self.edges[a]) & (self.table.place[1:] <= self.edges[b])
@@ -246,20 +245,19 @@ class _Run:
         by_cause = np.bincount(self.table.cause[steps], weights=lost, minlength=len(self.table.causes))
         limit = self.table.causes[int(np.argmax(by_cause))] if by_cause.max() > 0.1 * (logged - feed) else ""
         begin, end = self.logged[a] - 1e-9, self.logged[b] + 1e-9
-        stops = [s for s in self.stops() if s["what"] == "pause" and begin <= s["t_s"] <= end]
-        return {
-            "from_line": self.line(a),
-            "to_line": self.line(b - 1),
-            "lost_s": logged - feed,
-            "logged_s": logged,
-            "predicted_s": predicted,
-            "at_programmed_speed_s": feed,
-            "limit": limit,
-            "paused_s": sum(s["seconds"] - s["programmed_s"] for s in stops),
-            "steady": self._steady(begin, end),
-        }
+        return LostTime(
+            from_line=self.line(a),
+            to_line=self.line(b - 1),
+            lost_s=logged - feed,
+            logged_s=logged,
+            predicted_s=predicted,
+            at_programmed_speed_s=feed,
+            limit=limit,
+            paused_s=_paused(s for s in self.stops if begin <= s.t_s <= end),
+            steady=self._steady(begin, end),
+        )
 
-    def _steady(self, begin: float, end: float) -> dict[str, Any] | None:
+    def _steady(self, begin: float, end: float) -> SteadySpeed | None:
         """What runs at one speed for most of a stretch: an axis at its highest of all the log, or the tool; None for nothing."""
         scene = self.track.scene
         rows = np.flatnonzero((scene.t >= begin) & (scene.t <= end))[:-1]
@@ -272,33 +270,38 @@ class _Run:
         if flat[k] >= _STEADY:
             axis = scene.cell.index(scene.axes[k])
             prismatic, limit = scene.cell.joints[axis].prismatic, float(scene.cell.limits_of("speed")[axis])
-            return {
-                "what": scene.axes[k],
-                "unit": "mm/s" if prismatic else "deg/s",
-                "share": float(flat[k]),
-                "speed": m_to_mm(float(top[k])) if prismatic else rad_to_deg(float(top[k])),
-                "percent": 100.0 * float(top[k]) / limit if 0.0 < limit < np.inf else None,
-                "of": "its limit in the cell",
-            }
+            return SteadySpeed(
+                what=scene.axes[k],
+                unit="mm/s" if prismatic else "deg/s",
+                share=float(flat[k]),
+                speed=m_to_mm(float(top[k])) if prismatic else rad_to_deg(float(top[k])),
+                percent=100.0 * float(top[k]) / limit if 0.0 < limit < np.inf else None,
+                of="its limit in the cell",
+            )
         here = rows - self.begin
         _, speed, programmed, _ = (x[here[(here >= 0) & (here < self.end - self.begin)]] for x in self._rates)
         usual = float(np.median(speed)) if len(speed) else 0.0
         share = float(np.mean(np.abs(speed - usual) <= _FLAT * usual)) if usual > 0.0 else 0.0
         if share < _STEADY or np.median(programmed) <= 0.0:
             return None
-        return {
-            "what": "tool",
-            "unit": "mm/s",
-            "share": share,
-            "speed": m_to_mm(usual),
-            "percent": 100.0 * usual / float(np.median(programmed)),
-            "of": "the programmed speed",
-        }
+        return SteadySpeed(
+            what="tool",
+            unit="mm/s",
+            share=share,
+            speed=m_to_mm(usual),
+            percent=100.0 * usual / float(np.median(programmed)),
+            of="the programmed speed",
+        )
 
 
-def _spread(speed: Array, seconds: Array) -> dict[str, float]:
+def _paused(stops: Iterable[RestSaid]) -> float:
+    """s that pauses among some rests take beyond what is programmed."""
+    return sum(s.seconds - s.programmed_s for s in stops if s.what == _PAUSE)
+
+
+def _spread(speed: Array, seconds: Array) -> SpeedSpread:
     """Median, 5 % and 95 % over time, mm/s."""
     order = np.argsort(speed)
     passed = (np.cumsum(seconds[order]) - 0.5 * seconds[order]) / seconds.sum()
     at = np.interp([0.05, 0.5, 0.95], passed, speed[order])
-    return dict(zip(("p5", "median", "p95"), m_to_mm(at).tolist(), strict=True))
+    return SpeedSpread(**dict(zip(("p5", "median", "p95"), m_to_mm(at).tolist(), strict=True)))

@@ -9,11 +9,11 @@ both together; H the largest radial difference between them; F the largest and l
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.summaries.diagnosis_places import CircleDeviation, OneTurn, OneWay, RunStandard, Standard
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m
 
 __all__ = ["Circle", "Line", "path_standards", "shape_of"]
@@ -90,8 +90,8 @@ def _circle(commanded: Array, middle: Array, mean: Array, axes: Array) -> Circle
     return Circle(centre, u, v, radius, rows) if np.ptp(angle) > _FULL else None
 
 
-def path_standards(commanded: Array, before: Array, after: Array) -> dict[str, Any] | None:
-    """The figures of a run, mm; None where it is neither line nor circle.
+def path_standards(log: str, commanded: Array, before: Array, after: Array) -> Standard | None:
+    """The figures of a run, whose log is `log`, mm; None where it is neither line nor circle.
 
     commanded: (N, 3) m in the frame in which the path is one; before, after: (N, 3) m, what was measured less that, as it is
     and without the effects found.
@@ -99,15 +99,24 @@ def path_standards(commanded: Array, before: Array, after: Array) -> dict[str, A
     shape = shape_of(commanded)
     if shape is None:
         return None
-    errors = {"before": before[shape.rows], "after": after[shape.rows]}
-    at = commanded[shape.rows]
+    at, was, now = commanded[shape.rows], before[shape.rows], after[shape.rows]
     if isinstance(shape, Line):
-        found = {when: _on_line(shape, at, e) for when, e in errors.items()}
-        facts: dict[str, Any] = {"shape": "line", "standard": "ISO 9283", "length_mm": m_to_mm(shape.length)}
-    else:
-        found = {when: _on_circle(shape, at, e) for when, e in errors.items()}
-        facts = {"shape": "circle", "standard": "ISO 230-4", "radius_mm": m_to_mm(shape.radius)}
-    return {**facts, **found}
+        return Standard(
+            log=log,
+            shape="line",
+            standard="ISO 9283",
+            length_mm=m_to_mm(shape.length),
+            before=_on_line(shape, at, was),
+            after=_on_line(shape, at, now),
+        )
+    return Standard(
+        log=log,
+        shape="circle",
+        standard="ISO 230-4",
+        radius_mm=m_to_mm(shape.radius),
+        before=_on_circle(shape, at, was),
+        after=_on_circle(shape, at, now),
+    )
 
 
 def _runs(place: Array) -> list[tuple[int, NDArray[np.int64]]]:
@@ -120,7 +129,7 @@ def _runs(place: Array) -> list[tuple[int, NDArray[np.int64]]]:
     return [(int(sign[p[0]]), p) for p in parts if sign[p[0]] != 0.0]
 
 
-def _on_line(line: Line, at: Array, error: Array) -> dict[str, Any]:
+def _on_line(line: Line, at: Array, error: Array) -> RunStandard:
     s = (at - line.start) @ line.along
     across = error - np.outer(error @ line.along, line.along)
     planes = np.linspace(_MARGIN, 1.0 - _MARGIN, _PLANES) * line.length
@@ -131,24 +140,23 @@ def _on_line(line: Line, at: Array, error: Array) -> dict[str, Any]:
             cycles.setdefault(sign, []).append(
                 np.stack([np.interp(planes, s[order], across[order, k]) for k in range(3)], axis=1)
             )
-    out: dict[str, Any] = {}
-    for sign, name in ((1, "forward"), (-1, "back")):
-        if sign not in cycles:
-            continue
-        paths = np.stack(cycles[sign])
-        mean = paths.mean(axis=0)
-        apart = np.linalg.norm(paths - mean, axis=2)
-        several = len(paths) > 1
-        spread = apart.mean(axis=0) + 3.0 * apart.std(axis=0, ddof=1) if several else None
-        out[name] = {
-            "cycles": len(paths),
-            "AT_mm": m_to_mm(float(np.linalg.norm(mean, axis=1).max())),
-            "RT_mm": None if spread is None else m_to_mm(float(spread.max())),
-        }
-    return out
+    forward, back = (_one_way(np.stack(cycles[sign])) if sign in cycles else None for sign in (1, -1))
+    return RunStandard(forward=forward, back=back)
 
 
-def _on_circle(circle: Circle, at: Array, error: Array) -> dict[str, Any]:
+def _one_way(paths: Array) -> OneWay:
+    """Of the attained paths (C, P, 3) of one direction, across the line, at the same planes."""
+    mean = paths.mean(axis=0)
+    apart = np.linalg.norm(paths - mean, axis=2)
+    spread = apart.mean(axis=0) + 3.0 * apart.std(axis=0, ddof=1) if len(paths) > 1 else None
+    return OneWay(
+        cycles=len(paths),
+        AT_mm=m_to_mm(float(np.linalg.norm(mean, axis=1).max())),
+        RT_mm=None if spread is None else m_to_mm(float(spread.max())),
+    )
+
+
+def _on_circle(circle: Circle, at: Array, error: Array) -> RunStandard:
     out = at - circle.centre
     angle = np.unwrap(np.arctan2(out @ circle.v, out @ circle.u))
     measured = at + error - circle.centre
@@ -158,23 +166,21 @@ def _on_circle(circle: Circle, at: Array, error: Array) -> dict[str, Any]:
         for name, sign in (("ccw", 1), ("cw", -1))
         if len(rows := np.concatenate([np.zeros(0, np.int64), *(p for s, p in _runs(angle) if s == sign)])) > _BINS
     }
-    out_: dict[str, Any] = {name: {"G_mm": m_to_mm(float(np.ptp(_radii(points))))} for name, points in polar.items()}
     if not polar:
-        return out_
+        return RunStandard()
+    turns = {name: OneTurn(G_mm=m_to_mm(float(np.ptp(_radii(points))))) for name, points in polar.items()}
     every = np.concatenate(list(polar.values()))
     radial = np.hypot(every[:, 0], every[:, 1]) - circle.radius
-    out_ |= {
-        "F_max_mm": m_to_mm(float(radial.max())),
-        "F_min_mm": m_to_mm(float(radial.min())),
-        "G_b_mm": None,
-        "H_mm": None,
-    }
+    both = apart = None
     if len(polar) == 2:
-        out_["G_b_mm"] = m_to_mm(float(np.ptp(_radii(every))))
+        both = m_to_mm(float(np.ptp(_radii(every))))
         there, back = (np.hypot(p[:, 0], p[:, 1]) for p in polar.values())
         if len(there) == len(back) == _BINS:
-            out_["H_mm"] = m_to_mm(float(np.abs(there - back).max()))
-    return out_
+            apart = m_to_mm(float(np.abs(there - back).max()))
+    deviation = CircleDeviation(
+        F_max_mm=m_to_mm(float(radial.max())), F_min_mm=m_to_mm(float(radial.min())), G_b_mm=both, H_mm=apart
+    )
+    return RunStandard(ccw=turns.get("ccw"), cw=turns.get("cw"), circle=deviation)
 
 
 def _binned(angle: Array, x: Array, y: Array) -> Array:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from camrob.gap.observation.scene import Scene
+from camrob.summaries.diagnosis_summary import Latency
 
 __all__ = ["Alignment", "align"]
 
@@ -25,11 +25,12 @@ class Alignment:
     std: float
 
     @property
-    def summary(self) -> dict[str, Any]:
-        """For JSON: value and 95 % interval, null where it doesn't show."""
+    def summary(self) -> Latency:
+        """Value and 95 % interval, None where it doesn't show."""
         if not math.isfinite(self.latency):
-            return {"value": None, "interval": None}
-        return {"value": self.latency, "interval": [self.latency - 1.96 * self.std, self.latency + 1.96 * self.std]}
+            return Latency(value=None, interval=None)
+        interval = (self.latency - 1.96 * self.std, self.latency + 1.96 * self.std)
+        return Latency(value=self.latency, interval=interval)
 
 
 def align(scenes: Sequence[Scene]) -> Alignment:

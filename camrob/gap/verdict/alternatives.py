@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from camrob.gap.verdict.belief import BELIEF
+from camrob.summaries.diagnosis_summary import Alternative
 
 __all__ = ["alternatives"]
 
@@ -16,7 +16,7 @@ Set = frozenset[str]
 _REPORTED = 0.97  # of the probability: the likeliest sets that hold as much are reported
 
 
-def alternatives(sets: Mapping[Set, float], probability: Mapping[str, float]) -> list[dict[str, Any]]:
+def alternatives(sets: Mapping[Set, float], probability: Mapping[str, float]) -> list[Alternative]:
     """The likeliest sets of effects with their probabilities, the unknown beside them or not; they sum to 1.
 
     sets: by the evidence; probability: of each effect, as it is believed after all doubts. A set is believed no more than each
@@ -33,7 +33,7 @@ def alternatives(sets: Mapping[Set, float], probability: Mapping[str, float]) ->
     held = np.cumsum([p for _, p in out])
     kept = out[: int(np.searchsorted(held, _REPORTED * held[-1])) + 1]
     said = sum(p for _, p in kept)
-    return [{"effects": sorted(names), "probability": p / said} for names, p in kept]
+    return [Alternative(effects=tuple(sorted(names)), probability=p / said) for names, p in kept]
 
 
 def _doubted(sets: Mapping[Set, float], probability: Mapping[str, float]) -> dict[Set, float]:

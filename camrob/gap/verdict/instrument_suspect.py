@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from camrob.gap.effects.common import PPM
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.model import Model
+from camrob.summaries.diagnosis_summary import EffectFound, GrossRow, GrossRows, InstrumentSuspect
 from camrob.units import m_to_mm
 
 __all__ = ["instrument_suspect"]
@@ -17,51 +17,48 @@ __all__ = ["instrument_suspect"]
 _ROWS = 20  # that are named
 
 
-def instrument_suspect(model: Model, effects: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """For JSON. suspect: probability that an error of the instrument is at work; scale_ppm, drift_mm (its size over a log): as
-    fitted, null where not; gross: by log, how many rows are, and the first of them by number (from 1) and time.
+def instrument_suspect(model: Model, effects: Sequence[EffectFound]) -> InstrumentSuspect:
+    """suspect: probability that an error of the instrument is at work; scale_ppm, drift_mm (its size over a log): as
+    fitted, None where not; gross: by log, how many rows are, and the first of them by number (from 1) and time.
     """
     accuses = {e.name: e.of_instrument for e in model.effects if e.of_instrument is not None}
-    claims = {e["effect"]: e for e in effects if e["effect"] in accuses}
-    values = {n: fit["value"] for e in claims.values() for n, fit in e["parameters"].items()}
+    claims = {e.effect: e for e in effects if e.effect in accuses}
+    values = {n: fit.value for e in claims.values() for n, fit in e.parameters.items()}
     steady = [v for n, v in values.items() if n.startswith("drift_") and n.endswith("_mm")]
-    gross = [_gross(p) for p in model.panels]
-    suspect = max((float(e["probability"]) for e in claims.values()), default=0.0)
-    scale_ppm = PPM * values["scale"] if "scale" in values else None
+    gross = [one for p in model.panels if (one := _gross(p)).rows]
     accusations = [
         words
         for n, e in claims.items()
-        if e["probability"] >= 0.5
-        and (words := accuses[n]({k: v["value"] for k, v in e["parameters"].items()}, e["indistinguishable_from"]))
+        if e.claimed and (words := accuses[n]({k: v.value for k, v in e.parameters.items()}, e.indistinguishable_from))
     ]
-    return {
-        "suspect": suspect,
-        "scale_ppm": scale_ppm,
-        "drift_mm": float(np.linalg.norm(steady)) if steady else None,
-        "gross": [g for g in gross if g["rows"]],
-        "text": _words(accusations, [g for g in gross if g["rows"]]),
-    }
+    return InstrumentSuspect(
+        suspect=max((e.probability for e in claims.values()), default=0.0),
+        scale_ppm=PPM * values["scale"] if "scale" in values else None,
+        drift_mm=float(np.linalg.norm(steady)) if steady else None,
+        gross=tuple(gross),
+        text=_words(accusations, gross),
+    )
 
 
-def _gross(panel: Panel) -> dict[str, Any]:
+def _gross(panel: Panel) -> GrossRows:
     """The rows of a log that stand far from all others and take no part."""
     rows = np.flatnonzero((panel.w_tcp[:, :3] == 0.0).any(axis=1) & panel.scene.seen[:, 0])
     size = np.linalg.norm(panel.scene.tcp_gap[rows, :3], axis=1)
-    return {
-        "log": panel.scene.name,
-        "rows": len(rows),
-        "share": len(rows) / len(panel.scene),
-        "first": [
-            {"sample": int(r) + 1, "t_s": float(panel.scene.t[r]), "off_mm": m_to_mm(float(s))}
+    return GrossRows(
+        log=panel.scene.name,
+        rows=len(rows),
+        share=len(rows) / len(panel.scene),
+        first=tuple(
+            GrossRow(sample=int(r) + 1, t_s=float(panel.scene.t[r]), off_mm=m_to_mm(float(s)))
             for r, s in list(zip(rows.tolist(), size.tolist(), strict=True))[:_ROWS]
-        ],
-    }
+        ),
+    )
 
 
-def _words(accusations: Sequence[str], gross: Sequence[Mapping[str, Any]]) -> str:
+def _words(accusations: Sequence[str], gross: Sequence[GrossRows]) -> str:
     """What is said of the instrument by the effects that accuse it, and of gross rows."""
     said = list(accusations)
     for one in gross:
-        first = ", ".join(str(r["sample"]) for r in one["first"])
-        said.append(f"{one['rows']} rows of {one['log']} are gross and take no part (samples {first})")
+        first = ", ".join(str(r.sample) for r in one.first)
+        said.append(f"{one.rows} rows of {one.log} are gross and take no part (samples {first})")
     return "; ".join(said)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from camrob.gap.evidence.model import Model, effect_rms
 from camrob.gap.evidence.unknown import CONSTANT, LINK, basis, followed, is_moment, moment_words
 from camrob.gap.verdict.companions import only_companions
+from camrob.summaries.diagnosis_summary import UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["implausible", "unknown_shapes", "unknown_text", "unusual"]
@@ -54,7 +54,7 @@ def unusual(model: Model) -> dict[str, str]:
     return found
 
 
-def unknown_shapes(model: Model) -> list[dict[str, Any]]:
+def unknown_shapes(model: Model) -> list[UnknownShape]:
     """The unexplained, shape by shape: its stage, what moves, what that follows and how far it swings, in `unit`; those first
     that move the TCP most.
     """
@@ -73,13 +73,13 @@ def unknown_shapes(model: Model) -> list[dict[str, Any]]:
             swing = float(np.ptp(np.concatenate([X @ model.best.mean[columns[1:]] for X in bases])))
         linear = unit.parameters[0].unit == "mm"
         shapes.append(
-            {
-                "rung": "setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
-                "moves": _PLACES.get(target, target.removeprefix("drive ").removeprefix(LINK)),
-                "follows": moment_words(quantity, lower) if is_moment(quantity) else quantity,
-                "swing": m_to_mm(swing) if linear else rad_to_deg(swing),
-                "unit": "mm" if linear else "degrees",
-            }
+            UnknownShape(
+                stage="setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
+                moves=_PLACES.get(target, target.removeprefix("drive ").removeprefix(LINK)),
+                follows=moment_words(quantity, lower) if is_moment(quantity) else quantity,
+                swing=m_to_mm(swing) if linear else rad_to_deg(swing),
+                unit="mm" if linear else "degrees",
+            )
         )
     return shapes
 
@@ -90,20 +90,20 @@ def _energy(model: Model, unit: int) -> float:
     return sum(float(np.sum(p.moves(values) ** 2)) for p in model.panels)
 
 
-def unknown_text(model: Model, shapes: Sequence[Mapping[str, Any]]) -> str:
+def unknown_text(model: Model, shapes: Sequence[UnknownShape]) -> str:
     """The shapes of the unexplained in words, with their size at the TCP; "" where there are none."""
     if not shapes:
         return ""
     between = {"setpoint_to_encoder": "between set-point and encoder", "encoder_to_tcp": "between encoder and TCP"}
-    parts = [f"{between[s['rung']]}, {_moved(s)}" for s in shapes]
+    parts = [f"{between[s.stage]}, {_moved(s)}" for s in shapes]
     rms = m_to_mm(effect_rms(model, model.panels, "unknown"))
     return "; ".join(parts) + f" ({rms:.3f} mm rms at the TCP)"
 
 
-def _moved(shape: Mapping[str, Any]) -> str:
-    size = f"{shape['swing']:.3g} {shape['unit']}"
-    if is_moment(shape["follows"]):
-        return f"{shape['moves']} is off by {size} {shape['follows']}"
-    if shape["follows"] != CONSTANT:
-        return f"{shape['moves']} moves by {size} as a smooth function of {shape['follows']}"
-    return f"{shape['moves']} is off by a constant {size}"
+def _moved(shape: UnknownShape) -> str:
+    size = f"{shape.swing:.3g} {shape.unit}"
+    if is_moment(shape.follows):
+        return f"{shape.moves} is off by {size} {shape.follows}"
+    if shape.follows != CONSTANT:
+        return f"{shape.moves} moves by {size} as a smooth function of {shape.follows}"
+    return f"{shape.moves} is off by a constant {size}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -17,9 +16,13 @@ from camrob.gap.locate.localise import axes_of, regimes_of
 from camrob.gap.locate.periodic import TIME, periodic
 from camrob.gap.locate.single_shape import SingleShape, single_shape
 from camrob.gap.verdict.plausible import unknown_text
+from camrob.summaries.diagnosis_summary import RegimeLeft, Unknown, UnknownPlace, UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["left_panels", "remains", "residual_regimes", "suspects"]
+__all__ = ["NOWHERE", "left_panels", "remains", "residual_regimes", "suspects"]
+
+NOWHERE = UnknownPlace(stage=None, axes=(), regimes=(), comes_back="")
+"""Of an unknown that is not likely."""
 
 Set = frozenset[int]
 
@@ -42,10 +45,10 @@ def left_panels(model: Model, members: Set) -> list[Panel]:
     return left
 
 
-def residual_regimes(model: Model, panels: Sequence[Panel]) -> list[dict[str, Any]]:
+def residual_regimes(model: Model, panels: Sequence[Panel]) -> list[RegimeLeft]:
     """What the residual still depends on."""
     found = regimes_of(panels, model.noise)
-    return [{"regime": k, "p_value": v["p_value"], "share": v["share"]} for k, v in found.items()]
+    return [RegimeLeft(regime=k, p_value=v.p_value, share=v.share) for k, v in found.items()]
 
 
 def remains(
@@ -53,40 +56,61 @@ def remains(
     panels: Sequence[Panel],
     together: Shrinkage,
     probability: float,
-    shapes: Sequence[Mapping[str, Any]],
-    regimes: Sequence[Mapping[str, Any]],
-) -> dict[str, Any]:
-    """The JSON object `unknown`, but for what is implausible. panels: without the claimed effects; together: by how much these
-    shrink the gap; shapes: of the unexplained, where its place has one; regimes: of the residual.
+    shapes: Sequence[UnknownShape],
+    regimes: Sequence[RegimeLeft],
+    implausible: Mapping[str, str],
+) -> Unknown:
+    """What is unknown. panels: without the claimed effects; together: by how much these shrink the gap; shapes: of the
+    unexplained, where its place has one; regimes: of the residual; implausible: effects that would fit with such values.
     """
     rms = float(np.sqrt(max(0.0, together.rms_after**2 - model.noise**2)))
     share = min(1.0, (rms / max(together.rms_before, 1e-12)) ** 2)
-    sizes = {"probability": probability, "rms_mm": m_to_mm(rms), "share": share}
     if probability < 0.5:
-        nowhere: dict[str, Any] = {"rung": None, "axes": [], "regimes": [], "comes_back": ""}
-        return {**sizes, "where": nowhere, "text": "", "shapes": []}
-    follows = sorted((r for r in regimes if r["p_value"] < _CLEAR and r["share"] > _WORTH), key=lambda r: -r["share"])
-    names = _first(_of_field(model), [str(r["regime"]) for r in follows])
-    where: dict[str, Any] = {"rung": _stage(panels, model), "axes": _axis(panels), "regimes": names, "comes_back": ""}
+        where, text, shapes = NOWHERE, "", ()
+    else:
+        where, text, shapes = _placed(model, panels, rms, shapes, regimes)
+    return Unknown(
+        probability=probability,
+        rms_mm=m_to_mm(rms),
+        share=share,
+        where=where,
+        text=text,
+        shapes=tuple(shapes),
+        implausible=implausible,
+    )
+
+
+def _placed(
+    model: Model,
+    panels: Sequence[Panel],
+    rms: float,
+    shapes: Sequence[UnknownShape],
+    regimes: Sequence[RegimeLeft],
+) -> tuple[UnknownPlace, str, Sequence[UnknownShape]]:
+    """Where what stays (rms, m) sits, in words too, and the shapes that show it: none where it comes back."""
+    follows = sorted((r for r in regimes if r.p_value < _CLEAR and r.share > _WORTH), key=lambda r: -r.share)
+    names = _first(_of_field(model), [r.regime for r in follows])
     one = single_shape(panels, model.noise)
-    smooth = max(float(follows[0]["share"]) if follows else 0.0, 0.0 if one is None else one.share)
-    back = _returning(panels, model, names, smooth)
-    shapes = [] if back else shapes
-    if not shapes:
-        where |= back or _of_one(one, names)
-        where |= {} if where["axes"] or where["comes_back"] else _of_doubtful(model, panels, one)
+    smooth = max(follows[0].share if follows else 0.0, 0.0 if one is None else one.share)
+    where = UnknownPlace(stage=_stage(panels, model), axes=_axis(panels), regimes=names, comes_back="")
+    back = _returning(where, panels, model, smooth)
+    if back is not None:
+        where, shapes = back, ()
+    elif not shapes:
+        where = _of_one(where, one)
+        where = where if where.axes else _of_doubtful(where, model, panels, one)
     text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
-    text += f", and comes back {where['comes_back']}" if where["comes_back"] else ""
-    led = where["regimes"][:2]
-    text += f", and follows {' and '.join(led)}" if led and not where["comes_back"] else ""
+    text += f", and comes back {where.comes_back}" if where.comes_back else ""
+    led = where.regimes[:2]
+    text += f", and follows {' and '.join(led)}" if led and not where.comes_back else ""
     if shapes:
         # the largest shape first; what moves the foot sits at the axis that it follows
-        carriers = [_followed(s) if s["moves"] not in model.scenes[0].axes else s["moves"] for s in shapes]
-        at = [a for a in dict.fromkeys(carriers) if a in model.scenes[0].axes]
-        kinds = [k for k in dict.fromkeys(_regime(s) for s in shapes) if k]
-        where |= {"rung": shapes[0]["rung"], "axes": at, "regimes": kinds}
+        carriers = [_followed(s.follows) if s.moves not in model.scenes[0].axes else s.moves for s in shapes]
+        at = tuple(a for a in dict.fromkeys(carriers) if a in model.scenes[0].axes)
+        kinds = tuple(k for k in dict.fromkeys(_regime(s.follows) for s in shapes) if k)
+        where = replace(where, stage=shapes[0].stage, axes=at, regimes=kinds)
         text = unknown_text(model, shapes)
-    return {**sizes, "where": where, "text": text, "shapes": list(shapes)}
+    return where, text, shapes
 
 
 def _of_field(model: Model) -> str:
@@ -106,39 +130,39 @@ def _of_field(model: Model) -> str:
     return _REGIME_OF[most] if moved[most] > rows * (_LEAST_FIELD * model.noise) ** 2 else ""
 
 
-def _first(name: str, names: Sequence[str]) -> list[str]:
+def _first(name: str, names: Sequence[str]) -> tuple[str, ...]:
     """Names with one of them before all others, where it is among them."""
-    return [name, *(n for n in names if n != name)] if name in names else list(names)
+    return (name, *(n for n in names if n != name)) if name in names else tuple(names)
 
 
-def _returning(panels: Sequence[Panel], model: Model, names: Sequence[str], share: float) -> dict[str, Any]:
+def _returning(where: UnknownPlace, panels: Sequence[Panel], model: Model, share: float) -> UnknownPlace | None:
     """The place of what comes back with a period, where that explains more than any smooth function does (`share`)."""
     found = periodic(panels, model.noise)
     if found is None or found.share < max(_OF_AXIS, share + _WORTH):
-        return {}
+        return None
     if found.quantity == TIME:
-        return {"axes": [], "regimes": ["time"], "comes_back": f"every {found.period:.3g} s"}
+        return replace(where, axes=(), regimes=("time",), comes_back=f"every {found.period:.3g} s")
     linear = model.scenes[0].cell.joints[model.scenes[0].cell.index(found.quantity)].prismatic
     period = f"{m_to_mm(found.period):.3g} mm" if linear else f"{rad_to_deg(found.period):.3g} degrees"
-    rest = [n for n in names if n != "position"]
-    comes_back = f"every {period} of {found.quantity}"
-    return {"axes": [found.quantity], "regimes": ["position", *rest], "comes_back": comes_back}
+    regimes = ("position", *(n for n in where.regimes if n != "position"))
+    return replace(where, axes=(found.quantity,), regimes=regimes, comes_back=f"every {period} of {found.quantity}")
 
 
-def _of_one(one: SingleShape | None, names: Sequence[str]) -> dict[str, Any]:
-    """The place of what one part explains most of; {} where none does. What moves the foot sits at the axis that it follows."""
+def _of_one(where: UnknownPlace, one: SingleShape | None) -> UnknownPlace:
+    """The place of what one part explains most of; as it was where none does. What moves the foot sits at the axis that it
+    follows.
+    """
     if one is None or one.share < _OF_AXIS:
-        return {}
-    told = {"moves": one.moves, "follows": one.follows}
-    axis = one.moves if not one.moves.startswith("foot") else _followed(told)
-    regime = _regime(told)
-    axes = [axis] if axis[:1] in "AE" and axis[1:].isdigit() else []
-    return {"axes": axes, "regimes": [regime, *(n for n in names if n != regime)]}
+        return where
+    axis = one.moves if not one.moves.startswith("foot") else _followed(one.follows)
+    regime = _regime(one.follows)
+    axes = (axis,) if axis[:1] in "AE" and axis[1:].isdigit() else ()
+    return replace(where, axes=axes, regimes=(regime, *(n for n in where.regimes if n != regime)))
 
 
-def _of_doubtful(model: Model, panels: Sequence[Panel], one: SingleShape | None) -> dict[str, Any]:
+def _of_doubtful(where: UnknownPlace, model: Model, panels: Sequence[Panel], one: SingleShape | None) -> UnknownPlace:
     """The axis of the name in the best set that takes most of what stays, and more than any one shape (`one`): a name may be in
-    doubt, and its axis not. {} where it has none, and of claims, which are taken away.
+    doubt, and its axis not. As it was where it has none, and of claims, which are taken away.
     """
     rows = [p.w_tcp[:, 0] > 0.0 for p in panels]
     gaps = [whole_gap(p)[r] for p, r in zip(panels, rows, strict=True)]
@@ -154,25 +178,25 @@ def _of_doubtful(model: Model, panels: Sequence[Panel], one: SingleShape | None)
             taken[axis] = max(taken.get(axis, 0.0), gained / max(energy, 1e-30))
     best = max(sorted(taken), key=lambda a: taken[a], default="")
     least = max(_OF_NAME, 0.0 if one is None else one.share)
-    return {"axes": [best]} if best and taken[best] > least else {}
+    return replace(where, axes=(best,)) if best and taken[best] > least else where
 
 
-def suspects(model: Model, unknown: Mapping[str, Any]) -> list[str]:
+def suspects(model: Model, unknown: Unknown) -> list[str]:
     """Axes whose own motion may show what is unexplained: those that it moves, and those that it follows."""
-    named = [a for s in unknown["shapes"] for a in (str(s["moves"]), _followed(s))]
-    return [a for a in dict.fromkeys([*named, *unknown["where"]["axes"]]) if a in model.scenes[0].axes]
+    named = [a for s in unknown.shapes for a in (s.moves, _followed(s.follows))]
+    return [a for a in dict.fromkeys([*named, *unknown.where.axes]) if a in model.scenes[0].axes]
 
 
-def _followed(shape: Mapping[str, Any]) -> str:
+def _followed(follows: str) -> str:
     """The axis that a shape follows, itself or in its speed, direction or torque."""
-    return str(shape["follows"]).rpartition(" ")[2]
+    return follows.rpartition(" ")[2]
 
 
-def _regime(shape: Mapping[str, Any]) -> str:
+def _regime(follows: str) -> str:
     """What a shape follows, as one of the regimes; "" for a constant."""
-    if is_moment(str(shape["follows"])):
+    if is_moment(follows):
         return "time"
-    kind, _, axis = str(shape["follows"]).rpartition(" ")
+    kind, _, axis = follows.rpartition(" ")
     named = {"torque on": "load", "force": "force", LAST_MOVE: "direction"}.get(kind, kind.removesuffix(" of"))
     return named or {CONSTANT: "", "time": "time", "temperature": "temperature"}.get(axis, "position")
 
@@ -188,17 +212,17 @@ def _stage(panels: Sequence[Panel], model: Model) -> str:
     return "setpoint_to_encoder" if drives > max(arm, 0.0) else "encoder_to_tcp"
 
 
-def _axis(panels: Sequence[Panel]) -> list[str]:
-    """The axis whose shift explains most of what stays; [] where that is not the most part, or where it slides and a shift in one
-    direction, whatever moves it, explains as much.
+def _axis(panels: Sequence[Panel]) -> tuple[str, ...]:
+    """The axis whose shift explains most of what stays; none where that is not the most part, or where it slides and a shift in
+    one direction, whatever moves it, explains as much.
     """
     shares = axes_of(panels)
     best = max(shares, key=lambda a: shares[a].value, default="")
     if not best or shares[best].value <= _OF_AXIS:
-        return []
+        return ()
     scene = panels[0].scene
     if not scene.cell.joints[scene.cell.index(best)].prismatic:
-        return [best]
+        return (best,)
     gap = np.concatenate([whole_gap(p)[p.w_tcp[:, 0] > 0.0] for p in panels])
     along = float(np.linalg.eigvalsh(gap.T @ gap)[-1]) / max(float(np.sum(gap**2)), 1e-30)
-    return [best] if shares[best].value > along else []
+    return (best,) if shares[best].value > along else ()

@@ -4,57 +4,68 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from camrob.gap.effects.effect import Effect
-from camrob.gap.evidence.aliases import alias_groups, covered_by
+from camrob.gap.evidence.aliases import alias_groups
 from camrob.gap.evidence.fitting import with_fitting
 from camrob.gap.evidence.model import Model, effect_rms
 from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
+from camrob.gap.evidence.unknown import CONSTANT
 from camrob.gap.experiment.experiment import next_experiment
+from camrob.gap.handover import Handover, hand_over
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
 from camrob.gap.verdict.carried_over import carried_over
+from camrob.gap.verdict.effects_found import effects_found
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
-from camrob.gap.verdict.part_of_cycle import energy_of, partly_seen
+from camrob.gap.verdict.part_of_cycle import partly_seen
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
 from camrob.gap.verdict.remains import left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.wider import shown_by_wider
-from camrob.gap.verdict.within import BEYOND, drives_beyond, stages_within
+from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
+from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown, UnknownPlace
 from camrob.units import m_to_mm
 
 __all__ = ["Verdict", "judge_effects"]
 
 Set = frozenset[int]
 
-_WORTH_A_LINE = 0.02  # of probability
 _TRIES, _LIKELY = 3, 0.02
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
 _MOST_PART = 0.1  # of the withheld gap's energy: an unknown with less leaves a gap explained
-_OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
 @dataclass(frozen=True)
 class Verdict:
     """model: without what is implausible or harms; claimed: effects with a probability of 0.5 or more; members: their units;
-    together: the gap on withheld samples without and with all of them; summary: the part of the JSON object.
+    shrunk: the gap on withheld samples without and with all of them; handed: what of them can be corrected; stages: what
+    each is within; the others as in the summary of a diagnosis.
     """
 
     model: Model
     claimed: tuple[str, ...]
     members: Set
-    together: Shrinkage
-    summary: dict[str, Any]
+    shrunk: Shrinkage
+    handed: Handover
+    status: str
+    stages: Mapping[str, Stage]
+    effects: tuple[EffectFound, ...]
+    together: Together
+    alternatives: tuple[Alternative, ...]
+    unknown: Unknown
+    aliases: tuple[tuple[str, ...], ...]
+    residual: Residual
+    next_experiment: str
 
 
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
@@ -80,7 +91,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     wider = shown_by_wider(model, library, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.part_seen for n in wider}
     structure, unknown = _something_stays(model, trial, reasons)
-    entries, claimed = _entries(model, trial, library, probability, reasons, in_world, wider)
+    entries = effects_found(model, trial, library, probability, reasons, in_world, wider)
+    claimed = tuple(e.effect for e in entries if e.claimed)
     regimes = residual_regimes(model, left := left_panels(model, members))
     inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
     stages = stages_within(model.scenes, together, _structure(together), model.noise)
@@ -92,46 +104,57 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         unknown = max(unknown, BELIEF.nothing_else)
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
-    stays = remains(model, left, together, unknown, shapes, regimes)
+    stays = remains(model, left, together, unknown, shapes, regimes, reasons)
     if drive:
-        stays |= _at_drive(model, drive, words, str(stays["text"]))
+        stays = _at_drive(stays, model, drive, words)
     sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
-    return Verdict(model, claimed, members, together, {
-        "status": _status(within, claimed, stays),
-        "within": within, "within_values": {name: s.summary for name, s in stages.items()},
-        "effects": entries,
-        "together": {
-            **figures(together), "withheld": trial.name, "left_aside": trial.aside,
-            **_foretold(model, trial, members),
-            "removable_removed": _removed(together, model.noise),
-            "compensable_mm": m_to_mm(_compensable(model, trial, library, claimed)),
-            "regimes_withheld": regimes_withheld(model, members),
-        },
-        "alternatives": alternatives(model.sets, probability),
-        "unknown": {**stays, "implausible": reasons},
-        "aliases": _alias_lists(model, library, in_world),
-        "residual": {
-            "rms_mm": m_to_mm(together.rms_after), "noise_mm": m_to_mm(model.noise), "structured_mm": m_to_mm(structure),
-            "discrepancy_mm": m_to_mm(model.discrepancy), "structure": regimes,
-        },
-        "next_experiment": next_experiment(
-            claimed, probability, sizes, library, suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
+    asked = suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
+    handed = hand_over(model, trial, claimed, members)
+    return Verdict(
+        model=model,
+        claimed=claimed,
+        members=members,
+        shrunk=together,
+        handed=handed,
+        status=_status(within, claimed, stays),
+        stages=stages,
+        effects=entries,
+        together=_together(model, trial, members, together, handed),
+        alternatives=tuple(alternatives(model.sets, probability)),
+        unknown=stays,
+        aliases=_alias_lists(model, library, in_world),
+        residual=Residual(
+            rms_mm=m_to_mm(together.rms_after),
+            noise_mm=m_to_mm(model.noise),
+            structured_mm=m_to_mm(structure),
+            discrepancy_mm=m_to_mm(model.discrepancy),
+            structure=tuple(regimes),
         ),
-    })  # fmt: skip
+        next_experiment=next_experiment(claimed, probability, sizes, library, asked),
+    )
 
 
-def _at_drive(model: Model, axis: str, words: str, text: str) -> dict[str, Any]:
-    """Where what stays sits, at an axis's drive: what its error follows most is read off the log."""
-    follows = str(axes_report(model.scenes)[axis]["pattern"]["follows"])
-    regimes = [] if follows == "constant" else [follows]
-    where = {"rung": "setpoint_to_encoder", "axes": [axis], "regimes": regimes, "comes_back": ""}
-    return {"where": where, "text": "; ".join(filter(None, (words, text)))}
+def _at_drive(stays: Unknown, model: Model, axis: str, words: str) -> Unknown:
+    """What stays, at an axis's drive: what its error follows most is read off the log."""
+    drive = axes_report(model.scenes)[axis].drive
+    regimes = () if drive is None or drive.pattern.follows == CONSTANT else (drive.pattern.follows,)
+    where = UnknownPlace(stage="setpoint_to_encoder", axes=(axis,), regimes=regimes, comes_back="")
+    return replace(stays, where=where, text="; ".join(filter(None, (words, stays.text))))
 
 
-def _foretold(model: Model, trial: Trial, members: Set) -> dict[str, float]:
-    """By how much the gap on withheld samples should shrink once the claims are taken away, and to what."""
+def _together(model: Model, trial: Trial, members: Set, shrunk: Shrinkage, handed: Handover) -> Together:
+    """All claims together: by how much the gap on withheld samples shrinks, and by how much it should."""
     before, after = expected(model, trial, members)
-    return {"predicted_shrink": 1.0 - after / max(before, 1e-12), "expected_after_mm": m_to_mm(after)}
+    return Together(
+        **figures(shrunk).to_json(),
+        withheld=trial.name,
+        left_aside=trial.aside,
+        predicted_shrink=1.0 - after / max(before, 1e-12),
+        expected_after_mm=m_to_mm(after),
+        removable_removed=_removed(shrunk, model.noise),
+        compensable_mm=handed.said.rms_before_mm - handed.said.rms_after_mm,
+        regimes_withheld=tuple(regimes_withheld(model, members)),
+    )
 
 
 def _evidence(model: Model, library: Sequence[Effect]) -> list[tuple[Effect, float]]:
@@ -271,10 +294,10 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
     return model
 
 
-def _alias_lists(model: Model, library: Sequence[Effect], in_world: bool) -> list[list[str]]:
-    groups = [list(g) for g in alias_groups(model.design, model.design.A.sum(axis=0))]
-    pairs = [[e.name, e.twin_in_world] for e in library if e.twin_in_world]
-    return groups + (pairs if in_world else [])
+def _alias_lists(model: Model, library: Sequence[Effect], in_world: bool) -> tuple[tuple[str, ...], ...]:
+    groups = [tuple(g) for g in alias_groups(model.design, model.design.A.sum(axis=0))]
+    pairs = [(e.name, e.twin_in_world) for e in library if e.twin_in_world]
+    return (*groups, *(pairs if in_world else []))
 
 
 def _structure(shrunk: Shrinkage) -> float:
@@ -298,89 +321,13 @@ def _removed(shrunk: Shrinkage, noise: float) -> float | None:
     return float(np.clip((shrunk.rms_before - shrunk.rms_after) / removable, -9.0, 1.0))
 
 
-def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Mapping[str, Any]) -> str:
+def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Unknown) -> str:
     """In a word. within: by stage, what the gap is within; stays: what is unknown."""
-    unknown = stays["probability"] >= 0.5
+    unknown = stays.probability >= 0.5
     if claimed:
-        return "partly explained" if unknown and stays["share"] > _MOST_PART else "explained"
+        return "partly explained" if unknown and stays.share > _MOST_PART else "explained"
     if unknown:
         cares = BEYOND in within.values() or "tolerance" not in within.values()
         return "unexplained" if cares else "no gap"
     # one of several that can't be told apart, so that none is claimed
     return "explained" if BEYOND in within.values() else "no gap"
-
-
-def _entries(
-    model: Model, trial: Trial, library: Sequence[Effect], probability: Mapping[str, float],
-    reasons: Mapping[str, str], in_world: bool, wider: Mapping[str, Sequence[str]],
-) -> tuple[list[dict[str, Any]], tuple[str, ...]]:  # fmt: skip
-    """One entry an effect worth a line, by probability and shrink."""
-    entries = []
-    total = model.design.A.sum(axis=0)
-    for effect in library:
-        p = probability[effect.name]
-        if p < _WORTH_A_LINE:
-            continue
-        own = frozenset(i for i in model.best.members if model.units[i].effect == effect.name)
-        if not own:
-            # not in the best set: judged by what it would be on top of it
-            units = [i for i, u in enumerate(model.units) if u.effect == effect.name]
-            own = frozenset(units)
-        rest = model.best.members | own
-        joint = shrinkage(model, trial, rest, own)
-        alone = shrinkage(model, trial, own)
-        last = shrinkage(model, trial, rest, rest - own)
-        everything = shrinkage(model, trial, rest, rest)
-        twins = list(covered_by(model.design, total, model.values(own, model.best), effect.name))
-        twins += [n for n in wider.get(effect.name, ()) if n not in twins]
-        if in_world and effect.twin_in_world:
-            twins.append(effect.twin_in_world)
-            p *= BELIEF.first_of_twins
-        alike = {effect.name, *twins}
-        evidence, of_class = (
-            sum(q for names, q in model.sets.items() if names & wanted) for wanted in (frozenset([effect.name]), alike)
-        )
-        added = Shrinkage(last.after, everything.after, everything.block)
-        entries.append({
-            "effect": effect.name, "axes": _axes(model, own), "probability": p, "parameters": _parameters(model, own),
-            **figures(joint), "alone": figures(alone), "added_last": figures(added),
-            "moves_mm": m_to_mm(effect_rms(model, model.panels, effect.name)),
-            "indistinguishable_from": twins, "class": sorted(alike), "class_probability": max(p, BELIEF.effect(of_class)),
-            "evidence": evidence, "implausible": reasons.get(effect.name, ""), "compensable": effect.compensable,
-            "rungs": list(effect.stages), "regimes": list(effect.regimes),
-        })  # fmt: skip
-    entries.sort(key=lambda e: (-float(str(e["probability"])), -float(str(e["shrink"]))))
-    return entries, tuple(str(e["effect"]) for e in entries if float(str(e["probability"])) >= 0.5)
-
-
-def _axes(model: Model, own: Set) -> list[str]:
-    """Axes of an effect's units, those that move most first; without what is too small beside what most or all of them do."""
-    moved: dict[str, float] = {}
-    for i in own:
-        axis = model.units[i].axis
-        values = model.values(frozenset([i]), model.best)
-        energy = energy_of(model, frozenset([i]))
-        turned = sum(float(np.sum(p.twists(values)[:, 3:] ** 2)) for p in model.panels)
-        moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
-    alike = moved.pop("", 0.0)
-    least = max(_TOO_SMALL * max(moved.values(), default=0.0), _OWN_PART * alike)
-    return [a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > least]
-
-
-def _parameters(model: Model, own: Set) -> dict[str, dict[str, float]]:
-    deviations = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
-    return {
-        parameter.name: {
-            "value": parameter.at_edge(float(model.best.mean[k])), "std": parameter.at_edge(float(deviations[k])),
-        }
-        for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True))
-        if int(owner) in own
-    }  # fmt: skip
-
-
-def _compensable(model: Model, trial: Trial, library: Sequence[Effect], claimed: Sequence[str]) -> float:
-    """m: by how much the rms falls when only what a postprocessor can correct is taken away."""
-    able = {e.name for e in library if e.compensable} & set(claimed)
-    members = frozenset(i for i in model.best.members if model.units[i].effect in able)
-    shrunk = shrinkage(model, trial, model.best.members, members)
-    return shrunk.rms_before - shrunk.rms_after

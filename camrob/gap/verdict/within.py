@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from camrob.gap.evidence.shrink import Shrinkage
 from camrob.gap.observation.scene import Scene
 from camrob.kinematics.frames import base_T_tool
+from camrob.summaries.diagnosis_places import StageWithin
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["BEYOND", "Stage", "drives_beyond", "drives_on_work", "stages_within", "tolerance_of"]
@@ -44,17 +44,17 @@ class Stage:
     axis: str = ""
 
     @property
-    def summary(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "within": self.within,
-            "rms_mm": m_to_mm(self.rms),
-            "p95_mm": m_to_mm(self.p95),
-            "noise_mm": m_to_mm(self.noise),
-            "noise_told": self.noise_told,
-            "tolerance_mm": m_to_mm(self.tolerance) if self.tolerance > 0.0 else None,
-            "axis": self.axis,
-        }
+    def summary(self) -> StageWithin:
+        """In mm."""
+        return StageWithin(
+            within=self.within,
+            rms_mm=m_to_mm(self.rms),
+            p95_mm=m_to_mm(self.p95),
+            noise_mm=m_to_mm(self.noise),
+            noise_told=self.noise_told,
+            tolerance_mm=m_to_mm(self.tolerance) if self.tolerance > 0.0 else None,
+            axis=self.axis,
+        )
 
 
 def stages_within(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> dict[str, Stage]:

@@ -51,7 +51,7 @@ def answer(folder: str, seed: int, without: tuple[str, ...]) -> dict:
     cell, (log, withheld) = read_cell(CELL), [read_log(f) for f in files]
     begin = time.process_time()
     try:
-        found = diagnose([log], cell, withheld=[withheld], without=without).summary
+        found = diagnose([log], cell, withheld=[withheld], without=without).summary.to_json()
         said = {k: found[k] for k in KEPT} | {"rungs": found["where"]["rungs"], "regimes": found["where"]["regimes"]}
         said["noise_mm"] = found["gap"]["noise_mm"]
     except Exception as error:

@@ -109,7 +109,10 @@ def asked(task):
         cell = read_cell(home)
         log, withheld = (read_log(Path(folder) / f"{task['seed']}{end}.csv") for end in ("", "_withheld"))
         extras = ((), cell_effects(home, cell))
-        return [diagnose([log], cell, withheld=[withheld], without=task["without"], extra=e).summary for e in extras]
+        return [
+            diagnose([log], cell, withheld=[withheld], without=task["without"], extra=e).summary.to_json()
+            for e in extras
+        ]
 
 
 def judged(task):

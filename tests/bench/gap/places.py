@@ -171,7 +171,7 @@ def asked(m: Machine, cause: Cause, seed: int) -> dict:
             cell.mkdir()
             (cell / "cell.toml").write_text(m.cell)
         begin = time.process_time()
-        found = diagnose([read_log(log)], read_cell(cell)).summary
+        found = diagnose([read_log(log)], read_cell(cell)).summary.to_json()
     claims = [e for e in found["effects"] if e["probability"] >= 0.5]
     where = found["unknown"]["where"]
     # as the page's charts have them: what is claimed first

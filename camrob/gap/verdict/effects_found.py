@@ -1,0 +1,110 @@
+"""One entry an effect: how likely it is at work, where, with which values, and what it takes off withheld samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from camrob.gap.effects.effect import Effect
+from camrob.gap.evidence.aliases import covered_by
+from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage
+from camrob.gap.verdict.belief import BELIEF
+from camrob.gap.verdict.part_of_cycle import energy_of
+from camrob.gap.verdict.plausible import unusual
+from camrob.summaries.diagnosis_summary import EffectFound, FittedValue
+from camrob.units import m_to_mm
+
+__all__ = ["effects_found"]
+
+Set = frozenset[int]
+
+_WORTH_A_LINE = 0.02  # of probability
+_OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
+_TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
+
+
+def effects_found(
+    model: Model,
+    trial: Trial,
+    library: Sequence[Effect],
+    probability: Mapping[str, float],
+    reasons: Mapping[str, str],
+    in_world: bool,
+    wider: Mapping[str, Sequence[str]],
+) -> tuple[EffectFound, ...]:
+    """One entry an effect worth a line, by probability and shrink."""
+    entries = []
+    total, seldom = model.design.A.sum(axis=0), unusual(model)
+    for effect in library:
+        p = probability[effect.name]
+        if p < _WORTH_A_LINE:
+            continue
+        own = frozenset(i for i in model.best.members if model.units[i].effect == effect.name)
+        if not own:
+            # not in the best set: judged by what it would be on top of it
+            units = [i for i, u in enumerate(model.units) if u.effect == effect.name]
+            own = frozenset(units)
+        rest = model.best.members | own
+        joint = shrinkage(model, trial, rest, own)
+        alone = shrinkage(model, trial, own)
+        last = shrinkage(model, trial, rest, rest - own)
+        everything = shrinkage(model, trial, rest, rest)
+        twins = list(covered_by(model.design, total, model.values(own, model.best), effect.name))
+        twins += [n for n in wider.get(effect.name, ()) if n not in twins]
+        if in_world and effect.twin_in_world:
+            twins.append(effect.twin_in_world)
+            p *= BELIEF.first_of_twins
+        alike = {effect.name, *twins}
+        evidence, of_class = (
+            sum(q for names, q in model.sets.items() if names & wanted) for wanted in (frozenset([effect.name]), alike)
+        )
+        added = Shrinkage(last.after, everything.after, everything.block)
+        entries.append(
+            EffectFound(
+                effect=effect.name,
+                axes=_axes(model, own),
+                probability=p,
+                parameters=_parameters(model, own),
+                **figures(joint).to_json(),
+                alone=figures(alone),
+                added_last=figures(added),
+                moves_mm=m_to_mm(effect_rms(model, model.panels, effect.name)),
+                indistinguishable_from=tuple(twins),
+                alike=tuple(sorted(alike)),
+                class_probability=max(p, BELIEF.effect(of_class)),
+                evidence=evidence,
+                implausible=reasons.get(effect.name, ""),
+                compensable=effect.compensable,
+                stages=tuple(effect.stages),
+                regimes=tuple(effect.regimes),
+                unusual=seldom.get(effect.name, ""),
+            )
+        )
+    return tuple(sorted(entries, key=lambda e: (-e.probability, -e.shrink)))
+
+
+def _axes(model: Model, own: Set) -> tuple[str, ...]:
+    """Axes of an effect's units, those that move most first; without what is too small beside what most or all of them do."""
+    moved: dict[str, float] = {}
+    for i in own:
+        axis = model.units[i].axis
+        values = model.values(frozenset([i]), model.best)
+        energy = energy_of(model, frozenset([i]))
+        turned = sum(float(np.sum(p.twists(values)[:, 3:] ** 2)) for p in model.panels)
+        moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
+    alike = moved.pop("", 0.0)
+    least = max(_TOO_SMALL * max(moved.values(), default=0.0), _OWN_PART * alike)
+    return tuple(a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > least)
+
+
+def _parameters(model: Model, own: Set) -> dict[str, FittedValue]:
+    deviations = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
+    return {
+        parameter.name: FittedValue(
+            value=parameter.at_edge(float(model.best.mean[k])), std=parameter.at_edge(float(deviations[k]))
+        )
+        for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True))
+        if int(owner) in own
+    }
