@@ -40,7 +40,7 @@ from camrob.gap.locate.localise import (
 from camrob.gap.locate.passing_times import timing_of
 from camrob.gap.locate.path_standards import path_standards
 from camrob.gap.observation.believable import check_believable
-from camrob.gap.observation.clocks import align
+from camrob.gap.observation.clocks import Alignment, align
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene
 from camrob.gap.path_errors import fitted_errors, withheld_errors
@@ -114,16 +114,41 @@ def diagnose(
     trial = frozen_frames(model, trial_of(model, kept_out))
     verdict = judge_effects(model, trial, effects, in_world=in_world)
     model = verdict.model
-    shown = first if relaid else model  # the gap is what frames that fit best leave, whatever explains it
     tell("locating", 0.85)
     rounding = any("program_to_setpoint" in e.stages for e in effects)
     corners = judge_corners(tracks, model.noise, known=rounding, tolerance=tolerance_of(scenes))
     planned = _planned(model, verdict)
-    said = DiagnosisSummary(
-        cell=cell.name,
+    # the gap is what frames that fit best leave, whatever explains it
+    shown = first if relaid else model
+    places = _places(shown, by_stage, timings)
+    said = _said(cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned)
+    summary = with_corners(said, corners)
+    tell("done", 1.0)
+    return Diagnosis(
+        summary,
+        claimed=tuple(e.effect for e in summary.claimed),
+        paths=withheld_errors(trial, verdict.shrunk),
+        motions=() if planned is None else planned.motions,
+        calibration=verdict.handed.calibration,
+    )
+
+
+def _said(
+    cell: str,
+    without: Sequence[str],
+    scenes: Sequence[Scene],
+    gap: GapFigures,
+    places: Places,
+    alignment: Alignment,
+    verdict: Verdict,
+    planned: Experiment | None,
+) -> DiagnosisSummary:
+    """All that is said of some logs, but for what lies between program and set-point."""
+    return DiagnosisSummary(
+        cell=cell,
         without=tuple(without),
-        gap=_gap(shown),
-        where=_places(shown, by_stage, timings),
+        gap=gap,
+        where=places,
         latency_s=alignment.summary,
         status=verdict.status,
         within={name: s.within for name, s in verdict.stages.items()},
@@ -135,22 +160,13 @@ def diagnose(
         aliases=verdict.aliases,
         residual=verdict.residual,
         next_experiment=verdict.next_experiment if planned is None else planned.text,
-        logs=tuple(s.name for s in model.scenes),
+        logs=tuple(s.name for s in verdict.model.scenes),
         axes_report=axes_report(scenes),
         added_load=load_from_drives(scenes),
-        instrument=instrument_suspect(model, verdict.effects),
+        instrument=instrument_suspect(verdict.model, verdict.effects),
         compensable=verdict.handed.said,
         experiment=None if planned is None else planned.figures,
-        standards=tuple(_standards(model, fitted_errors(model, verdict.members))),
-    )
-    summary = with_corners(said, corners)
-    tell("done", 1.0)
-    return Diagnosis(
-        summary,
-        claimed=tuple(e.effect for e in summary.claimed),
-        paths=withheld_errors(trial, verdict.shrunk),
-        motions=() if planned is None else planned.motions,
-        calibration=verdict.handed.calibration,
+        standards=tuple(_standards(verdict.model, fitted_errors(verdict.model, verdict.members))),
     )
 
 

@@ -39,7 +39,8 @@ __all__ = ["Verdict", "judge_effects"]
 
 Set = frozenset[int]
 
-_TRIES, _LIKELY = 3, 0.02
+_TRIES = 3  # times that sets without what is implausible are fitted anew
+_LIKELY = 0.02  # of the sets' probability that must be left for that
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
 _MOST_PART = 0.1  # of the withheld gap's energy: an unknown with less leaves a gap explained
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
@@ -90,6 +91,22 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     wider = shown_by_wider(model, library, [n for n, p in probability.items() if p >= 0.5])
     probability |= {n: probability[n] * BELIEF.part_seen for n in wider}
+    return _said(model, trial, library, members, together, probability, reasons, wider, in_world=in_world)
+
+
+def _said(
+    model: Model,
+    trial: Trial,
+    library: Sequence[Effect],
+    members: Set,
+    together: Shrinkage,
+    probability: Mapping[str, float],
+    reasons: Mapping[str, str],
+    wider: Mapping[str, Sequence[str]],
+    *,
+    in_world: bool,
+) -> Verdict:
+    """The verdict on what is believed: the units claimed (members), by how much they shrink the gap, what stays and where."""
     structure, unknown = _something_stays(model, trial, reasons)
     entries = effects_found(model, trial, library, probability, reasons, in_world, wider)
     claimed = tuple(e.effect for e in entries if e.claimed)
