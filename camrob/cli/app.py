@@ -25,6 +25,7 @@ from camrob.cli.options import (
     Method,
     QuietOption,
     SetupOption,
+    ThenCompensatedOption,
     Units,
 )
 from camrob.cli.real import calibrate, close_loop, compensate, diagnose, predict, simulate, tracker
@@ -76,6 +77,7 @@ def post(
     for_accuracy: Annotated[
         bool, typer.Option("--for-accuracy", help="Plan postures that make the part's expected error small.")
     ] = False,
+    then_compensated: ThenCompensatedOption = False,
     calibration: Annotated[
         Path | None,
         typer.Option("--calibration", metavar="FITTED.toml", help="The machine's constants, for --for-accuracy."),
@@ -108,6 +110,7 @@ def post(
             units=units.value if units else None,
             device=device.value,
             for_accuracy=for_accuracy,
+            then_compensated=then_compensated,
             calibration=calibration,
             diagnosis=diagnosis,
             force=force,

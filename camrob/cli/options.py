@@ -31,6 +31,7 @@ __all__ = [
     "RealtimeOption",
     "SenTypeOption",
     "SetupOption",
+    "ThenCompensatedOption",
     "Units",
     "known_cell",
 ]
@@ -93,6 +94,9 @@ SetupOption = Annotated[
 ]
 ForceOption = Annotated[
     Path | None, typer.Option("--force", metavar="FORCE.toml", help="What pushes on the tool while it cuts.")
+]
+ThenCompensatedOption = Annotated[
+    bool, typer.Option("--then-compensated", help="With --for-accuracy: plan for what camrob compensate will leave.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object, and nothing else.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]

@@ -10,10 +10,12 @@ import math
 
 from camrob.compiled import part
 
-__all__ = ["off_envelope", "outward", "stretch_inside"]
+__all__ = ["RIM", "off_envelope", "outward", "outward_at_rim", "stretch_inside"]
 
 _FLAT = 1e-12  # of a unit: a ray that is as good as parallel
 _NEAR = 1e-9  # m: a nanometre off the envelope is on it
+RIM = 2e-6
+"""m off a sharp rim within which a point is on it: a floor that a flat cutter swept is found under the rim as well as inside."""
 _STEPS = 60  # towards a rounded corner: Newton's, five or so but for rays that graze
 
 
@@ -48,6 +50,25 @@ def outward(
         a, b = across, 0.0
     else:
         a, b = 0.0, (1.0 if h - L > -h else -1.0)
+    return a * ru + b * nu, a * rv + b * nv, a * rw + b * nw
+
+
+@part
+def outward_at_rim(
+    ru: float, rv: float, rw: float, nu: float, nv: float, nw: float, vu: float, vv: float, vw: float
+) -> tuple[float, float, float]:
+    """The normal of what a flat cutter's rim sweeps, out of the cutter: across its way v, between the bottom's and the wall's.
+
+    (ru, rv, rw): from the axis to the rim, (nu, nv, nw): the axis. Where the way leaves the rim no such side (it dives,
+    or goes along the rim), it is the bottom's.
+    """
+    size = 1.0 / max(math.sqrt(ru * ru + rv * rv + rw * rw), 1e-15)
+    out = size * (ru * vu + rv * vv + rw * vw)
+    up = nu * vu + nv * vv + nw * vw
+    if out * up <= 0.0:
+        return -nu, -nv, -nw
+    one = 1.0 / math.sqrt(out * out + up * up)
+    a, b = one * abs(up) * size, -one * abs(out)
     return a * ru + b * nu, a * rv + b * nv, a * rw + b * nw
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
-from camrob.cutting.cutter_kernel import off_envelope, outward, stretch_inside
+from camrob.cutting.cutter_kernel import RIM, off_envelope, outward, outward_at_rim, stretch_inside
 
 __all__ = ["carve", "contacts", "crossings_of_mesh", "overlap"]
 
@@ -329,7 +329,15 @@ def contacts(x: Array, who: Owners, tip: Array, axis: Array, shape: Array) -> tu
         n = n / math.sqrt(np.sum(n * n))
         r = x[k] - tip[o, 0] - t * (tip[o, 1] - tip[o, 0])
         at[k] = t
-        normal[k] = outward(r[0], r[1], r[2], n[0], n[1], n[2], shape[o, 0], shape[o, 1], shape[o, 2])
+        h = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
+        e = r - h * n
+        if shape[o, 1] == 0.0 and abs(h) < RIM and abs(math.sqrt(np.sum(e * e)) - shape[o, 0]) < RIM:
+            # the rim goes with the tip, and about it with the axis's turn
+            change = axis[o, 1] - axis[o, 0]
+            v = tip[o, 1] - tip[o, 0] + (change[0] * e[0] + change[1] * e[1] + change[2] * e[2]) * -n
+            normal[k] = outward_at_rim(e[0], e[1], e[2], n[0], n[1], n[2], v[0], v[1], v[2])
+        else:
+            normal[k] = outward(r[0], r[1], r[2], n[0], n[1], n[2], shape[o, 0], shape[o, 1], shape[o, 2])
     return at, normal
 
 

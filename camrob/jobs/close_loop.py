@@ -183,6 +183,7 @@ class _Loop:
             setup=job.setup,
             method="planned" if accurate else job.method,
             for_accuracy=accurate,
+            then_compensated=accurate,
             calibration=None if diagnosis is None else _fitted(diagnosis),
             diagnosis=diagnosis,
             force=job.force if accurate else None,

@@ -84,6 +84,7 @@ def post(
     units: str | None = None,
     device: str = "cpu",
     for_accuracy: bool = False,
+    then_compensated: bool = False,
     calibration: Path | None = None,
     diagnosis: Path | None = None,
     force: Path | None = None,
@@ -93,8 +94,8 @@ def post(
 ) -> PostResult:
     """Post a CL file for a cell: the program, .json, .path.npz and .html appear in `out`, all or none.
 
-    The program is read back from its text and replayed before it is released: every CL point met in order within
-    0.01 mm and 0.01 degrees, within limits, away from singular postures and collisions.
+    The program is read back from its text and replayed before it is released: every CL point met in order within 0.01 mm and
+    0.01 degrees, within limits, away from singular postures and collisions.
 
     Args:
         clfile: the CL file, or 5-axis G-code.
@@ -108,13 +109,12 @@ def post(
         dialect: of the CL file; None: it is recognised.
         units: "mm" or "inch", over the file's own.
         device: "cuda" scores the candidates of "planned" on a GPU; the plan is the same to float32's last digits.
-        for_accuracy: a plan that makes the part's expected error small, on the machine as `calibration` and `diagnosis` know it,
-            under `force`; by directional stiffness alone where they say nothing.
+        for_accuracy: a plan that makes the part's error small, as `calibration`, `diagnosis` and `force` let it be expected.
+        then_compensated: that plan is for what `compensate` will leave.
         calibration: constants of the chain, by `calibrate` or `diagnose --calibration`.
         diagnosis: the folder of the diagnosis that wrote them: play, friction, doubt.
         force: FORCE.toml, what pushes on the tool while it cuts.
-        seconds: how long "planned" betters its plan; what a plan needs at least is done however long it takes, and the summary
-            says how far the plan is from its bound and what there was no time for. None: until nothing is left to do.
+        seconds: how long "planned" betters its plan, and at least what it needs; the summary says what there was no time for.
         report: whether NAME.html is written.
         progress: called with a stage and the share of it that is done, 0 to 1.
 
@@ -138,32 +138,23 @@ def post(
         title = program_name(clfile, name, language_of(machine))
         inputs = read_inputs(clfile, machine, setup, dialect=dialect, units=units, progress=watch.share)
         process = plan_process(inputs.toolpath.regions, inputs.cell)
-        known, tolerance = Sought(cell, calibration, diagnosis, force), inputs.setup.tolerance is not None
-        sought = check_sought(known, machine, asked=for_accuracy, planned=method == "planned", tolerance=tolerance)
+        known = Sought(cell, calibration, diagnosis, force, then_compensated)
+        slowed = inputs.setup.tolerance is not None
+        sought = check_sought(known, machine, asked=for_accuracy, planned=method == "planned", tolerance=slowed)
     with staged_output(out, name=title) as folder:
         order = _Order(
             title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units, sought, seconds,
-            known if tolerance else None,
+            known if slowed else None,
         )  # fmt: skip
         made = _first_free(order, inputs, folder, watch)
         programs = _with_entries(order, made, machine, folder, watch)
         files = [*programs, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         _save_path(folder / f"{title}.path.npz", made)
         summary = post_summary(
-            made.inputs,
-            made.solution,
-            title,
-            made.back,
-            made.collisions,
-            made.margins,
-            made.findings,
-            residual=made.residual,
-            feed=made.feed,
-            process=process,
-            files=files,
-            verdict=made.verdict,
+            made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
+            residual=made.residual, feed=made.feed, process=process, files=files, verdict=made.verdict,
             manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path),
-        )
+        )  # fmt: skip
         if report:
             with watch.stage("report"):
                 _report(folder / f"{title}.html", summary, made)

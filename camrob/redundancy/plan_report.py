@@ -39,7 +39,8 @@ class PlanPoint:
 @dataclass(frozen=True, slots=True)
 class ExpectedError:
     """The part's error that is to be expected of postures along a path: error (N,) m, the root of the expected square at each
-    point, length (N,) m that is cut on the way to it; turns: how often an axis turns round in cuts, of those on which a turn
+    point, length (N,) m that is cut on the way to it, or what of all that is cut the surface left there
+    counts for; turns: how often an axis turns round in cuts, of those on which a turn
     leaves a mark.
     """
 

@@ -43,6 +43,20 @@ def test_a_slot_has_its_width_and_depth() -> None:
     assert np.all(cut.normal[floor, 2] > 0.999)  # out of the material
 
 
+@pytest.mark.parametrize("fall", [0.0, 0.1])
+def test_every_point_of_a_flat_cutters_floor_looks_across_its_way(fall: float) -> None:
+    """A floor, and a ramp that the rim behind the axis leaves, z = z0 - fall (x + sqrt(R^2 - y^2)): all rays that meet it."""
+    stock, moves = plate(), straight([[-10, 10, 6 + 10 * fall], [30, 10, 6 - 30 * fall]], of(3, 0))
+    stock.carve(moves)
+    cut = stock.surface(moves)
+    ramp = cut.direction == 2
+    y = cut.point[ramp, 1] - 10 * MM
+    slopes = np.stack([np.full(len(y), fall), -fall * y / np.sqrt((3 * MM) ** 2 - y**2), np.ones(len(y))], axis=1)
+    across = slopes / np.linalg.norm(slopes, axis=1)[:, None]
+    assert ramp.sum() == 80 * 24  # rays a quarter of a mm apart, on 20 x 6 mm
+    assert np.abs(cut.normal[ramp] - across).max() < 1e-3
+
+
 @pytest.mark.parametrize("step", [40.0, 0.37])
 def test_a_ball_leaves_its_own_section(step: float) -> None:
     x = np.arange(-10.0, 30.0 + step, step)

@@ -34,7 +34,7 @@ def test_constants_of_the_arm_are_counted_and_others_named(tmp_path: Path) -> No
         "tool.z": 1e-4,
         "E1.scale": 1e-4,
     }
-    errors = machine_errors(Sought(FOLDER, calibration=calibration(tmp_path / "f.toml", values)), CELL)
+    errors = machine_errors(Sought(FOLDER, calibration=calibration(tmp_path / "f.toml", values)), CELL, None)
     np.testing.assert_allclose(errors.sagging, [0, 3e-6, 0, 0, 8e-6, 0])
     first = 0.5 * (3e-6 + 8e-6 / 4.0)
     np.testing.assert_allclose(errors.compliance, [first, 3e-6, first, 4 * first, 8e-6, 4 * first])
@@ -45,12 +45,12 @@ def test_constants_of_the_arm_are_counted_and_others_named(tmp_path: Path) -> No
 
 
 def test_without_a_diagnosis_stiffness_alone_counts_and_is_said_to_be_assumed(tmp_path: Path) -> None:
-    errors = machine_errors(Sought(FOLDER), CELL)
+    errors = machine_errors(Sought(FOLDER), CELL, None)
     assert not errors.sagging.any() and errors.compliance[0] == ordinary_compliance(CELL)
-    assert "nobody measured" in errors.counted[0] and "any side" in errors.counted[-1]
+    assert "nobody measured" in errors.counted[0] and "any side" in errors.counted[-2]
     force = tmp_path / "FORCE.toml"
     force.write_text("doubt = 0.1\n[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n")
-    pushed = machine_errors(Sought(FOLDER, force=force), CELL)
+    pushed = machine_errors(Sought(FOLDER, force=force), CELL, None)
     assert pushed.any_force == 0.0 and pushed.doubt == 0.1
     np.testing.assert_allclose(pushed.force.mean(np.array([0.02])), [[-60.0, 30.0, 20.0]])
 
@@ -60,7 +60,7 @@ def test_a_plan_can_not_wait_for_the_removal(tmp_path: Path) -> None:
     force.write_text("[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 3\ntangential_n_mm2 = 700\n"
                      "radial_n_mm2 = 300\naxial_n_mm2 = 100\n")  # fmt: skip
     with pytest.raises(InputError, match="depth_mm"):
-        machine_errors(Sought(FOLDER, force=force), CELL)
+        machine_errors(Sought(FOLDER, force=force), CELL, None)
 
 
 def test_options_that_do_not_fit_are_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -69,6 +69,8 @@ def test_options_that_do_not_fit_are_refused(capsys: pytest.CaptureFixture[str],
     assert cli.run([*asked, "--for-accuracy"]) == 2
     assert "--method planned" in capsys.readouterr().err
     assert cli.run([*asked, "--method", "planned", "--force", "FORCE.toml"]) == 2
+    assert "--for-accuracy" in capsys.readouterr().err
+    assert cli.run([*asked, "--method", "planned", "--then-compensated"]) == 2
     assert "--for-accuracy" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,7 +69,7 @@ def test_what_is_expected_is_what_an_arm_of_springs_does():
     """The arm in equilibrium under gravity and a force, found by other code: axes turned until their springs hold both."""
     u, q, axis, tool = postures(5, 12)
     force = np.array([-40.0, 25.0, 60.0])
-    push = np.tile([*force, 0.0, 0.0, 0.0, 1.0], (len(q), 1))
+    push = np.tile([*force, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0], (len(q), 1))
     numbers = error_numbers(CELL, 1, errors_of(compliance=COMPLIANCE, sagging=COMPLIANCE))
     got = np.sqrt(expected_squares(numbers, u, q, push)[0])
     world = np.einsum("kij,j->ki", tool, force)
@@ -88,22 +89,23 @@ def test_each_term_is_the_one_written_down():
     """J^-T C J^-1 and all that stands beside it, by numpy from the other code's Jacobian."""
     rng = np.random.default_rng(8)
     u, q, axis, tool = postures(6, 8)
-    t = rng.normal(size=(len(q), 3))
-    t /= np.linalg.norm(t, axis=1)[:, None]
+    n = rng.normal(size=(len(q), 2, 3))  # what counts: two walls
     force = rng.normal(size=(len(q), 3)) * 50.0
-    push = np.concatenate([force, t, np.ones((len(q), 1))], axis=1)
+    squares = np.einsum("kai,kaj->kij", n, n)[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    push = np.concatenate([force, squares, np.ones((len(q), 1))], axis=1)
     shift, swing, root = rng.normal(size=6) * 1e-4, np.abs(rng.normal(size=6)) * 1e-4, rng.normal(size=(12, 3)) * 1e-5
     root[:6] *= 1e-2
-    tip, doubt, any_force = np.array([4e-8, 1e-8]), 0.3, 20.0
+    tip, doubt, any_force, rest = np.array([4e-8, 1e-8]), 0.3, 20.0, 5e-5
     errors = errors_of(
         compliance=COMPLIANCE, sagging=COMPLIANCE, shift=shift * generator.SIGN, swing=swing,
         root=root * np.concatenate([np.ones(6), generator.SIGN])[:, None],
-        tip=tip, doubt=doubt, any_force=any_force,
+        tip=tip, doubt=doubt, any_force=any_force, rest=rest,
     )  # fmt: skip
     got, levers = expected_squares(error_numbers(CELL, 1, errors), u, q, push)
+    left, _ = expected_squares(error_numbers(CELL, 1, replace(errors, corrected=True)), u, q, push)
     J, torque = generator.jacobian(axis)[:, :3], generator.torques(axis)
     for k in range(len(q)):
-        P = np.eye(3) - np.outer(tool[k] @ t[k], tool[k] @ t[k])
+        P = n[k] @ tool[k].T  # what of a vector lies along either wall's normal
         f = tool[k] @ force[k]
         z = tool[k][:, 2]
         C = J[k] @ np.diag(COMPLIANCE) @ J[k].T + tip[0] * np.eye(3) + (tip[1] - tip[0]) * np.outer(z, z)
@@ -118,7 +120,9 @@ def test_each_term_is_the_one_written_down():
         expected = np.sum((P @ d) ** 2) + doubt**2 * np.sum((P @ C @ f) ** 2) + any_force**2 * np.sum((P @ C) ** 2)
         expected += np.sum((swing * np.linalg.norm(P @ J[k], axis=0)) ** 2)
         expected += np.sum((P @ J[k] @ (root[:6] * own[:, None] + root[6:])) ** 2)
+        expected += rest**2 * np.sum(P**2)
         assert got[k] == pytest.approx(expected, rel=1e-5)
+        assert left[k] == pytest.approx(expected - np.sum((P @ d) ** 2), rel=1e-5)
         np.testing.assert_allclose(levers[k], np.sum((P @ J[k]) ** 2, axis=0), rtol=1e-5, atol=1e-9)
 
 

@@ -14,10 +14,12 @@ from camrob.gap.effects.robot_size import ordinary_compliance
 from camrob.gap.fitted_units import FittedUnits
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.solving.sought import Sought
+from camrob.jobs.solving.surface_of_path import SurfaceOfPath
 from camrob.prediction.deflection import known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
 from camrob.redundancy.planning.posture_errors import ARM_AXES, NoForce, PostureErrors
+from camrob.units import m_to_mm
 
 __all__ = ["machine_errors"]
 
@@ -30,10 +32,15 @@ and said.
 _ANY_FORCE = 100.0  # N, of a cut that nobody has said anything of: an ordinary one for arms of this class
 
 
-def machine_errors(sought: Sought, cell: Cell) -> PostureErrors:
-    """The errors of a cell with its tool. Raises InputError and its kin for files that are wrong or don't belong together."""
+def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) -> PostureErrors:
+    """The errors of a cell with its tool; surface: what counts of them, None where nobody knows.
+
+    Raises InputError and its kin for files that are wrong or don't belong together.
+    """
     calibration = None if sought.calibration is None else read_calibration(sought.calibration, cell)
-    found = None if sought.diagnosis is None else diagnosed(sought.diagnosis, calibration, sought.cell, cell)[0]
+    found, rest = None, 0.0
+    if sought.diagnosis is not None:
+        found, rest = diagnosed(sought.diagnosis, calibration, sought.cell, cell)
     if calibration is None:
         model, constants = ErrorModel.of(cell, ()), np.zeros(0)
     else:
@@ -58,7 +65,17 @@ def machine_errors(sought: Sought, cell: Cell) -> PostureErrors:
         force=NoForce() if force is None else force,
         doubt=0.0 if force is None else force.doubt,
         any_force=_ANY_FORCE / np.sqrt(3.0) if force is None else 0.0,
-        counted=(_stiffness(_arm(cell), known, compliance), *axes.counted, _pushed(force)),
+        rest=rest,
+        corrected=sought.corrected,
+        normals=surface,
+        counted=(
+            *(("of all that follows, what compensation leaves: its doubt",) if sought.corrected else ()),
+            _stiffness(_arm(cell), known, compliance),
+            *axes.counted,
+            _pushed(force),
+            *((f"{m_to_mm(rest):.3f} mm in each direction that nobody has explained",) if rest > 0.0 else ()),
+            _counts(surface),
+        ),
         left_out=axes.left_out,
     )
 
@@ -91,6 +108,12 @@ def _stiffness(arm: tuple[str, ...], known: dict[str, float], compliance: Array)
 
 def _pushed(force: CuttingForce | None) -> str:
     return f"{_ANY_FORCE:g} N from any side" if force is None else f"a force of {force.words}"
+
+
+def _counts(surface: SurfaceOfPath | None) -> str:
+    if surface is None:
+        return "all that lies across the feed, as the set-up does not say the cutter's shape"
+    return f"what lies along the normal of the surface that is left of {surface.of}"
 
 
 class _AxisErrors:

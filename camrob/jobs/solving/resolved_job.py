@@ -120,8 +120,9 @@ def _solved(
         from camrob.jobs.solving.machine_errors import (
             machine_errors,  # reads calibrations and diagnoses: few ask for it
         )
+        from camrob.jobs.solving.surface_of_path import surface_of_path
 
-        errors = machine_errors(sought, inputs.cell)
+        errors = machine_errors(sought, inputs.cell, surface_of_path(inputs))
     return resolve(
         inputs.cell,
         inputs.path,

@@ -14,12 +14,15 @@ __all__ = ["Sought", "check_sought"]
 
 @dataclass(frozen=True, slots=True)
 class Sought:
-    """What is known of the machine: files, each None where there is none. cell: the cell's folder."""
+    """What is known of the machine: files, each None where there is none. cell: the cell's folder; corrected: the program is
+    compensated afterwards with them.
+    """
 
     cell: Path
     calibration: Path | None = None
     diagnosis: Path | None = None
     force: Path | None = None
+    corrected: bool = False
 
 
 def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool, tolerance: bool) -> Sought | None:
@@ -32,6 +35,8 @@ def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool, tole
     looks = planned and (asked or plan_weights(cell).accuracy > 0.0)
     if tolerance and sought.diagnosis is not None:
         given = [n for n in given if n == "force"]
+    if sought.corrected and not looks:
+        raise InputError("--then-compensated is for plans for accuracy", hint="add --for-accuracy")
     if given and not looks:
         hint = "add --for-accuracy" if given[0] == "force" else "add --for-accuracy, or tolerance_mm to setup.toml"
         raise InputError(f"--{given[0]} is for plans that look at the part's error", hint=hint)

@@ -12,6 +12,7 @@ from camrob.redundancy.planning.dynamic_programming import Layers, Way, cheapest
 from camrob.redundancy.planning.forbidding import forbidden, forbidden_price
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import AIR_SHARE, Moves, Objective, motion_price, plan_prices
+from camrob.redundancy.planning.part_error import SHARE
 from camrob.redundancy.planning.refinement import ITERATIONS, Course, arm_along, refine_course
 from camrob.redundancy.planning.waypoints import Waypoints
 
@@ -175,7 +176,7 @@ def draft_course(space: PlanSpace, w: Waypoints, coarse: Ints, nodes: Nodes, way
 def moves_along(w: Waypoints, at: Ints) -> Moves:
     """The moves from each of the waypoints `at` (K,) to the next."""
     push = w.pushes(at)
-    counts = push[:, 6] if len(push) else np.zeros(len(at))
+    counts = (push[:, SHARE] > 0.0).astype(float) if len(push) else np.zeros(len(at))
     return Moves(
         np.maximum(np.diff(w.s[at], prepend=w.s[at[0]]), _LEAST_STEP),
         np.maximum(w.time[at], _LEAST_TIME),

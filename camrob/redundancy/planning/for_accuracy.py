@@ -15,13 +15,13 @@ from camrob.redundancy.planning.candidates import external_prices
 from camrob.redundancy.planning.certificate import ROLLS, Certificate, Survey
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights
-from camrob.redundancy.planning.part_error import MARK, STROKE, error_numbers, expected_squares, local_pushes
+from camrob.redundancy.planning.part_error import MARK, SHARE, STROKE, error_numbers, expected_squares, local_pushes
 from camrob.redundancy.planning.posture_errors import PostureErrors
 from camrob.redundancy.planning.refinement import arm_along
 from camrob.redundancy.planning.waypoints import Waypoints
 from camrob.redundancy.solution import Solution
 
-__all__ = ["FOR_ACCURACY", "WORTH", "Weighed", "expected_error", "pushed", "weighed"]
+__all__ = ["FOR_ACCURACY", "WORTH", "Weighed", "expected_error", "pushed", "surface_squares", "weighed"]
 
 Array = NDArray[np.float64]
 
@@ -34,6 +34,7 @@ STEADY = 10.0
 """Times `accuracy`, by which smoothness and steps of the arm are dearer: the best posture turns with the feed at every corner
 of a path, and an arm that followed it would swing there.
 """
+_LEAST_CUT = 1e-3  # m that a waypoint stands for, taken where it stands for less
 _TURN = 1e-4  # rad that an axis has to go back before it has turned round
 _LEAST = 1e-9  # m: an error that small is none, and there is nothing to weigh
 
@@ -49,9 +50,33 @@ class Weighed(NamedTuple):
 
 
 def pushed(w: Waypoints, path: ToolPathInBase, errors: PostureErrors) -> Waypoints:
-    """The waypoints with what pushes on the tool there."""
-    feed = np.asarray(path.feed)[w.point]
-    return replace(w, push=local_pushes(np.asarray(w.base_T_tip), np.asarray(w.cutting), feed, errors))
+    """The waypoints with what pushes on the tool there, and the surface that is left."""
+    feed, squares = np.asarray(path.feed)[w.point], surface_squares(path, np.asarray(w.place), np.asarray(w.s), errors)
+    if squares is not None:
+        # of a metre cut; in the mean over all that is cut, 1
+        cut = np.asarray(w.cut)
+        squares *= cut.sum() / max(float(np.trace(squares.sum(axis=0))), 1e-300)
+        squares /= np.maximum(cut, _LEAST_CUT)[:, None, None]
+    return replace(w, push=local_pushes(np.asarray(w.base_T_tip), np.asarray(w.cutting), feed, errors, squares))
+
+
+def surface_squares(path: ToolPathInBase, place: Array, s: Array, errors: PostureErrors) -> Array | None:
+    """(W, 3, 3) m2, sums of n n^T in `base` over the surface that is left nearest to each of some places s (W,), rising, along a
+    path whose points lie at `place` (N,); None where it is not known.
+    """
+    if errors.normals is None:
+        return None
+    left = errors.normals.left(np.asarray(path.base_T_tip), np.asarray(path.cutting))
+    if left is None:
+        return None
+    at = place[left.move - 1] * (1.0 - left.at) + place[left.move] * left.at
+    nearest = np.searchsorted(0.5 * (s[1:] + s[:-1]), at)
+    out = np.zeros((len(s), 3, 3))
+    for i in range(3):
+        for j in range(3):
+            weight = left.area * left.normal[:, i] * left.normal[:, j]
+            out[:, i, j] = np.bincount(nearest, weight, minlength=len(s))
+    return out
 
 
 def weighed(
@@ -69,7 +94,7 @@ def weighed(
     q = _postures(space, w, certificate)
     push = np.array(w.push)
     square, levers = expected_squares(numbers, np.array(certificate.u), q, push)
-    cut = np.asarray(w.cut) * push[:, 6]
+    cut = np.asarray(w.cut) * push[:, SHARE]
     if not np.any(cut > 0.0) or np.average(square, weights=cut) < _LEAST**2:
         return Weighed(objective, survey, 0.0)
     weight = (weights.accuracy or FOR_ACCURACY) / float(np.average(square, weights=cut))
@@ -104,14 +129,19 @@ def expected_error(cell: Cell, errors: PostureErrors, path: ToolPathInBase, solu
     """What is to be expected of a solution of a path, at all its points."""
     frames, cutting = np.asarray(path.base_T_tip), np.asarray(path.cutting)
     feed = np.where(np.isfinite(path.feed), path.feed, 0.0)
-    push = local_pushes(frames, cutting, feed, errors)
+    squares = surface_squares(path, np.asarray(path.length), np.asarray(path.length), errors)
+    push = local_pushes(frames, cutting, feed, errors, squares)
     arm = cell.arm_slice
     free = np.setdiff1d(np.arange(len(cell)), np.arange(arm.start, arm.stop))
     q = np.asarray(solution.q)
     numbers = error_numbers(cell, len(free) - arm.start, errors)
     # the path's frames are the tool's as it is rolled
     square, _levers = expected_squares(numbers, np.ascontiguousarray(q[:, free]), np.ascontiguousarray(q[:, arm]), push)
-    length = np.diff(path.length, prepend=0.0) * cutting * push[:, 6]
+    length = np.diff(path.length, prepend=0.0) * cutting
+    if squares is None:
+        length *= push[:, SHARE]
+    else:
+        length = push[:, SHARE] * (length.sum() / max(float(push[:, SHARE].sum()), 1e-300))
     names = [cell.names[i] for i in range(arm.start, arm.stop)]
     turns = {n: _turns(q[:, arm.start + i], cutting) for i, n in enumerate(names) if errors.mark[i] > 0.0}
     return ExpectedError(np.sqrt(np.maximum(square, 0.0)), length, turns)

@@ -39,7 +39,7 @@ from camrob.cell.cell import Cell
 from camrob.compiled import kernel, part
 from camrob.errors import CellError
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work
-from camrob.redundancy.planning.part_error import NO_ERRORS, ErrorNumbers, expected_square
+from camrob.redundancy.planning.part_error import NO_ERRORS, SHARE, ErrorNumbers, expected_square
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = [
@@ -212,10 +212,11 @@ def blocked_price(objective: Objective, q: Array, here: NDArray[np.bool_]) -> fl
 
 @part
 def error_price(objective: Objective, u: Array, q: Array, push: Array) -> float:
-    """Price of a metre cut for the part's error in a posture u (F,), q (6,) under a push (7,)."""
-    if push[6] == 0.0:
+    """Price of a metre cut for the part's error in a posture u (F,), q (6,) under a push (PUSH,)."""
+    if push[SHARE] == 0.0:
         return 0.0
-    return float(objective.errors.weight * expected_square(objective.errors, u, q, push, np.empty(6)))
+    weight = objective.errors.weight * push[SHARE]
+    return float(weight * expected_square(objective.errors, u, q, push, np.empty(6)))
 
 
 @kernel(nogil=True)

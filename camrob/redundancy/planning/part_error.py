@@ -2,15 +2,18 @@
 
 A force f on the tool's tip turns arm axis i about its line by c_i v_i . f + s_i g_i, with v_i = z_i x (tip - p_i) the axis's
 lever, c_i its compliance, g_i gravity's torque and s_i the sag found under it, and the tip moves by d = sum_i v_i (c_i v_i . f
-+ s_i g_i + shift_i) plus what tool and holder give: the directional compliance J C J^T of the posture under the force. What
-lies along the feed leaves the surface where it is, so that the error is the part of d across the feed. What is not known counts
-by its variance:
++ s_i g_i + shift_i) plus what tool and holder give: the directional compliance J C J^T of the posture under the force. Of d only
+what lies along the normal n of the surface that is left there moves the surface: its square, in the mean over that
+surface, is d^T M d with M the mean of n n^T. Where the surface is not known, M = 1 - t t^T with t the feed's direction:
+what lies along the feed leaves any surface where it is. What is not known counts by its variance: with |d|_M^2 = d^T M d,
 
-    E|e|^2 = |P d|^2 + sum_k |P d_k|^2 + sum_i swing_i^2 |P v_i|^2 + doubt^2 |P d_f|^2 + any_force^2 |P C|^2,     P = 1 - t t^T
+    E e^2 = |d|_M^2 + sum_k |d_k|_M^2 + sum_i swing_i^2 |v_i|_M^2 + doubt^2 |d_f|_M^2 + any_force^2 sum_a |C_a|_M^2 + rest^2 tr M
 
-with t the feed's direction, d_k the d of a standard deviation in direction k of what was fitted, d_f the force's part of d.
+without its first term where the program is compensated afterwards, with d_k the d of a standard deviation in direction k of what
+was fitted, d_f the force's part of d, C_a the columns of C, rest what nobody has explained.
 
-In the objective a metre cut costs `accuracy` E|e|^2 / e_0^2 (`part_error`), e_0^2 the mean over the path at the best-conditioned
+In the objective a metre cut costs `accuracy` E e^2 / e_0^2 (`part_error`), times the surface that is left there, which is 1 in
+the mean over what is cut; what is cut away again later costs nothing. e_0^2 is the mean over the path at the best-conditioned
 posture of each waypoint: at 1 an error like that costs as much as conditioning at the cell's threshold. An axis with friction
 leaves a mark where it turns round in a cut. A search over waypoints does not see turns, but it sees how far
 axes move back and forth: each radian in a cut costs what a mark of the axis's jump would, over MARK m, once a STROKE
@@ -30,19 +33,22 @@ from camrob.dynamics.gravity import GRAVITY, GravityArrays, gravity_arrays
 from camrob.frame_steps import compose, move_joint
 from camrob.redundancy.planning.posture_errors import ARM_AXES, PostureErrors
 
-__all__ = ["NO_ERRORS", "ErrorNumbers", "error_numbers", "expected_square", "expected_squares", "local_pushes"]
+__all__ = ["NO_ERRORS", "SHARE", "ErrorNumbers", "error_numbers", "expected_square", "expected_squares", "local_pushes"]
 
 Array = NDArray[np.float64]
 
 MARK, STROKE = 0.01, 0.1
 """m along which a turn of an axis shows, and rad that an axis moves from one turn to the next, as on a raster."""
-PUSH = 7
-"""Numbers of a waypoint's push: force (N) and the feed's direction in the waypoint's frame, and whether it counts."""
+PUSH, SHARE = 10, 9
+"""Numbers of a waypoint's push: the force (N) and M (xx, yy, zz, xy, xz, yz) in the waypoint's frame; at SHARE, how much of what
+is cut it counts for beside others, 0 where nothing does.
+"""
 
 
 class ErrorNumbers(NamedTuple):
-    """`PostureErrors` for the kernels. weight: price of a metre cut and a m2 of E|e|^2, 0 for a planner that doesn't look at it;
-    turning (6,): price of a radian that an axis moves in a cut; roll: 1 where the last of u is the roll.
+    """`PostureErrors` for the kernels. weight: price of a metre cut and a m2 of E e^2, 0 for a planner that doesn't look at it;
+    turning (6,): price of a radian that an axis moves in a cut; roll: 1 where the last of u is the roll; known: 0 where what is
+    known is taken off afterwards, else 1.
     """
 
     weight: float
@@ -57,6 +63,8 @@ class ErrorNumbers(NamedTuple):
     tip: Array
     doubt: float
     any_force: float
+    rest: float
+    known: float
 
 
 NO_ERRORS = ErrorNumbers(
@@ -81,6 +89,8 @@ NO_ERRORS = ErrorNumbers(
     np.zeros(2),
     0.0,
     0.0,
+    0.0,
+    1.0,
 )
 
 
@@ -101,11 +111,19 @@ def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
         tip,
         float(errors.doubt),
         float(errors.any_force),
+        float(errors.rest),
+        0.0 if errors.corrected else 1.0,
     )
 
 
-def local_pushes(base_T_tip: Array, cutting: NDArray[np.bool_], feed: Array, errors: PostureErrors) -> Array:
-    """(N, PUSH) pushes at frames (N, 4, 4) in the order of travel; cutting (N,): the move to each one cuts, feed (N,) m/s."""
+def local_pushes(
+    base_T_tip: Array, cutting: NDArray[np.bool_], feed: Array, errors: PostureErrors, squares: Array | None = None
+) -> Array:
+    """(N, PUSH) pushes at frames (N, 4, 4) in the order of travel; cutting (N,): the move to each one cuts, feed (N,) m/s.
+
+    squares: (N, 3, 3) sums of n n^T in `base` over the surface left at each, its trace what it counts for; None where the surface
+    is not known.
+    """
     tip = base_T_tip[:, :3, 3]
     ahead = np.diff(tip, axis=0, append=tip[-1:])
     behind = np.diff(tip, axis=0, prepend=tip[:1])
@@ -120,10 +138,17 @@ def local_pushes(base_T_tip: Array, cutting: NDArray[np.bool_], feed: Array, err
     x = np.where((level > _UPRIGHT)[:, None], x / np.maximum(level, _UPRIGHT)[:, None], 0.0)
     along, across, axial = errors.force.mean(np.where(np.isfinite(feed), feed, 0.0)).T[:, :, None]
     force = along * x + across * np.cross(z, x) + axial * z
-    out = np.zeros((len(tip), PUSH))
-    out[:, :3] = np.einsum("nji,nj->ni", base_T_tip[:, :3, :3], force)
-    out[:, 3:6] = np.einsum("nji,nj->ni", base_T_tip[:, :3, :3], t)
-    out[:, 6] = 1.0
+    R, out = base_T_tip[:, :3, :3], np.zeros((len(tip), PUSH))
+    out[:, :3] = np.einsum("nji,nj->ni", R, force)
+    share = np.ones(len(tip)) if squares is None else np.trace(squares, axis1=1, axis2=2)
+    across = (
+        np.eye(3) - t[:, :, None] * t[:, None]
+        if squares is None
+        else squares / np.maximum(share, 1e-300)[:, None, None]
+    )
+    M = np.einsum("nji,njk,nkl->nil", R, across, R)
+    out[:, 3:SHARE] = M[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    out[:, SHARE] = share
     out[~counts] = 0.0
     return out
 
@@ -165,18 +190,19 @@ def _gravity_torque(g: GravityArrays, i: int, joint: int, Z: Array, P: Array, C:
 
 @part
 def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, levers: Array) -> float:
-    """E|e|^2 (m2) in a posture u (F,), q (6,) under a push (PUSH,); levers (6,) <- |P v_i|^2, m2."""
+    """E e^2 (m2) in a posture u (F,), q (6,) under a push (PUSH,); levers (6,) <- |v_i|_M^2, m2."""
     E = u.shape[0] - errors.roll
     R, p, Z, P, v = np.eye(3), np.zeros(3), np.empty((6, 3)), np.empty((6, 3)), np.empty((6, 3))
     C = np.empty((errors.gravity.joint.shape[0], 3))
     _arm_in_world(errors, u, q, Z, P, C, R, p)
-    f, t = np.empty(3), np.empty(3)
+    f, Q, M = np.empty(3), R.copy(), np.empty((3, 3))
     co, si = 1.0, 0.0
     if errors.roll == 1:
         co, si = np.cos(u[u.shape[0] - 1]), np.sin(u[u.shape[0] - 1])
     for r in range(3):  # the waypoint's frame is the tool's, rolled
-        f[r] = R[r, 0] * (co * push[0] - si * push[1]) + R[r, 1] * (si * push[0] + co * push[1]) + R[r, 2] * push[2]
-        t[r] = R[r, 0] * (co * push[3] - si * push[4]) + R[r, 1] * (si * push[3] + co * push[4]) + R[r, 2] * push[5]
+        Q[r, 0], Q[r, 1] = co * R[r, 0] + si * R[r, 1], co * R[r, 1] - si * R[r, 0]
+        f[r] = Q[r, 0] * push[0] + Q[r, 1] * push[1] + Q[r, 2] * push[2]
+    _in_world(Q, push, M)
     moved, pushed, own = np.zeros(3), np.zeros(3), np.empty(6)
     for i in range(6):
         dx, dy, dz = p[0] - P[i, 0], p[1] - P[i, 1], p[2] - P[i, 2]
@@ -194,15 +220,16 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
         give = errors.tip[0] * f[r] + (errors.tip[1] - errors.tip[0]) * axial * R[r, 2]
         moved[r] += give
         pushed[r] += give
-    total = _across(moved, t) + errors.doubt * errors.doubt * _across(pushed, t)
+    total = errors.rest * errors.rest * (M[0, 0] + M[1, 1] + M[2, 2])
+    total += errors.known * _square(M, moved) + errors.doubt * errors.doubt * _square(M, pushed)
     for i in range(6):
-        levers[i] = _across(v[i], t)
+        levers[i] = _square(M, v[i])
         total += errors.swing[i] * errors.swing[i] * levers[i]
-    return float(total + _unknown(errors, v, own, R, t))
+    return float(total + _unknown(errors, v, own, R, M))
 
 
 @part
-def _unknown(errors: ErrorNumbers, v: Array, own: Array, R: Array, t: Array) -> float:
+def _unknown(errors: ErrorNumbers, v: Array, own: Array, R: Array, M: Array) -> float:
     """m2 by what was fitted with doubt, and by a force of which nothing is known, of levers v (6, 3) and torques own (6,)."""
     total, moved = 0.0, np.empty(3)
     for k in range(errors.root.shape[1]):
@@ -211,7 +238,7 @@ def _unknown(errors: ErrorNumbers, v: Array, own: Array, R: Array, t: Array) -> 
             turn = errors.root[i, k] * own[i] + errors.root[6 + i, k]
             for r in range(3):
                 moved[r] += v[i, r] * turn
-        total += _across(moved, t)
+        total += _square(M, moved)
     if errors.any_force > 0.0:
         for a in range(3):
             for r in range(3):
@@ -220,20 +247,33 @@ def _unknown(errors: ErrorNumbers, v: Array, own: Array, R: Array, t: Array) -> 
             for i in range(6):
                 for r in range(3):
                     moved[r] += v[i, r] * errors.compliance[i] * v[i, a]
-            total += errors.any_force * errors.any_force * _across(moved, t)
+            total += errors.any_force * errors.any_force * _square(M, moved)
     return float(total)
 
 
 @part
-def _across(d: Array, t: Array) -> float:
-    """The square of what of d (3,) lies across t (3,)."""
-    along = d[0] * t[0] + d[1] * t[1] + d[2] * t[2]
-    return float(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - along * along)
+def _in_world(Q: Array, push: Array, M: Array) -> None:
+    """M (3, 3) <- a push's, turned by Q."""
+    for r in range(3):
+        x = Q[r, 0] * push[3] + Q[r, 1] * push[6] + Q[r, 2] * push[7]
+        y = Q[r, 0] * push[6] + Q[r, 1] * push[4] + Q[r, 2] * push[8]
+        z = Q[r, 0] * push[7] + Q[r, 1] * push[8] + Q[r, 2] * push[5]
+        for c in range(3):
+            M[r, c] = x * Q[c, 0] + y * Q[c, 1] + z * Q[c, 2]
+
+
+@part
+def _square(M: Array, d: Array) -> float:
+    """d^T M d of a d (3,)."""
+    total = 0.0
+    for r in range(3):
+        total += d[r] * (M[r, 0] * d[0] + M[r, 1] * d[1] + M[r, 2] * d[2])
+    return total
 
 
 @kernel(nogil=True)
 def expected_squares(errors: ErrorNumbers, u: Array, q: Array, push: Array) -> tuple[Array, Array]:
-    """E|e|^2 (N,) m2 of postures u (N, F), q (N, 6) under pushes (N, 7), and |P v_i|^2 (N, 6) m2."""
+    """E e^2 (N,) m2 of postures u (N, F), q (N, 6) under pushes (N, PUSH), and |v_i|_M^2 (N, 6) m2."""
     N = u.shape[0]
     out, levers = np.zeros(N), np.zeros((N, 6))
     for k in range(N):

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ARM_AXES", "NoForce", "PostureErrors", "ToolForce"]
+__all__ = ["ARM_AXES", "CutNormals", "LeftSurface", "NoForce", "PostureErrors", "ToolForce"]
 
 Array = NDArray[np.float64]
 
@@ -38,6 +38,26 @@ class NoForce:
 
 
 @dataclass(frozen=True)
+class LeftSurface:
+    """P points of the surface that a path leaves when all of it is cut. move: (P,) index of the path's point at which the move
+    that left each of them ends; at: (P,) which share of that move; normal: (P, 3) unit vectors in `base`; area: (P,) m2.
+    """
+
+    move: NDArray[np.int64]
+    at: Array
+    normal: Array
+    area: Array
+
+
+class CutNormals(Protocol):
+    """The surface that a path leaves on the part."""
+
+    def left(self, base_T_tip: Array, cutting: NDArray[np.bool_]) -> LeftSurface | None:
+        """Of a path through frames (N, 4, 4), cutting (N,) on the way to each; None where it leaves none."""
+        ...
+
+
+@dataclass(frozen=True)
 class PostureErrors:
     """By how much the arm's axes err, and what pushes on its tool; the axes' values are those of the chain's q.
 
@@ -48,7 +68,10 @@ class PostureErrors:
     that tool and holder give across and along the tool.
 
     force: what pushes while cutting; doubt: share of it by which it may be wrong; any_force: N, the standard deviation in each
-    direction of a force of which nothing else is known. counted, left_out: what the numbers hold, and what is known and not in
+    direction of a force of which nothing else is known. rest: m, the standard deviation in any one direction of what nobody has
+    explained, alike in all postures. corrected: the program is compensated afterwards with all that is known here, so that only
+    what is doubtful stays. normals: the surface that counts; None where the cutter's shape is not
+    known, and all that lies across the feed counts. counted, left_out: what the numbers hold, and what is known and not in
     them, in words.
     """
 
@@ -62,5 +85,8 @@ class PostureErrors:
     force: ToolForce = field(default_factory=NoForce)
     doubt: float = 0.0
     any_force: float = 0.0
+    rest: float = 0.0
+    corrected: bool = False
+    normals: CutNormals | None = None
     counted: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()

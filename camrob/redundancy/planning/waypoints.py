@@ -11,7 +11,7 @@ from camrob.compiled import kernel
 from camrob.frozen import locked
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.planning.part_error import PUSH
+from camrob.redundancy.planning.part_error import PUSH, SHARE
 from camrob.se3 import pose
 
 __all__ = ["ARM_LENGTH", "Waypoints", "waypoints"]
@@ -78,8 +78,23 @@ class Waypoints:
             self.safe[index],
             self.region[index],
             self.place,
-            self.pushes(index),
+            self._pushes_about(index, middle),
         )
+
+    def _pushes_about(self, index: Ints, middle: Ints) -> Array:
+        """(K, PUSH) of some waypoints, with the surface of all that each stands for: from middle[k] (K + 1,) on."""
+        out = self.pushes(index)
+        if not len(out):
+            return out
+        # a share of the surface at a waypoint counts as often as the waypoint's cut
+        left = np.array(self.cut * self.push[:, SHARE])
+        total = np.add.reduceat(left, middle[:-1])
+        squares = np.add.reduceat(left[:, None] * self.push[:, 3:SHARE], middle[:-1])
+        cut = np.add.reduceat(np.array(self.cut), middle[:-1])
+        some = (total > 0.0) & (cut > 0.0)
+        out[some, 3:SHARE] = squares[some] / total[some, None]
+        out[some, SHARE] = total[some] / cut[some]
+        return out
 
     def pushes(self, index: Ints) -> Array:
         """(K, PUSH) of some waypoints, none where there are none at all."""

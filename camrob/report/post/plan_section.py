@@ -155,7 +155,7 @@ def _accuracy(accuracy: AccuracyFigures | None) -> str:
     kept = "" if accuracy.taken else " The plan by conditioning was kept, as the other is no better."
     return (
         f"<h3>The part's expected error</h3><table><thead><tr><th>plan</th><th>rms mm</th><th>95 % mm</th>{heads}</tr></thead>"
-        f'<tbody>{rows}</tbody></table><p class="caption">Across the feed, over what is cut. Included: {counted}.{left} At each '
+        f'<tbody>{rows}</tbody></table><p class="caption">Over what is cut. Included: {counted}.{left} At each '
         f"place's best posture of a scan it would be {number(accuracy.best_rms_mm, 3)} mm rms.{kept}</p>"
     )
 
