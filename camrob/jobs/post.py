@@ -378,7 +378,7 @@ def _report(file: Path, summary: PostSummary, made: _Made) -> None:
         inputs.path,
         solution,
         findings=made.findings,
-        run=run_shown(folder, made.back.text, made.back.coverage, inputs.path, made.feed.at),
+        run=run_shown(folder, made.back.text, made.back.coverage, inputs, solution, made.feed.at),
         stock=stock_shown(inputs, made.feed.at),
         redundancy=map_shown(inputs, solution),
         part_mesh=None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body)),

@@ -147,6 +147,9 @@ def test_a_browser_draws_the_page_and_walks_the_chain_to_the_first_point(posted)
     np.testing.assert_allclose(
         [float(v) for v in tip[1].split()], 1000.0 * np.asarray(posted.path.base_T_tip)[0, :3, 3], atol=2e-3
     )
+    nearest = re.search(r'id="nearest">(.+?): <span class="">(\d+) mm', done.stdout)
+    assert nearest is not None, "the nearest bodies are said"
+    assert int(nearest[2]) >= posted.summary.collisions.clearance_min_mm
     values = re.findall(r'<span class="v">([^<]+)</span>', done.stdout)
     cell = read_cell(ROOT / "cells" / "kr15_track_table")
     shown = [float(v.replace("−", "-").rstrip("°m ")) for v in values]

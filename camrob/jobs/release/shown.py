@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.checks.nearest import nearest_bodies
 from camrob.controller.against import Coverage
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.seen import seen_stock
@@ -19,7 +20,6 @@ from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.files.said_lines import said_lines
 from camrob.jobs.solving.plan_obstacles import collisions_at
 from camrob.program.program_text import ProgramText
-from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.redundancy_map import RedundancyMap, redundancy_map
@@ -35,16 +35,31 @@ Array = NDArray[np.float64]
 COMPARED = 20_000  # points up to which the path is resolved in other ways, too
 _SAID = 20_000  # points up to which the page carries the program's lines
 _CARVED = 60_000  # points up to which the stock is cut for the picture: 7 500 take a second of processor
+_LOOKED = 600  # places at which the nearest bodies are looked for
 _OFF = 2e-5  # m that a move of the picture's cut may leave out of a path
 
 
-def run_shown(folder: Path, text: ProgramText, coverage: Coverage, path: ToolPathInBase, at: Array) -> Run:
+def run_shown(
+    folder: Path, text: ProgramText, coverage: Coverage, inputs: JobInputs, solution: Solution, at: Array
+) -> Run:
     """The run of a program whose files lie in `folder`; `at` (N,): s at each point of the path."""
-    if len(path) > _SAID:
-        return Run(at)
-    motion = np.full(len(path), -1, np.int64)
-    motion[path.of_toolpath] = coverage.motion
-    return Run(at, said_lines(folder, text, motion))
+    path, lines = inputs.path, None
+    if len(path) <= _SAID:
+        motion = np.full(len(path), -1, np.int64)
+        motion[path.of_toolpath] = coverage.motion
+        lines = said_lines(folder, text, motion)
+    if len(inputs.mounted) != 1:  # each tool has bodies of its own
+        return Run(at, lines)
+    looked = np.unique(np.linspace(0, len(path) - 1, _LOOKED).astype(np.int64))
+    nearest = nearest_bodies(
+        inputs.mounted[0].cell,
+        np.asarray(solution.q)[looked],
+        part_mesh=inputs.part,
+        stock_mesh=inputs.stock,
+        base_T_part=np.asarray(inputs.setup.base_T_part),
+        tool=inputs.tool,
+    )
+    return Run(at, lines, nearest=nearest, nearest_at=looked)
 
 
 def stock_shown(inputs: JobInputs, at: Array) -> StockOnPage | None:

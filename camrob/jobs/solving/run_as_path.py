@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from camrob.cell.cell import Cell
+from camrob.checks.nearest import nearest_bodies
 from camrob.controller.motion_settings import motion_settings
 from camrob.controller.simulate import Simulation
 from camrob.jobs.files.said_lines import said_lines
@@ -28,6 +29,7 @@ __all__ = ["run_report"]
 
 MOST_ROWS = 60_000  # of the log that the page is made from, spread evenly: what a browser still plays easily
 
+LOOKED = 600  # of these rows, at which the nearest bodies are looked for
 _UNLINED = ("a move by axes", "along a line or an arc")
 
 
@@ -58,4 +60,6 @@ def run_report(folder: Path, text: ProgramText, cell: Cell, simulation: Simulati
         np.zeros(len(rows), np.bool_),
     )
     postures = Solution("simulated", q, inverse_kf_many(chain_arrays(cell), q), cell.digest, path.digest)
-    return simulate_report(summary, cell, path, postures, Run(at, said_lines(folder, text, motion), _UNLINED), reached)
+    looked = np.unique(np.linspace(0, len(rows) - 1, LOOKED).astype(np.int64))
+    run = Run(at, said_lines(folder, text, motion), _UNLINED, nearest_bodies(cell, q[looked]), looked)
+    return simulate_report(summary, cell, path, postures, run, reached)

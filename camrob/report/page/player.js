@@ -83,8 +83,11 @@ function camrobPlayer(scene, place, mark) {
     return groups[name];
   };
   let part = null;
+  const named = {};
   scene.bodies.forEach((body) => {
     const mesh = camrobFlat(unpack(body.vertices), unpack(body.faces), body.color);
+    mesh.userData.color = body.color;
+    (named[body.name] = named[body.name] || []).push(mesh);
     if (body.role === "part") part = mesh;
     groupOf(body.frame).add(mesh);
   });
@@ -167,8 +170,23 @@ function camrobPlayer(scene, place, mark) {
     return { value: row.querySelector(".v"), mark: row.querySelector("i"), gauge: row.querySelector(".gauge") };
   });
   const where = get("where"), said = get("said"), slider = get("time"), clockText = get("clock");
+  // the two bodies that are nearest to each other, where that was reckoned: in words, and tinted where they are close
+  const close = run.near && { t: unpack(run.near.t), pair: unpack(run.near.pair), mm: unpack(run.near.mm) };
+  const nearText = get("nearest"), tint = new THREE.Color("#d43a2f");
+  let tinted = [];
+  function nearest() {
+    let a = 0, b = close.t.length - 1;
+    while (b - a > 1) { const m = (a + b) >> 1; if (close.t[m] <= now) a = m; else b = m; }
+    const k = close.t[b] - now < now - close.t[a] ? b : a, mm = close.mm[k], pair = run.near.pairs[close.pair[k]];
+    nearText.innerHTML = pair[0] + " and " + pair[1] + ': <span class="' + (mm < 20 ? "low" : "") + '">' + mm.toFixed(0) + " mm</span>";
+    const share = Math.max(0, Math.min(1, (100 - mm) / 80)); // from 100 mm on, wholly at 20
+    tinted.forEach((mesh) => mesh.material.uniforms.color.value.set(mesh.userData.color));
+    tinted = share > 0 ? pair.flatMap((name) => named[name] || []) : [];
+    tinted.forEach((mesh) => mesh.material.uniforms.color.value.lerp(tint, share));
+  }
   let shownAt = -1;
   function readout(near, s) {
+    if (close) nearest();
     if (near !== shownAt) {
       shownAt = near;
       const remark = run.remarks[near];

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.checks.nearest import Nearest
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.way import Way
 from camrob.kinematics import frames as kinematics
@@ -38,12 +39,14 @@ class Run:
     """When the program is where.
 
     at: (N,) s at each point of the path; lines: what the program says of each point, where known. unlined: what a point without
-    a CL line is, in air and while cutting.
+    a CL line is, in air and while cutting. nearest: the nearest bodies at some points, `nearest_at` (K,); None where unknown.
     """
 
     at: Array
     lines: Sequence[str] | None = None
     unlined: tuple[str, str] = ("camrob's own move through air", "camrob's own move into the cut")
+    nearest: Nearest | None = None
+    nearest_at: NDArray[np.int64] | None = None
 
 
 def _rows(T: Array) -> list[float]:
@@ -172,8 +175,21 @@ def timeline_data(
         "cut": packed_integers(path.cutting[points]),
         "remarks": {str(k): plot_text(remark) for k, remark in enumerate(remarks) if remark},
         "unlined": [plot_text(text) for text in run.unlined],
+        "near": _near(run),
         "said": None if run.lines is None else [plot_text(run.lines[i]) for i in points],
         "axes": axes,
+    }
+
+
+def _near(run: Run) -> dict[str, Any] | None:
+    """The nearest bodies for player.js: s, the names of two, mm."""
+    if run.nearest is None or run.nearest_at is None:
+        return None
+    return {
+        "t": packed_floats(run.at[run.nearest_at]),
+        "pairs": [[plot_text(a), plot_text(b)] for a, b in run.nearest.pairs],
+        "pair": packed_integers(run.nearest.pair),
+        "mm": packed_floats(m_to_mm(run.nearest.distance)),
     }
 
 

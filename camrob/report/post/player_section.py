@@ -58,6 +58,13 @@ def player_section(cell: Cell, scene: Mapping[str, Any], *, with_part: bool) -> 
         if run["off"] > 0.0
         else ""
     )
+    near, nearest = "", ""
+    if run["near"] is not None:
+        near = '<div class="near-bodies"><b>Nearest</b> <span id="nearest"></span></div>'
+        nearest = (
+            " Nearest: the two bodies with the least room between them, at places spread evenly over the program, limbs next to "
+            "each other and the tool beside what it cuts left out; they turn red from 100 mm on."
+        )
     return (
         '<section><h2>The program as it runs</h2><div class="stage"><div><div id="view"></div>'
         '<div class="bar"><button id="play" type="button">Play</button>'
@@ -68,12 +75,12 @@ def player_section(cell: Cell, scene: Mapping[str, Any], *, with_part: bool) -> 
         f'{said}<div class="bar"><button id="see-cell" type="button">Cell</button>'
         f'<button id="see-part" type="button">Part</button>{boxes}</div>'
         f'<div class="legend">{legend}<span><i style="background:#8a93a0"></i>travel through air</span></div></div>'
-        f'<div class="readout"><div class="where" id="where"></div>{"".join(rows)}'
+        f'<div class="readout"><div class="where" id="where"></div>{near}{"".join(rows)}'
         '<p class="caption">Bars span each axis from lower to upper limit; the mark turns red within 3 % of '
         "one.</p></div></div>"
         '<p class="caption">The path is coloured by 1/k<sub>F</sub>: blue and green well conditioned, amber at the '
         "threshold, red below; thick as far as the tool has come. Times are those of the controller's model, at 100 % "
         "override. Click on the path, or in a chart, to go there; the charts show where the robot is. Look for red stretches, "
         "and for the arm coming near the table or the part. The bodies are the cell's collision shapes."
-        f"{cut}{thinned}</p></section>"
+        f"{nearest}{cut}{thinned}</p></section>"
     )
