@@ -71,10 +71,25 @@ def test_a_claim_whose_share_another_cancels_that_is_not_claimed_is_withdrawn(mo
 
 
 def test_what_the_user_lives_with_is_no_gap_beside_an_unknown_too() -> None:
-    unknown = replace(diagnosis_summary().unknown, probability=0.9, share=0.5)
-    assert verdict._status({"encoder_to_tcp": "tolerance"}, (), unknown) == "no gap"
-    assert verdict._status({"encoder_to_tcp": "noise"}, (), unknown) == "unexplained"
-    assert verdict._status({"encoder_to_tcp": "tolerance", "setpoint_to_encoder": BEYOND}, (), unknown) == "unexplained"
+    unknown = replace(diagnosis_summary().unknown, probability=0.9, share=0.5, rms_mm=0.1)
+    assert verdict._status({"encoder_to_tcp": "tolerance"}, (), unknown, 0.02) == "no gap"
+    assert verdict._status({"encoder_to_tcp": "noise"}, (), unknown, 0.02) == "unexplained"
+    beyond = {"encoder_to_tcp": "tolerance", "setpoint_to_encoder": BEYOND}
+    assert verdict._status(beyond, (), unknown, 0.02) == "unexplained"
+
+
+@pytest.mark.parametrize(
+    ("rms_mm", "share", "probability", "status"),
+    [
+        (0.37, 0.093, 1.0, "partly explained"),  # of a UR10's 1.21 mm, 21 times the noise
+        (0.03, 0.093, 1.0, "explained"),
+        (0.03, 0.2, 1.0, "partly explained"),
+        (0.37, 0.2, 0.3, "explained"),
+    ],
+)
+def test_what_stays_far_beyond_the_noise_leaves_a_gap_partly_explained(rms_mm, share, probability, status) -> None:
+    unknown = replace(diagnosis_summary().unknown, probability=probability, share=share, rms_mm=rms_mm)
+    assert verdict._status({"encoder_to_tcp": BEYOND}, ("geometry",), unknown, 0.0173) == status
 
 
 def test_the_unknown_may_follow_the_last_move_s_direction_at_single_poses() -> None:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.cell.load import PointMass
+from camrob.dynamics.gravity import gravity_arrays, gravity_torques
 from camrob.gap.effects.effect import Column, EffectParameter
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, mm_to_m
@@ -22,8 +25,13 @@ __all__ = [
     "constant",
     "moved",
     "place_parameters",
+    "reach_moments",
     "shows",
+    "tool_mass",
+    "under_kilogram",
 ]
+
+Array = NDArray[np.float64]
 
 PLACES = ("x", "y", "z", "rx", "ry", "rz")
 PPM = 1e6
@@ -61,3 +69,24 @@ def moved(scenes: Sequence[Scene], axis: str) -> bool:
 def shows(scenes: Sequence[Scene], axis: str) -> bool:
     """True where the axis's own errors reach the measured frame."""
     return all(f"{axis}.zero" in s.places for s in scenes)
+
+
+def tool_mass(cell: Cell) -> PointMass:
+    """The heaviest of the masses behind the arm's last mass: what the arm carries."""
+    return max((m for m in cell.masses if m.after == cell.masses[-1].after), key=lambda m: m.mass)
+
+
+def under_kilogram(scene: Scene, at: Array) -> tuple[Column, ...]:
+    """How each arm axis gives way, by 1 rad/Nm, to a kilogram more at a place (3,) of what carries the tool."""
+    cell = scene.cell
+    values = scene.log.axes(scene.axes) if scene.encoder is not None else scene.log.setpoints(scene.axes)
+    one = PointMass("one", tool_mass(cell).after, 1.0, at)
+    torque = gravity_torques(gravity_arrays(cell, [one]), cell.to_q(values))
+    axes = [(a, cell.index(a)) for a in arm_axes(cell)]
+    return tuple(Column(tcp=scene.shift(a, cell.joints[i].sign * torque[:, i])) for a, i in axes)
+
+
+def reach_moments(scene: Scene) -> Array:
+    """(N, 2) what a unit of weight at the TCP would make about x and y of `root` at the robot's foot, m."""
+    turned = scene.place("root.rz")[:, :3]
+    return np.stack([np.sum(turned * scene.place(f"root.{p}")[:, :3], axis=1) for p in "xy"], axis=1)

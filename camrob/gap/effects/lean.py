@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from camrob.gap.effects.common import reach_moments
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.effects.robot_size import ordinary_compliance
 from camrob.gap.observation.scene import Scene
@@ -41,19 +39,13 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     return (*units, Unit("lean", "", foot, key="foot"))
 
 
-def _reach(scene: Scene) -> NDArray[np.float64]:
-    """(N, 2) what a unit of weight at the TCP would make about x and y of `root` at the robot's foot, m."""
-    turned = scene.place("root.rz")[:, :3]
-    return np.stack([np.sum(turned * scene.place(f"root.{p}")[:, :3], axis=1) for p in "xy"], axis=1)
-
-
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     masses = scene.cell.masses
     if unit.key in _SHARES:
         end = masses[-1] if unit.key == "tool" else masses[0]
         moment = scene.moments[[m.after == end.after for m in masses]].sum(axis=0)
     elif unit.key == "reach":
-        moment = _reach(scene)
+        moment = reach_moments(scene)
     else:
         moment = scene.moments.sum(axis=0)
     if unit.key == "foot":

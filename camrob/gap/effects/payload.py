@@ -7,9 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.load import PointMass
-from camrob.dynamics.gravity import gravity_arrays, gravity_torques
-from camrob.gap.effects.common import arm_axes
+from camrob.gap.effects.common import arm_axes, tool_mass, under_kilogram
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.effects.robot_size import ordinary_compliance, rated_payload, reach_of
 from camrob.gap.observation.scene import Scene
@@ -40,18 +38,12 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    cell = scene.cell
-    values = scene.log.axes(scene.axes) if scene.encoder is not None else scene.log.setpoints(scene.axes)
-    q = cell.to_q(values)
-    heaviest = max((m for m in cell.masses if m.after == cell.masses[-1].after), key=lambda m: m.mass)
-    center = np.asarray(heaviest.center)
-    compliance = _STIFFER * ordinary_compliance(cell)
+    compliance = _STIFFER * ordinary_compliance(scene.cell)
+    center = np.asarray(tool_mass(scene.cell).center)
 
     def sag(at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         """How each axis gives way to a kilogram at a place of the tool."""
-        torque = gravity_torques(gravity_arrays(cell, [PointMass("one", heaviest.after, 1.0, at)]), q)
-        axes = [(a, cell.index(a)) for a in arm_axes(cell)]
-        return [scene.shift(a, compliance * cell.joints[i].sign * torque[:, i]) for a, i in axes]
+        return [compliance * c.tcp for c in under_kilogram(scene, at) if c.tcp is not None]
 
     parts = sag(center)
     if unit.key == "place":

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import State
 from camrob.gap.evidence.model import Model, effect_rms
-from camrob.gap.evidence.scan import Shape, covered, gear_orders, shapes, uncovered_constants
-from camrob.gap.evidence.unknown import CONSTANT, UNKNOWN
+from camrob.gap.evidence.scan import Shape, covered, gear_orders, shapes, uncovered_forms
+from camrob.gap.evidence.unknown import UNKNOWN
 
 __all__ = ["look"]
 
@@ -54,8 +54,8 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
         if f"{key}|lower" not in states["unknown"]:
             offered = True
         kept[f"{key}|lower"], kept[f"{key}|upper"] = shape.lower, shape.upper
-    for place in uncovered_constants(model) if raw else ():
-        kept[f"{place}|{CONSTANT}|lower"] = kept[f"{place}|{CONSTANT}|upper"] = 0.0
+    for form, size in uncovered_forms(model).items() if raw else ():
+        kept[f"{form}|lower"], kept[f"{form}|upper"] = 0.0, size
         offered = True
     states["unknown"] = kept
     return offered

@@ -13,16 +13,20 @@ from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.unknown import (
     CONSTANT,
     LINK,
+    LOAD,
     UNKNOWN,
     basis,
     constants,
     followed,
+    is_broad,
+    loads,
     moment_of,
     quantities,
     targets,
 )
+from camrob.gap.observation.scene import Scene
 
-__all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_constants"]
+__all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_forms"]
 
 Array = NDArray[np.float64]
 
@@ -31,6 +35,7 @@ _CYCLES = 1.2  # an order is only one where the axis passes as many of its cycle
 _RIDGE = 1e-9
 _SMALL_UNIT, _COVERED = 3, 0.95  # columns that a unit has at most, and the share of a shape's energy that it shows
 _SAME = 0.9999  # share of the energy of a constant from which it is another's
+_SMALLEST = 0.01  # share of the ordinary sizes that a broad form may be offered with
 _RIGID = 6  # columns of a place that is elsewhere and turned
 _EDGE = 8  # samples at either end of a log in which a step is no step
 _FORCE = "force"  # a regime, and the first word of a quantity
@@ -226,27 +231,51 @@ def covered(shape: Shape, model: Model) -> bool:
     return any(c and _shown(A, np.array(c), b[:, None])[0] > _COVERED * total for c in sets.values())
 
 
-def uncovered_constants(model: Model) -> list[str]:
-    """Places whose being elsewhere no unit of the library shows that is as small as such a place: what a broad effect would
-    otherwise mimic. Of an axis in its link, no unit at all: an arm's geometry is one.
+def uncovered_forms(model: Model) -> dict[str, float]:
+    """Free forms whose pattern the library lacks, which one of its names would otherwise mimic, and the share of their ordinary
+    sizes that they are offered with.
+
+    Of a place that is elsewhere, no unit as small as such a place shows it; of an axis in its link, no unit at all; of what is as
+    broad as an effect, all axes elsewhere in their links or what gives way under load, no whole effect. These are as large as the
+    gap at the most, as an effect's own priors are fitted to what it does.
     """
     panels, design = model.panels, model.design
+    scenes = [p.scene for p in panels]
     A = design.A.sum(axis=0)
     apart = {NUISANCE, UNKNOWN.name, *(e.name for e in model.effects if e.orders)}
-    known = [np.flatnonzero(design.owner == i) for i, u in enumerate(design.units) if u.effect not in apart]
+    named = {i: u.effect for i, u in enumerate(design.units) if u.effect not in apart}
+    known = [np.flatnonzero(design.owner == i) for i in named]
     small = [c for c in known if len(c) <= _RIGID]
-    found = []
-    for place in (c for c in constants(panels[0].scene) if all(c in constants(p.scene) for p in panels)):
-        state = {f"{place}|{CONSTANT}|lower": 0.0}
-        unit = UNKNOWN.units([p.scene for p in panels], state)[0]
+    whole = [np.flatnonzero(np.isin(design.owner, [i for i in named if named[i] == n])) for n in {*named.values()}]
+    rows = sum(len(s) for s in scenes)
+    found = {}
+    for form in _forms(scenes):
+        state = {f"{form}|lower": 0.0, f"{form}|upper": 1.0}
+        unit = UNKNOWN.units(scenes, state)[0]
         B, G = np.zeros((len(A), len(unit.parameters))), np.zeros(len(unit.parameters))
+        moved, usual = np.zeros(len(G)), np.array([q.usual for q in unit.parameters])
         for p in panels:
             twists = [c.tcp for c in UNKNOWN.columns(p.scene, unit, state) if c.tcp is not None]
             B += p.apart @ np.stack([(t * p.w_tcp**2).T.ravel() for t in twists], axis=1)
             G += [float(np.sum((t * p.w_tcp) ** 2)) for t in twists]
-        if not any(np.all(_shown(A, c, B) > _SAME * G) for c in (known if place.startswith(LINK) else small)):
-            found.append(place)
+            moved += [float(np.sum(t[:, :3] ** 2)) for t in twists]
+        # gravity has no torque on an upright axis, but for rounding
+        shown = G * usual**2 > _RIDGE * np.max(G * usual**2)
+        sets = whole if is_broad(form) else known if form.startswith(LINK) else small
+        if shown.any() and not any(np.all(_shown(A, c, B[:, shown]) > _SAME * G[shown]) for c in sets):
+            size = float(np.sqrt(np.sum(moved * usual**2) / rows))
+            found[form] = float(np.clip(model.gap / max(size, 1e-12), _SMALLEST, 1.0)) if is_broad(form) else 1.0
     return found
+
+
+def _forms(scenes: Sequence[Scene]) -> list[str]:
+    """All that these logs could show, as "place|quantity"."""
+    return [
+        f"{place}|{quantity}"
+        for quantity, given in ((CONSTANT, constants), (LOAD, loads))
+        for place in given(scenes[0])
+        if all(place in given(s) for s in scenes)
+    ]
 
 
 def _shown(A: Array, columns: NDArray[np.int64], B: Array) -> Array:

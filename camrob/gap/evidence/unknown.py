@@ -1,5 +1,8 @@
-"""What the library doesn't know, as smooth functions of one quantity, steps at a moment, or constants: generic, so never a cause,
-only a place and a shape.
+"""What the library doesn't know, as smooth functions of one quantity, steps at a moment, constants, or what gives way under load:
+generic, so never a cause, only a place and a shape.
+
+Each kind in which the library describes anything has such a free form, as broad as the library's own: where a cause is not in the
+library, its form is, and no name of another kind has to stand for it.
 """
 
 from __future__ import annotations
@@ -9,8 +12,20 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.effects.common import ANGLE, LENGTH, PLACES, arm_axes, constant, place_parameters
+from camrob.cell.joint import Role
+from camrob.gap.effects.common import (
+    ANGLE,
+    LENGTH,
+    PLACES,
+    arm_axes,
+    constant,
+    place_parameters,
+    reach_moments,
+    tool_mass,
+    under_kilogram,
+)
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.effects.robot_size import ordinary_compliance, rated_payload
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -19,13 +34,17 @@ __all__ = [
     "DEGREE",
     "LAST_MOVE",
     "LINK",
+    "LOAD",
     "UNKNOWN",
     "basis",
     "constants",
     "followed",
+    "is_broad",
     "is_moment",
+    "loads",
     "moment_of",
     "moment_words",
+    "parts_of",
     "quantities",
     "target_columns",
     "targets",
@@ -41,6 +60,12 @@ LAST_MOVE = "last move of"
 _FROM = "from "  # how what begins at a moment is said
 LINK = "link "
 """How the place's name begins that is an axis standing elsewhere in the link before it, its zero apart."""
+LOAD = "load"
+"""The quantity's name where it is gravity, on all axes at once."""
+_ARM, _AXES, _CARRIED, _FOOT = "arm", "axes", "tool's load", "foot"  # places of several axes
+_TABLE = "table "  # how the place's name begins that is a table's axis standing elsewhere
+# what is ordinary: of an axis's compliance; rad/m; of the rated payload
+_FOOT_GIVES, _BY_REACH, _SHARE = 0.05, 1e-4, 0.33
 _LINK_PARTS = ("x", "y", "rx", "ry")  # what lies along the axis is the next one's, or the tool's
 _LINK_LENGTH, _LINK_ANGLE = mm_to_m(0.3), deg_to_rad(0.02)  # as castings and bearings are off
 _CHOICES = 150  # places and quantities that could have been picked
@@ -115,10 +140,39 @@ def constants(scene: Scene) -> tuple[str, ...]:
     foot = () if scene.frames.fitted_left else ("foot",)
     tool = () if scene.frames.fitted_right else ("tool",)
     seen = [a for a in arm_axes(scene.cell) if f"{a}.zero" in scene.places]
-    return (*foot, *tool, *seen, *(f"{LINK}{a}" for a in seen))
+    work = (j.name for j in scene.cell.joints if j.role is Role.WORKPIECE)
+    tables = [f"{_TABLE}{name}" for name in work if f"{name}.x" in scene.places]
+    return (*foot, *tool, *seen, *(f"{LINK}{a}" for a in seen), *([_ARM] if seen else []), *tables)
 
 
-def _terms(place: str) -> list[str]:
+def loads(scene: Scene) -> tuple[str, ...]:
+    """What may give way under load, each in its own proportion: the axes under their own torques, the axes under what the tool's
+    mass is more than believed, the robot's foot.
+    """
+    return (_AXES, _CARRIED, _FOOT) if scene.cell.masses else ()
+
+
+def is_broad(form: str) -> bool:
+    """Whether a free form, "place|quantity", is as broad as an effect of the library."""
+    place, _, quantity = form.partition("|")
+    return quantity == LOAD or place == _ARM
+
+
+def parts_of(form: str, scene: Scene) -> tuple[str, ...]:
+    """Of a broad form, the axis that each of its columns belongs to, or the place ("tool") that it is as a whole."""
+    place, _, quantity = form.partition("|")
+    if quantity == CONSTANT:
+        return tuple(t.partition(".")[0] for t in _terms(place, scene))
+    each = {_AXES: arm_axes(scene.cell), _CARRIED: ("tool",) * len(arm_axes(scene.cell))}
+    return each.get(place, (_FOOT,) * 4)
+
+
+def _terms(place: str, scene: Scene) -> list[str]:
+    if place == _ARM:
+        links = [f"{a}.{p}" for a in arm_axes(scene.cell) if f"{a}.x" in scene.places for p in _LINK_PARTS]
+        return [*links, *(f"tool.{p}" for p in PLACES[:5])]
+    if place.startswith(_TABLE):
+        return [f"{place.removeprefix(_TABLE)}.{p}" for p in _LINK_PARTS]
     if place.startswith(LINK):
         return [f"{place.removeprefix(LINK)}.{p}" for p in _LINK_PARTS]
     side = {"foot": "base", "tool": "tool"}.get(place)
@@ -135,18 +189,45 @@ def target_columns(scene: Scene, target: str, shape: Array) -> tuple[Column, ...
     return tuple(Column(tcp=scene.shift(part, shape[:, k])) for k in range(shape.shape[1]))
 
 
+def _of_constant(scene: Scene, place: str, share: float) -> Unit:
+    axis = "" if place in ("foot", "tool", _ARM) else place.removeprefix(LINK).removeprefix(_TABLE)
+    parts = [t.replace(".", "_").replace("zero", "rz") for t in _terms(place, scene)]
+    length, angle = (_LINK_LENGTH, _LINK_ANGLE) if place.startswith((LINK, _ARM)) else (LENGTH, ANGLE)
+    parameters = place_parameters([f"{place}_{p}" for p in parts], share * length, share * angle)
+    return Unit("unknown", axis, parameters, len(constants(scene)), f"{place}|{CONSTANT}")
+
+
+def _of_load(scene: Scene, place: str, share: float) -> Unit:
+    usual, own = ordinary_compliance(scene.cell), [f"{a} of {place}" for a in arm_axes(scene.cell)]
+    if place == _FOOT:
+        sizes = {f"foot about {p}": _FOOT_GIVES * usual for p in "xy"} | {f"foot by reach {p}": _BY_REACH for p in "xy"}
+    else:
+        sizes = dict.fromkeys(own, usual * (_SHARE * rated_payload(scene.cell) if place == _CARRIED else 1.0))
+    parameters = tuple(EffectParameter(n, "rad", share * size, -np.inf, np.inf) for n, size in sizes.items())
+    return Unit("unknown", "", parameters, len(loads(scene)), f"{place}|{LOAD}")
+
+
+def _under_load(scene: Scene, place: str) -> tuple[Column, ...]:
+    if place == _CARRIED:
+        return under_kilogram(scene, np.asarray(tool_mass(scene.cell).center))
+    if place == _AXES:
+        return tuple(Column(tcp=scene.shift(a, scene.torque[:, scene.index(a)])) for a in arm_axes(scene.cell))
+    moments = np.concatenate([scene.moments.sum(axis=0), reach_moments(scene)], axis=1)
+    return tuple(Column(tcp=scene.place(f"root.r{'xy'[k % 2]}") * moments[:, k : k + 1]) for k in range(4))
+
+
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
-    """`state` holds, by "target|quantity|lower" and "...|upper", the pairs that a scan has found and their ranges."""
+    """`state` holds, by "target|quantity|lower" and "...|upper", the pairs that a scan has found and their ranges; of constants
+    and of what gives way under load, the upper one is the share of what is ordinary that they are taken to be.
+    """
     units = []
     for key in sorted(k.removesuffix("|lower") for k in state if k.endswith("|lower")):
         target, _, quantity = key.partition("|")
-        if quantity == CONSTANT:
-            if all(target in constants(s) for s in scenes):
-                axis = "" if target in ("foot", "tool") else target.removeprefix(LINK)
-                parts = [t.rpartition(".")[2].replace("zero", "rz") for t in _terms(target)]
-                length, angle = (_LINK_LENGTH, _LINK_ANGLE) if target.startswith(LINK) else (LENGTH, ANGLE)
-                parameters = place_parameters([f"{target}_{p}" for p in parts], length, angle)
-                units.append(Unit("unknown", axis, parameters, len(constants(scenes[0])), key))
+        if quantity in (CONSTANT, LOAD):
+            given = constants if quantity == CONSTANT else loads
+            if all(target in given(s) for s in scenes):
+                form = _of_constant if quantity == CONSTANT else _of_load
+                units.append(form(scenes[0], target, state[f"{key}|upper"]))
             continue
         step = is_moment(quantity)
         if not all(target in targets(s) and (step or quantity in quantities(s)) for s in scenes):
@@ -164,8 +245,10 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     target, _, quantity = unit.key.partition("|")
+    if quantity == LOAD:
+        return _under_load(scene, target)
     if quantity == CONSTANT:
-        return constant(scene, _terms(target))
+        return constant(scene, _terms(target, scene))
     lower, upper = state[f"{unit.key}|lower"], state[f"{unit.key}|upper"]
     # where the quantity doesn't change, its shape stays at its beginning
     shape = basis(followed(scene, quantity, lower), lower, upper, quantity)

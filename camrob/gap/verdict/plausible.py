@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.gap.evidence.model import Model, effect_rms
-from camrob.gap.evidence.unknown import CONSTANT, LINK, basis, followed, is_moment, moment_words
+from camrob.gap.evidence.unknown import CONSTANT, LINK, basis, followed, is_broad, is_moment, moment_words, parts_of
 from camrob.gap.verdict.companions import only_companions
 from camrob.summaries.diagnosis_summary import UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
@@ -16,6 +17,7 @@ __all__ = ["implausible", "unknown_shapes", "unknown_text", "unusual"]
 
 _SIGMAS = 4.0  # of the fit, that a value may be beyond its range by chance
 _PLACES = {"foot": "the robot's foot", "tool": "the tool"}
+_PART = 0.1  # of what several axes do at once: an axis with less has no part in it
 
 
 def implausible(model: Model) -> dict[str, str]:
@@ -56,32 +58,64 @@ def unusual(model: Model) -> dict[str, str]:
 
 def unknown_shapes(model: Model) -> list[UnknownShape]:
     """The unexplained, shape by shape: its stage, what moves, what that follows and how far it swings, in `unit`; those first
-    that move the TCP most.
+    that move the TCP most. What is as broad as an effect is said axis by axis.
     """
-    shapes = []
+    shapes: list[UnknownShape] = []
     own = (i for i in model.best.members if model.units[i].effect == "unknown")
     for i in sorted(own, key=lambda i: (-_energy(model, i), i)):
-        unit = model.units[i]
-        target, _, quantity = unit.key.partition("|")
-        state = model.states["unknown"]
-        columns = np.flatnonzero(model.design.owner == i)
-        lower, upper = (state[f"{unit.key}|{end}"] for end in ("lower", "upper"))
-        if quantity == CONSTANT:
-            swing = float(np.linalg.norm(model.best.mean[columns[:3]]))
-        else:
-            bases = [basis(followed(p.scene, quantity, lower), lower, upper, quantity) for p in model.panels]
-            swing = float(np.ptp(np.concatenate([X @ model.best.mean[columns[1:]] for X in bases])))
-        linear = unit.parameters[0].unit == "mm"
-        shapes.append(
-            UnknownShape(
-                stage="setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
-                moves=_PLACES.get(target, target.removeprefix("drive ").removeprefix(LINK)),
-                follows=moment_words(quantity, lower) if is_moment(quantity) else quantity,
-                swing=m_to_mm(swing) if linear else rad_to_deg(swing),
-                unit="mm" if linear else "degrees",
-            )
-        )
+        shapes += _of_broad(model, i) if is_broad(model.units[i].key) else [_of_one(model, i)]
     return shapes
+
+
+def _of_one(model: Model, i: int) -> UnknownShape:
+    """What one place does."""
+    unit = model.units[i]
+    target, _, quantity = unit.key.partition("|")
+    state = model.states["unknown"]
+    columns = np.flatnonzero(model.design.owner == i)
+    lower, upper = (state[f"{unit.key}|{end}"] for end in ("lower", "upper"))
+    if quantity == CONSTANT:
+        swing = float(np.linalg.norm(model.best.mean[columns[:3]]))
+    else:
+        bases = [basis(followed(p.scene, quantity, lower), lower, upper, quantity) for p in model.panels]
+        swing = float(np.ptp(np.concatenate([X @ model.best.mean[columns[1:]] for X in bases])))
+    linear = unit.parameters[0].unit == "mm"
+    return UnknownShape(
+        stage="setpoint_to_encoder" if target.startswith("drive") else "encoder_to_tcp",
+        moves=_PLACES.get(target, target.removeprefix("drive ").removeprefix(LINK)),
+        follows=moment_words(quantity, lower) if is_moment(quantity) else quantity,
+        swing=m_to_mm(swing) if linear else rad_to_deg(swing),
+        unit="mm" if linear else "degrees",
+    )
+
+
+def _of_broad(model: Model, i: int) -> list[UnknownShape]:
+    """What several axes do at once, each that has a part in it, by how far that moves the TCP at the most."""
+    columns, key = np.flatnonzero(model.design.owner == i), model.units[i].key
+    parts = np.array(parts_of(key, model.panels[0].scene))
+    moved = {
+        part: np.concatenate([p.moves(_only(model, columns[parts == part])) for p in model.panels])
+        for part in dict.fromkeys(parts.tolist())
+    }
+    energy = {part: float(np.sum(m**2)) for part, m in moved.items()}
+    told = sorted((p for p in energy if energy[p] > _PART * sum(energy.values())), key=lambda p: -energy[p])
+    return [
+        UnknownShape(
+            stage="encoder_to_tcp",
+            moves=_PLACES.get(part, part),
+            follows=key.partition("|")[2],
+            swing=m_to_mm(float(np.linalg.norm(moved[part], axis=1).max())),
+            unit="mm",
+        )
+        for part in told
+    ]
+
+
+def _only(model: Model, columns: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(K,) fitted values of some columns, 0 elsewhere."""
+    values = np.zeros(len(model.best.mean))
+    values[columns] = model.best.mean[columns]
+    return values
 
 
 def _energy(model: Model, unit: int) -> float:

@@ -42,7 +42,9 @@ Set = frozenset[int]
 _TRIES = 3  # times that sets without what is implausible are fitted anew
 _LIKELY = 0.02  # of the sets' probability that must be left for that
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
-_MOST_PART = 0.1  # of the withheld gap's energy: an unknown with less leaves a gap explained
+# of the withheld gap's energy, and of the noise: an unknown with less leaves a gap explained, but what the instrument shows so
+# plainly is no small rest, however large the gap was
+_MOST_PART, _MOST_TIMES = 0.1, 3.0
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
@@ -133,7 +135,7 @@ def _said(
         members=members,
         shrunk=together,
         handed=handed,
-        status=_status(within, claimed, stays),
+        status=_status(within, claimed, stays, m_to_mm(model.noise)),
         stages=stages,
         effects=entries,
         together=_together(model, trial, members, together, handed),
@@ -338,11 +340,12 @@ def _removed(shrunk: Shrinkage, noise: float) -> float | None:
     return float(np.clip((shrunk.rms_before - shrunk.rms_after) / removable, -9.0, 1.0))
 
 
-def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Unknown) -> str:
-    """In a word. within: by stage, what the gap is within; stays: what is unknown."""
+def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Unknown, noise: float) -> str:
+    """In a word. within: by stage, what the gap is within; stays: what is unknown; noise: mm."""
     unknown = stays.probability >= 0.5
     if claimed:
-        return "partly explained" if unknown and stays.share > _MOST_PART else "explained"
+        much = stays.share > _MOST_PART or stays.rms_mm > _MOST_TIMES * noise
+        return "partly explained" if unknown and much else "explained"
     if unknown:
         cares = BEYOND in within.values() or "tolerance" not in within.values()
         return "unexplained" if cares else "no gap"
