@@ -92,10 +92,12 @@ def read_toolpath(
 
 def _kinematics(dialect: str | None, path: Path) -> str | None:
     """The machine that a dialect of G-code names, None where it names none. Raises ToolpathError for one that isn't known."""
+    from camrob.toolpath.gcode.controls.registry import CONTROLS
     from camrob.toolpath.gcode.read_gcode import KINEMATICS
 
-    name = (dialect or "gcode").removeprefix("gcode").removeprefix("-")
-    if name not in ("", "3axis", "siemens", "heidenhain", *KINEMATICS):
+    dialect = dialect or "gcode"
+    name = dialect.removeprefix("gcode").removeprefix("-")
+    if name not in ("3axis", *KINEMATICS) and dialect not in {c.dialect for c in CONTROLS.values()}:
         known = ", ".join(f"gcode-{k}" for k in KINEMATICS)
         raise ToolpathError(f"there is no dialect {dialect!r}", hint=f"gcode, {known}", path=path)
     return name if name in KINEMATICS else None

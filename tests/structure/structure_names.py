@@ -12,16 +12,17 @@ from structure_tree import Module
 __all__ = ["number_faults", "registered_faults"]
 
 # what registers plug-ins: the folder of their files, the call that makes one, and the rooms that may know their names. The
-# witness is a house of its own: it has its own list of dialects.
+# witness is a house of its own: it has its own lists of dialects and controls.
 _HOMES = {
     "camrob.gap.effects": ("Effect", ("camrob.gap.effects",)),
     "camrob.toolpath.apt.dialects": ("Dialect", ("camrob.toolpath.apt.dialects", "camrob.witness")),
+    "camrob.toolpath.gcode.controls": ("Control", ("camrob.toolpath.gcode.controls", "camrob.witness")),
 }
 PLAIN = {-1, 0, 1, 2, 0.5}  # numbers that need no reason
 
 
 def registered_faults(tree: Iterable[Module]) -> list[str]:
-    """Comparisons and look-ups with the name of a registered effect or dialect outside its home."""
+    """Comparisons and look-ups with the name of a registered effect, dialect or control outside its home."""
     tree = tuple(tree)
     faults = []
     for folder, (maker, homes) in _HOMES.items():

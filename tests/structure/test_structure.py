@@ -278,6 +278,13 @@ def test_an_effect_is_known_by_name_at_home_alone(asked: str) -> None:
     assert len(registered_faults([home, parse("camrob.report.x", asked)])) == 1
 
 
+def test_a_control_is_known_by_name_at_home_and_to_the_witness_alone() -> None:
+    home = parse("camrob.toolpath.gcode.controls.rows", 'ROWS = Control("rows", "Rows", f, g, plain=True)')
+    asked = 'if control.name in ("rows", "x"):\n    f()'
+    assert registered_faults([home, parse("camrob.witness.cl.x", asked)]) == []
+    assert len(registered_faults([home, parse("camrob.toolpath.gcode.x", asked)])) == 1
+
+
 @pytest.mark.parametrize(
     ("text", "faults"),
     [

@@ -49,6 +49,21 @@ def klartext(folder: Path, body: str) -> np.ndarray:
     return ends(folder, KLARTEXT + body + "L Z+50 FMAX M30\nEND PGM A MM\n", "a.h")
 
 
+# -- what a control says of itself ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [(SIEMENS + UP + "G1 X1\nM30\n", "gcode-siemens"), (KLARTEXT + "L X+1 F9 M30\nEND PGM A MM\n", "gcode-heidenhain")],
+)
+def test_a_file_can_be_read_as_the_dialect_that_it_was_found_to_have(tmp_path: Path, text: str, dialect: str) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text(text, encoding="utf-8")
+    assert read_toolpath(file).dialect == read_toolpath(file, dialect=dialect).dialect == dialect
+    with pytest.raises(ToolpathError, match="no dialect 'gcode-ros'"):
+        read_toolpath(file, dialect="gcode-ros")
+
+
 # -- Siemens ---------------------------------------------------------------------------------------------------------
 
 

@@ -82,7 +82,7 @@ def read_gcode(
     `angle_tolerance` (rad); tool axes of neighbouring cut points differ by at most the latter. Feeds are speeds of
     the tip in m/s, also from inverse time (G93) and feed per revolution (G95). `defaults` are used where the program states
     no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" (with "-iso"), "gcode-3axis", or, where no
-    machine is named for rotary words, "gcode", "gcode-siemens" or "gcode-heidenhain". Raises ToolpathError with the line for
+    machine is named for rotary words, the control's ("gcode", "gcode-siemens", ...). Raises ToolpathError with the line for
     anything that would make a wrong part.
     """
     if units not in (None, *SCALES):
@@ -94,17 +94,17 @@ def read_gcode(
     lines = decode(data, path)
     bare = _COMMENT.sub("", "\n".join(lines)).upper()
     control = choose_control(bare)
-    if control.name in ("iso", "linuxcnc"):
+    if control.plain:
         refuse_turning(bare, path)
-    machine = _kinematics(bare, kinematics, path, plain=control.name in ("iso", "linuxcnc"))
+    machine = _kinematics(bare, kinematics, path, plain=control.plain)
     grower = PathGrower(machine, chord_tolerance, angle_tolerance)
     defaults = defaults or Defaults()
     modal = Modal(
         tool_by_t=not _TOOL_CHANGE.search(bare),
         wear=defaults.wear,
-        zero_edge=control.name != "linuxcnc",
-        keeps_motion=control.name == "iso",
-        clamps=control.name == "iso" and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
+        zero_edge=control.zero_edge,
+        keeps_motion=control.keeps_motion,
+        clamps=control.clamps and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
     )
     if units is not None:
         modal.scale, modal.forced = SCALES[units], True
@@ -124,7 +124,7 @@ def read_gcode(
         regions=regions,
         source=clean_text(path.name),
         sha256=hashlib.sha256(data).hexdigest(),
-        dialect=_dialect(machine, control),
+        dialect=control.dialect if machine == "unknown" else f"gcode-{machine}",
         units="inch" if modal.scale == SCALES["inch"] else "mm",
         tools=tuple(Tool(number) for number in numbers),
         findings=(*findings, *grower.findings()),
@@ -210,13 +210,6 @@ def _kinematics(bare: str, wanted: str | None, path: Path, *, plain: bool) -> st
     if "B" in moving or (not moving and "B" in present and "A" not in present):
         return "xyzbc"
     return "xyzac" if present else "3axis"
-
-
-def _dialect(machine: str, control: Control) -> str:
-    """The dialect's name: the machine that rotary words are read for, or else the control."""
-    if machine != "unknown":
-        return f"gcode-{machine}"
-    return "gcode" if control.name in ("iso", "linuxcnc") else f"gcode-{control.name}"
 
 
 def _suspect_size(regions: tuple[Region, ...], grower: PathGrower) -> None:

@@ -18,10 +18,17 @@ class Control(NamedTuple):
     """A control, or a family of them. `recognise` scores a text (0: none of its programs); `blocks` runs a program.
 
     `blocks` gives plain blocks in the words of ISO 6983 as camrob reads them (see `modes`), whatever the control calls them;
-    `title` names it for people.
+    `title` names it for people. What follows is how the control differs where its blocks alone don't say so.
     """
 
     name: str
     title: str
     recognise: Callable[[str], int]
     blocks: Callable[[list[str], Path, State], Iterator[Block]]
+    dialect: str = "gcode"  # of the toolpath, where no machine is named for its rotary words
+    plain: bool = (
+        False  # its texts are ISO's words: lathes and machines are recognised by them as they stand in the file
+    )
+    zero_edge: bool = True  # D0 means no radius
+    keeps_motion: bool = False  # G80 leaves the motion that stood beside a cycle in force
+    clamps: bool = False  # M13 and M14 clamp rotary axes where the file has M10 to M12, and M3 or M4 for the spindle

@@ -192,4 +192,6 @@ def _blocks(lines: list[str], path: Path, state: State) -> Iterator[Block]:
     return _Program(lines, path).run()
 
 
-HEIDENHAIN = Control("heidenhain", "Heidenhain", lambda text: 9 if _BEGIN.search(text) else 0, _blocks)
+HEIDENHAIN = Control(
+    "heidenhain", "Heidenhain", lambda text: 9 if _BEGIN.search(text) else 0, _blocks, "gcode-heidenhain"
+)

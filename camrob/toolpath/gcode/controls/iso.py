@@ -57,4 +57,12 @@ def _check_points(lines: list[str], path: Path) -> None:
             )
 
 
-ISO = Control("iso", "Fanuc, Haas, Mitsubishi and others that read ISO 6983 alike", lambda text: 1, _blocks)
+ISO = Control(
+    "iso",
+    "Fanuc, Haas, Mitsubishi and others that read ISO 6983 alike",
+    lambda text: 1,
+    _blocks,
+    plain=True,
+    keeps_motion=True,
+    clamps=True,
+)

@@ -339,4 +339,11 @@ def _recognise(text: str) -> int:
     return 3 if O_WORDS.search(text) else 0
 
 
-LINUXCNC = Control("linuxcnc", "LinuxCNC", _recognise, lambda lines, path, state: _run_o_words(lines, path))
+LINUXCNC = Control(
+    "linuxcnc",
+    "LinuxCNC",
+    _recognise,
+    lambda lines, path, state: _run_o_words(lines, path),
+    plain=True,
+    zero_edge=False,  # D0 may mean the tool in the spindle
+)

@@ -355,4 +355,10 @@ def _recognise(text: str) -> int:
     return 5 if sum(bool(mark.search(text)) for mark in _MARKS) >= 1 else 0
 
 
-SIEMENS = Control("siemens", "Siemens 840D", _recognise, lambda lines, path, state: _Program(lines, path, state).run())
+SIEMENS = Control(
+    "siemens",
+    "Siemens 840D",
+    _recognise,
+    lambda lines, path, state: _Program(lines, path, state).run(),
+    "gcode-siemens",
+)
