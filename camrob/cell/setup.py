@@ -124,6 +124,12 @@ class Setup:
         raise SetupError(what, hint=f"add it as [[tool]]; there are: {known}", path=self.path)
 
     @property
+    def numbers(self) -> dict[str, int]:
+        """Numbers of tools by their names in lower case, of names that one tool has alone."""
+        named = [(tool.name.strip().casefold(), tool.number) for tool in self.tools if tool.name and tool.number]
+        return {name: number for name, number in named if sum(other == name for other, _ in named) == 1}
+
+    @property
     def digest(self) -> str:
         """What the placement, tools and choices are; meshes by their names."""
         tools = [(t.number, t.flange_T_tool, t.diameter, t.length) for t in self.tools]
@@ -134,6 +140,7 @@ class Setup:
         kept = (
             *((self.wear,) if self.wear else ()),
             *(() if self.tolerance is None else ("tolerance", self.tolerance)),
+            *(word for pair in sorted(self.numbers.items()) for word in pair),
         )
         nested = (x for group in (*tools, *cut, *loads, *bodies) for x in group)
         return digest(self.base_T_part, *choices, self.chord_tolerance, self.decimate, *kept, *nested)

@@ -25,13 +25,19 @@ SLOWEST = mm_min_to_m_s(0.06)
 class Defaults:
     """The set-up's `feed` (m/s) and `spindle_rpm` (rev/min), None where it states none; `diameters` (m) of its tools by number.
 
-    The number 0 stands for any tool. `wear`: it says that compensated paths are the tool centre's.
+    The number 0 stands for any tool. `wear`: it says that compensated paths are the tool centre's. `numbers`: of its tools by
+    their names, in lower case.
     """
 
     feed: float | None = None
     spindle_rpm: float | None = None
     diameters: Mapping[int, float] = field(default_factory=dict)
     wear: bool = False
+    numbers: Mapping[str, int] = field(default_factory=dict)
+
+    def number(self, name: str) -> int | None:
+        """The number of the set-up's tool of that name, None where it has none."""
+        return self.numbers.get(name.strip().casefold())
 
     def diameter(self, number: int) -> float:
         """The diameter (m) of the tool of that number, 0.0 where the set-up doesn't say."""

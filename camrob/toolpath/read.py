@@ -33,6 +33,7 @@ def read_toolpath(
     spindle_rpm: float | None = None,
     diameters: Mapping[int, float] | None = None,
     wear: bool = False,
+    numbers: Mapping[str, int] | None = None,
     progress: Share | None = None,
 ) -> Toolpath:
     """Read CL data (NX, Creo, CATIA, CAMWorks, Makino, plain APT) or 5-axis G-code; which one is recognised.
@@ -42,7 +43,8 @@ def read_toolpath(
     `chord_tolerance` (m) and `angle_tolerance` (rad). `feed` (m/s) and `spindle_rpm` (rev/min) are used where the file states
     no feed or starts no spindle before its first cut, each with a finding; `diameters` (m, by tool number, 0: any) for surface
     speeds where the file names no cutter. `wear`: paths with cutter radius compensation are the tool centre's, and its offsets
-    hold wear only (else they are refused where the control would have to offset them). `progress` gets the share done (0..1).
+    hold wear only (else they are refused where the control would have to offset them). `numbers`: of the set-up's tools by their
+    names in lower case, for G-code that calls tools by names. `progress` gets the share done (0..1).
     Raises ToolpathError, naming file, line and hint, for what can't be read honestly.
     """
     from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
@@ -52,7 +54,7 @@ def read_toolpath(
         known = ", ".join([*DIALECTS, "gcode"])
         raise ToolpathError(f"there is no dialect {dialect!r}", hint=f"choose one of {known}", path=place)
     data = _bytes(place)
-    defaults = Defaults(feed, spindle_rpm, diameters or {}, wear)
+    defaults = Defaults(feed, spindle_rpm, diameters or {}, wear, numbers or {})
     if dialect is None:
         try:
             refuse_foreign(data)

@@ -6,6 +6,7 @@ m/s, times in seconds; angles of axes are left in degrees (mm for sliding axes),
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
@@ -132,12 +133,25 @@ class Path:
 class Pecks(NamedTuple):
     """How far the first peck of a hole may go, m from the start of its motion, and every other one, m from where the tool was.
 
-    out: between two of them the tool is drawn back to where the motion starts, so that it takes the chips out.
+    out: between two of them the tool is drawn back to where the motion starts, so that it takes the chips out. lows: where they
+    differ, how far below its start each may reach, the last one to the bottom.
     """
 
     first: float
     others: float
     out: bool
+    lows: tuple[float, ...] = ()
+
+    def deepest(self, n: int) -> float:
+        """How far the n-th peck (from 0) may go at once, and none may go beyond `low`, m."""
+        if self.lows:
+            n = min(n, len(self.lows) - 1)
+            return self.lows[n] - (self.lows[n - 1] if n else 0.0)
+        return self.others if n else self.first
+
+    def low(self, n: int) -> float:
+        """How far below the motion's start the n-th peck (from 0) may reach, m."""
+        return self.lows[min(n, len(self.lows) - 1)] if self.lows else math.inf
 
 
 @dataclass(slots=True)

@@ -68,6 +68,16 @@ class Job:
         """The tool of this number, else the one that stands for all; None where the set-up names none such."""
         return self.tools.get(number, self.tools.get(0))
 
+    @property
+    def numbers(self) -> dict[str, int]:
+        """The tools' numbers by their names, in lower case; a name that two tools have names none."""
+        names = [tool.name.strip().casefold() for number, tool in self.tools.items() if number]
+        return {
+            tool.name.strip().casefold(): number
+            for number, tool in self.tools.items()
+            if number and tool.name and names.count(tool.name.strip().casefold()) == 1
+        }
+
     def corners(self, name: str) -> Array | None:
         """Corner points (K, 3) m of a body in `base`: all of them lie in it, and its hull is theirs. None where not given.
 

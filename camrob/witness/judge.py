@@ -115,6 +115,7 @@ def judge(
         default_rpm=job.spindle_rpm,
         tools={number: tool.diameter for number, tool in job.tools.items() if tool.diameter},
         wear=job.wear,
+        numbers=job.numbers,
     )
     story = from_line(story, begin) if begin else story
     clock.lap("file")

@@ -35,6 +35,7 @@ def _read_alike(data: bytes, name: str, path: Toolpath, options: dict[str, objec
             default_rpm=given.spindle_rpm or options.get("spindle_rpm"),  # type: ignore[arg-type]
             tools=given.diameters or options.get("diameters"),  # type: ignore[arg-type]
             wear=given.wear or bool(options.get("wear")),
+            numbers=given.numbers or options.get("numbers"),  # type: ignore[arg-type]
         )
     except InputError:
         return

@@ -162,7 +162,7 @@ def test_supa_is_a_machine_position_and_one_tool_by_its_name_is_the_set_ups(tmp_
         ("G1 ANG=30 X10", "ANG"),
         ("G110 X0 Y0", "G110"),
         ("TRAORI\nG1 X1 A30 C10", "which way the rotary axes turn"),
-        ("G1 X1 C=ACP(30)", "ACP"),
+        ("G1 X1 C=ACP(30)", "turned rotary axes"),
         ("R1=1/0", "division by zero"),
         ("ENDWHILE", "without its WHILE"),
         ("G291", "G291"),
@@ -319,7 +319,7 @@ def test_both_rotary_axes_named_behind_a_plane_are_all_that_there_are(tmp_path: 
 def test_several_assignments_and_the_shortest_way_in_a_rapid(tmp_path: Path) -> None:
     body = "R1=5 R2=R1*2 R3=-3\nG1 Z=R3 F=R2*50 CTOL=0.01\nX=R1 Y=R2\nG0 C=DC(0)\n"
     np.testing.assert_allclose(siemens(tmp_path, body)[:, :3], [[0, 0, -3], [5, 10, -3]], atol=1e-9)
-    refused(tmp_path, SIEMENS + UP + "G0 Z5\nG1 X1 C=DC(0)\nM30\n", "d.mpf", 9, "DC")
+    refused(tmp_path, SIEMENS + UP + "TRAORI\nG0 Z5\nG1 X1 C=DC(180)\nM30\n", "d.mpf", 10, "half a turn")
 
 
 def test_a_work_offset_out_of_force_cuts_nothing(tmp_path: Path) -> None:

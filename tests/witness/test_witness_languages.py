@@ -108,7 +108,7 @@ def test_klartext_vectors(tell) -> None:
     [
         "G1 X=R1 F9", "IF R1>2 GOTOF OUT", "CYCLE83(5,0,2,-9,,-3,,0,0.5,0,1,1)", 'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
         "CYCLE800(0,,1,57)", "MCALL HOLES1(0)", "CYCLE82(5,0,2,-9,,-3)", "CYCLE81(5,0,2,R1)", "CYCLE81(5,1,2,-9)", "ROT X30",
-        "A=IC(5) Y3", "G3 X1 I=AC(5) J0", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1",
+        "G1 X3 C=DC(180)", "G3 X1 I=AC(5) J0", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1",
         "TRANS X=R1", "G4 S3", "A3=1 B3=0 C3=1 G1 X1 F9",
         "G500", "MIRROR Z0", "AROT Z5 X1", "SCALE X2",
     ],

@@ -117,6 +117,7 @@ def read_inputs(
         spindle_rpm=job.spindle_rpm,
         diameters={tool.number or 0: tool.diameter for tool in job.tools if tool.diameter},
         wear=job.wear,
+        numbers=job.numbers,
         progress=progress,
         **tolerance,
     )

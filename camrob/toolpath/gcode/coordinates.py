@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame
-from camrob.units import deg_to_rad
+from camrob.units import deg_to_rad, rad_to_deg
 
 __all__ = ["Stance", "ToolFrame", "Triple", "euler", "rotary_axes", "unknown_axes"]
 
@@ -17,6 +17,7 @@ _LINEAR = {"X": 0, "Y": 1, "Z": 2}
 _ROTARY = {"A": 0, "B": 1, "C": 2}
 _UPRIGHT = np.array([0.0, 0.0, 1.0])
 _TURNED = 1e-9  # rad: a rotary axis nearer to a whole turn than this counts as at zero
+_HALF = 1e-6  # degrees: nearer to half a turn than this either way round may be the shorter one
 _SHORTEST = 1e-3  # of a vector: a component is printed with three decimals at least
 _ALIGNED = math.cos(deg_to_rad(0.1))  # a tool within 0.1 degrees of a tilted plane's normal stands on it
 
@@ -252,6 +253,28 @@ class ToolFrame:
         self.xyz = program.into(self.program.out(np.array(self.xyz))).tolist()
         self.program = program
         self.unsettled = self.unsettled | frozenset(together)
+
+    def turn(self, letter: str) -> float | None:
+        """A, B or C in degrees as the program would write it; None where only the control knows."""
+        angle = self.angles[_ROTARY[letter]]
+        return None if self.vector is not None or math.isnan(angle) else self.sense * rad_to_deg(angle)
+
+    def rewound(self, letter: str, to: float, how: str) -> float | None:
+        """Name a rotary axis by whole turns otherwise (the shift, rad), so that it goes to `to` (degrees) as `how` says.
+
+        DC: the shortest way, ACP upwards, ACN downwards. None where that isn't certain: half a turn, or an unknown angle.
+        """
+        stands = self.turn(letter)
+        if stands is None:
+            return None
+        way = math.remainder(to - stands, 360.0)
+        if how == "DC" and abs(abs(way) - 180.0) < _HALF:
+            return None
+        if how != "DC" and way * (1.0 if how == "ACP" else -1.0) < 0.0:
+            way += 360.0 if how == "ACP" else -360.0
+        shift = self.sense * deg_to_rad(to - way - stands)
+        self.angles[_ROTARY[letter]] += shift
+        return shift
 
     def aim(self, vector: tuple[float, float, float]) -> None:
         """Name the tool's axis by a vector, tip to holder, of any length: the rotary angles are the control's own from here on.

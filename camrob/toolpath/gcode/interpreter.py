@@ -33,6 +33,7 @@ _AXES = frozenset("XYZABC")
 _ARC_WORDS = frozenset("XYZABCIJKR")
 _CORNER = frozenset("IJKR")
 _CUT_TO = frozenset("XYZ")
+_ROTARY = frozenset("ABC")
 _VECTOR = frozenset("IJK")
 _DEGREE = deg_to_rad(1.0)
 _DWELLS = frozenset("PXU")  # a dwell's time; F only where it has none of them
@@ -66,8 +67,8 @@ class Interpreter:
 
     def state(self, name: str) -> float | None:
         """What the program has set so far: "motion", "plane", "distance", "feed mode", "units", "return" as G numbers, "F", "S",
-        "X", "Y", "Z" as it would write them, but with turned axes; "at X", "at Y", "at Z" in whatever frame is in force. None
-        where it doesn't say, or for another name.
+        "X", "Y", "Z" as it would write them, but with turned axes; "at X", "at Y", "at Z" in whatever frame is in force, "at A",
+        "at B", "at C" in degrees; "tool NAME": the number of the set-up's tool of that name. None where it doesn't say, or for another name.
         """
         modal, frame = self.modal, self.frame
         codes = {
@@ -81,6 +82,10 @@ class Interpreter:
         if name in codes:
             code = codes[name]
             return None if code is None else code / 10.0
+        if name.startswith("tool "):
+            return self.process.defaults.number(name[5:])
+        if name.startswith("at ") and name[-1:] in _ROTARY:
+            return self.frame.turn(name[-1:])
         if name[-1:] in _CUT_TO:
             place = frame.xyz["XYZ".index(name[-1])]
             known = frame.placeable if name.startswith("at ") else not frame.turned
@@ -244,6 +249,8 @@ class Interpreter:
         if motion in CYCLES:
             self._drill.run(block, motion)
             return
+        if block.ways:
+            self._rewind(block, cut=motion != 0)
         before, turned_before = frame.xyz.copy(), frame.angles[2]
         frame.move(words, modal.scale, _DEGREE, modal.incremental)
         if motion == 0:
@@ -266,6 +273,24 @@ class Interpreter:
             self.path.cut(to, self.motions.feed(block, length, to), block.line)
         else:
             self._arc(block, motion, np.array(before), to)
+
+    def _rewind(self, block: Block, *, cut: bool) -> None:
+        """Name rotary axes by whole turns otherwise, so that each goes to its word as the word says: the shortest way, or on.
+
+        Raises ToolpathError for a cut that may go either way round.
+        """
+        for letter, how in block.ways:
+            shift = self.frame.rewound(letter, block.words[letter], how)
+            if shift is None and cut:
+                raise ToolpathError(
+                    f"{letter}={how}(...) of a cut half a turn wide, or from an angle that is not known",
+                    hint=f"write {letter} as a plain value",
+                )
+            place = self.path.place
+            if shift and place is not None:
+                i = "ABC".index(letter)
+                a, b, c = (v + shift * (k == i) for k, v in enumerate(place.angles))
+                place.angles = (a, b, c)
 
     def _cornered(self, block: Block, motion: int, before: NDArray[np.float64], to: Stance) -> Open | None:
         """A straight cut with a corner before it or at its end; what it leaves open waits for the next one."""

@@ -57,6 +57,7 @@ class Block(NamedTuple):
     together: str = ""  # axes that the first block behind it has to name together
     again: bool = False  # the program would begin again here (M99 in a main program)
     corner: Corner | None = None  # at the end of its straight cut
+    ways: tuple[tuple[str, str], ...] = ()  # rotary words that go their own way round: DC, ACP or ACN
     ready: float | None = None  # the tool that a second T behind the first makes ready (Mazak: T01 T02 M6)
 
 

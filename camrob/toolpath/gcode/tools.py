@@ -76,7 +76,8 @@ class Process:
             seconds = next((words[k] for k in "XUF" if k in words), -1.0)
         if seconds < 0.0:
             raise ToolpathError("a dwell (G4) without its time", hint="name it by P")
-        self.path.event(EventKind.DWELL, seconds, "", block.line)
+        if seconds > 0.0:  # G4 P0 only keeps the control from rounding a corner
+            self.path.event(EventKind.DWELL, seconds, "", block.line)
 
     # -- words of a block --------------------------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.witness.cl.apt import AptReader
+from camrob.witness.cl.foreign.foreign_words import ForeignReader
 from camrob.witness.cl.foreign.klartext import KlartextReader
 from camrob.witness.cl.foreign.sinumerik import SinumerikReader
 from camrob.witness.cl.gcode import GcodeReader
@@ -110,13 +111,14 @@ def read_story(
     default_rpm: float | None = None,
     tools: Mapping[int, float] | None = None,
     wear: bool = False,
+    numbers: Mapping[str, int] | None = None,
 ) -> Story:
     """What the CL file asks for.
 
     dialect: "nx-clsf", "creo-ncl", "catia", "camworks-apt", "camworks-clt", "makino", "apt", "gcode", or None to recognise it.
     units: "mm" or "inch", over what the file says. default_feed (m/s), default_rpm: where the file states none.
     tools: diameters (m) by the tools' numbers, 0 for any, for surface speeds where the file names no cutter.
-    wear: paths with cutter radius compensation are the tool centre's.
+    wear: paths with cutter radius compensation are the tool centre's. numbers: of the set-up's tools by their names in lower case.
     Raises ToolpathError for a file that can't be read at all; what can't be read of it otherwise is in `Story.gaps`.
     """
     if units not in (None, "mm", "inch"):
@@ -134,6 +136,8 @@ def read_story(
             language = next((reader for reader, mark in _OTHERS if mark.search(bare)), GcodeReader)
             by_tool = bool(dialect) and str(dialect).endswith("-iso")
             reader = language(tell, units, Offsets(tell, wear), by_tool=by_tool)
+            if isinstance(reader, ForeignReader):
+                reader.numbers = numbers or {}
         else:
             reader = AptReader(
                 tell, kind, units or _assumed_units(text, tell), units is not None, Offsets(tell, wear), tools or {}

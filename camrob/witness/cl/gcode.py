@@ -53,8 +53,7 @@ _MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 234 8".sp
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
 _KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
 _LAST_ENDS, _LAST_FEED = range(5001, 5004), 4109  # system variables of Fanuc's
-_SAME = 1e-12  # of two factors
-_MOVED = "points behind it are in another frame"
+_SAME, _MOVED = 1e-12, "points behind it are in another frame"  # _SAME: of two factors
 _UNTURNED = "a tilted plane other than by three angles, or beside G52 or TCP"
 
 
@@ -249,7 +248,8 @@ class GcodeReader(Switching):
             said = words.get("P") or words.get("X") or words.get("F")
             if said is None:
                 self._tell.gap(line, "G4 of a time that is not known", lost=False)
-            self._tell.event(Kind.DWELL, line, self._seconds(said, line) if said else math.nan)
+            if time := self._seconds(said, line) if said else math.nan:
+                self._tell.event(Kind.DWELL, line, time)
         elif {"10", "92", "52", "68", "68.2", "51", "51.1", "50.1", "16"} & set(g):
             return
         elif _ALIGNING & set(g):

@@ -34,6 +34,7 @@ _OF_PLANE = frozenset("XYZIJKPQFST")
 _LINEAR = frozenset("XYZ")
 _ALONG = deg_to_rad(0.01)  # a tool nearer to the plane's z axis than this stands along it
 _SHORT = 1e-3  # of a vector that names an axis: three decimals are printed at least
+_AS_FAR = 1e-6  # degrees: nearer to half a turn than this, neither way is the shorter one
 _ZERO = 1e-9  # degrees: nearer to whole turns than this is at zero
 
 
@@ -157,6 +158,24 @@ class Standing:
                 if letter in axes and other not in self.used:
                     at[other] = 0.0
         return at
+
+    def turn(self, letter: str) -> float:
+        """A rotary axis as the program writes it, degrees; NaN where it isn't known."""
+        at = self.at[letter]
+        return math.nan if at is None or self._vector is not None else self._sense * at
+
+    def wind(self, letter: str, to: float, how: str) -> bool:
+        """A rotary axis is at the same angle, counted from another turn, so that it goes to `to` (degrees) the way that DC (the
+        shorter one), ACP (up) or ACN (down) says. False where that is either one, or the angle isn't known.
+        """
+        up = (to - self.turn(letter)) % 360.0
+        if math.isnan(up):
+            return False
+        if how == "DC" and abs(up - 180.0) < _AS_FAR:
+            return False
+        down = how == "ACN" or (how == "DC" and up > 180.0)
+        self.at[letter] = self._sense * (to - (up - 360.0 if down and up else up))
+        return True
 
     def _within(self, axes: set[str], words: Words, scale: float, absolute: bool) -> dict[str, float | None]:
         """Where X, Y and Z of a block lead in a frame of the program's own, or in the first block behind one."""

@@ -160,12 +160,13 @@ def _too_deep(cuts: list[Stroke], most: Pecks) -> tuple[int, float] | None:
     """The first of a hole's `strokes` whose peck goes deeper than the file's first, or others, and which of the two that is; None
     where none does.
     """
-    started = again = False
-    for k, (peck, _) in enumerate(cuts):
-        again |= started and not peck
-        started |= peck > 0.0
-        if peck > most[again] + _JOINED * most.others + POSITION:
-            return k, most[again]
+    n, back = -1, True
+    for k, (peck, low) in enumerate(cuts):
+        n += back and peck > 0.0
+        back = not peck
+        spare = 0.0 if most.lows else _JOINED * most.others
+        if peck > most.deepest(max(n, 0)) + spare + POSITION or (peck and low > most.low(n) + POSITION):
+            return k, most.deepest(max(n, 0))
     return None
 
 

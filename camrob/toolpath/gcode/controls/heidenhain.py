@@ -51,12 +51,13 @@ _OF_THE_CONTROL = range(100, 200)  # Q100 to Q199 the control fills in
 class _Program:
     """One file that is being run."""
 
-    def __init__(self, lines: list[str], path: Path) -> None:
+    def __init__(self, lines: list[str], path: Path, state: State) -> None:
         self._path = path
         self._count = StepCount()
         self._q: dict[int, float] = {}
-        self._moves = HeidenhainMoves(self.value)
+        self._moves = HeidenhainMoves(self.value, lambda name: state(f"tool {name}"))
         self._texts = _joined(lines)
+        self._optional = {number for number, raw in enumerate(lines, 1) if raw.lstrip().startswith("/")}
         self._labels: dict[str, int] = {}
         for index, (number, text) in enumerate(self._texts):
             match = _LABEL.match(text)
@@ -77,6 +78,8 @@ class _Program:
             self._at += 1
             try:
                 self._count.one(number)
+                if number in self._optional:
+                    yield Block(number, {}, optional=True)
                 if not self._flow(text):
                     self._moves.corner_ahead(self._texts[self._at][1] if self._at < len(self._texts) else "")
                     yield from self._moves.blocks(text, number)
@@ -181,7 +184,7 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
         if goes_on and out:
             out[-1] = (out[-1][0], f"{out[-1][1]} {text}")
         else:
-            text = re.sub(r"^[0-9]+(?: |$)", "", text)
+            text = re.sub(r"^/? ?(?:[0-9]+(?: |$))?/? ?", "", text)
             if text:
                 out.append((number, text))
         goes_on = ends
@@ -189,7 +192,7 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
 
 
 def _blocks(lines: list[str], path: Path, state: State) -> Iterator[Block]:
-    return _Program(lines, path).run()
+    return _Program(lines, path, state).run()
 
 
 HEIDENHAIN = Control(

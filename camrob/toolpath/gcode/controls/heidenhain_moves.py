@@ -8,10 +8,16 @@ from collections.abc import Callable, Iterator
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, check_cycle, drilled, level, place_of
 from camrob.toolpath.gcode.controls.heidenhain_words import (
+    MACHINE,
+    MODES,
+    SILENT,
+    STARTING,
     Frames,
+    Pole,
     corner_of,
     motion_words,
     offset_blocks,
+    placed,
     polar,
     tool_call,
 )
@@ -26,22 +32,19 @@ _NOTHING_HERE = re.compile(
     r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|392)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF|M94\b"
 )
 _TCPM = re.compile(r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*")
-_MACHINE = frozenset((91, 92))
+_MOTION = re.compile(r"(?:L|LN|C|CR|CP|LP|CYCL CALL) ")
+_AWAY = re.compile(r"\bM(?:9[12]|140)\b")
 _UPRIGHT = re.compile(r"19\.(?:0 .*|0|1(?: ?[ABC] ?[-+]?0*\.?0*)*)")  # a working plane that turns nothing
-_STARTING = frozenset((3, 4, 13, 14, 8, 7))  # what acts before a motion
-# what turns on how the control runs the path, or which way round a rotary axis goes in rapid
-_SILENT = frozenset((94, 116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
-_MODES = frozenset((97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141, 143, 144, 145, 148, 149, 197))
 
 
 class HeidenhainMoves:
     """Turns statements into blocks; `value` gives what a number or Q parameter is worth. Positions in the program's unit."""
 
-    def __init__(self, value: Callable[[str], float]) -> None:
-        self._value = value
+    def __init__(self, value: Callable[[str], float], number_of: Callable[[str], float | None]) -> None:
+        self._value, self._number_of = value, number_of
         self.one_name = False  # the file names one tool, by its name, and no more
         self._at: dict[str, float | None] = dict.fromkeys("XYZ")
-        self._center: tuple[float, float] | None = None
+        self._pole = Pole()
         self._rapid = False  # FMAX of the block
         self._feed: float | None = None
         self._tool_feed: float | None = None  # of TOOL CALL
@@ -49,6 +52,7 @@ class HeidenhainMoves:
         self._feed_left = False  # a cycle has left its own feed behind, and the program has named none
         self._shift = dict.fromkeys("XYZ", 0.0)
         self._plane: Plane = None
+        self._unsettled = False  # within it the datum shift has ended
         self._cycle: dict[int, float] | None = None
         self._cycle_number = 0
         self._frames = Frames()
@@ -65,6 +69,10 @@ class HeidenhainMoves:
 
     def blocks(self, text: str, line: int) -> Iterator[Block]:
         """The blocks that one statement stands for. Raises ToolpathError for what is not read."""
+        if self._unsettled and _MOTION.match(text) and not _AWAY.search(text):
+            raise ToolpathError(
+                "a motion in a tilted plane whose datum shift has ended", hint="put PLANE RESET before it"
+            )
         if text.startswith("BEGIN PGM"):
             yield from self._begin(text, line)
         elif text.startswith("END PGM"):
@@ -96,6 +104,10 @@ class HeidenhainMoves:
             yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
         elif text.startswith("M140"):
             yield self._away(line)
+        elif text.startswith("TCH PROBE"):
+            raise ToolpathError(
+                f"{text[:24]}: a touch probe's cycle, which measures the part", hint="measure before, and take it out"
+            )
         elif not _NOTHING_HERE.match(text):
             raise ToolpathError(f"{text[:28]!r} is not read", hint="have the CAM system write the motions out")
 
@@ -122,22 +134,7 @@ class HeidenhainMoves:
     # -- words -------------------------------------------------------------------------------------------------
 
     def _place(self, words: dict[str, str]) -> dict[str, float]:
-        """X, Y, Z, A, B, C of a motion, absolute."""
-        out: dict[str, float] = {}
-        for name, text in words.items():
-            letter = name[-1]
-            if name not in (letter, f"I{letter}") or letter not in "XYZABC":
-                continue
-            if not text:
-                raise ToolpathError(f"{name} without a number", hint="check the block")
-            value = self._value(text)
-            if name[0] == "I":
-                before = self._at.get(letter)
-                if before is None:
-                    raise ToolpathError(f"{name} from a place that is not known", hint=f"name {letter} before it")
-                value += before
-            out[letter] = value
-        return out
+        return placed(words, self._at, self._value)
 
     def _fed_words(self, words: dict[str, str]) -> dict[str, float]:
         """F of a motion; sets whether it is a rapid."""
@@ -156,9 +153,9 @@ class HeidenhainMoves:
     def _codes(self, codes: list[int], line: int) -> Iterator[Block]:
         """M functions that stand with or without a motion."""
         for code in codes:
-            if code in _MODES:
+            if code in MODES:
                 raise ToolpathError(f"M{code} changes the path or its feed, and is not read", hint="post without it")
-        kept = tuple(c * 10 for c in codes if c not in _SILENT | _MACHINE and c not in (89, 99))
+        kept = tuple(c * 10 for c in codes if c not in SILENT | MACHINE and c not in (89, 99))
         if kept:
             yield Block(line, {}, m=kept)
             if {128, 129} & set(codes):
@@ -189,14 +186,14 @@ class HeidenhainMoves:
             self._lose()
             yield from self._codes(codes, line)
             return
-        before = tuple(c for c in codes if c in (*_STARTING, 128))
+        before = tuple(c for c in codes if c in (*STARTING, 128))
         yield from self._codes(list(before), line)
         to = self._place(words)
         vector = None
         if {"TX", "TY", "TZ"} & set(words):
             vector = tuple(self._value(words.get(k) or "0") for k in ("TX", "TY", "TZ"))
         motion = 0 if self._rapid else 10
-        if codes and _MACHINE & set(codes):
+        if codes and MACHINE & set(codes):
             yield Block(line, {**to, **feed}, (530, motion))
             self._at.update(dict.fromkeys(set(to) & set("XYZ")))
         elif to or vector is not None:
@@ -214,14 +211,7 @@ class HeidenhainMoves:
 
     def _set_center(self, text: str) -> None:
         words, _ = motion_words(text.strip())
-        to = self._place(words)
-        if set(to) - set("XY") or not to:
-            raise ToolpathError("a centre (CC) outside of the XY plane, or at the tool", hint="name X and Y")
-        old = self._center or (None, None)
-        x, y = to.get("X", old[0]), to.get("Y", old[1])
-        if x is None or y is None:
-            raise ToolpathError("a centre (CC) without X or Y", hint="name both")
-        self._center = (x, y)
+        self._pole.name(self._place(words))
 
     def _round(self, text: str, line: int) -> Iterator[Block]:
         """C, CR, CP and LP."""
@@ -229,12 +219,12 @@ class HeidenhainMoves:
         words, codes = motion_words(rest)
         feed = self._fed_words(words)
         yield from offset_blocks(words, line)
-        to = self._place(words)
-        x, y, z = (self._at[k] for k in "XYZ")
-        turns = 1
+        to, pole = self._place(words), Pole() if kind == "CR" else self._pole
+        first, second = pole.letters
+        begun, turns = (self._at[first], self._at[second]), 1
         if kind in ("CP", "LP"):
-            x_, y_, turns = polar(kind, words, (x, y), self._center, self._value)
-            to |= {"X": x_, "Y": y_}
+            u, v, turns = polar(kind, words, begun, pole.place, self._value)
+            to |= {first: u, second: v}
         if kind == "LP":
             yield from self._codes([c for c in codes if c in (3, 4, 13, 14, 8, 7)], line)
             yield Block(line, {**to, **feed}, (0 if self._rapid else 10,))
@@ -242,18 +232,18 @@ class HeidenhainMoves:
             sense = words.get("DR", "")[:1]
             if sense not in ("+", "-"):
                 raise ToolpathError(f"{kind} without DR+ or DR-", hint="name the sense of rotation")
-            if x is None or y is None or (z is None and "Z" in to):
+            if begun[0] is None or begun[1] is None or any(self._at[k] is None for k in set(to) & set("XYZ")):
                 raise ToolpathError("an arc from an unknown place", hint="name X, Y and Z in an L before it")
-            to = {"X": x, "Y": y} | to
+            to = {first: begun[0], second: begun[1]} | to
             if kind == "CR":
                 round_ = {"R": self._value(words["R"])} if words.get("R") else {}
-            elif self._center is None:
-                raise ToolpathError(f"{kind} without a centre", hint="put CC before it")
             else:
-                round_ = {"I": self._center[0] - x, "J": self._center[1] - y}
+                round_ = pole.from_here(self._at)
             if turns > 1:
                 round_["P"] = float(turns)
-            yield Block(line, {**to, **round_, **feed}, (30 if sense == "+" else 20,))
+            yield Block(line, {**to, **round_, **feed}, (pole.code, 30 if sense == "+" else 20))
+            if pole.code != 170:
+                yield Block(line, {}, (170,))
         self._at.update({k: v for k, v in to.items() if k in self._at})
         yield from self._codes(codes, line)
 
@@ -265,7 +255,7 @@ class HeidenhainMoves:
     # -- tools, planes, cycles ---------------------------------------------------------------------------------
 
     def _tool(self, text: str, line: int) -> Iterator[Block]:
-        call = tool_call(text, one_name=self.one_name)
+        call = tool_call(text, self._number_of, one_name=self.one_name)
         words = {letter: value for letter, value in (("F", call.feed), ("S", call.speed)) if value is not None}
         if call.feed is not None or call.changes:
             self._tool_feed = call.feed
@@ -282,6 +272,7 @@ class HeidenhainMoves:
     def _set_plane(self, text: str, line: int) -> Iterator[Block]:
         if self._frames.set:
             raise ToolpathError("PLANE while cycle 8 or 10 mirrors or turns", hint="cancel that cycle before it")
+        self._unsettled = False
         if text.startswith("PLANE RESET"):
             self._plane = None
             self._lose()
@@ -352,6 +343,10 @@ class HeidenhainMoves:
             if "#" in rest:
                 raise ToolpathError("a datum of the machine's table", hint="shift by X, Y, Z")
             return
+        if self._plane is not None and all(not more and not self._value(text) for more, _, text in found):
+            self._shift |= {letter: 0.0 for _, letter, _ in found if letter in self._shift}
+            self._unsettled = True  # which of the two goes first doesn't count where nothing moves before the plane's end
+            return
         if (self._plane is not None or self._frames.set) and any(
             (self._value(text) if more else self._value(text) - self._shift.get(k, 0.0)) for more, k, text in found
         ):
@@ -377,8 +372,8 @@ class HeidenhainMoves:
         """CYCL CALL, or CYCL CALL POS: in rapid at the second clearance, or as high as the tool stands above it."""
         codes, to = place_of(text, self._value)
         if self._cycle is not None:
-            yield from self._codes([c for c in codes if c in _STARTING], line)
-            codes = [c for c in codes if c not in _STARTING]
+            yield from self._codes([c for c in codes if c in STARTING], line)
+            codes = [c for c in codes if c not in STARTING]
         if to is not None and self._cycle is not None:
             up = level(self._cycle)
             if self._at["Z"] is None or self._at["Z"] < up:

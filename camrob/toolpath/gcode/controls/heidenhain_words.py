@@ -15,7 +15,30 @@ from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame, mirrored, turned
 from camrob.units import deg_to_rad, rad_to_deg
 
-__all__ = ["Frames", "ToolCall", "corner_of", "motion_words", "offset_blocks", "polar", "tool_call"]
+__all__ = [
+    "MACHINE",
+    "MODES",
+    "SILENT",
+    "STARTING",
+    "Frames",
+    "Pole",
+    "ToolCall",
+    "corner_of",
+    "motion_words",
+    "offset_blocks",
+    "placed",
+    "polar",
+    "tool_call",
+]
+
+MACHINE = frozenset((91, 92))
+"""M functions whose block names positions of the machine."""
+STARTING = frozenset((3, 4, 13, 14, 8, 7))
+"""M functions that act before a motion."""
+SILENT = frozenset((94, 116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))
+"""M functions that say how the control runs the path, or which way round a rotary axis goes in rapid."""
+MODES = frozenset((97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141, 143, 144, 145, 148, 149, 197))
+"""M functions that change the path or its feed."""
 
 _WORD = re.compile(
     r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|S)"
@@ -51,6 +74,27 @@ def motion_words(text: str) -> tuple[dict[str, str], list[int]]:
     return words, codes
 
 
+def placed(
+    words: dict[str, str], at: dict[str, float | None], value: Callable[[str], float]
+) -> dict[str, float]:
+    """X, Y, Z, A, B, C of a motion, absolute; `at`: where it begins. Raises ToolpathError for steps from an unknown place."""
+    out: dict[str, float] = {}
+    for name, text in words.items():
+        letter = name[-1]
+        if name not in (letter, f"I{letter}") or letter not in "XYZABC":
+            continue
+        if not text:
+            raise ToolpathError(f"{name} without a number", hint="check the block")
+        to = value(text)
+        if name[0] == "I":
+            before = at.get(letter)
+            if before is None:
+                raise ToolpathError(f"{name} from a place that is not known", hint=f"name {letter} before it")
+            to += before
+        out[letter] = to
+    return out
+
+
 def corner_of(text: str, value: Callable[[str], float]) -> Corner | None:
     """The corner that RND or CHF asks for, None for another statement, or a size of 0; `value` is that of a number or parameter.
 
@@ -66,6 +110,41 @@ def corner_of(text: str, value: Callable[[str], float]) -> Corner | None:
     return Corner(ROUND if match[1] == "RND R" else LEG, size, feed) if size else None
 
 
+class Pole:
+    """The centre that CC names, and the plane in which circles and polar motions run by it: X/Y, Y/Z or Z/X, whose angles count from
+    the first of the two to the second (TNC 640, 6.5). `letters`: its axes; `place`: None as long as none is named.
+    """
+
+    def __init__(self) -> None:
+        self.letters = "XY"
+        self.place: tuple[float, float] | None = None
+
+    @property
+    def code(self) -> int:
+        """The plane as a G code in tenths."""
+        return {"XY": 170, "YZ": 190, "ZX": 180}[self.letters]
+
+    def name(self, to: dict[str, float]) -> None:
+        """CC. Raises ToolpathError for a centre at the tool, or of which an axis is not known."""
+        letters = next((pair for pair in ("XY", "YZ", "ZX") if set(to) == set(pair)), self.letters)
+        if not to or not set(to) <= set(letters):
+            raise ToolpathError("a centre (CC) of no plane, or at the tool", hint="name two of X, Y and Z")
+        old = self.place if self.place and letters == self.letters else (None, None)
+        first, second = (to.get(letter, value) for letter, value in zip(letters, old, strict=True))
+        if first is None or second is None:
+            raise ToolpathError("a centre (CC) of which only one axis is known", hint="name two of X, Y and Z")
+        self.letters, self.place = letters, (first, second)
+
+    def from_here(self, at: dict[str, float | None]) -> dict[str, float]:
+        """I, J, K of an arc that begins at `at`. Raises ToolpathError where no centre is named."""
+        if self.place is None:
+            raise ToolpathError("a circle without a centre", hint="put CC before it")
+        return {
+            "IJK"["XYZ".index(letter)]: value - (at[letter] or 0.0)
+            for letter, value in zip(self.letters, self.place, strict=True)
+        }
+
+
 def polar(
     kind: str,
     words: dict[str, str],
@@ -73,7 +152,7 @@ def polar(
     pole: tuple[float, float] | None,
     value: Callable[[str], float],
 ) -> tuple[float, float, int]:
-    """Where CP or LP ends in X and Y, and the turns that it takes, the broken one included; `at`: where it begins.
+    """Where CP or LP ends in the plane of the pole, and the turns that it takes, the broken one included; `at`: where it begins.
 
     Raises ToolpathError where pole, beginning or angle is not known.
     """
@@ -122,8 +201,11 @@ class ToolCall(NamedTuple):
     note: str = ""
 
 
-def tool_call(text: str, *, one_name: bool) -> ToolCall:
-    """What stands behind TOOL CALL. Raises ToolpathError for offsets, other tool axes, and one of several names."""
+def tool_call(text: str, number_of: Callable[[str], float | None], *, one_name: bool) -> ToolCall:
+    """What stands behind TOOL CALL; `number_of` is the set-up's by a tool's name.
+
+    Raises ToolpathError for offsets, other tool axes, and one of several names that the set-up doesn't have.
+    """
     match = re.match(r'("[^"]*"|[0-9]+(?:\.[0-9]+)?)?', text)
     name = match[0] if match else ""
     rest = text[len(name) :]
@@ -139,12 +221,14 @@ def tool_call(text: str, *, one_name: bool) -> ToolCall:
     number: float | None = None
     note = ""
     if name.startswith('"') and not name.strip('"').isdigit():
-        if not one_name:
+        number = number_of(name.strip('"'))
+        if number is None and not one_name:
             raise ToolpathError(
                 f"TOOL CALL {name[:40]}: several tools by their names",
-                hint="call tools by numbers, as the set-up does",
+                hint="give each a [[tool]] with its number and this name in setup.toml, or call them by numbers",
             )
-        note = f"TOOL CALL {name[:40]} is the file's only tool: it is taken for the one of the set-up"
+        if number is None:
+            note = f"TOOL CALL {name[:40]} is the file's only tool: it is taken for the one of the set-up"
     elif name:
         number = float(name.strip('"'))
     return ToolCall(bool(name), number, float(speed[1]) if speed else None, float(feed[1]) if feed else None, note)

@@ -84,7 +84,8 @@ class _Program:
         names = {
             name.upper() for raw in lines for name in re.findall(r'\bT\s*=\s*"([^"]*)"', raw.partition(";")[0], re.I)
         }
-        self._words.one_name = len(names) == 1 and not any(name.isdigit() for name in names)
+        strange = not any(name.isdigit() or self._words.number_of(name) for name in names)
+        self._words.one_name = len(names) == 1 and strange
 
     def _structure(self) -> None:
         opened: list[tuple[str, int]] = []

@@ -1,4 +1,4 @@
-"""Siemens' drilling cycles 81, 82, 83 and 85 as the moves that they stand for (840D sl, "Job planning", drilling cycles)."""
+"""Siemens' drilling cycles 81 to 85, 89 and 840 as the moves that they stand for (840D sl, "Job planning", drilling cycles)."""
 
 from __future__ import annotations
 
@@ -9,16 +9,24 @@ from dataclasses import dataclass
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.lexer import Block
 
-__all__ = ["CYCLES", "TAPS", "Hole", "hole_of"]
+__all__ = ["CYCLES", "NOT_DONE", "TAPS", "Hole", "hole_of"]
 
 _NAMES = {
     "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE83": "RTP RFP SDIS DP DPR FDEP FDPR DAM DTB DTS FRF VARI AXN MDEP VRT DTD DIS1 GMODE DMODE AMODE",
-    "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1",
-    "CYCLE840": "RTP RFP SDIS DP DPR DTB SDR SDAC ENC MPIT PIT",
+    "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1 AXN PITA TECHNO VARI DAM VRT PITM PTAB PTABA GMODE DMODE AMODE",
+    "CYCLE840": "RTP RFP SDIS DP DPR DTB SDR SDAC ENC MPIT PIT AXN PITA TECHNO PITM PTAB PTABA GMODE DMODE AMODE",
     "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
+    "CYCLE89": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
 }
+_STOPS = "the spindle stands at the hole's bottom, and an operator draws the tool out"
+NOT_DONE = {
+    "CYCLE86": "the spindle stands at an angle at the hole's bottom, and the tool is drawn out beside the wall",
+    "CYCLE87": _STOPS,
+    "CYCLE88": _STOPS,
+}
+"""Drilling cycles that no robot's spindle does, and why."""
 CYCLES = frozenset(_NAMES)
 TAPS = frozenset(("CYCLE84", "CYCLE840"))
 # mm: the coarse pitch of a metric thread by its size (ISO 261), which MPIT names
@@ -28,6 +36,7 @@ _COARSE: dict[float, float] = {
 }  # fmt: skip
 _MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
 _EVEN = 1e-9  # of the program's unit
+_PERCENT = 100.0  # above 1 FRF is a share of the feed in hundredths
 _BREAK = 1.0  # mm: VRT where it is left out or 0
 # DIS1 where it is left out or 0: how far above the last bite's end the rapid back into the hole ends, mm; of a hole deeper than
 # _SHALLOW its depth by _SHARE, at most _FARTHEST (840D sl, "Job planning", CYCLE83)
@@ -69,7 +78,7 @@ class Hole:
             yield Block(line, {"Z": depth, "F": feed}, (10,))
         if self.name != "CYCLE81":
             yield from _dwell(self["DTB"], line)
-        if self.name == "CYCLE85":
+        if self.name in ("CYCLE85", "CYCLE89"):
             yield Block(line, {"Z": top, "F": self["RFF"] or feed}, (10,))
         yield Block(line, {"Z": max(out, top)}, (0,))
 
@@ -80,7 +89,10 @@ class Hole:
         )
         rpm = self["SST"] or speed
         if math.isnan(pitch) or not rpm or (not pitch and not (feed and self.name == "CYCLE840")):
-            raise ToolpathError(f"{self.name} without its pitch or speed", hint="name PIT, and SST or S")
+            raise ToolpathError(
+                f"{self.name} without its pitch or speed: the control would not know either",
+                hint="name PIT (or MPIT), and SST or S",
+            )
         if self["SST"] and self["SST1"] not in (0.0, self["SST"]):
             raise ToolpathError("CYCLE84 that comes out at another speed (SST1)", hint="leave SST1 out")
         words = {"Z": self.depth, "R": self["RFP"] + self["SDIS"], "F": abs(pitch) * rpm if pitch else feed or 0.0}
@@ -98,7 +110,8 @@ class Hole:
         first, depth, less = self._first, self.depth, self["DAM"]
         bite, at = self["RFP"] - first, first
         least = self["MDEP"] or max(less, 0.0)
-        yield Block(line, {"Z": first, "F": feed * (self["FRF"] or 1.0)}, (10,))
+        share = self["FRF"] / _PERCENT if self["FRF"] > 1.0 else self["FRF"] or 1.0
+        yield Block(line, {"Z": first, "F": feed * share}, (10,))
         while at > depth + _EVEN:
             yield from _dwell(self["DTB"], line)
             if self["VARI"]:
@@ -152,8 +165,12 @@ def hole_of(name: str, arguments: Sequence[float | None]) -> Hole:
         raise ToolpathError(f"{name} with a dwell in turns of the spindle", hint="name it in seconds")
     if hole["SDIS"] < 0.0 or hole.depth >= hole["RFP"] or hole["RTP"] < hole["RFP"]:
         raise ToolpathError(f"{name} whose heights make no hole", hint="check RTP, RFP, SDIS and DP")
-    if name == "CYCLE83" and not (hole["DTD"] == 0.0 and hole["DAM"] >= -1.0 and 0.0 <= hole["FRF"] <= 1.0):
+    if name == "CYCLE83" and not (hole["DTD"] == 0.0 and hole["DAM"] >= -1.0 and 0.0 <= hole["FRF"] <= _PERCENT):
         raise ToolpathError(f"{name} with DTD, DAM or FRF out of what is known", hint="check them")
+    if name in TAPS and hole["PITA"] not in (0.0, 1.0):
+        raise ToolpathError(f"{name} with its pitch in another unit (_PITA {hole['PITA']:g})", hint="name it in mm, by PIT")
+    if name in TAPS and hole["VARI"]:
+        raise ToolpathError(f"{name} in bites (_VARI {hole['VARI']:g})", hint="tap in one go")
     _check_pecks(hole)
     return hole
 

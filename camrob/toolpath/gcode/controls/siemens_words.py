@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
-from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, TAPS, Hole, hole_of
+from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, NOT_DONE, TAPS, Hole, hole_of
 from camrob.toolpath.gcode.controls.siemens_frames import PART, Frame, swivel
 from camrob.toolpath.gcode.controls.siemens_grammar import GRAMMAR
 from camrob.toolpath.gcode.controls.siemens_patterns import PATTERNS, places
@@ -51,18 +51,21 @@ class SiemensWords:
         self._frame = Frame()
         self._swivelled = False  # CYCLE800
 
+    def number_of(self, name: str) -> float | None:
+        """The number of the set-up's tool of that name."""
+        return self._state(f"tool {name}")
+
     def blocks(self, text: str, line: int, *, optional: bool) -> Iterator[Block]:
         """The blocks that one block of words stands for. Raises ToolpathError for what is not read."""
         text = _TOLERANCE.sub("", text).strip()
-        self._fast = bool(re.search(r"\bG0+(?![0-9])", text)) or (
-            self._state("motion") in (None, 0.0) and not re.search(r"\bG0*[123](?![0-9])", text)
-        )
         if text == "MCALL":
             self._hole = None
             return
         modal = text.startswith("MCALL ")
         text = text.removeprefix("MCALL ")
         call = _CALL.match(text)
+        if call and call[1] in NOT_DONE:
+            raise ToolpathError(f"{call[1]}: {NOT_DONE[call[1]]}", hint="bore with CYCLE85 or CYCLE89")
         if modal and not (call and call[1] in CYCLES):
             raise ToolpathError(
                 f"MCALL {text[:20]}: a modal call that is not read",
@@ -177,7 +180,7 @@ class SiemensWords:
 
     def _plain(self, text: str, line: int, optional: bool) -> Iterator[Block]:
         self._machine, self._note, self._center, self._relative = False, "", set[str](), set[str]()
-        self._absolute = set[str]()
+        self._absolute, self._ways = set[str](), dict[str, str]()
         said = re.findall(r"\bG9([01])(?![0-9.])", text)
         self._distance = 90.0 + float(said[-1]) if said else self._state("distance")
         self._vector: dict[str, float] = {}
@@ -214,7 +217,8 @@ class SiemensWords:
         vector = None
         if self._vector:
             vector = tuple(self._vector.get(k, 0.0) for k in ("A3", "B3", "C3"))
-        yield block._replace(vector=vector, note=self._note, corner=self._corner)
+        ways = tuple((letter, how) for letter, how in self._ways.items() if letter in block.words)
+        yield block._replace(vector=vector, note=self._note, corner=self._corner, ways=ways)
         if self._center:
             yield Block(line, {}, (911,))
         if mode != before:
@@ -225,7 +229,7 @@ class SiemensWords:
     def _stepped(self, word: tuple[str, float, bool]) -> tuple[str, float, bool]:
         """A step of one axis in a block whose others name places, as the place that it leads to."""
         letter, step, point = word
-        at = self._state(f"at {letter}") if letter in "XYZ" else None
+        at = self._state(f"at {letter}")
         if at is None:
             raise ToolpathError(
                 f"IC of {letter} from a place that is not known", hint="write all of a block's axes alike"
@@ -335,7 +339,10 @@ class SiemensWords:
             self._absolute.add(name)
         elif name in "XYZABC" and how == "IC":
             self._relative.add(name)
-        elif not (name in "ABC" and how == "DC" and self._fast):  # in a rapid, either way round will do
+        elif name in "ABC":  # DC, ACP, ACN
+            self._absolute.add(name)
+            self._ways[name] = how
+        else:
             raise ToolpathError(f"{name}={how}(...) is not read", hint=f"write {name} as a plain value")
 
     def _tool(self, reader: Reader, found: list[Word]) -> None:
@@ -343,14 +350,15 @@ class SiemensWords:
         if match is None:
             raise reader.fail("a tool's name without its end")
         reader.at += match.end()
-        if match[1].isdigit():
-            found.append(("T", float(match[1]), True))
+        number = float(match[1]) if match[1].isdigit() else self.number_of(match[1])
+        if number is not None:
+            found.append(("T", number, True))
         elif self.one_name:
             self._note = f'T="{match[1][:40]}" is the file\'s only tool: it is taken for the one of the set-up'
         else:
             raise ToolpathError(
                 f'T="{match[1][:40]}": several tools by their names',
-                hint="call them by numbers, which the set-up has, too",
+                hint="give each a [[tool]] with its number and this name in setup.toml, or call them by numbers",
             )
 
     def _code(self, value: float, found: list[Word]) -> None:

@@ -21,9 +21,10 @@ _SIEMENS = {
     "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE83": "RTP RFP SDIS DP DPR FDEP FDPR DAM DTB DTS FRF VARI AXN MDEP VRT DTD DIS1 GMODE DMODE AMODE",
-    "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1",
-    "CYCLE840": "RTP RFP SDIS DP DPR DTB SDR SDAC ENC MPIT PIT",
+    "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1 AXN PITA TECHNO VARI DAM VRT M1 M2 M3 GMODE DMODE AMODE",
+    "CYCLE840": "RTP RFP SDIS DP DPR DTB SDR SDAC ENC MPIT PIT AXN PITA TECHNO M1 M2 M3 GMODE DMODE AMODE",
     "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
+    "CYCLE89": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
 }
 _KLARTEXT = {
     "200": (200, 201, 202, 203, 204, 206),
@@ -57,6 +58,7 @@ _RISES: dict[float, float] = {
     45: 4.5,
     48: 5.0,
 }
+_MOST_BITES = 5000  # of one hole
 _FMAX = 99999.0  # a feed that stands for the rapid
 
 
@@ -75,6 +77,8 @@ class Hole(NamedTuple):
     bite: float = 0.0
     tap: float | None = None  # the thread's rise a turn, left-handed below 0, 0: by the modal feed
     rpm: float | None = None  # of the tap, None: the modal one
+    drawn: bool = False  # out at the feed at which it went in
+    bites: tuple[float, ...] = ()  # where each of several bites that differ ends
 
 
 def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
@@ -107,12 +111,18 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
         return
     feed = tell.speed(line, None if hole.feed_in is None else (hole.feed_in * reader.scale / 60.0, "min"))
     tell.move(at(hole.clear), axis, Way.RAPID, line)
-    if hole.bite:
+    if hole.bites:
+        lows = tuple((hole.clear - low) * scale for low in hole.bites)
+        most = max(b - a for a, b in zip((0.0, *lows), lows, strict=False))
+        tell.pecks[tell.n] = Pecks(lows[0], most, True, lows)
+    elif hole.bite:
         first = hole.clear - hole.surface + hole.bite
         tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True)
     tell.move(at(hole.bottom), axis, Way.HOLE, line, feed)
     if hole.dwell:
         tell.event(Kind.DWELL, line, hole.dwell)
+    if hole.drawn:
+        tell.move(at(hole.clear), axis, Way.FEED, line, feed)
     if hole.feed_out is not None:
         tell.move(at(hole.clear), axis, Way.FEED, line, hole.feed_out * reader.scale / 60.0)
     tell.move(at(hole.level), axis, Way.RAPID, line)
@@ -162,6 +172,8 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
         raise UnreadError(f"{name} of two depths")
     clear = value["RFP"] + value["SDIS"]
     if "PIT" in value:
+        if value["PITA"] not in (0.0, 1.0) or value.get("VARI") or value["AXN"] not in (0.0, 3.0):
+            raise UnreadError(f"{name} in bites, or with a pitch in another unit")
         rise = value["PIT"] or np.sign(value["MPIT"]) * _RISES.get(abs(value["MPIT"]), 0.0)
         if (not rise and (name == "CYCLE84" or value["MPIT"])) or value.get("SST1", 0.0) not in (0.0, value.get("SST")):
             raise UnreadError(f"{name} whose pitch or speed isn't known")
@@ -173,7 +185,8 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
     if back == 0.0:
         raise UnreadError("CYCLE85 without its feeds")
     dwell = value["DTB"] if name != "CYCLE81" else 0.0
-    return Hole(clear, end, max(value["RTP"], clear), value["RFP"], inwards, back, dwell)
+    slow = name == "CYCLE89"  # out as it went in
+    return Hole(clear, end, max(value["RTP"], clear), value["RFP"], inwards, back, dwell, drawn=slow)
 
 
 def _deep(value: Mapping[str, float], first: float | None, end: float) -> Hole:
@@ -183,13 +196,33 @@ def _deep(value: Mapping[str, float], first: float | None, end: float) -> Hole:
     surface = value["RFP"]
     named = surface - abs(value["FDPR"]) if first is None else first
     odd = first is not None and value["FDPR"] and abs(surface - abs(value["FDPR"]) - first) > 1e-9
-    if value["DTD"] or value["AXN"] not in (0.0, 3.0) or odd or value["DAM"] < -1.0 or value["FRF"] not in (0.0, 1.0):
+    if value["DTD"] or value["AXN"] not in (0.0, 3.0) or odd or value["DAM"] < -1.0 or value["FRF"] not in (0.0, 1.0, 100.0):
         raise UnreadError("CYCLE83 whose depth, dwell or feed counts in another way")
     bite = surface - named if end + 1e-9 < named < surface - 1e-9 else 0.0
-    if bite and (value["DAM"] or value["MDEP"] > bite or not value["VARI"] or value["DTB"] or value["DTS"]):
-        raise UnreadError("CYCLE83 in bites that differ, break chips or dwell")
+    if bite and (value["MDEP"] > bite or not value["VARI"] or value["DTB"] or value["DTS"]):
+        raise UnreadError("CYCLE83 in bites that break chips or dwell")
     clear = surface + value["SDIS"]
+    if bite and value["DAM"]:
+        return Hole(
+            clear, end, max(value["RTP"], clear), surface, dwell=value["DTB"], bites=_shorter(surface, bite, end, value)
+        )
     return Hole(clear, end, max(value["RTP"], clear), surface, dwell=value["DTB"], bite=bite)
+
+
+def _shorter(surface: float, bite: float, end: float, value: Mapping[str, float]) -> tuple[float, ...]:
+    """Where each bite of CYCLE83 ends: one is shorter than that before it by DAM, or, DAM below 0, -DAM times as long; none is
+    shorter than MDEP, or than DAM. Raises UnreadError where that leads nowhere.
+    """
+    less, lows = value["DAM"], [surface - bite]
+    least = value["MDEP"] if value["MDEP"] else max(0.0, less)
+    while lows[-1] > end + 1e-9:
+        bite = bite - less if less > 0.0 else -less * bite
+        if bite < least:
+            bite = least
+        if bite <= 0.0 or len(lows) > _MOST_BITES:
+            raise UnreadError("CYCLE83 in bites that never end")
+        lows.append(max(end, lows[-1] - bite))
+    return tuple(lows)
 
 
 def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,12 @@ _AXES = frozenset("XYZABC")
 
 
 class ForeignReader(GcodeReader, ABC):
-    """Reads a program of another control line by line (`_line`), each as the blocks of ISO 6983 that it stands for."""
+    """Reads a program of another control line by line (`_line`), each as the blocks of ISO 6983 that it stands for.
+
+    numbers: of the set-up's tools, by their names in lower case.
+    """
+
+    numbers: Mapping[str, int] = MappingProxyType({})
 
     def read(self, text: str) -> None:
         """Reads the text up to its end, or to the first statement that is not read."""

@@ -14,7 +14,7 @@ from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
-from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, polar_end
+from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, Pole, formula_of, polar_end
 from camrob.witness.cl.framing import mirror, turning
 from camrob.witness.cl.running.label_run import LabelRun
 from camrob.witness.cl.running.ordered import Ordered, Row
@@ -43,7 +43,8 @@ class KlartextReader(ForeignReader):
         self._called_feed = ""  # of TOOL CALL, which F AUTO means
         self._drills: Hole | None = None
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
-        self._pole: tuple[float, float] | None = None
+        self._unsure = False  # it has ended within the plane
+        self._pole: Pole | None = None
         super().read(text)
 
     def _statements(self, text: str) -> list[tuple[int, str]]:
@@ -53,7 +54,7 @@ class KlartextReader(ForeignReader):
             row = re.sub(r"(?<=\d),(?=\d)", ".", " ".join(raw.partition(";")[0].split()).upper())
             if goes_on and rows:
                 rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
-            elif row := re.sub(r"^\d+(?: |$)", "", row.rstrip("~ ")):
+            elif row := re.sub(r"^/? ?(?:\d+(?: |$))?/? ?", "", row.rstrip("~ ")):
                 rows.append((i, row))
             goes_on = raw.rstrip().endswith("~")
         return rows
@@ -63,12 +64,14 @@ class KlartextReader(ForeignReader):
 
     def _line(self, row: str, line: int) -> None:
         if given := re.fullmatch(r"(?:FN ?[0-7] ?: ?)?(Q\d+) ?= ?(.+)", row):
-            self._keep(given, row)
+            self._computed.keep(given[1], formula_of(given[1], given[2], row))
             return
         if turned := re.fullmatch(r"L((?: ?[ABC] ?[-+]?Q12[0-2])+)(?: R0)?(?: F ?MAX| F ?\d+)?((?: M\d+)*)", row):
             self._turn_along(re.findall(r"M(\d+)", turned[2]), line)
             return
         row = re.sub(r"(?<=[A-Z=])([-+]?)(Q\d+)", self._number_of, row)
+        if self._unsure and re.match(r"(L|LN|C|CR|CP|LP|CYCL CALL) ", row) and not re.search(r"\bM(9[12]|140)\b", row):
+            raise UnreadError("a motion in a tilted plane whose datum shift has ended")
         head, _, rest = row.partition(" ")
         if row.startswith("BEGIN PGM"):
             if self._tell.n or not row.endswith((" MM", " INCH")):
@@ -110,17 +113,6 @@ class KlartextReader(ForeignReader):
         elif not _NOTHING.match(row):
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
 
-    def _keep(self, given: re.Match[str], row: str) -> None:
-        """Q1 = ..., or FN 0 to FN 4, as a formula."""
-        text = given[2].replace(" DIV ", "/")
-        if re.search(r"\b(?:SIN|COS|TAN|SQRT|ABS)\b(?! ?\()", text):  # Heidenhain's functions stand without brackets
-            text = re.sub(r"\b(SIN|COS|TAN|SQRT|ABS) ?([-+]?(?:Q\d+|[\d.]+))", r"\1(\2)", text)
-        if int(given[1][1:]) in range(100, 200) or (
-            re.match(r"FN ?[1-4]", row) and re.search(r"[-+*/][-+ ]*[-+*/][^Q\d]", text)
-        ):
-            raise UnreadError(f"{row[:24]}, computed")
-        self._computed.keep(given[1], text)
-
     def _number_of(self, found: re.Match[str]) -> str:
         """A Q parameter behind a letter or an equals sign, as its number."""
         return f"{self._computed.of(found[1] + found[2]):+.9f}"
@@ -143,6 +135,7 @@ class KlartextReader(ForeignReader):
             raise UnreadError("PLANE while cycle 8 or 10 is in force")
         if said is None and "STAY" in row and not stand.tilted:
             return
+        self._unsure = False
         if self._datum is None:
             self._datum = dict(stand.shift)
         if said is None:
@@ -281,10 +274,9 @@ class KlartextReader(ForeignReader):
     def _set_pole(self, text: str) -> None:
         words, _, _ = self._parts(text)
         to = self._ends(words)
-        if words or set(to) - set("XY") or not (to.keys() == {"X", "Y"} or self._pole):
-            raise UnreadError("a centre (CC) that isn't named in X and Y")
-        x, y = self._pole or (0.0, 0.0)
-        self._pole = (to.get("X", x), to.get("Y", y))
+        if words:
+            raise UnreadError(f"{', '.join(words)} of a centre (CC)")
+        self._pole = Pole.named(to, self._pole)
 
     def _round(self, kind: str, text: str, line: int) -> None:
         words, codes, rapid = self._parts(text)
@@ -293,23 +285,26 @@ class KlartextReader(ForeignReader):
         feed = [f"F{words.pop('F')}"] if "F" in words else []
         sense = words.pop("DR", "")
         to, more = self._ends(words), list[str]()
-        begun = {"X", "Y"} <= self._here.keys() or (kind == "LP" and {"PR", "PA"} <= words.keys())
+        pole = (None if kind == "CR" else self._pole) or Pole("XY", (self._here.get("X", 0.0), self._here.get("Y", 0.0)))
+        first, second = pole.axes
+        begun = {first, second} <= self._here.keys() or (kind == "LP" and {"PR", "PA"} <= words.keys())
         if not begun or (kind != "CR" and self._pole is None) or (kind != "LP" and not sense):
             raise UnreadError(f"{kind} from where the tool isn't known to be, or without its pole or sense")
-        x, y = self._here.get("X", 0.0), self._here.get("Y", 0.0)
-        cx, cy = self._pole or (x, y)
+        x, y = self._here.get(first, 0.0), self._here.get(second, 0.0)
+        cx, cy = pole.at
         if kind in ("CP", "LP"):
-            to, more = polar_end(kind, words, to, self._pole or (0.0, 0.0), (x - cx, y - cy))
+            to, more = polar_end(kind, words, to, pole, (x - cx, y - cy))
         if kind == "CR":
             more = [f"R{words.pop('R', 'nan')}"]
         elif kind != "LP":
-            more += [f"I{cx - x:.9f}", f"J{cy - y:.9f}"]
+            more += [f"{'IJK'['XYZ'.index(k)]}{by:.9f}" for k, by in ((first, cx - x), (second, cy - y))]
         if words or "nan" in more[0:1]:
             raise UnreadError(f"{', '.join(words)} in {kind}")
-        to = {"X": x, "Y": y} | to
+        to = {first: x, second: y} | to
         ends = [f"{letter}{value:.9f}" for letter, value in to.items()]
         motion = ("G0" if rapid else "G1") if kind == "LP" else "G3" if sense == "+" else "G2"
-        self._block([motion, *ends, *more, *feed], line)
+        self._block([pole.plane, motion, *ends, *more, *feed], line)
+        self._block(["G17"], line)
         self._here |= to
         self._switch(codes, line, first=False)
 
@@ -323,6 +318,8 @@ class KlartextReader(ForeignReader):
         if found is None:
             raise UnreadError("TOOL CALL by a name, with another axis, or with an offset")
         number, speed, feed = found.groups()
+        if number and number.startswith('"'):
+            number = str(self.numbers.get(number.strip('" ').casefold(), number))
         if number and number.startswith('"'):
             if not (self._lone or number.strip('"').isdigit()):
                 raise UnreadError("several tools by their names")
@@ -372,6 +369,9 @@ class KlartextReader(ForeignReader):
             self._drills = klartext_hole(
                 main, {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({_NUMBER})(?![\d.])", rest)}
             )
+        elif self._datum is not None and main == "7" and shift and not re.search(r"I[XYZ]|[1-9]", rest):
+            self._datum |= dict.fromkeys(re.findall("[XYZ]", rest), 0.0)
+            self._unsure = True
         elif self._datum is not None and main == "7":
             if number != "7.0" and not (shift and self._stands_still(rest, self._datum)):
                 raise UnreadError("a datum shift in a plane")

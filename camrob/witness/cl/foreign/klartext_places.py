@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
+from typing import NamedTuple
 
 from camrob.witness.cl.foreign.foreign_words import UnreadError
 from camrob.witness.units import deg_to_rad, rad_to_deg
 
-__all__ = ["FIRST", "LAST", "QUIET", "polar_end"]
+__all__ = ["FIRST", "LAST", "QUIET", "Pole", "formula_of", "polar_end"]
 
 FIRST = {"3": "M3", "4": "M4", "7": "M7", "8": "M8", "13": "M3M8", "14": "M4M8", "128": "M128"}
 LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129": "M129"}
@@ -15,16 +17,39 @@ LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129
 QUIET = frozenset("94 116 117 120 124 126 127 134 135 137 138 107 108 25 26".split())
 
 _FULL = 360.0  # degrees
+_PLANES = {"XY": "G17", "YZ": "G19", "ZX": "G18"}  # angles count from the first axis to the second
+
+
+class Pole(NamedTuple):
+    """What CC names: two axes, and where on them."""
+
+    axes: str
+    at: tuple[float, float]
+
+    @property
+    def plane(self) -> str:
+        """The plane as ISO calls it."""
+        return _PLANES[self.axes]
+
+    @classmethod
+    def named(cls, to: dict[str, float], before: Pole | None) -> Pole:
+        """CC with these values, `before` being the one in force. Raises UnreadError where an axis of its plane is left open."""
+        if len(to) == 2 and (axes := next((pair for pair in _PLANES if set(pair) == set(to)), "")):
+            return cls(axes, (to[axes[0]], to[axes[1]]))
+        if len(to) != 1 or before is None or not set(to) <= set(before.axes):
+            raise UnreadError("a centre (CC) of which only one axis is named")
+        first, second = (to.get(axis, kept) for axis, kept in zip(before.axes, before.at, strict=True))
+        return cls(before.axes, (first, second))
 
 
 def polar_end(
-    kind: str, words: dict[str, str], to: dict[str, float], pole: tuple[float, float], off: tuple[float, float]
+    kind: str, words: dict[str, str], to: dict[str, float], pole: Pole, off: tuple[float, float]
 ) -> tuple[dict[str, float], list[str]]:
-    """The end of CP or LP about the pole, `off` (X, Y) being where the tool is from it, and the word for full turns.
+    """The end of CP or LP about the pole, `off` being where the tool is from it in its plane, and the word for full turns.
 
     Takes what it reads out of `words`. Raises UnreadError for an angle that isn't known.
     """
-    cx, cy = pole
+    cx, cy = pole.at
     radius, more = math.hypot(*off), list[str]()
     if "PR" in words:
         if kind == "CP":
@@ -39,4 +64,19 @@ def polar_end(
     if not math.isfinite(angle) or (kind == "CP" and not more and abs(angle) > _FULL):
         raise UnreadError(f"{kind} whose angle is not known")
     ray = deg_to_rad(angle)
-    return {**to, "X": cx + radius * math.cos(ray), "Y": cy + radius * math.sin(ray)}, more
+    first, second = pole.axes
+    return {**to, first: cx + radius * math.cos(ray), second: cy + radius * math.sin(ray)}, more
+
+
+def formula_of(name: str, text: str, row: str) -> str:
+    """What Q1 = ..., or FN 0 to FN 4, gives a parameter, in brackets where Heidenhain's functions have none.
+
+    Raises UnreadError for a parameter of the control's own, and for FN with more than two values.
+    """
+    text = text.replace(" DIV ", "/")
+    if re.search(r"\b(?:SIN|COS|TAN|SQRT|ABS)\b(?! ?\()", text):
+        text = re.sub(r"\b(SIN|COS|TAN|SQRT|ABS) ?([-+]?(?:Q\d+|[\d.]+))", r"\1(\2)", text)
+    many = re.match(r"FN ?[1-4]", row) and re.search(r"[-+*/][-+ ]*[-+*/][^Q\d]", text)
+    if int(name[1:]) in range(100, 200) or many:
+        raise UnreadError(f"{row[:24]}, computed")
+    return text

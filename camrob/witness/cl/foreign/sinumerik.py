@@ -24,7 +24,7 @@ _COMMENT = re.compile(r"(\"[^\"]*\")|;.*")
 _HEADER = re.compile(r"%_N_\w+|%\w*|PROC \w+.*")
 _TOKEN = re.compile(
     r"\s*(?:(?P<name>T)\s*=\s*\"(?P<text>[^\"]*)\"|(?P<key>[A-Z]+\d?)\s*=\s*(?P<set>[-+]?(?:\d+\.?\d*|\.\d+))(?![\d.*/+(A-Z-])"
-    r"|(?P<of>[A-Z])\s*=\s*(?P<how>IC|AC)\s*\(\s*(?P<given>[-+]?(?:\d+\.?\d*|\.\d+))\s*\)"
+    r"|(?P<of>[A-Z])\s*=\s*(?P<how>IC|AC|DC|ACP|ACN)\s*\(\s*(?P<given>[-+]?(?:\d+\.?\d*|\.\d+))\s*\)"
     r"|(?P<word>[A-Z])\s*(?P<value>[-+]?(?:\d+\.?\d*|\.\d+))(?![\w=])|(?P<said>[A-Z][A-Z_]{2,}\d*[A-Z]*)(?:\(1\))?(?![\w=(]))"
 )
 # how fast and how smoothly the path is run, and who finds the rotary axes: not where it goes
@@ -41,6 +41,7 @@ _QUIET_G = frozenset("9 60 64 601 602 603 641 642 643 644 645 450 451 460 461 46
 _UNITS = {"70": "G20", "700": "G20", "71": "G21", "710": "G21"}
 _PLAIN_G = frozenset("0 1 2 3 4 17 18 19 40 41 42 53 54 55 56 57 90 91 93 94 95 97".split())
 _VECTOR = ("A3", "B3", "C3")
+_WAYS = ("G0", "G1", "G2", "G3")
 _CORNERS = {"RND": "radius", "CHR": "side", "CHF": "across"}
 
 
@@ -56,7 +57,7 @@ class SinumerikReader(ForeignReader):
         """Reads the text up to its end, or to the first statement that is not read."""
         names = {name.upper() for name in re.findall(r"\bT\s*=\s*\"([^\"]*)\"", re.sub(r";.*", "", text), re.I)}
         self._whose_change(re.sub(r";.*", "", text).upper())
-        self._lone = len(names) == 1 and not any(name.isdigit() for name in names)
+        self._lone = len(names) == 1 and not any(name.isdigit() or name.strip().casefold() in self.numbers for name in names)
         self._called: Hole | None = None  # MCALL
         self._computed = Values()
         self._counts: frozenset[str] = frozenset()  # names for whole numbers (INT)
@@ -137,7 +138,7 @@ class SinumerikReader(ForeignReader):
         body = _tight(body)
 
         def number(match: re.Match[str]) -> str:
-            how = re.fullmatch(r"(IC|AC)\((.*)\)", match[2])
+            how = re.fullmatch(r"(IC|AC|DC|ACP|ACN)\((.*)\)", match[2])
             if how:
                 return f"{match[1]}={how[1]}({self._computed.of(how[2]):.9f})"
             return f"{match[1]}={self._computed.of(match[2]):.9f}"
@@ -242,6 +243,13 @@ class SinumerikReader(ForeignReader):
             words.append("G53")
         if self._lone:
             words = [word for word in words if not re.fullmatch(r"M0*6", word)]
+        cuts = ([word for word in words if word in _WAYS] or [f"G{self._motion}"])[-1] != "G0"
+        for letter, how in hows.items():
+            if how in ("DC", "ACP", "ACN"):
+                to = next(float(word[1:]) for word in words if word[0] == letter)
+                if letter not in "ABC" or (not self._stand.wind(letter, to, how) and cuts):
+                    raise UnreadError(f"{letter}={how}, which may be either way round")
+                hows[letter] = "AC"
         before, after = self._measured(hows, words)
         self._block(before, line)
         self._bent = corner
@@ -277,15 +285,19 @@ class SinumerikReader(ForeignReader):
 
     def _place_of(self, step: str) -> str:
         """The place that a step of one axis leads to, in a block whose others name places."""
-        at = float(self._stand.named(self._stand.at)["XYZ".index(step[0])]) if step[0] in "XYZ" else math.nan
+        letter = step[0]
+        if letter in "ABC":
+            at = self._stand.turn(letter)
+        else:
+            at = float(self._stand.named(self._stand.at)["XYZ".index(letter)]) / self._scale
         if math.isnan(at):
             raise UnreadError("IC from where the axis isn't known to be")
-        return f"{step[0]}{at / self._scale + float(step[1:]):.9f}"
+        return f"{letter}{at + float(step[1:]):.9f}"
 
     def _tool(self, name: str) -> list[str]:
         """A tool by its name: a number, or the only one of the file, which the set-up describes."""
-        if name.isdigit():
-            return [f"T{name}"]
+        if (number := name if name.isdigit() else self.numbers.get(name.strip().casefold())) is not None:
+            return [f"T{number}"]
         if not self._lone:
             raise UnreadError("several tools by their names")
         return []
