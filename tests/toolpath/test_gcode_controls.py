@@ -369,6 +369,11 @@ def test_siemens_drills_where_mcall_stands_behind_every_way(tmp_path: Path) -> N
                                                         (20, 0)]),
         ("CYCLE83(20,0,2,-8,,,4,-0.5,0,0,1,0,0,1,1)", [(2, 0), (-4, 600), (-3, 600), (-6, 600), (-5, 600), (-7, 600), (-6, 600),
                                                      (-8, 600), (20, 0)]),
+        # CYCLE89 comes out at the feed at which it went in; FRF in hundredths of the feed where it is above 1
+        ("CYCLE89(20,0,2,-5)", [(2, 0), (-5, 600), (2, 600), (20, 0)]),
+        ("CYCLE83(20,0,2,-8,,,4,0,0,0,100,1)", [(2, 0), (-4, 600), (2, 0), (-3.4, 0), (-8, 600), (20, 0)]),
+        ("CYCLE83(20,0,2,-8,,,4,0,0,0,25,1)", [(2, 0), (-4, 150), (2, 0), (-3.4, 0), (-8, 600), (20, 0)]),
+        ("CYCLE84(20,0,2,-8,,0,3,,0.8,0,1000,1000,0,1,,0,,,,,)", [(2, 0), (-8, 800), (2, 800), (20, 0)]),
     ],
 )  # fmt: skip
 def test_siemens_cycles_by_their_values(tmp_path: Path, call: str, heights: list[tuple[float, float]]) -> None:
@@ -385,7 +390,9 @@ def test_a_cycle_leaves_g91_and_the_motion_as_they_were(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "match"),
     [
-        ("CYCLE84(5,0,2,-9)", "without its pitch"),
+        ("CYCLE84(5,0,2,-9)", "without its pitch"), ("CYCLE84(5,0,2,-9,,0,3,,1,0,900,900,0,2)", "another unit"),
+        ("MCALL CYCLE84(5,0,2,-9,,0,3,,1,0,900,900,0,1,,1,3,0.5)", "in bites"), ("CYCLE83(5,0,2,-9,,-3,,0,0,0,101,1)", "FRF"),
+        ("MCALL CYCLE86(5,0,2,-9,,0,3,1,0,0,0)", "stands at an angle"), ("CYCLE88(5,0,2,-9,,0,3)", "an operator"),
         ("MCALL HOLES1(0,0,0,5,5,3)", "MCALL HOLES1"), ("CYCLE81(5,0,2)", "without its depth"),
         ("CYCLE81(5,0,2,-9,3)", "two depths"), ("CYCLE81(5,0,2,9)", "no hole"), ("CYCLE82(5,0,2,-9,,-3)", "turns of the spindle"),
         ("CYCLE83(5,0,2,-9,,-1,,-0.01,0,0,1,1)", "never end"), ("CYCLE81(5,0,2,-9,0,0,0,1,11)", "another way"),

@@ -16,6 +16,7 @@ from camrob.errors import ToolpathError
 from camrob.toolpath.defaults import Defaults
 from camrob.toolpath.gcode.read_gcode import read_gcode
 from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.region import EventKind
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import mm_min_to_m_s
 
@@ -340,3 +341,11 @@ def test_the_pockets_with_a_wall_between_them() -> None:
     assert course(first)[-2:] == ["*20 0 2", "20.5 0 2"]
     assert course(second)[:4] == ["detached", "tool_change 2", "spindle_on 3000 CLW", "26 0 5"]
     assert course(second)[-1] == "spindle_off (retracted)"
+
+
+def test_a_dwell_of_no_time_is_none(tmp_path: Path) -> None:
+    """G4 P0 keeps a control from rounding the corner (LinuxCNC, G64): nothing waits."""
+    file = tmp_path / "dwell.ngc"
+    file.write_text("G21 G90\nS900 M3\nG0 X0 Y0 Z5\nG1 Z0 F100\nG4 P0\nX5\nG4 P0.5\nX9\nG0 Z5\nM2\n")
+    events = [event for region in read_toolpath(file).regions for event in region.events]
+    assert [event.value for event in events if event.kind is EventKind.DWELL] == [0.5]

@@ -68,7 +68,8 @@ class Interpreter:
     def state(self, name: str) -> float | None:
         """What the program has set so far: "motion", "plane", "distance", "feed mode", "units", "return" as G numbers, "F", "S",
         "X", "Y", "Z" as it would write them, but with turned axes; "at X", "at Y", "at Z" in whatever frame is in force, "at A",
-        "at B", "at C" in degrees; "tool NAME": the number of the set-up's tool of that name. None where it doesn't say, or for another name.
+        "at B", "at C" in degrees; "tool NAME": the number of the set-up's tool of that name. None where it doesn't say, or for
+        another name.
         """
         modal, frame = self.modal, self.frame
         codes = {

@@ -118,7 +118,7 @@ def read_story(
     dialect: "nx-clsf", "creo-ncl", "catia", "camworks-apt", "camworks-clt", "makino", "apt", "gcode", or None to recognise it.
     units: "mm" or "inch", over what the file says. default_feed (m/s), default_rpm: where the file states none.
     tools: diameters (m) by the tools' numbers, 0 for any, for surface speeds where the file names no cutter.
-    wear: paths with cutter radius compensation are the tool centre's. numbers: of the set-up's tools by their names in lower case.
+    wear: paths with cutter radius compensation are the tool centre's. numbers: of the set-up's tools by names in lower case.
     Raises ToolpathError for a file that can't be read at all; what can't be read of it otherwise is in `Story.gaps`.
     """
     if units not in (None, "mm", "inch"):

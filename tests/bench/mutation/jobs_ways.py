@@ -14,7 +14,7 @@ from mutation.story import Story
 SHORTER = (0.0, -41.763657, 393.577926, 0.0, 0.0, -159.579784)
 ASIDE = (3.0, -40.0, 405.5, 10.0, 0.0, -150.0)
 _CUT = "SPINDL/RPM,6000,CLW\nRAPID\n"
-_TOOLS = (
+TOOLS = (
     f'[[tool]]\nnumber = 1\nname = "one"\nflange_to_tool = {list(TOOL)}\ndiameter_mm = 10\nlength_mm = 80\n'
     f'[[tool]]\nnumber = 2\nname = "two"\nflange_to_tool = {list(SHORTER)}\ndiameter_mm = 8\nlength_mm = 60\n'
 )
@@ -28,7 +28,7 @@ def jobs() -> list[Job]:
     ]  # fmt: skip
 
 
-def _two() -> Story:
+def two() -> Story:
     """The story of the two-tool jobs: one pocket a tool, everything off for the change."""
     story = Story(tools={1: TOOL, 2: SHORTER}, tool=1).event("change", 1).event("cw", 3000)
     story.rapid(0, 0, 45).cut(300, 0, 0, 2).cut(300, 20, 0, 2).rapid(20, 0, 50).event("off")
@@ -41,14 +41,14 @@ def _two_tools() -> list[Job]:
         "%\nG21 G90 G17\nT1 M6\nS3000 M3\nG0 X0 Y0 Z45\nG1 Z2 F300\nX20\nG0 Z50\nM5\nT2 M6\nS4000 M3\n"
         "G0 X26 Y0\nZ5\nG1 Z2 F280\nX40\nG0 Z50\nM5\nM30\n%\n"
     )
-    story = _two().rapid(26, 0, 5).cut(280, 26, 0, 2).cut(280, 40, 0, 2).rapid(40, 0, 50).event("off")
+    story = two().rapid(26, 0, 5).cut(280, 26, 0, 2).cut(280, 40, 0, 2).rapid(40, 0, 50).event("off")
     text = nx(
         "A",
         "SPINDL/RPM,3000,CLW\nRAPID\nGOTO/0,0,45,0,0,1\nFEDRAT/MMPM,300.0\nGOTO/0,0,2\nGOTO/20,0,2\nRAPID\nGOTO/20,0,50\n"
         "LOAD/TOOL,2\nSPINDL/RPM,4000,CLW\nRAPID\nGOTO/26,0,50\nFEDRAT/MMPM,280.0\nGOTO/26,0,2\n"
         "GOTO/40,0,2\nRAPID\nGOTO/40,0,50\n",
     )
-    plain = _two().cut(280, 26, 0, 2).cut(280, 40, 0, 2).rapid(40, 0, 50)
+    plain = two().cut(280, 26, 0, 2).cut(280, 40, 0, 2).rapid(40, 0, 50)
     apt = (
         "PARTNO T\nUNIT/MM\nLOAD/TOOL,1\nSPINDL/3000,RPM,CLW\nRAPID/\nGOTO/0,0,45.\n"
         "FEDRAT/300.,MMPM\nGOTO/0,0,2.\nGOTO/20.,0,2.\n"
@@ -56,7 +56,7 @@ def _two_tools() -> list[Job]:
         "FEDRAT/280.,MMPM\nGOTO/26.,0,2.\nGOTO/40.,0,2.\n"
         "RAPID/\nGOTO/40.,0,50.\nFINI\n"
     )
-    setup = PLACE + _TOOLS
+    setup = PLACE + TOOLS
     return [
         Job("two-gcode", "two.nc", gcode, story, setup),
         Job("two-nx", "two.cls", text, plain, setup),

@@ -220,7 +220,7 @@ class HeidenhainMoves:
         feed = self._fed_words(words)
         yield from offset_blocks(words, line)
         to, pole = self._place(words), Pole() if kind == "CR" else self._pole
-        first, second = pole.letters
+        first, second = pole.letters[0], pole.letters[1]
         begun, turns = (self._at[first], self._at[second]), 1
         if kind in ("CP", "LP"):
             u, v, turns = polar(kind, words, begun, pole.place, self._value)
@@ -345,7 +345,9 @@ class HeidenhainMoves:
             return
         if self._plane is not None and all(not more and not self._value(text) for more, _, text in found):
             self._shift |= {letter: 0.0 for _, letter, _ in found if letter in self._shift}
-            self._unsettled = True  # which of the two goes first doesn't count where nothing moves before the plane's end
+            self._unsettled = (
+                True  # which of the two goes first doesn't count where nothing moves before the plane's end
+            )
             return
         if (self._plane is not None or self._frames.set) and any(
             (self._value(text) if more else self._value(text) - self._shift.get(k, 0.0)) for more, k, text in found

@@ -74,9 +74,7 @@ def motion_words(text: str) -> tuple[dict[str, str], list[int]]:
     return words, codes
 
 
-def placed(
-    words: dict[str, str], at: dict[str, float | None], value: Callable[[str], float]
-) -> dict[str, float]:
+def placed(words: dict[str, str], at: dict[str, float | None], value: Callable[[str], float]) -> dict[str, float]:
     """X, Y, Z, A, B, C of a motion, absolute; `at`: where it begins. Raises ToolpathError for steps from an unknown place."""
     out: dict[str, float] = {}
     for name, text in words.items():
@@ -111,8 +109,8 @@ def corner_of(text: str, value: Callable[[str], float]) -> Corner | None:
 
 
 class Pole:
-    """The centre that CC names, and the plane in which circles and polar motions run by it: X/Y, Y/Z or Z/X, whose angles count from
-    the first of the two to the second (TNC 640, 6.5). `letters`: its axes; `place`: None as long as none is named.
+    """The centre that CC names, and the plane in which circles and polar motions run by it: X/Y, Y/Z or Z/X, whose angles count
+    from the first of the two to the second (TNC 640, 6.5). `letters`: its axes; `place`: None as long as none is named.
     """
 
     def __init__(self) -> None:

@@ -15,7 +15,8 @@ _NAMES = {
     "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE83": "RTP RFP SDIS DP DPR FDEP FDPR DAM DTB DTS FRF VARI AXN MDEP VRT DTD DIS1 GMODE DMODE AMODE",
-    "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1 AXN PITA TECHNO VARI DAM VRT PITM PTAB PTABA GMODE DMODE AMODE",
+    "CYCLE84": "RTP RFP SDIS DP DPR DTB SDAC MPIT PIT POSS SST SST1 AXN PITA TECHNO VARI DAM VRT PITM PTAB PTABA GMODE DMODE"
+    " AMODE",
     "CYCLE840": "RTP RFP SDIS DP DPR DTB SDR SDAC ENC MPIT PIT AXN PITA TECHNO PITM PTAB PTABA GMODE DMODE AMODE",
     "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
     "CYCLE89": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
@@ -168,7 +169,9 @@ def hole_of(name: str, arguments: Sequence[float | None]) -> Hole:
     if name == "CYCLE83" and not (hole["DTD"] == 0.0 and hole["DAM"] >= -1.0 and 0.0 <= hole["FRF"] <= _PERCENT):
         raise ToolpathError(f"{name} with DTD, DAM or FRF out of what is known", hint="check them")
     if name in TAPS and hole["PITA"] not in (0.0, 1.0):
-        raise ToolpathError(f"{name} with its pitch in another unit (_PITA {hole['PITA']:g})", hint="name it in mm, by PIT")
+        raise ToolpathError(
+            f"{name} with its pitch in another unit (_PITA {hole['PITA']:g})", hint="name it in mm, by PIT"
+        )
     if name in TAPS and hole["VARI"]:
         raise ToolpathError(f"{name} in bites (_VARI {hole['VARI']:g})", hint="tap in one go")
     _check_pecks(hole)

@@ -196,7 +196,13 @@ def _deep(value: Mapping[str, float], first: float | None, end: float) -> Hole:
     surface = value["RFP"]
     named = surface - abs(value["FDPR"]) if first is None else first
     odd = first is not None and value["FDPR"] and abs(surface - abs(value["FDPR"]) - first) > 1e-9
-    if value["DTD"] or value["AXN"] not in (0.0, 3.0) or odd or value["DAM"] < -1.0 or value["FRF"] not in (0.0, 1.0, 100.0):
+    if (
+        value["DTD"]
+        or value["AXN"] not in (0.0, 3.0)
+        or odd
+        or value["DAM"] < -1.0
+        or value["FRF"] not in (0.0, 1.0, 100.0)
+    ):
         raise UnreadError("CYCLE83 whose depth, dwell or feed counts in another way")
     bite = surface - named if end + 1e-9 < named < surface - 1e-9 else 0.0
     if bite and (value["MDEP"] > bite or not value["VARI"] or value["DTB"] or value["DTS"]):

@@ -285,8 +285,8 @@ class KlartextReader(ForeignReader):
         feed = [f"F{words.pop('F')}"] if "F" in words else []
         sense = words.pop("DR", "")
         to, more = self._ends(words), list[str]()
-        pole = (None if kind == "CR" else self._pole) or Pole("XY", (self._here.get("X", 0.0), self._here.get("Y", 0.0)))
-        first, second = pole.axes
+        pole = (None if kind == "CR" else self._pole) or Pole("XY", (0.0, 0.0))
+        first, second = pole.axes[0], pole.axes[1]
         begun = {first, second} <= self._here.keys() or (kind == "LP" and {"PR", "PA"} <= words.keys())
         if not begun or (kind != "CR" and self._pole is None) or (kind != "LP" and not sense):
             raise UnreadError(f"{kind} from where the tool isn't known to be, or without its pole or sense")

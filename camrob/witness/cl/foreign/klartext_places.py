@@ -64,7 +64,7 @@ def polar_end(
     if not math.isfinite(angle) or (kind == "CP" and not more and abs(angle) > _FULL):
         raise UnreadError(f"{kind} whose angle is not known")
     ray = deg_to_rad(angle)
-    first, second = pole.axes
+    first, second = pole.axes[0], pole.axes[1]
     return {**to, first: cx + radius * math.cos(ray), second: cy + radius * math.sin(ray)}, more
 
 

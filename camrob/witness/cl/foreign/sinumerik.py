@@ -57,7 +57,9 @@ class SinumerikReader(ForeignReader):
         """Reads the text up to its end, or to the first statement that is not read."""
         names = {name.upper() for name in re.findall(r"\bT\s*=\s*\"([^\"]*)\"", re.sub(r";.*", "", text), re.I)}
         self._whose_change(re.sub(r";.*", "", text).upper())
-        self._lone = len(names) == 1 and not any(name.isdigit() or name.strip().casefold() in self.numbers for name in names)
+        self._lone = len(names) == 1 and not any(
+            name.isdigit() or name.strip().casefold() in self.numbers for name in names
+        )
         self._called: Hole | None = None  # MCALL
         self._computed = Values()
         self._counts: frozenset[str] = frozenset()  # names for whole numbers (INT)
