@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 import trimesh
@@ -42,6 +43,36 @@ _FOOTER = (
 _LINKED = "Zoom in one chart and all follow; click in a chart to bring the robot of the 3D view there."
 
 
+class _Posted(NamedTuple):
+    """What a section of the page may show."""
+
+    summary: PostSummary
+    cell: Cell
+    path: ToolPathInBase
+    solution: Solution
+    findings: tuple[Finding, ...]
+    names: Mapping[int, str]  # of the regions, by their index
+    charts: tuple[Chart, ...]
+    scene: Mapping[str, Any]  # of the player
+    with_part: bool
+
+
+# the page from top to bottom: each entry gives its HTML, "" where it has nothing to show
+_SECTIONS: tuple[Callable[[_Posted], str], ...] = (
+    lambda p: headline(p.summary, p.cell),
+    lambda p: verdict(p.summary, p.findings),
+    lambda p: warnings_table(p.findings, p.names),
+    lambda p: cards(p.summary, p.cell, p.path, threshold=p.cell.resolve.threshold),
+    lambda p: player_section(p.cell, p.scene, with_part=p.with_part),
+    lambda p: "\n".join(chart_place(chart) for chart in p.charts),
+    lambda p: feed_section(p.summary.feed),
+    lambda p: torque_section(p.summary.torques),
+    lambda p: plan_section(p.summary.plan),
+    lambda p: regions_table(p.summary, p.path, p.solution, threshold=p.cell.resolve.threshold),
+    lambda p: _FOOTER,
+)
+
+
 def post_report(
     summary: PostSummary,
     cell: Cell,
@@ -70,8 +101,6 @@ def post_report(
     others = {name: np.asarray(kf, float) for name, kf in (comparison or {}).items()}
     best = None if bound is None else np.asarray(bound, float)
     _demand_length(len(path), {"solution": solution.inv_kf, **others, **({} if best is None else {"bound": best})})
-    found = list(findings)
-    threshold = cell.resolve.threshold
     names = {r.index: r.name or f"region {r.index}" for r in summary.regions}
     charts = _charts(cell, path, solution, names, others, best) + _weights(cell, path, solution, names)
     charts[1:1] = _map(cell, path, solution, names, redundancy)
@@ -84,31 +113,16 @@ def post_report(
         run,
         stock=stock,
         part_mesh=part_mesh,
-        threshold=threshold,
+        threshold=cell.resolve.threshold,
         base_T_part=np.eye(4) if base_T_part is None else base_T_part,
     )
-    body = "\n".join(
-        [
-            "<main>",
-            headline(summary, cell),
-            verdict(summary, found),
-            warnings_table(found, names),
-            cards(summary, cell, path, threshold=threshold),
-            player_section(cell, scene, with_part=part_mesh is not None),
-            *(chart_place(chart) for chart in charts),
-            feed_section(summary.feed),
-            torque_section(summary.torques),
-            plan_section(summary.plan),
-            regions_table(summary, path, solution, threshold=threshold),
-            _FOOTER,
-            "</main>",
-        ]
-    )
+    posted = _Posted(summary, cell, path, solution, tuple(findings), names, tuple(charts), scene, part_mesh is not None)
     data = {
         "names": {str(index): plot_text(name) for index, name in names.items()},
         "charts": [{key: c[key] for key in ("id", "traces", "layout", "maps") if key in c} for c in charts],
         "scene": scene,
     }
+    body = "\n".join(["<main>", *(section(posted) for section in _SECTIONS), "</main>"])
     return page(f"{summary.program}: report", body, data)
 
 
