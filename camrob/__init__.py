@@ -36,8 +36,11 @@ Readers: a file in, an object in SI out (m, rad, s).
     shipped_cell             the folder of a cell that comes with camrob, by name
 
 Objects: Solution (the joints along a path), Program (before it is text), Finding
-with its Severity, LiveOptions, Progress, and PostResult, ..., one result a verb:
+with its Severity, LiveOptions, Progress, Share, and PostResult, ..., one a verb:
 its `summary`, a PostSummary, ..., has in attributes what --json prints (to_json).
+Within results: ToolPathInBase, Simulation, Calibration (with CalibrationEvidence
+in a CalibrationFit), PredictedSurface, TruePath, TapeLine, TrackerSession with its
+CycleLog, and RsiServer.
 
 Errors: CamrobError is the root. InputError and its kin: an input is wrong, and
 the message says where and what to do. JobError and its kin: the job can't be
@@ -49,20 +52,23 @@ Every name is loaded when it is first asked for: `import camrob` is light.
 
 from __future__ import annotations
 
-import os
 import sys
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from camrob.machine_code import cache_folder, source_state
+from camrob.machine_code import keep_kernels_fresh
 
 if TYPE_CHECKING:
+    from camrob.calibration.calibrate import CalibrationFit
+    from camrob.calibration.calibration import Calibration
+    from camrob.calibration.pose_by_pose import CalibrationEvidence
     from camrob.cell.cell import Cell
     from camrob.cell.read_cell import read_cell
     from camrob.cell.read_setup import read_setup
     from camrob.cell.setup import Setup
     from camrob.controller.replay import Replay, replay
+    from camrob.controller.simulate import Simulation
     from camrob.errors import (
         CamrobError,
         CellError,
@@ -101,20 +107,27 @@ if TYPE_CHECKING:
     from camrob.jobs.tune_engines import TuneEnginesResult, tune_engines
     from camrob.jobs.verify import VerifyResult, verify
     from camrob.kinematics.frames import base_T_tool
-    from camrob.languages import read_program
+    from camrob.languages.read_program import read_program
+    from camrob.loop.rsi.cycle_log import CycleLog
+    from camrob.loop.rsi.server import RsiServer
+    from camrob.loop.rsi.session import TrackerSession
     from camrob.measurement.log import MeasurementLog
     from camrob.measurement.read_log import read_log
+    from camrob.prediction.surface import PredictedSurface
+    from camrob.prediction.true_path import TruePath
     from camrob.program.program import Program
     from camrob.program.program_text import ProgramText
-    from camrob.progress import Progress
+    from camrob.progress import Progress, Share
+    from camrob.redundancy.path import ToolPathInBase
     from camrob.redundancy.solution import Solution
     from camrob.shipped import shipped_cell
+    from camrob.studies.published_robot import TapeLine
     from camrob.summaries.batch_summary import BatchSummary
     from camrob.summaries.calibration_summary import CalibrationSummary
     from camrob.summaries.closing.close_loop_summary import CloseLoopSummary
     from camrob.summaries.compensate_summary import CompensateSummary
     from camrob.summaries.diagnosis_summary import DiagnosisSummary
-    from camrob.summaries.feed_summary import FeedSummary
+    from camrob.summaries.feed_summary import DerivativeSummary, FeedSummary, WeldSummary
     from camrob.summaries.live_summary import TrackLiveSummary
     from camrob.summaries.place_summary import PlaceSummary
     from camrob.summaries.post_summary import PostSummary
@@ -134,6 +147,9 @@ __all__ = [
     "BatchResult",
     "BatchSummary",
     "CalibrateResult",
+    "Calibration",
+    "CalibrationEvidence",
+    "CalibrationFit",
     "CalibrationSummary",
     "CamrobError",
     "Cell",
@@ -143,6 +159,8 @@ __all__ = [
     "CollisionError",
     "CompensateResult",
     "CompensateSummary",
+    "CycleLog",
+    "DerivativeSummary",
     "DiagnoseResult",
     "Diagnosis",
     "DiagnosisSummary",
@@ -162,6 +180,7 @@ __all__ = [
     "PostSummary",
     "PredictResult",
     "PredictSummary",
+    "PredictedSurface",
     "Program",
     "ProgramError",
     "ProgramText",
@@ -172,26 +191,34 @@ __all__ = [
     "RegressSummary",
     "Replay",
     "Resolved",
+    "RsiServer",
     "Setup",
     "SetupError",
     "Severity",
+    "Share",
     "SimulateResult",
     "SimulateSummary",
+    "Simulation",
     "SingularError",
     "Solution",
     "StaleInputError",
+    "TapeLine",
+    "ToolPathInBase",
     "Toolpath",
     "ToolpathError",
     "TrackLiveResult",
     "TrackLiveSummary",
     "TrackerResult",
+    "TrackerSession",
     "TrackerSummary",
+    "TruePath",
     "TuneEnginesResult",
     "TuneSummary",
     "UnreachableError",
     "VerificationError",
     "VerifyResult",
     "VerifySummary",
+    "WeldSummary",
     "base_T_tool",
     "batch",
     "calibrate",
@@ -226,12 +253,17 @@ _HOME = {
     "BatchResult": "camrob.jobs.batch",
     "BatchSummary": "camrob.summaries.batch_summary",
     "CalibrateResult": "camrob.jobs.calibrate",
+    "Calibration": "camrob.calibration.calibration",
+    "CalibrationEvidence": "camrob.calibration.pose_by_pose",
+    "CalibrationFit": "camrob.calibration.calibrate",
     "CalibrationSummary": "camrob.summaries.calibration_summary",
     "Cell": "camrob.cell.cell",
     "CloseLoopResult": "camrob.jobs.close_loop",
     "CloseLoopSummary": "camrob.summaries.closing.close_loop_summary",
     "CompensateResult": "camrob.jobs.compensate",
     "CompensateSummary": "camrob.summaries.compensate_summary",
+    "CycleLog": "camrob.loop.rsi.cycle_log",
+    "DerivativeSummary": "camrob.summaries.feed_summary",
     "DiagnoseResult": "camrob.jobs.diagnose",
     "Diagnosis": "camrob.gap.diagnosis",
     "DiagnosisSummary": "camrob.summaries.diagnosis_summary",
@@ -246,6 +278,7 @@ _HOME = {
     "PostSummary": "camrob.summaries.post_summary",
     "PredictResult": "camrob.jobs.predict",
     "PredictSummary": "camrob.summaries.predict_summary",
+    "PredictedSurface": "camrob.prediction.surface",
     "Program": "camrob.program.program",
     "ProgramText": "camrob.program.program_text",
     "Progress": "camrob.progress",
@@ -255,20 +288,28 @@ _HOME = {
     "RegressSummary": "camrob.summaries.regress_summary",
     "Replay": "camrob.controller.replay",
     "Resolved": "camrob.jobs.objects.on_objects",
+    "RsiServer": "camrob.loop.rsi.server",
     "Setup": "camrob.cell.setup",
     "Severity": "camrob.findings",
+    "Share": "camrob.progress",
     "SimulateResult": "camrob.jobs.simulate",
     "SimulateSummary": "camrob.summaries.simulate_summary",
+    "Simulation": "camrob.controller.simulate",
     "Solution": "camrob.redundancy.solution",
+    "TapeLine": "camrob.studies.published_robot",
+    "ToolPathInBase": "camrob.redundancy.path",
     "Toolpath": "camrob.toolpath.toolpath",
     "TrackLiveResult": "camrob.jobs.track_live",
     "TrackLiveSummary": "camrob.summaries.live_summary",
     "TrackerResult": "camrob.jobs.tracker",
+    "TrackerSession": "camrob.loop.rsi.session",
     "TrackerSummary": "camrob.summaries.tracker_summary",
+    "TruePath": "camrob.prediction.true_path",
     "TuneEnginesResult": "camrob.jobs.tune_engines",
     "TuneSummary": "camrob.summaries.tune_summary",
     "VerifyResult": "camrob.jobs.verify",
     "VerifySummary": "camrob.summaries.verify_summary",
+    "WeldSummary": "camrob.summaries.feed_summary",
     "base_T_tool": "camrob.kinematics.frames",
     "batch": "camrob.jobs.batch",
     "calibrate": "camrob.jobs.calibrate",
@@ -285,7 +326,7 @@ _HOME = {
     "published_case": "camrob.jobs.published_case",
     "read_cell": "camrob.cell.read_cell",
     "read_log": "camrob.measurement.read_log",
-    "read_program": "camrob.languages",
+    "read_program": "camrob.languages.read_program",
     "read_setup": "camrob.cell.read_setup",
     "read_toolpath": "camrob.toolpath.read",
     "regress": "camrob.jobs.regress",
@@ -301,28 +342,7 @@ _HOME = {
 """Where each public name lives; the rest of `__all__` is the tree of errors."""
 
 
-def _keep_kernels_fresh() -> None:
-    """Give what Numba compiles a cache folder of its own for every state of the sources.
-
-    Numba recompiles a function when its own file changes, not when one that it calls lies in another file and changes.
-    A folder that the user set (NUMBA_CACHE_DIR) is left alone. A process that has loaded Numba already has read its settings:
-    they are set there too, since Numba would otherwise compile every kernel again into `__pycache__`.
-    """
-    if "NUMBA_CACHE_DIR" in os.environ:
-        return
-    place = os.path.join(cache_folder(), "kernels-" + source_state())
-    try:
-        os.makedirs(place, exist_ok=True)
-    except OSError:
-        return  # nowhere to write: Numba's own places will do
-    if os.access(place, os.W_OK):
-        os.environ["NUMBA_CACHE_DIR"] = place
-        loaded = sys.modules.get("numba.core.config")
-        if loaded is not None:
-            vars(loaded)["CACHE_DIR"] = place
-
-
-_keep_kernels_fresh()
+keep_kernels_fresh()
 
 
 class _Face(ModuleType):

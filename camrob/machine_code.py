@@ -14,6 +14,7 @@ import importlib.util
 import json
 import os
 import platform
+import sys
 import sysconfig
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ __all__ = [
     "cache_folder",
     "entry_of",
     "home",
+    "keep_kernels_fresh",
     "level",
     "library_name",
     "module_name",
@@ -210,3 +212,24 @@ def _array_check(spelling: dict[str, Any]) -> Check:
         and a.flags.aligned
         and (a.flags.writeable or not spelling["mutable"])
     )
+
+
+def keep_kernels_fresh() -> None:
+    """Give what Numba compiles a cache folder of its own for every state of the sources.
+
+    Numba recompiles a function when its own file changes, not when one that it calls lies in another file and changes.
+    A folder that the user set (NUMBA_CACHE_DIR) is left alone. A process that has loaded Numba already has read its settings:
+    they are set there too, since Numba would otherwise compile every kernel again into `__pycache__`.
+    """
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return
+    place = os.path.join(cache_folder(), "kernels-" + source_state())
+    try:
+        os.makedirs(place, exist_ok=True)
+    except OSError:
+        return  # nowhere to write: Numba's own places will do
+    if os.access(place, os.W_OK):
+        os.environ["NUMBA_CACHE_DIR"] = place
+        loaded = sys.modules.get("numba.core.config")
+        if loaded is not None:
+            vars(loaded)["CACHE_DIR"] = place

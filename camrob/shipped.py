@@ -22,7 +22,21 @@ def shipped_samples() -> dict[str, Path]:
 
 
 def shipped_cell(name: str) -> Path:
-    """The folder of a cell that comes with camrob, for `cell=`. Raises InputError for another name."""
+    """The folder of a cell that comes with camrob, for `cell=`.
+
+    Args:
+        name: as `camrob cell list` prints it.
+
+    Returns:
+        The folder.
+
+    Raises:
+        InputError: another name.
+
+    Example:
+        >>> camrob.shipped_cell("ta1400_weld").name
+        'ta1400_weld'
+    """
     cells = shipped_cells()
     if name not in cells:
         raise InputError(f"no cell {name[:60]!r} comes with camrob", hint=f"take one of {', '.join(cells)}")

@@ -6,7 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
-from camrob.jobs.post import PostResult, post
+from camrob import PostResult, post
 
 ROOT = Path(__file__).resolve().parents[1]
 KR15 = ROOT / "cells" / "kr15_track_table"

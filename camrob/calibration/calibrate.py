@@ -16,7 +16,7 @@ from camrob.calibration.fit import Fit, fit_parameters
 from camrob.calibration.identify import Identifiability
 from camrob.calibration.measurements import Measurements, sampled_rows, withheld_rows
 from camrob.calibration.parameters import ParameterSet
-from camrob.calibration.pose_by_pose import Evidence, PoseErrors
+from camrob.calibration.pose_by_pose import CalibrationEvidence, PoseErrors
 from camrob.calibration.sets import (
     FRAMES,
     Prepared,
@@ -32,7 +32,7 @@ from camrob.cell.cell import Cell
 from camrob.errors import JobError, LogError, SingularError
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["Study", "calibrate_cell", "study_cell"]
+__all__ = ["CalibrationFit", "calibrate_cell", "fit_cell"]
 
 Array = NDArray[np.float64]
 
@@ -43,11 +43,11 @@ _EXPLAINED = 0.2  # of what base and tool leave, a calibration is expected to le
 
 
 @dataclass(frozen=True, slots=True)
-class Study:
+class CalibrationFit:
     """A calibration and what it rests on."""
 
     calibration: Calibration
-    evidence: Evidence
+    evidence: CalibrationEvidence
 
 
 def calibrate_cell(
@@ -59,11 +59,11 @@ def calibrate_cell(
     withheld: Measurements | Sequence[Measurements] | None = None,
     share: float = 0.2,
 ) -> Calibration:
-    """The calibration of `study_cell` alone."""
-    return study_cell(cell, data, names=names, candidates=candidates, withheld=withheld, share=share).calibration
+    """The calibration of `fit_cell` alone."""
+    return fit_cell(cell, data, names=names, candidates=candidates, withheld=withheld, share=share).calibration
 
 
-def study_cell(
+def fit_cell(
     cell: Cell,
     data: Measurements | Sequence[Measurements],
     *,
@@ -71,7 +71,7 @@ def study_cell(
     candidates: Sequence[str] | None = None,
     withheld: Measurements | Sequence[Measurements] | None = None,
     share: float = 0.2,
-) -> Study:
+) -> CalibrationFit:
     """Calibrate a cell from one or several sets of measured poses.
 
     Sets of an unknown instrument get a base and a reflector of their own. names: the parameters asked for; those are
@@ -103,7 +103,7 @@ def study_cell(
     for other in others:
         poses.append(_predicted(cell, other, stages[0], fit, kept[0].nuisance))
     calibration = _result(cell, sets, kept[0], fit, seen, poses)
-    return Study(calibration, Evidence(tuple(poses), fit.names, fit.correlation, seen.singular))
+    return CalibrationFit(calibration, CalibrationEvidence(tuple(poses), fit.names, fit.correlation, seen.singular))
 
 
 def _asked(

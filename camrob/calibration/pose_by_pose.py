@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from camrob.frozen import locked
 
-__all__ = ["Evidence", "PoseErrors", "explained_by_axis"]
+__all__ = ["CalibrationEvidence", "PoseErrors", "explained_by_axis"]
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ class PoseErrors:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class CalibrationEvidence:
     """poses: log by log, fitted and withheld. names: of the fitted parameters, with correlation (P, P); singular: values
     of the scaled Jacobian, the largest first.
     """

@@ -5,10 +5,8 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +20,7 @@ from camrob.cell.poses import POSES_FILE, PoseBounds, check_poses
 from camrob.cell.read_controller import read_controller
 from camrob.cell.redundancy_settings import CONDITION_TERMS, TABLES, FuzzyEngine, ResolveSettings
 from camrob.cell.shape import Shape, ShapeKind
-from camrob.cell.toml_table import TableReader
+from camrob.cell.toml_table import Faults, TableReader
 from camrob.errors import CellError, InputError
 from camrob.se3 import frame_from_xyzabc
 from camrob.units import deg_to_rad, mm_to_m
@@ -31,10 +29,7 @@ __all__ = ["frame_of", "read_cell", "read_toml"]
 
 Array = NDArray[np.float64]
 
-T = TypeVar("T")
-
 SCHEMA = 1
-_MOST_FAULTS = 7  # things that are wrong, beside the first
 _LENGTH = 0.4  # m, the characteristic length of a cell that doesn't say
 SHAPE_FRAMES = ("world", "base", "root", "flange", "tool")
 JOB_GROUPS = ("part", "stock")  # bodies that a job brings, not the cell
@@ -67,7 +62,19 @@ def frame_of(xyzabc_mm_deg: Array) -> Array:
 def read_cell(path: str | Path) -> Cell:
     """The cell in a folder (or of a cell.toml), held against the poses.csv beside it.
 
-    Raises CellError naming file, key and hint, or the pose of poses.csv that the cell misses.
+    Args:
+        path: the folder, or its cell.toml.
+
+    Returns:
+        The cell, in SI.
+
+    Raises:
+        CellError: what the file lacks or has wrong, by key, or the pose of poses.csv that the cell misses.
+
+    Example:
+        >>> cell = camrob.read_cell(Path("cells/kr15_track_table"))
+        >>> cell.name, cell.axis_names[-2:]
+        ('kr15_track_table', ('E1', 'E2'))
     """
     path = Path(path)
     file = path if path.suffix == ".toml" and not os.path.isdir(path) else path / "cell.toml"
@@ -83,7 +90,7 @@ def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
 
     A cell without [controller] and [resolve] is measured, not programmed: of it, the chain is enough.
     """
-    wrong = _Faults()
+    wrong = Faults()
     measured = "controller" not in table and "resolve" not in table
     listed = wrong.each(table.tables("joint"), lambda t: _joint(t, measured=measured))
     none: list[BareArm] = []
@@ -115,41 +122,6 @@ def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
         masses=(*(m for b in bare for m in b.masses), *masses), payload=payload, provenance=table.provenance,
     )  # fmt: skip
     return cell, bounds
-
-
-class _Faults:
-    """What is wrong in a file's tables, gathered so that it is reported at once."""
-
-    def __init__(self) -> None:
-        self.found: list[InputError] = []
-
-    def of(self, read: Callable[[], T], otherwise: T) -> T:
-        """What `read` gives, or `otherwise`, with its error kept."""
-        try:
-            return read()
-        except CellError as error:
-            self.found.append(error)
-            return otherwise
-
-    def each(self, tables: Sequence[TableReader], read: Callable[[TableReader], T]) -> list[T]:
-        """What `read` gives of each table, those left out that are wrong."""
-        none: list[T] = []
-        return [one for t in tables for one in self.of(lambda t=t: [read(t)], none)]  # type: ignore[misc]
-
-    def raise_any(self) -> None:
-        """Raise CellError for all that is wrong, in one line, with the place of the first."""
-        if not self.found:
-            return
-        first, *more = self.found
-        if not more:
-            raise first
-        others = "; ".join(f"{e.what} ({e.hint})" for e in more[:_MOST_FAULTS])
-        what = f"{first.what} ({first.hint}); {others}" + (
-            f"; and {len(more) - _MOST_FAULTS} more" if len(more) > _MOST_FAULTS else ""
-        )
-        raise CellError(
-            f"{len(self.found)} things are wrong: {what}", hint="correct them all", path=first.path, line=first.line
-        )
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,23 @@ _MESH_UNITS = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
 
 
 def read_setup(path: str | Path | None, cell: Cell) -> Setup:
-    """The set-up in a file; without one (None) the part's frame is `base` and the tool the cell's own.
+    """The set-up in a file: where the part lies, the tools, and what is to be taken where the CL file is silent.
 
-    Raises SetupError naming file, key and hint.
+    Args:
+        path: the .toml; None for the part's frame at `base` and the cell's own tool.
+        cell: the cell that it is for.
+
+    Returns:
+        The set-up, in SI.
+
+    Raises:
+        SetupError: what is wrong, by file and key.
+
+    Example:
+        >>> cell = camrob.read_cell(Path("cells/kr15_track_table"))
+        >>> setup = camrob.read_setup(Path("toolpaths/engraving/setup.toml"), cell)
+        >>> setup.tools[0].diameter
+        0.003
     """
     own_tool = ToolSetup(None, "", cell.flange_T_tool)
     if path is None:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import CellError, InputError
 
-__all__ = ["PROVENANCES", "TableReader"]
+__all__ = ["PROVENANCES", "Faults", "TableReader"]
+
+T = TypeVar("T")
+
+_MOST_FAULTS = 7  # things that are wrong, beside the first
 
 PROVENANCES = ("datasheet", "paper", "measured", "assumed")
 
@@ -236,3 +240,38 @@ class TableReader:
             raise self.fail(
                 _short(unknown[0]), "is not a key that camrob knows here", f"use {', '.join(sorted(self._used))}"
             )
+
+
+class Faults:
+    """What is wrong in a file's tables, gathered so that it is reported at once."""
+
+    def __init__(self) -> None:
+        self.found: list[InputError] = []
+
+    def of(self, read: Callable[[], T], otherwise: T) -> T:
+        """What `read` gives, or `otherwise`, with its error kept."""
+        try:
+            return read()
+        except CellError as error:
+            self.found.append(error)
+            return otherwise
+
+    def each(self, tables: Sequence[TableReader], read: Callable[[TableReader], T]) -> list[T]:
+        """What `read` gives of each table, those left out that are wrong."""
+        none: list[T] = []
+        return [one for t in tables for one in self.of(lambda t=t: [read(t)], none)]  # type: ignore[misc]
+
+    def raise_any(self) -> None:
+        """Raise CellError for all that is wrong, in one line, with the place of the first."""
+        if not self.found:
+            return
+        first, *more = self.found
+        if not more:
+            raise first
+        others = "; ".join(f"{e.what} ({e.hint})" for e in more[:_MOST_FAULTS])
+        what = f"{first.what} ({first.hint}); {others}" + (
+            f"; and {len(more) - _MOST_FAULTS} more" if len(more) > _MOST_FAULTS else ""
+        )
+        raise CellError(
+            f"{len(self.found)} things are wrong: {what}", hint="correct them all", path=first.path, line=first.line
+        )

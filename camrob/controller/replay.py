@@ -145,7 +145,24 @@ def replay(program: ProgramText, cell: Cell, *, progress: Share | None = None) -
     """Replay a program on a cell.
 
     Stops at the first motion that can't be followed; the finding (code "out-of-reach", "jump" or "ptp-unreachable") says
-    where, and the rows behind it repeat the last posture. Raises ProgramError for a program whose axes are not the cell's.
+    where, and the rows behind it repeat the last posture.
+
+    Args:
+        program: as its own text says it.
+        cell: the machine.
+        progress: called with the share that is done, 0 to 1.
+
+    Returns:
+        Postures, a row a motion, and findings.
+
+    Raises:
+        ProgramError: a program whose axes are not the cell's.
+
+    Example:
+        >>> cell = camrob.read_cell(Path("cells/kr15_track_table"))
+        >>> done = camrob.replay(camrob.read_program(Path("out/engraving.src")), cell)
+        >>> done.findings, done.q.shape[1] == len(cell)
+        ((), True)
     """
     _check_axes(program, cell)
     cells, mounted, findings = program_cells(program, cell)

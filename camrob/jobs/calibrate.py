@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibrate import study_cell
+from camrob.calibration.calibrate import fit_cell
 from camrob.calibration.calibration import Calibration
 from camrob.calibration.calibration_file import calibration_figures, calibration_text
 from camrob.calibration.measurements import Measurements, measurements_of
-from camrob.calibration.pose_by_pose import Evidence
+from camrob.calibration.pose_by_pose import CalibrationEvidence
 from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
@@ -38,7 +38,7 @@ class CalibrateResult:
     """The calibration, what it rests on, and its summary."""
 
     calibration: Calibration
-    evidence: Evidence
+    evidence: CalibrationEvidence
     summary: CalibrationSummary
 
 
@@ -98,7 +98,7 @@ def calibrate(
     table = any(data.in_base for data in fitted)
     standard = standard_names(machine, table=table, harmonics=harmonics if names is None else 0)
     tell("fit", 0.3)
-    study = study_cell(machine, fitted, names=names, candidates=standard, withheld=others or None, share=share)
+    study = fit_cell(machine, fitted, names=names, candidates=standard, withheld=others or None, share=share)
     tell("write", 0.9)
     calibration = study.calibration
     report = out.with_suffix(".html").name

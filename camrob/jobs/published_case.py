@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibrate import Study, study_cell
+from camrob.calibration.calibrate import CalibrationFit, fit_cell
 from camrob.calibration.calibration import Calibration
 from camrob.calibration.calibration_file import calibration_figures, calibration_text
 from camrob.calibration.compensate import compensate_postures
@@ -90,11 +90,11 @@ def published_case(
             ("withheld", case_read.withheld, _WITHHELD_SEED),
         )
     }
-    studies: list[Study] = []
+    studies: list[CalibrationFit] = []
     for harmonics in (0, case_read.ripple_orders):
         tell("fit", 0.1 + 0.4 * len(studies))
         names = standard_names(machine, harmonics=harmonics)
-        studies.append(study_cell(machine, logs["measured"], candidates=names, withheld=logs["withheld"]))
+        studies.append(fit_cell(machine, logs["measured"], candidates=names, withheld=logs["withheld"]))
     plain, extended = (study.calibration for study in studies)
     tell("compensate", 0.8)
     line = tape_line(case_read, machine, errors, plain, extended)

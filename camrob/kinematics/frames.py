@@ -60,7 +60,25 @@ def tool_jacobians(cell: Cell, q: Array) -> Array:
 
 
 def base_T_tool(cell: Cell, q: Array) -> Array:
-    """Pose (..., 4, 4) of the tool, virtual roll included, of postures q (..., n)."""
+    """Where postures put the tool, its virtual roll included.
+
+    Args:
+        cell: the machine, with its tool.
+        q: postures (..., n), rad and m, in the chain's order.
+
+    Returns:
+        Poses (..., 4, 4) of `tool` in `base`, m.
+
+    Raises:
+        ValueError: postures of another number of joints.
+
+    Example:
+        >>> cell = camrob.read_cell(Path("cells/kr15_track_table"))
+        >>> camrob.base_T_tool(cell, cell.q_home[None]).shape
+        (1, 4, 4)
+    """
+    if q.shape[-1:] != (len(cell),):
+        raise ValueError(f"postures are {q.shape}, expected {len(cell)} numbers each")
     frames = base_T_joint_frames(cell, q)
     if cell.indices(Role.ROLL):
         return np.asarray(frames[-1])

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from camrob.errors import CellError, InputError
 from camrob.program.language import Language
-
-if TYPE_CHECKING:
-    from camrob.program.program_text import ProgramText
 
 __all__ = [
     "LANGUAGES",
@@ -20,7 +17,6 @@ __all__ = [
     "language_of_file",
     "language_suffixes",
     "program_suffixes",
-    "read_program",
 ]
 
 
@@ -56,14 +52,6 @@ def language_of_file(path: Path) -> Language:
             "is not a robot program", hint="name a file that ends with " + " or ".join(program_suffixes()), path=path
         )
     return language_named(found)
-
-
-def read_program(path: str | Path) -> ProgramText:
-    """A robot's program as its own text says it, in the language of its suffix.
-
-    Raises ProgramError, naming file, line and cause, for what can't be read, and InputError for a suffix that no language has.
-    """
-    return language_of_file(Path(path)).read(Path(path))
 
 
 def program_suffixes() -> tuple[str, ...]:

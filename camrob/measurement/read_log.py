@@ -44,9 +44,21 @@ _SLOW_CELLS = 20_000_000  # entries: 640 MB of places
 def read_log(path: str | Path) -> MeasurementLog:
     """The log in a .csv or .parquet file, with the facts of the .toml of its name beside it, where there is one.
 
-    Raises LogError, with file and line (the row's number from 1 in a Parquet file), for a column that is missing,
-    unknown or there twice, a row with other cells than the header, text that is no number, NaN, time that does not
-    advance, an empty log, and values that can't be in the format's units (metres, radians).
+    Args:
+        path: the file.
+
+    Returns:
+        The log: its columns in trade units, as they stand in the file.
+
+    Raises:
+        LogError: with file and line (the row's number from 1 in a Parquet file), a column that is missing, unknown or there
+            twice, a row with other cells than the header, text that is no number, NaN, time that does not advance, an empty
+            log, and values that can't be in the format's units (metres, radians).
+
+    Example:
+        >>> log = camrob.read_log(Path("out/log.csv"))
+        >>> "A1" in log.columns, bool(log.t[1] > log.t[0])
+        (True, True)
     """
     path = Path(path)
     names, table = _read_parquet(path) if path.suffix.lower() == ".parquet" else _read_csv(path)

@@ -38,14 +38,31 @@ def read_toolpath(
 ) -> Toolpath:
     """Read CL data (NX, Creo, CATIA, CAMWorks, Makino, plain APT) or 5-axis G-code; which one is recognised.
 
-    `dialect` forces one by name ("nx-clsf", "creo-ncl", "catia-apt", "camworks-apt", "camworks-clt", "makino-cldata",
-    "apt", "gcode"); `units` ("mm", "inch") overrides the file's. Arcs and curves become points within
-    `chord_tolerance` (m) and `angle_tolerance` (rad). `feed` (m/s) and `spindle_rpm` (rev/min) are used where the file states
-    no feed or starts no spindle before its first cut, each with a finding; `diameters` (m, by tool number, 0: any) for surface
-    speeds where the file names no cutter. `wear`: paths with cutter radius compensation are the tool centre's, and its offsets
-    hold wear only (else they are refused where the control would have to offset them). `numbers`: of the set-up's tools by their
-    names in lower case, for G-code that calls tools by names. `progress` gets the share done (0..1).
-    Raises ToolpathError, naming file, line and hint, for what can't be read honestly.
+    Args:
+        path: the file.
+        dialect: forces one by name: "nx-clsf", "creo-ncl", "catia-apt", "camworks-apt", "camworks-clt", "makino-cldata", "apt",
+            "gcode".
+        units: "mm" or "inch", over the file's own.
+        chord_tolerance: m within which arcs and curves become points.
+        angle_tolerance: rad, the same of the tool's axis.
+        feed: m/s where the file states none before its first cut, with a finding.
+        spindle_rpm: rev/min where the file starts no spindle before its first cut, with a finding.
+        diameters: m by tool number, 0 for any, for surface speeds where the file names no cutter.
+        wear: paths with cutter radius compensation are the tool centre's, and its offsets hold wear only; else they are refused
+            where the control would have to offset them.
+        numbers: of the set-up's tools by their names in lower case, for G-code that calls tools by names.
+        progress: called with the share that is read, 0 to 1.
+
+    Returns:
+        Regions of frames in the part, in SI, with the process beside them.
+
+    Raises:
+        ToolpathError: what can't be read honestly, by file and line.
+
+    Example:
+        >>> toolpath = camrob.read_toolpath(Path("toolpaths/engraving/engraving.cls"))
+        >>> toolpath.dialect, len(toolpath.regions)
+        ('nx-clsf', 2)
     """
     from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
 

@@ -28,12 +28,12 @@ from closed_loop import CELL, DEG, EDGE, ROOT, run_on_cell
 from gap import generator
 from row_file import add_rows, read_rows
 
+from camrob import post
 from camrob.cell.read_cell import read_cell
 from camrob.controller.simulate import simulate
 from camrob.errors import JobError
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
-from camrob.jobs.post import post
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.measurement.write_log import write_log
 from camrob.redundancy.planning.candidates import candidate_nodes

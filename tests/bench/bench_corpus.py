@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from camrob import post
 from camrob.errors import CamrobError
-from camrob.jobs.post import post
 from camrob.jobs.verify import verify
 from camrob.toolpath.read import read_toolpath
 from camrob.units import m_to_mm

@@ -165,8 +165,8 @@ def post_and_verify(folder: Path) -> Callable[[bytes], str]:
     against it (what its reader of the file has left out, it leaves open). Raises FlawError."""
     from fuzz_readers import CELL, FlawError, check_message, guarded
 
+    from camrob import post
     from camrob.errors import CamrobError
-    from camrob.jobs.post import post
     from camrob.jobs.verify import verify
 
     (folder / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\n")

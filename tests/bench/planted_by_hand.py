@@ -24,8 +24,8 @@ from planted.faults_settings import SETTINGS
 from planted.jobs import JOBS
 from planted.legal import ARGUABLE, LEGAL
 
+from camrob import post
 from camrob.errors import CamrobError
-from camrob.jobs.post import post
 from camrob.jobs.verify import verify
 
 CELL = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"

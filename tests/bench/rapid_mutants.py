@@ -56,8 +56,8 @@ def outcome(package: object, mutant: object, work: Path, wanted: list[str]) -> s
     from mutation.apply import CannotApplyError, apply
     from rapid_job import CELL
 
+    from camrob import post
     from camrob.errors import CamrobError
-    from camrob.jobs.post import post
 
     try:
         apply(package, mutant)  # type: ignore[arg-type]
@@ -122,7 +122,7 @@ def run(count: int, seed: int, only: str = "") -> dict[str, list[str]]:
     """Outcomes of the first mutants, keys by outcome."""
     from rapid_job import CELL, write_job
 
-    from camrob.jobs.post import post
+    from camrob import post
 
     package, mutants = drawn(seed)
     chosen = [m for m in mutants if only in m.key][:count]  # type: ignore[attr-defined]

@@ -12,7 +12,7 @@ import pytest
 from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, log_of, measure
 from page_data import block_of
 
-from camrob.calibration.calibrate import calibrate_cell, study_cell
+from camrob.calibration.calibrate import calibrate_cell, fit_cell
 from camrob.calibration.calibration_file import calibration_figures, read_calibration
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.fit import fit_parameters
@@ -46,7 +46,7 @@ def elsewhere(k: int, count: int, true: dict[str, float] = TRUE, **of) -> Measur
 
 def test_two_stands_of_the_tracker_share_the_robot() -> None:
     """Forty poses from either place tell less than both together; the instruments stay apart."""
-    both = study_cell(CELL, [elsewhere(0, 60), elsewhere(1, 60)], withheld=measure(CELL, TRUE, axis_values(CELL, 100)))
+    both = fit_cell(CELL, [elsewhere(0, 60), elsewhere(1, 60)], withheld=measure(CELL, TRUE, axis_values(CELL, 100)))
     found = both.calibration
     assert found.errors["calibrated/fitted"].mean < 4.5e-5
     assert "nominal/fitted" not in found.errors
@@ -93,7 +93,7 @@ def test_derivatives_of_sets_stand_in_their_own_columns() -> None:
 
 
 def test_a_withheld_log_of_another_stand_judges_the_robot_alone() -> None:
-    study = study_cell(CELL, elsewhere(0, 150), withheld=elsewhere(1, 80))
+    study = fit_cell(CELL, elsewhere(0, 150), withheld=elsewhere(1, 80))
     judged = [p for p in study.evidence.poses if p.withheld]
     assert [(p.log, len(p.rows), p.refitted) for p in judged] == [("set1.csv", 40, True)]
     errors = study.calibration.errors
@@ -168,7 +168,7 @@ def test_the_page_holds_what_was_found_and_loads_nothing(made) -> None:
 
 def test_names_of_files_stay_text() -> None:
     hostile = '</script><img src=x onerror="alert(1)">%{x}'
-    study = study_cell(CELL, replace(measure(CELL, TRUE, axis_values(CELL, 60)), name=hostile))
+    study = fit_cell(CELL, replace(measure(CELL, TRUE, axis_values(CELL, 60)), name=hostile))
     warned = (Remark(line=0, code="x", text=hostile),)
     figures = replace(calibration_figures(study.calibration), warnings=warned, cell=hostile)
     summary = CalibrationSummary(figures=figures, file=hostile, report="r.html", withheld=())

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camrob import post
 from camrob.cell.read_cell import read_cell
-from camrob.jobs.post import post
 from camrob.jobs.verify import verify
 
 ROOT = Path(__file__).resolve().parents[2]

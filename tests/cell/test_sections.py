@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camrob import post
 from camrob.cell.read_cell import read_cell
 from camrob.errors import CellError
 from camrob.jobs.calibrate import calibrate
@@ -19,7 +20,6 @@ from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.feed import feed
 from camrob.jobs.place import place
-from camrob.jobs.post import post
 from camrob.jobs.simulate import simulate
 from camrob.jobs.verify import verify
 from camrob.kinematics.frames import base_T_tool, world_T_base

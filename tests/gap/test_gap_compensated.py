@@ -16,6 +16,7 @@ import pytest
 from gap_cases import KR15, bench_accuracy, closed_loop, generator
 from test_gap_program import HEAD, HOME, start
 
+from camrob import post
 from camrob.errors import InputError
 from camrob.jobs.closing.added_targets import places_to_add
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, shifted
@@ -23,7 +24,6 @@ from camrob.jobs.closing.run_way import RunWay
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.files.cell_for import cell_for
-from camrob.jobs.post import post
 from camrob.languages import language_of_file
 from camrob.measurement.write_log import write_log
 from camrob.prediction.deflection import CAUSE

@@ -15,12 +15,12 @@ import pytest
 from calibration_sample import CELL as MACHINE
 from calibration_sample import axis_values, drawn, log_of, measure
 
+from camrob import post
 from camrob.cli import app as cli
 from camrob.jobs.batch import batch
 from camrob.jobs.calibrate import calibrate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.files.files import staged_output
-from camrob.jobs.post import post
 from camrob.jobs.simulate import simulate
 from camrob.measurement.write_log import write_log
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camrob import post
 from camrob.cli import app as cli
 from camrob.errors import CamrobError
-from camrob.jobs.post import post
 from camrob.languages.krl.reader.read_krl import read_krl
 
 ROOT = Path(__file__).resolve().parents[2]

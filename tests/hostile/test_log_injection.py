@@ -11,11 +11,11 @@ from calibration_sample import axis_values, drawn, log_of, measure
 from test_faults import PART
 from test_injection import CELL, PAYLOADS, inert
 
+from camrob import post
 from camrob.cell.read_cell import read_cell
 from camrob.errors import CamrobError
 from camrob.jobs import diagnose as job
 from camrob.jobs.calibrate import calibrate
-from camrob.jobs.post import post
 from camrob.jobs.simulate import simulate
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from camrob import post
 from camrob.cli import app as cli
-from camrob.jobs.post import post
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"

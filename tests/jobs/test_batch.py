@@ -18,6 +18,7 @@ from typing import Any
 
 import pytest
 
+from camrob import post
 from camrob.cli import app as cli
 from camrob.errors import InputError
 from camrob.jobs.batch import BatchResult, batch
@@ -25,7 +26,6 @@ from camrob.jobs.batching.jobs_file import read_jobs
 from camrob.jobs.batching.parcel import pack_parcel
 from camrob.jobs.batching.verbs import VERBS, Kind, read_verb
 from camrob.jobs.batching.work import Outcome
-from camrob.jobs.post import post
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"

@@ -12,9 +12,9 @@ import pytest
 from gap_cases import KR15, closed_loop
 from scipy.signal import lfilter
 
+from camrob import post
 from camrob.errors import InputError
 from camrob.jobs.diagnose import diagnose
-from camrob.jobs.post import post
 from camrob.jobs.solving.feed_within import held_feed
 from camrob.jobs.verify import verify
 from camrob.measurement.write_log import write_log

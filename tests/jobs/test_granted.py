@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from camrob import PostResult, post
 from camrob.cell.read_cell import read_cell
 from camrob.cell.read_setup import read_setup
 from camrob.errors import JobError
 from camrob.jobs.files.granted import taken_for_granted
-from camrob.jobs.post import PostResult, post
 from camrob.jobs.verify import verify
 from camrob.toolpath.read import read_toolpath
 

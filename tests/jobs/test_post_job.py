@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import camrob.languages.krl.writer.write_krl as krl_writer
+from camrob import post
 from camrob.cli import app as cli
 from camrob.errors import VerificationError
-from camrob.jobs.post import post
 from camrob.jobs.verify import verify
 
 ROOT = Path(__file__).resolve().parents[2]

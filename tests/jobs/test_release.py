@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from camrob import post
 from camrob.errors import CollisionError, VerificationError
-from camrob.jobs.post import post
 from camrob.jobs.release import release
 
 CELL = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"

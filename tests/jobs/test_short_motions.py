@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camrob.jobs.post import PostResult, post
+from camrob import PostResult, post
 from camrob.jobs.verify import verify
 
 CELL = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camrob import post
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
@@ -18,7 +19,6 @@ from camrob.cell.status_turn import StatusTurn
 from camrob.cell.urdf import cell_urdf
 from camrob.dynamics.gravity import gravity_arrays, gravity_torques
 from camrob.errors import CellError
-from camrob.jobs.post import post
 from camrob.jobs.verify import verify
 from camrob.kinematics import frames, kernels
 from camrob.kinematics.arm import Arm

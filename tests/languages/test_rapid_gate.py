@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from rapid_job import CELL, write_job
 
+from camrob import PostResult, post
 from camrob.cell.read_cell import read_cell
 from camrob.cell.status_turn import StatusTurn
 from camrob.errors import CamrobError, CellError, ProgramError
-from camrob.jobs.post import PostResult, post
 from camrob.jobs.simulate import simulate
 from camrob.jobs.verify import VerifyResult, verify
 from camrob.kinematics.frames import base_T_flange

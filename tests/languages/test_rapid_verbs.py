@@ -12,15 +12,16 @@ from calibration_sample import measure
 from rapid_job import CELL
 from rapid_sample import bracket, controller, read_module, written
 
+from camrob import post
 from camrob.calibration.calibrate import calibrate_cell
 from camrob.calibration.calibration_file import calibration_text
 from camrob.calibration.terms import standard_names
 from camrob.cell.read_cell import read_cell
 from camrob.errors import ProgramError
 from camrob.jobs.compensate import compensate
-from camrob.jobs.post import post
 from camrob.jobs.solving.measuring import plan_measuring
-from camrob.languages import language_named, read_program
+from camrob.languages import language_named
+from camrob.languages.read_program import read_program
 from camrob.program.builder import build_program
 from camrob.program.program import ProgramEvent, ProgramEventKind
 from camrob.witness.happenings import Kind

@@ -14,9 +14,9 @@ import camrob.controller
 import camrob.gap
 import camrob.jobs
 import camrob.program
+from camrob import PostResult, post
 from camrob.controller.replay import replay
 from camrob.errors import CellError, InputError
-from camrob.jobs.post import PostResult, post
 from camrob.jobs.simulate import simulate
 from camrob.jobs.verify import verify
 from camrob.languages import LANGUAGES, Registered, language_named, language_of_file

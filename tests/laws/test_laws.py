@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from camrob import post
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
@@ -19,7 +20,6 @@ from camrob.cell.read_cell import read_cell
 from camrob.checks.collisions import STEP, check_collisions
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import read_inputs
-from camrob.jobs.post import post
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.kinematics.kernels import chain_arrays, forward_many
 from camrob.languages.krl.reader.read_krl import read_krl

@@ -17,8 +17,8 @@ import pytest
 
 import camrob.jobs.post as job
 import camrob.languages.krl.writer.write_krl as krl_writer
+from camrob import post
 from camrob.errors import VerificationError
-from camrob.jobs.post import post
 from camrob.program.motion import Motion
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 from camrob.redundancy.solution import Solution

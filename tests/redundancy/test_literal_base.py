@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camrob import post
 from camrob.controller.against import cover
 from camrob.controller.judge import judge
 from camrob.controller.replay import replay
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import read_inputs
-from camrob.jobs.post import post
 from camrob.languages.krl.reader.read_krl import read_krl
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from camrob.jobs.post import PostResult, post
+from camrob import PostResult, post
 from camrob.jobs.verify import verify
 from camrob.redundancy.plan_report import PlanPoint
 from camrob.redundancy.planning.choice import Knee

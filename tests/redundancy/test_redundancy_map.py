@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camrob import post
 from camrob.cell.read_cell import read_cell
-from camrob.jobs.post import post
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.redundancy.redundancy_map import BEYOND_LIMIT, ELSEWHERE, OUT_OF_REACH, TOUCHES, redundancy_map

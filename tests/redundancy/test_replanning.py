@@ -12,8 +12,8 @@ import pytest
 from rich.console import Console
 from test_planned import CELL, OBJECTIVE, ROOT, raster
 
+from camrob import post
 from camrob.errors import InputError, LimitError
-from camrob.jobs.post import post
 from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from page_data import block_of
 
+from camrob import post
 from camrob.cell.read_cell import read_cell
-from camrob.jobs.post import post
 from camrob.kinematics import frames as kinematics
 from camrob.redundancy.solution import Revision, Solution
 from camrob.report.page.timeline import Run, chain_data, timeline_data

@@ -7,6 +7,7 @@ import importlib
 import inspect
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib.metadata import version
 from typing import get_args, get_type_hints
 
@@ -53,6 +54,33 @@ def test_every_result_has_a_typed_summary_that_is_offered() -> None:
         kinds = get_args(summary) or (summary,)
         assert all(issubclass(kind, Summary) and kind is not Summary for kind in kinds), verb
         assert summary in [getattr(camrob, name) for name in camrob.__all__ if name.endswith("Summary")], verb
+
+
+def _named_in(hint: object) -> Iterator[type]:
+    """The classes that a type hint is made of."""
+    inside = get_args(hint)
+    if not inside:
+        yield from [hint] if isinstance(hint, type) else []
+    for one in inside:
+        for part in one if isinstance(one, list | tuple) else [one]:
+            yield from _named_in(part)
+
+
+def test_what_public_functions_take_and_return_and_what_results_hold_is_public_too() -> None:
+    told = [name for name in camrob.__all__ if inspect.isfunction(getattr(camrob, name)) or name.endswith("Result")]
+    assert len(told) > 40
+    for name in [*told, "Resolved"]:
+        for part, hint in get_type_hints(getattr(camrob, name)).items():
+            own = {kind.__name__ for kind in _named_in(hint) if kind.__module__.startswith("camrob.")}
+            assert own <= set(camrob.__all__), f"{part} of {name}: {sorted(own - set(camrob.__all__))}"
+
+
+def test_the_verb_s_old_home_works_for_a_version_and_says_so() -> None:
+    """The contract's words; what camrob itself imports from there says nothing."""
+    ask = "import warnings; warnings.simplefilter('error'); import camrob; camrob.post\n"
+    subprocess.run([sys.executable, "-c", ask + "import camrob.cli.app"], cwd=ROOT, check=True)
+    with pytest.warns(DeprecationWarning, match="camrob.post"):
+        exec("from camrob.jobs.post import post", {"__name__": "strangers"})
 
 
 def test_no_public_name_is_that_of_a_room() -> None:

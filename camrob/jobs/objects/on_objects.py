@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibrate import Study, study_cell
+from camrob.calibration.calibrate import CalibrationFit, fit_cell
 from camrob.calibration.calibration import Calibration
 from camrob.calibration.compensate import compensate_postures
 from camrob.calibration.measurements import measurements_of
@@ -95,7 +95,7 @@ def fit(
     withheld: Sequence[MeasurementLog] = (),
     parameters: Sequence[str] = (),
     share: float = 0.2,
-) -> Study:
+) -> CalibrationFit:
     """Error parameters of a cell, fitted to logs of measured poses.
 
     Args:
@@ -122,7 +122,7 @@ def fit(
         raise LogError("no log was given", hint="give at least one")
     others = [measurements_of(log, cell) for log in withheld]
     names = tuple(dict.fromkeys(parameters)) or None
-    return study_cell(
+    return fit_cell(
         cell, [measurements_of(log, cell) for log in logs], names=names, withheld=others or None, share=share
     )
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.pose_by_pose import Evidence, PoseErrors, explained_by_axis
+from camrob.calibration.pose_by_pose import CalibrationEvidence, PoseErrors, explained_by_axis
 from camrob.report.page.html import plot_text
 from camrob.report.page.pack import packed_floats
 from camrob.summaries.calibration_summary import CalibrationFigures
@@ -27,7 +27,7 @@ _STEPS = 400  # of a distribution
 _FEW = 200  # poses, below which bins of a dozen say nothing
 
 
-def calibration_charts(evidence: Evidence, summary: CalibrationFigures, axes: Sequence[str]) -> list[Chart]:
+def calibration_charts(evidence: CalibrationEvidence, summary: CalibrationFigures, axes: Sequence[str]) -> list[Chart]:
     """All charts, each with id, title, caption, traces, layout and ruler (charts of one ruler are zoomed together)."""
     judged = [p for p in evidence.poses if p.withheld] or list(evidence.poses)
     part = "withheld" if judged[0].withheld else "fitted"
@@ -188,7 +188,7 @@ def _parameters(summary: CalibrationFigures) -> Chart:
     )
 
 
-def _singular(evidence: Evidence) -> Chart:
+def _singular(evidence: CalibrationEvidence) -> Chart:
     """Singular values of the scaled Jacobian of the parameters that were fitted."""
     values = np.asarray(evidence.singular)
     trace = {
@@ -212,7 +212,7 @@ def _singular(evidence: Evidence) -> Chart:
     )
 
 
-def _correlation(evidence: Evidence) -> Chart:
+def _correlation(evidence: CalibrationEvidence) -> Chart:
     """All correlations at once."""
     names = [plot_text(n) for n in evidence.names]
     trace = {
@@ -236,7 +236,7 @@ def _correlation(evidence: Evidence) -> Chart:
     return _chart("correlation", "Correlations", caption, [trace], layout)
 
 
-def _enough(judged: Sequence[PoseErrors], evidence: Evidence) -> Sequence[PoseErrors]:
+def _enough(judged: Sequence[PoseErrors], evidence: CalibrationEvidence) -> Sequence[PoseErrors]:
     """The poses to look for what stays in: the withheld ones, and where they are few, all of them."""
     return judged if sum(len(p.rows) for p in judged) >= _FEW else evidence.poses
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from camrob.calibration.pose_by_pose import Evidence
+from camrob.calibration.pose_by_pose import CalibrationEvidence
 from camrob.report.calibration.charts import STAGES, calibration_charts
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import LineChart, chart_data, chart_section
@@ -27,7 +27,7 @@ _WHY = {
 
 def calibration_report(
     summary: CalibrationSummary,
-    evidence: Evidence,
+    evidence: CalibrationEvidence,
     axes: Sequence[str],
     *,
     published: Sequence[Sequence[str]] = (),
@@ -79,7 +79,7 @@ def _judged(summary: CalibrationFigures) -> tuple[ErrorFigures, ErrorFigures, st
     return errors[f"{first}/{part}"], errors[f"calibrated/{part}"], part
 
 
-def _cards(summary: CalibrationFigures, evidence: Evidence) -> str:
+def _cards(summary: CalibrationFigures, evidence: CalibrationEvidence) -> str:
     before, after, part = _judged(summary)
     cards = [
         (
@@ -105,7 +105,7 @@ def _cards(summary: CalibrationFigures, evidence: Evidence) -> str:
     return card_row(cards)
 
 
-def _noise(evidence: Evidence) -> float | None:
+def _noise(evidence: CalibrationEvidence) -> float | None:
     """The instrument's noise an axis, mm, where it is known."""
     sigma = max(p.sigma for p in evidence.poses)
     return float(m_to_mm(sigma)) if sigma > 0.0 else None
@@ -130,7 +130,7 @@ def _published(rows: Sequence[Sequence[str]], source: str) -> str:
     )
 
 
-def _errors(summary: CalibrationFigures, evidence: Evidence) -> str:
+def _errors(summary: CalibrationFigures, evidence: CalibrationEvidence) -> str:
     rows = []
     for stage, size in summary.errors.items():
         name, _, part = stage.partition("/")
@@ -180,7 +180,7 @@ def _identifiable(summary: CalibrationFigures) -> str:
     return section("What the poses can tell apart", words, left, strong)
 
 
-def _remaining(summary: CalibrationFigures, evidence: Evidence) -> str:
+def _remaining(summary: CalibrationFigures, evidence: CalibrationEvidence) -> str:
     """In words: what is explained, what is noise, what is neither."""
     before, after, part = _judged(summary)
     share = 100.0 * (1.0 - (after.rms_mm / before.rms_mm) ** 2) if before.rms_mm > 0.0 else 0.0

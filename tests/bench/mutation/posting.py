@@ -53,8 +53,8 @@ class Bench:
 
         expected: it ends as `same` as soon as these bytes have been written: released or refused, no wrong program comes of them.
         """
+        from camrob import post
         from camrob.errors import CamrobError
-        from camrob.jobs.post import post
 
         job = self.jobs[name]
         started = time.perf_counter()

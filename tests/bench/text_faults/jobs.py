@@ -46,7 +46,7 @@ class Posted:
 
 def post_all(folder: Path, names: list[str] | None = None) -> dict[str, Posted]:
     """Post the jobs (those named, else all) into a folder. Raises what `post` raises."""
-    from camrob.jobs.post import post
+    from camrob import post
 
     posted = {}
     for job in JOBS:
