@@ -27,9 +27,10 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.errors import LogError
 
-__all__ = ["ErrorTerm", "TermKind", "parameter_of", "standard_names", "term_of"]
+__all__ = ["PARTS", "ErrorTerm", "TermKind", "parameter_of", "standard_names", "term_of"]
 
 PARTS = ("x", "y", "z", "rx", "ry", "rz")
+"""Of a displacement."""
 _MOTION = re.compile(r"(zero|scale|compliance)|(cos|sin)(\d{1,4}(?:\.\d{1,4})?)|by\.([A-Za-z][A-Za-z0-9_]{0,30})")
 _LENGTH, _ANGLE, _COMPLIANCE, _SCALE = 0.1, 0.1, 1e-3, 0.1  # what no calibration believes
 

@@ -13,12 +13,18 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "prediction"))
 
 from test_predict import calibration
 
+from camrob.calibration.calibration_file import read_calibration
+from camrob.calibration.error_model import ErrorModel
+from camrob.calibration.terms import PARTS
 from camrob.cell.read_cell import read_cell
 from camrob.cli import app as cli
 from camrob.errors import InputError
 from camrob.gap.effects.robot_size import ordinary_compliance
+from camrob.jobs.solving.chain_constants import chain_constants
 from camrob.jobs.solving.machine_errors import machine_errors
 from camrob.jobs.solving.sought import Sought, check_sought
+from camrob.redundancy.planning.part_error import error_numbers, expected_squares
+from camrob.redundancy.planning.posture_errors import PLACES
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "cells" / "kr15_track_table"
@@ -40,8 +46,39 @@ def test_constants_of_the_arm_are_counted_and_others_named(tmp_path: Path) -> No
     np.testing.assert_allclose(errors.compliance, [first, 3e-6, first, 4 * first, 8e-6, 4 * first])
     np.testing.assert_allclose(errors.shift, [0, 0, 0, 0, -2e-4, 0])  # A5 counts against q
     np.testing.assert_allclose(errors.swing, [1e-4 / np.sqrt(2), 0, 0, 0, 0, 0])
-    assert errors.any_force > 0.0 and set(errors.left_out) == {"tool.z", "E1.scale"}
-    assert "A2 3" in errors.counted[0] and "A5.zero" in errors.counted
+    assert errors.any_force > 0.0 and set(errors.left_out) == {"E1.scale"}
+    assert "A2 3" in errors.counted[0] and {"A5.zero", "where tool stands"} <= set(errors.counted)
+
+
+def test_the_planner_counts_a_chains_constants_as_the_calibrated_chain_has_them(tmp_path: Path) -> None:
+    """Places of axes, base and tool, zeros and couplings, at postures over the whole range; to first order."""
+    rng = np.random.default_rng(4)
+    values = {f"A{i}.{part}": 2e-5 * rng.normal() for i in range(1, 7) for part in ("x", "y", "z", "rx", "ry")}
+    values |= {f"{frame}.{part}": 2e-5 * rng.normal() for frame in ("base", "tool") for part in PARTS}
+    values |= {"A5.by.A4": 3e-5, "A3.by.A2": -2e-5, "A4.scale": 1e-5, "A5.zero": 2e-5, "A1.zero": -1e-5}
+    file = calibration(tmp_path / "f.toml", values)
+    errors = machine_errors(Sought(FOLDER, calibration=file), CELL, None)
+    model, constants = read_calibration(file, CELL).model(CELL)
+    q = CELL.q_home + 0.5 * rng.normal(size=(20, len(CELL)))
+    q[:, -1] = 0.0
+    meant, real = (model.poses(x, q)[:, :3, 3] for x in (np.zeros(len(constants)), constants))
+    free = np.setdiff1d(np.arange(len(CELL)), np.arange(CELL.arm_slice.start, CELL.arm_slice.stop))
+    push = np.tile([0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0], (len(q), 1))
+    numbers = error_numbers(CELL, 1, replace(errors, any_force=0.0))
+    u, arm = np.ascontiguousarray(q[:, free]), np.ascontiguousarray(q[:, CELL.arm_slice])
+    got = np.sqrt(expected_squares(numbers, u, arm, push)[0])
+    np.testing.assert_allclose(got, np.linalg.norm(real - meant, axis=1), rtol=0.01)
+    # the doubt of a constant alone is what that constant does
+    for name in ("A3.ry", "base.rz", "tool.x", "A5.by.A4", "A2.zero"):
+        one = ErrorModel.of(CELL, (name,))
+        chain = chain_constants(CELL, one.terms)
+        root = chain.root(np.array([[1e-4]]))
+        places = np.zeros((PLACES if len(root) > 12 + len(chain.couples) else 0, 6))
+        alone = replace(errors, shift=np.zeros(6), coupling=np.zeros(len(chain.couples)), couples=chain.couples)
+        alone = replace(alone, places=places, root=root, any_force=0.0)
+        got = np.sqrt(expected_squares(error_numbers(CELL, 1, alone), u, arm, push)[0])
+        moved = one.poses(np.array([1e-4]), q)[:, :3, 3] - meant
+        np.testing.assert_allclose(got, np.linalg.norm(moved, axis=1), rtol=0.01, atol=1e-9)
 
 
 def test_without_a_diagnosis_stiffness_alone_counts_and_is_said_to_be_assumed(tmp_path: Path) -> None:

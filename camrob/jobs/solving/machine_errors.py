@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.calibration.calibration_file import read_calibration
 from camrob.calibration.error_model import ErrorModel
-from camrob.calibration.terms import TermKind
+from camrob.calibration.terms import ErrorTerm, TermKind, term_of
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
 from camrob.gap.effects.robot_size import ordinary_compliance
 from camrob.gap.fitted_units import FittedUnits
 from camrob.jobs.files.diagnosed import diagnosed
+from camrob.jobs.solving.chain_constants import ChainConstants, chain_constants
 from camrob.jobs.solving.sought import Sought
 from camrob.jobs.solving.surface_of_path import SurfaceOfPath
 from camrob.prediction.deflection import known_compliance
@@ -50,17 +53,21 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
         hint = "give depth_mm and width_mm: postures are planned before anything is carved"
         raise InputError("the engagement is left to the removal", hint=hint, path=force.path)
     known = {a: v for a, (v, _k) in known_compliance(found, model, constants).items() if a in _arm(cell)}
-    axes = _AxisErrors(cell, model, constants, found)
+    axes, terms = _AxisErrors(cell, model, constants, found), _terms(cell, model, found)
+    chain, values = chain_constants(cell, terms), np.append(constants, np.zeros(len(terms) - len(constants)))
     granted = not known and (force is not None or axes.empty)
     sagging = np.array([known.get(a, 0.0) for a in _arm(cell)])
     compliance = _filled(sagging, 0.0 if not granted else ordinary_compliance(cell))
     return PostureErrors(
         compliance=compliance,
         sagging=sagging,
-        shift=axes.shift,
+        shift=chain.shift(values),
         swing=np.sqrt(axes.variance),
         mark=axes.mark,
-        root=_root(cell, found),
+        couples=chain.couples,
+        coupling=chain.coupling(values),
+        places=chain.places(values),
+        root=_root(terms, chain, found),
         tip=np.zeros(2) if force is None else force.give,
         force=NoForce() if force is None else force,
         doubt=0.0 if force is None else force.doubt,
@@ -120,7 +127,8 @@ class _AxisErrors:
     """What constants and found units say of the arm's axes, but compliance; what is of other things is left out."""
 
     def __init__(self, cell: Cell, model: ErrorModel, constants: Array, found: FittedUnits | None) -> None:
-        self.shift, self.variance, self.mark = (np.zeros(ARM_AXES) for _ in range(3))
+        self.variance, self.mark = (np.zeros(ARM_AXES) for _ in range(2))
+        self._known = False
         self._counted: list[str] = []
         self._left: list[str] = []
         first = cell.arm_slice.start
@@ -128,14 +136,16 @@ class _AxisErrors:
             i = term.joint - first
             if term.kind is TermKind.COMPLIANCE:
                 continue
-            if not 0 <= i < ARM_AXES or term.kind not in (TermKind.ZERO, TermKind.COS, TermKind.SIN):
-                self._left.append(term.name)
-            elif term.kind is TermKind.ZERO:
-                self.shift[i] += cell.joints[term.joint].sign * value
-                self._counted.append(term.name)
-            else:
+            if 0 <= i < ARM_AXES and term.kind in (TermKind.COS, TermKind.SIN):
                 self.variance[i] += 0.5 * value**2
                 self._counted.append(f"ripple of {cell.joints[term.joint].name}")
+            elif chain_constants(cell, (term,)).counts[0]:
+                self._counted.append(
+                    f"where {term.name.split('.')[0]} stands" if term.kind is TermKind.PLACE else term.name
+                )
+                self._known = True
+            else:
+                self._left.append(term.name)
         if found is not None:
             self._units(cell, found)
 
@@ -156,7 +166,7 @@ class _AxisErrors:
     @property
     def empty(self) -> bool:
         """True where nothing is known of any axis."""
-        return not (self.shift.any() or self.variance.any())
+        return not (self._known or self.variance.any())
 
     @property
     def counted(self) -> tuple[str, ...]:
@@ -169,18 +179,25 @@ class _AxisErrors:
         return tuple(dict.fromkeys(self._left))
 
 
-def _root(cell: Cell, found: FittedUnits | None) -> Array:
-    """(12, K) standard deviations of compliance and shift in K directions, of what was fitted."""
+def _root(terms: Sequence[ErrorTerm], chain: ChainConstants, found: FittedUnits | None) -> Array:
+    """Standard deviations of the chain's constants in the planner's numbers, in K directions, of what was fitted."""
     if found is None or not len(found.values):
-        return np.zeros((2 * ARM_AXES, 0))
+        return np.zeros((2 * ARM_AXES + len(chain.couples), 0))
     values, vectors = np.linalg.eigh(0.5 * (found.cov + found.cov.T))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    out = np.zeros((2 * ARM_AXES, len(values)))
+    index = {t.name: k for k, t in enumerate(terms)}
+    own_root = np.zeros((len(terms), len(values)))
     for own, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True)):
         rows = np.flatnonzero(found.owner == own)
         for k, name in zip(rows, effect.terms(unit, state), strict=False):
-            axis, _, kind = name.partition(".")
-            if axis in _arm(cell) and kind in (TermKind.COMPLIANCE, TermKind.ZERO):
-                sign = cell.joints[cell.index(axis)].sign if kind == TermKind.ZERO else 1.0
-                out[_arm(cell).index(axis) + (ARM_AXES if kind == TermKind.ZERO else 0)] += sign * root[k]
-    return out
+            own_root[index[name]] += root[k]
+    return chain.root(own_root)
+
+
+def _terms(cell: Cell, model: ErrorModel, found: FittedUnits | None) -> tuple[ErrorTerm, ...]:
+    """The calibration's constants, and those that a diagnosis without one has fitted."""
+    if found is None:
+        return model.terms
+    units = zip(found.units, found.effects, found.states, strict=True)
+    fitted = dict.fromkeys(name for unit, effect, state in units for name in effect.terms(unit, state))
+    return (*model.terms, *(term_of(cell, name) for name in fitted if name not in model.names))

@@ -2,10 +2,11 @@
 
 A force f on the tool's tip turns arm axis i about its line by c_i v_i . f + s_i g_i, with v_i = z_i x (tip - p_i) the axis's
 lever, c_i its compliance, g_i gravity's torque and s_i the sag found under it, and the tip moves by d = sum_i v_i (c_i v_i . f
-+ s_i g_i + shift_i) plus what tool and holder give: the directional compliance J C J^T of the posture under the force. Of d only
-what lies along the normal n of the surface that is left there moves the surface: its square, in the mean over that
-surface, is d^T M d with M the mean of n n^T. Where the surface is not known, M = 1 - t t^T with t the feed's direction:
-what lies along the feed leaves any surface where it is. What is not known counts by its variance: with |d|_M^2 = d^T M d,
++ s_i g_i + shift_i), with a coupling's share in shift_i, and by how far frames that stand off carry it and tool and holder give:
+the directional compliance J C J^T of the posture under the force. Of d only what lies along the normal n of the surface that
+is left there moves the surface: its square, in the mean over that surface, is d^T M d with M the mean of n n^T. Where the
+surface is not known, M = 1 - t t^T with t the feed's direction: what lies along the feed leaves any surface where it is. What is
+not known counts by its variance: with |d|_M^2 = d^T M d,
 
     E e^2 = |d|_M^2 + sum_k |d_k|_M^2 + sum_i swing_i^2 |v_i|_M^2 + doubt^2 |d_f|_M^2 + any_force^2 sum_a |C_a|_M^2 + rest^2 tr M
 
@@ -65,6 +66,9 @@ class ErrorNumbers(NamedTuple):
     any_force: float
     rest: float
     known: float
+    couples: NDArray[np.int64]
+    coupling: Array
+    places: Array
 
 
 NO_ERRORS = ErrorNumbers(
@@ -91,6 +95,9 @@ NO_ERRORS = ErrorNumbers(
     0.0,
     0.0,
     1.0,
+    np.zeros((0, 2), np.int64),
+    np.zeros(0),
+    np.zeros((0, 6)),
 )
 
 
@@ -113,6 +120,9 @@ def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
         float(errors.any_force),
         float(errors.rest),
         0.0 if errors.corrected else 1.0,
+        np.ascontiguousarray(errors.couples, np.int64),
+        np.ascontiguousarray(errors.coupling, np.float64),
+        np.ascontiguousarray(errors.places, np.float64),
     )
 
 
@@ -158,14 +168,21 @@ _UPRIGHT = 1e-6
 
 
 @part
-def _arm_in_world(errors: ErrorNumbers, u: Array, q: Array, Z: Array, P: Array, C: Array, R: Array, p: Array) -> None:
-    """Axes Z and points P (6, 3) of the arm, centres C (M, 3) of the masses, the tool R, p, in the frame of gravity's `up`."""
+def _arm_in_world(
+    errors: ErrorNumbers, u: Array, q: Array, Z: Array, P: Array, C: Array, R: Array, p: Array, frames: Array
+) -> None:
+    """Axes Z and points P (6, 3) of the arm, centres C (M, 3) of the masses, the tool R, p, in the frame of gravity's `up`.
+
+    frames: (PLACES, 3, 3), filled where places are known of; their points are the floor's origin, P and p.
+    """
     g, E = errors.gravity, u.shape[0] - errors.roll
     for i in range(g.first, E + 6):
         compose(R, p, g.before[i])
         if i >= E:
             for r in range(3):
                 Z[i - E, r], P[i - E, r] = R[r, 2], p[r]
+            if frames.shape[0] > 0:
+                frames[i - E + 1] = R
         move_joint(R, p, g.prismatic[i], q[i - E] if i >= E else u[i])
         for k in range(g.joint.shape[0]):
             if g.joint[k] == i:
@@ -173,6 +190,24 @@ def _arm_in_world(errors: ErrorNumbers, u: Array, q: Array, Z: Array, P: Array, 
                 for r in range(3):
                     C[k, r] = p[r] + R[r, 0] * c[0] + R[r, 1] * c[1] + R[r, 2] * c[2]
         compose(R, p, g.after[i])
+    if frames.shape[0] > 0:
+        frames[0], frames[frames.shape[0] - 1] = np.eye(3), R
+
+
+@part
+def _carry(x: Array, frames: Array, P: Array, p: Array, moved: Array) -> None:
+    """moved (3,) += how far frames that stand off by x (6 PLACES,) carry the tip p; P (6, 3): the axes' points."""
+    for f in range(frames.shape[0]):
+        R, k, last = frames[f], 6 * f, f == frames.shape[0] - 1
+        lx = p[0] - (0.0 if f == 0 else p[0] if last else P[f - 1, 0])
+        ly = p[1] - (0.0 if f == 0 else p[1] if last else P[f - 1, 1])
+        lz = p[2] - (0.0 if f == 0 else p[2] if last else P[f - 1, 2])
+        wx = R[0, 0] * x[k + 3] + R[0, 1] * x[k + 4] + R[0, 2] * x[k + 5]
+        wy = R[1, 0] * x[k + 3] + R[1, 1] * x[k + 4] + R[1, 2] * x[k + 5]
+        wz = R[2, 0] * x[k + 3] + R[2, 1] * x[k + 4] + R[2, 2] * x[k + 5]
+        moved[0] += R[0, 0] * x[k] + R[0, 1] * x[k + 1] + R[0, 2] * x[k + 2] + wy * lz - wz * ly
+        moved[1] += R[1, 0] * x[k] + R[1, 1] * x[k + 1] + R[1, 2] * x[k + 2] + wz * lx - wx * lz
+        moved[2] += R[2, 0] * x[k] + R[2, 1] * x[k + 1] + R[2, 2] * x[k + 2] + wx * ly - wy * lx
 
 
 @part
@@ -193,8 +228,8 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
     """E e^2 (m2) in a posture u (F,), q (6,) under a push (PUSH,); levers (6,) <- |v_i|_M^2, m2."""
     E = u.shape[0] - errors.roll
     R, p, Z, P, v = np.eye(3), np.zeros(3), np.empty((6, 3)), np.empty((6, 3)), np.empty((6, 3))
-    C = np.empty((errors.gravity.joint.shape[0], 3))
-    _arm_in_world(errors, u, q, Z, P, C, R, p)
+    C, frames = np.empty((errors.gravity.joint.shape[0], 3)), np.empty((errors.places.shape[0], 3, 3))
+    _arm_in_world(errors, u, q, Z, P, C, R, p, frames)
     f, Q, M = np.empty(3), R.copy(), np.empty((3, 3))
     co, si = 1.0, 0.0
     if errors.roll == 1:
@@ -215,6 +250,11 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
         for r in range(3):
             moved[r] += v[i, r] * (errors.sagging[i] * sag + errors.compliance[i] * torque + errors.shift[i])
             pushed[r] += v[i, r] * errors.compliance[i] * torque
+    for m in range(errors.couples.shape[0]):
+        i, shift = errors.couples[m, 0], errors.coupling[m] * q[errors.couples[m, 1]]
+        for r in range(3):
+            moved[r] += v[i, r] * shift
+    _carry(errors.places.ravel(), frames, P, p, moved)
     axial = f[0] * R[0, 2] + f[1] * R[1, 2] + f[2] * R[2, 2]
     for r in range(3):
         give = errors.tip[0] * f[r] + (errors.tip[1] - errors.tip[0]) * axial * R[r, 2]
@@ -225,20 +265,34 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
     for i in range(6):
         levers[i] = _square(M, v[i])
         total += errors.swing[i] * errors.swing[i] * levers[i]
-    return float(total + _unknown(errors, v, own, R, M))
+    return float(total + _unfitted(errors, v, own, q, frames, P, p, M) + _unforeseen(errors, v, R, M))
 
 
 @part
-def _unknown(errors: ErrorNumbers, v: Array, own: Array, R: Array, M: Array) -> float:
-    """m2 by what was fitted with doubt, and by a force of which nothing is known, of levers v (6, 3) and torques own (6,)."""
-    total, moved = 0.0, np.empty(3)
+def _unfitted(
+    errors: ErrorNumbers, v: Array, own: Array, q: Array, frames: Array, P: Array, p: Array, M: Array
+) -> float:
+    """m2 by what was fitted with doubt, of levers v (6, 3) and torques own (6,)."""
+    total, moved, pairs = 0.0, np.empty(3), errors.couples.shape[0]
     for k in range(errors.root.shape[1]):
         moved[:] = 0.0
         for i in range(6):
             turn = errors.root[i, k] * own[i] + errors.root[6 + i, k]
             for r in range(3):
                 moved[r] += v[i, r] * turn
+        for m in range(pairs):
+            i, turn = errors.couples[m, 0], errors.root[12 + m, k] * q[errors.couples[m, 1]]
+            for r in range(3):
+                moved[r] += v[i, r] * turn
+        _carry(errors.root[12 + pairs :, k], frames, P, p, moved)
         total += _square(M, moved)
+    return float(total)
+
+
+@part
+def _unforeseen(errors: ErrorNumbers, v: Array, R: Array, M: Array) -> float:
+    """m2 by a force of which nothing is known."""
+    total, moved = 0.0, np.empty(3)
     if errors.any_force > 0.0:
         for a in range(3):
             for r in range(3):

@@ -11,12 +11,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ARM_AXES", "CutNormals", "LeftSurface", "NoForce", "PostureErrors", "ToolForce"]
+__all__ = ["ARM_AXES", "PLACES", "CutNormals", "LeftSurface", "NoForce", "PostureErrors", "ToolForce"]
 
 Array = NDArray[np.float64]
 
 ARM_AXES = 6
 """Axes of the arms that are planned for."""
+PLACES = ARM_AXES + 2
+"""Frames of the chain that may stand off: the floor's, the arm's axes', the tool's."""
 
 
 class ToolForce(Protocol):
@@ -64,7 +66,10 @@ class PostureErrors:
     compliance: (6,) rad/Nm under the force. sagging: (6,) rad/Nm under gravity, 0 of axes whose sag nobody found or is
     corrected elsewhere. shift: (6,) rad that each axis stands beyond its encoder. swing: (6,) rad, rms, of what has a sign or a
     phase that nobody knows beforehand (friction, a ripple). mark: (6,) rad by which each axis's link jumps where the axis
-    turns round. root: (12, K), compliance (rad/Nm) over shift (rad): root @ root.T is the covariance of both. tip: (2,) m/N
+    turns round. couples: (M, 2) and coupling: (M,) rad a rad, by how much more an axis is shifted the farther another, or it,
+    stands. places: (PLACES, 6), m and rad, by which the frames of the chain stand off, in their own axes: of the floor, of each
+    axis before it turns, and of the tool; or none. root: (12 + M + 6 PLACES, K), compliance (rad/Nm) over shift (rad),
+    coupling and places: root @ root.T is the covariance of all. tip: (2,) m/N
     that tool and holder give across and along the tool.
 
     force: what pushes while cutting; doubt: share of it by which it may be wrong; any_force: N, the standard deviation in each
@@ -85,6 +90,9 @@ class PostureErrors:
     force: ToolForce = field(default_factory=NoForce)
     doubt: float = 0.0
     any_force: float = 0.0
+    couples: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    coupling: Array = field(default_factory=lambda: np.zeros(0))
+    places: Array = field(default_factory=lambda: np.zeros((0, 6)))
     rest: float = 0.0
     corrected: bool = False
     normals: CutNormals | None = None
