@@ -203,7 +203,8 @@ def _write(text: str) -> None:
 
 
 def job_of(verb: str) -> Callable[..., Any]:
-    """The job behind a verb: the function of the verb's name in `camrob/jobs/<verb>.py`, imported when it is called.
+    """The job behind a verb: the function of the verb's name in `camrob/jobs/<verb>.py`, imported when it
+    is called ("studies.weld" stands a folder deeper).
 
     Paths of inputs that don't exist are refused before that: to import a job takes ten times as long.
     """
@@ -212,7 +213,7 @@ def job_of(verb: str) -> Callable[..., Any]:
     def job(*inputs: Any, **options: Any) -> Any:
         if module not in sys.modules:
             _refuse_missing(inputs, options)
-        return getattr(importlib.import_module(module), verb)(*inputs, **options)
+        return getattr(importlib.import_module(module), verb.rpartition(".")[2])(*inputs, **options)
 
     return job
 

@@ -30,11 +30,11 @@ def _calibration(cell: Path, out: Path, progress: Progress) -> Any:
 
 
 def _line(cell: Path, out: Path, progress: Progress) -> Any:
-    return job_of("feed")(None, cell=cell, out=out, axis="all", progress=progress)
+    return job_of("studies.line")(cell=cell, out=out, progress=progress)
 
 
 def _weld(cell: Path, out: Path, progress: Progress) -> Any:
-    return job_of("feed")(None, cell=cell, out=out, progress=progress)
+    return job_of("studies.weld")(cell=cell, out=out, progress=progress)
 
 
 def _tracker(cell: Path, out: Path, progress: Progress) -> Any:

@@ -1,4 +1,4 @@
-"""Where `camrob feed` has machine coordinates from: a solved path, a program, or a cell's published straight line."""
+"""Where `camrob feed` has machine coordinates from, a solved path or a program, and what is found of their derivatives."""
 
 from __future__ import annotations
 
@@ -18,19 +18,24 @@ from camrob.errors import InputError
 from camrob.jobs.files.npz import read_arrays
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file, program_suffixes
-from camrob.studies.published_file import read_published
-from camrob.studies.published_robot import case_line, drawn_errors
 from camrob.summaries.feed_summary import DerivativeFigures, KindFigures, PassedBound
 from camrob.timing.derivative_analysis import DerivativeAnalysis, Interpolation, analyse_derivatives
 
-__all__ = ["LINE", "Coordinates", "analyses_of", "calibrated", "coordinates_of", "derivative_figures", "published_line"]
+__all__ = [
+    "SOLVED",
+    "Coordinates",
+    "analyses_of",
+    "calibrated",
+    "compensated_by",
+    "coordinates_of",
+    "derivative_figures",
+]
 
 Array = NDArray[np.float64]
 
-LINE = "published.toml"
 _LISTED = 40  # violations in the summary
 # rad or m that coordinates are known to: from a solver, and from a program's four decimals
-_SOLVED, _PRINTED = 1e-6, 2e-6
+SOLVED, _PRINTED = 1e-6, 2e-6
 
 
 class Coordinates(NamedTuple):
@@ -50,7 +55,7 @@ def coordinates_of(file: Path, cell: Cell) -> Coordinates:
             np.asarray(replay(program, cell).q), np.asarray(program.line, np.int64), _PRINTED, file.name
         )
     else:
-        found = Coordinates(*_solved(file), _SOLVED, file.name)
+        found = Coordinates(*_solved(file), SOLVED, file.name)
     q = found.q
     if q.ndim != 2 or q.shape[1] != len(cell) or found.line.shape != (len(q),) or not np.all(np.isfinite(q)):
         raise InputError("holds postures of another cell", hint=f"post it for {cell.name}", path=file)
@@ -67,27 +72,14 @@ def _solved(file: Path) -> tuple[Array, NDArray[np.int64]]:
     return np.asarray(q, float), np.asarray(line, np.int64)
 
 
-def published_line(cell: Cell) -> tuple[Coordinates, Coordinates]:
-    """The straight line of the cell's published case, lines being numbers of its points; nominal, and compensated for the
-    errors that the case draws (gear ripple left out, which the published model doesn't know).
-
-    Raises InputError, UnreachableError, SingularError.
-    """
-    case = read_published(cell.folder / LINE, cell)
-    q = case_line(case, cell)
-    errors = {name: e for name, e in drawn_errors(case, cell).items() if ".cos" not in name and ".sin" not in name}
-    nominal = Coordinates(q, np.arange(1, len(q) + 1), _SOLVED, f"straight line of {len(q)} points ({case.source})")
-    model, values = ErrorModel.of(cell, tuple(errors), in_base=True), np.array(list(errors.values()))
-    return nominal, _compensated(cell, nominal, model, values, "compensated for the errors that the case draws")
-
-
 def calibrated(cell: Cell, nominal: Coordinates, calibration: Path) -> Coordinates:
     """The same poses by the calibrated robot. Raises LogError, StaleInputError, SingularError."""
     model, values = read_calibration(calibration, cell).model(cell, in_base=True)
-    return _compensated(cell, nominal, model, values, f"compensated with {calibration.name}")
+    return compensated_by(cell, nominal, model, values, f"compensated with {calibration.name}")
 
 
-def _compensated(cell: Cell, nominal: Coordinates, model: ErrorModel, values: Array, source: str) -> Coordinates:
+def compensated_by(cell: Cell, nominal: Coordinates, model: ErrorModel, values: Array, source: str) -> Coordinates:
+    """The same poses by a robot with these errors; `source` names them. Raises SingularError."""
     q = compensate_postures(model, values, nominal.q, base_T_tool(cell, nominal.q)).q
     return nominal._replace(q=np.asarray(q), source=source)
 

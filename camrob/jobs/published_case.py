@@ -27,7 +27,7 @@ from camrob.progress import Progress, silent
 from camrob.report.calibration.page import calibration_report
 from camrob.report.page.line_charts import Curve, LineChart
 from camrob.se3 import rotation_to_abc
-from camrob.studies.published_file import PublishedCase, read_published
+from camrob.studies.published_file import PublishedCase, own_case, read_published
 from camrob.studies.published_robot import TapeLine, drawn_errors, measured_poses, tape_line
 from camrob.summaries.calibration_summary import CalibrationSummary, PublishedFigure, WithheldLog
 from camrob.timing.derivative_analysis import DerivativeAnalysis
@@ -81,7 +81,7 @@ def published_case(
     tell = progress or silent
     check_calibration_name(out)
     machine = read_cell(cell)
-    case_read = read_published(machine.folder / "published.toml" if case is None else case, machine)
+    case_read = own_case(machine) if case is None else read_published(case, machine)
     errors = drawn_errors(case_read, machine)
     logs = {
         part: measured_poses(case_read, machine, errors, count, seed, f"{out.stem}_{part}.csv")

@@ -16,9 +16,12 @@ from camrob.errors import InputError
 from camrob.frozen import locked
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["PublishedCase", "read_published"]
+__all__ = ["PUBLISHED", "PublishedCase", "own_case", "read_published"]
 
 Array = NDArray[np.float64]
+
+PUBLISHED = "published.toml"
+"""The file of a cell's folder that has the case."""
 
 SCHEMA = 1
 
@@ -60,6 +63,17 @@ class PublishedCase:
         count = len(self.lower_deg)
         for name, length in (("lower_deg", count), ("upper_deg", count), ("middle_deg", count), ("direction", 3)):
             object.__setattr__(self, name, locked(getattr(self, name), shape=(length,), name=name))
+
+
+def own_case(cell: Cell) -> PublishedCase:
+    """The case in the cell's own folder. Raises InputError, also where it has none."""
+    if not (cell.folder / PUBLISHED).is_file():
+        raise InputError(
+            f"this cell has no {PUBLISHED}, the published case that the study repeats",
+            hint="add it, as in cells/kr500_afp, or take that cell",
+            path=cell.folder,
+        )
+    return read_published(cell.folder / PUBLISHED, cell)
 
 
 def read_published(path: Path, cell: Cell) -> PublishedCase:

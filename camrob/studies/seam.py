@@ -15,9 +15,12 @@ from camrob.cell.toml_table import TableReader
 from camrob.kinematics.adjusting import CurveInJoints, follow_points, joint_derivatives, printed_derivatives
 from camrob.units import mm_to_m
 
-__all__ = ["Seam", "SeamMotion", "read_seam", "seam_motion"]
+__all__ = ["SEAM", "Seam", "SeamMotion", "read_seam", "seam_motion"]
 
 Array = NDArray[np.float64]
+
+SEAM = "seam.toml"
+"""The file of a cell's folder that has the seam."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +58,7 @@ class Seam:
 
 def read_seam(path: Path) -> Seam:
     """The seam of a cell's folder. Raises CellError, with key and hint, where seam.toml is wrong or absent."""
-    file = path / "seam.toml"
+    file = path / SEAM
     table = TableReader(read_toml(file), file)
     seam = Seam(
         mm_to_m(table.number("corner_mm", lower=-1e4, upper=1e4)),

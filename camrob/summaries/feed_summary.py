@@ -1,4 +1,4 @@
-"""What `camrob feed` says: of a path's derivatives, or of a cell's weld seam."""
+"""What `camrob feed` says of a path's derivatives, and `camrob study weld` of a seam."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from camrob.summaries.base import Summary, left_out
 
 __all__ = [
+    "FILES",
     "DerivativeFigures",
     "DerivativeSummary",
     "FeedSummary",
@@ -126,4 +127,7 @@ class WeldSummary(Summary):
 
 
 FeedSummary = DerivativeSummary | WeldSummary
-"""What `camrob feed` says."""
+"""What `camrob feed` says, and the studies of the papers' feeds."""
+
+FILES = ("feed.html", "feed.json")
+"""What is written of either."""

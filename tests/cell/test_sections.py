@@ -21,6 +21,8 @@ from camrob.jobs.diagnose import diagnose
 from camrob.jobs.feed import feed
 from camrob.jobs.place import place
 from camrob.jobs.simulate import simulate
+from camrob.jobs.studies.line import line
+from camrob.jobs.studies.weld import weld
 from camrob.jobs.verify import verify
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
@@ -121,9 +123,9 @@ def test_without_controller(tmp_path: Path, measured: Path) -> None:
 
 @pytest.mark.slow
 def test_studies_of_shipped_cells_need_neither(tmp_path: Path) -> None:
-    for name in ("ta1400_weld", "kr500_afp"):
+    for name, study in (("ta1400_weld", weld), ("kr500_afp", line)):
         cell = without(tmp_path / name, "controller", "resolve", cell=name)
-        assert feed(None, cell=cell, out=tmp_path / "out").files
+        assert study(cell=cell, out=tmp_path / "out").files
 
 
 def test_the_command_line_says_it_in_one_line(tmp_path: Path) -> None:

@@ -35,6 +35,22 @@ def test_a_study_is_what_its_old_words_made(name: str, before: list[str], tmp_pa
     assert (tmp_path / "new" / "feed.html").is_file()
 
 
+@pytest.mark.parametrize(
+    ("name", "other", "file"),
+    [
+        ("line", "ta1400_weld", "published.toml"),
+        ("calibration", "ta1400_weld", "published.toml"),
+        ("weld", "kr500_afp", "seam.toml"),
+        ("tracker", "kr500_afp", "tracker.toml"),
+    ],
+)
+def test_a_study_refuses_a_cell_that_lacks_its_file(name: str, other: str, file: str, tmp_path: Path, capsys) -> None:
+    assert run(["study", name, "--cell", other, "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert f"{other}" in said and file in said and said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_unknown_study_is_refused_with_those_there_are(tmp_path: Path, capsys) -> None:
     assert run(["study", "carving", "--out", str(tmp_path / "out")]) == 2
     assert "take one of calibration, line, weld, tracker" in capsys.readouterr().err

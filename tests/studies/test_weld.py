@@ -16,6 +16,7 @@ from camrob.cli.app import run
 from camrob.dynamics.torques import joint_torques
 from camrob.errors import InputError, SingularError
 from camrob.jobs.feed import feed
+from camrob.jobs.studies.weld import weld
 from camrob.kinematics.adjusting import follow_points, point_jacobians
 from camrob.kinematics.frames import base_T_joint_frames, base_T_tool, world_T_base
 from camrob.studies.published_feed import constant_feed_bound, raised_feed
@@ -173,7 +174,7 @@ def test_a_point_out_of_reach_is_reported():
 
 
 def test_the_command_writes_the_report_and_a_summary(tmp_path, capsys):
-    assert run(["feed", "--cell", str(FOLDER), "--out", str(tmp_path), "--json"]) == 0
+    assert run(["study", "weld", "--cell", str(FOLDER), "--out", str(tmp_path), "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert summary["torque_max_nm"]["A2"] > summary["torque_max_nm"]["A3"]
     assert {s["verdict"] for s in summary["statements"]} <= {"holds", "does not hold", "unclear"}
@@ -182,6 +183,10 @@ def test_the_command_writes_the_report_and_a_summary(tmp_path, capsys):
 
 
 def test_a_cell_without_a_seam_says_what_to_do(tmp_path):
-    with pytest.raises(InputError, match=r"no weld seam and no published line; give a solved path or a program"):
-        feed(None, cell=FOLDER.parent / "kr15_track_table", out=tmp_path)
+    cell = FOLDER.parent / "kr15_track_table"
+    old = "no path to analyse, and this cell has no paper's own; give a solved path or a program"
+    with pytest.warns(DeprecationWarning, match="camrob study weld"), pytest.raises(InputError, match=old):
+        feed(None, cell=cell, out=tmp_path)
+    with pytest.raises(InputError, match=r"no seam.toml, the weld seam .*; add it, as in cells/ta1400_weld"):
+        weld(cell=cell, out=tmp_path)
     assert not list(tmp_path.iterdir())
