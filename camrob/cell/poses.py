@@ -20,7 +20,7 @@ from camrob.errors import CellError
 from camrob.se3 import abc_to_rotation, angle_between
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
-__all__ = ["POSES_FILE", "PoseBounds", "check_poses"]
+__all__ = ["POSES_FILE", "PoseBounds", "PoseError", "check_poses", "pose_errors"]
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,22 @@ class PoseBounds:
     position: float
     angle: float
     inv_kf: float
+
+
+@dataclass(frozen=True, slots=True)
+class PoseError:
+    """How a cell meets one pose: position error m, angle rad, of the tool from forward kinematics of the row's axis values.
+
+    disagrees: how the row's axis values and its q contradict each other by the cell; missed: what is beyond the bounds, or is
+    another 1/k_F, S or T. Both "" where the cell meets the row. line: of the file.
+    """
+
+    line: int
+    name: str
+    position: float
+    angle: float
+    disagrees: str
+    missed: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,30 +83,45 @@ def check_poses(cell: Cell, path: Path, bounds: PoseBounds) -> None:
     Raises CellError that names file and line for a file that can't be read, and pose and error for one that the cell
     misses.
     """
+    errors = pose_errors(cell, path, bounds)
+    hint = "correct cell.toml or the row"
+    for error in errors:
+        if error.disagrees:
+            raise CellError(f"pose {error.name[:40]!r} {error.disagrees}", hint=hint, path=path, line=error.line)
+    missed = [error for error in errors if error.missed]
+    if missed:
+        others = f" (and {len(missed) - 1} more of the {len(errors)} poses)" if len(missed) > 1 else ""
+        what = f"pose {missed[0].name[:40]!r} is not where cell.toml puts it: {missed[0].missed}{others}"
+        raise CellError(what, hint=hint, path=path, line=missed[0].line)
+
+
+def pose_errors(cell: Cell, path: Path, bounds: PoseBounds) -> tuple[PoseError, ...]:
+    """How a cell meets each pose of its poses.csv at `path`, in the file's order; none where there is no such file.
+
+    Raises CellError that names file and line for a file that can't be read.
+    """
     if not path.exists():
-        return
+        return ()
     rows = list(_rows(cell, path))
     if not rows:
         raise CellError("holds no pose", hint="write a row for each, or remove the file", path=path)
-    q = np.stack([_posture(cell, row, path, bounds) for row in rows])
+    found_of = [_posture(cell, row, path, bounds) for row in rows]
+    q = np.stack([posture for posture, _ in found_of])
     base_T_tool, inverse_kf = _walk(cell, q)
     status, turn = _status_of(cell, q)
-    missed = []
+    errors = []
     for k, row in enumerate(rows):
         if status is None and "S" in row.numbers:
             raise row.fail("has S, for which the wrist must be spherical", "leave S empty", path)
-        found = _missed(row, base_T_tool[k], path, bounds)
+        off, turned = _off(row, base_T_tool[k])
+        found = _missed(row, base_T_tool[k], off, turned, path, bounds)
         given = {"S": 0 if status is None else status[k], "T": turn[k], "inv_kf": inverse_kf[k]}
         for key, value in given.items():
             stated = row.numbers.get(key, value)
             if not found and abs(stated - value) > (bounds.inv_kf if key == "inv_kf" else 0.0):
                 found = f"{key} is {value:.4g}, not {stated:g}"
-        if found:
-            missed.append((row, found))
-    if missed:
-        row, found = missed[0]
-        others = f" (and {len(missed) - 1} more of the {len(rows)} poses)" if len(missed) > 1 else ""
-        raise row.fail(f"is not where cell.toml puts it: {found}{others}", "correct cell.toml or the row", path)
+        errors.append(PoseError(row.line, row.name, off, turned, found_of[k][1], found))
+    return tuple(errors)
 
 
 def _rows(cell: Cell, path: Path) -> Iterator[_Row]:
@@ -175,8 +206,8 @@ def _row(header: list[str], cells: list[str], path: Path, line: int) -> _Row:
     return row
 
 
-def _posture(cell: Cell, row: _Row, path: Path, bounds: PoseBounds) -> Array:
-    """The row's posture (n,); axis values and q have to agree where both are given."""
+def _posture(cell: Cell, row: _Row, path: Path, bounds: PoseBounds) -> tuple[Array, str]:
+    """The row's posture (n,), and how its axis values and q disagree where both are given: then it is that of the axis values."""
     axes, stated = row.some(_axis_columns(cell), path), row.some(_q_columns(cell), path)
     roll = row.numbers.get("q_roll_rad", 0.0)
     if axes is None and stated is None:
@@ -186,16 +217,17 @@ def _posture(cell: Cell, row: _Row, path: Path, bounds: PoseBounds) -> Array:
     if axes is not None:
         q = cell.to_q(axes, roll=roll)
     if stated is None:
-        return q
+        return q, ""
     if axes is not None:
         for i, value in zip(real, stated, strict=True):
             joint, off = cell.joints[i], abs(float(q[i] - value))
             if off > (bounds.position if joint.prismatic else bounds.angle):
                 by = f"{m_to_mm(off):.3f} mm" if joint.prismatic else f"{rad_to_deg(off):.3f} degrees"
-                what = f"has axis values whose {joint.name} is {by} off its q: sign or offset of the axis is not the file's"
-                raise row.fail(what, "correct cell.toml or the row", path)
+                return q, (
+                    f"has axis values whose {joint.name} is {by} off its q: sign or offset of the axis is not the file's"
+                )
     q[real] = stated
-    return q
+    return q, ""
 
 
 def _walk(cell: Cell, q: Array) -> tuple[Array, Array]:
@@ -222,11 +254,15 @@ def _walk(cell: Cell, q: Array) -> tuple[Array, Array]:
     return np.asarray(base_T_next), inverse_kf
 
 
-def _missed(row: _Row, base_T_tool: Array, path: Path, bounds: PoseBounds) -> str:
-    """How the tool misses the row's pose, "" where it does not."""
+def _off(row: _Row, base_T_tool: Array) -> tuple[float, float]:
+    """How far the tool is from the row's pose, m and rad."""
     place, turn = (np.array([row.numbers[c] for c in columns]) for columns in (_PLACE, _TURN))
     off = float(np.linalg.norm(base_T_tool[:3, 3] - mm_to_m(place)))
-    turned = float(angle_between(abc_to_rotation(deg_to_rad(turn)), base_T_tool[:3, :3]))
+    return off, float(angle_between(abc_to_rotation(deg_to_rad(turn)), base_T_tool[:3, :3]))
+
+
+def _missed(row: _Row, base_T_tool: Array, off: float, turned: float, path: Path, bounds: PoseBounds) -> str:
+    """How the tool, `off` m and `turned` rad away, misses the row's pose, "" where it does not."""
     if off > bounds.position or turned > bounds.angle:
         x, y, z = (f"{v:.3f}" for v in m_to_mm(base_T_tool[:3, 3]))
         return f"the tool is {m_to_mm(off):.3f} mm and {rad_to_deg(turned):.3f} degrees off, at X {x}, Y {y}, Z {z}"

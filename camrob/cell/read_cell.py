@@ -25,7 +25,7 @@ from camrob.errors import CellError, InputError
 from camrob.se3 import frame_from_xyzabc
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["frame_of", "read_cell", "read_toml"]
+__all__ = ["frame_of", "read_cell", "read_toml", "unchecked_cell"]
 
 Array = NDArray[np.float64]
 
@@ -76,13 +76,18 @@ def read_cell(path: str | Path) -> Cell:
         >>> cell.name, cell.axis_names[-2:]
         ('kr15_track_table', ('E1', 'E2'))
     """
+    cell, bounds = unchecked_cell(path)
+    check_poses(cell, cell.folder / POSES_FILE, bounds)
+    return cell
+
+
+def unchecked_cell(path: str | Path) -> tuple[Cell, PoseBounds]:
+    """The cell of a cell.toml by itself, and how well it has to meet its poses. Raises CellError."""
     path = Path(path)
     file = path if path.suffix == ".toml" and not os.path.isdir(path) else path / "cell.toml"
     table = TableReader(read_toml(file), file, needs_provenance=True)
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
-    cell, bounds = _assembled(table, file.parent)
-    check_poses(cell, file.parent / POSES_FILE, bounds)
-    return cell
+    return _assembled(table, file.parent)
 
 
 def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:

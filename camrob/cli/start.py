@@ -11,11 +11,12 @@ from camrob.cli.console import perform, renderer
 from camrob.cli.options import JsonOption, QuietOption, known_cell
 from camrob.progress import Progress
 
-__all__ = ["cell_app", "condition", "from_urdf", "list_cells", "new", "samples"]
+__all__ = ["cell_app", "check", "condition", "from_urdf", "list_cells", "new", "samples"]
 
 _render_list = renderer("terminal.shipped_text", "render_cells")
 _render_new = renderer("terminal.shipped_text", "render_new_cell")
 _render_condition = renderer("terminal.shipped_text", "render_condition")
+_render_check = renderer("terminal.shipped_text", "render_cell_check")
 _render_samples = renderer("terminal.shipped_text", "render_samples")
 
 _OutOption = Annotated[
@@ -88,6 +89,21 @@ def condition(
     return perform(job, as_json=as_json, quiet=quiet, render=_render_condition)
 
 
+def check(
+    cell: Annotated[Path, typer.Argument(metavar="CELL", callback=known_cell, help="The cell's folder, or its name.")],
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> int:
+    """Hold a cell against the poses of its poses.csv, and count where its numbers come from."""
+
+    def job(progress: Progress) -> Any:
+        from camrob.jobs.files.cell_check import cell_check
+
+        return cell_check(cell)
+
+    return perform(job, as_json=as_json, quiet=quiet, render=_render_check, holds=lambda r: bool(r.summary.ok))
+
+
 def samples(
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Copy them into this folder.")] = None,
     as_json: JsonOption = False,
@@ -104,10 +120,11 @@ def samples(
 
 
 def cell_app() -> typer.Typer:
-    """`camrob cell`, a group of four."""
+    """`camrob cell`, a group of five."""
     group = typer.Typer(help="Cells that come with camrob, and new ones.", rich_markup_mode=None, no_args_is_help=True)
     group.command("list")(list_cells)
     group.command("new")(new)
     group.command("from-urdf")(from_urdf)
     group.command("condition")(condition)
+    group.command("check")(check)
     return group

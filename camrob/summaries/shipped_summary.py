@@ -7,7 +7,16 @@ from dataclasses import dataclass
 
 from camrob.summaries.base import Summary
 
-__all__ = ["CellListSummary", "ConditionSummary", "ListedCell", "ListedSample", "NewCellSummary", "SamplesSummary"]
+__all__ = [
+    "CellCheckSummary",
+    "CellListSummary",
+    "CheckedPose",
+    "ConditionSummary",
+    "ListedCell",
+    "ListedSample",
+    "NewCellSummary",
+    "SamplesSummary",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +36,36 @@ class CellListSummary(Summary):
     """The cells that come with camrob."""
 
     cells: tuple[ListedCell, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckedPose(Summary):
+    """A row of poses.csv: how far forward kinematics of its axis values is from its pose; text: what is wrong, "" if nothing."""
+
+    name: str
+    line: int
+    position_error_mm: float
+    orientation_error_deg: float
+    ok: bool
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellCheckSummary(Summary):
+    """How a cell meets its poses: ok is None where it has none. provenance: how many entries of cell.toml have which.
+
+    The largest errors are None where there is no pose. assumed: the entries that nobody has measured or read, by their keys.
+    """
+
+    cell: str
+    ok: bool | None
+    position_bound_mm: float
+    orientation_bound_deg: float
+    position_error_mm_max: float | None
+    orientation_error_deg_max: float | None
+    poses: tuple[CheckedPose, ...]
+    provenance: Mapping[str, int]
+    assumed: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

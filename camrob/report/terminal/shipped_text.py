@@ -8,6 +8,7 @@ from rich.text import Text
 
 from camrob.report.words import shown_number, shown_text
 from camrob.summaries.shipped_summary import (
+    CellCheckSummary,
     CellListSummary,
     ConditionSummary,
     ListedCell,
@@ -15,7 +16,7 @@ from camrob.summaries.shipped_summary import (
     SamplesSummary,
 )
 
-__all__ = ["render_cells", "render_condition", "render_new_cell", "render_samples"]
+__all__ = ["render_cell_check", "render_cells", "render_condition", "render_new_cell", "render_samples"]
 
 _INDENT = (0, 0, 0, 2)  # above, right, below, left
 
@@ -36,6 +37,28 @@ def render_cells(summary: CellListSummary) -> RenderableType:
 def _lacks(cell: ListedCell) -> str:
     missing = [name for name, there in (("[controller]", cell.controller), ("[resolve]", cell.resolve)) if not there]
     return f"; without {' and '.join(missing)}, which post needs" if missing else ""
+
+
+def render_cell_check(summary: CellCheckSummary) -> RenderableType:
+    """Whether the cell meets its poses, a line a pose, and where its numbers come from."""
+    count, missed = len(summary.poses), sum(not pose.ok for pose in summary.poses)
+    verdict = (
+        "no poses.csv: nothing holds its chain against the machine; write two or three postures read off a pendant"
+        if summary.ok is None
+        else f"{missed} of {count} poses missed"
+        if missed
+        else f"all {count} poses met"
+    )
+    bounds = f"{shown_number(summary.position_bound_mm)} mm and {shown_number(summary.orientation_bound_deg)} degrees"
+    parts: list[RenderableType] = [Text(f"{summary.cell}: {verdict}", style="bold")]
+    for pose in summary.poses:
+        errors = f"{shown_number(pose.position_error_mm, 4)} mm, {shown_number(pose.orientation_error_deg, 4)} degrees"
+        wrong = f": {pose.text}" if pose.text else ""
+        parts.append(Padding(shown_text(f"{pose.name} (line {pose.line}) {errors}{wrong}"), _INDENT, expand=False))
+    if summary.poses:
+        parts.append(Text(f"allowed are {bounds}"))
+    stated = ", ".join(f"{number} {kind}" for kind, number in summary.provenance.items())
+    return Group(*parts, Text(f"entries of cell.toml: {stated}"))
 
 
 def render_condition(summary: ConditionSummary) -> RenderableType:

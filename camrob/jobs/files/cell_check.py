@@ -1,0 +1,52 @@
+"""`camrob cell check`: how a cell meets the poses of its poses.csv, and where its numbers come from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from camrob.cell.poses import POSES_FILE, pose_errors
+from camrob.cell.read_cell import unchecked_cell
+from camrob.cell.toml_table import PROVENANCES
+from camrob.summaries.shipped_summary import CellCheckSummary, CheckedPose
+from camrob.units import m_to_mm, rad_to_deg
+
+__all__ = ["CellCheckResult", "cell_check"]
+
+
+@dataclass(frozen=True, slots=True)
+class CellCheckResult:
+    """What was found."""
+
+    summary: CellCheckSummary
+
+
+def cell_check(cell: Path) -> CellCheckResult:
+    """Hold a cell's forward kinematics against every row of its poses.csv. Raises CellError for files that can't be read."""
+    machine, bounds = unchecked_cell(Path(cell))
+    errors = pose_errors(machine, machine.folder / POSES_FILE, bounds)
+    poses = tuple(
+        CheckedPose(
+            name=e.name,
+            line=e.line,
+            position_error_mm=round(float(m_to_mm(e.position)), 6),
+            orientation_error_deg=round(float(rad_to_deg(e.angle)), 6),
+            ok=not (e.disagrees or e.missed),
+            text="; ".join(text for text in (e.disagrees, e.missed) if text),
+        )
+        for e in errors
+    )
+    counts = Counter(machine.provenance.values())
+    summary = CellCheckSummary(
+        cell=machine.name,
+        ok=all(pose.ok for pose in poses) if poses else None,
+        position_bound_mm=float(m_to_mm(bounds.position)),
+        orientation_bound_deg=float(rad_to_deg(bounds.angle)),
+        position_error_mm_max=max((p.position_error_mm for p in poses), default=None),
+        orientation_error_deg_max=max((p.orientation_error_deg for p in poses), default=None),
+        poses=poses,
+        provenance={kind: counts[kind] for kind in PROVENANCES},
+        assumed=tuple(key for key, kind in machine.provenance.items() if kind == "assumed"),
+    )
+    return CellCheckResult(summary)

@@ -1,0 +1,80 @@
+"""`camrob cell check`: each row of poses.csv against forward kinematics, by displacements planted in file and chain."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from camrob.cli.app import run
+
+CELLS = Path(__file__).resolve().parents[2] / "cells"
+HOME = "97.000,-41.764,619.422"  # of the KR15's first row
+
+
+def _copied(tmp_path: Path, file: str = "cell.toml", old: str = "", new: str = "") -> Path:
+    folder = tmp_path / "cell"
+    shutil.copytree(CELLS / "kr15_track_table", folder)
+    text = (folder / file).read_text(encoding="utf-8")
+    assert not old or old in text
+    (folder / file).write_text(text.replace(old, new, 1), encoding="utf-8")
+    return folder
+
+
+def _checked(cell: Path, capsys: pytest.CaptureFixture[str], status: int) -> dict:
+    assert run(["cell", "check", str(cell), "--json"]) == status
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_shipped_cell_meets_each_of_its_poses_and_its_provenance_is_counted(capsys) -> None:
+    folder = CELLS / "kr15_track_table"
+    found = _checked(folder, capsys, 0)
+    with (folder / "poses.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [pose["name"] for pose in found["poses"]] == [row["name"] for row in rows]
+    assert found["ok"] is True and all(pose["ok"] and not pose["text"] for pose in found["poses"])
+    assert found["position_error_mm_max"] < 0.001  # the rows are printed to a thousandth, and worked out by hand
+    assert list(found["provenance"]) == ["datasheet", "paper", "measured", "assumed"]
+    assert found["provenance"]["assumed"] == len(found["assumed"]) > 0 and found["provenance"]["paper"] > 0
+    assert run(["cell", "check", "kr15_track_table"]) == 0
+    shown = capsys.readouterr().out
+    assert f"all {len(rows)} poses met" in shown and "straight_up" in shown and " assumed" in shown
+
+
+@pytest.mark.parametrize(("by", "status"), [(0.3, 0), (3.0, 1)])
+def test_a_displaced_row_is_off_by_its_displacement_and_no_other_is(by: float, status: int, tmp_path, capsys) -> None:
+    cell = _copied(tmp_path, "poses.csv", HOME, f"{97.0 + by:.3f},-41.764,619.422")
+    first, *others = _checked(cell, capsys, status)["poses"]
+    assert first["position_error_mm"] == pytest.approx(by, abs=2e-3) and first["ok"] is (status == 0)
+    assert first["orientation_error_deg"] < 0.01 and all(pose["ok"] for pose in others)
+    assert (f"{by:.3f} mm" in first["text"]) is (status == 1)
+
+
+def test_a_longer_forearm_shows_in_the_rows_that_it_moves_with_their_own_errors(tmp_path, capsys) -> None:
+    text = (CELLS / "kr15_track_table" / "cell.toml").read_text(encoding="utf-8")
+    old = re.search(r"d_mm = -?600(?:\.0)?\b", text)
+    assert old, "the KR15's forearm is 600 mm long"
+    cell = _copied(tmp_path, old=old[0], new=old[0].replace("600", "604"))
+    found = _checked(cell, capsys, 1)
+    assert found["ok"] is False and found["position_error_mm_max"] == pytest.approx(4.0, abs=2e-3)
+    assert all(pose["position_error_mm"] == pytest.approx(4.0, abs=2e-3) for pose in found["poses"])
+
+
+def test_an_axis_turned_round_is_said_of_each_row_that_shows_it(tmp_path, capsys) -> None:
+    cell = _copied(tmp_path, old="sign = 1, offset_deg = 90 }", new="sign = -1, offset_deg = 90 }")
+    found = {pose["name"]: pose for pose in _checked(cell, capsys, 1)["poses"]}
+    assert "A3 is 180.000 degrees off its q" in found["straight_up"]["text"] and not found["straight_up"]["ok"]
+    assert found["straight_up"]["position_error_mm"] > 100.0
+
+
+def test_a_cell_without_poses_is_held_by_nothing_and_a_broken_one_is_an_input_error(tmp_path, capsys) -> None:
+    found = _checked(CELLS / "ta1400_weld", capsys, 1)
+    assert found["ok"] is None and found["poses"] == [] and found["position_error_mm_max"] is None
+    broken = _copied(tmp_path, "poses.csv", HOME, "x,-41.764,619.422")
+    assert run(["cell", "check", str(broken)]) == 2
+    assert "poses.csv:2: pose 'home' has 'x' as x_mm" in capsys.readouterr().err
+    assert run(["cell", "check", str(tmp_path / "none")]) == 2
