@@ -83,7 +83,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         evidence, scores, counting, best = _explored(evidence, again)
         design, sizes = evidence.design, _sizes_of(evidence)
         left = [p.y_tcp - p.twists(best.mean) for p in panels]
-        excess = _excess(panels, evidence, best)
+        excess = _excess(panels, evidence, best, left)
         model = Model(
             tuple(effects),
             dict(states),
@@ -177,14 +177,14 @@ def _row_noise(noises: Sequence[Noise]) -> tuple[float, float]:
     return shift, turn
 
 
-def _excess(panels: Sequence[Panel], evidence: Evidence, best: Fitted) -> float:
-    """m: rms at the TCP of what hangs together beyond the best set and the discrepancy."""
+def _excess(panels: Sequence[Panel], evidence: Evidence, best: Fitted, left: Sequence[Array]) -> float:
+    """m: rms at the TCP of what hangs together beyond the best set, which leaves `left` (N, 6) a log, and the discrepancy."""
     sizes = _sizes_of(evidence)
     weights = None if evidence.field is None else evidence.field.fitted(best.mean, sizes)
     parts = []
-    for p in panels:
+    for p, rest in zip(panels, left, strict=True):
         smooth = 0.0 if weights is None or p.smooth is None else p.smooth @ weights
-        parts.append(_structured(p, p.y_tcp - p.twists(best.mean) - smooth, evidence.design, best))
+        parts.append(_structured(p, rest - smooth, evidence.design, best))
     return float(np.sqrt(np.mean(parts)))
 
 

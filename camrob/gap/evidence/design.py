@@ -41,6 +41,7 @@ WITHHELD = -1
 """The number of a log that takes no part in the fit."""
 
 _ALL = slice(None)
+_FEW = 12  # columns that are added one after the other
 _SOME = 600  # samples of a log that tell well enough how far effects move the TCP
 LEVER = 0.5  # m: what a turn counts as, where it hardly moves the TCP
 
@@ -127,14 +128,19 @@ class Panel:
 
 def _product(X: Array, values: Array, rows: NDArray[np.bool_] | slice) -> Array:
     """(M, d) of columns X (N, d, K), which lie apart in memory, times values (K,), at some rows."""
-    used = np.flatnonzero(values)
-    own = X.transpose(2, 1, 0)[used][:, :, rows]
-    return np.asarray(np.tensordot(values[used], own, axes=1).T)
+    apart, used = X.transpose(2, 1, 0), np.flatnonzero(values)
+    if apart.flags.c_contiguous and len(used) > _FEW:
+        # without a copy of any column
+        return np.asarray((values @ apart.reshape(len(apart), -1)).reshape(apart.shape[1:])[:, rows].T)
+    out = np.zeros(apart.shape[1:])
+    for k in used.tolist():
+        out += values[k] * apart[k]
+    return np.asarray(out[:, rows].T)
 
 
 def _weighed(X: Array, w: Array, rows: NDArray[np.int64]) -> Array:
     """(K, d M): columns X (N, d, K), times weights w (N, d), at M rows."""
-    own = X.transpose(2, 1, 0)[:, :, rows]
+    own = np.take(X.transpose(2, 1, 0), rows, axis=2)
     own *= w.T[:, rows]
     return np.asarray(own.reshape(len(own), own.shape[1] * own.shape[2]))
 

@@ -27,7 +27,8 @@ Array = NDArray[np.float64]
 PARTS = ("posture", "direction", "force", "time", "travel")
 """What the discrepancy is a function of, each with a size of its own."""
 
-_LENGTHS = (0.4, 0.8, 1.6)  # rad over which an axis's errors change: a gear's few cycles, a bearing, a link that bends
+# rad over which an axis's errors change: a gear's few cycles, a bearing, a link that bends; each twice the one before
+_LENGTHS = (0.4, 0.8, 1.6)
 _TRACK = 0.5  # m of a sliding axis that count as a rad
 _ANCHORS = 240  # postures that the kernel is laid out on
 _RANK, _TAIL = 90, 1e-4  # functions at the most; share of the field's variance that is left out
@@ -152,8 +153,14 @@ def _kernel(a: Array, b: Array, tables: Sequence[int]) -> Array:
     """
     total, squares = np.zeros((len(a), len(b))), np.zeros((len(a), len(b)))
     for k in range(a.shape[1]):
-        apart = (a[:, k, None] - b[None, :, k]) ** 2
-        one = sum(np.exp(-0.5 * apart / length**2) for length in _LENGTHS) / len(_LENGTHS)
+        # of lengths that double, each exponential is the fourth power of the next
+        part = np.exp((a[:, k, None] - b[None, :, k]) ** 2 * (-0.5 / _LENGTHS[-1] ** 2))
+        one = part.copy()
+        for _ in _LENGTHS[1:]:
+            part *= part
+            part *= part
+            one += part
+        one /= len(_LENGTHS)
         total += one
         squares += one**2
     count = max(a.shape[1], 1)

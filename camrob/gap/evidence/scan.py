@@ -36,6 +36,7 @@ _RIDGE = 1e-9
 _SMALL_UNIT, _COVERED = 3, 0.95  # columns that a unit has at most, and the share of a shape's energy that it shows
 _SAME = 0.9999  # share of the energy of a constant from which it is another's
 _SMALLEST = 0.01  # share of the ordinary sizes that a broad form may be offered with
+_SPANNED = 600  # samples of a log that tell what columns can show
 _RIGID = 6  # columns of a place that is elsewhere and turned
 _EDGE = 8  # samples at either end of a log in which a step is no step
 _FORCE = "force"  # a regime, and the first word of a quantity
@@ -239,31 +240,41 @@ def uncovered_forms(model: Model) -> dict[str, float]:
     broad as an effect, all axes elsewhere in their links or what gives way under load, no whole effect. These are as large as the
     gap at the most, as an effect's own priors are fitted to what it does.
     """
-    panels, design = model.panels, model.design
-    scenes = [p.scene for p in panels]
-    A = design.A.sum(axis=0)
+    design, scenes = model.design, [p.scene for p in model.panels]
+    rows = [np.arange(len(s))[:: max(1, len(s) // _SPANNED)] for s in scenes]
+    weighed = [
+        np.take(p.tcp.transpose(2, 1, 0), at, axis=2) * p.w_tcp[at].T for p, at in zip(model.panels, rows, strict=True)
+    ]
+    X = np.concatenate([w.reshape(len(w), -1) for w in weighed], axis=1)
+    A = X @ X.T
     apart = {NUISANCE, UNKNOWN.name, *(e.name for e in model.effects if e.orders)}
     named = {i: u.effect for i, u in enumerate(design.units) if u.effect not in apart}
     known = [np.flatnonzero(design.owner == i) for i in named]
     small = [c for c in known if len(c) <= _RIGID]
     whole = [np.flatnonzero(np.isin(design.owner, [i for i in named if named[i] == n])) for n in {*named.values()}]
-    rows = sum(len(s) for s in scenes)
     found = {}
     for form in _forms(scenes):
         state = {f"{form}|lower": 0.0, f"{form}|upper": 1.0}
         unit = UNKNOWN.units(scenes, state)[0]
-        B, G = np.zeros((len(A), len(unit.parameters))), np.zeros(len(unit.parameters))
-        moved, usual = np.zeros(len(G)), np.array([q.usual for q in unit.parameters])
-        for p in panels:
-            twists = [c.tcp for c in UNKNOWN.columns(p.scene, unit, state) if c.tcp is not None]
-            B += p.apart @ np.stack([(t * p.w_tcp**2).T.ravel() for t in twists], axis=1)
-            G += [float(np.sum((t * p.w_tcp) ** 2)) for t in twists]
-            moved += [float(np.sum(t[:, :3] ** 2)) for t in twists]
+        twists = [
+            np.stack([c.tcp[at] for c in UNKNOWN.columns(p.scene, unit, state) if c.tcp is not None])
+            for p, at in zip(model.panels, rows, strict=True)
+        ]
+        Y = np.concatenate(
+            [
+                (t * p.w_tcp[at]).swapaxes(1, 2).reshape(len(t), -1)
+                for t, p, at in zip(twists, model.panels, rows, strict=True)
+            ],
+            axis=1,
+        )
+        B, G = X @ Y.T, np.sum(Y**2, axis=1)
+        usual = np.array([q.usual for q in unit.parameters])
+        moved = sum(np.sum(t[:, :, :3] ** 2, axis=(1, 2)) for t in twists) / sum(len(at) for at in rows)
         # gravity has no torque on an upright axis, but for rounding
         shown = G * usual**2 > _RIDGE * np.max(G * usual**2)
         sets = whole if is_broad(form) else known if form.startswith(LINK) else small
         if shown.any() and not any(np.all(_shown(A, c, B[:, shown]) > _SAME * G[shown]) for c in sets):
-            size = float(np.sqrt(np.sum(moved * usual**2) / rows))
+            size = float(np.sqrt(np.sum(moved * usual**2)))
             found[form] = float(np.clip(model.gap / max(size, 1e-12), _SMALLEST, 1.0)) if is_broad(form) else 1.0
     return found
 
