@@ -220,11 +220,15 @@ class FieldGram:
         )
         return FieldGram(C, D, d, self.part)
 
-    def integrated(self, A: Array, b: Array, yy: float, sizes: Array, used: Sequence[int]) -> Integrated:
-        """A, b, yy of some blocks without what a field of sizes (2, parts) explains; of shifts in m, of turns in rad."""
+    def integrated(
+        self, A: Array, b: Array, yy: float, sizes: Array, used: Sequence[int], temperature: float = 1.0
+    ) -> Integrated:
+        """A, b, yy of some blocks without what a field of sizes (2, parts) explains; of shifts in m, of turns in rad. Its rows
+        weigh less by the temperature, as those of A, b and yy already do.
+        """
         A, b, half = A.copy(), b.copy(), 0.0
         for row, S, keep in self._rows(sizes):
-            C, D, d = (x[list(used), row].sum(axis=0) for x in (self.C, self.D, self.d))
+            C, D, d = (x[list(used), row].sum(axis=0) / temperature for x in (self.C, self.D, self.d))
             L, V = _halved(D, np.c_[C.T, d], S, keep)
             A -= V[:, :-1].T @ V[:, :-1]
             b -= V[:, :-1].T @ V[:, -1]

@@ -98,9 +98,9 @@ class Evidence:
         used = [i for i in range(len(self.design.yy)) if i not in self.left_out]
         d = self.design
         A, b, yy = (x[used].sum(axis=0) / self.temperature for x in (d.A, d.b, d.yy))
-        if self.field is None or self.sizes is None:
+        if d.field is None or self.sizes is None:
             return Integrated(A, b, float(yy), 0.0)
-        return self.field.integrated(A, b, float(yy), self.sizes, used)
+        return d.field.integrated(A, b, float(yy), self.sizes, used, self.temperature)
 
     @cached_property
     def field(self) -> FieldGram | None:

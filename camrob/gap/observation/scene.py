@@ -146,7 +146,7 @@ class Scene:
         """(N,) degrees C, None where not measured."""
         return _filled(self.log, "temp") if self.log.has("temp") else None
 
-    @property
+    @cached_property
     def measured_R_world(self) -> Array:
         """(N, 3, 3) `world`'s axes in the measured frame, which may turn with the table, or be the instrument's own."""
         turned = np.tile(np.eye(3), (len(self), 1, 1))
