@@ -25,9 +25,11 @@ __all__ = [
     "constant",
     "moved",
     "place_parameters",
+    "pushed_along",
     "reach_moments",
     "shows",
     "tool_mass",
+    "under_force",
     "under_kilogram",
 ]
 
@@ -84,6 +86,28 @@ def under_kilogram(scene: Scene, at: Array) -> tuple[Column, ...]:
     torque = gravity_torques(gravity_arrays(cell, [one]), cell.to_q(values))
     axes = [(a, cell.index(a)) for a in arm_axes(cell)]
     return tuple(Column(tcp=scene.shift(a, cell.joints[i].sign * torque[:, i])) for a, i in axes)
+
+
+def under_force(scene: Scene) -> tuple[tuple[Column, ...], tuple[Column, ...]]:
+    """How each arm axis gives way, by 1 rad/Nm, to the logged force on the tool, and the tip along x, y, z of `world`, by 1 m/N;
+    none where no force was logged.
+    """
+    if scene.force is None:
+        return (), ()
+    force = np.einsum("nij,nj->ni", scene.measured_R_world, scene.force)
+    arms = [scene.place(f"{a}.zero") for a in arm_axes(scene.cell)]
+    axes = tuple(Column(tcp=arm * np.sum(arm[:, :3] * force, axis=1)[:, None]) for arm in arms)
+    return axes, pushed_along(scene.measured_R_world, force)
+
+
+def pushed_along(turned: Array, force: Array) -> tuple[Column, ...]:
+    """How a tip gives way along the columns of `turned` (N, 3, 3), by 1 m/N, to a force (N, 3); both in the measured frame."""
+    columns = []
+    for k in range(3):
+        twist = np.zeros((len(force), 6))
+        twist[:, :3] = turned[:, :, k] * np.sum(turned[:, :, k] * force, axis=1)[:, None]
+        columns.append(Column(tcp=twist))
+    return tuple(columns)
 
 
 def reach_moments(scene: Scene) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camrob.gap.effects.common import arm_axes
+from camrob.gap.effects.common import arm_axes, pushed_along, under_force
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
 from camrob.units import mm_to_m
@@ -30,23 +30,12 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    force = scene.force
-    if force is None:
-        return ()
-    force = np.einsum("nij,nj->ni", scene.measured_R_world, force)
-    columns = []
-    if unit.key in _FRAMES:
-        turned = scene.measured_R_world if unit.key == "world" else scene.nominal[:, :3, :3]
-        for k in range(3):
-            twist = np.zeros((len(scene), 6))
-            twist[:, :3] = turned[:, :, k] * np.einsum("ni,ni->n", turned[:, :, k], force)[:, None]
-            columns.append(Column(tcp=twist))
-        return tuple(columns)
-    for axis in arm_axes(scene.cell):
-        arm = scene.place(f"{axis}.zero")
-        torque = np.einsum("ij,ij->i", arm[:, :3], force)
-        columns.append(Column(tcp=arm * torque[:, None]))
-    return tuple(columns)
+    if scene.force is None:
+        return tuple(Column() for _ in unit.parameters)
+    if unit.key == "tool":
+        return pushed_along(scene.nominal[:, :3, :3], np.einsum("nij,nj->ni", scene.measured_R_world, scene.force))
+    axes, tip = under_force(scene)
+    return tip if unit.key == "world" else axes
 
 
 EFFECT = Effect(

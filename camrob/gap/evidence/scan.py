@@ -11,20 +11,16 @@ from numpy.typing import NDArray
 from camrob.gap.evidence.design import LEVER, NUISANCE, Panel
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.unknown import (
-    CONSTANT,
     LINK,
-    LOAD,
     UNKNOWN,
     basis,
-    constants,
     followed,
+    forms_of,
     is_broad,
-    loads,
     moment_of,
     quantities,
     targets,
 )
-from camrob.gap.observation.scene import Scene
 
 __all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_forms"]
 
@@ -253,7 +249,7 @@ def uncovered_forms(model: Model) -> dict[str, float]:
     small = [c for c in known if len(c) <= _RIGID]
     whole = [np.flatnonzero(np.isin(design.owner, [i for i in named if named[i] == n])) for n in {*named.values()}]
     found = {}
-    for form in _forms(scenes):
+    for form in (f for f in forms_of(scenes[0]) if all(f in forms_of(s) for s in scenes)):
         state = {f"{form}|lower": 0.0, f"{form}|upper": 1.0}
         unit = UNKNOWN.units(scenes, state)[0]
         twists = [
@@ -277,16 +273,6 @@ def uncovered_forms(model: Model) -> dict[str, float]:
             size = float(np.sqrt(np.sum(moved * usual**2)))
             found[form] = float(np.clip(model.gap / max(size, 1e-12), _SMALLEST, 1.0)) if is_broad(form) else 1.0
     return found
-
-
-def _forms(scenes: Sequence[Scene]) -> list[str]:
-    """All that these logs could show, as "place|quantity"."""
-    return [
-        f"{place}|{quantity}"
-        for quantity, given in ((CONSTANT, constants), (LOAD, loads))
-        for place in given(scenes[0])
-        if all(place in given(s) for s in scenes)
-    ]
 
 
 def _shown(A: Array, columns: NDArray[np.int64], B: Array) -> Array:

@@ -22,6 +22,7 @@ from camrob.gap.effects.common import (
     place_parameters,
     reach_moments,
     tool_mass,
+    under_force,
     under_kilogram,
 )
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
@@ -32,16 +33,16 @@ from camrob.units import deg_to_rad, mm_to_m
 __all__ = [
     "CONSTANT",
     "DEGREE",
+    "FORCE",
     "LAST_MOVE",
     "LINK",
     "LOAD",
     "UNKNOWN",
     "basis",
-    "constants",
     "followed",
+    "forms_of",
     "is_broad",
     "is_moment",
-    "loads",
     "moment_of",
     "moment_words",
     "parts_of",
@@ -62,10 +63,12 @@ LINK = "link "
 """How the place's name begins that is an axis standing elsewhere in the link before it, its zero apart."""
 LOAD = "load"
 """The quantity's name where it is gravity, on all axes at once."""
-_ARM, _AXES, _CARRIED, _FOOT = "arm", "axes", "tool's load", "foot"  # places of several axes
+FORCE = "force"
+"""The quantity's name where it is the force on the tool, on all axes at once."""
+_ARM, _AXES, _CARRIED, _FOOT, _TIP = "arm", "axes", "tool's load", "foot", "tip"  # places of several axes
 _TABLE = "table "  # how the place's name begins that is a table's axis standing elsewhere
-# what is ordinary: of an axis's compliance; rad/m; of the rated payload
-_FOOT_GIVES, _BY_REACH, _SHARE = 0.05, 1e-4, 0.33
+# what is ordinary: of an axis's compliance; rad/m; of the rated payload; m/N
+_FOOT_GIVES, _BY_REACH, _SHARE, _TIP_GIVES = 0.05, 1e-4, 0.33, 1e-6
 _LINK_PARTS = ("x", "y", "rx", "ry")  # what lies along the axis is the next one's, or the tool's
 _LINK_LENGTH, _LINK_ANGLE = mm_to_m(0.3), deg_to_rad(0.02)  # as castings and bearings are off
 _CHOICES = 150  # places and quantities that could have been picked
@@ -146,16 +149,22 @@ def constants(scene: Scene) -> tuple[str, ...]:
 
 
 def loads(scene: Scene) -> tuple[str, ...]:
-    """What may give way under load, each in its own proportion: the axes under their own torques, the axes under what the tool's
-    mass is more than believed, the robot's foot.
+    """What may give way, each part in its own proportion, as "place|quantity": the axes under their own torques, the axes under
+    what the tool weighs more than believed, the robot's foot; the axes, and the tip, under the force on the tool.
     """
-    return (_AXES, _CARRIED, _FOOT) if scene.cell.masses else ()
+    weight = tuple(f"{place}|{LOAD}" for place in (_AXES, _CARRIED, _FOOT)) if scene.cell.masses else ()
+    return weight if scene.force is None else (*weight, *(f"{place}|{FORCE}" for place in (_AXES, _TIP)))
+
+
+def forms_of(scene: Scene) -> tuple[str, ...]:
+    """All free forms without a quantity of one axis, as "place|quantity": constants, and what gives way."""
+    return (*(f"{place}|{CONSTANT}" for place in constants(scene)), *loads(scene))
 
 
 def is_broad(form: str) -> bool:
     """Whether a free form, "place|quantity", is as broad as an effect of the library."""
     place, _, quantity = form.partition("|")
-    return quantity == LOAD or place == _ARM
+    return quantity in (LOAD, FORCE) or place == _ARM
 
 
 def parts_of(form: str, scene: Scene) -> tuple[str, ...]:
@@ -163,8 +172,8 @@ def parts_of(form: str, scene: Scene) -> tuple[str, ...]:
     place, _, quantity = form.partition("|")
     if quantity == CONSTANT:
         return tuple(t.partition(".")[0] for t in _terms(place, scene))
-    each = {_AXES: arm_axes(scene.cell), _CARRIED: ("tool",) * len(arm_axes(scene.cell))}
-    return each.get(place, (_FOOT,) * 4)
+    axes = arm_axes(scene.cell)
+    return {_AXES: axes, _CARRIED: ("tool",) * len(axes), _TIP: ("tool",) * 3}.get(place, (_FOOT,) * 4)
 
 
 def _terms(place: str, scene: Scene) -> list[str]:
@@ -189,25 +198,33 @@ def target_columns(scene: Scene, target: str, shape: Array) -> tuple[Column, ...
     return tuple(Column(tcp=scene.shift(part, shape[:, k])) for k in range(shape.shape[1]))
 
 
-def _of_constant(scene: Scene, place: str, share: float) -> Unit:
+def _of_constant(scene: Scene, form: str, share: float) -> Unit:
+    place = form.partition("|")[0]
     axis = "" if place in ("foot", "tool", _ARM) else place.removeprefix(LINK).removeprefix(_TABLE)
     parts = [t.replace(".", "_").replace("zero", "rz") for t in _terms(place, scene)]
     length, angle = (_LINK_LENGTH, _LINK_ANGLE) if place.startswith((LINK, _ARM)) else (LENGTH, ANGLE)
     parameters = place_parameters([f"{place}_{p}" for p in parts], share * length, share * angle)
-    return Unit("unknown", axis, parameters, len(constants(scene)), f"{place}|{CONSTANT}")
+    return Unit("unknown", axis, parameters, len(constants(scene)), form)
 
 
-def _of_load(scene: Scene, place: str, share: float) -> Unit:
-    usual, own = ordinary_compliance(scene.cell), [f"{a} of {place}" for a in arm_axes(scene.cell)]
+def _of_load(scene: Scene, form: str, share: float) -> Unit:
+    place, _, quantity = form.partition("|")
+    usual, own = ordinary_compliance(scene.cell), [f"{a} of {place} by {quantity}" for a in arm_axes(scene.cell)]
     if place == _FOOT:
         sizes = {f"foot about {p}": _FOOT_GIVES * usual for p in "xy"} | {f"foot by reach {p}": _BY_REACH for p in "xy"}
+    elif place == _TIP:
+        sizes = {f"tip along {p}": _TIP_GIVES for p in "xyz"}
     else:
         sizes = dict.fromkeys(own, usual * (_SHARE * rated_payload(scene.cell) if place == _CARRIED else 1.0))
     parameters = tuple(EffectParameter(n, "rad", share * size, -np.inf, np.inf) for n, size in sizes.items())
-    return Unit("unknown", "", parameters, len(loads(scene)), f"{place}|{LOAD}")
+    return Unit("unknown", "", parameters, len(loads(scene)), form)
 
 
-def _under_load(scene: Scene, place: str) -> tuple[Column, ...]:
+def _giving_way(scene: Scene, form: str) -> tuple[Column, ...]:
+    place, _, quantity = form.partition("|")
+    if quantity == FORCE:
+        axes, tip = under_force(scene)
+        return tip if place == _TIP else axes
     if place == _CARRIED:
         return under_kilogram(scene, np.asarray(tool_mass(scene.cell).center))
     if place == _AXES:
@@ -223,11 +240,10 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     units = []
     for key in sorted(k.removesuffix("|lower") for k in state if k.endswith("|lower")):
         target, _, quantity = key.partition("|")
-        if quantity in (CONSTANT, LOAD):
-            given = constants if quantity == CONSTANT else loads
-            if all(target in given(s) for s in scenes):
+        if quantity in (CONSTANT, LOAD, FORCE):
+            if all(key in forms_of(s) for s in scenes):
                 form = _of_constant if quantity == CONSTANT else _of_load
-                units.append(form(scenes[0], target, state[f"{key}|upper"]))
+                units.append(form(scenes[0], key, state[f"{key}|upper"]))
             continue
         step = is_moment(quantity)
         if not all(target in targets(s) and (step or quantity in quantities(s)) for s in scenes):
@@ -245,8 +261,9 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     target, _, quantity = unit.key.partition("|")
-    if quantity == LOAD:
-        return _under_load(scene, target)
+    if quantity in (LOAD, FORCE):
+        # a log without force says nothing of what gives way to it
+        return _giving_way(scene, unit.key) or tuple(Column() for _ in unit.parameters)
     if quantity == CONSTANT:
         return constant(scene, _terms(target, scene))
     lower, upper = state[f"{unit.key}|lower"], state[f"{unit.key}|upper"]

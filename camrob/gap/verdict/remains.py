@@ -11,7 +11,7 @@ from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage
-from camrob.gap.evidence.unknown import CONSTANT, LAST_MOVE, LOAD, UNKNOWN, is_moment
+from camrob.gap.evidence.unknown import CONSTANT, FORCE, LAST_MOVE, LOAD, UNKNOWN, is_moment
 from camrob.gap.locate.localise import axes_of, regimes_of
 from camrob.gap.locate.periodic import TIME, periodic
 from camrob.gap.locate.single_shape import SingleShape, single_shape
@@ -198,7 +198,9 @@ def _regime(follows: str) -> str:
         return "time"
     kind, _, axis = follows.rpartition(" ")
     named = {"torque on": "load", "force": "force", LAST_MOVE: "direction"}.get(kind, kind.removesuffix(" of"))
-    return named or {CONSTANT: "", LOAD: LOAD, "time": "time", "temperature": "temperature"}.get(axis, "position")
+    return named or {CONSTANT: "", LOAD: LOAD, FORCE: FORCE, "time": "time", "temperature": "temperature"}.get(
+        axis, "position"
+    )
 
 
 def _stage(panels: Sequence[Panel], model: Model) -> str:
