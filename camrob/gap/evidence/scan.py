@@ -266,8 +266,8 @@ def uncovered_forms(model: Model) -> dict[str, float]:
         B, G = X @ Y.T, np.sum(Y**2, axis=1)
         usual = np.array([q.usual for q in unit.parameters])
         moved = sum(np.sum(t[:, :, :3] ** 2, axis=(1, 2)) for t in twists) / sum(len(at) for at in rows)
-        # gravity has no torque on an upright axis, but for rounding
-        shown = G * usual**2 > _RIDGE * np.max(G * usual**2)
+        # gravity has no torque on an upright axis, but for rounding, and little on a wrist's last one
+        shown = G * usual**2 > (1.0 - _SAME) * np.max(G * usual**2)
         sets = whole if is_broad(form) else known if form.startswith(LINK) else small
         if shown.any() and not any(np.all(_shown(A, c, B[:, shown]) > _SAME * G[shown]) for c in sets):
             size = float(np.sqrt(np.sum(moved * usual**2)))

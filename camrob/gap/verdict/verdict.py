@@ -114,13 +114,17 @@ def _said(
     claimed = tuple(e.effect for e in entries if e.claimed)
     regimes = residual_regimes(model, left := left_panels(model, members))
     inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
+    sets = alternatives(model.sets, probability)
     stages = stages_within(model.scenes, together, _structure(together), model.noise)
     within = {name: s.within for name, s in stages.items()}
     drive, words = drives_beyond(model.scenes, model.noise) if not claimed else ("", "")
     if drive:
         unknown = max(unknown, BELIEF.read_off)
-    elif not claimed and inside < 0.5 and BEYOND in within.values():
-        unknown = max(unknown, BELIEF.nothing_else)
+    elif not claimed and BEYOND in within.values():
+        # what is believed of no name is believed of something unknown
+        unknown = max(
+            unknown, BELIEF.nothing_else if inside < 0.5 else 0.0, *(a.probability for a in sets if not a.effects)
+        )
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
@@ -139,7 +143,7 @@ def _said(
         stages=stages,
         effects=entries,
         together=_together(model, trial, members, together, handed),
-        alternatives=tuple(alternatives(model.sets, probability)),
+        alternatives=tuple(sets),
         unknown=stays,
         aliases=_alias_lists(model, library, in_world),
         residual=Residual(
