@@ -138,7 +138,7 @@ def targets(scene: Scene) -> tuple[str, ...]:
     return (*behind, *drives, "foot x", "foot y", "foot z")
 
 
-def constants(scene: Scene) -> tuple[str, ...]:
+def _constants(scene: Scene) -> tuple[str, ...]:
     """Places that may be elsewhere by what no effect knows: the robot's foot, the tool, an axis's zero, an axis in its link."""
     foot = () if scene.frames.fitted_left else ("foot",)
     tool = () if scene.frames.fitted_right else ("tool",)
@@ -148,7 +148,7 @@ def constants(scene: Scene) -> tuple[str, ...]:
     return (*foot, *tool, *seen, *(f"{LINK}{a}" for a in seen), *([_ARM] if seen else []), *tables)
 
 
-def loads(scene: Scene) -> tuple[str, ...]:
+def _loads(scene: Scene) -> tuple[str, ...]:
     """What may give way, each part in its own proportion, as "place|quantity": the axes under their own torques, the axes under
     what the tool weighs more than believed, the robot's foot; the axes, and the tip, under the force on the tool.
     """
@@ -158,7 +158,7 @@ def loads(scene: Scene) -> tuple[str, ...]:
 
 def forms_of(scene: Scene) -> tuple[str, ...]:
     """All free forms without a quantity of one axis, as "place|quantity": constants, and what gives way."""
-    return (*(f"{place}|{CONSTANT}" for place in constants(scene)), *loads(scene))
+    return (*(f"{place}|{CONSTANT}" for place in _constants(scene)), *_loads(scene))
 
 
 def is_broad(form: str) -> bool:
@@ -204,7 +204,7 @@ def _of_constant(scene: Scene, form: str, share: float) -> Unit:
     parts = [t.replace(".", "_").replace("zero", "rz") for t in _terms(place, scene)]
     length, angle = (_LINK_LENGTH, _LINK_ANGLE) if place.startswith((LINK, _ARM)) else (LENGTH, ANGLE)
     parameters = place_parameters([f"{place}_{p}" for p in parts], share * length, share * angle)
-    return Unit("unknown", axis, parameters, len(constants(scene)), form)
+    return Unit("unknown", axis, parameters, len(_constants(scene)), form)
 
 
 def _of_load(scene: Scene, form: str, share: float) -> Unit:
@@ -217,7 +217,7 @@ def _of_load(scene: Scene, form: str, share: float) -> Unit:
     else:
         sizes = dict.fromkeys(own, usual * (_SHARE * rated_payload(scene.cell) if place == _CARRIED else 1.0))
     parameters = tuple(EffectParameter(n, "rad", share * size, -np.inf, np.inf) for n, size in sizes.items())
-    return Unit("unknown", "", parameters, len(loads(scene)), form)
+    return Unit("unknown", "", parameters, len(_loads(scene)), form)
 
 
 def _giving_way(scene: Scene, form: str) -> tuple[Column, ...]:
