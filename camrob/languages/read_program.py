@@ -25,7 +25,7 @@ def read_program(path: str | Path) -> ProgramText:
 
     Example:
         >>> program = camrob.read_program(Path("out/engraving.src"))
-        >>> len(program) > 899
+        >>> len(program) > 100
         True
     """
     return language_of_file(Path(path)).read(Path(path))

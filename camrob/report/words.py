@@ -25,14 +25,14 @@ def shown_number(value: object, decimals: int = 1) -> str:
 
 
 def shown_duration(seconds: object) -> str:
-    """Seconds as hours, minutes and seconds."""
-    if not isinstance(seconds, int | float) or not math.isfinite(seconds):
+    """A time as a machinist reads it: "4 min 12 s"; '-' where there is none."""
+    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not math.isfinite(seconds):
         return "-"
     minutes, s = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:
-        return f"{hours} h {minutes} min"
-    return f"{minutes} min {s} s" if minutes else f"{shown_number(seconds)} s"
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {s:02d} s" if minutes else f"{shown_number(seconds)} s"
 
 
 def shown_text(value: object, style: str = "") -> Text:

@@ -163,7 +163,7 @@ def test_a_poor_summary_says_so(plant: Plant, capsys: pytest.CaptureFixture[str]
         "No warnings.",
         "2 singular points",
         "Verified in part",
-        "1 h 6 min as programmed",
+        "1 h 06 min as programmed",
         "not checked",
         "least margin to a limit: -; 3 points past a limit",
     ):

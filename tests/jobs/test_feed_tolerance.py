@@ -6,6 +6,7 @@ The drives that lag are `gap_generator`'s world with scipy's filter before its j
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -128,12 +129,13 @@ def test_what_grows_with_the_speed_is_slowed_where_it_is_and_no_more() -> None:
     late = np.where((np.arange(101) > 33) & (np.arange(101) <= 66), 0.008, 0.003)
 
     def timed(speed):
-        return np.concatenate([[0.0], np.cumsum(1e-3 / speed[1:])])
+        return SimpleNamespace(at=np.concatenate([[0.0], np.cumsum(1e-3 / speed[1:])]), speed=speed)
 
     def off_at(at):
         return np.concatenate([[0.0], late[1:] * 1e-3 / np.diff(at)])
 
-    held = held_feed(path, programmed, 2e-4, timed, off_at)
+    held, last = held_feed(path, programmed, 2e-4, timed, off_at)
+    assert np.array_equal(last.speed, held.speed), "what is handed back is the run at the speed that is held"
     assert held.before.max() == pytest.approx(4e-4)
     assert 0.94 * 2e-4 < held.after.max() <= 2e-4
     slow = np.flatnonzero(held.slowed)

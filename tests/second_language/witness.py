@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from camrob.errors import ProgramError
+from camrob.witness.krl.columns import AXES, CIRC, LIN, POSE
 from camrob.witness.krl.conduct import PTP
 from camrob.witness.krl.hooks import Hooks
 from camrob.witness.krl.replay import replay
-from camrob.witness.krl.state import AXES, CIRC, LIN, POSE, Base, State
+from camrob.witness.krl.state import Base, State
 from camrob.witness.krl.text import Line
 
 NAN = float("nan")

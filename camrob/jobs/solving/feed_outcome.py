@@ -218,19 +218,22 @@ def feed_outcome(
         slower = replace(path, feed=np.where(path.cutting, speed, path.feed))
         return optimal_feed(cell, slower, q, rapid_speed=inputs.rapid_speed, motion_ends=ends, progress=progress)
 
-    def run(speed: Array) -> Array:
-        return np.asarray(
-            (planned(speed) if optimal else program_time(cell, path, q, speed=speed, motion_ends=ends)).at
-        )
+    def timed(speed: Array) -> Timing:
+        return program_time(cell, path, q, speed=speed, motion_ends=ends)
 
     held, tolerance = None, inputs.setup.tolerance
+    timing: Timing | None = None
+    plan: FeedPlan | None = None
     if off is not None and tolerance is not None:
-        held = held_feed(path, programmed, tolerance, run, lambda at: off(q, at))
+        if optimal:
+            held, plan = held_feed(path, programmed, tolerance, planned, lambda at: off(q, at))
+        else:
+            held, timing = held_feed(path, programmed, tolerance, timed, lambda at: off(q, at))
         programmed = held.speed
-    timing = program_time(cell, path, q, speed=programmed, motion_ends=ends)
-    plan, order, written = None, None, None
+    timing = timing or timed(programmed)
+    order, written = None, None
     if optimal:
-        plan = planned(programmed)
+        plan = plan or planned(programmed)
         order = written_feed(cell, path, q, plan, cells=tuple(m.cell for m in inputs.mounted), motion_ends=ends)
         said, whole = np.asarray(order.speed), np.asarray(order.spread(programmed))
         own = order.spread(keep) | order.added

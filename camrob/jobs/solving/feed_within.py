@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,16 @@ __all__ = ["CAUSE", "HeldFeed", "OffAtSpeed", "held_feed", "off_at_speed", "tole
 Array = NDArray[np.float64]
 OfPoints: TypeAlias = Callable[[Array], Array]
 OffAtSpeed: TypeAlias = Callable[[Array, Array], Array]
+
+
+class _Timed(Protocol):
+    """A path that is timed: `at` (N,), s at each point."""
+
+    @property
+    def at(self) -> Array: ...
+
+
+T = TypeVar("T", bound=_Timed)
 
 CAUSE = "tolerance"
 """What holds the feed back, beside limits of axes and of the controller."""
@@ -91,14 +101,17 @@ def tolerance_findings(held: HeldFeed | None, path: ToolPathInBase) -> list[Find
     return [Finding("tolerance", text, Severity.WARNING, line=int(path.line[worst]), value=off, limit=most, unit="mm")]
 
 
-def held_feed(path: ToolPathInBase, programmed: Array, tolerance: float, timed: OfPoints, off: OfPoints) -> HeldFeed:
-    """The feed of a path, held to a tolerance (m). programmed: (N,) m/s.
+def held_feed(
+    path: ToolPathInBase, programmed: Array, tolerance: float, timed: Callable[[Array], T], off: OfPoints
+) -> tuple[HeldFeed, T]:
+    """The feed of a path, held to a tolerance (m), and how that is timed. programmed: (N,) m/s.
 
-    timed: from speeds (N,) that the tool is told to the time (N,) at each point; off: from times (N,) to m off across the way.
+    timed: from speeds (N,) that the tool is told to the times at each point; off: from times (N,) to m off across the way.
     """
     cutting = np.asarray(path.cutting)
     way = np.diff(np.asarray(path.length), prepend=0.0)
-    speed, at = programmed.copy(), timed(programmed)
+    speed, run = programmed.copy(), timed(programmed)
+    at = np.asarray(run.at)
     before = after = off(at) * cutting
     for _round in range(_ROUNDS):
         if after.max(initial=0.0) <= tolerance:
@@ -109,9 +122,10 @@ def held_feed(path: ToolPathInBase, programmed: Array, tolerance: float, timed: 
         ceiling = _round_about(at, np.where(share < 1.0, share * np.minimum(reached, speed), np.inf))
         lower = np.maximum(np.minimum(speed, ceiling), _SLOWEST * programmed)
         speed = _stairs(np.where(cutting & (lower < speed), lower, speed), programmed)
-        at = timed(speed)
+        run = timed(speed)
+        at = np.asarray(run.at)
         after = off(at) * cutting
-    return HeldFeed(programmed, speed, before, after, tolerance)
+    return HeldFeed(programmed, speed, before, after, tolerance), run
 
 
 def _round_about(at: Array, ceiling: Array) -> Array:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 from camrob.report.page.html import duration, escape, number, page
@@ -51,29 +49,20 @@ def _failures(summary: BatchSummary) -> str:
     rows = [
         [f"{_tag(job)}<br>{escape(job.input)}", "<br>".join(escape(r) for r in reasons)]
         for job in summary.jobs
-        if job.status and (reasons := _reasons(job))
+        if (reasons := _reasons(job))
     ]
     return section("Against them", table(("job", "why"), rows, left=2, whole=True)) if rows else ""
 
 
 def _reasons(job: JobFigures) -> list[str]:
-    if job.error:
-        return [job.error]
-    errors = [e for e in (job.summary or {}).get("errors") or () if isinstance(e, Mapping)]
-    texts = [_with_line(str(e.get("text", "")), e.get("line")) for e in errors]
-    more = [f"and {len(texts) - _REASONS:,} more"] if len(texts) > _REASONS else []
-    return texts[:_REASONS] + more or ["a check failed"]
-
-
-def _with_line(text: str, line: object) -> str:
-    return text if not line or f"line {line}" in text else f"line {line}: {text}"
+    left = len(job.against) - _REASONS
+    return [*job.against[:_REASONS], *([f"and {left:,} more"] if left > 0 else [])]
 
 
 def _cards(summary: BatchSummary) -> list[tuple[str, str, str]]:
-    programs = [job.summary or {} for job in summary.jobs if job.status == 0]
-    points = sum(int(p.get("points") or p.get("motions") or 0) for p in programs)
-    seconds = sum(float(_within(p, "time_s", "program") or 0.0) for p in programs)
-    lowest = [(float(k), job.input) for job in summary.jobs if (k := _conditioning(job)) is not None]
+    done = [job for job in summary.jobs if job.status == 0]
+    points, seconds = sum(job.points or 0 for job in done), sum(job.program_s or 0.0 for job in done)
+    lowest = [(kf, job.input) for job in summary.jobs if (kf := job.lowest_inv_kf) is not None]
     where = f"{summary.workers} workers" if summary.workers else f"the cluster at {summary.scheduler}"
     cards = [
         (
@@ -90,42 +79,20 @@ def _cards(summary: BatchSummary) -> list[tuple[str, str, str]]:
     return cards
 
 
-def _within(summary: Mapping[str, Any], *keys: str) -> Any:
-    """A figure of a summary as JSON, None where there is none."""
-    found: Any = summary
-    for key in keys:
-        found = found.get(key) if isinstance(found, Mapping) else None
-    return found
-
-
-def _conditioning(job: JobFigures) -> float | None:
-    found = _within(job.summary or {}, "conditioning", "inv_kf_min")
-    return found if isinstance(found, float) else None
-
-
 def _tag(job: JobFigures) -> str:
     return f'<span class="tag {_TAGS.get(job.status, "error")}">{JOB_STATUS.get(job.status, "?")}</span>'
 
 
 def _row(job: JobFigures, folder: Path) -> list[str]:
-    of_job = job.summary or {}
-    margins = _within(of_job, "limits", "margin_min")
-    least = (
-        min(((v, k) for k, v in margins.items() if isinstance(v, float)), default=None)
-        if isinstance(margins, Mapping)
-        else None
-    )
-    seconds = _within(of_job, "time_s", "program")
-    warnings = of_job.get("warnings")
-    points = of_job.get("points", of_job.get("motions"))
+    least = job.least_margin
     again = f" {job.attempts} attempts" if job.attempts > 1 else ""
     return [
         f"{_tag(job)}{again} {escape(job.verb)} {_link(job, folder)}<br>{escape(job.input)}",
-        number(points, 0),
-        number(_conditioning(job), 3),
+        number(job.points, 0),
+        number(job.lowest_inv_kf, 3),
         "–" if least is None else f"{escape(least[1])} {number(least[0], 1)}",
-        duration(seconds) if isinstance(seconds, int | float) else "–",
-        number(len(warnings) if isinstance(warnings, list | tuple) else None, 0),
+        duration(job.program_s),
+        number(job.warned, 0),
         number(job.seconds, 1, "s"),
     ]
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
+from camrob.report.words import shown_duration
 from camrob.text import printable
 
 __all__ = ["data_block", "duration", "escape", "number", "page", "plot_text"]
@@ -48,13 +49,7 @@ def number(value: object, decimals: int = 1, unit: str = "") -> str:
 
 def duration(seconds: object) -> str:
     """A time as a machinist reads it: "4 min 12 s"."""
-    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not math.isfinite(seconds):
-        return "–"
-    if seconds < 60:
-        return f"{seconds:.1f} s"
-    whole = round(seconds)
-    hours, minutes = whole // 3600, whole % 3600 // 60
-    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {whole % 60:02d} s"
+    return shown_duration(seconds).replace("-", "–")
 
 
 def _finite(value: Any) -> Any:

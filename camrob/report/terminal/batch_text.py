@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.report.words import JOB_STATUS, shown_text
+from camrob.report.words import JOB_STATUS, shown_number, shown_text
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
 __all__ = ["render_batch"]
@@ -24,40 +22,27 @@ def render_batch(summary: BatchSummary) -> RenderableType:
         table.add_column(heading, justify="left" if left else "right", overflow="fold", no_wrap=heading != "job")
     reasons: list[RenderableType] = []
     for job in summary.jobs:
-        of_job = job.summary or {}
         word, style = JOB_STATUS.get(job.status, "?"), _STYLES.get(job.status, "red")
-        conditioning = of_job.get("conditioning") or {}
         again = f" ({job.attempts} attempts)" if job.attempts > 1 else ""
         table.add_row(
             shown_text(job.input),
             shown_text(job.verb),
             Text(word + again, style=style),
-            _number(of_job.get("points", of_job.get("motions"))),
-            _number(conditioning.get("inv_kf_min"), 3),
-            _number(len(of_job["warnings"]) if isinstance(of_job.get("warnings"), tuple) else None),
-            _number(job.seconds, 1),
+            shown_number(job.points, 0),
+            shown_number(job.lowest_inv_kf, 3),
+            shown_number(job.warned, 0),
+            shown_number(job.seconds),
         )
         for reason in _reasons(job):
             whose = () if job.input in reason else (shown_text(job.input, "bold"), ": ")
             reasons.append(Text.assemble(*whose, shown_text(reason), overflow="fold"))
     well = summary.counts.get("0", 0)
     where = f"{summary.workers} workers" if summary.workers else f"the cluster at {summary.scheduler}"
-    end = f"{well} of {len(summary.jobs)} jobs done in {_number(summary.seconds, 1)} s on {where}"
+    end = f"{well} of {len(summary.jobs)} jobs done in {shown_number(summary.seconds)} s on {where}"
     return Group(table, *([Text(""), *reasons] if reasons else []), Text(""), shown_text(end))
 
 
 def _reasons(job: JobFigures) -> list[str]:
-    """Why a job is not done, or what a check found."""
-    if job.error:
-        return [job.error]
-    errors = (job.summary or {}).get("errors") or ()
-    first = [str(e.get("text", "")) for e in errors[:1] if isinstance(e, Mapping)]
-    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    return [text + more for text in first] if job.status else []
-
-
-def _number(value: object, decimals: int = 0) -> str:
-    """A number, '-' where there is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return "-"
-    return f"{value:,.{decimals}f}".replace(",", " ")
+    """The first that stands against a job, and how many more there are."""
+    more = f" (and {len(job.against) - 1} more)" if len(job.against) > 1 else ""
+    return [text + more for text in job.against[:1]]

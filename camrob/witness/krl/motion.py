@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.witness.krl.state import AXES, CIRC, LIN, POSE, Here, State
+from camrob.witness.krl.columns import AXES, CIRC, LIN, POSE
+from camrob.witness.krl.state import Here, State
 from camrob.witness.krl.text import POSE as PARTS
 from camrob.witness.krl.text import Line, Source
 from camrob.witness.krl.values import UnknownError, Value, split_top
@@ -223,7 +223,6 @@ def add_rows(state: State, source: Source, first: int, last: int) -> None:
         axes = np.full((count, len(state.machine.axis_names)), np.nan)
         for k, name in enumerate(state.machine.axis_names[6:]):
             axes[:, 6 + k] = _kept(external[:, int(name[1]) - 1], state.external[k])
-        nothing, none = np.full((count, 3), np.nan), np.full(count, -1, dtype=np.int64)
         rounded = source.rounded[low:high]
         exact = rounded == 0 if state.rounds else np.ones(count, dtype=bool)
         state.moves(int(lines[0]), False, not exact.all())
@@ -231,27 +230,8 @@ def add_rows(state: State, source: Source, first: int, last: int) -> None:
         state.vague += [
             (state.count + k, int(lines[k]), state.file) for k in vague[:1].tolist() + vague[1:][-1:].tolist()
         ]
-        columns: list[NDArray[Any]] = [
-            np.full(count, LIN, dtype=np.int8),
-            pose,
-            nothing,
-            nothing[:, 0],
-            axes,
-            none,
-            none,
-        ]
-        columns += [np.full(count, state.base, dtype=np.int32), np.full(count, state.tool, dtype=np.int32)]
-        columns += [
-            np.full(count, state.constant),
-            speeds[at],
-            exact,
-            lines,
-            np.full(count, state.file, dtype=np.int32),
-        ]
-        state.columns.add_rows(columns)
         state.external = [float(value) for value in axes[-1, 6:]]
-        state.here = Here([float(value) for value in pose[-1]], None, state.base, state.tool)
-        state.arrived()
+        state.add_lines(pose, axes, speeds[at], exact, lines)
     if stop > start:
         state.speed = float(source.speed[stop - 1])
         wrong = np.flatnonzero(source.speed[start:stop] <= 0.0)

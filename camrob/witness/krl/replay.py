@@ -11,7 +11,8 @@ from camrob.witness.arm import Pose, wrapped
 from camrob.witness.follow import ELBOW_DEG, FOOT, WRIST_DEG, Finding, Leg, follow, foot_T_wrist
 from camrob.witness.frames import angle_of, euler, frame, rotations_about
 from camrob.witness.happenings import Gap, Load, Objection, Path, Run
-from camrob.witness.krl.state import AXES, CIRC, LIN, POSE, Motions, State
+from camrob.witness.krl.columns import AXES, CIRC, LIN, POSE, Motions
+from camrob.witness.krl.state import State
 from camrob.witness.units import deg_to_rad, m_to_mm, mm_to_m
 
 __all__ = ["replay"]

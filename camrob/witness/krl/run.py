@@ -10,11 +10,12 @@ import numpy as np
 
 from camrob.witness.happenings import Gap, Objection, Run
 from camrob.witness.krl.acts import ACTS
+from camrob.witness.krl.columns import Motions
 from camrob.witness.krl.hooks import Hooks, canonical
 from camrob.witness.krl.motion import add_rows
 from camrob.witness.krl.program import Block, Module, Node, Routine, Rows, beside, data_lines, read_module
 from camrob.witness.krl.replay import replay
-from camrob.witness.krl.state import EndlessError, LostError, Motions, State
+from camrob.witness.krl.state import EndlessError, LostError, State
 from camrob.witness.krl.statements import statement, variable
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import Scope, UnknownError, Value, split_top
@@ -24,7 +25,6 @@ __all__ = ["run_program"]
 
 _MOST_TURNS = 50_000  # of all loops together; lists of points that a loop runs through hold some ten thousand
 _MOST_JUMPS = 500  # by GOTO
-_ENOUGH = 2_000  # motions of a run without an end that are looked at
 _LIBRARY = ("BAS", "IR_STOPM")  # KUKA's, whose effects are known
 _REAL = ("pose", "middle", "sweep", "axes", "speed")  # of the motions' columns, those that may be NaN
 _UNKNOWN = "#UNKNOWN"  # stands for a value that the text doesn't say: no number, no truth
@@ -323,7 +323,7 @@ def _idle(code: str) -> bool:
 def _once(main: Path, machine: Machine, later: dict[str, dict[str, Value]]) -> tuple[_Runner, Motions]:
     """One run of a program, on what an earlier one left in its data lists."""
     state = State(machine, Hooks(machine.controller.hooks))
-    runner, most = _Runner(state, main.parent, later=later), None
+    runner, lost = _Runner(state, main.parent, later=later), None
     try:
         module = runner.load(main)
         runner.configure()
@@ -334,14 +334,8 @@ def _once(main: Path, machine: Machine, later: dict[str, dict[str, Value]]) -> t
             state.object("module-name", f"the file is {main.name} and its program {first}: no controller loads that", 1)
         runner.enter(module, module.routines.get(main.stem.upper(), module.routines[first]), [], None)
     except LostError as reason:
-        if isinstance(reason, EndlessError):
-            most = state.forget(_ENOUGH)
-        state.gaps.append(Gap(state.count, state.line, state.line, f"{reason}; what follows isn't judged", state.file))
-    state.close_steps()
-    motions = state.columns.motions(most)
-    stops = np.array([*state.stops, state.count - 1], dtype=np.int64)
-    motions.exact[stops[(stops >= 0) & (stops < len(motions))]] = True
-    return runner, motions
+        lost = reason
+    return runner, state.ended(lost)
 
 
 def _left(runner: _Runner, before: dict[str, dict[str, Value]]) -> dict[str, dict[str, Value]]:

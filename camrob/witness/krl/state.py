@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.frames import frame, inverse, to_values
 from camrob.witness.happenings import Event, Gap, Load, Objection
+from camrob.witness.krl.columns import LIN, Columns, Motions
 from camrob.witness.krl.conduct import Conduct
 from camrob.witness.krl.hooks import Hooks, Step, canonical
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import UnknownError, Value, Variables
 from camrob.witness.machine import Machine
 
-__all__ = ["AXES", "CIRC", "LIN", "POSE", "Base", "Columns", "EndlessError", "Here", "LostError", "Motions", "State"]
+__all__ = ["Base", "EndlessError", "Here", "LostError", "State"]
 
 Array = NDArray[np.float64]
 
-AXES, POSE, LIN, CIRC = range(4)  # PTP by axes, PTP by pose, and the two that follow a path
 # what a run may take besides what is written, which it may take _AGAIN times: an endless loop takes more
 _MOST, _MOST_MOTIONS, _AGAIN = 120_000, 60_000, 10
 _MOST_STEPS = 2_000  # between two motions: a hook holds some ten
 _FEW = 50  # objections of a run without an end
+_ENOUGH = 2_000  # motions of a run without an end that are looked at
 _ZERO = (0.0,) * 6
 _LOAD = ("M", *(f"CM.{part}" for part in "XYZABC"), "J.X", "J.Y", "J.Z")
 
@@ -48,89 +50,6 @@ class Base:
         """True where nothing is different: of the same fault the first is reported."""
         same = self.values == other.values and self.follows == other.follows and self.values is not None
         return same and (self.fault and self.fault.code) == (other.fault and other.fault.code)
-
-
-@dataclass(slots=True)
-class Motions:
-    """All motions, column by column, as the text has them; one row a motion.
-
-    how: (M,). pose: (M, 6) X..C in mm and degrees in `bases[base]`, NaN of AXES. middle: (M, 3) mm, a CIRC's auxiliary point.
-    sweep: (M,) degrees, a CIRC's CA. axes: (M, n), of AXES NaN where a value is kept, else the external axes alone. status,
-    turn: (M,) -1 where left out. constant: (M,) the tool doesn't turn. exact: (M,) no corner is rounded.
-    """
-
-    how: NDArray[np.int8]
-    pose: Array
-    middle: Array
-    sweep: Array
-    axes: Array
-    status: NDArray[np.int64]
-    turn: NDArray[np.int64]
-    base: NDArray[np.int32]
-    tool: NDArray[np.int32]
-    constant: NDArray[np.bool_]
-    speed: Array
-    exact: NDArray[np.bool_]
-    line: NDArray[np.int64]
-    file: NDArray[np.int32]
-
-    def __len__(self) -> int:
-        return len(self.how)
-
-
-Single = tuple[int, list[float], list[float], float, list[float], int, int, int, int, bool, float, bool, int, int]
-_TYPES = (
-    np.int8,
-    float,
-    float,
-    float,
-    float,
-    np.int64,
-    np.int64,
-    np.int32,
-    np.int32,
-    bool,
-    float,
-    bool,
-    np.int64,
-    np.int32,
-)
-
-
-class Columns:
-    """Collects motions one by one and row by row."""
-
-    def __init__(self, axes: int) -> None:
-        self.widths = {1: 6, 2: 3, 4: axes}
-        self.singles: list[Single] = []
-        self.chunks: list[list[NDArray[np.generic]]] = []
-        self.count = 0
-
-    def add(self, single: Single) -> None:
-        """One motion."""
-        self.singles.append(single)
-        self.count += 1
-
-    def add_rows(self, columns: list[NDArray[np.generic]]) -> None:
-        """Motions that are columns already, in the order of `Motions`."""
-        self.close()
-        self.chunks.append(columns)
-        self.count += len(columns[0])
-
-    def close(self) -> None:
-        """Turns the single motions so far into columns."""
-        if self.singles:
-            columns = zip(*self.singles, strict=True)
-            self.chunks.append([np.array(column, dtype=kind) for column, kind in zip(columns, _TYPES, strict=True)])
-            self.singles = []
-
-    def motions(self, most: int | None = None) -> Motions:
-        """All of them, or the first ones."""
-        self.close()
-        if not self.chunks:
-            shapes = [(0, self.widths[k]) if k in self.widths else (0,) for k in range(len(_TYPES))]
-            return Motions(*(np.empty(shape, dtype=kind) for shape, kind in zip(shapes, _TYPES, strict=True)))
-        return Motions(*(np.concatenate(column)[:most] for column in zip(*self.chunks, strict=True)))
 
 
 @dataclass(slots=True)
@@ -198,6 +117,54 @@ class State:
     def count(self) -> int:
         """Motions so far."""
         return self.columns.count
+
+    def add_lines(
+        self,
+        pose: NDArray[np.float64],
+        axes: NDArray[np.float64],
+        speed: NDArray[np.float64],
+        exact: NDArray[np.bool_],
+        lines: NDArray[np.int64],
+    ) -> None:
+        """Adds K straight motions with the frames in force.
+
+        pose: (K, 6) as written; axes: (K, n), NaN for what isn't said; speed: (K,) m/s; exact: (K,) where the robot comes to the
+        point itself; lines: (K,) of the file at work.
+        """
+        count = len(lines)
+        nothing, none = np.full((count, 3), np.nan), np.full(count, -1, dtype=np.int64)
+        columns: list[NDArray[Any]] = [
+            np.full(count, LIN, dtype=np.int8),
+            pose,
+            nothing,
+            nothing[:, 0],
+            axes,
+            none,
+            none,
+            np.full(count, self.base, dtype=np.int32),
+            np.full(count, self.tool, dtype=np.int32),
+            np.full(count, self.constant),
+            speed,
+            exact,
+            lines,
+            np.full(count, self.file, dtype=np.int32),
+        ]
+        self.columns.add_rows(columns)
+        self.here = Here([float(value) for value in pose[-1]], None, self.base, self.tool)
+        self.arrived()
+
+    def ended(self, reason: LostError | None) -> Motions:
+        """The motions of a run that is over: to its end, or (`reason`) to where it was lost."""
+        most = None
+        if reason is not None:
+            most = self.forget(_ENOUGH) if isinstance(reason, EndlessError) else None
+            text = f"{reason}; what follows isn't judged"
+            self.gaps.append(Gap(self.count, self.line, self.line, text, self.file))
+        self.close_steps()
+        motions = self.columns.motions(most)
+        stops = np.array([*self.stops, self.count - 1], dtype=np.int64)
+        motions.exact[stops[(stops >= 0) & (stops < len(motions))]] = True
+        return motions
 
     def tick(self, line: Line) -> None:
         """Counts a statement; raises LostError where a run has no end."""

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camrob.witness.happenings import Objection
+from camrob.witness.krl.columns import AXES, CIRC, LIN, POSE
 from camrob.witness.krl.conduct import PTP
-from camrob.witness.krl.state import AXES, CIRC, LIN, POSE, Base, Here, State
+from camrob.witness.krl.state import Base, Here, State
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import split_top
 from camrob.witness.rapid.module_text import MoveRow
@@ -100,27 +99,7 @@ class RapidMotions:
         speed = mm_to_m(np.array([row.speed[0] for row in rows]))
         for k in np.flatnonzero(speed <= 0.0)[:1].tolist():
             state.object("speed", "v_tcp is 0 mm/s, and has to be above 0", int(lines[k]))
-        nothing, none = np.full((count, 3), np.nan), np.full(count, -1, dtype=np.int64)
-        columns: list[NDArray[Any]] = [
-            np.full(count, LIN, dtype=np.int8),
-            pose,
-            nothing,
-            nothing[:, 0],
-            axes,
-            none,
-            none,
-        ]
-        columns += [np.full(count, state.base, dtype=np.int32), np.full(count, state.tool, dtype=np.int32)]
-        columns += [
-            np.full(count, False),
-            speed,
-            np.full(count, not rounds),
-            lines,
-            np.full(count, state.file, dtype=np.int32),
-        ]
-        state.columns.add_rows(columns)
-        state.here = Here([float(v) for v in pose[-1]], None, state.base, state.tool)
-        state.arrived()
+        state.add_lines(pose, axes, speed, np.full(count, not rounds), lines)
         self.rounded = rounds
 
     def _settle(self, ptp: bool, speed: Sequence[float], zone_name: str, line: Line) -> bool:

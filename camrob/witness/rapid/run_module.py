@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-import numpy as np
-
 from camrob.errors import ProgramError
-from camrob.witness.happenings import Gap, Run
+from camrob.witness.happenings import Run
 from camrob.witness.krl.conduct import PTP
 from camrob.witness.krl.hooks import Hooks
 from camrob.witness.krl.replay import replay
-from camrob.witness.krl.state import EndlessError, Here, LostError, State
+from camrob.witness.krl.state import Here, LostError, State
 from camrob.witness.krl.text import Line
 from camrob.witness.machine import Machine
 from camrob.witness.rapid.module_text import MoveRow, Procedure, RapidModule, listed_modules, read_rapid_module
@@ -24,7 +22,6 @@ from camrob.witness.rapid.records import NotSaidError, Records
 
 __all__ = ["run_program"]
 
-_ENOUGH = 2_000  # motions of a run without an end that are looked at
 _CALLS_DEEP = 25  # procedures that call procedures
 _WORDS = {  # what RAPID has for KUKA's settings, for messages
     "$APO.CDIS": "the zone's distance",
@@ -297,18 +294,12 @@ def run_program(main: Path, machine: Machine) -> Run:
     Raises ProgramError where a file can't be read or does not close. What can't be followed is a gap of the run.
     """
     runner = _Runner(main, machine)
-    state, most = runner.state, None
+    lost = None
     try:
         procedures = runner.main.procedures
         if not procedures:
             raise LostError("the module has no procedure")
         runner.enter(runner.main, procedures.get("MAIN", next(iter(procedures.values()))))
     except LostError as reason:
-        if isinstance(reason, EndlessError):
-            most = state.forget(_ENOUGH)
-        state.gaps.append(Gap(state.count, state.line, state.line, f"{reason}; what follows isn't judged", state.file))
-    state.close_steps()
-    motions = state.columns.motions(most)
-    stops = np.array([*state.stops, state.count - 1], dtype=np.int64)
-    motions.exact[stops[(stops >= 0) & (stops < len(motions))]] = True
-    return replay(state, motions)
+        lost = reason
+    return replay(runner.state, runner.state.ended(lost))
