@@ -15,6 +15,7 @@ FILES = 20  # in a folder: as many as one reads through at a glance
 REGISTRIES = {
     "camrob/gap/effects": "the effects",
     "camrob/toolpath/apt/dialects": "the dialects of CL text",
+    "camrob/toolpath/gcode/controls": "the controls of G code",
 }
 # rooms beside each other that are built alike, by the beginning of their names: their files may be called alike
 PARALLEL = (
