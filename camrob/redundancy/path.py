@@ -78,8 +78,8 @@ class ToolPathInBase:
         """(N,) True for camrob's own points that the tool comes to at a feed: the way back into a cut behind a retract."""
         return np.asarray((self.source < 0) & ~self.cutting & np.isfinite(self.feed))
 
-    def told_speed(self, rapid_speed: float) -> Array:
-        """(N,) m/s that a program tells on the way to each point: the feed, and `rapid_speed` through air."""
+    def commanded_speed(self, rapid_speed: float) -> Array:
+        """(N,) m/s that a program commands on the way to each point: the feed, and `rapid_speed` through air."""
         return np.where(self.cutting | self.entering, self.feed, rapid_speed)
 
     @property

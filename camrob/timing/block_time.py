@@ -1,4 +1,4 @@
-"""The time that a controller takes for one motion at the least: motions that are shorter are run slower than told."""
+"""The time that a controller takes for one motion at the least: motions that are shorter are run slower than programmed."""
 
 from __future__ import annotations
 

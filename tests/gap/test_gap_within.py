@@ -47,7 +47,10 @@ def test_a_table_behind_its_set_point_is_said_with_its_size_over_the_work_and_is
 @pytest.mark.slow(after=1)
 @pytest.mark.parametrize(
     ("facts", "said", "value"),
-    [({"tolerance": 0.03}, "tolerance", "tolerance_mm = 30"), ({"sigma_axis": np.deg2rad(3.0)}, "noise", "as told")],
+    [
+        ({"tolerance": 0.03}, "tolerance", "tolerance_mm = 30"),
+        ({"sigma_axis": np.deg2rad(3.0)}, "noise", "as reported"),
+    ],
 )
 def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and_says_which(
     facts, said: str, value: str

@@ -174,11 +174,11 @@ def test_no_gap_says_of_each_stage_whether_noise_or_the_tolerance_says_so_and_by
 
     assert said("noise", "noise") == (
         "There is no gap: between set-point and encoder A3, the farthest off, is 0.010 mm rms over the work, within the noise "
-        "(0.030 mm, as found); between encoder and TCP 0.031 mm rms, within the noise (0.030 mm, as told)."
+        "(0.030 mm, as found); between encoder and TCP 0.031 mm rms, within the noise (0.030 mm, as reported)."
     )
     loose = said("tolerance", "noise", tolerance_mm=0.05)
     assert "over the work, within the tolerance that the log names (tolerance_mm = 0.05), not within noise;" in loose
-    assert loose.endswith("between encoder and TCP 0.031 mm rms, within the noise (0.030 mm, as told).")
+    assert loose.endswith("between encoder and TCP 0.031 mm rms, within the noise (0.030 mm, as reported).")
     assert said("noise", "tolerance", tolerance_mm=0.06).endswith(
         "0.031 mm rms, 95 % 0.050 mm, within the tolerance that the log names (tolerance_mm = 0.06), not within noise."
     )

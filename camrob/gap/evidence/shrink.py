@@ -194,7 +194,7 @@ def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> 
 
 
 def settled_rms(model: Model, panels: Sequence[Panel], names: Collection[str]) -> float:
-    """How far effects of the best set together move the TCP, m (rms), but for what frames that nobody told take up of it."""
+    """How far effects of the best set together move the TCP, m (rms), but for what frames that nobody reported take up of it."""
     members = frozenset(i for i in model.best.members if model.units[i].effect in names)
     values, parts = model.values(members, model.best), []
     for p in panels:

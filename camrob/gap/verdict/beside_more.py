@@ -25,7 +25,7 @@ def beside_more(
     """Probabilities of effects that move the tool by less than what stays beside all claims, on withheld samples (`together`) or
     on the fitted ones: such a one may be a likeness of that, and is, as likely as not, where withheld samples don't surely get
     better by it. Names that follow posture, load or time alone and mostly cancel have to move it by more: together they are any
-    smooth function. What carries over to far postures is no likeness. Sizes are but for what frames that nobody told take up.
+    smooth function. What carries over to far postures is no likeness. Sizes are but for what frames that nobody reported take up.
     Claims that together take far less than they move the tool by work against something that is not claimed.
     """
     stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))

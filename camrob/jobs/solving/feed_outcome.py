@@ -210,7 +210,7 @@ def feed_outcome(
     way, (N,) m: the feed is held to the set-up's tolerance.
     """
     cell, path = inputs.cell, inputs.path
-    told = programmed = path.told_speed(inputs.rapid_speed)
+    told = programmed = path.commanded_speed(inputs.rapid_speed)
     keep = np.ones(len(path), np.bool_) if keep is None else keep
     ends = keep if motions is None else motions(path, keep)
 

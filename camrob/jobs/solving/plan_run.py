@@ -23,7 +23,7 @@ def job_run(cell: Cell, rapid_speed: float) -> Run | None:
         return None
 
     def run(path: ToolPathInBase, solution: Solution) -> RunFigures:
-        q, speed = np.asarray(solution.q), path.told_speed(rapid_speed)
+        q, speed = np.asarray(solution.q), path.commanded_speed(rapid_speed)
         timing = program_time(cell, path, q, speed=speed)
         stands = program_as_it_stands(cell, path, q, timing, speed=speed)
         way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting

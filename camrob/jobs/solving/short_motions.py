@@ -90,7 +90,7 @@ def block_findings(
     if not inputs.setup.decimate:
         tolerance = inputs.setup.chord_tolerance or CHORD_TOLERANCE
         keep = motions(inputs.path, decimated(inputs.path, solution, tolerance))
-        told = inputs.path.told_speed(inputs.rapid_speed)
+        told = inputs.path.commanded_speed(inputs.rapid_speed)
         then = short_motions(inputs.cell, inputs.path, np.asarray(solution.q), told, keep)
         if then is not None and then.short < _THINNED * found.short:
             text += (

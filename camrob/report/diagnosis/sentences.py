@@ -95,8 +95,8 @@ def sentence(summary: DiagnosisSummary) -> str:
 
 def _no_gap(summary: DiagnosisSummary) -> str:
     """That there is none, and by which value of noise or of the user's tolerance, stage by stage."""
-    told = [f"{between(name, summary)} {_stage_within(stage)}" for name, stage in summary.within_values.items()]
-    return printable(f"There is no gap: {'; '.join(told)}.")
+    stages = [f"{between(name, summary)} {_stage_within(stage)}" for name, stage in summary.within_values.items()]
+    return printable(f"There is no gap: {'; '.join(stages)}.")
 
 
 def _stage_within(stage: StageWithin) -> str:
@@ -109,7 +109,7 @@ def _stage_within(stage: StageWithin) -> str:
     if stage.within == "tolerance":
         most = "" if stage.axis else f", 95 % {mm(stage.p95_mm)}"
         return f"{size}{most}, within the tolerance that the log names (tolerance_mm = {stage.tolerance_mm:g}), not within noise"
-    whose = "told" if stage.noise_told else "found"
+    whose = "reported" if stage.noise_told else "found"
     return f"{size}, within the noise ({mm(stage.noise_mm)}, as {whose})"
 
 

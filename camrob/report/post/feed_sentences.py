@@ -82,7 +82,7 @@ def block_sentence(blocks: BlockTime) -> str:
     return (
         f"{shown_number(blocks.short, 0)} of {shown_number(blocks.motions, 0)} motions of cutting would take less than the "
         f"{blocks.block_ms:g} ms that the controller takes for one, the shortest {shown_number(blocks.shortest_ms, 2)} ms: they "
-        "are run slower than told"
+        "are run slower than programmed"
     )
 
 
