@@ -113,6 +113,8 @@ class Drill:
     def _allowed(self, words: dict[str, float]) -> None:
         """Refuse a cycle that isn't along the tool, in an unknown place or in inverse time."""
         modal, frame = self.modal, self.frame
+        if not frame.placeable:
+            self.motions.cuttable()  # raises: where the tip is only the machine knows
         if modal.framed == "G51":
             raise ToolpathError(
                 "a drilling cycle while scaling is on (G51)", hint="drill with plain moves, or unscaled"

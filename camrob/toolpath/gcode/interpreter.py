@@ -22,6 +22,7 @@ from camrob.toolpath.gcode.moves import Motions
 from camrob.toolpath.gcode.program_frame import ProgramFrame
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.tools import Process
+from camrob.toolpath.gcode.transforms import cartesian
 from camrob.toolpath.sampling import arc_angle, arc_radius
 from camrob.units import deg_to_rad, m_to_mm, mm_min_to_m_s
 
@@ -125,6 +126,9 @@ class Interpreter:
         consumed = False
         if block.g:
             motion, consumed = self._codes(block, motion)
+        if modal.polar is not None and not consumed:
+            block = cartesian(block, modal, self.frame)
+            words = block.words
         if block.vector is not None:
             self._aim(block)
         self._values(block)

@@ -14,7 +14,16 @@ from camrob.toolpath.gcode.coordinates import ToolFrame, euler
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.state import SCALES, Modal
-from camrob.toolpath.gcode.transforms import end_rotation, end_scaling, mirror, rotate, scale, unmirror
+from camrob.toolpath.gcode.transforms import (
+    end_rotation,
+    end_scaling,
+    haas_mirror,
+    mirror,
+    polar,
+    rotate,
+    scale,
+    unmirror,
+)
 from camrob.units import deg_to_rad
 
 __all__ = ["aim", "apply_setup", "compensate"]
@@ -28,7 +37,6 @@ _REFUSED = {
     120: ("a circular pocket (G12)", "have the CAM system write the moves out"),
     130: ("a circular pocket (G13)", "have the CAM system write the moves out"),
     1500: ("a pocket (G150)", "have the CAM system write the moves out"),
-    160: ("polar coordinates (G16)", "export X, Y, Z"),
     71: ("a cylinder's surface (G7.1)", "export X, Y, Z"),
     121: ("polar interpolation (G12.1)", "export X, Y, Z"),
     161: ("polar coordinates (G16.1)", "export X, Y, Z"),
@@ -49,7 +57,6 @@ _REFUSED = {
     960: ("constant surface speed (G96)", "export a milling program with S in rev/min"),
     411: ("dynamic cutter compensation (G41.1)", "let the CAM system offset the path"),
     421: ("dynamic cutter compensation (G42.1)", "let the CAM system offset the path"),
-    1010: ("mirroring (G101)", "let the CAM system do it"),
     1070: ("a cylinder's surface (G107)", "export X, Y, Z"),
     1120: ("polar interpolation (G112)", "export X, Y, Z"),
 }
@@ -72,7 +79,6 @@ _SILENT = frozenset(
     (
         80,
         90,
-        150,
         281,
         301,
         430,
@@ -258,6 +264,8 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
         return False
     if code == 530 and {20, 30} & {modal.motion, *block.g}:
         raise ToolpathError("an arc to a machine position (G53)", hint="use G0 or G1 with G53")
+    if modal.polar is not None and set("XY") & set(named) and code != 530:
+        raise ToolpathError("G28 by way of a point in polar coordinates (G16)", hint="put G15 before it")
     steps = not modal.incremental or any(block.words[letter] for letter in named)
     if code != 530 and named and steps:  # first to the point that the block names, which is one of the program's
         frame.move({k: v for k, v in block.words.items() if k in named}, modal.scale, _DEGREE, modal.incremental)
@@ -351,6 +359,8 @@ _HANDLERS: dict[int, Handler] = {
     511: mirror,
     680: rotate,
     510: scale,
+    **dict.fromkeys((1000, 1010), haas_mirror),
+    **dict.fromkeys((150, 160), polar),
     **dict.fromkeys((921, 922, 923), _cancel_origin),
     682: _tilt,
     **dict.fromkeys((531, 533, 536), _orient),
@@ -361,6 +371,6 @@ _RANK = {
     for rank, code in enumerate(
         "930 940 950 170 180 190 200 210 700 710 400 410 420 690 490 430 434 435 2340 540 "
         "541 1540 550 560 570 580 590 591 592 593 5000 900 910 901 911 980 990 280 300 100 "
-        "520 501 500 511 510 680 920 921 922 923 682 531 533 536 530".split()
+        "520 501 1000 500 511 1010 510 680 150 160 920 921 922 923 682 531 533 536 530".split()
     )
 }

@@ -40,6 +40,7 @@ class Modal:
     next_tool: int | None = None
     tool_by_t: bool = False  # the program has no M6: T itself changes the tool
     framed: str = ""  # what the frame in force has been set by: G68, G51.1, G51
+    polar: tuple[float, float] | None = None  # G16: radius and angle as written, NaN as long as no block has named them
     mirror: dict[str, float] = field(default_factory=dict)  # of G51.1: where the axes are mirrored, m
     vectors: bool = False  # G43.5: I, J, K of a straight move are the tool's axis
     offset: tuple[int, float] | None = None  # the work offset: code and P

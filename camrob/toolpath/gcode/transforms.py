@@ -19,7 +19,7 @@ from camrob.toolpath.gcode.program_frame import PLAIN, about, mirrored, turned
 from camrob.toolpath.gcode.state import Modal
 from camrob.units import deg_to_rad
 
-__all__ = ["end_rotation", "end_scaling", "mirror", "rotate", "scale", "unmirror"]
+__all__ = ["cartesian", "end_rotation", "end_scaling", "haas_mirror", "mirror", "polar", "rotate", "scale", "unmirror"]
 
 _ALIKE = "XY"
 
@@ -111,3 +111,54 @@ def end_scaling(modal: Modal, frame: ToolFrame) -> None:
     if modal.framed == "G51":
         frame.set_program(PLAIN, together="XYZ")
         modal.framed = ""
+
+
+def haas_mirror(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """Haas's G101 X0 Y0, mirrored at the work zero, and G100 X0 Y0, no longer (Mill Operator's Manual, G100/G101)."""
+    named = [k for k in block.words if k in "XYZ"]
+    if not named or set(named) != set(block.words) or any(block.words.values()):
+        raise ToolpathError(
+            f"G{code // 10} of other words than X0 and Y0 is not read", hint="let the CAM system mirror"
+        )
+    return (mirror if code == 1010 else unmirror)(code, block, modal, frame, path)
+
+
+def polar(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    """G16, polar coordinates: X is the radius about the program's zero, Y the angle (B-63944EN, 8.3); G15 ends them."""
+    if code == 150:
+        modal.polar = None
+        return False
+    if modal.plane != 170 or frame.plane is not None or not frame.program.plain:
+        raise ToolpathError(
+            "polar coordinates (G16) in another plane than G17, or in a frame of the program's", hint="export X, Y, Z"
+        )
+    modal.polar = (math.nan, math.nan)
+    return False
+
+
+def cartesian(block: Block, modal: Modal, frame: ToolFrame) -> Block:
+    """A block under G16 with X and Y in place of radius and angle. In G91 the angle adds up; where the tool stands would be the
+    pole of a radius.
+
+    Raises ToolpathError for such a radius, for an angle or radius that no block has named, and for arcs about I and J.
+    """
+    if modal.polar is None or {"X", "Y"}.isdisjoint(block.words):
+        return block
+    if not {"I", "J", "K", "L"}.isdisjoint(block.words) or modal.plane != 170 or not frame.program.plain:
+        raise ToolpathError("polar coordinates (G16) with I, J, K or L, or in another plane", hint="export X, Y, Z")
+    radius, angle = modal.polar
+    if modal.incremental and "X" in block.words:
+        raise ToolpathError("a radius in G91 under G16, whose pole is where the tool stands", hint="name it in G90")
+    radius = block.words.get("X", radius)
+    angle = block.words.get("Y", angle) + (angle if modal.incremental else 0.0)
+    modal.polar = (radius, angle)
+    if math.isnan(radius + angle):
+        raise ToolpathError("polar coordinates (G16) without both radius and angle", hint="name X and Y behind G16")
+    turn = deg_to_rad(angle)
+    at = (radius * math.cos(turn), radius * math.sin(turn))
+    if modal.incremental:
+        stands = frame.xyz[0] / modal.scale, frame.xyz[1] / modal.scale
+        at = at[0] - stands[0], at[1] - stands[1]
+        if math.isnan(at[0] + at[1]):
+            raise ToolpathError("an angle in G91 from a place that is not known", hint="name X and Y in G90")
+    return block._replace(words={**block.words, "X": at[0], "Y": at[1]})

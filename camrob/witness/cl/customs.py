@@ -13,6 +13,7 @@ Pairs = list[tuple[str, str]]
 COMPUTED = "loops, branches, subprograms and variables"  # what stands in a gap of such blocks
 _CORNER = re.compile(r",([RC])(\d+\.?\d*|\.\d+)")
 _LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
+_HAAS = {"101": "51.1", "100": "50.1"}  # mirrored at the work zero
 _UNITS = {"70": "20", "71": "21"}  # Mach3, Fagor; with words of their own they are cycles elsewhere
 
 
@@ -25,6 +26,8 @@ def plain_words(pairs: Pairs) -> tuple[Pairs, float | None]:
     words = dict(pairs)
     if codes & _UNITS.keys() and set(letters) <= set("GMFSTDHN"):
         pairs = [(k, _UNITS.get(f"{float(v):g}", v)) if k == "G" else (k, v) for k, v in pairs]
+    if codes & _HAAS.keys() and set(letters) <= set("GXYN") and not any(float(words.get(k, "0")) for k in "XY"):
+        pairs = [(k, _HAAS.get(f"{float(v):g}", v)) if k == "G" else (k, v) for k, v in pairs]
     if "187" in codes:
         pairs = [pair for pair in pairs if pair[0] not in "EP"]
     if any(k in words and code in codes for code, k in _LOOK_AHEAD.items()) and not any(

@@ -16,7 +16,7 @@ from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radiu
 from camrob.witness.cl.customs import COMPUTED, corner_of, plain_words
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.offsets import Offsets
-from camrob.witness.cl.own_frames import OwnFrames
+from camrob.witness.cl.own_frames import OwnFrames, Polar
 from camrob.witness.cl.running.program_run import run_of
 from camrob.witness.cl.running.unread import UnreadError
 from camrob.witness.cl.standing import TURNED, Standing, Words
@@ -69,7 +69,7 @@ class GcodeReader(Switching):
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame = "54"
         self._last_feed: float | None = None
-        self._own = OwnFrames(self._stand)  # G68, G51, G51.1
+        self._own, self._polar = OwnFrames(self._stand), Polar()  # G68, G51, G51.1; G16
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
 
     def read(self, text: str) -> None:
@@ -79,9 +79,12 @@ class GcodeReader(Switching):
         self._clamps = bool(re.search(r"M\s*0*1[0-2](?![\d.])", bare) and re.search(r"M\s*0*[34](?![\d.])", bare))
         rows = [(i, "".join(_COMMENT.sub("", line).upper().split())) for i, line in enumerate(text.split("\n"), 1)]
         rows = [(i, block) for i, block in rows if block]
-        marks = [k for k, (_, block) in enumerate(rows) if block.startswith("%")]
-        begun = [k for k in marks if k > 0]
-        rows = [row for row in rows[: begun[0] if begun else None] if not row[1].startswith("%")]
+        begun = [k for k, (_, block) in enumerate(rows) if k and block.startswith("%")]
+        last = begun[0] if begun else len(rows)
+        behind = [row for row in rows[last:] if not row[1].startswith("%")]
+        if not (behind and re.match(r"[O:]\d", behind[0][1]) and re.search(r"M\s*0*98(?![\d.])", bare)):
+            behind = []  # what is called may stand behind the end of the main program's tape
+        rows = [*(row for row in rows[:last] if not row[1].startswith("%")), *behind]
         line, run = rows[0][0] if rows else 1, None
         try:
             run = run_of(rows, self._asked)
@@ -99,16 +102,8 @@ class GcodeReader(Switching):
         stand = self._stand
         if number == _LAST_FEED:
             return self._last_feed
-        if (
-            number not in _LAST_ENDS
-            or self._tell.hidden
-            or stand.odd
-            or stand.tilted
-            or stand.preset
-            or stand.own is not None
-        ):
-            return None
-        if any(stand.shift.values()) or self._motion in _CYCLES:
+        framed = bool(self._tell.hidden or stand.odd) or stand.tilted or stand.preset or stand.own is not None
+        if number not in _LAST_ENDS or framed or any(stand.shift.values()) or self._motion in _CYCLES:
             return None
         at = stand.at["XYZ"[number - _LAST_ENDS[0]]]
         return None if at is None else at / self._scale
@@ -145,6 +140,7 @@ class GcodeReader(Switching):
         self._next_tool = self._next_tool if ready is None else ready
         self._offsets.block(g, m, words, line)
         self._modes(g, words, line)
+        words = self._unrolled(g, words, line)
         self._go(g, words, line)
         if want := corner or self._bent:
             if self._stand.stretch != (1.0, 1.0):
@@ -152,6 +148,13 @@ class GcodeReader(Switching):
             self._tell.corner(want, self._stand.about(normal_of(self._plane, False)), line)
             self._bent = None
         self._process_after(m, line, moves)
+
+    def _unrolled(self, g: list[str], words: Words, line: int) -> Words:
+        """X and Y for the radius and angle of a block under G16."""
+        x, y, _ = self._stand.named(self._stand.at) / self._scale
+        if (plain := self._polar.plain(g, words, (float(x), float(y)), self._absolute)) is None:
+            self._gap(line, "polar coordinates (G16) whose radius, angle or pole is not known")
+        return words if plain is None else plain
 
     # -- modes
 
@@ -200,6 +203,8 @@ class GcodeReader(Switching):
                 self._forget()
         stand = self._stand
         odd = not self._absolute or self._plane != "17" or bool(hidden) or bool(stand.odd)
+        if self._polar.take(code, odd=self._plane != "17" or bool(hidden) or stand.tilted or stand.own is not None):
+            return
         if self._own.take(code, words, self._scale, odd=odd):
             self._heights = {}
             if code in ("68", "51", "51.1"):
@@ -207,13 +212,8 @@ class GcodeReader(Switching):
         if code == "69" and stand.tilted:
             stand.untilt()
             self._heights = {}
-        if (
-            code == "52"
-            and not hidden
-            and not stand.preset
-            and stand.own is None
-            and not any(float(words.get(axis, "0")) for axis in "ABC")
-        ):
+        rotary = any(float(words.get(axis, "0")) for axis in "ABC")
+        if code == "52" and not (hidden or stand.preset or stand.own is not None or rotary):
             shift = stand.shift | {axis: float(words[axis]) * self._scale for axis in "XYZ" if axis in words}
             if stand.tilted and shift != stand.shift:
                 hidden["52"] = (line, "G52 in a tilted plane: whether it is that frame's isn't known")
@@ -250,7 +250,7 @@ class GcodeReader(Switching):
                 self._tell.gap(line, "G4 of a time that is not known", lost=False)
             if time := self._seconds(said, line) if said else math.nan:
                 self._tell.event(Kind.DWELL, line, time)
-        elif {"10", "92", "52", "68", "68.2", "51", "51.1", "50.1", "16"} & set(g):
+        elif {"10", "92", "52", "68", "68.2", "51", "51.1", "50.1"} & set(g):
             return
         elif _ALIGNING & set(g):
             self._align(axes, words, line, moves="53.3" in g)

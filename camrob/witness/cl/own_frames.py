@@ -2,14 +2,50 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from camrob.witness.cl.framing import at_place, mirror, scaling, turning
 from camrob.witness.cl.standing import Standing, Words
+from camrob.witness.units import deg_to_rad
 
-__all__ = ["OwnFrames"]
+__all__ = ["OwnFrames", "Polar"]
 
 _ENDS = {"69": "68", "50": "51", "50.1": "51.1"}
+
+
+class Polar:
+    """G16: X is a radius about the program's zero, Y an angle, which adds up in G91; G15 ends it (Fanuc B-64484, 6.2)."""
+
+    def __init__(self) -> None:
+        self._on = False
+        self._radius = self._angle = math.nan
+
+    def take(self, code: str, *, odd: bool) -> bool:
+        """G15 or G16; odd: this is no place for it. False for another code, or where it isn't understood."""
+        if code == "15" and self._on:
+            self._on = False
+            return True
+        if code != "16" or odd:
+            return False
+        self._on, self._radius, self._angle = True, math.nan, math.nan
+        return True
+
+    def plain(self, g: list[str], words: Words, at: tuple[float, float], absolute: bool) -> Words | None:
+        """The block's words with X and Y as G15 has them, steps in G91; None where they aren't known. at: where the tool is."""
+        if not self._on or not {"X", "Y"} & set(words) or {"4", "10", "52", "92", "53"} & set(g):
+            return words
+        if {"I", "J", "K", "L"} & set(words) or {"18", "19", "28", "30"} & set(g) or (not absolute and "X" in words):
+            return None
+        self._radius = float(words.get("X", self._radius))
+        angle = float(words.get("Y", "0" if not absolute else self._angle))
+        self._angle = angle if absolute else self._angle + angle
+        ray = deg_to_rad(self._angle)
+        x, y = self._radius * math.cos(ray), self._radius * math.sin(ray)
+        if not absolute:
+            x, y = x - at[0], y - at[1]
+        return None if math.isnan(x + y) else {**words, "X": f"{x:.9f}", "Y": f"{y:.9f}"}
 
 
 class OwnFrames:
