@@ -17,6 +17,7 @@ __all__ = [
     "layering_faults",
     "owed_layers",
     "shared_by_reader_and_writer",
+    "study_faults",
     "typing_cycles",
 ]
 
@@ -68,6 +69,9 @@ OWED_ANNOTATIONS = {
     ),
 }
 
+# jobs that are a paper's study; the others' old words ask for one when they are run, and no sooner
+STUDY_JOBS = ("camrob.jobs.studies.", "camrob.jobs.published_case", "camrob.jobs.tracker")
+
 HEAVY = frozenset(
     {"torch", "matplotlib", "plotly", "trimesh", "pinocchio", "skfuzzy", "pytorch_kinematics", "fcl", "coal"}
 )
@@ -110,6 +114,19 @@ def layering_faults(tree: Iterable[Module]) -> list[str]:
             elif RANK[there] <= RANK[here] or (here, there) in NEVER or there not in ONLY.get(here, {there}):
                 faults.append(f"{module.at(found.node)}: {here} must not import {there}")
     return faults
+
+
+def study_faults(tree: Iterable[Module]) -> list[str]:
+    """Jobs of the product that import a paper's study while they are imported."""
+    tree = tuple(tree)
+    known = {m.name for m in tree}
+    return [
+        f"{module.at(found.node)}: {found.target} is for `camrob study` alone"
+        for module in tree
+        if room(module.name) == "jobs" and not module.name.startswith(STUDY_JOBS)
+        for found in imports(module, known)
+        if found.early and found.target.startswith(("camrob.studies.", "camrob.jobs.studies."))
+    ]
 
 
 def owed_layers(tree: Iterable[Module]) -> set[tuple[str, str]]:

@@ -20,6 +20,7 @@ from structure_layers import (
     layering_faults,
     owed_layers,
     shared_by_reader_and_writer,
+    study_faults,
     typing_cycles,
 )
 from structure_names import number_faults, registered_faults
@@ -52,6 +53,7 @@ RULES = [
     number_faults,
     heavy_at_import,
     shared_by_reader_and_writer,
+    study_faults,
     frame_faults,
     size_faults,
     word_faults,
@@ -263,6 +265,13 @@ def test_crowds_and_namesakes_are_seen() -> None:
     assert name_faults([parse("camrob.toolpath.apt.lexer", ""), parse("camrob.toolpath.gcode.lexer", "")]) == []
     assert name_faults([parse("camrob.witness.arm", ""), parse("camrob.kinematics.arm", "")]) == []
     assert len(name_faults([parse("camrob.witness.krl.arm", ""), parse("camrob.witness.arm", "")])) == 1
+
+
+def test_a_verb_imports_no_study_before_its_old_words_ask_for_one() -> None:
+    text = "from camrob.studies.seam import read_seam"
+    late = "def f():\n    from camrob.jobs.studies.weld import weld"
+    assert len(study_faults([parse("camrob.jobs.feed", text)])) == 1
+    assert study_faults([parse("camrob.jobs.studies.weld", text), parse("camrob.jobs.feed", late)]) == []
 
 
 @pytest.mark.parametrize(
