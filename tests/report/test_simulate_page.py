@@ -68,7 +68,8 @@ def test_the_terminal_says_how_the_program_runs(made: tuple[Path, object]) -> No
     Console(file=said, width=120).print(render_simulation(made[1].summary))
     text = said.getvalue()
     assert (
-        "Takes      2 min 00 s on the ideal controller" in text and "97 rounded, at most 0.177 mm off (line 234)" in text
+        "Takes      2 min 00 s on the ideal controller" in text
+        and "97 rounded, at most 0.177 mm off (line 234)" in text
     )
     assert "against the programmed speed (tool acceleration" in text and "acceleration: E1 100 %" in text
     assert "log.csv, log.toml, run.html; 2,492 rows, every 48 ms" in text
