@@ -42,6 +42,7 @@ def test_a_shipped_cell_meets_each_of_its_poses_and_its_provenance_is_counted(ca
     assert found["provenance"]["assumed"] == len(found["assumed"]) > 0 and found["provenance"]["paper"] > 0
     assert run(["cell", "check", "kr15_track_table"]) == 0
     shown = capsys.readouterr().out
+    assert "allowed are 0.5 mm and 0.05 degrees" in shown  # as the contract has it
     assert f"all {len(rows)} poses met" in shown and "straight_up" in shown and " assumed" in shown
 
 

@@ -49,7 +49,7 @@ def render_cell_check(summary: CellCheckSummary) -> RenderableType:
         if missed
         else f"all {count} poses met"
     )
-    bounds = f"{shown_number(summary.position_bound_mm)} mm and {shown_number(summary.orientation_bound_deg)} degrees"
+    bounds = f"{summary.position_bound_mm:g} mm and {summary.orientation_bound_deg:g} degrees"
     parts: list[RenderableType] = [Text(f"{summary.cell}: {verdict}", style="bold")]
     for pose in summary.poses:
         errors = f"{shown_number(pose.position_error_mm, 4)} mm, {shown_number(pose.orientation_error_deg, 4)} degrees"
