@@ -121,11 +121,23 @@ def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
     wrong.raise_any()
     last = np.linalg.multi_dot([np.eye(4), *(b.wrist_T_flange for b in bare), frames.wrist_T_flange])
     cell = Cell(
-        name=name, title=title, folder=folder, joints=joints, base_T_first=frames.base_T_first,
-        foot_T_root=frames.foot_T_root, wrist_T_flange=last, flange_T_tool=tool, condition_length=frames.length,
-        base_follows_table=frames.follows_table, controller_section=controller, resolve_section=resolve, shapes=shapes,
-        masses=(*(m for b in bare for m in b.masses), *masses), payload=payload, provenance=table.provenance,
-    )  # fmt: skip
+        name=name,
+        title=title,
+        folder=folder,
+        joints=joints,
+        base_T_first=frames.base_T_first,
+        foot_T_root=frames.foot_T_root,
+        wrist_T_flange=last,
+        flange_T_tool=tool,
+        condition_length=frames.length,
+        base_follows_table=frames.follows_table,
+        controller_section=controller,
+        resolve_section=resolve,
+        shapes=shapes,
+        masses=(*(m for b in bare for m in b.masses), *masses),
+        payload=payload,
+        provenance=table.provenance,
+    )
     return cell, bounds
 
 

@@ -303,10 +303,12 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
         own = frozenset(i for i in model.best.members if model.units[i].effect == name)
         rest = model.best.members - own
         with_it, without = (shrinkage(model, trial, m, m) for m in (model.best.members, rest))
-        gains = np.array([
-            float(np.sum(without.after[without.block == b] ** 2) - np.sum(with_it.after[with_it.block == b] ** 2))
-            for b in np.unique(with_it.block)
-        ])  # fmt: skip
+        gains = np.array(
+            [
+                float(np.sum(without.after[without.block == b] ** 2) - np.sum(with_it.after[with_it.block == b] ** 2))
+                for b in np.unique(with_it.block)
+            ]
+        )
         error = float(gains.std()) * np.sqrt(len(gains))
         if gains.sum() < -max(error, _TOO_SMALL * float(np.sum(without.after**2))):
             sets: dict[frozenset[str], float] = {}
