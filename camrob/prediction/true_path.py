@@ -73,13 +73,15 @@ def true_path(
 ) -> TruePath:
     """The machine's path on a run of the simulated controller.
 
-    cell: with the tool that the program sets. calibration: None for a chain that is as it should be. found: what the diagnosis
-    claims, None for the calibration's constants alone. rest: m (one direction) that stays unexplained. force: what pushes on
-    the tool, area: (N,) m2 that it cuts; cuts: (N,) where it does, None for everywhere. Raises InputError where the calibration
-    is not that of the diagnosis.
+    cell: with the tool that the program sets. calibration: None for a chain that is as it should be, or as `found` claims that it
+    is. found: what the diagnosis claims, None for the calibration's constants alone. rest: m (one direction) that stays
+    unexplained. force: what pushes on the tool, area: (N,) m2 that it cuts; cuts: (N,) where it does, None for everywhere. Raises
+    InputError where the calibration is not that of the diagnosis.
     """
     scene = _scene(run, cell)
     model, constants = calibrated_chain(calibration, cell)
+    if calibration is None and found is not None:
+        model, constants = _claimed_chain(found, cell)
     known = known_compliance(found, model, constants)
     if found is None:
         return _bent(_calibrated(run, scene, model, constants, rest), scene, known, np.zeros((0, 0)), force, area, cuts)
@@ -181,6 +183,18 @@ def unit_name(found: FittedUnits, i: int) -> str:
     """What a unit is called among causes: its effect, and its axis where it has one."""
     unit = found.units[i]
     return f"{unit.effect} of {unit.axis}" if unit.axis else unit.effect
+
+
+def _claimed_chain(found: FittedUnits, cell: Cell) -> tuple[ErrorModel, Array]:
+    """The chain with the constants that a diagnosis claims, and their values: it writes no calibration where correcting these
+    alone would not shrink the gap.
+    """
+    values: dict[str, float] = {}
+    for i, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True)):
+        named = effect.terms(unit, state)
+        for name, value in zip(named, found.values[found.owner == i] if named else (), strict=True):
+            values[name] = values.get(name, 0.0) + float(value)
+    return ErrorModel.of(cell, tuple(values), in_base=True), np.array(list(values.values()))
 
 
 def _same_constants(found: FittedUnits, model: ErrorModel) -> None:
