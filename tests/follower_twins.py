@@ -1,4 +1,4 @@
-"""Plain NumPy twins of the tracker's compiled pieces, and short paths to track."""
+"""Plain NumPy twins of the follower's compiled pieces, and short paths to track."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays
-from camrob.redundancy.following.follower import TrackerSettings, TrackState, track
+from camrob.redundancy.following.follower import FollowerSettings, FollowState, follow_path
 from camrob.redundancy.fuzzy.surfaces import WeightSurface, compile_surface
 from camrob.se3 import rotation_exp
 
@@ -22,25 +22,27 @@ CELL = read_cell(FOLDER)
 CHAIN = chain_arrays(CELL)
 
 
-def settings_of(cell: Cell, **changed: object) -> TrackerSettings:
+def settings_of(cell: Cell, **changed: object) -> FollowerSettings:
     surfaces = [compile_surface(cell, e) for e in (cell.resolve.joint_engine, cell.resolve.condition_engine)]
     locked = np.zeros(len(cell), np.bool_)
-    whole = TrackerSettings(cell.q_lower, cell.q_upper, cell.endless, *surfaces, cell.resolve.threshold, locked)
+    whole = FollowerSettings(cell.q_lower, cell.q_upper, cell.endless, *surfaces, cell.resolve.threshold, locked)
     return whole._replace(**changed)
 
 
-def state_at(q: np.ndarray, recorded: np.ndarray | None = None) -> TrackState:
+def state_at(q: np.ndarray, recorded: np.ndarray | None = None) -> FollowState:
     flags = np.array([0 if recorded is None else 1, 0], np.int64)
-    return TrackState(q.copy(), (q if recorded is None else recorded).copy(), np.zeros(len(q), np.int64), flags)
+    return FollowState(q.copy(), (q if recorded is None else recorded).copy(), np.zeros(len(q), np.int64), flags)
 
 
 def follow(settings, targets, state, reference=None, limit=np.inf, chain=CHAIN):
-    """The tracker along targets: code, points followed, postures, 1/k_F."""
+    """The follower along targets: code, points followed, postures, 1/k_F."""
     N, n = len(targets), len(state.q)
     reference = CELL.q_reference if reference is None else reference
     out, inv_kf = np.full((N, n), np.nan), np.full(N, np.nan)
     limits = np.broadcast_to(np.asarray(limit, float), (N, n)).copy()
-    code, reached = track(chain, settings, np.ascontiguousarray(targets), reference[None], state, limits, out, inv_kf)
+    code, reached = follow_path(
+        chain, settings, np.ascontiguousarray(targets), reference[None], state, limits, out, inv_kf
+    )
     return code, reached, out, inv_kf
 
 

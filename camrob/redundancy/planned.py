@@ -1,7 +1,7 @@
-"""Planned postures: external axes, roll and branch chosen over the whole path, certified, and followed by the one tracker.
+"""Planned postures: external axes, roll and branch chosen over the whole path, certified, and followed by the one follower.
 
 Waypoints every SPACING metres; a survey and the certificate (`certificate`); candidates and dynamic programming over every
-fifth of them (`candidates`, `dynamic_programming`); Newton refinement of all (`refinement`); the tracker with the plan as its
+fifth of them (`candidates`, `dynamic_programming`); Newton refinement of all (`refinement`); the follower with the plan as its
 moving reference posture (`followed`). What touches something is made anew there (`replanning`). The objective and its units
 stand in `objective`.
 

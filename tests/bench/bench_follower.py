@@ -1,4 +1,4 @@
-"""Time a point costs: the tracker against the bare floor (forward kinematics, Jacobian, one 6x6 solve), one core.
+"""Time a point costs: the follower against the bare floor (forward kinematics, Jacobian, one 6x6 solve), one core.
 
 Run: OMP_NUM_THREADS=1 python tests/bench/bench_follower.py [POINTS]
 
@@ -25,7 +25,7 @@ from camrob.cell.read_cell import read_cell  # noqa: E402
 from camrob.compiled import kernel  # noqa: E402
 from camrob.kinematics.frames import base_T_tool  # noqa: E402
 from camrob.kinematics.kernels import chain_arrays, forward, jacobian  # noqa: E402
-from camrob.redundancy.following.follower import TRACKED, TrackerSettings, TrackState, track  # noqa: E402
+from camrob.redundancy.following.follower import FOLLOWED, FollowerSettings, FollowState, follow_path  # noqa: E402
 from camrob.redundancy.fuzzy.surfaces import compile_surface  # noqa: E402
 from camrob.redundancy.published.virtual_joint import SELF_RATIO  # noqa: E402
 from camrob.se3 import inverse, rotation_log  # noqa: E402
@@ -35,7 +35,7 @@ REPEATS = 7
 
 @kernel
 def floor(chain, q, targets, out):
-    """Once a point: forward kinematics, Jacobian, J J^T by Cholesky, a step; the least that any tracker of poses does."""
+    """Once a point: forward kinematics, Jacobian, J J^T by Cholesky, a step; the least that any follower of poses does."""
     n = q.shape[1]
     Z, P, J = np.empty((n, 3)), np.empty((n, 3)), np.empty((6, n))
     R, p, plate = np.empty((3, 3)), np.empty(3), np.empty(3)
@@ -75,17 +75,17 @@ def floor(chain, q, targets, out):
 
 
 def setting(count):
-    """The cell, its chain, the spiral's poses, and the tracker's settings with and without a threshold always met."""
+    """The cell, its chain, the spiral's poses, and the follower's settings with and without a threshold always met."""
     cell = read_cell(ROOT / "cells" / "kr15_track_table")
     targets = poses(*spiral(count))
     surfaces = [compile_surface(cell, e) for e in (cell.resolve.joint_engine, cell.resolve.condition_engine)]
     free = np.zeros(len(cell), np.bool_)
-    settings = TrackerSettings(cell.q_lower, cell.q_upper, cell.endless, *surfaces, cell.resolve.threshold, free)
+    settings = FollowerSettings(cell.q_lower, cell.q_upper, cell.endless, *surfaces, cell.resolve.threshold, free)
     return cell, chain_arrays(cell), targets, settings
 
 
 def bounds(cell, targets):
-    """(N, n) what `PathTracker` allows self-motion at each point, speeds left out."""
+    """(N, n) what `PathFollower` allows self-motion at each point, speeds left out."""
     step = np.linalg.norm(np.diff(targets[:, :3, 3], axis=0, prepend=targets[:1, :3, 3]), axis=1)
     axis = targets[:, :3, 2]
     turn = np.arccos(np.clip(np.sum(axis * np.vstack([axis[:1], axis[:-1]]), axis=1), -1.0, 1.0))
@@ -97,15 +97,15 @@ def bounds(cell, targets):
 
 
 def run(cell, chain, settings, targets, limits, start):
-    """Postures (N, n) and 1/k_F (N,) along the poses, and the seconds that `track` took."""
+    """Postures (N, n) and 1/k_F (N,) along the poses, and the seconds that `follow_path` took."""
     n, N = len(cell), len(targets)
-    state = TrackState(start.copy(), start.copy(), np.zeros(n, np.int64), np.zeros(2, np.int64))
+    state = FollowState(start.copy(), start.copy(), np.zeros(n, np.int64), np.zeros(2, np.int64))
     q, inv_kf = np.empty((N, n)), np.empty(N)
     reference = cell.q_reference[None].copy()
     begin = thread_time()
-    code, reached = track(chain, settings, targets, reference, state, limits, q, inv_kf)
+    code, reached = follow_path(chain, settings, targets, reference, state, limits, q, inv_kf)
     seconds = thread_time() - begin
-    if code != TRACKED:
+    if code != FOLLOWED:
         raise SystemExit(f"not followed: code {code} at point {reached}")
     return q, inv_kf, seconds
 
@@ -137,18 +137,18 @@ def main(count: int = 100_000) -> None:
     stepped = np.empty_like(q)
     floor(chain, q, targets, stepped)
     assert np.abs(stepped - q).max() < 1e-9  # the floor is real: it stays where the pose is met
-    times = {"floor": [], "tracker": [], "tracker, k_F term always on": []}
+    times = {"floor": [], "follower": [], "follower, k_F term always on": []}
     for _ in range(REPEATS):
         begin = thread_time()
         floor(chain, q, targets, stepped)
         times["floor"].append(thread_time() - begin)
-        times["tracker"].append(run(cell, chain, settings, targets, limits, start)[2])
-        times["tracker, k_F term always on"].append(run(cell, chain, forced, targets, limits, start)[2])
+        times["follower"].append(run(cell, chain, settings, targets, limits, start)[2])
+        times["follower, k_F term always on"].append(run(cell, chain, forced, targets, limits, start)[2])
     print(f"{count} points, numpy {np.__version__}, numba {version('numba')}, load {os.getloadavg()[0]:.1f}")
     least = min(times["floor"])
     for name, seconds in times.items():
         print(f"  {name:28s} {1e6 * min(seconds) / count:6.2f} us a point, {min(seconds) / least:5.2f} of the floor")
-    for name, result in (("tracker", (q, inv_kf)), ("always on", (q_forced, inv_kf_forced))):
+    for name, result in (("follower", (q, inv_kf)), ("always on", (q_forced, inv_kf_forced))):
         print(f"  {name}: " + ", ".join(f"{k} {v:.4g}" for k, v in quality(cell, targets, *result).items()))
 
 

@@ -1,4 +1,4 @@
-"""The tracker's step by the arm's closed inverse: held to NumPy, and to the QR factorisation that is used where it doesn't."""
+"""The follower's step by the arm's closed inverse: held to NumPy, and to the QR factorisation that is used where it doesn't."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from camrob.kinematics.kernels import chain_arrays, forward, inverse_kf_many, ja
 from camrob.kinematics.spherical_inverse import homogeneous_inverse, sine_cosine, wrist_distance
 from camrob.redundancy.following import linear_algebra as la
 from camrob.redundancy.following import newton_step
-from camrob.redundancy.following.chain_work import curvature, tracker_work
-from camrob.redundancy.following.follower import TRACKED
+from camrob.redundancy.following.chain_work import curvature, follower_work
+from camrob.redundancy.following.follower import FOLLOWED
 from camrob.se3 import pose, rotation_exp
 
 SETTINGS = settings_of(CELL)
@@ -104,7 +104,7 @@ def test_a_stable_step_does_not_depend_on_the_basis() -> None:
 
 def stepped(chain, q, settings, side, acting: bool):
     """Scratch after a Newton step at q towards a pose nearby, and the number of free joints."""
-    w = tracker_work(N)
+    w = follower_work(N)
     forward(chain, q, w.Z, w.P, w.R, w.p, w.plate)
     w.error[:] = [1e-3, -2e-3, 5e-4, 3e-3, 1e-3, -2e-3]
     jacobian(chain, w.Z, w.P, w.p, w.J)
@@ -165,6 +165,6 @@ def test_a_path_is_the_one_by_qr(threshold: float, locked: tuple[str, ...]) -> N
     reference = np.where(stands, CELL.q_home, CELL.q_reference)
     code, _, q, inv_kf = follow(settings, path, state_at(CELL.q_home), reference=reference)
     other, _, q_by_qr, inv_kf_by_qr = follow(settings, path, state_at(CELL.q_home), reference=reference, chain=BY_QR)
-    assert code == other == TRACKED
+    assert code == other == FOLLOWED
     np.testing.assert_allclose(q, q_by_qr, atol=1e-8)
     np.testing.assert_allclose(inv_kf, inv_kf_by_qr, atol=1e-8)

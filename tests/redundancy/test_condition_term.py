@@ -11,7 +11,7 @@ from follower_twins import CELL, CHAIN, five_axis_path, follow, settings_of, sta
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import forward, inverse_kf_many, jacobian
 from camrob.redundancy.following import chain_work, newton_step
-from camrob.redundancy.following.follower import TRACKED
+from camrob.redundancy.following.follower import FOLLOWED
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.published.weighting import engine_weighting
 from camrob.redundancy.transfers import build_path
@@ -30,7 +30,7 @@ def kf(q: np.ndarray) -> float:
 
 
 def looked_at(q: np.ndarray, settings):
-    w = chain_work.tracker_work(len(q))
+    w = chain_work.follower_work(len(q))
     forward(CHAIN, q, w.Z, w.P, w.R, w.p, w.plate)
     jacobian(CHAIN, w.Z, w.P, w.p, w.J)
     newton_step.criterion(settings, q, CELL.q_reference, state_at(q, q), CHAIN, w)
@@ -39,7 +39,7 @@ def looked_at(q: np.ndarray, settings):
 
 def test_the_term_is_the_gradient_of_half_the_square_above_the_threshold() -> None:
     """By differences of k_F itself, with weights that are all alike, so that the vector is a gradient."""
-    even = newton_step.TrackerSettings(*SETTINGS)
+    even = newton_step.FollowerSettings(*SETTINGS)
     surface = even.condition_weights._replace(table=np.full_like(even.condition_weights.table, 0.3))
     even = even._replace(condition_weights=surface)
     off = even._replace(condition_weights=surface._replace(table=np.zeros_like(surface.table)))
@@ -76,7 +76,7 @@ def test_a_path_is_the_one_by_qr_and_stands_at_the_optimum() -> None:
     for chain in (CHAIN, BY_QR):
         state = state_at(LOW, LOW)
         code, _, q, _inv_kf = follow(SETTINGS, path, state, chain=chain)
-        assert code == TRACKED
+        assert code == FOLLOWED
         np.testing.assert_allclose(base_T_tool(CELL, q)[:, :3, 3], path[:, :3, 3], atol=1e-9)
         ends.append(q)
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-7)
@@ -98,7 +98,7 @@ def test_it_leads_out_of_a_bad_posture_and_the_printed_form_holds_it_there() -> 
     ):
         path, state = np.repeat(pose, 12, axis=0), state_at(LOW)
         code, _, _, inv_kf = follow(settings, path, state)
-        assert code == TRACKED
+        assert code == FOLLOWED
         value[name] = inv_kf[-1]
     start = 1.0 / kf(LOW)
     assert value["gradient"] > value["recorded"] + 0.01 and value["gradient"] > start + 0.01

@@ -199,7 +199,7 @@ def test_where_the_table_is_coarse(file: Path) -> None:
 
 @pytest.mark.parametrize("file", FILES, ids=lambda f: f.stem)
 def test_the_compiled_table_is_scikit_fuzzys_engine(file: Path) -> None:
-    """What the tracker reads, beside `FuzzySystem.evaluate`, at drawn postures."""
+    """What the follower reads, beside `FuzzySystem.evaluate`, at drawn postures."""
     own = CELL.resolve.joint_engine if "jnt" in file.stem else CELL.resolve.condition_engine
     system, surface = read_fis(file), compile_surface(CELL, replace(own, table="corners"))
     coarse = compile_surface(CELL, replace(own, table=EVEN))

@@ -11,7 +11,7 @@ from follower_twins import CELL, bilinear
 
 from camrob.jobs.files.inputs import read_inputs
 from camrob.redundancy.published.equilibrium import equilibrium, weights_along
-from camrob.redundancy.published.virtual_joint import PathTracker, resolve_vjm
+from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
 from camrob.redundancy.published.weighting import engine_weighting
 from camrob.redundancy.solution import Solution
 
@@ -54,9 +54,9 @@ def test_a_posture_moved_off_it_is_reported() -> None:
 def test_bounds_on_self_motion_leave_the_posture_behind() -> None:
     """The same piece followed with next to no self-motion: nearly all of it is reported to lag."""
     cell, path, _solution = engraved()
-    tracker = PathTracker(cell, path)
-    tracker._limits = lambda *_args: np.full((len(_args[0]) - 1, len(cell)), 1e-9)  # type: ignore[method-assign]
-    attempt = tracker.follow(tracker.home(), cell.q_reference, 0, 150)
+    follower = PathFollower(cell, path)
+    follower._limits = lambda *_args: np.full((len(_args[0]) - 1, len(cell)), 1e-9)  # type: ignore[method-assign]
+    attempt = follower.follow(follower.home(), cell.q_reference, 0, 150)
     part = path.part(slice(0, 150))
     lagging = Solution("vjm", attempt.q, attempt.inv_kf, cell.digest, part.digest)
     assert equilibrium(cell, part, lagging).bounded[5:].mean() > 0.9

@@ -1,4 +1,4 @@
-"""The tracker: held to the published loop, to derivatives by differences, and to what must never happen."""
+"""The follower: held to the published loop, to derivatives by differences, and to what must never happen."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import forward, inverse_kf_many, jacobian
 from camrob.redundancy.following import chain_work, newton_step
 from camrob.redundancy.following import linear_algebra as la
-from camrob.redundancy.following.follower import FAILED_NOT_REACHED, TRACKED
+from camrob.redundancy.following.follower import FAILED_NOT_REACHED, FOLLOWED
 from camrob.redundancy.fuzzy.surfaces import constant_surface
 from camrob.redundancy.published import literal_loop
 from camrob.redundancy.published.literal_loop import TwinState, engine_weights, follow_as_published
@@ -94,7 +94,7 @@ def test_the_tracker_ends_where_the_published_loop_does(even: bool) -> None:
         epsilon=1e-9,
     )
     code, _, q, inv_kf = follow(settings, path, state_at(CELL.q_home))
-    assert code == TRACKED
+    assert code == FOLLOWED
     np.testing.assert_allclose(q, expected.q, atol=5e-7)
     np.testing.assert_allclose(inv_kf, expected.inv_kf, atol=1e-6)
     assert np.abs(q[-1] - CELL.q_home).max() > 0.05  # there was a way to go
@@ -116,7 +116,7 @@ def test_with_the_condition_term_too() -> None:
     )
     state = state_at(LOW, recorded)
     code, _, q, inv_kf = follow(SETTINGS, path, state)
-    assert code == TRACKED and state.flags[0] == 1
+    assert code == FOLLOWED and state.flags[0] == 1
     assert inv_kf.max() < CELL.resolve.threshold
     np.testing.assert_allclose(q, expected.q, atol=1e-6)
     _, _, without, _ = follow(SETTINGS._replace(threshold=0.0), path, state_at(LOW))
@@ -153,13 +153,13 @@ def test_the_published_loop_tells_when_it_does_not_settle() -> None:
         )
 
 
-# ---- laws of the tracker itself
+# ---- laws of the follower itself
 
 
 def test_the_pose_is_met_and_nothing_is_left_in_the_null_space() -> None:
     path = five_axis_path(CELL.q_home, 40, 2 * STEP, TURN)
     code, reached, q, inv_kf = follow(SETTINGS, path, state_at(CELL.q_home))
-    assert (code, reached) == (TRACKED, 40)
+    assert (code, reached) == (FOLLOWED, 40)
     assert max(pose_errors(q, path)) < 1e-10
     np.testing.assert_allclose(inv_kf, inverse_kf_many(CHAIN, q), atol=1e-14)
     for posture in q:
@@ -190,7 +190,7 @@ def test_a_limit_is_an_active_set(name: str, share: float) -> None:
     (upper if far > 0 else lower)[i] = limit = CELL.q_home[i] + share * far
     state = state_at(CELL.q_home)
     code, _, q, _ = follow(SETTINGS._replace(lower=lower, upper=upper), path, state)
-    assert code == TRACKED
+    assert code == FOLLOWED
     assert max(pose_errors(q, path)) < 1e-10
     assert np.all(q[:, i] <= upper[i]) and np.all(q[:, i] >= lower[i])
     assert np.sum(q[:, i] == limit) > 5  # exactly at it, not near it
@@ -208,7 +208,7 @@ def test_a_joint_comes_back_from_its_limit() -> None:
     (upper if far > 0 else lower)[i] = 0.3 * far
     state = state_at(CELL.q_home)
     code, _, q, _ = follow(SETTINGS._replace(lower=lower, upper=upper), path, state)
-    assert code == TRACKED and state.side[i] == 0
+    assert code == FOLLOWED and state.side[i] == 0
     assert np.sum(q[:, i] == 0.3 * far) > 5
     np.testing.assert_allclose(q[-1], free[-1], atol=1e-7)
 
@@ -217,7 +217,7 @@ def test_out_of_reach_ends_with_limits_held() -> None:
     path = five_axis_path(CELL.q_home, 200, np.array([0.0, 0.0, 0.02]), np.zeros(3))
     state = state_at(CELL.q_home)
     code, reached, q, _ = follow(SETTINGS, path, state)
-    assert code != TRACKED and 10 < reached < 200
+    assert code != FOLLOWED and 10 < reached < 200
     assert np.all(np.isnan(q[reached:])) and np.all(np.isfinite(q[:reached]))
     for postures in (q[:reached], state.q[None]):
         assert np.all(postures >= CELL.q_lower) and np.all(postures <= CELL.q_upper)
@@ -234,7 +234,7 @@ def test_a_start_at_the_wrists_singularity_is_bounded() -> None:
         code, reached, q, _ = follow(SETTINGS, path, state)
         assert np.all(np.isfinite(state.q))
         assert np.all(state.q >= CELL.q_lower) and np.all(state.q <= CELL.q_upper)
-        if code == TRACKED:
+        if code == FOLLOWED:
             assert max(pose_errors(q, path)) < 1e-10
         else:
             assert np.all(np.isfinite(q[:reached]))
@@ -255,9 +255,9 @@ def test_every_random_stride_is_met_or_refused() -> None:
         outcomes.add(code)
         assert np.all(np.isfinite(state.q))
         assert np.all(state.q >= CELL.q_lower) and np.all(state.q <= CELL.q_upper)
-        if code == TRACKED:
+        if code == FOLLOWED:
             assert max(pose_errors(q, target)) < 1e-10
-    assert {TRACKED, FAILED_NOT_REACHED} <= outcomes
+    assert {FOLLOWED, FAILED_NOT_REACHED} <= outcomes
 
 
 def test_the_table_is_endless() -> None:
@@ -271,7 +271,7 @@ def test_the_table_is_endless() -> None:
     state = state_at(CELL.q_home)
     follow(SETTINGS, path[:1], state)
     code, _, q, _ = follow(SETTINGS, path, state, limit=0.02)
-    assert code == TRACKED
+    assert code == FOLLOWED
     assert max(pose_errors(q, path)) < 1e-10
     assert np.abs(np.diff(q, axis=0)).max() < 0.05
     turned = q[-1, CELL.index("E2")] - q[0, CELL.index("E2")]
@@ -298,7 +298,7 @@ def test_self_motion_keeps_to_its_bounds() -> None:
     path = five_axis_path(CELL.q_home, 10, STEP, TURN)
     _, _, free, _ = follow(SETTINGS, path, state_at(CELL.q_home))
     code, _, q, _ = follow(SETTINGS, path, state_at(CELL.q_home), limit=1e-9)
-    assert code == TRACKED and max(pose_errors(q, path)) < 1e-10
+    assert code == FOLLOWED and max(pose_errors(q, path)) < 1e-10
     assert np.abs(q - free).max() > 1e-3
 
 
@@ -367,7 +367,7 @@ def test_positive_solver_against_numpy() -> None:
 
 
 def filled(q: np.ndarray):
-    w = chain_work.tracker_work(len(q))
+    w = chain_work.follower_work(len(q))
     forward(CHAIN, q, w.Z, w.P, w.R, w.p, w.plate)
     jacobian(CHAIN, w.Z, w.P, w.p, w.J)
     return w
@@ -445,5 +445,5 @@ def test_half_turns_are_met() -> None:
     target = base_T_tool(CELL, CELL.q_home)[None].copy()
     target[0, :3, :3] = target[0, :3, :3] @ rotation_exp(np.array([0.0, 0.0, np.pi]))
     code, _, q, _ = follow(SETTINGS, target, state_at(CELL.q_home))
-    assert code == TRACKED
+    assert code == FOLLOWED
     assert max(pose_errors(q, target)) < 1e-10

@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
-from camrob.redundancy.published.virtual_joint import PathTracker, resolve_vjm
+from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
 from camrob.toolpath.region import Move
 
 KR15 = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
@@ -77,13 +77,13 @@ def test_external_axes_stand_in_holes_and_go_between_them(kr15: Cell, axis: np.n
 def test_where_the_arm_alone_cannot_do_it_the_external_axes_help_and_it_is_said(
     kr15: Cell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    weigh = PathTracker.weigh
+    weigh = PathFollower.weigh
 
-    def helpless(tracker: PathTracker, weighting: object) -> None:
-        weigh(tracker, weighting)  # type: ignore[arg-type]
-        tracker._arm_alone = tracker._arm_alone._replace(locked=np.ones(len(kr15), np.bool_))
+    def helpless(follower: PathFollower, weighting: object) -> None:
+        weigh(follower, weighting)  # type: ignore[arg-type]
+        follower._arm_alone = follower._arm_alone._replace(locked=np.ones(len(kr15), np.bool_))
 
-    monkeypatch.setattr(PathTracker, "weigh", helpless)
+    monkeypatch.setattr(PathFollower, "weigh", helpless)
     path = _holes(TILTED)
     solution = resolve_vjm(kr15, path)
     (said,) = [f for f in solution.findings if f.code == "external-axis-in-hole"]

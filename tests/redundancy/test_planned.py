@@ -37,7 +37,7 @@ from camrob.redundancy.planning.part_error import PUSH
 from camrob.redundancy.planning.refinement import Course, arm_along, refine_course
 from camrob.redundancy.planning.scan_batched import scan_batched
 from camrob.redundancy.planning.waypoints import waypoints
-from camrob.redundancy.published.virtual_joint import PathTracker
+from camrob.redundancy.published.virtual_joint import PathFollower
 from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.transfers import build_path
 from camrob.se3 import pose
@@ -482,15 +482,15 @@ def test_unknown_modes_are_refused():
 
 def test_locked_joints_stand_where_the_reference_has_them():
     path = raster(1, 8)
-    tracker = PathTracker(CELL, path, weighting=even_weights(CELL))
+    follower = PathFollower(CELL, path, weighting=even_weights(CELL))
     locked = np.zeros(len(CELL), bool)
     locked[EXTERNAL] = True
-    tracker.settings = tracker.settings._replace(locked=locked)
+    follower.settings = follower.settings._replace(locked=locked)
     rows = np.tile(CELL.q_home, (len(path), 1))
     rows[:, 1] = np.linspace(0.0, 0.1, len(path))
     rows[:, 0] += np.linspace(0.0, -0.2, len(path))
-    free = PathTracker(CELL, path, weighting=even_weights(CELL)).follow(tracker.home(), CELL.q_home, 0, len(path))
-    held = tracker.follow(tracker.home(), rows, 0, len(path), bounded=False)
+    free = PathFollower(CELL, path, weighting=even_weights(CELL)).follow(follower.home(), CELL.q_home, 0, len(path))
+    held = follower.follow(follower.home(), rows, 0, len(path), bounded=False)
     np.testing.assert_array_equal(held.q[:, EXTERNAL], rows[:, EXTERNAL])
     assert np.abs(free.q[:, EXTERNAL] - rows[:, EXTERNAL]).max() > 1e-3
     base_T_tool = forward_many(chain_arrays(CELL), held.q)

@@ -21,7 +21,7 @@ from camrob.redundancy.planning import followed
 from camrob.redundancy.planning.forbidding import FEATURES, forbidden, forbidden_price, marks
 from camrob.redundancy.planning.objective import BLOCKED_PRICE, BLOCKED_REACH, posture_features
 from camrob.redundancy.planning.waypoints import waypoints
-from camrob.redundancy.published.virtual_joint import PathTracker
+from camrob.redundancy.published.virtual_joint import PathFollower
 from camrob.redundancy.replanning import clearing
 from camrob.redundancy.solution import Solution
 from camrob.report.terminal.summaries import render_post
@@ -83,11 +83,11 @@ def test_what_can_not_be_gone_round_is_handed_over_as_it_is(free: tuple[ToolPath
 def test_a_plan_that_can_not_be_followed_is_made_anew_there(
     free: tuple[ToolPathInBase, Solution], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The tracker refuses the first plan at one point, as it would for a hundredth of a degree of A6: no plan is thrown away."""
+    """The follower refuses the first plan at one point, as it would for a hundredth of a degree of A6: no plan is thrown away."""
     path, _plain = free
     calls = []
 
-    class Refusing(PathTracker):
+    class Refusing(PathFollower):
         def follow(self, state, reference, start, stop, **how):
             attempt = super().follow(state, reference, start, stop, **how)
             calls.append(np.array(reference))
@@ -99,12 +99,12 @@ def test_a_plan_that_can_not_be_followed_is_made_anew_there(
         def explain(self, failure):
             return LimitError("A6 is 0.0554 degrees past its limit", line=40, axis="A6")
 
-    def followed_failure(tracker, state, point):
+    def followed_failure(follower, state, point):
         from camrob.redundancy.published.virtual_joint import Failure
 
         return Failure(point, np.eye(4), 1, state)
 
-    monkeypatch.setattr(followed, "PathTracker", Refusing)
+    monkeypatch.setattr(followed, "PathFollower", Refusing)
     solution = resolve_planned(CELL, path, mode="flowing")
     assert solution.method == "planned" and solution.plan is not None and solution.plan.mended == 1
     feature = [posture_features(OBJECTIVE.wrist_zero, np.ascontiguousarray(c[FIRST, ARM])) for c in calls]

@@ -44,9 +44,9 @@ UNTRIED = ""
 """Nothing against it so far: it ranks below the proposal and was not tried."""
 FREE = "free"
 _UNFOLLOWED = {
-    UnreachableError: "the tracker meets a pose out of reach",
-    LimitError: "the tracker meets an axis limit",
-    SingularError: "the tracker meets a singular posture",
+    UnreachableError: "the follower meets a pose out of reach",
+    LimitError: "the follower meets an axis limit",
+    SingularError: "the follower meets a singular posture",
 }
 _TRIALS = 5  # beside the placement as it is: each takes as long as a post
 _APART = 0.15  # of the freedom's diagonal that two trials lie apart at least: neighbours differ in little
@@ -164,7 +164,9 @@ def try_placement(
     try:
         solution = resolve_vjm(inputs.cell, path)
     except JobError as error:
-        return next((text for kind, text in _UNFOLLOWED.items() if isinstance(error, kind)), "the tracker can't follow")
+        return next(
+            (text for kind, text in _UNFOLLOWED.items() if isinstance(error, kind)), "the follower can't follow"
+        )
     return solution, job_collisions(moved, path, solution)
 
 

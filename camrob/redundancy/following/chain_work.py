@@ -1,4 +1,4 @@
-"""Pieces of the tracker that know the chain and nothing of its criterion: scratch arrays, pose error, second
+"""Pieces of the follower that know the chain and nothing of its criterion: scratch arrays, pose error, second
 derivatives.
 """
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.compiled import bare
 from camrob.kinematics.kernels import ChainArrays
 
-__all__ = ["NearWork", "TrackerWork", "clear", "curvature", "largest", "pose_error", "put", "tracker_work"]
+__all__ = ["FollowerWork", "NearWork", "clear", "curvature", "follower_work", "largest", "pose_error", "put"]
 
 Array = NDArray[np.float64]
 
@@ -29,8 +29,8 @@ class NearWork(NamedTuple):
     slope: Array
 
 
-class TrackerWork(NamedTuple):
-    """Arrays of the tracker's inner loop, made once a path and overwritten at every step.
+class FollowerWork(NamedTuple):
+    """Arrays of the follower's inner loop, made once a path and overwritten at every step.
 
     slope, slope_cond (3, n): of the terms' vectors by the axes that their weights depend on. kf_bend (n, n): the rest of h_cond's
     derivative in its gradient form. near: scratch of a posture beside the one that is looked at.
@@ -74,9 +74,9 @@ class TrackerWork(NamedTuple):
     near: NearWork
 
 
-def tracker_work(n: int) -> TrackerWork:
+def follower_work(n: int) -> FollowerWork:
     """Arrays for a chain of n joints."""
-    return TrackerWork(
+    return FollowerWork(
         np.empty((n, 3)),
         np.empty((n, 3)),
         np.empty((3, 3)),
@@ -154,7 +154,7 @@ def pose_error(R: Array, p: Array, R_target: Array, p_target: Array, error: Arra
 
 
 @bare
-def curvature(chain: ChainArrays, m: int, scale: float, multipliers: Array, w: TrackerWork) -> None:
+def curvature(chain: ChainArrays, m: int, scale: float, multipliers: Array, w: FollowerWork) -> None:
     """w.C[:m, :m] <- sum of multiplier times second derivative of the task (v scaled, rotation as logarithm)."""
     lx, ly, lz = multipliers[0] * scale, multipliers[1] * scale, multipliers[2] * scale
     ax, ay, az = 0.5 * multipliers[3], 0.5 * multipliers[4], 0.5 * multipliers[5]

@@ -1,4 +1,4 @@
-"""The tracker's Newton step where the arm's Jacobian has an inverse in closed form: all that a QR factorisation gives, for less.
+"""The follower's Newton step where the arm's Jacobian has an inverse in closed form: all that a QR factorisation gives, for less.
 
 The free joints outside of the arm span the null space: one of them moves by one and the arm takes the pose back. With
 these vectors N and a step x_p of the arm that does the task, everything else is algebra in as many dimensions as there are
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from camrob.compiled import bare
 from camrob.kinematics.kernels import ChainArrays
 from camrob.kinematics.spherical_inverse import inverse_blocks
-from camrob.redundancy.following.chain_work import TrackerWork
+from camrob.redundancy.following.chain_work import FollowerWork
 from camrob.redundancy.following.linear_algebra import solve_stable
 
 __all__ = ["split_multipliers", "split_self_motion", "split_share", "split_task"]
@@ -52,7 +52,7 @@ def _mix(a: float, x: Four, b: float, y: Four, c: float, z: Four) -> Four:
 
 
 @bare
-def split_task(chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork) -> int:
+def split_task(chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: FollowerWork) -> int:
     """w.U (n, 4) <- x_p and the null-space vectors, w.x <- pseudoinverse step to w.error. Returns the free joints' number.
 
     0 where the closed form can't be used: an arm without it or near a singular posture, an arm's joint at its limit, more
@@ -94,13 +94,13 @@ def split_task(chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDAr
 
 
 @bare
-def _twists(r: int, i0: int, i1: int, i2: int, k0: float, k1: float, k2: float, w: TrackerWork) -> Four:
+def _twists(r: int, i0: int, i1: int, i2: int, k0: float, k1: float, k2: float, w: FollowerWork) -> Four:
     """Component r of the twists that the arm has to answer: the task's, and what the other joints do, taken back."""
     return w.error[r], -k0 * w.J[r, i0], -k1 * w.J[r, i1], -k2 * w.J[r, i2]
 
 
 @bare
-def _arm_steps(start: int, i0: int, i1: int, i2: int, k0: float, k1: float, k2: float, w: TrackerWork) -> None:
+def _arm_steps(start: int, i0: int, i1: int, i2: int, k0: float, k1: float, k2: float, w: FollowerWork) -> None:
     """w.U's rows of the arm <- the arm's steps for the task and for the joints i0 .. i2 outside (k 0 where there is none)."""
     lx, ly, lz, rows, Z = w.lever[0], w.lever[1], w.lever[2], w.rows, w.Z
     t3 = _twists(3, i0, i1, i2, k0, k1, k2, w)
@@ -127,7 +127,7 @@ def _arm_steps(start: int, i0: int, i1: int, i2: int, k0: float, k1: float, k2: 
 
 
 @bare
-def _gram(n: int, r: int, w: TrackerWork) -> Three:
+def _gram(n: int, r: int, w: FollowerWork) -> Three:
     """w.F <- the Cholesky factor of N^T N (diagonal inverted; unused vectors as if they stood alone).
 
     Returns the shares of the null-space vectors in x_p, which are kept in w.z too.
@@ -181,7 +181,7 @@ def _solve_gram(F: Array, y0: float, y1: float, y2: float) -> Three:
 
 
 @bare
-def split_multipliers(chain: ChainArrays, n: int, multipliers: Array, w: TrackerWork) -> None:
+def split_multipliers(chain: ChainArrays, n: int, multipliers: Array, w: FollowerWork) -> None:
     """multipliers (6,) <- those with which the task's rows (v over the length) meet w.g best over the free joints.
 
     What is left of g without its part in the null space, the rows can meet; the arm's columns tell how.
@@ -213,13 +213,13 @@ def split_multipliers(chain: ChainArrays, n: int, multipliers: Array, w: Tracker
 
 
 @bare
-def _met(i: int, y: Three, w: TrackerWork) -> float:
+def _met(i: int, y: Three, w: FollowerWork) -> float:
     """Joint i's gradient less its part in the null space."""
     return float(w.g[i] - w.U[i, 1] * y[0] - w.U[i, 2] * y[1] - w.U[i, 3] * y[2])
 
 
 @bare
-def _curved(chain: ChainArrays, n: int, scale: float, multipliers: Array, w: TrackerWork) -> None:
+def _curved(chain: ChainArrays, n: int, scale: float, multipliers: Array, w: FollowerWork) -> None:
     """w.V (n, 4) <- minus the task's second derivatives times the multipliers, times w.U, without that matrix.
 
     For a before b it is z_a . y_b with y_b = v_b x l + z_b x w / 2, so that sums over the joints behind and before are enough.
@@ -262,7 +262,7 @@ def split_self_motion(
     shift: float,
     multipliers: Array,
     exact: bool,
-    w: TrackerWork,
+    w: FollowerWork,
 ) -> float:
     """w.s[:m] <- the Newton step of the reduced criterion in the null space, w.x taken into account; the shift it needed."""
     U = w.U
@@ -291,7 +291,7 @@ def split_self_motion(
 
 
 @bare
-def _step(m: int, shift: float, m0: Four, m1: Four, m2: Four, w: TrackerWork) -> float:
+def _step(m: int, shift: float, m0: Four, m1: Four, m2: Four, w: FollowerWork) -> float:
     """w.s[:m] <- the step from the reduced curvature m0, m1, m2 (first column: of x_p), in an orthonormal basis; the shift."""
     F, y0, y1, y2 = w.F, w.z[0], w.z[1], w.z[2]  # w.x = x_p - N y
     b0, b1, b2 = _forward_gram(
@@ -315,7 +315,7 @@ def _step(m: int, shift: float, m0: Four, m1: Four, m2: Four, w: TrackerWork) ->
 
 
 @bare
-def split_share(m: int, q: Array, q_before: Array, w: TrackerWork) -> None:
+def split_share(m: int, q: Array, q_before: Array, w: FollowerWork) -> None:
     """w.s[:m] <- the part of the motion from q_before to q that is self-motion."""
     a0 = a1 = a2 = 0.0
     for k in range(m):

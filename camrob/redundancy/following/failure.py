@@ -10,7 +10,7 @@ from camrob.cell.joint import Role
 from camrob.errors import JobError, LimitError, SingularError, UnreachableError
 from camrob.kinematics.arm import STARTS, Arm
 from camrob.kinematics.frames import base_T_tool
-from camrob.redundancy.following.follower import FAILED_SINGULAR, TrackState
+from camrob.redundancy.following.follower import FAILED_SINGULAR, FollowState
 from camrob.redundancy.path import ToolPathInBase
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -58,9 +58,9 @@ def _tried(cell: Cell, arm: Arm) -> str:
 
 
 def explain_failure(
-    cell: Cell, arm: Arm, path: ToolPathInBase, point: int, base_T_target: Array, code: int, state: TrackState
+    cell: Cell, arm: Arm, path: ToolPathInBase, point: int, base_T_target: Array, code: int, state: FollowState
 ) -> JobError:
-    """The error for a path point (index) that the tracker could not follow; `base_T_target` is where it stopped short."""
+    """The error for a path point (index) that the follower could not follow; `base_T_target` is where it stopped short."""
     line = int(path.line[point]) or int(path.line[min(point + 1, len(path) - 1)])
     region = str(int(path.region[point])) if path.region[point] >= 0 else ""
     reached = base_T_tool(cell, state.q)

@@ -1,4 +1,4 @@
-"""The tracker: follows a path of poses with the virtual-joint-augmented chain, compiled.
+"""The follower: follows a path of poses with the virtual-joint-augmented chain, compiled.
 
 At every point it goes straight to where the published loop (eq. 11, 12 and Algorithm 1) creeps: the posture that holds
 the pose and in which the null-space vector h = h_cond + h_jnt (eq. 15 to 20) has no part left that self-motion could
@@ -9,7 +9,7 @@ follow,
 by Newton's method on both at once: a QR factorisation of J^T gives the pseudoinverse step, the null-space basis and the
 multipliers; the chain's second derivatives and the slopes of the fuzzy surfaces give the derivative of the reduced
 criterion. A shift on it, raised where a step does not pay, turns the step into the published flow, so that only its
-stable postures are found. h_cond has a second form, down the gradient of k_F (`TrackerSettings.gradient`). Joint limits
+stable postures are found. h_cond has a second form, down the gradient of k_F (`FollowerSettings.gradient`). Joint limits
 are an active set: a joint at its limit leaves the problem and comes back when the criterion draws it inwards.
 """
 
@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from camrob.compiled import bare, kernel
 from camrob.kinematics.conditioning_slope import inverse_kf_within
 from camrob.kinematics.kernels import ChainArrays, forward, jacobian
-from camrob.redundancy.following.chain_work import TrackerWork, clear, largest, pose_error, put, tracker_work
+from camrob.redundancy.following.chain_work import FollowerWork, clear, follower_work, largest, pose_error, put
 from camrob.redundancy.following.newton_step import (
-    TrackerSettings,
-    TrackState,
+    FollowerSettings,
+    FollowState,
     gradient_and_multipliers,
     inwards,
     self_motion,
@@ -36,15 +36,15 @@ __all__ = [
     "FAILED_LIMIT",
     "FAILED_NOT_REACHED",
     "FAILED_SINGULAR",
-    "TRACKED",
-    "TrackState",
-    "TrackerSettings",
-    "track",
+    "FOLLOWED",
+    "FollowState",
+    "FollowerSettings",
+    "follow_path",
 ]
 
 Array = NDArray[np.float64]
 
-TRACKED = 0
+FOLLOWED = 0
 FAILED_NOT_REACHED = 1  # Newton's method ends away from the pose: out of reach
 FAILED_LIMIT = 2  # too many joints at their limits to follow
 FAILED_SINGULAR = 3  # the chain has lost a direction
@@ -57,7 +57,7 @@ _STEP = 0.3  # rad or m that a joint moves in one iteration at most
 
 
 @bare
-def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
+def _bounded(m: int, w: FollowerWork, limit: Array) -> float:
     """Shrink the self-motion w.s so that no joint's sum of it passes `limit` (n,); returns its largest component."""
     share = 1.0
     for k in range(m):
@@ -75,7 +75,7 @@ def _bounded(m: int, w: TrackerWork, limit: Array) -> float:
 
 
 @bare
-def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: TrackerWork) -> bool:
+def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, w: FollowerWork) -> bool:
     """Free the joints at a limit that the optimum draws inwards; returns whether there were any."""
     freed = False
     for i in range(n):
@@ -86,7 +86,7 @@ def _release(n: int, side: NDArray[np.int64], multipliers: Array, scale: float, 
 
 
 @bare
-def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64], w: TrackerWork) -> None:
+def _advance(settings: FollowerSettings, m: int, q: Array, side: NDArray[np.int64], w: FollowerWork) -> None:
     """Take the steps w.x (bounded) and w.s; a joint that would pass its limit stays there and leaves the problem."""
     step = 0.0
     for k in range(m):
@@ -104,16 +104,16 @@ def _advance(settings: TrackerSettings, m: int, q: Array, side: NDArray[np.int64
 @bare
 def _solve_point(
     chain: ChainArrays,
-    settings: TrackerSettings,
+    settings: FollowerSettings,
     R_target: Array,
     p_target: Array,
     q: Array,
     q_reference: Array,
-    state: TrackState,
+    state: FollowState,
     limit: Array,
-    w: TrackerWork,
+    w: FollowerWork,
 ) -> int:
-    """Move q to the constrained optimum at one target. Returns TRACKED or why not."""
+    """Move q to the constrained optimum at one target. Returns FOLLOWED or why not."""
     n = q.shape[0]
     acting, side = state.flags[0] == 1, state.side
     clear(w.moved)
@@ -125,7 +125,7 @@ def _solve_point(
         pose_error(w.R, w.p, R_target, p_target, w.error)
         task = largest(w.error)
         if task <= _TASK_TOLERANCE and settled:
-            return TRACKED
+            return FOLLOWED
         jacobian(chain, w.Z, w.P, w.p, w.J)
         m = task_step(chain, n, side, settings.locked, w)
         if m < 6:
@@ -153,18 +153,18 @@ def _solve_point(
 @kernel(nogil=True, error_model="numpy", _nrt=False)
 def _follow(
     chain: ChainArrays,
-    settings: TrackerSettings,
+    settings: FollowerSettings,
     targets: Array,
     q_reference: Array,
-    state: TrackState,
+    state: FollowState,
     limits: Array,
     out: Array,
     inv_kf: Array,
     q_before: Array,
-    w: TrackerWork,
+    w: FollowerWork,
     h: History,
 ) -> tuple[int, int]:
-    """`track`, with all the scratch that it needs: nothing is allocated here, and no references are counted."""
+    """`follow_path`, with all the scratch that it needs: nothing is allocated here, and no references are counted."""
     N, n = out.shape
     q = state.q
     t = 0.0
@@ -195,21 +195,21 @@ def _follow(
             code = _solve_point(
                 chain, settings, targets[k, :3, :3], targets[k, :3, 3], q, reference, state, limits[k], w
             )
-            if code != TRACKED:
+            if code != FOLLOWED:
                 return code, k
         remember(h, t, q)
         value = inverse_kf_within(chain, w.Z, w.P, w.plate, w.C, w.H, w.L)
         put(q, out[k])
         inv_kf[k] = value
-    return TRACKED, N
+    return FOLLOWED, N
 
 
-def track(
+def follow_path(
     chain: ChainArrays,
-    settings: TrackerSettings,
+    settings: FollowerSettings,
     targets: Array,
     q_reference: Array,
-    state: TrackState,
+    state: FollowState,
     limits: Array,
     out: Array,
     inv_kf: Array,
@@ -217,11 +217,11 @@ def track(
     """Follow targets (N, 4, 4), base_T_target, from `state`, which is brought to the path's end.
 
     q_reference: (N, n) reference postures (one row for all points: shape (1, n)). limits: (N, n) how far self-motion
-    may take each joint at a point. Fills out (N, n) and inv_kf (N,). Returns (TRACKED, N), or why and at which point it
+    may take each joint at a point. Fills out (N, n) and inv_kf (N,). Returns (FOLLOWED, N), or why and at which point it
     failed; `state` is then the posture that was reached there.
     """
     n = out.shape[1]
     code, reached = _follow(
-        chain, settings, targets, q_reference, state, limits, out, inv_kf, np.empty(n), tracker_work(n), history(n)
+        chain, settings, targets, q_reference, state, limits, out, inv_kf, np.empty(n), follower_work(n), history(n)
     )
     return int(code), int(reached)

@@ -1,4 +1,4 @@
-"""One Newton step of the tracker in its pieces: the criterion, the factored task, multipliers, the step in the null space."""
+"""One Newton step of the follower in its pieces: the criterion, the factored task, multipliers, the step in the null space."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.compiled import bare
 from camrob.kinematics.conditioning_slope import kf_and_slope
 from camrob.kinematics.kernels import ChainArrays, forward
-from camrob.redundancy.following.chain_work import TrackerWork, curvature, put
+from camrob.redundancy.following.chain_work import FollowerWork, curvature, put
 from camrob.redundancy.following.closed_step import split_multipliers, split_self_motion, split_share, split_task
 from camrob.redundancy.following.linear_algebra import (
     apply_q,
@@ -23,8 +23,8 @@ from camrob.redundancy.following.linear_algebra import (
 from camrob.redundancy.fuzzy.surfaces import WeightSurface, weights_and_slopes
 
 __all__ = [
-    "TrackState",
-    "TrackerSettings",
+    "FollowState",
+    "FollowerSettings",
     "criterion",
     "gradient_and_multipliers",
     "inwards",
@@ -39,8 +39,8 @@ _RANK = 1e-7  # ratio of R's diagonal below which the chain is singular
 _BESIDE = 1e-6  # rad between the postures whose slopes of k_F are compared: its curvature to some 1e-6 of itself
 
 
-class TrackerSettings(NamedTuple):
-    """What the tracker needs beside the chain: q limits (n,), endless (n,), both weight surfaces, threshold on 1/k_F.
+class FollowerSettings(NamedTuple):
+    """What the follower needs beside the chain: q limits (n,), endless (n,), both weight surfaces, threshold on 1/k_F.
 
     locked (n,): joints that stand where the reference posture has them, exactly, and take no part in following. gradient: h_cond
     leads down the gradient of k_F, not back to the posture recorded at the threshold.
@@ -56,7 +56,7 @@ class TrackerSettings(NamedTuple):
     gradient: bool = False
 
 
-class TrackState(NamedTuple):
+class FollowState(NamedTuple):
     """What a path leaves to the next one: posture q (n,), the posture recorded at the threshold, the joints at a limit.
 
     flags (2,): [0] 1 while the condition term acts; side (n,): -1, 0, 1 for a joint at its lower limit, free, at its
@@ -80,7 +80,7 @@ def _from(q: float, reference: float, endless: bool) -> float:
 
 @bare
 def criterion(
-    settings: TrackerSettings, q: Array, q_reference: Array, state: TrackState, chain: ChainArrays, w: TrackerWork
+    settings: FollowerSettings, q: Array, q_reference: Array, state: FollowState, chain: ChainArrays, w: FollowerWork
 ) -> None:
     """w.g <- -h (eq. 18, 20); w.weight, w.slope <- the diagonal and the columns of its derivative by W."""
     n = q.shape[0]
@@ -106,7 +106,7 @@ def criterion(
 
 
 @bare
-def _down_the_gradient(settings: TrackerSettings, q: Array, kf: float, chain: ChainArrays, w: TrackerWork) -> None:
+def _down_the_gradient(settings: FollowerSettings, q: Array, kf: float, chain: ChainArrays, w: FollowerWork) -> None:
     """Add h_cond in its gradient form to w.g, with its derivative in w.kf_bend and w.slope_cond.
 
     Eq. 14 with p = (k_F - k_T)^2 / 2 above k_T, the threshold's, each joint by its weight: h_cond = -W (k_F - k_T) grad k_F. It
@@ -138,7 +138,7 @@ def _down_the_gradient(settings: TrackerSettings, q: Array, kf: float, chain: Ch
 
 
 @bare
-def _add_slopes(axis: NDArray[np.int64], m: int, slope: Array, w: TrackerWork) -> None:
+def _add_slopes(axis: NDArray[np.int64], m: int, slope: Array, w: FollowerWork) -> None:
     """Add the derivative of the weights to w.C, in the columns of the axes that they depend on."""
     for b in range(m):
         for k in range(3):
@@ -148,7 +148,7 @@ def _add_slopes(axis: NDArray[np.int64], m: int, slope: Array, w: TrackerWork) -
 
 
 @bare
-def _add_condition(settings: TrackerSettings, m: int, exact: bool, w: TrackerWork) -> None:
+def _add_condition(settings: FollowerSettings, m: int, exact: bool, w: FollowerWork) -> None:
     """Add the derivative of h_cond to w.C, but for its weights' part of the diagonal."""
     _add_slopes(settings.condition_weights.axis, m, w.slope_cond, w)
     if settings.gradient:
@@ -162,7 +162,7 @@ def _add_condition(settings: TrackerSettings, m: int, exact: bool, w: TrackerWor
 
 
 @bare
-def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, exact: bool, w: TrackerWork) -> float:
+def _self_step(settings: FollowerSettings, m: int, acting: bool, shift: float, exact: bool, w: FollowerWork) -> float:
     """w.s[:m] <- Newton step of the reduced criterion in the null space, the task's step (w.x) taken into account.
 
     w.N[6:m] holds the null-space basis as rows, w.C the curvature. Returns the shift that was needed.
@@ -201,7 +201,7 @@ def _self_step(settings: TrackerSettings, m: int, acting: bool, shift: float, ex
 
 
 @bare
-def task_step(chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: TrackerWork) -> int:
+def task_step(chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArray[np.bool_], w: FollowerWork) -> int:
     """w.x <- pseudoinverse step to w.error, by the arm's closed inverse or a factorisation of the free joints' J^T.
 
     Returns the free joints' number, -1 if the chain is singular.
@@ -233,7 +233,7 @@ def task_step(chain: ChainArrays, n: int, side: NDArray[np.int64], locked: NDArr
 
 
 @bare
-def inwards(i: int, side: int, multipliers: Array, scale: float, w: TrackerWork) -> bool:
+def inwards(i: int, side: int, multipliers: Array, scale: float, w: FollowerWork) -> bool:
     """Whether the optimum draws joint i, at a limit on that side, inwards."""
     pull = w.g[i]
     for r in range(3):
@@ -243,14 +243,14 @@ def inwards(i: int, side: int, multipliers: Array, scale: float, w: TrackerWork)
 
 @bare
 def gradient_and_multipliers(
-    settings: TrackerSettings,
+    settings: FollowerSettings,
     q: Array,
     q_reference: Array,
-    state: TrackState,
+    state: FollowState,
     chain: ChainArrays,
     m: int,
     multipliers: Array,
-    w: TrackerWork,
+    w: FollowerWork,
 ) -> None:
     """w.g <- -h, multipliers (6,) <- those with which the task's rows meet it best, from the factored free joints."""
     criterion(settings, q, q_reference, state, chain, w)
@@ -269,13 +269,13 @@ def gradient_and_multipliers(
 @bare
 def self_motion(
     chain: ChainArrays,
-    settings: TrackerSettings,
+    settings: FollowerSettings,
     m: int,
     acting: bool,
     shift: float,
     multipliers: Array,
     exact: bool,
-    w: TrackerWork,
+    w: FollowerWork,
 ) -> float:
     """w.s[:m] <- the step in the null space. Returns the shift that it needed."""
     if w.split[0]:
@@ -291,7 +291,7 @@ def self_motion(
 
 
 @bare
-def self_share(m: int, q: Array, q_before: Array, w: TrackerWork) -> None:
+def self_share(m: int, q: Array, q_before: Array, w: FollowerWork) -> None:
     """w.s[:m] <- the part of the motion from q_before to q that is self-motion, by the last step's null space."""
     if w.split[0]:
         split_share(m, q, q_before, w)

@@ -1,9 +1,9 @@
-"""The tracker's quick way: where a path goes on smoothly, the next posture is predicted and one Newton step settles it.
+"""The follower's quick way: where a path goes on smoothly, the next posture is predicted and one Newton step settles it.
 
 The posture is extrapolated from the last ones, by the order that did best at the point before, and set right by
 Newton's method without shift or bound. What comes out counts only if nothing else was called for: no joint at a limit,
 a stable posture, self-motion within its bound, and a last step so small that the next one would change nothing. In all
-other cases, whichever form h_cond has, the tracker goes its long way from the posture before, as if nothing had been tried.
+other cases, whichever form h_cond has, the follower goes its long way from the posture before, as if nothing had been tried.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from camrob.compiled import bare
 from camrob.kinematics.kernels import ChainArrays, forward, jacobian
-from camrob.redundancy.following.chain_work import TrackerWork, clear, largest, pose_error
+from camrob.redundancy.following.chain_work import FollowerWork, clear, largest, pose_error
 from camrob.redundancy.following.newton_step import (
-    TrackerSettings,
-    TrackState,
+    FollowerSettings,
+    FollowState,
     gradient_and_multipliers,
     inwards,
     self_motion,
@@ -112,14 +112,14 @@ def remember(h: History, t: float, q: Array) -> None:
 @bare
 def quick_point(
     chain: ChainArrays,
-    settings: TrackerSettings,
+    settings: FollowerSettings,
     target: Array,
     q: Array,
     q_before: Array,
     q_reference: Array,
-    state: TrackState,
+    state: FollowState,
     limit: Array,
-    w: TrackerWork,
+    w: FollowerWork,
 ) -> bool:
     """Set the predicted posture q right by Newton's method; True where it is the constrained optimum, beyond doubt."""
     n = q.shape[0]
@@ -160,7 +160,7 @@ def quick_point(
 
 
 @bare
-def _within(m: int, q: Array, q_before: Array, limit: Array, w: TrackerWork) -> bool:
+def _within(m: int, q: Array, q_before: Array, limit: Array, w: FollowerWork) -> bool:
     """Whether the part of the point's motion that is self-motion stays clear of its bound."""
     self_share(m, q, q_before, w)
     for k in range(m):

@@ -1,4 +1,4 @@
-"""A plan followed by the tracker as its moving reference posture, and what the tracker made of it as a solution's parts."""
+"""A plan followed by the follower as its moving reference posture, and what the follower made of it as a solution's parts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from camrob.redundancy.planning.course import Draft
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.refinement import arm_along
 from camrob.redundancy.planning.waypoints import Waypoints
-from camrob.redundancy.published.virtual_joint import PathTracker
+from camrob.redundancy.published.virtual_joint import PathFollower
 from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Revision
 from camrob.units import m_to_mm, rad_to_deg
@@ -23,7 +23,7 @@ __all__ = ["Followed", "follow_plan"]
 
 Array = NDArray[np.float64]
 
-_ROOM = 1e-4  # rad or m that the plan lies inside the margins where the tracker is held to them
+_ROOM = 1e-4  # rad or m that the plan lies inside the margins where the follower is held to them
 _HELD_STEP = 0.05  # rad or m between the postures that are checked where a pose is held while external axes move
 _HELD_JUMP = 0.35  # rad that an arm's joint may move between them
 _NEAR, _GAIN, _WOUND = 0.15, 0.1, 0.5  # shares of an axis's range: near a limit, room gained, a whole way back
@@ -31,7 +31,7 @@ _LEG = 0.5  # rad or m of a freedom in one of the moves that a held revision is 
 
 
 class Followed(NamedTuple):
-    """Postures q (N, n), 1/k_F (N,) along a path, and its re-postures; stuck: the path point at which the tracker could not
+    """Postures q (N, n), 1/k_F (N,) along a path, and its re-postures; stuck: the path point at which the follower could not
     follow the plan, -1 where it could, and why. What lies behind that point is without meaning.
     """
 
@@ -49,12 +49,12 @@ def follow_plan(
 
     `still` locks the external axes to the draft's. margin (n,): what the joints keep from their limits, where the draft does.
     """
-    tracker = PathTracker(cell, path, weighting=even_weights(cell))
+    follower = PathFollower(cell, path, weighting=even_weights(cell))
     locked = np.zeros(len(cell), np.bool_)
     if still:
         locked[space.free[: len(space.free) - space.roll]] = True
     lower, upper = _bounds(cell, space, draft, margin)
-    tracker.settings = tracker.settings._replace(lower=lower, upper=upper, locked=locked, threshold=0.0)
+    follower.settings = follower.settings._replace(lower=lower, upper=upper, locked=locked, threshold=0.0)
     begins = np.flatnonzero(~draft.joined)
     q, inv_kf = np.empty((len(path), len(cell))), np.empty(len(path))
     revisions: list[Revision] = []
@@ -67,7 +67,7 @@ def follow_plan(
             revisions.append(
                 _revision(
                     cell,
-                    tracker,
+                    follower,
                     space,
                     path,
                     start,
@@ -76,17 +76,19 @@ def follow_plan(
                     int(draft.branch[part.start - 1]) == int(draft.branch[part.start]),
                 )
             )
-            q[start], inv_kf[start] = rows[0], tracker.inv_kf(rows[0])
+            q[start], inv_kf[start] = rows[0], follower.inv_kf(rows[0])
             first = start + 1
-        attempt = tracker.follow(tracker.at(rows[0]), rows[first - start :], first, stop, bounded=False, tolerant=True)
+        attempt = follower.follow(
+            follower.at(rows[0]), rows[first - start :], first, stop, bounded=False, tolerant=True
+        )
         if attempt.failure is not None:
-            return Followed(q, inv_kf, tuple(revisions), attempt.failure.point, tracker.explain(attempt.failure))
+            return Followed(q, inv_kf, tuple(revisions), attempt.failure.point, follower.explain(attempt.failure))
         q[first:stop], inv_kf[first:stop] = attempt.q, attempt.inv_kf
     return Followed(q, inv_kf, tuple(revisions))
 
 
 def _bounds(cell: Cell, space: PlanSpace, draft: Draft, margin: Array) -> tuple[Array, Array]:
-    """The limits (n,) that the tracker is held to: drawn in by the margin at each joint whose plan keeps it all along."""
+    """The limits (n,) that the follower is held to: drawn in by the margin at each joint whose plan keeps it all along."""
     lower, upper = cell.q_lower, cell.q_upper
     whole = np.empty((len(draft), len(cell)))
     whole[:, space.free] = draft.u
@@ -129,7 +131,7 @@ def _references(
 
 def _revision(
     cell: Cell,
-    tracker: PathTracker,
+    follower: PathFollower,
     space: PlanSpace,
     path: ToolPathInBase,
     point: int,
@@ -141,9 +143,9 @@ def _revision(
     ahead = path.region[point:]
     named = ahead[ahead >= 0]
     region = int(named[0]) if len(named) else int(path.region[path.region >= 0][-1])
-    value = tracker.inv_kf(before), tracker.inv_kf(after)
+    value = follower.inv_kf(before), follower.inv_kf(after)
     if same_branch:
-        legs = _held(cell, tracker, path, point, before, after)
+        legs = _held(cell, follower, path, point, before, after)
         if legs is not None:
             return Revision(region, point, legs, True, *value, reason="external axes moved to the next stop")
     reason = _reason(cell, before, after, same_branch)
@@ -171,7 +173,7 @@ def _reason(cell: Cell, before: Array, after: Array, same_branch: bool) -> str:
 
 
 def _held(
-    cell: Cell, tracker: PathTracker, path: ToolPathInBase, point: int, before: Array, after: Array
+    cell: Cell, follower: PathFollower, path: ToolPathInBase, point: int, before: Array, after: Array
 ) -> Array | None:
     """Postures (K, n) from `before` to `after` with the pose of the point held, checked between; None where it can't be held."""
     far = float(np.max(np.abs(after - before)))
@@ -179,7 +181,7 @@ def _held(
     rows = before + np.linspace(0.0, 1.0, count)[:, None] * (after - before)
     frames = np.repeat(path.base_T_tip[point][None], count, axis=0)
     part = cell.arm_slice
-    arm, _code, followed = tracker.arm.follow(tracker.arm.foot_T_tool(frames, rows), before[part], step=_HELD_JUMP)
+    arm, _code, followed = follower.arm.follow(follower.arm.foot_T_tool(frames, rows), before[part], step=_HELD_JUMP)
     if followed < count or np.max(np.abs(arm[-1] - after[part])) > 1e-6:
         return None
     rows[:, part] = arm

@@ -28,7 +28,7 @@ __all__ = ["Equilibrium", "equilibrium", "weights_along"]
 Array = NDArray[np.float64]
 
 _AT_LIMIT = 1e-9  # rad, m from a limit at which a joint stands there and is no longer free
-_LEFT = 1e-6  # rad, m times a weight that may be left along self-motion: the tracker's own answer leaves some 1e-10
+_LEFT = 1e-6  # rad, m times a weight that may be left along self-motion: the follower's own answer leaves some 1e-10
 
 
 @dataclass(frozen=True, slots=True)

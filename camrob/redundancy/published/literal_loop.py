@@ -1,4 +1,4 @@
-"""The published loop, as it stands in the paper: the slow reference that the tracker's postures are held to.
+"""The published loop, as it stands in the paper: the slow reference that the follower's postures are held to.
 
 Algorithm 1 with eq. 11, 12 and 15 to 20 in plain NumPy, a posture at a time. It creeps: with the null-space term inside
 the loop and a weight of 0.01 a step shrinks by about 1 % an iteration, so that the answer depends on where the loop is

@@ -1,4 +1,4 @@
-"""The published method over a whole program: the virtual-joint tracker, region by region, with posture revision."""
+"""The published method over a whole program: the virtual-joint follower, region by region, with posture revision."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays
 from camrob.progress import Share
 from camrob.redundancy.following.failure import explain_failure
-from camrob.redundancy.following.follower import TRACKED, TrackerSettings, TrackState, track
+from camrob.redundancy.following.follower import FOLLOWED, FollowerSettings, FollowState, follow_path
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
 from camrob.redundancy.published.revision import revise_posture
@@ -27,11 +27,11 @@ from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
 from camrob.se3 import pose
 
-__all__ = ["Attempt", "Failure", "PathTracker", "held_joints", "postures_along", "resolve_vjm"]
+__all__ = ["Attempt", "Failure", "PathFollower", "held_joints", "postures_along", "resolve_vjm"]
 
 Array = NDArray[np.float64]
 
-STEP = 0.02  # m between points that the tracker solves; farther neighbours get others between
+STEP = 0.02  # m between points that the follower solves; farther neighbours get others between
 ANGLE = 0.05  # rad, likewise
 AIR_SPEED = 0.2  # m/s taken for the tool in air where self-motion is bounded by the axes' speeds
 SELF_RATIO = 4.0  # of a joint's self-motion to the tool's motion (angles, and lengths by the characteristic length)
@@ -54,28 +54,28 @@ def resolve_vjm(
     Raises UnreachableError, LimitError or SingularError with line, region, axis and distance.
     """
     q, inv_kf, revisions = postures_along(
-        PathTracker(cell, path, weighting=weighting), revise=revise, progress=progress
+        PathFollower(cell, path, weighting=weighting), revise=revise, progress=progress
     )
     findings = (*_findings(revisions, path), *_moved_in_holes(cell, path, q))
     return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), findings)
 
 
 def postures_along(
-    tracker: PathTracker, *, revise: bool = True, progress: Share | None = None
+    follower: PathFollower, *, revise: bool = True, progress: Share | None = None
 ) -> tuple[Array, Array, list[Revision]]:
-    """What `resolve_vjm` makes a solution of: postures (N, n), 1/k_F (N,), and revisions of a tracker's path."""
-    cell, path = tracker.cell, tracker.path
+    """What `resolve_vjm` makes a solution of: postures (N, n), 1/k_F (N,), and revisions of a follower's path."""
+    cell, path = follower.cell, follower.path
     blocks = _blocks(path)
-    state = tracker.home()
+    state = follower.home()
     reference = cell.q_reference.copy()
     q, inv_kf = np.empty((len(path), len(cell))), np.empty(len(path))
     revisions: list[Revision] = []
     for block in blocks:
-        travel = tracker.follow(state, reference, block.start, block.at + 1)
+        travel = follower.follow(state, reference, block.start, block.at + 1)
         if block.region == TRANSIT:
             attempt, revision = travel, None
         else:
-            attempt, reference, revision = _work(tracker, block, travel, reference, revise)
+            attempt, reference, revision = _work(follower, block, travel, reference, revise)
             revisions.append(revision)
         q[block.start : block.stop], inv_kf[block.start : block.stop] = attempt.q, attempt.inv_kf
         state = attempt.state
@@ -96,12 +96,12 @@ class _Block:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A path point that could not be followed: the pose that the tracker stopped short of, why, and its posture there."""
+    """A path point that could not be followed: the pose that the follower stopped short of, why, and its posture there."""
 
     point: int
     base_T_target: Array
     code: int
-    state: TrackState
+    state: FollowState
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ class Attempt:
 
     q: Array
     inv_kf: Array
-    state: TrackState
+    state: FollowState
     failure: Failure | None = None
 
 
@@ -135,60 +135,60 @@ def _blocks(path: ToolPathInBase) -> list[_Block]:
 
 
 def _work(
-    tracker: PathTracker, block: _Block, travel: Attempt, reference: Array, revise: bool
+    follower: PathFollower, block: _Block, travel: Attempt, reference: Array, revise: bool
 ) -> tuple[Attempt, Array, Revision]:
     """Work a region as the travel brings the posture, and from a revised posture; the better of both, and its reference."""
-    cell, path = tracker.cell, tracker.path
+    cell, path = follower.cell, follower.path
     way = block.at + 1, block.stop
     safe = path.safe[block.at]
-    moves = revise_posture(cell, tracker.chain, tracker.arm, travel.q[-1]) if revise and safe else None
-    with ThreadPoolExecutor(1) as pool:  # both ways at once: the tracker lets other threads run
-        other = None if moves is None or len(moves) == 1 else pool.submit(_revised, tracker, moves, reference, way)
-        plain = tracker.follow(travel.state, reference, *way, tolerant=True)
+    moves = revise_posture(cell, follower.chain, follower.arm, travel.q[-1]) if revise and safe else None
+    with ThreadPoolExecutor(1) as pool:  # both ways at once: the follower lets other threads run
+        other = None if moves is None or len(moves) == 1 else pool.submit(_revised, follower, moves, reference, way)
+        plain = follower.follow(travel.state, reference, *way, tolerant=True)
     first = 0 if path.region[block.at] == TRANSIT else -1  # the region's first point within `plain`
     before = float(plain.inv_kf[first]) if first == 0 and len(plain.inv_kf) else float(travel.inv_kf[-1])
     none = Revision(block.region, block.at, np.empty((0, len(cell))), False, before, before)
     chosen, revision = plain, none
     if moves is None and plain.failure is not None and safe:
-        moves = revise_posture(cell, tracker.chain, tracker.arm, travel.q[-1])
+        moves = revise_posture(cell, follower.chain, follower.arm, travel.q[-1])
     if moves is not None:
         if len(moves) == 1:
             revision = replace(none, reason="the posture is the best within reach of the external axes")
         else:
-            revised, revised_reference = _revised(tracker, moves, reference, way) if other is None else other.result()
+            revised, revised_reference = _revised(follower, moves, reference, way) if other is None else other.result()
             if revised.failure is None and (plain.failure is not None or _least(revised) >= _least(plain)):
-                after = float(revised.inv_kf[first]) if first == 0 else float(tracker.inv_kf(moves[-1]))
+                after = float(revised.inv_kf[first]) if first == 0 else float(follower.inv_kf(moves[-1]))
                 chosen, reference = revised, revised_reference
                 travel = replace(travel, q=np.vstack([travel.q[:-1], moves[-1]]), inv_kf=np.append(
-                    travel.inv_kf[:-1], tracker.inv_kf(moves[-1])))  # fmt: skip
+                    travel.inv_kf[:-1], follower.inv_kf(moves[-1])))  # fmt: skip
                 revision = Revision(block.region, block.at, moves, True, before, after)
             else:
                 revision = replace(none, reason="the region's lowest 1/k_F would fall")
     if chosen.failure is not None and path.safe[block.at]:
-        chosen, reference, travel, revision = _other_turns(tracker, block, travel, reference, chosen, revision)
+        chosen, reference, travel, revision = _other_turns(follower, block, travel, reference, chosen, revision)
     if chosen.failure is not None:
-        raise tracker.explain(chosen.failure)
+        raise follower.explain(chosen.failure)
     whole = Attempt(np.vstack([travel.q, chosen.q]), np.append(travel.inv_kf, chosen.inv_kf), chosen.state)
     return whole, reference, revision
 
 
-def _revised(tracker: PathTracker, moves: Array, reference: Array, way: tuple[int, int]) -> tuple[Attempt, Array]:
+def _revised(follower: PathFollower, moves: Array, reference: Array, way: tuple[int, int]) -> tuple[Attempt, Array]:
     """A region worked from the posture that the revision ends in, with the external axes held about there; the reference too."""
-    cell = tracker.cell
+    cell = follower.cell
     external = [*cell.indices(Role.WORKPIECE), *cell.indices(Role.CARRIAGE)]
     held = reference.copy()
     held[external] = moves[-1, external]
-    return tracker.follow(tracker.at(moves[-1]), held, *way, tolerant=True), held
+    return follower.follow(follower.at(moves[-1]), held, *way, tolerant=True), held
 
 
 def _other_turns(
-    tracker: PathTracker, block: _Block, travel: Attempt, reference: Array, failed: Attempt, revision: Revision
+    follower: PathFollower, block: _Block, travel: Attempt, reference: Array, failed: Attempt, revision: Revision
 ) -> tuple[Attempt, Array, Attempt, Revision]:
     """Try a region that failed on other whole turns of the arm's axes, unwound by PTP before it; the first that does it.
 
     Where none does, the failed attempt comes back.
     """
-    cell = tracker.cell
+    cell = follower.cell
     many_turns = [
         i for i in range(*cell.arm_slice.indices(len(cell))) if cell.q_upper[i] - cell.q_lower[i] > 2.0 * np.pi
     ]
@@ -198,7 +198,7 @@ def _other_turns(
         q = travel.q[-1] + shift
         if np.any(q < cell.q_lower) or np.any(q > cell.q_upper):
             continue
-        attempt = tracker.follow(tracker.at(q), reference + shift, block.at + 1, block.stop, tolerant=True)
+        attempt = follower.follow(follower.at(q), reference + shift, block.at + 1, block.stop, tolerant=True)
         if attempt.failure is None:
             moves = np.array([travel.q[-1], q])
             value = revision.inv_kf_before
@@ -258,8 +258,8 @@ def _self_motion_bounds(
             out[k, i] = min(SPEED_SHARE * time * speed[i], SELF_RATIO * moved)
 
 
-class PathTracker:
-    """The tracker bound to a cell and a path; every call takes and gives states, nothing is kept between calls."""
+class PathFollower:
+    """The follower bound to a cell and a path; every call takes and gives states, nothing is kept between calls."""
 
     def __init__(self, cell: Cell, path: ToolPathInBase, *, weighting: Weighting | None = None) -> None:
         self.cell, self.path = cell, path
@@ -273,7 +273,7 @@ class PathTracker:
     def weigh(self, weighting: Weighting) -> None:
         """Take other weights from now on."""
         cell = self.cell
-        self.settings = TrackerSettings(
+        self.settings = FollowerSettings(
             cell.q_lower,
             cell.q_upper,
             cell.endless,
@@ -287,12 +287,12 @@ class PathTracker:
         locked[self._external] = True
         self._arm_alone = self.settings._replace(locked=locked)
 
-    def at(self, q: Array) -> TrackState:
-        """The state of a tracker that starts in posture q (n,)."""
+    def at(self, q: Array) -> FollowState:
+        """The state of a follower that starts in posture q (n,)."""
         n = len(q)
-        return TrackState(np.array(q), np.array(q), np.zeros(n, np.int64), np.zeros(2, np.int64))
+        return FollowState(np.array(q), np.array(q), np.zeros(n, np.int64), np.zeros(2, np.int64))
 
-    def home(self) -> TrackState:
+    def home(self) -> FollowState:
         """The state at HOME."""
         return self.at(self.cell.q_home)
 
@@ -304,7 +304,7 @@ class PathTracker:
 
     def follow(
         self,
-        state: TrackState,
+        state: FollowState,
         reference: Array,
         start: int,
         stop: int,
@@ -319,7 +319,7 @@ class PathTracker:
         The way from the state's posture to the first point goes straight, the axis along the great arc. Raises the
         JobError of a point that can't be reached, or with `tolerant` returns it with what was reached.
         """
-        state = TrackState(state.q.copy(), state.q_threshold.copy(), state.side.copy(), state.flags.copy())
+        state = FollowState(state.q.copy(), state.q_threshold.copy(), state.side.copy(), state.flags.copy())
         if stop <= start:
             return Attempt(np.empty((0, len(self.cell))), np.empty(0), state)
         here = base_T_tool(self.cell, state.q)
@@ -341,8 +341,8 @@ class PathTracker:
             reference = reference[None]
         q, inv_kf = np.empty((len(targets), len(self.cell))), np.empty(len(targets))
         still = self._still[start:stop][np.searchsorted(where, np.arange(len(targets)))]
-        code, reached = self._tracked(targets, np.ascontiguousarray(reference), state, limits, still, q, inv_kf)
-        if code == TRACKED:
+        code, reached = self._followed(targets, np.ascontiguousarray(reference), state, limits, still, q, inv_kf)
+        if code == FOLLOWED:
             return Attempt(q[where], inv_kf[where], state)
         point = start + int(np.searchsorted(where, reached))
         failure = Failure(point, targets[reached], code, state)
@@ -351,29 +351,29 @@ class PathTracker:
         kept = where[: np.searchsorted(where, reached)]
         return Attempt(q[kept], inv_kf[kept], state, failure)
 
-    def _tracked(
-        self, targets: Array, reference: Array, state: TrackState, limits: Array, still: NDArray[np.bool_], q: Array,
+    def _followed(
+        self, targets: Array, reference: Array, state: FollowState, limits: Array, still: NDArray[np.bool_], q: Array,
         inv_kf: Array,
     ) -> tuple[int, int]:  # fmt: skip
-        """`track`, in pieces: the external axes stand on those that are `still` (M,), but where the arm can't do it alone."""
+        """`follow_path`, in pieces: external axes stand on those that are `still` (M,), but where the arm can't do it alone."""
         borders = [0, *(np.flatnonzero(np.diff(still)) + 1).tolist(), len(targets)]
         for first, end in pairwise(borders):
             part = slice(first, end)
             rows = reference if len(reference) == 1 else reference[part]
             piece = targets[part], limits[part], q[part], inv_kf[part]
             if still[first]:
-                alone = TrackState(state.q.copy(), state.q_threshold.copy(), state.side.copy(), state.flags.copy())
+                alone = FollowState(state.q.copy(), state.q_threshold.copy(), state.side.copy(), state.flags.copy())
                 kept = rows.copy()
                 kept[:, self._external] = state.q[self._external]
-                code, _ = track(self.chain, self._arm_alone, piece[0], kept, alone, *piece[1:])
-                if code == TRACKED:
+                code, _ = follow_path(self.chain, self._arm_alone, piece[0], kept, alone, *piece[1:])
+                if code == FOLLOWED:
                     for now, then in zip(state, alone, strict=True):
                         now[:] = then
                     continue
-            code, reached = track(self.chain, self.settings, piece[0], rows, state, *piece[1:])
-            if code != TRACKED:
+            code, reached = follow_path(self.chain, self.settings, piece[0], rows, state, *piece[1:])
+            if code != FOLLOWED:
                 return code, first + reached
-        return TRACKED, len(targets)
+        return FOLLOWED, len(targets)
 
     def explain(self, failure: Failure) -> JobError:
         """The error for a point that could not be followed, with what other postures would meet there."""

@@ -1,4 +1,4 @@
-"""A plan that touches something, or that the tracker can't follow, made anew there: its search goes on and is not thrown away.
+"""A plan that touches something, or that the follower can't follow, made anew there: its search goes on and is not thrown away.
 
 What touches is forbidden in the lattice where it touches (`forbidding`); the point of the curve that was taken is searched
 for and refined anew on the same lattice, and followed; and so on, _ROUNDS times at most. Where nothing leads through any more
@@ -260,7 +260,7 @@ def _another(
         found = other if found.solution is None else found
     if found.solution is None:
         reason = found.why.what if found.why is not None else ""
-        why = f"the tracker could not follow the plan, nor {_ROUNDS} more made anew where it failed ({reason})"
+        why = f"the follower could not follow the plan, nor {_ROUNDS} more made anew where it failed ({reason})"
         return published(task.cell, given, why, report_share)
     return _reported(given, found, found.solution)
 

@@ -31,7 +31,7 @@ from camrob.redundancy.planning.objective import Objective, PlanWeights, plan_we
 from camrob.redundancy.planning.posture_errors import PostureErrors
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.planning.waypoints import Waypoints, waypoints
-from camrob.redundancy.published.virtual_joint import PathTracker, resolve_vjm
+from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.solution import Solution
 from camrob.units import deg_to_rad, mm_to_m
@@ -182,13 +182,13 @@ def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str,
 def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
     """The error for a waypoint that no posture reaches."""
     point = int(w.point[k])
-    state = PathTracker(cell, path, weighting=even_weights(cell)).home()
+    state = PathFollower(cell, path, weighting=even_weights(cell)).home()
     base_T_target = np.asarray(w.base_T_tip[k])  # frames: target is tip
     return explain_failure(cell, Arm.of(cell), path, point, base_T_target, FAILED_NOT_REACHED, state)
 
 
 def followed_plan(task: Task, path: ToolPathInBase, plan: Plan) -> Followed:
-    """What the tracker makes of the plan."""
+    """What the follower makes of the plan."""
     cell = task.cell
     prismatic = np.array([j.prismatic for j in cell.joints])
     margin = np.where(prismatic, mm_to_m(plan.weights.margin_mm), deg_to_rad(plan.weights.margin_deg))

@@ -15,7 +15,7 @@ from camrob.progress import Share
 from camrob.redundancy.fuzzy.fis import FuzzySystem, read_fis
 from camrob.redundancy.fuzzy.surfaces import WeightSurface, constant_surface, engine_surface
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.published.virtual_joint import PathTracker
+from camrob.redundancy.published.virtual_joint import PathFollower
 from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.tuning.engine_parameters import EngineParameters, as_sugeno
 from camrob.redundancy.tuning.evolution import Found, minimise
@@ -35,7 +35,7 @@ _LEAST, _MOST = np.log(1e-3), np.log(10.0)  # the weights that are looked at
 
 
 class Judge:
-    """Weights judged on paths: the mean price of `Merit`, trackers kept between calls.
+    """Weights judged on paths: the mean price of `Merit`, followers kept between calls.
 
     cell: whose engines are fitted; paths: each with the cell that holds its tool.
     """
@@ -43,14 +43,14 @@ class Judge:
     def __init__(self, cell: Cell, paths: Sequence[tuple[Cell, ToolPathInBase]]) -> None:
         self.cell = cell
         own = engine_weighting(cell)
-        self.trackers = [PathTracker(mounted, path, weighting=own) for mounted, path in paths]
+        self.followers = [PathFollower(mounted, path, weighting=own) for mounted, path in paths]
 
     def merits(self, weighting: Weighting, *, revise: bool = True) -> list[Merit]:
         """The merit of each path with these weights."""
         out = []
-        for tracker in self.trackers:
-            tracker.weigh(weighting)
-            out.append(followed_merit(tracker, revise=revise))
+        for follower in self.followers:
+            follower.weigh(weighting)
+            out.append(followed_merit(follower, revise=revise))
         return out
 
     def price(self, weighting: Weighting) -> float:

@@ -23,7 +23,7 @@ from camrob.cell.cell import Cell
 from camrob.errors import JobError
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.objective import AIR_SHARE, PlanWeights, plan_weights
-from camrob.redundancy.published.virtual_joint import AIR_SPEED, PathTracker, postures_along
+from camrob.redundancy.published.virtual_joint import AIR_SPEED, PathFollower, postures_along
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["UNFOLLOWED", "Merit", "followed_merit", "postures_merit"]
@@ -59,14 +59,14 @@ class Merit:
         object.__setattr__(self, "travel", MappingProxyType(dict(self.travel)))
 
 
-def followed_merit(tracker: PathTracker, *, revise: bool = True) -> Merit:
-    """What the published method makes of a tracker's path with the weights that the tracker has."""
+def followed_merit(follower: PathFollower, *, revise: bool = True) -> Merit:
+    """What the published method makes of a follower's path with the weights that the follower has."""
     try:
-        q, inv_kf, _revisions = postures_along(tracker, revise=revise)
+        q, inv_kf, _revisions = postures_along(follower, revise=revise)
     except JobError:
-        none = dict.fromkeys(tracker.cell.external_names, np.nan)
+        none = dict.fromkeys(follower.cell.external_names, np.nan)
         return Merit(False, UNFOLLOWED, {}, np.nan, np.nan, none, np.nan, np.nan)
-    return postures_merit(tracker.cell, tracker.path, q, inv_kf)
+    return postures_merit(follower.cell, follower.path, q, inv_kf)
 
 
 def postures_merit(cell: Cell, path: ToolPathInBase, q: Array, inv_kf: Array) -> Merit:
