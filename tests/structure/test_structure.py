@@ -7,6 +7,7 @@ import importlib
 import inspect
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -24,7 +25,7 @@ from structure_layers import (
     typing_cycles,
 )
 from structure_names import number_faults, registered_faults
-from structure_rooms import REGISTRIES, crowded_faults, name_faults
+from structure_rooms import FILES, REGISTRIES, crowded_faults, name_faults
 from structure_style import (
     COMMAND_LINE,
     MAY_BE_LONG,
@@ -353,3 +354,11 @@ def test_machine_paths_and_hosts_are_seen(tmp_path: Path) -> None:
     good = tmp_path / "good.py"
     good.write_text("#!/usr/bin/env python\n# www.w3.org, ../shared/work/x, and/or, x = a /home\n")
     assert place_faults([good]) == []
+
+
+def test_rooms_of_tests_hold_no_more_files_than_rooms_of_camrob() -> None:
+    """The benches apart, which are commands."""
+    count = Counter(file.parent for file in (ROOT / "tests").rglob("*.py") if "bench" not in file.parts)
+    assert {
+        str(folder.relative_to(ROOT)): n for folder, n in count.items() if n > FILES and folder.name != "tests"
+    } == {}

@@ -1,7 +1,7 @@
 """From evidence to belief: every constant between the two, in one record.
 
 `slope` and `surest` are fitted to simulated cases of three worlds: causes alone, causes beside a smooth field of five times the
-noise, and that field alone (`tests/gap/belief_cases.csv`; a test fits them again). The others are chosen.
+noise, and that field alone (`tests/gap/verdict/belief_cases.csv`; a test fits them again). The others are chosen.
 """
 
 from __future__ import annotations

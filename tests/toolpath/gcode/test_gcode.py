@@ -44,7 +44,7 @@ def test_between_two_points_a_great_arc_is_near_what_the_rotary_axes_do(seed: in
             assert off <= 0.06 * turn + 0.005
 
 
-CORPUS = Path(__file__).resolve().parents[3] / "shared" / "corpus" / "gcode"
+CORPUS = Path(__file__).resolve().parents[4] / "shared" / "corpus" / "gcode"
 HEAD = "G21 G90 G17 G94\nG0 X0 Y0 Z10\n"
 TCP = "G21 G90 G94\nM428\nG0 X0 Y0 Z10 A0 C0\nF600\n"
 

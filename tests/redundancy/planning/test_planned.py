@@ -44,7 +44,7 @@ from camrob.se3 import pose
 from camrob.toolpath.read import read_toolpath
 from camrob.toolpath.region import Move
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 CELL = read_cell(ROOT / "cells" / "kr15_track_table")
 SPACE = plan_space(CELL)
 WEIGHTS = plan_weights(CELL)

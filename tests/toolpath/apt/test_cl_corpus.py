@@ -13,7 +13,7 @@ from camrob.toolpath.read import read_toolpath
 from camrob.toolpath.region import Move
 from camrob.toolpath.toolpath import Toolpath
 
-CORPUS = Path(__file__).resolve().parents[3] / "shared" / "corpus" / "cldata"
+CORPUS = Path(__file__).resolve().parents[4] / "shared" / "corpus" / "cldata"
 
 # file: dialect, GOTO (as the corpus' index counts them), CIRCLE, regions
 READ = {

@@ -14,7 +14,7 @@ from camrob.redundancy.planning.freedoms import conditioning, plan_space, plan_w
 from camrob.redundancy.planning.objective import Objective, plan_weights
 from camrob.redundancy.planning.waypoints import waypoints
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "tests" / "bench"), str(ROOT / "tests" / "redundancy")]
 
 from proving.checking import check_plan as checker  # noqa: E402

@@ -13,7 +13,7 @@ from camrob.jobs.solving.plan_run import job_run
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.replanning.bettered import RunFigures, loses_nothing
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
 
 from path_family import drawn_path  # noqa: E402

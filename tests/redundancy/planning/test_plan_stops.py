@@ -18,7 +18,7 @@ from camrob.redundancy.planning.waypoints import waypoints
 from camrob.se3 import pose
 from camrob.toolpath.region import Move
 
-CELL = read_cell(Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table")
+CELL = read_cell(Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table")
 
 
 def two_regions() -> ToolPathInBase:

@@ -10,7 +10,7 @@ from camrob import post
 from camrob.errors import CollisionError, VerificationError
 from camrob.jobs.release import release
 
-CELL = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
+CELL = Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table"
 INTO_THE_PART = "G21 G90 G17\nT1 M6\nS6000 M3\nG0 X-60 Y0 Z30\nG0 X60\nG1 X62 F300\nG0 Z60\nM30\n"
 SETUP = (
     "part_in_base = [0, 0, 200, 0, 0, 0]\n[tool]\ndiameter_mm = 6\nlength_mm = 40\n"

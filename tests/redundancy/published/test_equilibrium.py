@@ -15,7 +15,7 @@ from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
 from camrob.redundancy.published.weighting import engine_weighting
 from camrob.redundancy.solution import Solution
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 @lru_cache(maxsize=1)

@@ -14,7 +14,7 @@ from camrob.redundancy.path import TRANSIT, ToolPathInBase
 from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
 from camrob.toolpath.region import Move
 
-KR15 = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
+KR15 = Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table"
 TILTED = np.array([np.sin(0.2), 0.0, np.cos(0.2)])
 
 

@@ -20,7 +20,7 @@ from camrob.redundancy.planning.posture_errors import NoForce, PostureErrors
 from camrob.redundancy.planning.refinement import refine_course
 from camrob.redundancy.planning.waypoints import waypoints
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from gap import generator
 

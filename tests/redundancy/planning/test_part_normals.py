@@ -16,7 +16,7 @@ from camrob.redundancy.planning.part_error import SHARE
 from camrob.redundancy.planning.posture_errors import LeftSurface
 from camrob.redundancy.planning.waypoints import waypoints
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from gap import generator
 

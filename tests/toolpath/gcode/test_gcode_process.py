@@ -20,7 +20,7 @@ from camrob.toolpath.region import EventKind
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import mm_min_to_m_s
 
-REPRO = Path(__file__).resolve().parents[3] / "shared" / "repro"
+REPRO = Path(__file__).resolve().parents[4] / "shared" / "repro"
 HEAD = "G21 G90\nM3 S3000\n"
 DOWN = "G0 X0 Y0 Z5\nG1 Z-3 F60\n"
 

@@ -20,7 +20,7 @@ from camrob.report.post.plan_section import plan_section
 from camrob.report.terminal.summaries import render_post
 from camrob.summaries.post_summary import PlanFigures, PlanOnCurve
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "cells" / "kr15_track_table"
 RADIUS, TURNS, COUNT, FEED = 60.0, 1.4, 100, 1500.0
 

@@ -18,7 +18,7 @@ from camrob.toolpath.region import EventKind, Move, Region
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import m_s_to_mm_min, mm_min_to_m_s
 
-REPRO = Path(__file__).resolve().parents[3] / "shared" / "repro"
+REPRO = Path(__file__).resolve().parents[4] / "shared" / "repro"
 HEAD = "UNITS/MM\nSPINDL/3000,RPM,CLW\nFEDRAT/300,MMPM\n"
 DOWN = "RAPID\nGOTO/0,0,9\nGOTO/0,0,0\n"
 

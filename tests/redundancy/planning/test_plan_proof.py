@@ -20,7 +20,7 @@ from camrob.redundancy.planning.waypoints import waypoints
 from camrob.se3 import pose
 from camrob.toolpath.region import Move
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from proving.arm_shape import arm_shape
 from proving.bin_prices import corner_prices, planes_of_bins
@@ -31,7 +31,7 @@ from proving.seen_bins import bins_of
 from proving.whole_plan import prove_plan
 
 pytestmark = pytest.mark.slow  # its kernels compile for a minute, and no program rests on them yet
-CELL = read_cell(Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table")
+CELL = read_cell(Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table")
 SPACE, UP = plan_space(CELL), np.array([0.0, 0.0, 1.0])
 
 

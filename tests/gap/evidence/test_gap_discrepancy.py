@@ -13,7 +13,7 @@ from gap_cases import generator, kr15, motion, simulated
 from scipy.stats import multivariate_normal
 from test_gap_effects import plant_lag, plant_link, plant_play
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from gap.field import draw_field
 

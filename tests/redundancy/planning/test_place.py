@@ -25,7 +25,7 @@ from camrob.se3 import pose
 from camrob.summaries.place_summary import Placement, PlaceSummary
 from camrob.toolpath.region import Move
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "cells" / "kr15_track_table"
 CELL = read_cell(FOLDER)
 

@@ -19,7 +19,7 @@ from camrob.redundancy.planning.freedoms import conditioning, plan_space, plan_w
 from camrob.se3 import pose
 from camrob.toolpath.region import Move
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from proving.affine import cosine_sine, highest, inverse, lowest, minus, plus, root, times
 from proving.arm_shape import arm_shape
@@ -27,7 +27,7 @@ from proving.branch_and_bound import Bundles, bound_of_box, refute
 from proving.bundles import bundled, pieces_of
 from proving.proof import prove_path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 pytestmark = pytest.mark.slow  # its kernels compile for minutes, and no program rests on them yet
 CELL = read_cell(ROOT / "cells" / "kr15_track_table")
 UP = np.array([0.0, 0.0, 1.0])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gap_cases import motion
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from gap import maker as gap_maker
 from gap.field import FASTEST, draw_field

@@ -17,7 +17,7 @@ from camrob.gap.effects.robot_size import ordinary_compliance, rated_payload, re
 from camrob.gap.observation.believable import check_believable, lost_zero
 from camrob.gap.observation.scene import make_scene
 
-KR500 = Path(__file__).resolve().parents[2] / "cells" / "kr500_afp"
+KR500 = Path(__file__).resolve().parents[3] / "cells" / "kr500_afp"
 
 
 def parameters(name: str, cell, scene) -> dict[str, object]:

@@ -73,7 +73,7 @@ def test_where_the_wrists_axes_meet() -> None:
 
 @pytest.mark.parametrize("name", ["ta1400_weld", "kr500_afp"])
 def test_other_arms_know_whether_they_are_spherical(name: str) -> None:
-    cell = read_cell(Path(__file__).resolve().parents[2] / "cells" / name)
+    cell = read_cell(Path(__file__).resolve().parents[3] / "cells" / name)
     chain = chain_arrays(cell)
     q = cell.q_home + np.random.default_rng(1).normal(0.0, 0.3, (40, len(cell)))
     np.testing.assert_allclose(

@@ -17,7 +17,7 @@ from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import read_inputs
 from camrob.languages.krl.reader.read_krl import read_krl
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SAMPLE = ROOT / "toolpaths" / "engraving" / "engraving.cls"
 
 

@@ -12,7 +12,7 @@ from camrob.gap.diagnose import diagnose
 from camrob.gap.locate.path_standards import Circle, Line, path_standards, shape_of
 from camrob.measurement.read_log import read_log
 
-SAMPLES = Path(__file__).resolve().parents[3] / "shared" / "gap_samples"
+SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "gap_samples"
 
 
 def line(cycles: int = 5, n: int = 200) -> np.ndarray:
