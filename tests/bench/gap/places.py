@@ -1,9 +1,9 @@
 """Where a cause sits that no library knows: `python tests/bench/gap/places.py --out DIR` draws them, asks the diagnosis, counts.
 
 Each cause is written down from physics, on arms multiplied out by hand (`tests/gap/verdict/stranger_arms.py`), beside a smooth
-rest of three to five times the noise that no name fits either. Nothing of camrob takes part in the drawing. A place is right where
-stage, axis and what it follows all are; what counts as each stands beside the cause. DIR/places.md is the table, DIR/places.jsonl
-what was said.
+rest of three to five times the noise that no name fits either. Nothing of camrob takes part in the drawing. A place is right
+where stage, axis and what it follows all are; what counts as each stands beside the cause. DIR/places.md is the table,
+DIR/places.jsonl what was said.
 """
 
 from __future__ import annotations
