@@ -198,7 +198,9 @@ def _check_integer(name: str, value: int, least: int, most: int | None) -> None:
 def _check_line(name: str, line: str, placeholders: tuple[str, ...], longest: int) -> None:
     """Raises CellError unless `line` is one printable 7-bit line with no other placeholders."""
     if not isinstance(line, str) or not line.isascii() or not (line.isprintable() or line == ""):
-        raise CellError(f"{name} holds a line that is not plain 7-bit text: {line!r}", hint="one KRL line a list entry")
+        raise CellError(
+            f"{name} holds a line that is not plain 7-bit text: {line!r}", hint="give one line of the program an entry"
+        )
     if len(line) > longest:
         raise CellError(f"{name} holds a line of {len(line)} characters", hint=f"max_line_length is {longest}")
     for found in _PLACEHOLDER.findall(line):

@@ -63,11 +63,7 @@ PROTOCOL = {"camrob.program.motion"}
 # what still is as it must not stay: (room, room) to what it waits for
 OWED: dict[tuple[str, str], str] = {}
 # imports for annotations that close a ring and must not stay: (module, module) to what they wait for
-OWED_ANNOTATIONS = {
-    ("camrob.toolpath.apt.cycles", "camrob.toolpath.apt.state"): (
-        "a cycle's moves are written into the whole state; a protocol of what they need would do"
-    ),
-}
+OWED_ANNOTATIONS: dict[tuple[str, str], str] = {}
 
 # jobs that are a paper's study; the others' old words ask for one when they are run, and no sooner
 STUDY_JOBS = ("camrob.jobs.studies.", "camrob.jobs.published_case", "camrob.jobs.tracker")

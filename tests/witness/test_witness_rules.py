@@ -368,27 +368,29 @@ def test_no_peck_goes_deeper_than_the_file_s(case: str) -> None:
 
 
 BITES = {
-    "as the file says": ((*DEEP[:3], lin(0, 0, -7), OUT[0], OUT[1], lin(0, 0, -10)), True),
-    "all are shorter": ((lin(0, 0, -3), lin(0, 0, 5, at=RAPID), lin(0, 0, -2.5, at=RAPID), lin(0, 0, -6), OUT[0],
-                         lin(0, 0, -5, at=RAPID), lin(0, 0, -9), OUT[0], lin(0, 0, -8, at=RAPID), lin(0, 0, -10)), True),
-    "one is left out": ((*DEEP[:3], lin(0, 0, -10)), False),
-    "the second is as the third is not": ((*DEEP[:3], lin(0, 0, -7.1), *OUT), False),
+    "as the file says": ((*DEEP[:3], lin(0, 0, -7), OUT[0], OUT[1], lin(0, 0, -10)), []),
+    "all are shorter, and more": ((lin(0, 0, -3), lin(0, 0, 5, at=RAPID), lin(0, 0, -2.5, at=RAPID), lin(0, 0, -6), OUT[0],
+                         lin(0, 0, -5, at=RAPID), lin(0, 0, -9), OUT[0], lin(0, 0, -8, at=RAPID), lin(0, 0, -10)), ["peck-ends"]),
+    "the second stops short": ((*DEEP[:3], lin(0, 0, -6.9), OUT[0], OUT[1], lin(0, 0, -9.9), OUT[0], OUT[1], lin(0, 0, -10)),
+                               ["peck-ends"]),
+    "one is left out": ((*DEEP[:3], lin(0, 0, -10)), ["peck-deeper"]),
+    "the second is as the third is not": ((*DEEP[:3], lin(0, 0, -7.1), *OUT), ["peck-deeper"]),
     "a short one, and then too much": ((lin(0, 0, -0.5), lin(0, 0, 5, at=RAPID), lin(0, 0, 0, at=RAPID), lin(0, 0, -4.6),
-                                        OUT[0], lin(0, 0, -4, at=RAPID), lin(0, 0, -7.6), *OUT), False),
-    "the first is too deep": ((lin(0, 0, -3.1), *DEEP[1:], *OUT), False),
+                                        OUT[0], lin(0, 0, -4, at=RAPID), lin(0, 0, -7.6), *OUT), ["peck-deeper"]),
+    "the first is too deep": ((lin(0, 0, -3.1), *DEEP[1:], *OUT), ["peck-deeper"]),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", BITES)
-def test_bites_that_differ_are_each_no_deeper_than_the_file_s(case: str) -> None:
+def test_bites_that_differ_end_each_where_the_file_s_does(case: str) -> None:
     """Bites to -3, -7 and -10: 8, 4 and 3 mm from where the hole's motion starts, at 5."""
-    way, passes = BITES[case]
+    way, said = BITES[case]
     wanted = (*HOLE[:3], hole(0, 0, -10, pecks=(8.0, 8.0, True)), *HOLE[4:])
     after = (lin(0, 0, 5, at=RAPID), lin(0, 0, 25, at=RAPID), OFF, lin(0, 0, 60, at=RAPID), ptp())
     story = file(*wanted)
     bitten = {k: pecks._replace(lows=(0.008, 0.012, 0.015)) for k, pecks in story.pecks.items()}
     found = codes(replace(story, pecks=bitten), program(*START, lin(0, 0, 5, at=RAPID), *way, *after))
-    assert found == ([] if passes else ["peck-deeper"])
+    assert found == said
 
 
 def test_decimation_takes_as_much_as_the_setup_allows() -> None:

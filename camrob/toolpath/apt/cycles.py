@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
+from camrob.findings import Severity
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.region import EventKind, Move
 from camrob.units import INCH_MM, mm_to_m
-
-if TYPE_CHECKING:
-    from camrob.toolpath.apt.state import Machine
 
 __all__ = [
     "CYCLE_KINDS",
     "FEED_WORDS",
     "Cycle",
+    "Machine",
     "behind_or_next",
     "check_words",
     "cycle_fields",
@@ -131,6 +130,38 @@ def peck_depths(depth: float, first: float, step: float) -> NDArray[np.float64]:
         raise ToolpathError(f"pecks of {step:g} for a hole of {depth:g}", hint="correct the cycle's peck in the CAM")
     n = int(np.ceil((depth - first) / step - _SLIVER))
     return np.append(first + step * np.arange(n), depth)
+
+
+class Machine(Protocol):
+    """What a cycle's moves are written into: where the tool is (m), what its spindle does, and the file's unit of length in m."""
+
+    position: NDArray[np.float64] | None
+    position_axis: NDArray[np.float64]
+    cycle: Cycle | None
+    spindle: str
+    turning: bool
+
+    @property
+    def scale(self) -> float:
+        """Metres in the file's unit of length."""
+
+    @property
+    def rpm(self) -> float:
+        """Programmed spindle speed, 0.0 where the file has stated none."""
+
+    def cycle_feed(self, cycle: Cycle, line: int) -> float:
+        """Feed (m/s) of a cycle: its own, or the modal one."""
+
+    def find(self, code: str, text: str, line: int, severity: Severity = Severity.WARNING) -> None:
+        """Note a finding."""
+
+    def move(
+        self, position: NDArray[np.float64], axis: NDArray[np.float64], move: Move, line: int, feed: float = ...
+    ) -> None:
+        """A motion to `position` (3,), m, with the tool along `axis`."""
+
+    def event(self, kind: EventKind, value: float = ..., text: str = ..., line: int = ...) -> None:
+        """An event at the place that was reached."""
 
 
 def expand_cycle(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.float64], line: int) -> None:

@@ -152,6 +152,14 @@ def unlike_pecks(cuts: list[Stroke], most: Pecks) -> Iterator[tuple[int, str, st
         k, limit = deeper
         deep_mm, most_mm = m_to_mm(cuts[k].peck), m_to_mm(limit)
         yield k, "peck-deeper", f"drills {deep_mm:.3f} mm at once, where the file's peck is {most_mm:.3f} mm"
+    ends = None if deeper is not None else _ends_elsewhere(cuts, most)
+    if ends is not None:
+        k, wanted = ends
+        yield (
+            k,
+            "peck-ends",
+            f"a peck ends {m_to_mm(cuts[k].low):.3f} mm down, where the file's ends at {m_to_mm(wanted):.3f} mm",
+        )
     if stays is not None:
         yield stays, "peck-left-in", "begins another peck, and the tool was not drawn out of the hole before it"
 
@@ -167,6 +175,21 @@ def _too_deep(cuts: list[Stroke], most: Pecks) -> tuple[int, float] | None:
         spare = 0.0 if most.lows else _JOINED * most.others
         if peck > most.deepest(max(n, 0)) + spare + POSITION or (peck and low > most.low(n) + POSITION):
             return k, most.deepest(max(n, 0))
+    return None
+
+
+def _ends_elsewhere(cuts: list[Stroke], most: Pecks) -> tuple[int, float] | None:
+    """The first of a hole's `strokes` with which a peck ends that the file, whose pecks differ, has end elsewhere, and where that
+    is; None where there is none. More and shallower pecks would leave chips in the hole that these ends keep clear.
+    """
+    if not most.lows:
+        return None
+    n, deepest, last = -1, 0.0, 0
+    for k, (peck, low) in enumerate([*cuts, Stroke(0.0, 0.0)]):
+        if peck:
+            n, deepest, last = n + (not cuts[k - 1].peck if k else 1), max(deepest, low), k
+        elif n >= 0 and abs(deepest - most.low(n)) > POSITION:
+            return last, most.low(n)
     return None
 
 
