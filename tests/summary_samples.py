@@ -17,9 +17,17 @@ __all__ = ["POST", "VERIFY", "diagnosis_summary", "effect_found", "post_summary"
 def region(index: int, name: str, **other: Any) -> dict[str, Any]:
     """A region of a post's summary."""
     plain = {
-        "index": index, "name": name, "first_line": 10, "last_line": 20, "points": 300, "revised": False,
-        "inv_kf_before": 0.61, "inv_kf_after": 0.61, "inv_kf_min": 0.45, "inv_kf_mean": 0.61,
-    }  # fmt: skip
+        "index": index,
+        "name": name,
+        "first_line": 10,
+        "last_line": 20,
+        "points": 300,
+        "revised": False,
+        "inv_kf_before": 0.61,
+        "inv_kf_after": 0.61,
+        "inv_kf_min": 0.45,
+        "inv_kf_mean": 0.61,
+    }
     return plain | other
 
 

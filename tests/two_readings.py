@@ -24,10 +24,14 @@ PLACE = 2e-6  # m: as near as two readings of the same numbers have to be
 AXIS = 1e-6
 MOST = 0.97  # of the way along a closed piece: its end is then meant by a point there, not its start
 NAMES = {
-    Kind.SPINDLE_ON: EventKind.SPINDLE_ON, Kind.SPINDLE_OFF: EventKind.SPINDLE_OFF, Kind.COOLANT_ON: EventKind.COOLANT_ON,
-    Kind.COOLANT_OFF: EventKind.COOLANT_OFF, Kind.TOOL: EventKind.TOOL_CHANGE, Kind.DWELL: EventKind.DWELL,
+    Kind.SPINDLE_ON: EventKind.SPINDLE_ON,
+    Kind.SPINDLE_OFF: EventKind.SPINDLE_OFF,
+    Kind.COOLANT_ON: EventKind.COOLANT_ON,
+    Kind.COOLANT_OFF: EventKind.COOLANT_OFF,
+    Kind.TOOL: EventKind.TOOL_CHANGE,
+    Kind.DWELL: EventKind.DWELL,
     Kind.STOP: EventKind.STOP,
-}  # fmt: skip
+}
 Said = tuple[int, EventKind, float, str]  # behind how many cuts, what, its value, its sense
 
 

@@ -88,8 +88,11 @@ def friction(world: World, rng: np.random.Generator) -> None:
 
 
 FAMILIES: dict[str, tuple[Effect, ...]] = {
-    "force": (yields,), "play": (play,), "friction": (friction,), "force and play": (yields, play),
-}  # fmt: skip
+    "force": (yields,),
+    "play": (play,),
+    "friction": (friction,),
+    "force and play": (yields, play),
+}
 
 
 def effects(family: str, draw: int) -> Callable[[World], None]:
@@ -180,9 +183,10 @@ def errors_on_cell(program: Path, apply: Callable[[World], None], asked: Array |
 def size(off: Array) -> dict[str, float]:
     """rms, 95 % and worst, mm."""
     return {
-        "rms": float(np.sqrt(np.mean(off**2)) * 1e3), "p95": float(np.quantile(off, 0.95) * 1e3),
+        "rms": float(np.sqrt(np.mean(off**2)) * 1e3),
+        "p95": float(np.quantile(off, 0.95) * 1e3),
         "worst": float(off.max() * 1e3),
-    }  # fmt: skip
+    }
 
 
 def one(family: str, draw: int, out: Path) -> dict[str, Any]:
@@ -203,9 +207,16 @@ def one(family: str, draw: int, out: Path) -> dict[str, Any]:
     part = raster_file(out, draw)
     post(part, cell=CELL, out=out / "plain", method="planned", report=False)
     made = post(
-        part, cell=CELL, out=out / "accurate", method="planned", report=False, for_accuracy=True, calibration=constants,
-        diagnosis=out / "diagnosis", force=force,
-    )  # fmt: skip
+        part,
+        cell=CELL,
+        out=out / "accurate",
+        method="planned",
+        report=False,
+        for_accuracy=True,
+        calibration=constants,
+        diagnosis=out / "diagnosis",
+        force=force,
+    )
     claimed = [e["effect"] for e in said["effects"] if e["probability"] >= 0.5]
     row: dict[str, Any] = {"family": family, "draw": draw, "claimed": list(dict.fromkeys(claimed))}
     plan = made.summary.plan

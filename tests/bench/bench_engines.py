@@ -203,9 +203,10 @@ def medians(rows: list[dict], ways: list[str]) -> list[str]:
         each = [np.median([r["price"] for r in prices if r["kind"] == kind]) for kind in KINDS]
         better = sum(price < today[key] - 1e-4 for key, price in mine.items())
         out.append(
-            f"| {way} | " + " | ".join(f"{v:.3f}" for v in each)
+            f"| {way} | "
+            + " | ".join(f"{v:.3f}" for v in each)
             + f" | {np.median([r['price'] for r in prices]):.3f} | {better} of {len(mine)} |"
-        )  # fmt: skip
+        )
     return out
 
 

@@ -37,9 +37,18 @@ from camrob.measurement.write_log import write_log
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "toolpaths" / "engraving" / "golden" / "engraving.src"
 EFFECTS = (
-    "frame_tool", "joint_offset", "geometry", "track", "lean", "joint_compliance", "backlash", "servo_lag", "friction",
-    "gear_ripple", "wrist_coupling",
-)  # fmt: skip
+    "frame_tool",
+    "joint_offset",
+    "geometry",
+    "track",
+    "lean",
+    "joint_compliance",
+    "backlash",
+    "servo_lag",
+    "friction",
+    "gear_ripple",
+    "wrist_coupling",
+)
 FAMILIES = ("effects", "effects and field")
 NOISE = closed_loop.SIGMA_MM * np.sqrt(3.0)  # mm, 3-D
 Apply = Callable[[generator.World], None]

@@ -85,8 +85,12 @@ def field(world: World, rng: np.random.Generator) -> None:
 
 
 FAMILIES: dict[str, Callable[[World, np.random.Generator], None]] = {
-    "compliance": compliance, "coupling": coupling, "play": backlash, "lag": lag, "field": field,
-}  # fmt: skip
+    "compliance": compliance,
+    "coupling": coupling,
+    "play": backlash,
+    "lag": lag,
+    "field": field,
+}
 
 
 def truth(apply: Callable[[World], None], t: Array, command: Array) -> Array:

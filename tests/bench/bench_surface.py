@@ -58,9 +58,17 @@ Array = NDArray[np.float64]
 Apply = Callable[[generator.World], None]
 PROGRAM = ROOT / "toolpaths" / "engraving" / "golden" / "engraving.src"
 EFFECTS = (
-    "frame_tool", "joint_offset", "geometry", "track", "lean", "backlash", "servo_lag", "friction", "gear_ripple",
+    "frame_tool",
+    "joint_offset",
+    "geometry",
+    "track",
+    "lean",
+    "backlash",
+    "servo_lag",
+    "friction",
+    "gear_ripple",
     "wrist_coupling",
-)  # fmt: skip
+)
 STATED = np.array([-60.0, 30.0, 20.0])  # N along the feed, across it, along the tool
 NOISE = closed_loop.SIGMA_MM * np.sqrt(3.0)  # mm, 3-D
 PITCH_MM, FARTHEST, STRAIGHT = 0.5, 3e-3, 1e-6  # mm; m; m
@@ -199,22 +207,29 @@ def one(family: str, number: int, out: Path) -> dict[str, Any]:
     axes = zip(("along", "across", "axial"), STATED, strict=True)
     force.write_text("[mean]\n" + "".join(f"{n}_n = {v}\n" for n, v in axes))
     known: dict[str, Any] = {
-        "calibration": fitted if fitted.is_file() else None, "diagnosis": out / "diagnosis", "force": force,
-    }  # fmt: skip
+        "calibration": fitted if fitted.is_file() else None,
+        "diagnosis": out / "diagnosis",
+        "force": force,
+    }
     accurate: dict[str, Any] = {"cell": CELL, "method": "planned", "report": False, "for_accuracy": True, **known}
     made = post(part, out=out / "planned", **accurate)
     post(part, out=out / "left", then_compensated=True, **accurate)
     for source, to in (("posted", "compensated"), ("left", "both")):
         compensate(out / source / "part.src", cell=CELL, out=out / to, **known)
     row: dict[str, Any] = {
-        "family": family, "draw": number, "kind": drawn.kind, "effects": names, "field_mm": field_mm,
+        "family": family,
+        "draw": number,
+        "kind": drawn.kind,
+        "effects": names,
+        "field_mm": field_mm,
         "claimed": list(dict.fromkeys(e["effect"] for e in said["effects"] if e["probability"] >= 0.5)),
-    }  # fmt: skip
+    }
     plan = made.summary.plan
     if plan is not None and plan.accuracy is not None:
         row |= {
-            "taken": plan.accuracy.taken, "expected": [plan.accuracy.conditioning.rms_mm, plan.accuracy.accuracy.rms_mm],
-        }  # fmt: skip
+            "taken": plan.accuracy.taken,
+            "expected": [plan.accuracy.conditioning.rms_mm, plan.accuracy.accuracy.rms_mm],
+        }
     came: dict[str, Array] = {}
     for way in WAYS:
         off = came[way] = bench.off(out / way / "part.src", whole)

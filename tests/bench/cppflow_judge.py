@@ -85,9 +85,7 @@ def judge(problem: Problem, q: np.ndarray, shared: Path) -> Verdict:
     step = np.abs(np.diff(q, axis=0))
     step[:, ~slides] = np.abs((np.diff(q, axis=0)[:, ~slides] + np.pi) % (2.0 * np.pi) - np.pi)
     turned, slid = step[:, ~slides], step[:, slides]
-    return Verdict(
-        *worst, turned.max(), slid.max(initial=0.0), turned.sum(), slid.sum(), own, obstacles
-    )  # fmt: skip
+    return Verdict(*worst, turned.max(), slid.max(initial=0.0), turned.sum(), slid.sum(), own, obstacles)
 
 
 def _distance(a: coal.CollisionGeometry, world_T_a: pin.SE3, b: coal.CollisionGeometry, world_T_b: pin.SE3) -> float:

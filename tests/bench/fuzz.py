@@ -153,9 +153,15 @@ def fuzz(
     for data in seeds:
         (folder / hashlib.sha256(data).hexdigest()[:16]).write_bytes(data)
     options = [
-        f"-seed={seed}", f"-max_len={LONGEST_INPUT}", "-len_control=0", "-timeout=300",
-        "-rss_limit_mb=0", "-verbosity=0", "-print_final_stats=0", f"-artifact_prefix={tally.corpus}/",
-    ]  # fmt: skip
+        f"-seed={seed}",
+        f"-max_len={LONGEST_INPUT}",
+        "-len_control=0",
+        "-timeout=300",
+        "-rss_limit_mb=0",
+        "-verbosity=0",
+        "-print_final_stats=0",
+        f"-artifact_prefix={tally.corpus}/",
+    ]
     atheris.Setup([sys.argv[0], *options, str(folder)], one, custom_mutator=mutate)
     atheris.Fuzz()
 

@@ -122,10 +122,13 @@ def work(name: str, out: Path) -> None:
         off[f"reached, {way}"] = bench.off(truly(text))
     met = np.all([np.isfinite(v) for v in off.values()], axis=0)
     sizes = {
-        key: {"rms": float(np.sqrt(np.mean(v[met] ** 2)) * 1e3), "p95": float(np.quantile(np.abs(v[met]), 0.95) * 1e3),
-              "worst": float(np.abs(v[met]).max() * 1e3)}
+        key: {
+            "rms": float(np.sqrt(np.mean(v[met] ** 2)) * 1e3),
+            "p95": float(np.quantile(np.abs(v[met]), 0.95) * 1e3),
+            "worst": float(np.abs(v[met]).max() * 1e3),
+        }
         for key, v in off.items()
-    }  # fmt: skip
+    }
     claimed = [[e.effect, list(e.axes), e.probability] for e in said.claimed]
     (out / f"{name}.json").write_text(
         json.dumps({"points": int(met.sum()), "claimed": claimed, "mm": sizes}, indent=1) + "\n"
@@ -148,9 +151,17 @@ def picture(name: str, out: Path, file: Path) -> None:
         for column, way in enumerate(WAYS):
             key, axes = f"{said}, {way}", grid[row, column]
             drawn = axes.scatter(
-                point[:, right], point[:, up], c=data[key][order] * 1e3, s=0.6, marker="s", cmap="RdBu_r",
-                vmin=-SHOWN_MM[name], vmax=SHOWN_MM[name], linewidths=0, rasterized=True,
-            )  # fmt: skip
+                point[:, right],
+                point[:, up],
+                c=data[key][order] * 1e3,
+                s=0.6,
+                marker="s",
+                cmap="RdBu_r",
+                vmin=-SHOWN_MM[name],
+                vmax=SHOWN_MM[name],
+                linewidths=0,
+                rasterized=True,
+            )
             axes.set_title(f"{said}, {way}: 95 % within {sizes[key]['p95']:.2f} mm", fontsize=11)
             axes.set_aspect("equal")
             axes.set_xlabel(f"{'xyz'[right]} of the part, mm")

@@ -24,9 +24,18 @@ def problem(planted: dict[int, float], seed: int = 1, count: int = 12, rows: int
     blocks = np.array_split(np.arange(rows), 10)
     units = [SimpleNamespace(effect="nuisance" if k == 0 else f"e{k}") for k in range(count)]
     return Problem(
-        units, np.arange(count), np.array([X[r].T @ X[r] for r in blocks]), np.array([X[r].T @ y[r] for r in blocks]),
-        float(y @ y), float(rows), (), (), (), {}, 1.0,
-    )  # fmt: skip
+        units,
+        np.arange(count),
+        np.array([X[r].T @ X[r] for r in blocks]),
+        np.array([X[r].T @ y[r] for r in blocks]),
+        float(y @ y),
+        float(rows),
+        (),
+        (),
+        (),
+        {},
+        1.0,
+    )
 
 
 def test_columns_at_right_angles_enter_by_size() -> None:

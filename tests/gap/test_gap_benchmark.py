@@ -132,10 +132,18 @@ def test_motions_that_lack_an_axis_or_are_poses_are_refused_and_what_they_can_no
 
 def said(**more):
     return {
-        "effects": [], "status": "no gap", "alternatives": [{"effects": [], "probability": 1.0}], "seconds": 1.0, "rows": 9,
-        "unknown": {"probability": 0.0}, "together": {"removable_removed": None, "shrink": 0.0, "predicted_shrink": 0.0},
-        "rungs": {}, "regimes": {"position": 1.0}, "noise_mm": 0.03, **more,
-    }  # fmt: skip
+        "effects": [],
+        "status": "no gap",
+        "alternatives": [{"effects": [], "probability": 1.0}],
+        "seconds": 1.0,
+        "rows": 9,
+        "unknown": {"probability": 0.0},
+        "together": {"removable_removed": None, "shrink": 0.0, "predicted_shrink": 0.0},
+        "rungs": {},
+        "regimes": {"position": 1.0},
+        "noise_mm": 0.03,
+        **more,
+    }
 
 
 def test_the_scorer_counts_alarms_hits_and_unknowns() -> None:

@@ -67,9 +67,18 @@ def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
 def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
     page = diagnosis_report(play().summary, play().paths)
     assert '<div class="verdict good"><strong>Explained</strong>' in page
-    heads = ("The path, coloured by the error", "Where the gap lies", "What the logs lack, and what that costs", "Causes",
-             "How far it shrinks, on data that took no part", "Error along", "What remains, besides the noise", "Next experiment",
-             "Worst stretches", "Where, in numbers")  # fmt: skip
+    heads = (
+        "The path, coloured by the error",
+        "Where the gap lies",
+        "What the logs lack, and what that costs",
+        "Causes",
+        "How far it shrinks, on data that took no part",
+        "Error along",
+        "What remains, besides the noise",
+        "Next experiment",
+        "Worst stretches",
+        "Where, in numbers",
+    )
     at = [page.index(f"<h2>{head}") for head in heads]
     assert at == sorted(at)
     for name in (

@@ -257,12 +257,26 @@ def test_inputs_that_vanish(inputs: Path, tmp_path: Path, capfd: pytest.CaptureF
     folder = Path(shutil.copytree(inputs, tmp_path / "in"))
     cell = Path(shutil.copytree(CELL, tmp_path / "cell"))
     for gone, command in (
-        (cell / "weights_jnt.fis", ["post", str(folder / "part.cls"), "--cell", str(cell), "--out", str(tmp_path / "o")]),
+        (
+            cell / "weights_jnt.fis",
+            ["post", str(folder / "part.cls"), "--cell", str(cell), "--out", str(tmp_path / "o")],
+        ),
         (folder / "part.cls", ["post", str(folder / "part.cls"), "--cell", str(CELL), "--out", str(tmp_path / "o")]),
         (tmp_path / "run.csv", ["diagnose", "--cell", str(CELL), "--log", str(tmp_path / "run.csv"), "--out", "o"]),
-        (tmp_path / "c.toml", ["compensate", str(folder / "p.src"), "--cell", str(CELL), "--calibration",
-                               str(tmp_path / "c.toml"), "--out", str(tmp_path / "o")]),
-    ):  # fmt: skip
+        (
+            tmp_path / "c.toml",
+            [
+                "compensate",
+                str(folder / "p.src"),
+                "--cell",
+                str(CELL),
+                "--calibration",
+                str(tmp_path / "c.toml"),
+                "--out",
+                str(tmp_path / "o"),
+            ],
+        ),
+    ):
         gone.unlink(missing_ok=True)
         assert cli.run(command) == 2
         shown = capfd.readouterr()

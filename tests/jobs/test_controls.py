@@ -167,12 +167,19 @@ ENDS = "8 L Z+40 FMAX M5\n9 M30\n9 END PGM A MM\n"
         ("holes.mpf", HEAD + HOLES + "G0 Z40\nM5\nM30\n"),
         ("tap.mpf", HEAD + "CYCLE84(40,0,2,-5,,,,,1,,1500,1500)\nX9\nCYCLE840(40,0,2,-5,,,4,3,1,6)\nG0 Z40\nM5\nM30\n"),
         ("tap.h", KEY + "4 CYCL DEF 207 T Q200=2 Q201=-5 Q239=1 Q203=0 Q204=20\n5 L X+5 FMAX M99\n" + ENDS),
-        ("float.h", KEY + "4 CYCL DEF 206 T Q200=2 Q201=-5 Q206=900 Q211=0.5 Q203=0 Q204=20\n5 L X+5 FMAX M99\n" + ENDS),
-        ("place.h", KEY.replace("CALL 1", 'CALL "MILL"') + "4 CYCL DEF 200 D Q200=2 Q201=-5 Q206=100 Q202=2 Q210=0 Q203=1 Q204=20"
-         " Q211=0\n4 PLANE RESET STAY\n5 CYCL CALL POS X+4 Y+5 Z+0 FMAX M8\n5 CYCL CALL POS X+6 Y+5 Z+0 FMAX\n5 L Z+5 F AUTO\n"
-         "5 M9\n" + ENDS),
+        (
+            "float.h",
+            KEY + "4 CYCL DEF 206 T Q200=2 Q201=-5 Q206=900 Q211=0.5 Q203=0 Q204=20\n5 L X+5 FMAX M99\n" + ENDS,
+        ),
+        (
+            "place.h",
+            KEY.replace("CALL 1", 'CALL "MILL"')
+            + "4 CYCL DEF 200 D Q200=2 Q201=-5 Q206=100 Q202=2 Q210=0 Q203=1 Q204=20"
+            " Q211=0\n4 PLANE RESET STAY\n5 CYCL CALL POS X+4 Y+5 Z+0 FMAX M8\n5 CYCL CALL POS X+6 Y+5 Z+0 FMAX\n5 L Z+5 F AUTO\n"
+            "5 M9\n" + ENDS,
+        ),
     ],
-)  # fmt: skip
+)
 def test_patterns_and_taps_are_verified_whole(tmp_path: Path, name: str, text: str) -> None:
     reversing = (
         "^spindle_off = ",

@@ -94,8 +94,10 @@ def test_without_a_diagnosis_stiffness_alone_counts_and_is_said_to_be_assumed(tm
 
 def test_a_plan_can_not_wait_for_the_removal(tmp_path: Path) -> None:
     force = tmp_path / "FORCE.toml"
-    force.write_text("[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 3\ntangential_n_mm2 = 700\n"
-                     "radial_n_mm2 = 300\naxial_n_mm2 = 100\n")  # fmt: skip
+    force.write_text(
+        "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 3\ntangential_n_mm2 = 700\n"
+        "radial_n_mm2 = 300\naxial_n_mm2 = 100\n"
+    )
     with pytest.raises(InputError, match="depth_mm"):
         machine_errors(Sought(FOLDER, force=force), CELL, None)
 

@@ -51,15 +51,36 @@ def kind_of(value: object) -> str:
 
 
 CONTRACT = {
-    "program": "str", "cell": "str", "method": "str", "source.file": "str", "source.sha256": "str", "source.dialect": "str",
-    "source.units": "str", "points": "int", "regions": "list", "tracking.position_error_mm_max": "float",
-    "tracking.axis_error_deg_max": "float", "conditioning.inv_kf_min": "float", "conditioning.inv_kf_mean": "float",
-    "conditioning.inv_kf_bound_mean": "float|null", "limits.margin_min": "dict", "limits.violations": "int",
-    "singular": "int", "collisions.checked": "bool", "collisions.count": "int", "collisions.clearance_min_mm": "float|null",
-    "external_travel.E1_mm": "float", "external_travel.E2_deg": "float", "time_s.program": "float",
-    "time_s.optimal": "float|null", "verified.by": "str", "verified.position_error_mm_max": "float",
-    "verified.points": "int", "warnings": "list", "seconds": "dict",
-}  # fmt: skip
+    "program": "str",
+    "cell": "str",
+    "method": "str",
+    "source.file": "str",
+    "source.sha256": "str",
+    "source.dialect": "str",
+    "source.units": "str",
+    "points": "int",
+    "regions": "list",
+    "tracking.position_error_mm_max": "float",
+    "tracking.axis_error_deg_max": "float",
+    "conditioning.inv_kf_min": "float",
+    "conditioning.inv_kf_mean": "float",
+    "conditioning.inv_kf_bound_mean": "float|null",
+    "limits.margin_min": "dict",
+    "limits.violations": "int",
+    "singular": "int",
+    "collisions.checked": "bool",
+    "collisions.count": "int",
+    "collisions.clearance_min_mm": "float|null",
+    "external_travel.E1_mm": "float",
+    "external_travel.E2_deg": "float",
+    "time_s.program": "float",
+    "time_s.optimal": "float|null",
+    "verified.by": "str",
+    "verified.position_error_mm_max": "float",
+    "verified.points": "int",
+    "warnings": "list",
+    "seconds": "dict",
+}
 
 
 @pytest.mark.parametrize("dotted", CONTRACT)
@@ -104,9 +125,16 @@ def table_1(q: np.ndarray) -> np.ndarray:
     """The tool in `base`, from the paper's Table 1 alone: nothing of camrob's kinematics takes part."""
     h = np.pi / 2
     rows = [
-        (h, 0.803, q[0], -0.305), (h, 0, 0, q[1]), (h, 0.3, q[2], -0.675), (0, 0.65, q[3], 0), (h, 0.155, q[4], 0),
-        (h, 0, q[5], -0.6), (h, 0, q[6], 0), (0.3564, 0, q[7], -0.4434), (0, 0, q[8], -0.1197),
-    ]  # fmt: skip
+        (h, 0.803, q[0], -0.305),
+        (h, 0, 0, q[1]),
+        (h, 0.3, q[2], -0.675),
+        (0, 0.65, q[3], 0),
+        (h, 0.155, q[4], 0),
+        (h, 0, q[5], -0.6),
+        (h, 0, q[6], 0),
+        (0.3564, 0, q[7], -0.4434),
+        (0, 0, q[8], -0.1197),
+    ]
     T = np.eye(4)
     for row in rows:
         T = T @ dh(*row)

@@ -24,9 +24,15 @@ def fitted(tmp_path_factory: pytest.TempPathFactory):
     calls: list[tuple[str, float]] = []
     out = tmp_path_factory.mktemp("tune") / "out"
     result = tune_engines(
-        CELL, on=[ENGRAVING], withheld=[ENGRAVING.parent], out=out, budget=30, seeds=2, points=60,
+        CELL,
+        on=[ENGRAVING],
+        withheld=[ENGRAVING.parent],
+        out=out,
+        budget=30,
+        seeds=2,
+        points=60,
         progress=lambda stage, share: calls.append((stage, share)),
-    )  # fmt: skip
+    )
     return result, out, calls
 
 

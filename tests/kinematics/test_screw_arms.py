@@ -24,16 +24,32 @@ from camrob.se3 import rotation_log
 
 # standard rows a, alpha, d of the UR10e, m and rad: Universal Robots, "DH parameters for calculations of kinematics and dynamics"
 UR10E = [
-    (0.0, np.pi / 2, 0.1807), (-0.6127, 0.0, 0.0), (-0.57155, 0.0, 0.0),
-    (0.0, np.pi / 2, 0.17415), (0.0, -np.pi / 2, 0.11985), (0.0, 0.0, 0.11655),
-]  # fmt: skip
+    (0.0, np.pi / 2, 0.1807),
+    (-0.6127, 0.0, 0.0),
+    (-0.57155, 0.0, 0.0),
+    (0.0, np.pi / 2, 0.17415),
+    (0.0, -np.pi / 2, 0.11985),
+    (0.0, 0.0, 0.11655),
+]
 # modified rows a, alpha, d of the Panda: Franka Emika, "Robot and interface specifications"; the last is the flange
 PANDA = [
-    (0.0, 0.0, 0.333), (0.0, -np.pi / 2, 0.0), (0.0, np.pi / 2, 0.316), (0.0825, np.pi / 2, 0.0),
-    (-0.0825, -np.pi / 2, 0.384), (0.0, np.pi / 2, 0.0), (0.088, np.pi / 2, 0.107),
-]  # fmt: skip
-PANDA_LIMITS = [(-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718, -0.0698), (-2.8973, 2.8973),
-                (-0.0175, 3.7525), (-2.8973, 2.8973)]  # fmt: skip
+    (0.0, 0.0, 0.333),
+    (0.0, -np.pi / 2, 0.0),
+    (0.0, np.pi / 2, 0.316),
+    (0.0825, np.pi / 2, 0.0),
+    (-0.0825, -np.pi / 2, 0.384),
+    (0.0, np.pi / 2, 0.0),
+    (0.088, np.pi / 2, 0.107),
+]
+PANDA_LIMITS = [
+    (-2.8973, 2.8973),
+    (-1.7628, 1.7628),
+    (-2.8973, 2.8973),
+    (-3.0718, -0.0698),
+    (-2.8973, 2.8973),
+    (-0.0175, 3.7525),
+    (-2.8973, 2.8973),
+]
 
 
 def arm_cell(joints: list[Joint]) -> Cell:
@@ -53,9 +69,17 @@ def ur10e() -> list[Joint]:
 def panda() -> list[Joint]:
     rows = zip(PANDA, PANDA_LIMITS, strict=True)
     return [
-        Joint(f"A{k + 1}", Role.ARM, False, dh_after(a=a, alpha=alpha) @ dh_before(theta=0.0, d=d), np.eye(4), lower=lo, upper=up)
+        Joint(
+            f"A{k + 1}",
+            Role.ARM,
+            False,
+            dh_after(a=a, alpha=alpha) @ dh_before(theta=0.0, d=d),
+            np.eye(4),
+            lower=lo,
+            upper=up,
+        )
         for k, ((a, alpha, d), (lo, up)) in enumerate(rows)
-    ]  # fmt: skip
+    ]
 
 
 def random_axes(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -82,10 +106,15 @@ def random_axes(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
 
 
 KINDS = {
-    "wrist": (WRIST, False), "wrist, 12 meet": (WRIST, False), "wrist, 12 parallel": (WRIST, False),
-    "wrist, 23 parallel": (WRIST, False), "shoulder": (WRIST, True),
-    "234": (PARALLEL, False), "234, 56 meet": (PARALLEL, False), "345": (PARALLEL, True),
-}  # fmt: skip
+    "wrist": (WRIST, False),
+    "wrist, 12 meet": (WRIST, False),
+    "wrist, 12 parallel": (WRIST, False),
+    "wrist, 23 parallel": (WRIST, False),
+    "shoulder": (WRIST, True),
+    "234": (PARALLEL, False),
+    "234, 56 meet": (PARALLEL, False),
+    "345": (PARALLEL, True),
+}
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -246,9 +246,24 @@ def test_a_program_in_parts_is_the_same_program(spoken, tmp_path, cut: str) -> N
 
 
 ESCAPES = (
-    "done\nPTP HOME", "done\r\nLIN {X 0}", "a;b", "}{", '"quote', "\x00\x07", "&ACCESS", "%{PE}", "FOLD", "ENDFOLD",
-    "line\u2028do spindle 9",    "\u00fcml\u00e4ut", "\u202eover", "do spindle 24000", "end", "axes 0 0 0 0 0 0 | 0 0", "x" * 400,
-)  # fmt: skip
+    "done\nPTP HOME",
+    "done\r\nLIN {X 0}",
+    "a;b",
+    "}{",
+    '"quote',
+    "\x00\x07",
+    "&ACCESS",
+    "%{PE}",
+    "FOLD",
+    "ENDFOLD",
+    "line\u2028do spindle 9",
+    "\u00fcml\u00e4ut",
+    "\u202eover",
+    "do spindle 24000",
+    "end",
+    "axes 0 0 0 0 0 0 | 0 0",
+    "x" * 400,
+)
 
 
 @pytest.mark.parametrize("text", ESCAPES)

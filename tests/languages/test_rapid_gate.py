@@ -153,7 +153,9 @@ FAULTS: dict[str, Callable[[str], str]] = {
     "a rounded bottom": lambda t: t.replace(
         (a := line_with(t, "MoveL [[-100.000,-50.000,245.000]")), a.replace("fine", "z200"), 1
     ),
-    "ten times the acceleration": swap("AccMax:=2.0000,TRUE\\DecelMax:=2.0000", "AccMax:=20.0000,TRUE\\DecelMax:=20.0000"),
+    "ten times the acceleration": swap(
+        "AccMax:=2.0000,TRUE\\DecelMax:=2.0000", "AccMax:=20.0000,TRUE\\DecelMax:=20.0000"
+    ),
     "no limit of acceleration": drop("PathAccLim"),
     "half of all speeds": swap("VelSet 100", "VelSet 50"),
     "the wrist free": swap("SingArea\\Off", "SingArea\\Wrist"),
@@ -181,10 +183,11 @@ FAULTS: dict[str, Callable[[str], str]] = {
     "an end too soon": behind("MoveC", "EXIT;"),
     "two statements in a line": swap("SetDO doCoolant,1;", "SetDO doCoolant,1; SetDO doCoolant,0;"),
     "a motion behind a comment's line end": lambda t: behind(
-        "MoveC", "! a remark\r\n" + line_with(t, "MoveL [[-80.000,-50.000,202.000]").replace("-80.000,-50", "-80.000,-40")
+        "MoveC",
+        "! a remark\r\n" + line_with(t, "MoveL [[-80.000,-50.000,202.000]").replace("-80.000,-50", "-80.000,-40"),
     )(t),
     "torn off": lambda t: t[: len(t) // 2],
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -98,9 +98,19 @@ def test_a_frame_is_read_and_answered_in_kuka_s_units() -> None:
 GOOD = rob("123456", POSE).decode()
 PUT = ["", "<", ">", '"', "&", "<!", "é", "9", "\x00", " ", "/>", "NaN"]
 NO_MEASUREMENT = [
-    b"1 2 3 4 1 0 0", b"1 2 3 nan 1 0 0 0", b"1 2 3 4 inf 0 0 0", b"1 2 3 4 1 0 0 1", b"1 2 3 4 0 0 0 0", b"1  2 3 4 1 0 0 0",
-    b"1 2 3 4 1 0 0 0 9", b"1,2,3,4,1,0,0,0", b"1 2 3 1e300 1 0 0 0", b"", b"1 2 3 4 1 0 0 0\n\n", b"1 2 3 4 1 0 0 \xd9\xa0",
-]  # fmt: skip
+    b"1 2 3 4 1 0 0",
+    b"1 2 3 nan 1 0 0 0",
+    b"1 2 3 4 inf 0 0 0",
+    b"1 2 3 4 1 0 0 1",
+    b"1 2 3 4 0 0 0 0",
+    b"1  2 3 4 1 0 0 0",
+    b"1 2 3 4 1 0 0 0 9",
+    b"1,2,3,4,1,0,0,0",
+    b"1 2 3 1e300 1 0 0 0",
+    b"",
+    b"1 2 3 4 1 0 0 0\n\n",
+    b"1 2 3 4 1 0 0 \xd9\xa0",
+]
 HOSTILE = {
     "entities": '<!DOCTYPE Rob [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>' + GOOD,
     "outside": '<!DOCTYPE Rob [<!ENTITY x SYSTEM "file:///etc/hostname">]>' + GOOD.replace("123456", "&x;"),

@@ -394,8 +394,15 @@ def test_at_a_steep_pitch_the_way_is_the_turn_and_not_its_angles() -> None:
 
 
 def test_settings_that_make_no_sense_are_refused() -> None:
-    for wrong in ({"clock": "gps"}, {"clock": "shared", "latency_s": 0.005}, {"drift": -1e-6}, {"drift": np.nan}, {"jump_m": 0.0},
-                  {"jump_rad": np.nan}, {"saturated_cycles": 0}):  # fmt: skip
+    for wrong in (
+        {"clock": "gps"},
+        {"clock": "shared", "latency_s": 0.005},
+        {"drift": -1e-6},
+        {"drift": np.nan},
+        {"jump_m": 0.0},
+        {"jump_rad": np.nan},
+        {"saturated_cycles": 0},
+    ):
         with pytest.raises(InputError):
             LinkSettings(LAW, **wrong)
     assert Bench().session.settings.clock == "own"

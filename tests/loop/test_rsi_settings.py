@@ -67,9 +67,22 @@ def test_a_flood_of_strangers_is_counted_in_few_words() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "localhost:5", "127.0.0.1", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:65536", "256.0.0.1:5", "1.2.3:5",
-             "1.2.3.4:**", " 1.2.3.4:5", "::1:5", "1.2.3.4:٥"],
-)  # fmt: skip
+    "text",
+    [
+        "",
+        "localhost:5",
+        "127.0.0.1",
+        "127.0.0.1:",
+        "127.0.0.1:0",
+        "127.0.0.1:65536",
+        "256.0.0.1:5",
+        "1.2.3:5",
+        "1.2.3.4:**",
+        " 1.2.3.4:5",
+        "::1:5",
+        "1.2.3.4:٥",
+    ],
+)
 def test_what_is_no_address_in_numbers_is_refused(text) -> None:
     with pytest.raises(InputError, match="not a sender's address"):
         read_sender(text)

@@ -291,9 +291,22 @@ def test_every_tolerance_is_named_with_its_unit_and_tested() -> None:
         "REPEATED",
     }
     steps = {  # how finely things are looked at, or what is counted: they decide nothing by themselves
-        "SECOND_OPINIONS", "SAMPLE_LENGTH", "SAMPLE_ANGLE", "SAMPLES", "STEP", "MAX_SAMPLES", "_CHUNK", "CLEARLY", "COMPARED",
-        "_ACCURATE_WAYS", "_NEAR_TURN", "_NEAR_SLIDE", "_NEAR_RADII", "POINT_ENDS_MM", "_NAME",
-    }  # fmt: skip
+        "SECOND_OPINIONS",
+        "SAMPLE_LENGTH",
+        "SAMPLE_ANGLE",
+        "SAMPLES",
+        "STEP",
+        "MAX_SAMPLES",
+        "_CHUNK",
+        "CLEARLY",
+        "COMPARED",
+        "_ACCURATE_WAYS",
+        "_NEAR_TURN",
+        "_NEAR_SLIDE",
+        "_NEAR_RADII",
+        "POINT_ENDS_MM",
+        "_NAME",
+    }
     elsewhere = {
         "JUMP": "controller/test_replay.py",
         "_JUMP_TURN": "checks/test_margins.py",

@@ -132,8 +132,11 @@ def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path
 def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, tmp_path: Path) -> None:
     fitted = calibration(tmp_path / "fitted.toml", {"A2.compliance": 3e-6})
     asked = {"cell": CELL, "calibration": fitted, "setup": ROOT / "toolpaths/engraving/setup.toml", "pitch_mm": 0.4}
-    force = force_file(tmp_path, "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 12000\ndepth_mm = 1\n"
-                       "tangential_n_mm2 = 700\nradial_n_mm2 = 300\naxial_n_mm2 = 100\n")  # fmt: skip
+    force = force_file(
+        tmp_path,
+        "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 12000\ndepth_mm = 1\n"
+        "tangential_n_mm2 = 700\nradial_n_mm2 = 300\naxial_n_mm2 = 100\n",
+    )
     made = predict(program, out=tmp_path / "out", cycle_ms=12.0, force=force, **asked)
     said = json.loads((tmp_path / "out" / "predict.json").read_text(encoding="utf-8"))
     assert said == made.summary.to_json()
@@ -152,10 +155,13 @@ def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, 
         (MEAN + "[milling]\nteeth = 2\n", "mean"),
         ("[mean]\nalong_n = nan\nacross_n = 0\naxial_n = 0\n", "mean.along_n"),
         (MEAN + "wrong = 3\n", "wrong"),
-        ("[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 7\ntangential_n_mm2 = 1\nradial_n_mm2 = 1\n"
-         "axial_n_mm2 = 1\n", "milling.width_mm"),
+        (
+            "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 7\ntangential_n_mm2 = 1\nradial_n_mm2 = 1\n"
+            "axial_n_mm2 = 1\n",
+            "milling.width_mm",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_in_the_file_is_named(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message):
         read_force(force_file(tmp_path, text))

@@ -62,8 +62,13 @@ def test_a_push_is_reported_by_cause_and_its_doubt_by_the_band() -> None:
         4e-6,
         (),
     )
-    found = predict_surface(Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 40 * MM),
-                            np.eye(4), path, ideal)  # fmt: skip
+    found = predict_surface(
+        Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM),
+        Cutter(5 * MM, 5 * MM, 40 * MM),
+        np.eye(4),
+        path,
+        ideal,
+    )
     assert len(found.point) > 1000
     assert np.abs(found.rounding).max() < 5e-9  # the same way, cut into moves differently
     assert np.allclose(found.shares[:, 0], found.normal @ push[:3], atol=1e-9)
@@ -95,10 +100,19 @@ def calibration(file: Path, values: dict[str, float], *, withheld: bool = True) 
     )
     size = ErrorSize.of(np.full(50, 30e-6), np.zeros(50), oriented=False)
     made = Calibration(
-        cell_name=cell.name, cell_digest=robot_digest(cell), parameters=parameters,
-        errors={"calibrated/withheld": size} if withheld else {}, condition=10.0, observability=(1.0,) * 5,
-        scatter_position=2e-5, logs=(("log.csv", "0"),), rows=50, outliers=0, oriented=False, warnings=(),
-    )  # fmt: skip
+        cell_name=cell.name,
+        cell_digest=robot_digest(cell),
+        parameters=parameters,
+        errors={"calibrated/withheld": size} if withheld else {},
+        condition=10.0,
+        observability=(1.0,) * 5,
+        scatter_position=2e-5,
+        logs=(("log.csv", "0"),),
+        rows=50,
+        outliers=0,
+        oriented=False,
+        warnings=(),
+    )
     file.write_text(calibration_text(made), encoding="utf-8")
     return file
 
@@ -212,8 +226,13 @@ def test_where_grooves_cross_no_ray_runs_on_to_another_wall() -> None:
         1e-6,
         (),
     )
-    found = predict_surface(Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM), Cutter(5 * MM, 5 * MM, 30 * MM),
-                            np.eye(4), path, ideal)  # fmt: skip
+    found = predict_surface(
+        Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM),
+        Cutter(5 * MM, 5 * MM, 30 * MM),
+        np.eye(4),
+        path,
+        ideal,
+    )
     assert len(found.point) > 1000 and found.not_met > 0
     assert np.abs(found.deviation).max() < 0.32e-3  # no more than the push and what the ball's curvature adds
 

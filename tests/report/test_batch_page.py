@@ -62,9 +62,17 @@ def test_a_page_of_three_jobs_leads_to_their_reports(tmp_path: Path) -> None:
 def test_names_cannot_become_anything_but_text_and_paths(tmp_path: Path) -> None:
     bad = '"><script>alert(1)</script>'
     job = JobFigures(
-        index=0, verb="post", input=bad, out=str(tmp_path / "javascript:alert(1)"), status=0, error=None,
-        files=(bad + ".html",), attempts=1, seconds=1.0, summary={"points": 5, "warnings": (), "errors": ({"text": bad},)},
-    )  # fmt: skip
+        index=0,
+        verb="post",
+        input=bad,
+        out=str(tmp_path / "javascript:alert(1)"),
+        status=0,
+        error=None,
+        files=(bad + ".html",),
+        attempts=1,
+        seconds=1.0,
+        summary={"points": 5, "warnings": (), "errors": ({"text": bad},)},
+    )
     summary = BatchSummary(ok=True, status=0, counts={"0": 1}, workers=1, scheduler=None, jobs=(job, job), seconds=1.0)
     page = batch_report(summary, tmp_path)
     body = page.split("<body>")[1].split('<script type="application/json"')[0]

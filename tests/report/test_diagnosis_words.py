@@ -14,9 +14,18 @@ from camrob.summaries.diagnosis_summary import DiagnosisSummary, FittedValue
 
 @pytest.mark.parametrize(
     ("value", "words"),
-    [(0.0, "0.000 mm"), (1e-5, "under 0.001 mm"), (0.0345, "0.035 mm"), (3.607, "3.61 mm"), (31.24, "31.2 mm"),
-     (412.3, "412 mm"), (-0.12, "−0.120 mm"), (None, "–"), (float("nan"), "–")],
-)  # fmt: skip
+    [
+        (0.0, "0.000 mm"),
+        (1e-5, "under 0.001 mm"),
+        (0.0345, "0.035 mm"),
+        (3.607, "3.61 mm"),
+        (31.24, "31.2 mm"),
+        (412.3, "412 mm"),
+        (-0.12, "−0.120 mm"),
+        (None, "–"),
+        (float("nan"), "–"),
+    ],
+)
 def test_distances_have_a_micrometre_or_three_digits(value: float | None, words: str) -> None:
     assert mm(value) == words
 

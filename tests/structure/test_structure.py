@@ -278,10 +278,15 @@ def test_a_verb_imports_no_study_before_its_old_words_ask_for_one() -> None:
 @pytest.mark.parametrize(
     "asked",
     [
-        'if name == "sag":\n    f()', 'if name in ("sag", "x"):\n    f()', 'sizes["sag"]', 'sizes.get("sag")',
-        'match name:\n    case "sag":\n        f()', '_ORDER = {"sag": 1}', '_LEFT_OUT = {"sag"}',
+        'if name == "sag":\n    f()',
+        'if name in ("sag", "x"):\n    f()',
+        'sizes["sag"]',
+        'sizes.get("sag")',
+        'match name:\n    case "sag":\n        f()',
+        '_ORDER = {"sag": 1}',
+        '_LEFT_OUT = {"sag"}',
     ],
-)  # fmt: skip
+)
 def test_an_effect_is_known_by_name_at_home_alone(asked: str) -> None:
     home = parse("camrob.gap.effects.sag", 'EFFECT = Effect(name="sag", unit="mm")\nif name == "sag":\n    f()')
     assert registered_faults([home, parse("camrob.report.x", 'text = "sag"\nf("sag")')]) == []
@@ -298,11 +303,23 @@ def test_a_control_is_known_by_name_at_home_and_to_the_witness_alone() -> None:
 @pytest.mark.parametrize(
     ("text", "faults"),
     [
-        ("A = 3", 1), ("A, B = 3.0, 4.0", 1), ("A = -7e-3 * 2", 1), ("A: float = 60.0", 1), ("A = 3\n\nB = 4  # why", 1),
-        ("A = 1", 0), ("A = 3  # why", 0), ("# why\nA = 3", 0), ('A = 3\n"""Why."""', 0), ("# why\nA = 3\nB = 4", 0),
-        ("A, B, C, D = 0, 1, 2, 3", 0), ("A = 0\nB = 1\nC = 2\nD = 3", 0), ('A = "3"', 0), ("A = f(3)", 0), ("A = True", 0),
+        ("A = 3", 1),
+        ("A, B = 3.0, 4.0", 1),
+        ("A = -7e-3 * 2", 1),
+        ("A: float = 60.0", 1),
+        ("A = 3\n\nB = 4  # why", 1),
+        ("A = 1", 0),
+        ("A = 3  # why", 0),
+        ("# why\nA = 3", 0),
+        ('A = 3\n"""Why."""', 0),
+        ("# why\nA = 3\nB = 4", 0),
+        ("A, B, C, D = 0, 1, 2, 3", 0),
+        ("A = 0\nB = 1\nC = 2\nD = 3", 0),
+        ('A = "3"', 0),
+        ("A = f(3)", 0),
+        ("A = True", 0),
     ],
-)  # fmt: skip
+)
 def test_a_number_needs_a_reason(text: str, faults: int) -> None:
     assert len(number_faults(planted(text))) == faults
 

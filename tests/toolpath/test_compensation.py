@@ -38,17 +38,33 @@ OFFSETS = [
 ]
 # name, text, places that are cut to (mm)
 PLAIN = [
-    ("a.nc", FANUC + "G1 Z-1. F60.\nG41 D0 X5.\nY9.\nG40 X0.\nM30\n%\n", [[0, 0, -1], [5, 0, -1], [5, 9, -1], [0, 9, -1]]),
+    (
+        "a.nc",
+        FANUC + "G1 Z-1. F60.\nG41 D0 X5.\nY9.\nG40 X0.\nM30\n%\n",
+        [[0, 0, -1], [5, 0, -1], [5, 9, -1], [0, 9, -1]],
+    ),
     ("a.nc", FANUC + "G40 D7\nG1 X5. F60.\nM30\n%\n", [[5, 0, 5]]),
     ("a.mpf", SIEMENS + "D0\nG41 G1 X5 F60\nG40 Y5\nM30\n", [[5, 0, 5], [5, 5, 5]]),
-    ("a.ncl", CREO.format("OUTPUT_ON_CENTER") + "GOTO / 0, 0, 0\nCUTCOM / LEFT\nGOTO / 1, 0, 0\nFINI\n", [[0, 0, 0], [1, 0, 0]]),
-]  # fmt: skip
+    (
+        "a.ncl",
+        CREO.format("OUTPUT_ON_CENTER") + "GOTO / 0, 0, 0\nCUTCOM / LEFT\nGOTO / 1, 0, 0\nFINI\n",
+        [[0, 0, 0], [1, 0, 0]],
+    ),
+]
 WORN = [
-    ("a.nc", FANUC + "G1 Z-1. F60.\nG41 D1 X5.\nY9.\nG40 X0.\nM30\n%\n", [[0, 0, -1], [5, 0, -1], [5, 9, -1], [0, 9, -1]]),
+    (
+        "a.nc",
+        FANUC + "G1 Z-1. F60.\nG41 D1 X5.\nY9.\nG40 X0.\nM30\n%\n",
+        [[0, 0, -1], [5, 0, -1], [5, 9, -1], [0, 9, -1]],
+    ),
     ("a.mpf", SIEMENS + "G41 G1 X5 F60\nG40 Y5\nM30\n", [[5, 0, 5], [5, 5, 5]]),
     ("a.h", KLARTEXT + "3 L X+5 RL F60\n4 L Y+5\n5 L X+0 R0\n6 END PGM A MM\n", [[5, 0, 5], [5, 5, 5], [0, 5, 5]]),
-    ("a.ncl", CREO.format("OUTPUT_ON_PROFILE") + "GOTO / 0, 0, 0\nCUTCOM / LEFT\nGOTO / 1, 0, 0\nFINI\n", [[0, 0, 0], [1, 0, 0]]),
-]  # fmt: skip
+    (
+        "a.ncl",
+        CREO.format("OUTPUT_ON_PROFILE") + "GOTO / 0, 0, 0\nCUTCOM / LEFT\nGOTO / 1, 0, 0\nFINI\n",
+        [[0, 0, 0], [1, 0, 0]],
+    ),
+]
 
 
 def _cuts(file: Path, text: str, wear: bool) -> tuple[np.ndarray, tuple[Finding, ...]]:

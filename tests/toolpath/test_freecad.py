@@ -47,11 +47,17 @@ def read(folder: Path, *objects: SimpleNamespace):
 
 def test_lines_arcs_and_process_of_a_job(tmp_path: Path) -> None:
     mill = operation(
-        "Profile $(x)", ("(a remark)", {}), ("M8", {}), UP, ("G0", {"X": 10.0, "Y": 0.0}), ("G1", {"Z": -1.0, "F": F}),
+        "Profile $(x)",
+        ("(a remark)", {}),
+        ("M8", {}),
+        UP,
+        ("G0", {"X": 10.0, "Y": 0.0}),
+        ("G1", {"Z": -1.0, "F": F}),
         ("G2", {"X": 0.0, "Y": -10.0, "I": -10.0, "J": 0.0, "F": 2 * F}),
         ("G03", {"X": -10.0, "Y": 0.0, "I": 0.0, "J": 10.0, "Z": -2.0}),
-        UP, ("M9", {}),
-    )  # fmt: skip
+        UP,
+        ("M9", {}),
+    )
     path, _ = read(tmp_path, TOOL, mill)
     (region,) = path.regions
     cut = region.move == Move.CUT
@@ -75,8 +81,14 @@ def test_lines_arcs_and_process_of_a_job(tmp_path: Path) -> None:
 
 
 def test_holes_are_written_out_and_axes_are_those_of_iso_841(tmp_path: Path) -> None:
-    holes = operation("Drilling", UP, ("G0", {"X": 0.0, "Y": 0.0}), ("G98", {}),
-                      ("G83", {"X": 5.0, "Y": 6.0, "Z": -5.0, "R": 2.0, "Q": 4.0, "F": F}), ("G80", {}))  # fmt: skip
+    holes = operation(
+        "Drilling",
+        UP,
+        ("G0", {"X": 0.0, "Y": 0.0}),
+        ("G98", {}),
+        ("G83", {"X": 5.0, "Y": 6.0, "Z": -5.0, "R": 2.0, "Q": 4.0, "F": F}),
+        ("G80", {}),
+    )
     path, story = read(tmp_path, TOOL, holes)
     (region,) = path.regions
     np.testing.assert_allclose(region.position[region.move == Move.CUT][:, 2] * 1e3, [-2, -5])
@@ -87,9 +99,20 @@ def test_holes_are_written_out_and_axes_are_those_of_iso_841(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    "command", [("G41", {}), ("G20", {}), ("G91", {}), ("G84", {"Z": -1.0}), ("G38.2", {"Z": 0.0}), ("G18", {}),
-                ("G1", {"X": 1.0}), ("G2", {"X": 1.0, "R": 5.0}), ("M3", {"S": 0.0}), ("G59", {})],
-)  # fmt: skip
+    "command",
+    [
+        ("G41", {}),
+        ("G20", {}),
+        ("G91", {}),
+        ("G84", {"Z": -1.0}),
+        ("G38.2", {"Z": 0.0}),
+        ("G18", {}),
+        ("G1", {"X": 1.0}),
+        ("G2", {"X": 1.0, "R": 5.0}),
+        ("M3", {"S": 0.0}),
+        ("G59", {}),
+    ],
+)
 def test_what_has_no_meaning_writes_no_file(tmp_path: Path, command: tuple) -> None:
     file = tmp_path / "a.apt"
     with pytest.raises(ValueError, match=r"CL data|cut|speed|arc|feed|G84"):

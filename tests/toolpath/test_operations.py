@@ -28,10 +28,20 @@ LATHE = "%\nO2\nG21 {}\nG0 X52. Z2.\nG1 Z-30. F0.2\nX54.\nM30\n%\n"
         ("a.nc", HEAD + "G38.2 Z-5 F9\nM30\n", 6, "probing"),
         ("a.cls", NX.format("TURN,INVERT,PIN") + "GOTO/0,0,0\nEND-OF-PATH\n", 2, "turning operation"),
         ("a.cls", NX.format("GROOVE") + "GOTO/0,0,0\nEND-OF-PATH\n", 2, "turning operation"),
-        ("a.cls", NX.format("MILL") + "GOTO/0,0,9\nPROBE/ON\nGOTO/0,0,0\nPROBE/OFF\nEND-OF-PATH\n", 6, "measures with a probe"),
-        ("a.ncl", "$$* Pro/CLfile Version 8.0\nPARTNO / T\nMACHIN / UNCL01, 1\nGOTO / 5, 0, 2\nFINI\n", 3, "turning file"),
+        (
+            "a.cls",
+            NX.format("MILL") + "GOTO/0,0,9\nPROBE/ON\nGOTO/0,0,0\nPROBE/OFF\nEND-OF-PATH\n",
+            6,
+            "measures with a probe",
+        ),
+        (
+            "a.ncl",
+            "$$* Pro/CLfile Version 8.0\nPARTNO / T\nMACHIN / UNCL01, 1\nGOTO / 5, 0, 2\nFINI\n",
+            3,
+            "turning file",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_is_refused_by_its_name(tmp_path: Path, name: str, text: str, line: int, match: str) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(ToolpathError, match=match) as caught:

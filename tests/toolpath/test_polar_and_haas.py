@@ -55,11 +55,14 @@ def test_an_arc_by_its_radius_and_the_local_zero(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "match"),
     [
-        ("G16\nG1 Y30. F500\n", "both radius and angle"), ("G16\nG91 G1 X5. F500\n", "where the tool stands"),
-        ("G16\nG0 X9. Y0\nG2 X9. Y9. I-9. J0. F9\n", "I, J, K or L"), ("G18 G16\n", "another plane"),
-        ("G68 X0 Y0 R10.\nG16\n", "frame of the program's"), ("G16\nG0 X9. Y0\nG91 G28 X0 Y0 Z0\n", "by way of"),
+        ("G16\nG1 Y30. F500\n", "both radius and angle"),
+        ("G16\nG91 G1 X5. F500\n", "where the tool stands"),
+        ("G16\nG0 X9. Y0\nG2 X9. Y9. I-9. J0. F9\n", "I, J, K or L"),
+        ("G18 G16\n", "another plane"),
+        ("G68 X0 Y0 R10.\nG16\n", "frame of the program's"),
+        ("G16\nG0 X9. Y0\nG91 G28 X0 Y0 Z0\n", "by way of"),
     ],
-)  # fmt: skip
+)
 def test_polar_coordinates_that_are_refused(tmp_path: Path, body: str, match: str) -> None:
     with pytest.raises(ToolpathError, match=match):
         ends(tmp_path, body)

@@ -104,7 +104,7 @@ def test_holes_in_a_turned_frame(tmp_path: Path) -> None:
         ("G68 X0. Y0. R30.\nG68.2 X0. Y0. Z0. I0. J10. K0.", "inside another frame"),
         ("G51.1 X5.\nG50.1", "without the axes"),
     ],
-)  # fmt: skip
+)
 def test_frames_of_fanucs_that_are_refused(tmp_path: Path, body: str, match: str) -> None:
     refused(tmp_path, "a.nc", ISO + body + "\nG1 X1. Y1. Z0.\nM30\n", match)
 
@@ -119,8 +119,14 @@ def test_mirror_and_scale_of_siemens(tmp_path: Path) -> None:
     )
     holds(
         ends(tmp_path, "a.mpf", SIEMENS + body),
-        (15, 0, 0), (20, 5, 0), (3, -4, 0), (3, 4, 0), (6, 8, 1), (2, 2, 6), (1, 1, 1),
-    )  # fmt: skip
+        (15, 0, 0),
+        (20, 5, 0),
+        (3, -4, 0),
+        (3, 4, 0),
+        (6, 8, 1),
+        (2, 2, 6),
+        (1, 1, 1),
+    )
 
 
 def test_frames_within_a_swivelled_plane(tmp_path: Path) -> None:
@@ -171,7 +177,7 @@ def test_cycles_8_and_10_about_the_shifted_datum(tmp_path: Path) -> None:
         ("CYCL DEF 10.1 ROT+30\nL IX+5 IY+1", "IX from a place that is not known"),
         ("CYCL DEF 8.1 X\nM128", "centre point switched on"),
     ],
-)  # fmt: skip
+)
 def test_frames_of_heidenhains_that_are_refused(tmp_path: Path, body: str, match: str) -> None:
     refused(tmp_path, "a.h", KLARTEXT + body + "\nL X+1 Y+1 Z+0\nM30\nEND PGM A MM\n", match)
 

@@ -168,9 +168,14 @@ def test_a_hole_is_approached_at_the_height_at_which_it_is_left(tmp_path: Path) 
     ("cycle", "bites", "most", "out"),
     [
         ("CYCLE83(20,0,2,-3,,-9,,0,0.5,0,1,1)", [-3], None, True),
-        ("203 Q200=2 Q201=-8 Q206=90 Q202=4 Q210=0 Q203=0 Q204=20 Q212=0 Q213=0 Q205=0 Q208=99999", [-4, -8], (6, 4), True),
+        (
+            "203 Q200=2 Q201=-8 Q206=90 Q202=4 Q210=0 Q203=0 Q204=20 Q212=0 Q213=0 Q205=0 Q208=99999",
+            [-4, -8],
+            (6, 4),
+            True,
+        ),
     ],
-)  # fmt: skip
+)
 def test_deep_holes_bite_by_bite(
     tmp_path: Path, cycle: str, bites: list[float], most: tuple[float, float] | None, out: bool
 ) -> None:

@@ -42,12 +42,12 @@ def held(story, points: list[list[float]]) -> None:
     [
         "4 Q1 = 0\n5 LBL 1\n6 Q2 = 25 * COS Q1\n7 Q3 = 25 * SIN Q1\n8 L X+Q2 Y+Q3\n9 Q1 = Q1 + 30\n"
         "10 FN 12: IF +Q1 LT +360 GOTO LBL 1\n11 M30\n",
-        "4 FN 0: Q1 = -30\n5 LBL \"ON\"\n6 CALL LBL 2\n7 CALL LBL \"ON\" REP11\n8 M30\n9 LBL 2\n10 FN 1: Q1 = +Q1 + +30\n"
+        '4 FN 0: Q1 = -30\n5 LBL "ON"\n6 CALL LBL 2\n7 CALL LBL "ON" REP11\n8 M30\n9 LBL 2\n10 FN 1: Q1 = +Q1 + +30\n'
         "11 FN 7: Q2 = COS +Q1\n12 FN 3: Q2 = +Q2 * +25\n13 Q3 = 25 * SIN Q1\n14 L X+Q2 Y+Q3\n15 LBL 0\n",
         "4 Q1 = 0\n5 LBL 5\n6 FN 9: IF +Q1 EQU +360 GOTO LBL 6\n7 Q2 = 25 * COS Q1\n8 Q3 = 25 * SIN Q1\n9 L X+Q2 Y+Q3\n"
         "10 Q1 = Q1 + 30\n11 FN 9: IF +0 EQU +0 GOTO LBL 5\n12 LBL 6\n13 M30\n",
     ],
-)  # fmt: skip
+)
 def test_a_ring_by_labels(klartext, body):
     held(klartext(body), ring(12, 25.0))
 
@@ -68,16 +68,22 @@ def test_repeats_in_one_another(klartext):
 @pytest.mark.parametrize(
     "body",
     [
-        "4 LBL 1\n5 L IX+1\n6 FN 9: IF +0 EQU +0 GOTO LBL 1\n7 M30\n", "4 CALL LBL 1\n5 M30\n6 LBL 1\n7 CALL LBL 1\n8 LBL 0\n",
-        "4 LBL 1\n5 L X+1\n6 LBL 1\n7 CALL LBL 1 REP2\n", "4 CALL LBL 9\n5 M30\n", "4 LBL 1\n5 CALL LBL 1 REP99999999999\n",
-        "4 CALL LBL 1\n5 M30\n6 LBL 1\n7 L X+1\n", "4 LBL 0\n5 M30\n",
+        "4 LBL 1\n5 L IX+1\n6 FN 9: IF +0 EQU +0 GOTO LBL 1\n7 M30\n",
+        "4 CALL LBL 1\n5 M30\n6 LBL 1\n7 CALL LBL 1\n8 LBL 0\n",
+        "4 LBL 1\n5 L X+1\n6 LBL 1\n7 CALL LBL 1 REP2\n",
+        "4 CALL LBL 9\n5 M30\n",
+        "4 LBL 1\n5 CALL LBL 1 REP99999999999\n",
+        "4 CALL LBL 1\n5 M30\n6 LBL 1\n7 L X+1\n",
+        "4 LBL 0\n5 M30\n",
         "4 Q1 = 0.1 * 3\n5 FN 9: IF +Q1 EQU +0.3 GOTO LBL 1\n6 LBL 1\n",
-        "4 FN 9: IF +Q7 EQU +0 GOTO LBL 1\n5 LBL 1\n", "4 FN 9: IF +1 NE +0 GOTO LBL 1\n5 LBL 1\n",
+        "4 FN 9: IF +Q7 EQU +0 GOTO LBL 1\n5 LBL 1\n",
+        "4 FN 9: IF +1 NE +0 GOTO LBL 1\n5 LBL 1\n",
         "4 CALL LBL 1 REP2\n5 LBL 1\n",
-        "4 CALL LBL 1\n5 LBL 2\n6 M30\n7 LBL 1\n8 FN 9: IF +0 EQU +0 GOTO LBL 2\n9 LBL 0\n", "4 CALL PGM B\n",
+        "4 CALL LBL 1\n5 LBL 2\n6 M30\n7 LBL 1\n8 FN 9: IF +0 EQU +0 GOTO LBL 2\n9 LBL 0\n",
+        "4 CALL PGM B\n",
         "4 Q200 = 9\n5 CYCL DEF 200 Q200=2 Q201=-3 Q206=9 Q202=5 Q203=0 Q204=9\n6 L X+Q200\n",
     ],
-)  # fmt: skip
+)
 def test_what_nobody_knows_of_labels_is_a_gap(klartext, body, monkeypatch):
     monkeypatch.setattr(ordered, "MOST_STEPS", 2_000)
     story = klartext(body)
@@ -121,18 +127,31 @@ def test_branches_in_loops_in_subprograms(tell):
 @pytest.mark.parametrize(
     "body",
     [
-        "ON: GOTOB ON\nM30\n", "R1=0\nLOOP\nX=R1\nR1=R1+1\nENDLOOP\nM30\n", "GOTOF NOWHERE\nM30\n", "WHILE R7<3\nENDWHILE\nM30\n",
-        "WHILE 1<2\nM30\n", "ENDWHILE\nM30\n", "IF 1<2\nFOR R1=0 TO 3\nENDIF\nENDFOR\nM30\n",
+        "ON: GOTOB ON\nM30\n",
+        "R1=0\nLOOP\nX=R1\nR1=R1+1\nENDLOOP\nM30\n",
+        "GOTOF NOWHERE\nM30\n",
+        "WHILE R7<3\nENDWHILE\nM30\n",
+        "WHILE 1<2\nM30\n",
+        "ENDWHILE\nM30\n",
+        "IF 1<2\nFOR R1=0 TO 3\nENDIF\nENDFOR\nM30\n",
         "A1: X1\nAA: X2\nAA: X3\nGOTOB AA\nM30\n",
-        "R1=0.1*3\nIF R1==0.3 GOTOF OUT\nX1\nOUT: M30\n", "IF 1<2 AND 2<3 GOTOF OUT\nX1\nOUT: M30\n", "GOTOB OUT\nX1\nOUT: M30\n",
-        "GOTOF IN\nWHILE 1>2\nIN: X1\nENDWHILE\nM30\n", "IF " + "(" * 30_000 + "1<2" + ")" * 30_000 + " GOTOF OUT\nOUT: M30\n",
-        "DEF INT NN=7/2\nM30\n", "AA: X1\nBB: X2\nENDLABEL: X3\nREPEAT AA P=2\nM30\n", "AA: X1\nREPEAT AA P=99999999999\nM30\n",
-        "DEF INT NN\nFOR NN=1 TO 2\nX=NN*2\nENDFOR\nY=NN*2\nM30\n", "/GOTOF OUT\nX1\nOUT: M30\n",
+        "R1=0.1*3\nIF R1==0.3 GOTOF OUT\nX1\nOUT: M30\n",
+        "IF 1<2 AND 2<3 GOTOF OUT\nX1\nOUT: M30\n",
+        "GOTOB OUT\nX1\nOUT: M30\n",
+        "GOTOF IN\nWHILE 1>2\nIN: X1\nENDWHILE\nM30\n",
+        "IF " + "(" * 30_000 + "1<2" + ")" * 30_000 + " GOTOF OUT\nOUT: M30\n",
+        "DEF INT NN=7/2\nM30\n",
+        "AA: X1\nBB: X2\nENDLABEL: X3\nREPEAT AA P=2\nM30\n",
+        "AA: X1\nREPEAT AA P=99999999999\nM30\n",
+        "DEF INT NN\nFOR NN=1 TO 2\nX=NN*2\nENDFOR\nY=NN*2\nM30\n",
+        "/GOTOF OUT\nX1\nOUT: M30\n",
         "CASE R1 OF 1 GOTOF OUT\nOUT: M30\n",
-        "SUB1\nM30\n%_N_SUB1_SPF\nSUB1\nM17\n", "SUB1\nM30\n%_N_SUB1_SPF\nX1\n", "SUB1(5)\nM30\n%_N_SUB1_SPF\nX1\nM17\n",
+        "SUB1\nM30\n%_N_SUB1_SPF\nSUB1\nM17\n",
+        "SUB1\nM30\n%_N_SUB1_SPF\nX1\n",
+        "SUB1(5)\nM30\n%_N_SUB1_SPF\nX1\nM17\n",
         "AA: X1\nIF R1==1 GOTOF OUT\nREPEAT AA\nOUT: M30\n",
     ],
-)  # fmt: skip
+)
 def test_what_nobody_knows_of_structures_is_a_gap(siemens, body, monkeypatch):
     monkeypatch.setattr(ordered, "MOST_STEPS", 2_000)
     story = siemens(body)

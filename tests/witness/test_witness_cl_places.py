@@ -191,22 +191,54 @@ def hole(tell, head: str, cycle: str, rows: str = "GOTO/0,0,0\nGOTO/20,0,0", sta
     ("head", "cycle", "ways_", "heights", "feed"),
     [
         (NX, "CYCLE/DRILL,RAPTO,3.,FEDTO,-20.,MMPM,250.", "RRHRRHR", [50, 3, -20, 3, 3, -20, 3], 250),
-        (NX, "CYCLE/DRILL,DEEP,STEP,5,CLEAR,3.,FEDTO,-20.,RTRCTO,10.,MMPM,250.", "RRHRRRHR",
-         [50, 3, -20, 10, 10, 3, -20, 10], 250),
+        (
+            NX,
+            "CYCLE/DRILL,DEEP,STEP,5,CLEAR,3.,FEDTO,-20.,RTRCTO,10.,MMPM,250.",
+            "RRHRRRHR",
+            [50, 3, -20, 10, 10, 3, -20, 10],
+            250,
+        ),
         (NX, "CYCLE/DRILL,RAPTO,3.,FEDTO,-20.,RTRCTO,AUTO", "RRHRRRHR", [50, 3, -20, 50, 50, 3, -20, 50], 600),
-        (CAMWORKS, "CYCLE/INIT\nCYCLE/DEEP2,FEDTO,9.,1STPECK,5.,SUBPECK,2.,MMPM,80,RAPTO,3.,RTRCTO,25.", "RRHRRRHR",
-         [50, 3, -9, 25, 25, 3, -9, 25], 80),
-        (CREO, "CYCLE / DEEP, DEPTH, 3.500000, STEP, 1.000000, MMPM, 50.000000, CLEAR,$\n 1.000000", "RRHRRHR",
-         [50, 1, -3.5, 1, 1, -3.5, 1], 50),
+        (
+            CAMWORKS,
+            "CYCLE/INIT\nCYCLE/DEEP2,FEDTO,9.,1STPECK,5.,SUBPECK,2.,MMPM,80,RAPTO,3.,RTRCTO,25.",
+            "RRHRRRHR",
+            [50, 3, -9, 25, 25, 3, -9, 25],
+            80,
+        ),
+        (
+            CREO,
+            "CYCLE / DEEP, DEPTH, 3.500000, STEP, 1.000000, MMPM, 50.000000, CLEAR,$\n 1.000000",
+            "RRHRRHR",
+            [50, 1, -3.5, 1, 1, -3.5, 1],
+            50,
+        ),
         (CATIA, "CYCLE/DRILL,20.,3.", "RRHRRHR", [50, 3, -20, 3, 3, -20, 3], 600),
         (CATIA, "CYCLE/DRILL,   20.00000,  300.0000,MMPM,    3.00000", "RRHRRHR", [50, 3, -20, 3, 3, -20, 3], 300),
-        (CLT, "CYCLE/ ON\nCYCLE/ DRILL,G98,12.5,PECKING,5.0,2.0,MMPM,187.5,3.0,46.9 46.9 DWELL,0.0", "RRHRRRHR",
-         [50, 3, -12.5, 46.9, 46.9, 3, -12.5, 46.9], 187.5),
-        (CLT, "CYCLE/ DRILL,G99,12.5,PECKING,5.0,2.0,MMPM,187.5,3.0,46.9 46.9", "RRHRRHR", [50, 3, -12.5, 3, 3, -12.5, 3], 187.5),
+        (
+            CLT,
+            "CYCLE/ ON\nCYCLE/ DRILL,G98,12.5,PECKING,5.0,2.0,MMPM,187.5,3.0,46.9 46.9 DWELL,0.0",
+            "RRHRRRHR",
+            [50, 3, -12.5, 46.9, 46.9, 3, -12.5, 46.9],
+            187.5,
+        ),
+        (
+            CLT,
+            "CYCLE/ DRILL,G99,12.5,PECKING,5.0,2.0,MMPM,187.5,3.0,46.9 46.9",
+            "RRHRRHR",
+            [50, 3, -12.5, 3, 3, -12.5, 3],
+            187.5,
+        ),
         ("UNITS/MM\n", "CYCLE/REAM,10,2", "RRHFRHF", [50, 2, -10, 2, 2, -10, 2], 600),
-        ("UNITS/MM\n", "CYCLE/BORE,RAPTO,2,FEDTO,10,RTRCTO,5,MMPR,.2", "RRHFRRRHFR", [50, 2, -10, 2, 5, 5, 2, -10, 2, 5], 60),
+        (
+            "UNITS/MM\n",
+            "CYCLE/BORE,RAPTO,2,FEDTO,10,RTRCTO,5,MMPR,.2",
+            "RRHFRRRHFR",
+            [50, 2, -10, 2, 5, 5, 2, -10, 2, 5],
+            60,
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_cycle_as_its_motions(tell, head, cycle, ways_, heights, feed):
     """Rapid to the clear point, down at the feed, out as the kind has it; to the next hole at the greater height."""
     story = hole(tell, head, cycle)

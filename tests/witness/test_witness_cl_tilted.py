@@ -155,9 +155,19 @@ def test_a_second_plane_is_in_the_work_frame_too(tell):
 
 @pytest.mark.parametrize(
     "blocks",
-    ["G68.2 P1 X1 I5", "G68.2 Q123 I5", "G68.2 I5 R3", "G68.2 X1 A5", "G52 X5\nG68.2 X1", "M128\nG68.2 X1",
-     "G68.2 X1 J5\nG53.1 A5", "G68.2 J5\nG53.1 X5", "G68.2 X1 J5\nG53.1\nM128", "G68.2 X1\nG52 X1"],
-)  # fmt: skip
+    [
+        "G68.2 P1 X1 I5",
+        "G68.2 Q123 I5",
+        "G68.2 I5 R3",
+        "G68.2 X1 A5",
+        "G52 X5\nG68.2 X1",
+        "M128\nG68.2 X1",
+        "G68.2 X1 J5\nG53.1 A5",
+        "G68.2 J5\nG53.1 X5",
+        "G68.2 X1 J5\nG53.1\nM128",
+        "G68.2 X1\nG52 X1",
+    ],
+)
 def test_what_no_plane_is_read_from(tell, blocks):
     story = tell(START + f"{blocks}\nG0 X3 Y3 Z3\nG1 X4\n", name="a.nc")
     assert not story.complete and not (story.way == Way.FEED).any()
@@ -194,9 +204,17 @@ def test_a_message_is_no_motion(tell):
 
 @pytest.mark.parametrize(
     ("blocks", "unnamed"),
-    [("G0 X0 Y0\nG1 Z0", False), ("G28 Z60\nG1 X5", True), ("G53 G0 Z0\nG1 X5", True), ("G53 G0 Z0\nG1 Z5", False),
-     ("G38.2 Z1\nG1 X5", False), ("G55\nG1 X5", False), (TILT + "G28 Z60\nG1 X5", False), ("G28 A0\nG1 X5", False)],
-)  # fmt: skip
+    [
+        ("G0 X0 Y0\nG1 Z0", False),
+        ("G28 Z60\nG1 X5", True),
+        ("G53 G0 Z0\nG1 X5", True),
+        ("G53 G0 Z0\nG1 Z5", False),
+        ("G38.2 Z1\nG1 X5", False),
+        ("G55\nG1 X5", False),
+        (TILT + "G28 Z60\nG1 X5", False),
+        ("G28 A0\nG1 X5", False),
+    ],
+)
 def test_a_cut_without_named_coordinates_is_told_from_one_whose_place_is_lost(tell, blocks, unnamed):
     """What no reader could place, from what only this one can't."""
     texts = [g.text for g in tell(START + blocks + "\n", name="a.nc").gaps]

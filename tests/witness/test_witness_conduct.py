@@ -114,12 +114,23 @@ def test_settings_that_the_cell_states_by_other_ways(tmp_path: Path, line: str, 
 @pytest.mark.parametrize(
     "line",
     [
-        "$LOAD.M = 500.0", "$LOAD = {M 5,CM {X 0,Y 0,Z 0,A 0,B 0,C 0},J {X 0,Y 0,Z 0}}", "$VEL_AXIS[2] = 1",
-        "$VEL_AXIS[1] = 100", "$VEL_EXTAX[1] = 1", "$ACC_AXIS[2] = 200", "BAS (#ACC_PTP,1 )", "$APO.CVEL = 100",
-        "$APO.CORI = 90", "$GEAR_JERK[1] = 9", "BAS (#PTP_DAT,0 )", "BAS (#CP_DAT,0 )", "BAS (#LOAD,3 )",
-        "$SINGUL_STRATEGY = 1", "$VEL_AXIS[1] = $OV_PRO",
+        "$LOAD.M = 500.0",
+        "$LOAD = {M 5,CM {X 0,Y 0,Z 0,A 0,B 0,C 0},J {X 0,Y 0,Z 0}}",
+        "$VEL_AXIS[2] = 1",
+        "$VEL_AXIS[1] = 100",
+        "$VEL_EXTAX[1] = 1",
+        "$ACC_AXIS[2] = 200",
+        "BAS (#ACC_PTP,1 )",
+        "$APO.CVEL = 100",
+        "$APO.CORI = 90",
+        "$GEAR_JERK[1] = 9",
+        "BAS (#PTP_DAT,0 )",
+        "BAS (#CP_DAT,0 )",
+        "BAS (#LOAD,3 )",
+        "$SINGUL_STRATEGY = 1",
+        "$VEL_AXIS[1] = $OV_PRO",
     ],
-)  # fmt: skip
+)
 def test_settings_that_the_cell_does_not_state(tmp_path: Path, line: str) -> None:
     made = run(tmp_path, line, "PTP {A1 1}", *WAY)
     assert said(made) and not made.objections

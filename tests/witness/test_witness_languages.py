@@ -50,8 +50,11 @@ def test_siemens_words(tell) -> None:
     assert story.path.angle[3:5] == pytest.approx([np.pi / 2, 4 * np.pi])
     assert story.way.tolist() == [Way.RAPID, *[Way.FEED] * 4, Way.RAPID, Way.FEED, Way.RAPID]
     assert [(e.kind, e.before, e.value) for e in story.events if e.kind is not Kind.COOLANT_OFF] == [
-        (Kind.TOOL, 0, 1), (Kind.SPINDLE_ON, 0, 5000), (Kind.COOLANT_ON, 2, 0), (Kind.DWELL, 5, 0.5),
-    ]  # fmt: skip
+        (Kind.TOOL, 0, 1),
+        (Kind.SPINDLE_ON, 0, 5000),
+        (Kind.COOLANT_ON, 2, 0),
+        (Kind.DWELL, 5, 0.5),
+    ]
 
 
 def test_siemens_vectors(tell) -> None:
@@ -78,8 +81,15 @@ def test_klartext_lines_and_arcs(tell) -> None:
     assert story.complete
     half = 20 / np.sqrt(2)
     wanted = [
-        [0, 0, 50], [0, 0, -1], [10, 0, -1], [15, 5, -1], [20, 10, -1], [half, 10 + half, -3], [0, 40, -3], [101, 2, -3],
-    ]  # fmt: skip
+        [0, 0, 50],
+        [0, 0, -1],
+        [10, 0, -1],
+        [15, 5, -1],
+        [20, 10, -1],
+        [half, 10 + half, -3],
+        [0, 40, -3],
+        [101, 2, -3],
+    ]
     np.testing.assert_allclose(_mm(story), wanted, atol=1e-6)
     np.testing.assert_allclose(story.path.center[3:6, :2] * 1e3, [[10, 5], [20, 5], [0, 10]], atol=1e-6)
     assert story.path.angle[3:6] == pytest.approx(np.radians([90, 90, 405]))
@@ -106,13 +116,30 @@ def test_klartext_vectors(tell) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "G1 X=R1 F9", "IF R1>2 GOTOF OUT", "CYCLE83(5,0,2,-9,,-3,,0,0.5,0,1,1)", 'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
-        "CYCLE800(0,,1,57)", "MCALL HOLES1(0)", "CYCLE82(5,0,2,-9,,-3)", "CYCLE81(5,0,2,R1)", "CYCLE81(5,1,2,-9)", "ROT X30",
-        "G1 X3 C=DC(180)", "G3 X1 I=AC(5) J0", "CIP X1 Y1 I1=2 J1=3", "POCKET", "G33 Z-5 K1",
-        "TRANS X=R1", "G4 S3", "A3=1 B3=0 C3=1 G1 X1 F9",
-        "G500", "MIRROR Z0", "AROT Z5 X1", "SCALE X2",
+        "G1 X=R1 F9",
+        "IF R1>2 GOTOF OUT",
+        "CYCLE83(5,0,2,-9,,-3,,0,0.5,0,1,1)",
+        'CYCLE800(0,"T",0,192,0,0,0,9,0,0)',
+        "CYCLE800(0,,1,57)",
+        "MCALL HOLES1(0)",
+        "CYCLE82(5,0,2,-9,,-3)",
+        "CYCLE81(5,0,2,R1)",
+        "CYCLE81(5,1,2,-9)",
+        "ROT X30",
+        "G1 X3 C=DC(180)",
+        "G3 X1 I=AC(5) J0",
+        "CIP X1 Y1 I1=2 J1=3",
+        "POCKET",
+        "G33 Z-5 K1",
+        "TRANS X=R1",
+        "G4 S3",
+        "A3=1 B3=0 C3=1 G1 X1 F9",
+        "G500",
+        "MIRROR Z0",
+        "AROT Z5 X1",
+        "SCALE X2",
     ],
-)  # fmt: skip
+)
 def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
     story = _siemens(tell, f"G1 Z0 F600\n{row}\nG1 X99 F9\n")
     assert [(gap.first_line, gap.last_line) for gap in story.gaps] == [(8, 10)] and story.gaps[0].text.startswith(
@@ -124,13 +151,26 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
 @pytest.mark.parametrize(
     "row",
     [
-        "4 L X+Q1", "4 CALL LBL 1", "4 LBL 0", "4 PLANE POINTS P1X+0",
+        "4 L X+Q1",
+        "4 CALL LBL 1",
+        "4 LBL 0",
+        "4 PLANE POINTS P1X+0",
         "4 CYCL DEF 203 DRILLING",
-        "4 CYCL DEF 11.1 SCL 0.5", "4 CYCL DEF 8.1 Z", "4 CYCL CALL", "4 LN X+5 NX0 NY0 NZ1", "4 TOOL CALL \"MILL\" Z S9",
-        "4 TOOL CALL 2 Z S9 DR+0.1", "4 TOOL CALL 2 Y S9", "4 APPR LCT X+1 Y+1 R2", "4 L X+5 R+", "4 L X+5 M97",
-        "4 CC", "4 L X+5 F AUTO", "4 CALL PGM B",
+        "4 CYCL DEF 11.1 SCL 0.5",
+        "4 CYCL DEF 8.1 Z",
+        "4 CYCL CALL",
+        "4 LN X+5 NX0 NY0 NZ1",
+        '4 TOOL CALL "MILL" Z S9',
+        "4 TOOL CALL 2 Z S9 DR+0.1",
+        "4 TOOL CALL 2 Y S9",
+        "4 APPR LCT X+1 Y+1 R2",
+        "4 L X+5 R+",
+        "4 L X+5 M97",
+        "4 CC",
+        "4 L X+5 F AUTO",
+        "4 CALL PGM B",
     ],
-)  # fmt: skip
+)
 def test_what_ends_the_reading_of_heidenhain(tell, row: str) -> None:
     story = _klartext(tell, f"3 L Z+0 F600\n{row}\n5 L X+99\n")
     assert [(gap.first_line, gap.last_line) for gap in story.gaps] == [(5, 8)] and story.gaps[0].text.startswith(UNREAD)

@@ -82,11 +82,21 @@ def test_a_rapid_to_another_side_of_the_part_is_taken_at_its_word_within_an_oper
         rapid(50, 9, -10, axis=side),
         OFF,
     )
-    cut = (lin(20, 0, -10, axis=side), lin(20, 9, -10, axis=side), lin(50, 9, -10, axis=side, at=RAPID), OFF,
-           lin(90, 9, -10, axis=side, at=RAPID), ptp())  # fmt: skip
+    cut = (
+        lin(20, 0, -10, axis=side),
+        lin(20, 9, -10, axis=side),
+        lin(50, 9, -10, axis=side, at=RAPID),
+        OFF,
+        lin(90, 9, -10, axis=side, at=RAPID),
+        ptp(),
+    )
     straight = (lin(50, 0, -10, axis=side, at=RAPID),)
-    around = (lin(20, 0, 60, at=RAPID), lin(120, 0, 120, axis=tilted, at=RAPID), lin(120, 0, -10, axis=side, at=RAPID),
-              lin(50, 0, -10, axis=side, at=RAPID))  # fmt: skip
+    around = (
+        lin(20, 0, 60, at=RAPID),
+        lin(120, 0, 120, axis=tilted, at=RAPID),
+        lin(120, 0, -10, axis=side, at=RAPID),
+        lin(50, 0, -10, axis=side, at=RAPID),
+    )
     assert codes(both, program(*START, *CUT, *around, *cut)) == []
     assert codes(both, program(*START, *CUT, *straight, *cut)) == (["off-path"] if begins else [])
 
@@ -95,10 +105,18 @@ PATHS_RIGHT = {
     "in two pieces": (lin(0, 0, 2), lin(7, 0, 2), lin(20, 0, 2)),
     "a rounding off": (lin(0, 0, 2), lin(20, 0.009, 2)),
     "tool turned about itself on the way": (lin(0, 0, 2), lin(0, 0, 2), lin(20, 0, 2)),
-    "left along the axis and re-entered": (lin(0, 0, 2), lin(7, 0, 2), lin(7, 0, 60, at=RAPID), ptp(9, 9, 70),
-                                           lin(7, 0, 60, at=RAPID), lin(7, 0, 5, at=RAPID), lin(7, 0, 2), lin(20, 0, 2)),
+    "left along the axis and re-entered": (
+        lin(0, 0, 2),
+        lin(7, 0, 2),
+        lin(7, 0, 60, at=RAPID),
+        ptp(9, 9, 70),
+        lin(7, 0, 60, at=RAPID),
+        lin(7, 0, 5, at=RAPID),
+        lin(7, 0, 2),
+        lin(20, 0, 2),
+    ),
     "out and back on the spot": (lin(0, 0, 2), lin(7, 0, 2), lin(7, 0, 12, at=RAPID), lin(7, 0, 2), lin(20, 0, 2)),
-}  # fmt: skip
+}
 PATHS_WRONG = {
     "off the line at the end": (lin(0, 0, 2), lin(20, 0.012, 2)),
     "off the line between": (lin(0, 0, 2), lin(7, 0.012, 2), lin(20, 0, 2)),
@@ -108,15 +126,34 @@ PATHS_WRONG = {
     "backwards on the way": (lin(0, 0, 2), lin(9, 0, 2), lin(7, 0, 2), lin(20, 0, 2)),
     "the tool tilted": (lin(0, 0, 2, axis=TILTED), lin(20, 0, 2, axis=TILTED)),
     "beyond and back": (lin(0, 0, 2), lin(21, 0, 2), lin(20, 0, 2)),
-    "sideways out of the part": (lin(0, 0, 2), lin(7, 0, 2), lin(9, 0, 60, at=RAPID), lin(7, 0, 60, at=RAPID),
-                                 lin(7, 0, 2), lin(20, 0, 2)),
-    "sideways into the part": (lin(0, 0, 2), lin(7, 0, 2), lin(7, 0, 60, at=RAPID), lin(9, 0, 60, at=RAPID),
-                               lin(7, 0, 2), lin(20, 0, 2)),
-    "not far enough out": (lin(0, 0, 2), lin(7, 0, 2), lin(7, 0, 12, at=RAPID), lin(7, 5, 12, at=RAPID), lin(7, 0, 12, at=RAPID),
-                           lin(7, 0, 2), lin(20, 0, 2)),
+    "sideways out of the part": (
+        lin(0, 0, 2),
+        lin(7, 0, 2),
+        lin(9, 0, 60, at=RAPID),
+        lin(7, 0, 60, at=RAPID),
+        lin(7, 0, 2),
+        lin(20, 0, 2),
+    ),
+    "sideways into the part": (
+        lin(0, 0, 2),
+        lin(7, 0, 2),
+        lin(7, 0, 60, at=RAPID),
+        lin(9, 0, 60, at=RAPID),
+        lin(7, 0, 2),
+        lin(20, 0, 2),
+    ),
+    "not far enough out": (
+        lin(0, 0, 2),
+        lin(7, 0, 2),
+        lin(7, 0, 12, at=RAPID),
+        lin(7, 5, 12, at=RAPID),
+        lin(7, 0, 12, at=RAPID),
+        lin(7, 0, 2),
+        lin(20, 0, 2),
+    ),
     "point to point in the part": (lin(0, 0, 2), ptp(20, 0, 2)),
     "doubled": (lin(0, 0, 2), lin(20, 0, 2), lin(0, 0, 2), lin(20, 0, 2)),
-}  # fmt: skip
+}
 PATH = {"off-path", "motion-lost", "motion-extra"}
 
 
@@ -369,16 +406,42 @@ def test_no_peck_goes_deeper_than_the_file_s(case: str) -> None:
 
 BITES = {
     "as the file says": ((*DEEP[:3], lin(0, 0, -7), OUT[0], OUT[1], lin(0, 0, -10)), []),
-    "all are shorter, and more": ((lin(0, 0, -3), lin(0, 0, 5, at=RAPID), lin(0, 0, -2.5, at=RAPID), lin(0, 0, -6), OUT[0],
-                         lin(0, 0, -5, at=RAPID), lin(0, 0, -9), OUT[0], lin(0, 0, -8, at=RAPID), lin(0, 0, -10)), ["peck-ends"]),
-    "the second stops short": ((*DEEP[:3], lin(0, 0, -6.9), OUT[0], OUT[1], lin(0, 0, -9.9), OUT[0], OUT[1], lin(0, 0, -10)),
-                               ["peck-ends"]),
+    "all are shorter, and more": (
+        (
+            lin(0, 0, -3),
+            lin(0, 0, 5, at=RAPID),
+            lin(0, 0, -2.5, at=RAPID),
+            lin(0, 0, -6),
+            OUT[0],
+            lin(0, 0, -5, at=RAPID),
+            lin(0, 0, -9),
+            OUT[0],
+            lin(0, 0, -8, at=RAPID),
+            lin(0, 0, -10),
+        ),
+        ["peck-ends"],
+    ),
+    "the second stops short": (
+        (*DEEP[:3], lin(0, 0, -6.9), OUT[0], OUT[1], lin(0, 0, -9.9), OUT[0], OUT[1], lin(0, 0, -10)),
+        ["peck-ends"],
+    ),
     "one is left out": ((*DEEP[:3], lin(0, 0, -10)), ["peck-deeper"]),
     "the second is as the third is not": ((*DEEP[:3], lin(0, 0, -7.1), *OUT), ["peck-deeper"]),
-    "a short one, and then too much": ((lin(0, 0, -0.5), lin(0, 0, 5, at=RAPID), lin(0, 0, 0, at=RAPID), lin(0, 0, -4.6),
-                                        OUT[0], lin(0, 0, -4, at=RAPID), lin(0, 0, -7.6), *OUT), ["peck-deeper"]),
+    "a short one, and then too much": (
+        (
+            lin(0, 0, -0.5),
+            lin(0, 0, 5, at=RAPID),
+            lin(0, 0, 0, at=RAPID),
+            lin(0, 0, -4.6),
+            OUT[0],
+            lin(0, 0, -4, at=RAPID),
+            lin(0, 0, -7.6),
+            *OUT,
+        ),
+        ["peck-deeper"],
+    ),
     "the first is too deep": ((lin(0, 0, -3.1), *DEEP[1:], *OUT), ["peck-deeper"]),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", BITES)
@@ -627,8 +690,20 @@ def test_an_event_overtakes_no_motion() -> None:
     assert "event-extra" in codes(story, within)
 
 
-TWO = (TOOL_1, ON, rapid(0, 0, 25), feed(0, 0, 2), rapid(0, 0, 25), OFF,
-       TOOL_2, ON, rapid(20, 0, 25), feed(20, 0, 2), rapid(20, 0, 25), OFF)  # fmt: skip
+TWO = (
+    TOOL_1,
+    ON,
+    rapid(0, 0, 25),
+    feed(0, 0, 2),
+    rapid(0, 0, 25),
+    OFF,
+    TOOL_2,
+    ON,
+    rapid(20, 0, 25),
+    feed(20, 0, 2),
+    rapid(20, 0, 25),
+    OFF,
+)
 FIRST = (ptp(), TOOL_1, ON, ptp(0, 0, 60), lin(0, 0, 25, at=RAPID), lin(0, 0, 2))
 SECOND = tuple({**m, "tool": 1} if isinstance(m, dict) else m for m in (lin(20, 0, 25, at=RAPID), lin(20, 0, 2), *END))
 TOOLS = {1: TOOL, 2: OTHER_TOOL}

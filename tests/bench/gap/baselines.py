@@ -184,9 +184,10 @@ def refined(p: Problem, members: frozenset[int]) -> dict:
     left = [q.y_tcp - q.tcp @ values for q in p.panels]
     for effect in p.effects:
         own = {
-            k.name: float(v) for k, o, v in zip((k for u in p.units for k in u.parameters), p.owner, values, strict=True)
+            k.name: float(v)
+            for k, o, v in zip((k for u in p.units for k in u.parameters), p.owner, values, strict=True)
             if int(o) in members and p.units[int(o)].effect == effect.name
-        }  # fmt: skip
+        }
         states[effect.name] = effect.refine(states[effect.name], own) if own else states[effect.name]
         if effect.orders and not own:
             states[effect.name] = {**states[effect.name], **gear_orders(p.panels, left, 1.0)}
@@ -243,19 +244,29 @@ def answered(method: Callable, folder: Path, seed: int, without: Sequence[str], 
     known = np.concatenate([(whole_gap(q) - q.moves(values))[q.w_tcp[:, 0] > 0.0] for q in p.panels])
     removable, likeliest = before - p.noise, sorted(weights.items(), key=lambda x: -x[1])[:MOST_SETS]
     return {
-        "status": status, "seconds": time.process_time() - begin, "rows": len(log), "noise_mm": 1e3 * p.noise,
+        "status": status,
+        "seconds": time.process_time() - begin,
+        "rows": len(log),
+        "noise_mm": 1e3 * p.noise,
         "effects": [
-            {"effect": n, "probability": v, "axes": sorted({p.units[i].axis for i in members if p.units[i].effect == n} - {""})}
-            for n, v in sorted(found.items(), key=lambda x: -x[1]) if v >= 0.02
+            {
+                "effect": n,
+                "probability": v,
+                "axes": sorted({p.units[i].axis for i in members if p.units[i].effect == n} - {""}),
+            }
+            for n, v in sorted(found.items(), key=lambda x: -x[1])
+            if v >= 0.02
         ],
         "alternatives": [{"effects": sorted(s), "probability": w / total} for s, w in likeliest],
         "unknown": {"probability": 0.97 if loud else 0.03, "where": {"rung": None, "axes": [], "regimes": []}},
         "together": {
-            "shrink": 1.0 - after / before, "predicted_shrink": 1.0 - float(np.sqrt(np.sum(known**2) / np.sum(own**2))),
+            "shrink": 1.0 - after / before,
+            "predicted_shrink": 1.0 - float(np.sqrt(np.sum(known**2) / np.sum(own**2))),
             "removable_removed": (before - after) / removable if removable > 0.2 * p.noise else None,
         },
-        "rungs": {"setpoint_to_encoder": 0.0, "encoder_to_tcp": before}, "regimes": {"position": 1.0},
-    }  # fmt: skip
+        "rungs": {"setpoint_to_encoder": 0.0, "encoder_to_tcp": before},
+        "regimes": {"position": 1.0},
+    }
 
 
 def run(of: Sequence[Path], out: Path, only: str) -> dict[str, dict]:
@@ -285,7 +296,10 @@ def table(figures: Mapping[str, dict]) -> list[str]:
     """A measure a row, a method a column."""
     rows: list[tuple[str, Callable]] = [
         ("false alarms", lambda f: percent(f["false alarms"])),
-        ("one effect at twice the noise or more: right first", lambda f: percent(f["one effect at >= 2x noise"]["right first"])),
+        (
+            "one effect at twice the noise or more: right first",
+            lambda f: percent(f["one effect at >= 2x noise"]["right first"]),
+        ),
         ("one effect of any size: exact", lambda f: percent(f["one effect, any size"]["exact"])),
         ("two effects: recall", lambda f: percent(f["two effects"]["recall"])),
         ("... precision", lambda f: percent(f["two effects"]["precision"])),
@@ -293,12 +307,18 @@ def table(figures: Mapping[str, dict]) -> list[str]:
         ("three effects: recall", lambda f: percent(f["three effects"]["recall"])),
         ("... precision", lambda f: percent(f["three effects"]["precision"])),
         ("outside the library: flagged", lambda f: percent(f[OUTSIDE]["flagged"])),
-        ("... a wrong name above 0.8", lambda f: percent(f[OUTSIDE]["one name above 0.8 that the path could separate"])),
+        (
+            "... a wrong name above 0.8",
+            lambda f: percent(f[OUTSIDE]["one name above 0.8 that the path could separate"]),
+        ),
         ("false unknowns", lambda f: percent(f["false unknowns"])),
         ("calibration error of effects", lambda f: f"{f['calibration of effects']['error']:.3f}"),
-        ("predicted shrinkage within 5 points", lambda f: percent(f["predicted less reached shrinkage, points"]["within 5"])),
+        (
+            "predicted shrinkage within 5 points",
+            lambda f: percent(f["predicted less reached shrinkage, points"]["within 5"]),
+        ),
         ("seconds, median", lambda f: f"{f['seconds']['median']:.1f}"),
-    ]  # fmt: skip
+    ]
     lines = [f"| measure | {' | '.join(figures)} |", "| --- |" + " --- |" * len(figures)]
     return lines + [f"| {name} | {' | '.join(value(f) for f in figures.values())} |" for name, value in rows]
 

@@ -25,10 +25,27 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
 CELL = Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table"
 ALL = (
-    "frame_base", "frame_tool", "frame_table", "measurement_frame", "joint_offset", "geometry", "track", "lean",
-    "joint_compliance", "payload", "backlash", "servo_lag", "acceleration_error", "friction", "gear_ripple", "wrist_coupling",
-    "thermal_drift", "latency", "early_reading", "cutting_force",
-)  # fmt: skip
+    "frame_base",
+    "frame_tool",
+    "frame_table",
+    "measurement_frame",
+    "joint_offset",
+    "geometry",
+    "track",
+    "lean",
+    "joint_compliance",
+    "payload",
+    "backlash",
+    "servo_lag",
+    "acceleration_error",
+    "friction",
+    "gear_ripple",
+    "wrist_coupling",
+    "thermal_drift",
+    "latency",
+    "early_reading",
+    "cutting_force",
+)
 KEPT = ("status", "effects", "together", "alternatives", "unknown", "aliases", "residual", "next_experiment")
 
 

@@ -13,13 +13,36 @@ import numpy as np
 from gap.generator import AXES, DEG, NOMINAL, STEP, play, rigid, smooth
 
 PATHS = (
-    "frame_base", "frame_tool", "joint_offset", "geometry", "track", "lean", "joint_compliance", "payload", "backlash",
-    "servo_lag", "acceleration_error", "friction", "gear_ripple", "wrist_coupling", "thermal_drift", "latency", "cutting_force",
-)  # fmt: skip
+    "frame_base",
+    "frame_tool",
+    "joint_offset",
+    "geometry",
+    "track",
+    "lean",
+    "joint_compliance",
+    "payload",
+    "backlash",
+    "servo_lag",
+    "acceleration_error",
+    "friction",
+    "gear_ripple",
+    "wrist_coupling",
+    "thermal_drift",
+    "latency",
+    "cutting_force",
+)
 POSES = (
-    "frame_base", "frame_tool", "joint_offset", "geometry", "track", "lean", "joint_compliance", "payload", "wrist_coupling",
+    "frame_base",
+    "frame_tool",
+    "joint_offset",
+    "geometry",
+    "track",
+    "lean",
+    "joint_compliance",
+    "payload",
+    "wrist_coupling",
     "early_reading",
-)  # fmt: skip
+)
 ON_TABLE = ("frame_table", "measurement_frame")
 OUTSIDE = ("bent_axis", "rack_pitch", "slip", "hose", "vibration", "wrist_curve", "loose_tool", "creep")
 POSES_OUTSIDE = ("bent_axis", "rack_pitch", "slip", "hose", "wrist_curve", "loose_tool")
@@ -306,11 +329,32 @@ def _creep(rng, command, arm):
 
 
 _DRAWS = {
-    "frame_base": _frame("base", True), "frame_tool": _frame("tool", False), "frame_table": _frame("table", True),
-    "measurement_frame": _frame("instrument", True), "joint_offset": _joint_offset, "geometry": _geometry, "track": _track,
-    "lean": _lean, "joint_compliance": _joint_compliance, "payload": _payload, "backlash": _backlash, "servo_lag": _servo_lag,
-    "acceleration_error": _acceleration_error, "friction": _friction, "gear_ripple": _gear_ripple,
-    "wrist_coupling": _wrist_coupling, "thermal_drift": _thermal_drift, "latency": _latency, "cutting_force": _cutting_force,
-    "early_reading": _early_reading, "bent_axis": _bent_axis, "rack_pitch": _rack_pitch, "slip": _slip, "hose": _hose,
-    "vibration": _vibration, "wrist_curve": _wrist_curve, "loose_tool": _loose_tool, "creep": _creep,
-}  # fmt: skip
+    "frame_base": _frame("base", True),
+    "frame_tool": _frame("tool", False),
+    "frame_table": _frame("table", True),
+    "measurement_frame": _frame("instrument", True),
+    "joint_offset": _joint_offset,
+    "geometry": _geometry,
+    "track": _track,
+    "lean": _lean,
+    "joint_compliance": _joint_compliance,
+    "payload": _payload,
+    "backlash": _backlash,
+    "servo_lag": _servo_lag,
+    "acceleration_error": _acceleration_error,
+    "friction": _friction,
+    "gear_ripple": _gear_ripple,
+    "wrist_coupling": _wrist_coupling,
+    "thermal_drift": _thermal_drift,
+    "latency": _latency,
+    "cutting_force": _cutting_force,
+    "early_reading": _early_reading,
+    "bent_axis": _bent_axis,
+    "rack_pitch": _rack_pitch,
+    "slip": _slip,
+    "hose": _hose,
+    "vibration": _vibration,
+    "wrist_curve": _wrist_curve,
+    "loose_tool": _loose_tool,
+    "creep": _creep,
+}

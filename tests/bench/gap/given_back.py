@@ -87,9 +87,15 @@ def written(name):
     for n, (moves, by, usual) in enumerate(parts):
         turns = moves.removeprefix("drive ") in ARM or moves.rpartition(".")[2].startswith("r")
         lines += [
-            "[[parameter]]", f'name = "p{n}"', f'moves = "{moves}"', f'by = "{by}"', f'unit = "{"deg" if turns else "mm"}"',
-            f"usual = {usual:g}", f"lower = {-WIDE * usual:g}", f"upper = {WIDE * usual:g}",
-        ]  # fmt: skip
+            "[[parameter]]",
+            f'name = "p{n}"',
+            f'moves = "{moves}"',
+            f'by = "{by}"',
+            f'unit = "{"deg" if turns else "mm"}"',
+            f"usual = {usual:g}",
+            f"lower = {-WIDE * usual:g}",
+            f"upper = {WIDE * usual:g}",
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -124,10 +130,17 @@ def judged(task):
     )
     named = ", ".join(f"{e['effect']} {e['probability']:.2f}" for e in first["effects"] if e["probability"] >= 0.5)
     return {
-        "effect": task["only"], "seed": task["seed"], "named": named, "unknown": first["unknown"]["probability"],
-        "predicted": first["unknown"]["share"], "own": own, "reached": (left**2 - after**2) / before**2,
-        "before_mm": before, "after_mm": after, "noise_mm": then["gap"]["noise_mm"],
-    }  # fmt: skip
+        "effect": task["only"],
+        "seed": task["seed"],
+        "named": named,
+        "unknown": first["unknown"]["probability"],
+        "predicted": first["unknown"]["share"],
+        "own": own,
+        "reached": (left**2 - after**2) / before**2,
+        "before_mm": before,
+        "after_mm": after,
+        "noise_mm": then["gap"]["noise_mm"],
+    }
 
 
 def table(rows):

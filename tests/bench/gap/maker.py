@@ -22,9 +22,17 @@ NUISANCE = 0.1  # of the noise: what all absent effects together move the TCP by
 HOME = np.array([0, -90, 90, 0, 90, 0, 0, 0.0]) * DEG
 _TRIES = 8  # draws of an effect, each of less than the one before
 _MOST = {  # times the ordinary amount, beyond which no machine is; 12 for all others
-    "payload": 4.0, "thermal_drift": 3.0, "track": 6.0, "joint_offset": 6.0, "joint_compliance": 8.0, "backlash": 6.0,
-    "servo_lag": 6.0, "gear_ripple": 7.0, "wrist_coupling": 5.0, "cutting_force": 5.0,
-}  # fmt: skip
+    "payload": 4.0,
+    "thermal_drift": 3.0,
+    "track": 6.0,
+    "joint_offset": 6.0,
+    "joint_compliance": 8.0,
+    "backlash": 6.0,
+    "servo_lag": 6.0,
+    "gear_ripple": 7.0,
+    "wrist_coupling": 5.0,
+    "cutting_force": 5.0,
+}
 
 
 @dataclass

@@ -80,49 +80,77 @@ def causes(m: Machine) -> dict[str, Cause]:
     home, slide = m.home, np.array([0.0, 1.0, 0.0])
     found = {
         "a counterweight's spring at A2, poses": Cause(
-            ARM, ("A2",), ("position", "load"), poses=True,
+            ARM,
+            ("A2",),
+            ("position", "load"),
+            poses=True,
             link=of_axis(1, lambda t, u, v: 3e-3 * np.maximum(u[:, 1] - home[1], 0.0) ** 2),
         ),
         "a counterweight's spring at A2": Cause(
-            ARM, ("A2",), ("position", "load"), link=of_axis(1, lambda t, u, v: 4e-3 * np.maximum(u[:, 1] - home[1], 0.0) ** 2)
+            ARM,
+            ("A2",),
+            ("position", "load"),
+            link=of_axis(1, lambda t, u, v: 4e-3 * np.maximum(u[:, 1] - home[1], 0.0) ** 2),
         ),
         "A3 slips once, poses": Cause(
             ARM, ("A3",), ("time",), poses=True, link=of_axis(2, lambda t, u, v: 0.05 * DEG * (t > t[len(t) // 2]))
         ),
         "A3 slips once": Cause(ARM, ("A3",), ("time",), link=of_axis(2, lambda t, u, v: 0.04 * DEG * (t > 17.0))),
         "A2 creeps under its load": Cause(
-            ARM, ("A2",), ("load", "position", "time"),
+            ARM,
+            ("A2",),
+            ("load", "position", "time"),
             link=of_axis(1, lambda t, u, v: 5e-4 * creeping(np.cos(u[:, 1]), 4.0)),
         ),
-        "A1 lags in its gear as it turns": Cause(ARM, ("A1",), ("speed",), link=of_axis(0, lambda t, u, v: -1.5e-3 * v[:, 0])),
+        "A1 lags in its gear as it turns": Cause(
+            ARM, ("A1",), ("speed",), link=of_axis(0, lambda t, u, v: -1.5e-3 * v[:, 0])
+        ),
         "A6 throws its tool out": Cause(
-            ARM, ("A6", "A5", "A4"), ("speed", "acceleration"),
+            ARM,
+            ("A6", "A5", "A4"),
+            ("speed", "acceleration"),
             link=of_axis(4, lambda t, u, v: 3e-4 * v[:, 5] ** 2),
         ),
         "A1 rings": Cause(
-            ARM, ("A1",), ("acceleration", "speed", "direction", "time"),
-            link=of_axis(0, lambda t, u, v: ringing(np.gradient(v[:, 0], t) * (1 + (np.abs(v[:, 0]) < 0.02) * 9), 3.0, 0.02)),
+            ARM,
+            ("A1",),
+            ("acceleration", "speed", "direction", "time"),
+            link=of_axis(
+                0, lambda t, u, v: ringing(np.gradient(v[:, 0], t) * (1 + (np.abs(v[:, 0]) < 0.02) * 9), 3.0, 0.02)
+            ),
         ),
         "a hose pulls at A5 as A4 turns": Cause(
-            ARM, ("A5", "A4"), ("position",), link=of_axis(4, lambda t, u, v: 8e-4 * np.tanh(4 * (u[:, 3] - home[3])) ** 3)
+            ARM,
+            ("A5", "A4"),
+            ("position",),
+            link=of_axis(4, lambda t, u, v: 8e-4 * np.tanh(4 * (u[:, 3] - home[3])) ** 3),
         ),
         "the hall sways": Cause(
             ARM, (), ("time",), tip=lambda t, u, T: 2e-4 * np.sin(2 * np.pi * t / 1.7)[:, None] * (0.6, 0.8, 0.0)
         ),
         "the instrument's stand settles": Cause(
-            ARM, (), ("time",), poses=True, tip=lambda t, u, T: 3e-4 * np.tanh((t - 300) / 60)[:, None] * (0.6, 0.0, 0.8)
+            ARM,
+            (),
+            ("time",),
+            poses=True,
+            tip=lambda t, u, T: 3e-4 * np.tanh((t - 300) / 60)[:, None] * (0.6, 0.0, 0.8),
         ),
         "A1's drive is short of voltage": Cause(
-            DRIVES, ("A1",), ("speed",), drive=of_axis(0, lambda t, u, v: -4e-3 * v[:, 0] * np.abs(v[:, 0])),
+            DRIVES,
+            ("A1",),
+            ("speed",),
+            drive=of_axis(0, lambda t, u, v: -4e-3 * v[:, 0] * np.abs(v[:, 0])),
         ),
         "A5's cable drags": Cause(
             DRIVES, ("A5",), ("position",), drive=of_axis(4, lambda t, u, v: 8e-4 * np.tanh(5 * (u[:, 4] - home[4])))
         ),
         "A3's brake drags from some time on": Cause(
-            DRIVES, ("A3",), ("time", "direction", "speed"),
+            DRIVES,
+            ("A3",),
+            ("time", "direction", "speed"),
             drive=of_axis(2, lambda t, u, v: -5e-4 * np.tanh(v[:, 2] / 0.02) * (t > 15)),
         ),
-    }  # fmt: skip
+    }
     if m.track is not None:
         found["a rack's pitch on E1"] = Cause(
             ARM,
@@ -131,9 +159,11 @@ def causes(m: Machine) -> dict[str, Cause]:
             tip=lambda t, u, T: 1.5e-4 * np.sin(2 * np.pi * u[:, 6] / 0.05)[:, None] * slide,
         )
         found["E1's carriage tips where it brakes"] = Cause(
-            ARM, ("E1",), ("acceleration",),
+            ARM,
+            ("E1",),
+            ("acceleration",),
             tip=lambda t, u, T: -8e-4 * np.gradient(np.gradient(u[:, 6], t), t)[:, None] * (0.0, 0.0, 1.0),
-        )  # fmt: skip
+        )
     return found
 
 
@@ -176,11 +206,15 @@ def asked(m: Machine, cause: Cause, seed: int) -> dict:
     where = found["unknown"]["where"]
     # as the page's charts have them: what is claimed first
     return {
-        "status": found["status"], "unknown": found["unknown"]["probability"], "rung": where["rung"] or _stage(claims),
+        "status": found["status"],
+        "unknown": found["unknown"]["probability"],
+        "rung": where["rung"] or _stage(claims),
         "axes": [*(a for e in claims for a in e["axes"]), *where["axes"]],
-        "follows": [*(r for e in claims for r in e["regimes"]), *where["regimes"]], "comes_back": where["comes_back"],
-        "claims": {e["effect"]: e["probability"] for e in claims}, "seconds": time.process_time() - begin,
-    }  # fmt: skip
+        "follows": [*(r for e in claims for r in e["regimes"]), *where["regimes"]],
+        "comes_back": where["comes_back"],
+        "claims": {e["effect"]: e["probability"] for e in claims},
+        "seconds": time.process_time() - begin,
+    }
 
 
 def _stage(claims: list[dict]) -> str | None:
@@ -194,9 +228,13 @@ def judged(cause: Cause, said: dict) -> dict[str, bool]:
     axis = said["axes"][0] in cause.axes if cause.axes and said["axes"] else not cause.axes and not said["axes"]
     follows = bool(said["follows"]) and said["follows"][0] in cause.follows
     return {
-        "flagged": said["unknown"] >= 0.5, "stage": stage, "axis": axis, "follows": follows,
-        "place": stage and axis and follows, "sure name": any(p > SURE for p in said["claims"].values()),
-    }  # fmt: skip
+        "flagged": said["unknown"] >= 0.5,
+        "stage": stage,
+        "axis": axis,
+        "follows": follows,
+        "place": stage and axis and follows,
+        "sure name": any(p > SURE for p in said["claims"].values()),
+    }
 
 
 def main() -> None:

@@ -13,16 +13,27 @@ from gap.separable import LIMIT, Separation
 CLAIM = 0.5
 BANDS = ((0.5, 1.0), (1.0, 2.0), (2.0, 5.0), (5.0, 20.01))
 REGIMES = {
-    "backlash": {"direction"}, "friction": {"direction", "speed"}, "servo_lag": {"speed"}, "latency": {"speed"},
-    "acceleration_error": {"acceleration"}, "joint_compliance": {"load", "position"}, "payload": {"load", "position"},
-    "lean": {"load", "position"}, "thermal_drift": {"time", "position"},
-}  # fmt: skip
+    "backlash": {"direction"},
+    "friction": {"direction", "speed"},
+    "servo_lag": {"speed"},
+    "latency": {"speed"},
+    "acceleration_error": {"acceleration"},
+    "joint_compliance": {"load", "position"},
+    "payload": {"load", "position"},
+    "lean": {"load", "position"},
+    "thermal_drift": {"time", "position"},
+}
 # of what is outside the library: what it follows, and the axes that may be named where the label names none
 PLACES = {
-    "bent_axis": ({"position"}, ()), "rack_pitch": ({"position"}, ()), "hose": ({"position"}, ()),
-    "wrist_curve": ({"position"}, ()), "creep": ({"direction", "speed"}, ()), "slip": ({"time"}, ()),
-    "vibration": ({"time"}, ()), "loose_tool": ({"position"}, ("A6",)),
-}  # fmt: skip
+    "bent_axis": ({"position"}, ()),
+    "rack_pitch": ({"position"}, ()),
+    "hose": ({"position"}, ()),
+    "wrist_curve": ({"position"}, ()),
+    "creep": ({"direction", "speed"}, ()),
+    "slip": ({"time"}, ()),
+    "vibration": ({"time"}, ()),
+    "loose_tool": ({"position"}, ("A6",)),
+}
 
 
 def share(hits, count):

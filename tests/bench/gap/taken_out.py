@@ -45,8 +45,11 @@ def table(rows: Sequence[Row]) -> list[str]:
         own = [(r, j) for r, j in told if r.task["only"] == name]
         wrong = [
             f"{e['effect']} {e['probability']:.2f} ({r.task['seed']})"
-            for r, j in own if j[kinds[-1]] for e in r.said["effects"] if e["probability"] > SURE
-        ]  # fmt: skip
+            for r, j in own
+            if j[kinds[-1]]
+            for e in r.said["effects"]
+            if e["probability"] > SURE
+        ]
         counts = " | ".join(str(sum(j[k] for _, j in own)) for k in kinds)
         lines.append(f"| {name} | {len(own)} | {counts} | {', '.join(wrong)} |")
     records = [of(j[k] for _, j in told) for k in kinds]

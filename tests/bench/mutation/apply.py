@@ -129,9 +129,10 @@ def readers(package: Package, mutant: Mutant) -> set[tuple[str, str]]:
     """(file, qualified name) of the functions that read a module's constant."""
     old = getattr(sys.modules[mutant.module], mutant.name, None)
     return {
-        place for place, held in package.functions.items()
+        place
+        for place, held in package.functions.items()
         if mutant.name in package.names[place] and any(f.__globals__.get(mutant.name) is old for f in held)
-    }  # fmt: skip
+    }
 
 
 def _names(code: types.CodeType) -> set[str]:
@@ -221,9 +222,11 @@ def python_callers(package: Package, kernels: frozenset[str]) -> set[tuple[str, 
         wanted = {id(package.kernels[name]) for name in kernels}
         of_kernels = {id(_python(thing)) for thing in package.kernels.values()}
         package.callers_in_python[kernels] = {
-            place for place, held in package.functions.items() for f in held
+            place
+            for place, held in package.functions.items()
+            for f in held
             if id(f) not in of_kernels and any(id(f.__globals__.get(n)) in wanted for n in package.names[place])
-        }  # fmt: skip
+        }
     return package.callers_in_python[kernels]
 
 

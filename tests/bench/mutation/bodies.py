@@ -91,8 +91,14 @@ class Bodies:
                 where = np.ones(len(axes), bool)
                 allowed = DEEP_MM
                 if {a.group, b.group} == {"tool", "part"}:
-                    where, allowed = ~_near_cut(cuts, tips, max(a.size[0] if a.group == "tool" else 0.0,
-                                                              b.size[0] if b.group == "tool" else 0.0)), IN_AIR_MM  # fmt: skip
+                    where, allowed = (
+                        ~_near_cut(
+                            cuts,
+                            tips,
+                            max(a.size[0] if a.group == "tool" else 0.0, b.size[0] if b.group == "tool" else 0.0),
+                        ),
+                        IN_AIR_MM,
+                    )
                 depth = _depth(a, b, poses[a.name][where], poses[b.name][where])
                 if depth > allowed:
                     return [("collision", f"{a.name} is {depth:.1f} mm in {b.name}")]

@@ -45,10 +45,19 @@ footer = ["$OUT[1] = FALSE ;end", "$OUT[2] = FALSE ;end"]
 
 """
 _LINES = (
-    "BAS (#INITMOV,0 )", "BAS (#VEL_PTP,11 )", "$ADVANCE = 4", "$ACC.CP = 2.3000",
-    "$VEL.ORI1 = 190.000", "$VEL.ORI2 = 190.000", "$ACC.ORI1 = 410.000", "$ACC.ORI2 = 410.000", "$ORI_TYPE = #VAR",
-    "$CIRC_TYPE = #BASE", "$APO.CDIS = 0.400", "$ACT_EX_AX = 2",
-)  # fmt: skip
+    "BAS (#INITMOV,0 )",
+    "BAS (#VEL_PTP,11 )",
+    "$ADVANCE = 4",
+    "$ACC.CP = 2.3000",
+    "$VEL.ORI1 = 190.000",
+    "$VEL.ORI2 = 190.000",
+    "$ACC.ORI1 = 410.000",
+    "$ACC.ORI2 = 410.000",
+    "$ORI_TYPE = #VAR",
+    "$CIRC_TYPE = #BASE",
+    "$APO.CDIS = 0.400",
+    "$ACT_EX_AX = 2",
+)
 _EK = "EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {frame})"
 _STILL = ("no-table", "fixed-arm")
 

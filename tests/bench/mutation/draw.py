@@ -11,9 +11,19 @@ from pathlib import Path
 from mutation.operators import mutations
 
 PACKAGES = (
-    "toolpath", "cell", "kinematics", "redundancy", "bodies", "checks", "program", "languages", "timing", "controller", "jobs",
+    "toolpath",
+    "cell",
+    "kinematics",
+    "redundancy",
+    "bodies",
+    "checks",
+    "program",
+    "languages",
+    "timing",
+    "controller",
+    "jobs",
     "dynamics",
-)  # fmt: skip
+)
 SINGLE = ("se3", "units", "frozen", "findings", "errors", "text")
 # RAPID has a bench of its own: rapid_mutants.py
 LEFT_OUT = ("loop", "witness", "gap", "report", "calibration", "measurement", "studies", "languages.rapid")
@@ -21,14 +31,36 @@ LEFT_OUT = ("loop", "witness", "gap", "report", "calibration", "measurement", "s
 PARALLEL = ("apt", "gcode")
 # Rooms whose changes often show in a program's bytes come first; what reads, replays and judges a program comes last.
 OFTEN = (
-    ".program.", ".languages.krl.writer.", ".languages.krl.krl_text", ".languages.krl.rounding", ".toolpath.", ".redundancy.",
-    ".kinematics.", ".cell.read_", ".cell.joint", ".cell.status_turn", ".cell.arm_axes", ".se3", ".units",
-)  # fmt: skip
+    ".program.",
+    ".languages.krl.writer.",
+    ".languages.krl.krl_text",
+    ".languages.krl.rounding",
+    ".toolpath.",
+    ".redundancy.",
+    ".kinematics.",
+    ".cell.read_",
+    ".cell.joint",
+    ".cell.status_turn",
+    ".cell.arm_axes",
+    ".se3",
+    ".units",
+)
 SELDOM = (
-    ".controller.", ".checks.", ".bodies.", ".dynamics.", ".timing.", ".redundancy.planning.", ".redundancy.following.",
-    ".languages.krl.reader.", ".languages.krl.patch", ".kinematics.batched", ".kinematics.second",
-    ".toolpath.apt.word_checks", ".toolpath.apt.policy", ".toolpath.region",
-)  # fmt: skip
+    ".controller.",
+    ".checks.",
+    ".bodies.",
+    ".dynamics.",
+    ".timing.",
+    ".redundancy.planning.",
+    ".redundancy.following.",
+    ".languages.krl.reader.",
+    ".languages.krl.patch",
+    ".kinematics.batched",
+    ".kinematics.second",
+    ".toolpath.apt.word_checks",
+    ".toolpath.apt.policy",
+    ".toolpath.region",
+)
 # Operators whose changes are mostly errors of Python's own, or too small to be seen.
 WEAK = frozenset(
     """arguments keywords elements name constant-text constant-little constant-double constant-plus constant-minus

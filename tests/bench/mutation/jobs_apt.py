@@ -27,9 +27,23 @@ def started(rpm: float = 6000, **story: object) -> Story:
 def jobs() -> list[Job]:
     """All jobs of this file."""
     return [
-        _pocket(), _arcs(), _helix(), _msys(), _five_axes(), _drill(), _pecks(), _tap(), _sides(), _nurbs(),
-        _camworks(), _clt(), _creo(), _catia(), _makino(), _plain(),
-    ]  # fmt: skip
+        _pocket(),
+        _arcs(),
+        _helix(),
+        _msys(),
+        _five_axes(),
+        _drill(),
+        _pecks(),
+        _tap(),
+        _sides(),
+        _nurbs(),
+        _camworks(),
+        _clt(),
+        _creo(),
+        _catia(),
+        _makino(),
+        _plain(),
+    ]
 
 
 def _pocket() -> Job:

@@ -14,10 +14,21 @@ from mutation.story import Story, Triple
 def jobs() -> list[Job]:
     """All jobs of this file."""
     return [
-        _siemens_vectors(), _siemens_computed(), _siemens_words(), _siemens_plane(), _klartext_lines(), _klartext_vectors(),
-        _klartext_plane(), _klartext_computed(), _siemens_holes(), _klartext_holes(), _macro(),
-        _macro_jumps(), _o_words(), *_refused(),
-    ]  # fmt: skip
+        _siemens_vectors(),
+        _siemens_computed(),
+        _siemens_words(),
+        _siemens_plane(),
+        _klartext_lines(),
+        _klartext_vectors(),
+        _klartext_plane(),
+        _klartext_computed(),
+        _siemens_holes(),
+        _klartext_holes(),
+        _macro(),
+        _macro_jumps(),
+        _o_words(),
+        *_refused(),
+    ]
 
 
 def _begun(story: Story, tool: int = 1, speed: float = 5000) -> Story:
@@ -244,7 +255,11 @@ def _refused() -> list[Job]:
         ("sie-unset", "never.mpf", siemens + "X=R7\n" + ends),
         ("sie-rot", "never.mpf", siemens + "ROT X30\nX10\n" + ends),
         ("sie-cycle", "never.mpf", siemens + "CYCLE84(5,0,2,-10)\n" + ends),
-        ("sie-mode", "never.mpf", siemens + 'G0 Z40\nCYCLE800(0,"T",0,192,0,0,0,0,20,0,0,0,0)\nG0 X0 Y0 Z20\nG1 Z0\n' + ends),
+        (
+            "sie-mode",
+            "never.mpf",
+            siemens + 'G0 Z40\nCYCLE800(0,"T",0,192,0,0,0,0,20,0,0,0,0)\nG0 X0 Y0 Z20\nG1 Z0\n' + ends,
+        ),
         ("sie-call", "never.mpf", siemens + "POCKET_1\nX10\n" + ends),
         ("hh-comp", "never.h", klartext + "4 L X+10 RL\n5 L Y+10\n6 L X+0 R0\n" + last),
         ("hh-q", "never.h", klartext + "4 L X+Q1\n" + last),
@@ -252,5 +267,5 @@ def _refused() -> list[Job]:
         ("hh-datum", "never.h", klartext + "4 CYCL DEF 7.0\n5 CYCL DEF 7.1 #3\n6 L X+10\n" + last),
         ("hh-axis", "never.h", klartext.replace("1 Z S", "1 Y S") + "4 L X+10\n" + last),
         ("hh-turned", "never.h", klartext + "4 M128\n5 L X+10 A+20 F300\n" + last),
-    ]  # fmt: skip
+    ]
     return [Job(f"no-{name}", file, text, setup=PLACE, refuse=True) for name, file, text in rows]

@@ -115,12 +115,20 @@ def _refused() -> list[Job]:
         ("g68-g91", "never.nc", head + "G68 X0. Y0. R30.\nG91 G1 X10. Y0.\nG90 G69\n" + ends),
         ("g68-twice", "never.nc", head + "G51.1 X5.\nG68 X0. Y0. R30.\nG1 X10. Y0.\nG69\nG50.1 X0.\n" + ends),
         ("g51-unit", "never.nc", head + "G51 X0. Y0. Z0. P2\nG1 X10. Y0. Z0.\nG50\n" + ends),
-        ("g51-hole", "never.nc", head + "G51 X0. Y0. Z0. P2.\nG0 X9. Y0. Z9.\nG99 G81 X9. Y0. Z-3. R2.\nG80\nG50\n" + ends),
+        (
+            "g51-hole",
+            "never.nc",
+            head + "G51 X0. Y0. Z0. P2.\nG0 X9. Y0. Z9.\nG99 G81 X9. Y0. Z-3. R2.\nG80\nG50\n" + ends,
+        ),
         ("hh-both", "never.h", klartext + "4 CYCL DEF 8.1 X\n5 CYCL DEF 10.1 ROT+30\n6 L X+9 Y+1\n" + last),
         ("hh-alone", "never.h", klartext + "4 CYCL DEF 10.1 ROT+30\n6 L X+9\n" + last),
         ("hh-scale", "never.h", klartext + "4 CYCL DEF 11.1 SCL 0.5\n6 L X+9 Y+1\n" + last),
         ("hh-preset", "never.h", klartext + "4 CYCL DEF 247 Q339=2\n6 L X+9 Y+1\n" + last),
-        ("apt-trans-first", "never.apt", cl + "TRANS/1,2,3\nRAPID\nGOTO/0,0,30\nGOTO/0,0,0\nRAPID\nGOTO/0,0,30\nFINI\n"),
+        (
+            "apt-trans-first",
+            "never.apt",
+            cl + "TRANS/1,2,3\nRAPID\nGOTO/0,0,30\nGOTO/0,0,0\nRAPID\nGOTO/0,0,30\nFINI\n",
+        ),
         ("apt-trans-twice", "never.apt", cl + down + "TRANS/1,2,3\n" + down + "TRANS/1,0,0\n" + down + up),
-    ]  # fmt: skip
+    ]
     return [Job(f"no-{name}", file, text, setup=PLACE, refuse=True) for name, file, text in rows]

@@ -12,9 +12,17 @@ from mutation.story import Story, Triple
 def jobs() -> list[Job]:
     """All jobs of this file."""
     return [
-        _pocket(), _planes(), _cycles(), _more_cycles(), _inch(), _table("xyzac"), _table("xyzbc"), _tilted(),
-        _inverse_time(), _shifted(),
-    ]  # fmt: skip
+        _pocket(),
+        _planes(),
+        _cycles(),
+        _more_cycles(),
+        _inch(),
+        _table("xyzac"),
+        _table("xyzbc"),
+        _tilted(),
+        _inverse_time(),
+        _shifted(),
+    ]
 
 
 def _pocket() -> Job:

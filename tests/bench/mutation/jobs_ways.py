@@ -23,9 +23,22 @@ TOOLS = (
 def jobs() -> list[Job]:
     """All jobs of this file."""
     return [
-        *_two_tools(), *_cell_ways(), _decimated(), _planned(), _split(), _again(), _no_setup(), _silent(), _optimal(),
-        _tool_aside(), _repeated(), _retreat(), _counter(), _sense(), *_with_part(),
-    ]  # fmt: skip
+        *_two_tools(),
+        *_cell_ways(),
+        _decimated(),
+        _planned(),
+        _split(),
+        _again(),
+        _no_setup(),
+        _silent(),
+        _optimal(),
+        _tool_aside(),
+        _repeated(),
+        _retreat(),
+        _counter(),
+        _sense(),
+        *_with_part(),
+    ]
 
 
 def two() -> Story:

@@ -28,7 +28,7 @@ __all__ = [
     "spread",
     "square",
     "times",
-]  # fmt: skip
+]
 
 Form = tuple[float, float, float, float, float, float, float]
 
@@ -90,10 +90,13 @@ def mixed(a: float, x: Form, b: float, y: Form, c: float, z: Form, k: float) -> 
     )
     return (
         a * x[0] + b * y[0] + c * z[0] + k,
-        a * x[1] + b * y[1] + c * z[1], a * x[2] + b * y[2] + c * z[2], a * x[3] + b * y[3] + c * z[3],
-        a * x[4] + b * y[4] + c * z[4], a * x[5] + b * y[5] + c * z[5],
+        a * x[1] + b * y[1] + c * z[1],
+        a * x[2] + b * y[2] + c * z[2],
+        a * x[3] + b * y[3] + c * z[3],
+        a * x[4] + b * y[4] + c * z[4],
+        a * x[5] + b * y[5] + c * z[5],
         abs(a) * x[6] + abs(b) * y[6] + abs(c) * z[6] + SLACK * size,
-    )  # fmt: skip
+    )
 
 
 @part
@@ -111,8 +114,13 @@ def times(x: Form, y: Form) -> Form:
     e += rx * ey + ry * ex + ex * ey + SLACK * (rx + ex) * (ry + ey)
     return (
         a * b + 0.5 * (d0 + d1 + d2 + d3 + d4),
-        a * y0 + b * x0, a * y1 + b * x1, a * y2 + b * x2, a * y3 + b * x3, a * y4 + b * x4, e,
-    )  # fmt: skip
+        a * y0 + b * x0,
+        a * y1 + b * x1,
+        a * y2 + b * x2,
+        a * y3 + b * x3,
+        a * y4 + b * x4,
+        e,
+    )
 
 
 @part

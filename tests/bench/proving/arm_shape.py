@@ -118,13 +118,35 @@ def arm_shape(cell: Cell, upright: Array) -> ArmShape:
     mix = 0.0 if turning < 0 else float(np.sign(before[2] @ upright) or 1.0)
     zero = np.arctan2(h[4] @ np.cross(h[5], h[3]), h[5] @ h[3])
     return ArmShape(
-        np.ascontiguousarray(first), np.ascontiguousarray(after), space.prismatic, turning, mix, before, behind,
-        np.where(space.u_endless, -np.pi, space.u_lower), np.where(space.u_endless, np.pi, space.u_upper),
-        float(axis2[0]), float(axis2[2]), aside, float(np.linalg.norm(upper)), float(np.linalg.norm(fore)),
-        upper / np.linalg.norm(upper), fore / np.linalg.norm(fore), np.array([along_fore, across, h4[1]]),
-        (space.arm.tool_T_foot @ np.append(space.arm.wrist, 1.0))[:3], R.T @ h[5], R.T @ lever, along, bent,
-        float(reach @ reach), float(space.chain.length), space.lower, space.upper, np.array([-elbow, *third]), float(zero),
-    )  # fmt: skip
+        np.ascontiguousarray(first),
+        np.ascontiguousarray(after),
+        space.prismatic,
+        turning,
+        mix,
+        before,
+        behind,
+        np.where(space.u_endless, -np.pi, space.u_lower),
+        np.where(space.u_endless, np.pi, space.u_upper),
+        float(axis2[0]),
+        float(axis2[2]),
+        aside,
+        float(np.linalg.norm(upper)),
+        float(np.linalg.norm(fore)),
+        upper / np.linalg.norm(upper),
+        fore / np.linalg.norm(fore),
+        np.array([along_fore, across, h4[1]]),
+        (space.arm.tool_T_foot @ np.append(space.arm.wrist, 1.0))[:3],
+        R.T @ h[5],
+        R.T @ lever,
+        along,
+        bent,
+        float(reach @ reach),
+        float(space.chain.length),
+        space.lower,
+        space.upper,
+        np.array([-elbow, *third]),
+        float(zero),
+    )
 
 
 def _turned(v: Array) -> Array:

@@ -96,9 +96,18 @@ def _dear(shape: ArmShape, frame: Array, box: Array, ways: int, cap: float, most
 
 @part
 def _planes(
-    shape: ArmShape, power: float, threshold: float, frame: Array, box: Array, least: float, cap: float, few: int,
-    planes: Array, store: Array, deep: Array,
-) -> int:  # fmt: skip
+    shape: ArmShape,
+    power: float,
+    threshold: float,
+    frame: Array,
+    box: Array,
+    least: float,
+    cap: float,
+    few: int,
+    planes: Array,
+    store: Array,
+    deep: Array,
+) -> int:
     """planes (L, 5) <- planes of which the lowest, or the price at 1/k_F = cap, is below the price all over a bin; how many."""
     best, below, plane = np.empty(WAYS), np.empty((WAYS, 7)), np.empty(5)
     count, waiting = 0, _ROLLS

@@ -80,7 +80,7 @@ def _unturned(space: PlanSpace, origin: Array, axis: Array, step: Array, angle: 
     middle = p.mean(axis=1)
     azimuth = np.where(
         alone[:, None], np.arctan2(p[..., 1], p[..., 0]), np.arctan2(middle[:, 1], middle[:, 0])[:, None]
-    )  # fmt: skip
+    )
     c, s = np.cos(azimuth), np.sin(azimuth)
 
     def turned(v: Array) -> Array:

@@ -26,7 +26,7 @@ from proving.affine import (
     shifted,
     square,
     times,
-)  # fmt: skip
+)
 from proving.arm_shape import ArmShape
 from proving.jacobian_norms import THIN, bound_of_way, flat_form, near_singular
 
@@ -90,18 +90,27 @@ def _axes(shape: ArmShape, pose: Array) -> tuple[Vector, Vector, Vector]:
     xa, xb = -(x[0] * a[0] + x[1] * a[1] + x[2] * a[2]), -(x[0] * b[0] + x[1] * b[1] + x[2] * b[2])
     ya, yb = -(y[0] * a[0] + y[1] * a[1] + y[2] * a[2]), -(y[0] * b[0] + y[1] * b[1] + y[2] * b[2])
     return (
-        _turned(shape.before, (
-            _within(x[0], xa * z[0], xb * z[0], beside), _within(x[1], xa * z[1], xb * z[1], beside),
-            _within(x[2], xa * z[2], xb * z[2], beside),
-        )),
-        _turned(shape.before, (
-            _within(y[0], ya * z[0], yb * z[0], beside), _within(y[1], ya * z[1], yb * z[1], beside),
-            _within(y[2], ya * z[2], yb * z[2], beside),
-        )),
-        _turned(shape.before, (
-            _within(z[0], a[0], b[0], off), _within(z[1], a[1], b[1], off), _within(z[2], a[2], b[2], off)
-        )),
-    )  # fmt: skip
+        _turned(
+            shape.before,
+            (
+                _within(x[0], xa * z[0], xb * z[0], beside),
+                _within(x[1], xa * z[1], xb * z[1], beside),
+                _within(x[2], xa * z[2], xb * z[2], beside),
+            ),
+        ),
+        _turned(
+            shape.before,
+            (
+                _within(y[0], ya * z[0], yb * z[0], beside),
+                _within(y[1], ya * z[1], yb * z[1], beside),
+                _within(y[2], ya * z[2], yb * z[2], beside),
+            ),
+        ),
+        _turned(
+            shape.before,
+            (_within(z[0], a[0], b[0], off), _within(z[1], a[1], b[1], off), _within(z[2], a[2], b[2], off)),
+        ),
+    )
 
 
 @part
@@ -110,7 +119,7 @@ def _origin(shape: ArmShape, pose: Array, box: Array) -> Vector:
     o, a, b, off = pose[3], pose[5], pose[7], pose[8, 1]
     p = moved(
         shape.first, (_within(o[0], a[0], b[0], off), _within(o[1], a[1], b[1], off), _within(o[2], a[2], b[2], off))
-    )  # fmt: skip
+    )
     for i in range(shape.after.shape[0]):
         u = _symbol(box[0, i], box[1, i], i)
         if shape.prismatic[i]:
@@ -249,9 +258,18 @@ def _put(below: Array, k: int, form: Form) -> None:
 
 @part
 def _elbows(
-    shape: ArmShape, X: Form, invX: Form, height: Form, g6: Vector, r: Vector, alive: int, first: int, left: int,
-    best: Array, below: Array,
-) -> int:  # fmt: skip
+    shape: ArmShape,
+    X: Form,
+    invX: Form,
+    height: Form,
+    g6: Vector,
+    r: Vector,
+    alive: int,
+    first: int,
+    left: int,
+    best: Array,
+    below: Array,
+) -> int:
     """The two ways of the elbow behind one of axis 1."""
     la2, lb2 = shape.forearm * shape.forearm, shape.upper_arm * shape.upper_arm
     vx, vz = shifted(X, -shape.x2), shifted(height, -shape.z2)
@@ -304,9 +322,22 @@ def _elbows(
         area = (G, scaled(S, -sign)) if stretched else (one, one)
         most = np.sqrt(Ghigh) if stretched else 1.0
         value, form = bound_of_way(
-            shape, X, invX, height, D, one if stretched else scaled(over, -sign), area, most, (vx, vz), (bx, bz), (fx, fz),
-            h4, g6, r, kappa,
-        )  # fmt: skip
+            shape,
+            X,
+            invX,
+            height,
+            D,
+            one if stretched else scaled(over, -sign),
+            area,
+            most,
+            (vx, vz),
+            (bx, bz),
+            (fx, fz),
+            h4,
+            g6,
+            r,
+            kappa,
+        )
         best[k] = min(rough, value)
         _put(below, k, form)
     return left

@@ -17,7 +17,7 @@ from proving.affine import (
     shifted,
     square,
     times,
-)  # fmt: skip
+)
 from proving.arm_shape import ArmShape
 
 __all__ = ["THIN", "bound_of_way", "flat_form", "near_singular"]
@@ -59,10 +59,22 @@ def flat_form(bound: float) -> Form:
 
 @part
 def bound_of_way(
-    shape: ArmShape, X: Form, invX: Form, height: Form, D: Form, invg: Form, area: tuple[Form, Form],
-    most: float, v: tuple[Form, Form], b: tuple[Form, Form], f: tuple[Form, Form],
-    h4: tuple[Form, float, Form], g6: Vector, r: Vector, kappa: Form,
-) -> tuple[float, Form]:  # fmt: skip
+    shape: ArmShape,
+    X: Form,
+    invX: Form,
+    height: Form,
+    D: Form,
+    invg: Form,
+    area: tuple[Form, Form],
+    most: float,
+    v: tuple[Form, Form],
+    b: tuple[Form, Form],
+    f: tuple[Form, Form],
+    h4: tuple[Form, float, Form],
+    g6: Vector,
+    r: Vector,
+    kappa: Form,
+) -> tuple[float, Form]:
     """The bound of a way whose first three axes are regular all over the box, and a form that k_F^2 is nowhere below.
 
     invg: one over the triangle's (signed) area, twice; area, most: all ones. Where the area may be none: one, the area squared
@@ -108,9 +120,10 @@ def _square_of_jacobian(
     wrist = shifted(scaled(square(across), -1.0), 3.0 * r2 - shape.along * shape.along)
     if shape.bent:  # the fifth axis along h4 x h6
         n = (
-            minus(scaled(g6[2], h4[1]), times(h4[2], g6[1])), minus(times(h4[2], g6[0]), times(h4[0], g6[2])),
+            minus(scaled(g6[2], h4[1]), times(h4[2], g6[1])),
+            minus(times(h4[2], g6[0]), times(h4[0], g6[2])),
             minus(times(h4[0], g6[1]), scaled(g6[0], h4[1])),
-        )  # fmt: skip
+        )
         wrist = minus(wrist, times(square(_dot(n, r)), over))
     whole: Form = shifted(scaled(plus(plus(first, second), plus(third, wrist)), 1.0 / L2), 6.0)
     return whole
@@ -118,9 +131,20 @@ def _square_of_jacobian(
 
 @part
 def _square_of_inverse(
-    shape: ArmShape, invX: Form, D: Form, invg: Form, area: tuple[Form, Form], v: tuple[Form, Form], b: tuple[Form, Form],
-    f: tuple[Form, Form], h4: tuple[Form, float, Form], g6: Vector, r: Vector, kappa: Form, over: Form,
-) -> Form:  # fmt: skip
+    shape: ArmShape,
+    invX: Form,
+    D: Form,
+    invg: Form,
+    area: tuple[Form, Form],
+    v: tuple[Form, Form],
+    b: tuple[Form, Form],
+    f: tuple[Form, Form],
+    h4: tuple[Form, float, Form],
+    g6: Vector,
+    r: Vector,
+    kappa: Form,
+    over: Form,
+) -> Form:
     """The squared norm of the Jacobian's inverse, times the squared area."""
     L2, r2, la2 = shape.length * shape.length, shape.reach2, shape.forearm * shape.forearm
     none = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -148,9 +172,13 @@ def _square_of_inverse(
     ux, uz = times(r[2], invX), scaled(times(r[0], invX), -1.0)
     L = shape.length
     columns = (
-        (none, scaled(qx, L), none), (none, scaled(qy, L), scaled(invX, L)), (none, scaled(qz, L), none),
-        (g, scaled(tx, -1.0), scaled(ux, -1.0)), (none, minus(g, ty), none), (none, scaled(tz, -1.0), minus(g, uz)),
-    )  # fmt: skip
+        (none, scaled(qx, L), none),
+        (none, scaled(qy, L), scaled(invX, L)),
+        (none, scaled(qz, L), none),
+        (g, scaled(tx, -1.0), scaled(ux, -1.0)),
+        (none, minus(g, ty), none),
+        (none, scaled(tz, -1.0), minus(g, uz)),
+    )
     A4 = A6 = A46 = whole = none
     for y3 in columns:
         p4 = plus(plus(times(h4[0], y3[0]), times(h4[2], y3[2])), scaled(y3[1], h4[1]))

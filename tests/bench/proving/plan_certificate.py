@@ -48,9 +48,18 @@ def write_certificate(
         box[:, 1] *= 1.0 + _WIDER
         columns |= {f"{name}{n}": value for name, value in (level | {"planes": planes, "box": box}).items()}
     np.savez_compressed(
-        file, levels=len(told), tip=frames[:, :3, 3], axis=frames[:, :3, 2], weight=waypoint_weights(w),
-        leap=np.where(w.safe, objective.reposture, np.inf), haste=motion.haste,
+        file,
+        levels=len(told),
+        tip=frames[:, :3, 3],
+        axis=frames[:, :3, 2],
+        weight=waypoint_weights(w),
+        leap=np.where(w.safe, objective.reposture, np.inf),
+        haste=motion.haste,
         most=(1.0 - 2.0 * _LOWERED) * np.minimum(most, dearest(objective)),
-        endless=turns, conditioning=objective.conditioning, threshold=objective.threshold, power=objective.power,
-        **both, **columns,
-    )  # fmt: skip
+        endless=turns,
+        conditioning=objective.conditioning,
+        threshold=objective.threshold,
+        power=objective.power,
+        **both,
+        **columns,
+    )

@@ -27,7 +27,7 @@ from proving.affine import (
     scaled,
     square,
     times,
-)  # fmt: skip
+)
 from proving.arm_shape import ArmShape
 from proving.enclosure import Vector, bounds_of_arm, moved, unturned
 

@@ -116,9 +116,16 @@ def prove_plan(
         k, where, corner, bins, planes = _priced(shape, objective, w, most, lattice, k, where, found)
         steps = np.stack([_steps(motion, lattice, i, len(endless)) for i in range(2)], axis=1)
         price, through = cheapest_through(
-            count + ~_both(endless), _both(endless), most, np.searchsorted(k, np.arange(len(w) + 1)), where, corner,
-            waypoint_weights(w), steps, leap,
-        )  # fmt: skip
+            count + ~_both(endless),
+            _both(endless),
+            most,
+            np.searchsorted(k, np.arange(len(w) + 1)),
+            where,
+            corner,
+            waypoint_weights(w),
+            steps,
+            leap,
+        )
         bound = min(shown, price * (1.0 - _ROUNDING))
         known = max(known, bound)
         rest = through * (1.0 - _ROUNDING) < target
@@ -145,9 +152,15 @@ def dearest(objective: Objective) -> float:
 
 
 def _priced(
-    shape: ArmShape, objective: Objective, w: Waypoints, most: Array, lattice: Lattice, k: Ints, where: Ints,
+    shape: ArmShape,
+    objective: Objective,
+    w: Waypoints,
+    most: Array,
+    lattice: Lattice,
+    k: Ints,
+    where: Ints,
     found: dict[str, Array | Ints],
-) -> tuple[Ints, Ints, Array, int, int]:  # fmt: skip
+) -> tuple[Ints, Ints, Array, int, int]:
     """The cells that may be cheaper than the most, with the prices at their corners (M, 4); bins and planes that it took.
 
     found <- each cell's bin (-1: too near axis 1), bins, planes, and which cells are live.

@@ -123,9 +123,15 @@ def the_template_of_the_panel(draw: Draw) -> Tree:
     """The INI fold that every program made on a panel has."""
     at = draw.lines("bas")[0]
     lines = [
-        ";FOLD BASISTECH INI", "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )", "INTERRUPT ON 3",
-        draw.tree.at(at), ";ENDFOLD (BASISTECH INI)", ";FOLD USER INI", ";Make your modifications here", ";ENDFOLD (USER INI)",
-    ]  # fmt: skip
+        ";FOLD BASISTECH INI",
+        "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )",
+        "INTERRUPT ON 3",
+        draw.tree.at(at),
+        ";ENDFOLD (BASISTECH INI)",
+        ";FOLD USER INI",
+        ";Make your modifications here",
+        ";ENDFOLD (USER INI)",
+    ]
     return draw.tree.put(at, *lines)
 
 

@@ -116,10 +116,33 @@ upper = 0.2
 
 
 HOSTILE = [
-    "__import__('os').system('true')", "A1.__class__", "(lambda: 1)()", "[1][0]", "A1 if A2 else A3", "A1 ** A2", "2 ** 9999",
-    "open('x')", "exp(A1, A2)", "'a'", "True", "1e999", "9" * 500, "abs(" * 30 + "A1" + ")" * 30, "A9", "A1;A2", "A1 := 2", "",
-    "-" * 90 + "A1", "A1 @ A2", "f'{A1}'", "sin(*A1)", "sin(x=A1)", "A1\nA2", "not A1", "1j",
-]  # fmt: skip
+    "__import__('os').system('true')",
+    "A1.__class__",
+    "(lambda: 1)()",
+    "[1][0]",
+    "A1 if A2 else A3",
+    "A1 ** A2",
+    "2 ** 9999",
+    "open('x')",
+    "exp(A1, A2)",
+    "'a'",
+    "True",
+    "1e999",
+    "9" * 500,
+    "abs(" * 30 + "A1" + ")" * 30,
+    "A9",
+    "A1;A2",
+    "A1 := 2",
+    "",
+    "-" * 90 + "A1",
+    "A1 @ A2",
+    "f'{A1}'",
+    "sin(*A1)",
+    "sin(x=A1)",
+    "A1\nA2",
+    "not A1",
+    "1j",
+]
 
 
 @pytest.mark.parametrize("text", HOSTILE)

@@ -19,11 +19,34 @@ from camrob.gap.observation.signals import derivative, first_order, pieces_of, p
 from camrob.measurement.log_info import MeasuredFrame
 
 CONTRACT = {
-    "frame_base", "frame_tool", "frame_table", "joint_offset", "geometry", "track", "lean", "joint_compliance", "payload",
-    "backlash", "servo_lag", "acceleration_error", "friction", "gear_ripple", "wrist_coupling", "thermal_drift",
-    "corner_rounding", "latency", "early_reading", "cutting_force", "measurement_frame",
-    "measurement_scale", "measurement_drift", "turntable", "motor_commutation", "hysteresis", "setpoint_delay",
-}  # fmt: skip
+    "frame_base",
+    "frame_tool",
+    "frame_table",
+    "joint_offset",
+    "geometry",
+    "track",
+    "lean",
+    "joint_compliance",
+    "payload",
+    "backlash",
+    "servo_lag",
+    "acceleration_error",
+    "friction",
+    "gear_ripple",
+    "wrist_coupling",
+    "thermal_drift",
+    "corner_rounding",
+    "latency",
+    "early_reading",
+    "cutting_force",
+    "measurement_frame",
+    "measurement_scale",
+    "measurement_drift",
+    "turntable",
+    "motor_commutation",
+    "hysteresis",
+    "setpoint_delay",
+}
 DEG = np.pi / 180.0
 
 

@@ -15,8 +15,16 @@ from camrob.gap.diagnose import diagnose
 from camrob.gap.evidence.shrink import Shrinkage, figures
 
 SIGMA = 0.02
-FIGURES = {"rms_before_mm", "rms_after_mm", "p95_before_mm", "p95_after_mm", "max_before_mm", "max_after_mm", "shrink",
-           "shrink_interval"}  # fmt: skip
+FIGURES = {
+    "rms_before_mm",
+    "rms_after_mm",
+    "p95_before_mm",
+    "p95_after_mm",
+    "max_before_mm",
+    "max_after_mm",
+    "shrink",
+    "shrink_interval",
+}
 
 
 def plant_two(world) -> None:

@@ -31,8 +31,17 @@ def paused() -> Diagnosis:
 
 def regime(what: str, before: float, after: float, *, worse: bool = False) -> dict[str, Any]:
     shrink = 1.0 - after / before
-    return {"regime": "track", "what": what, "samples": 500, "rms_before_mm": before, "rms_after_mm": after, "shrink": shrink,
-            "shrink_interval": [shrink - 0.05, shrink + 0.05], "doubt_mm": 0.004, "worse": worse}  # fmt: skip
+    return {
+        "regime": "track",
+        "what": what,
+        "samples": 500,
+        "rms_before_mm": before,
+        "rms_after_mm": after,
+        "shrink": shrink,
+        "shrink_interval": [shrink - 0.05, shrink + 0.05],
+        "doubt_mm": 0.004,
+        "worse": worse,
+    }
 
 
 def test_a_pause_is_reported_in_the_terminal_and_on_the_page() -> None:

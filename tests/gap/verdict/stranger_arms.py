@@ -176,9 +176,16 @@ def angles(R: np.ndarray) -> np.ndarray:
 
 
 def columns_of(
-    machine: Machine, t: np.ndarray, encoder: np.ndarray, T: np.ndarray | None, *, setpoint: np.ndarray | None = None,
-    sigma: float = 1e-5, seed: int = 0, turned: bool = True,
-) -> dict[str, np.ndarray]:  # fmt: skip
+    machine: Machine,
+    t: np.ndarray,
+    encoder: np.ndarray,
+    T: np.ndarray | None,
+    *,
+    setpoint: np.ndarray | None = None,
+    sigma: float = 1e-5,
+    seed: int = 0,
+    turned: bool = True,
+) -> dict[str, np.ndarray]:
     """A log's columns in its units. T: what was measured, None where nobody did; sigma: m an axis."""
     rng, columns = np.random.default_rng([seed, 7]), {"t": t}
     if T is not None:
@@ -227,14 +234,27 @@ dh = [
 ]
 """
 UR = Machine(
-    UR_CELL, tuple((al * DEG, a / 1e3, d / 1e3) for al, a, d in UR_ROWS), (1.0,) * 6, (0.0,) * 6, np.eye(4), np.eye(4),
+    UR_CELL,
+    tuple((al * DEG, a / 1e3, d / 1e3) for al, a, d in UR_ROWS),
+    (1.0,) * 6,
+    (0.0,) * 6,
+    np.eye(4),
+    np.eye(4),
     ((1, 9.0, (0.2, 0, 0.1)), (2, 3.0, (0.2, 0, 0.05)), (5, 4.0, (0, 0, 0.05))),
-    np.array([0.3, -1.6, 1.2, -1.0, -1.5, 0.2]), np.array([1.3, 0.5, 0.7, 1.0, 0.7, 1.5]),
-)  # fmt: skip
+    np.array([0.3, -1.6, 1.2, -1.0, -1.5, 0.2]),
+    np.array([1.3, 0.5, 0.7, 1.0, 0.7, 1.5]),
+)
 ONE = Machine(
     'schema = 1\nname = "bench"\nstanding = "datasheet"\n\n[arm]\ndh = [[0, 500, 0, 0]]\n',
-    ((0.0, 0.5, 0.0),), (1.0,), (0.0,), np.eye(4), np.eye(4), (), np.array([0.2]), np.array([1.2]),
-)  # fmt: skip
+    ((0.0, 0.5, 0.0),),
+    (1.0,),
+    (0.0,),
+    np.eye(4),
+    np.eye(4),
+    (),
+    np.array([0.2]),
+    np.array([1.2]),
+)
 SEVEN = Machine(
     """schema = 1
 name = "seven"
@@ -243,18 +263,38 @@ standing = "datasheet"
 [arm]
 dh = [[-90, 0, 0, 340], [90, 0, 0, 0], [90, 0, 0, 400], [-90, 0, 0, 0], [-90, 0, 0, 400], [90, 0, 0, 0], [0, 0, 0, 126]]
 """,
-    tuple((al * DEG, 0.0, d / 1e3) for al, d in ((-90, 340), (90, 0), (90, 400), (-90, 0), (-90, 400), (90, 0), (0, 126))),
-    (1.0,) * 7, (0.0,) * 7, np.eye(4), np.eye(4), (), np.array([0.1, 0.5, 0.2, -1.3, 0.3, 0.9, 0.1]), np.full(7, 0.7),
-)  # fmt: skip
+    tuple(
+        (al * DEG, 0.0, d / 1e3) for al, d in ((-90, 340), (90, 0), (90, 400), (-90, 0), (-90, 400), (90, 0), (0, 126))
+    ),
+    (1.0,) * 7,
+    (0.0,) * 7,
+    np.eye(4),
+    np.eye(4),
+    (),
+    np.array([0.1, 0.5, 0.2, -1.3, 0.3, 0.9, 0.1]),
+    np.full(7, 0.7),
+)
 _FOOT = np.diag([-1.0, 1.0, -1.0, 1.0])
 _FOOT[:3, 3] = -0.803, 0.0, -0.305
 _TIP = np.eye(4)
 _TIP[2, 3] = -0.1197
 KR_ROWS = [(np.pi / 2, 0.3, -0.675), (0, 0.65, 0), (np.pi / 2, 0.155, 0), (np.pi / 2, 0, -0.6), (np.pi / 2, 0, 0)]
 KR = Machine(
-    "", (*KR_ROWS, (0.3564, 0.0, -0.4434)), (1, 1, 1, 1, -1, 1), tuple(np.array([180, 0, -90, 0, 180, 0]) * DEG), _FOOT, _TIP,
-    ((1, 42.0, (-0.39, 0, 0)), (2, 48.0, (-0.06, 0.04, 0.02)), (3, 22.0, (0, 0.18, 0)), (5, 4.0, (0, 0.127, 0.341)),
-     (5, 12.0, (0, 0, 0.13))),
-    np.array([0, -90, 90, 0, 90, 0, 0, 0]) * DEG, np.array([0.5, 0.35, 0.45, 1.0, 0.7, 1.5, 0.5, 2.0]),
-    track=np.array([0.0, 1.0, 0.0]), table=True,
-)  # fmt: skip
+    "",
+    (*KR_ROWS, (0.3564, 0.0, -0.4434)),
+    (1, 1, 1, 1, -1, 1),
+    tuple(np.array([180, 0, -90, 0, 180, 0]) * DEG),
+    _FOOT,
+    _TIP,
+    (
+        (1, 42.0, (-0.39, 0, 0)),
+        (2, 48.0, (-0.06, 0.04, 0.02)),
+        (3, 22.0, (0, 0.18, 0)),
+        (5, 4.0, (0, 0.127, 0.341)),
+        (5, 12.0, (0, 0, 0.13)),
+    ),
+    np.array([0, -90, 90, 0, 90, 0, 0, 0]) * DEG,
+    np.array([0.5, 0.35, 0.45, 1.0, 0.7, 1.5, 0.5, 2.0]),
+    track=np.array([0.0, 1.0, 0.0]),
+    table=True,
+)

@@ -37,9 +37,16 @@ COLUMN = Machine(
         '[[joint]]\nname = "E1"\nrole = "carriage"\ntype = "prismatic"\n'
         "dh = { alpha_deg = 0, a_mm = 0, theta_deg = 0, d_mm = 0 }\n\n[arm]",
     ),
-    UR.rows, UR.sign, UR.shift, UR.foot, UR.tip, UR.masses, np.r_[UR.home, 0.3], np.r_[UR.swing, 0.3],
+    UR.rows,
+    UR.sign,
+    UR.shift,
+    UR.foot,
+    UR.tip,
+    UR.masses,
+    np.r_[UR.home, 0.3],
+    np.r_[UR.swing, 0.3],
     track=np.array([0.0, 0.0, 1.0]),
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)

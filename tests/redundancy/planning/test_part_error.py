@@ -40,9 +40,15 @@ class Push:
 
 def errors_of(**other) -> PostureErrors:
     given = {
-        "compliance": NOTHING, "sagging": NOTHING, "shift": NOTHING, "swing": NOTHING, "mark": NOTHING,
-        "root": np.zeros((12, 0)), "tip": np.zeros(2), "force": NoForce(),
-    }  # fmt: skip
+        "compliance": NOTHING,
+        "sagging": NOTHING,
+        "shift": NOTHING,
+        "swing": NOTHING,
+        "mark": NOTHING,
+        "root": np.zeros((12, 0)),
+        "tip": np.zeros(2),
+        "force": NoForce(),
+    }
     return PostureErrors(**{**given, **other})
 
 
@@ -97,10 +103,16 @@ def test_each_term_is_the_one_written_down():
     root[:6] *= 1e-2
     tip, doubt, any_force, rest = np.array([4e-8, 1e-8]), 0.3, 20.0, 5e-5
     errors = errors_of(
-        compliance=COMPLIANCE, sagging=COMPLIANCE, shift=shift * generator.SIGN, swing=swing,
+        compliance=COMPLIANCE,
+        sagging=COMPLIANCE,
+        shift=shift * generator.SIGN,
+        swing=swing,
         root=root * np.concatenate([np.ones(6), generator.SIGN])[:, None],
-        tip=tip, doubt=doubt, any_force=any_force, rest=rest,
-    )  # fmt: skip
+        tip=tip,
+        doubt=doubt,
+        any_force=any_force,
+        rest=rest,
+    )
     got, levers = expected_squares(error_numbers(CELL, 1, errors), u, q, push)
     left, _ = expected_squares(error_numbers(CELL, 1, replace(errors, corrected=True)), u, q, push)
     J, torque = generator.jacobian(axis)[:, :3], generator.torques(axis)

@@ -152,9 +152,14 @@ def short_path():
     tips = np.array([[0.10, 0.0, 0.1], [0.12, 0.0, 0.1], [0.14, 0.005, 0.1], [0.16, 0.02, 0.1]])
     R = rotation_minimising(np.tile(UP, (4, 1)), np.array([1.0, 0.0, 0.0]))
     return ToolPathInBase(
-        pose(R, tips), np.full(4, int(Move.CUT), np.int8), np.full(4, 0.02), np.arange(1, 5), np.zeros(4, np.int32),
-        np.arange(4), np.zeros(4, bool),
-    )  # fmt: skip
+        pose(R, tips),
+        np.full(4, int(Move.CUT), np.int8),
+        np.full(4, 0.02),
+        np.arange(1, 5),
+        np.zeros(4, np.int32),
+        np.arange(4),
+        np.zeros(4, bool),
+    )
 
 
 def test_no_plan_of_a_short_path_is_below_its_bound_and_the_best_of_many_is_near_it():

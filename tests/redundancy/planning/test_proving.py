@@ -76,9 +76,11 @@ def test_bent_functions_of_forms_hold_theirs_in_fifty_digits():
             number = mpmath.mpf(a.numerator) / a.denominator
             cosine, sine = cosine_sine(x)
             for form, exact in (
-                (inverse(x, lowest(x), highest(x)), 1 / number), (root(x, lowest(x), highest(x)), mpmath.sqrt(number)),
-                (cosine, mpmath.cos(number)), (sine, mpmath.sin(number)),
-            ):  # fmt: skip
+                (inverse(x, lowest(x), highest(x)), 1 / number),
+                (root(x, lowest(x), highest(x)), mpmath.sqrt(number)),
+                (cosine, mpmath.cos(number)),
+                (sine, mpmath.sin(number)),
+            ):
                 near = value(form, symbols, 0)
                 assert abs(exact - mpmath.mpf(near.numerator) / near.denominator) <= form[6]
 
@@ -166,9 +168,14 @@ def path_of(tips, axes):
     n = len(tips)
     R = rotation_minimising(np.ascontiguousarray(axes), np.array([0.3, 0.5, 0.8]))
     return ToolPathInBase(
-        pose(R, np.asarray(tips, float)), np.full(n, int(Move.CUT), np.int8), np.full(n, 0.02), np.arange(1, n + 1),
-        np.zeros(n, np.int32), np.arange(n), np.zeros(n, bool),
-    )  # fmt: skip
+        pose(R, np.asarray(tips, float)),
+        np.full(n, int(Move.CUT), np.int8),
+        np.full(n, 0.02),
+        np.arange(1, n + 1),
+        np.zeros(n, np.int32),
+        np.arange(n),
+        np.zeros(n, bool),
+    )
 
 
 def test_every_pose_between_a_path_s_points_lies_in_its_bundles_but_for_the_table_s_turn():

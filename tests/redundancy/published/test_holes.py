@@ -30,9 +30,14 @@ def _path(
     frames[:, :3, 3] = np.array(points) / 1e3 + (0.0, 0.0, 0.2)
     move = np.full(n, Move.CUT, np.int8)
     return ToolPathInBase(
-        frames, move, np.full(n, 0.01), np.arange(1, n + 1), np.array(region or [0] * n, np.int32), np.arange(n),
+        frames,
+        move,
+        np.full(n, 0.01),
+        np.arange(1, n + 1),
+        np.array(region or [0] * n, np.int32),
+        np.arange(n),
         np.ones(n, np.bool_),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(

@@ -365,11 +365,20 @@ def test_a_feed_without_a_unit_after_the_lengths_have_changed_theirs() -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        "MIRROR/XAXIS", "MIRROR/YZPLAN", "MIRROR", "SCALE/2", "MODIFY/XAXIS,YAXIS",
-        "REPEAT/3", "THREAD/TURN,1", "SET/ORIGIN,5", "SET/MIRROR,ON", "ROTHED/45", "GOCLER/1",
+        "MIRROR/XAXIS",
+        "MIRROR/YZPLAN",
+        "MIRROR",
+        "SCALE/2",
+        "MODIFY/XAXIS,YAXIS",
+        "REPEAT/3",
+        "THREAD/TURN,1",
+        "SET/ORIGIN,5",
+        "SET/MIRROR,ON",
+        "ROTHED/45",
+        "GOCLER/1",
         "GOPARK",
     ],
-)  # fmt: skip
+)
 def test_words_that_would_make_another_part(words: str) -> None:
     refused(HEAD + DOWN + words + "\nGOTO/1,0,0\n", 7, "may mean motion")
 
@@ -456,9 +465,17 @@ def test_the_file_without_a_feed() -> None:
 
 def test_auto_retract_goes_back_to_where_the_cycle_began(tmp_path: Path) -> None:
     """RTRCTO,AUTO: out of each hole to the height at which the cycle found the tool, so that ways between holes stay there."""
-    lines = ("TOOL PATH/D,TOOL,T", "SPINDL/RPM,900,CLW", "RAPID", "GOTO/0,0,50,0,0,1",
-             "CYCLE/DRILL,RAPTO,3.,FEDTO,-10.,RTRCTO,AUTO,MMPM,100.", "GOTO/0,0,0", "GOTO/20,0,8", "CYCLE/OFF",
-             "END-OF-PATH")  # fmt: skip
+    lines = (
+        "TOOL PATH/D,TOOL,T",
+        "SPINDL/RPM,900,CLW",
+        "RAPID",
+        "GOTO/0,0,50,0,0,1",
+        "CYCLE/DRILL,RAPTO,3.,FEDTO,-10.,RTRCTO,AUTO,MMPM,100.",
+        "GOTO/0,0,0",
+        "GOTO/20,0,8",
+        "CYCLE/OFF",
+        "END-OF-PATH",
+    )
     file = tmp_path / "auto.cls"
     file.write_text("\n".join(lines) + "\n")
     tips = np.concatenate([r.position for r in read_toolpath(file).regions]) * 1000.0

@@ -346,9 +346,14 @@ def _moved(folder: Path, body: str) -> list[tuple[str, float, float, float, floa
 def test_siemens_drills_where_mcall_stands_behind_every_way(tmp_path: Path) -> None:
     body = "G1 X1 F300\nG0 Z30\nMCALL CYCLE82(20,1,2,-5,,0.5)\nX10 Y5\nMCALL\nX20\nG1 Z0\n"
     assert _moved(tmp_path, body)[2:] == [
-        ("rapid", 1, 0, 30, 0), ("rapid", 10, 5, 30, 0), ("rapid", 10, 5, 3, 0), ("cut", 10, 5, -5, 300), ("rapid", 10, 5, 20, 0),
-        ("rapid", 20, 5, 20, 0), ("cut", 20, 5, 0, 300),
-    ]  # fmt: skip
+        ("rapid", 1, 0, 30, 0),
+        ("rapid", 10, 5, 30, 0),
+        ("rapid", 10, 5, 3, 0),
+        ("cut", 10, 5, -5, 300),
+        ("rapid", 10, 5, 20, 0),
+        ("rapid", 20, 5, 20, 0),
+        ("cut", 20, 5, 0, 300),
+    ]
     (region,) = regions(tmp_path, SIEMENS + UP + body + "M30\n", "c.mpf")
     assert [(e.kind, e.value) for e in region.events if e.kind is EventKind.DWELL] == [(EventKind.DWELL, 0.5)]
 
@@ -359,23 +364,45 @@ def test_siemens_drills_where_mcall_stands_behind_every_way(tmp_path: Path) -> N
         ("CYCLE81(20,1,2,,6)", [(3, 0), (-5, 600), (20, 0)]),
         ("CYCLE85(20,0,2,-5,,0,120,240)", [(2, 0), (-5, 120), (2, 240), (20, 0)]),
         # bites of 4, 3, 2, 2 and what is left; out to the clearance, in again to 0.6 above (DIS1 left out, less than 30 deep)
-        ("CYCLE83(20,0,2,-12,,-4,,1,0,0,1,1,3,2)", [(2, 0), (-4, 600), (2, 0), (-3.4, 0), (-7, 600), (2, 0), (-6.4, 0), (-9, 600),
-                                                    (2, 0), (-8.4, 0), (-11, 600), (2, 0), (-10.4, 0), (-12, 600), (20, 0)]),
+        (
+            "CYCLE83(20,0,2,-12,,-4,,1,0,0,1,1,3,2)",
+            [
+                (2, 0),
+                (-4, 600),
+                (2, 0),
+                (-3.4, 0),
+                (-7, 600),
+                (2, 0),
+                (-6.4, 0),
+                (-9, 600),
+                (2, 0),
+                (-8.4, 0),
+                (-11, 600),
+                (2, 0),
+                (-10.4, 0),
+                (-12, 600),
+                (20, 0),
+            ],
+        ),
         # deeper than 30: a fiftieth of the depth, 1.2, at most 7; DIS1 itself where it stands
         ("CYCLE83(20,0,2,-60,,-40,,0,0,0,1,1)", [(2, 0), (-40, 600), (2, 0), (-38.8, 0), (-60, 600), (20, 0)]),
         ("CYCLE83(20,0,2,-400,,-300,,0,0,0,1,1)", [(2, 0), (-300, 600), (2, 0), (-293, 0), (-400, 600), (20, 0)]),
         ("CYCLE83(20,0,2,-60,,-40,,0,0,0,1,1,3,,,,2)", [(2, 0), (-40, 600), (2, 0), (-38, 0), (-60, 600), (20, 0)]),
-        ("CYCLE83(20,0,2,-8,,,3,0,0,0,0.5,0,0,3,0.5)", [(2, 0), (-3, 300), (-2.5, 600), (-6, 600), (-5.5, 600), (-8, 600),
-                                                        (20, 0)]),
-        ("CYCLE83(20,0,2,-8,,,4,-0.5,0,0,1,0,0,1,1)", [(2, 0), (-4, 600), (-3, 600), (-6, 600), (-5, 600), (-7, 600), (-6, 600),
-                                                     (-8, 600), (20, 0)]),
+        (
+            "CYCLE83(20,0,2,-8,,,3,0,0,0,0.5,0,0,3,0.5)",
+            [(2, 0), (-3, 300), (-2.5, 600), (-6, 600), (-5.5, 600), (-8, 600), (20, 0)],
+        ),
+        (
+            "CYCLE83(20,0,2,-8,,,4,-0.5,0,0,1,0,0,1,1)",
+            [(2, 0), (-4, 600), (-3, 600), (-6, 600), (-5, 600), (-7, 600), (-6, 600), (-8, 600), (20, 0)],
+        ),
         # CYCLE89 comes out at the feed at which it went in; FRF in hundredths of the feed where it is above 1
         ("CYCLE89(20,0,2,-5)", [(2, 0), (-5, 600), (2, 600), (20, 0)]),
         ("CYCLE83(20,0,2,-8,,,4,0,0,0,100,1)", [(2, 0), (-4, 600), (2, 0), (-3.4, 0), (-8, 600), (20, 0)]),
         ("CYCLE83(20,0,2,-8,,,4,0,0,0,25,1)", [(2, 0), (-4, 150), (2, 0), (-3.4, 0), (-8, 600), (20, 0)]),
         ("CYCLE84(20,0,2,-8,,0,3,,0.8,0,1000,1000,0,1,,0,,,,,)", [(2, 0), (-8, 800), (2, 800), (20, 0)]),
     ],
-)  # fmt: skip
+)
 def test_siemens_cycles_by_their_values(tmp_path: Path, call: str, heights: list[tuple[float, float]]) -> None:
     found = _moved(tmp_path, f"G0 X4 Y5 Z30\n{call}\nG1 X5\n")
     assert [(z, feed) for _, x, _, z, feed in found[2:-1]] == heights
@@ -390,14 +417,21 @@ def test_a_cycle_leaves_g91_and_the_motion_as_they_were(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "match"),
     [
-        ("CYCLE84(5,0,2,-9)", "without its pitch"), ("CYCLE84(5,0,2,-9,,0,3,,1,0,900,900,0,2)", "another unit"),
-        ("MCALL CYCLE84(5,0,2,-9,,0,3,,1,0,900,900,0,1,,1,3,0.5)", "in bites"), ("CYCLE83(5,0,2,-9,,-3,,0,0,0,101,1)", "FRF"),
-        ("MCALL CYCLE86(5,0,2,-9,,0,3,1,0,0,0)", "stands at an angle"), ("CYCLE88(5,0,2,-9,,0,3)", "an operator"),
-        ("MCALL HOLES1(0,0,0,5,5,3)", "MCALL HOLES1"), ("CYCLE81(5,0,2)", "without its depth"),
-        ("CYCLE81(5,0,2,-9,3)", "two depths"), ("CYCLE81(5,0,2,9)", "no hole"), ("CYCLE82(5,0,2,-9,,-3)", "turns of the spindle"),
-        ("CYCLE83(5,0,2,-9,,-1,,-0.01,0,0,1,1)", "never end"), ("CYCLE81(5,0,2,-9,0,0,0,1,11)", "another way"),
+        ("CYCLE84(5,0,2,-9)", "without its pitch"),
+        ("CYCLE84(5,0,2,-9,,0,3,,1,0,900,900,0,2)", "another unit"),
+        ("MCALL CYCLE84(5,0,2,-9,,0,3,,1,0,900,900,0,1,,1,3,0.5)", "in bites"),
+        ("CYCLE83(5,0,2,-9,,-3,,0,0,0,101,1)", "FRF"),
+        ("MCALL CYCLE86(5,0,2,-9,,0,3,1,0,0,0)", "stands at an angle"),
+        ("CYCLE88(5,0,2,-9,,0,3)", "an operator"),
+        ("MCALL HOLES1(0,0,0,5,5,3)", "MCALL HOLES1"),
+        ("CYCLE81(5,0,2)", "without its depth"),
+        ("CYCLE81(5,0,2,-9,3)", "two depths"),
+        ("CYCLE81(5,0,2,9)", "no hole"),
+        ("CYCLE82(5,0,2,-9,,-3)", "turns of the spindle"),
+        ("CYCLE83(5,0,2,-9,,-1,,-0.01,0,0,1,1)", "never end"),
+        ("CYCLE81(5,0,2,-9,0,0,0,1,11)", "another way"),
     ],
-)  # fmt: skip
+)
 def test_cycles_of_siemens_that_are_refused(tmp_path: Path, body: str, match: str) -> None:
     refused(tmp_path, SIEMENS + UP + f"G1 X1\n{body}\nX5\nM30\n", "a.mpf", 9, match)
 
@@ -419,11 +453,17 @@ TWIST = BASE + " Q202=+4 Q210=+0 Q212=+0 Q213=+0 Q205=+0 Q208=+0"
         ("240 CENTERING " + BASE + " Q343=+0", [(3, 0), (-7, 150), (21, 0)]),
         ("203 UNIVERSAL " + TWIST, [(3, 0), (-3, 150), (3, 150), (-1, 0), (-7, 150), (3, 150), (21, 0)]),
         # bites of 4, 3 and what is left; the chip is broken once, by 0.5 mm, and the tool comes out in rapid
-        ("203 UNIVERSAL " + TWIST.replace("Q212=+0", "Q212=+1").replace("Q213=+0", "Q213=+1").replace("Q205=+0", "Q205=+2")
-         .replace("Q208=+0", "Q208=99999") + " Q256=+0.5", [(3, 0), (-3, 150), (-2.5, 0), (-6, 150), (3, 0), (-4, 0), (-7, 150),
-                                                          (3, 0), (21, 0)]),
+        (
+            "203 UNIVERSAL "
+            + TWIST.replace("Q212=+0", "Q212=+1")
+            .replace("Q213=+0", "Q213=+1")
+            .replace("Q205=+0", "Q205=+2")
+            .replace("Q208=+0", "Q208=99999")
+            + " Q256=+0.5",
+            [(3, 0), (-3, 150), (-2.5, 0), (-6, 150), (3, 0), (-4, 0), (-7, 150), (3, 0), (21, 0)],
+        ),
     ],
-)  # fmt: skip
+)
 def test_cycles_of_heidenhain_by_their_values(tmp_path: Path, cycle: str, heights: list[tuple[float, float]]) -> None:
     text = KLARTEXT + f"L X+4 Y+5 Z+30 FMAX\nCYCL DEF {cycle}\nCYCL CALL\nL X+5 F100\nEND PGM A MM\n"
     (region,) = regions(tmp_path, text, "c.h")
@@ -438,11 +478,13 @@ def test_cycles_of_heidenhain_by_their_values(tmp_path: Path, cycle: str, height
 @pytest.mark.parametrize(
     ("cycle", "match"),
     [
-        ("200 D " + TWIST + " Q395=+1", "tip angle"), ("240 C " + BASE + " Q343=+1", "tip angle"),
-        ("203 U " + BASE, "without Q202"), ("203 U " + TWIST.replace("Q212=+0", "Q212=+1"), "no hole"),
+        ("200 D " + TWIST + " Q395=+1", "tip angle"),
+        ("240 C " + BASE + " Q343=+1", "tip angle"),
+        ("203 U " + BASE, "without Q202"),
+        ("203 U " + TWIST.replace("Q212=+0", "Q212=+1"), "no hole"),
         ("201 R " + BASE.replace("Q201=-8", "Q201=+8") + " Q208=0", "no hole"),
     ],
-)  # fmt: skip
+)
 def test_cycles_of_heidenhain_that_are_refused(tmp_path: Path, cycle: str, match: str) -> None:
     refused(tmp_path, KLARTEXT + f"CYCL DEF {cycle}\nCYCL CALL\nEND PGM A MM\n", "c.h", 5, match)
 
@@ -478,8 +520,12 @@ def test_siemens_frames_that_turn_about_the_tool(tmp_path: Path) -> None:
 
     place = at(30, (10, 20, 1), 2, 0, 0)
     wanted = [
-        (1, 2, 50), at(30, (10, 20, 1), 4, 5, 0), at(30, place, 4, 5, 0), at(30, place, 4, -5, 0), at(30, place, 4, 5, 0),
-    ]  # fmt: skip
+        (1, 2, 50),
+        at(30, (10, 20, 1), 4, 5, 0),
+        at(30, place, 4, 5, 0),
+        at(30, place, 4, -5, 0),
+        at(30, place, 4, 5, 0),
+    ]
     np.testing.assert_allclose(found[:5], wanted, atol=1e-9)
     here = at(15, (0, 0, 0), *wanted[4])  # the same place in the frame that ROT Z-15 sets
     np.testing.assert_allclose(found[5], at(-15, (0, 0, 0), 4, here[1], here[2]), atol=1e-9)
@@ -544,12 +590,20 @@ def test_patterns_of_siemens_hold_the_modal_cycle(tmp_path: Path) -> None:
         ("b.mpf", SIEMENS.replace("S5000", "S800") + UP + "CYCLE84(50,0,2,-9,,,,8)\nM30\n", "CLW"),
         ("c.mpf", SIEMENS.replace("S5000", "S800") + UP + "CYCLE840(50,0,2,-9,,,4,3,1,,1.25)\nM30\n", "CLW"),
         ("d.mpf", SIEMENS.replace("S5000 M3", "S800 M4") + UP + "CYCLE84(50,0,2,-9,,,,-8)\nM30\n", "CCLW"),
-        ("a.h", KLARTEXT.replace("S5000", "S800") + "CYCL DEF 207 T Q200=2 Q201=-9 Q239=1.25 Q203=0 Q204=50\n"
-         "L X+0 Y+0 FMAX M99\nM30\nEND PGM A MM\n", "CLW"),
-        ("b.h", KLARTEXT.replace("S5000", "S800") + "CYCL DEF 206 T Q200=2 Q201=-9 Q206=1000 Q211=0 Q203=0 Q204=50\n"
-         "CYCL CALL POS X+0 Y+0 Z+0 FMAX\nM30\nEND PGM A MM\n", "CLW"),
+        (
+            "a.h",
+            KLARTEXT.replace("S5000", "S800") + "CYCL DEF 207 T Q200=2 Q201=-9 Q239=1.25 Q203=0 Q204=50\n"
+            "L X+0 Y+0 FMAX M99\nM30\nEND PGM A MM\n",
+            "CLW",
+        ),
+        (
+            "b.h",
+            KLARTEXT.replace("S5000", "S800") + "CYCL DEF 206 T Q200=2 Q201=-9 Q206=1000 Q211=0 Q203=0 Q204=50\n"
+            "CYCL CALL POS X+0 Y+0 Z+0 FMAX\nM30\nEND PGM A MM\n",
+            "CLW",
+        ),
     ],
-)  # fmt: skip
+)
 def test_taps_go_in_and_out_by_their_pitch_with_the_spindle_reversed_between(
     tmp_path: Path, name: str, text: str, sense: str
 ) -> None:

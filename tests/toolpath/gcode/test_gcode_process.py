@@ -303,10 +303,21 @@ def test_feeds_that_nothing_moves_with(feed: str, match: str) -> None:
 @pytest.mark.parametrize(
     "block",
     [
-        "M21", "M22", "M23", "G112", "G12.1", "G107 A0 R9", "G7.1 C9",
-        "G54.2 P1", "G54.4 P1", "G43.1 Z9", "G50 X0 Z0", "G1 X5 R2", "G1 X5 K1",
+        "M21",
+        "M22",
+        "M23",
+        "G112",
+        "G12.1",
+        "G107 A0 R9",
+        "G7.1 C9",
+        "G54.2 P1",
+        "G54.4 P1",
+        "G43.1 Z9",
+        "G50 X0 Z0",
+        "G1 X5 R2",
+        "G1 X5 K1",
     ],
-)  # fmt: skip
+)
 def test_codes_that_would_make_another_part(block: str) -> None:
     refused(HEAD + DOWN + block + "\nX7\nM30\n", 5, "is not read|not done|straight cut")
 

@@ -40,11 +40,20 @@ def bearings(folder: Path, start: str, way: str) -> list[float]:
 @pytest.mark.parametrize(
     ("start", "way", "turned"),
     [
-        ("350", "C=DC(20)", 30.0), ("20", "C=DC(350)", -30.0), ("0", "C=DC(179)", 179.0), ("-170", "C=DC(170)", -20.0),
-        ("350", "C=ACP(20)", 30.0), ("20", "C=ACP(350)", 330.0), ("20", "C=ACN(350)", -30.0), ("350", "C=ACN(20)", -330.0),
-        ("20", "C=IC(-45)", -45.0), ("20", "A=30 C=IC(90)", 90.0), ("20", "C=AC(65)", 45.0), ("20", "C=ACP(20)", 0.0),
+        ("350", "C=DC(20)", 30.0),
+        ("20", "C=DC(350)", -30.0),
+        ("0", "C=DC(179)", 179.0),
+        ("-170", "C=DC(170)", -20.0),
+        ("350", "C=ACP(20)", 30.0),
+        ("20", "C=ACP(350)", 330.0),
+        ("20", "C=ACN(350)", -30.0),
+        ("350", "C=ACN(20)", -330.0),
+        ("20", "C=IC(-45)", -45.0),
+        ("20", "A=30 C=IC(90)", 90.0),
+        ("20", "C=AC(65)", 45.0),
+        ("20", "C=ACP(20)", 0.0),
     ],
-)  # fmt: skip
+)
 def test_a_rotary_word_goes_the_way_round_that_it_names(tmp_path: Path, start: str, way: str, turned: float) -> None:
     found = bearings(tmp_path, start, way)
     assert found[-1] - found[0] == pytest.approx(turned, abs=1e-9)

@@ -20,7 +20,7 @@ from proving.checking.forms import (
     spread,
     times,
     turned,
-)  # fmt: skip
+)
 from proving.checking.machine import NEAR
 
 ROLLS, DEPTH, CHUNK = 8, 40, 4000
