@@ -51,7 +51,7 @@ def test_the_sentence_of_a_rounding_and_of_no_gap() -> None:
     assert "sits between program and set-point" in rounded
     assert re.search(r"Between program and set-point: corner rounding, (4\.00|3\.99|4\.01) mm \(9\d % sure\)", rounded)
     none = sentence(diagnose([simulated(sigma_mm=SIGMA)], kr15()).summary)
-    assert re.match(r"There is no gap: .*encoder and TCP .* within the noise \(0\.0\d+ mm, as (told|found)\)", none)
+    assert re.match(r"There is no gap: .*encoder and TCP .* within the noise \(0\.0\d+ mm, as (reported|found)\)", none)
 
 
 def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
