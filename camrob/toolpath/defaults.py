@@ -13,12 +13,13 @@ from camrob.findings import Finding, Severity
 from camrob.toolpath.region import Event, EventKind, Move, Region
 from camrob.units import INCH_MM, m_s_to_mm_min, m_to_mm, mm_min_to_m_s
 
-__all__ = ["FASTEST", "SLOWEST", "Defaults", "check_feed", "feed_finding", "unit_finding", "with_spindle"]
+__all__ = ["FASTEST", "SLOWEST", "Defaults", "check_feed", "check_unit", "feed_finding", "unit_finding", "with_spindle"]
 
 FASTEST = mm_min_to_m_s(180_000.0)
 """m/s: no controller's `$VEL.CP` goes beyond 3 m/s; a feed above it is a slip."""
 SLOWEST = mm_min_to_m_s(0.06)
 """m/s: the least that six decimals of a metre a second can print."""
+_TINY = 5.0  # mm: a robot mills no part as small, and in inches it is one of 127 mm or less
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +61,27 @@ def feed_finding(feed: float, line: int) -> Finding:
     return Finding("feed-from-setup", text, Severity.WARNING, line)
 
 
-def unit_finding(code: str, reason: str, unit: str, regions: Sequence[Region], line: int) -> Finding:
-    """The warning that a unit of length is assumed: why, and how wide the path is with it and with the other one."""
+def _width(regions: Sequence[Region]) -> float:
+    """How wide, deep or high the path is, the most of the three, m."""
     low = np.min([r.position.min(axis=0) for r in regions], axis=0)
     high = np.max([r.position.max(axis=0) for r in regions], axis=0)
-    wide = m_to_mm(float(np.max(high - low)))
+    return float(np.max(high - low))
+
+
+def check_unit(reason: str, regions: Sequence[Region], line: int) -> None:
+    """Raises ToolpathError where millimetres, assumed for `reason`, make a part so small that inches are the likelier unit."""
+    wide = m_to_mm(_width(regions))
+    if wide < _TINY:
+        raise ToolpathError(
+            f"{reason}, and the path would be {wide:.1f} mm wide in millimetres, {wide * INCH_MM:.1f} mm in inches",
+            hint="say which by --units, or by units in setup.toml",
+            line=line,
+        )
+
+
+def unit_finding(code: str, reason: str, unit: str, regions: Sequence[Region], line: int) -> Finding:
+    """The warning that a unit of length is assumed: why, and how wide the path is with it and with the other one."""
+    wide = m_to_mm(_width(regions))
     other, then = ("millimetres", wide / INCH_MM) if unit == "inch" else ("inches", wide * INCH_MM)
     name = "inches" if unit == "inch" else "millimetres"
     text = (

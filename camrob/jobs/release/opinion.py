@@ -15,6 +15,7 @@ from camrob.languages import language_suffixes
 from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
 from camrob.witness.cl.drilling import UPWARD
+from camrob.witness.cl.foreign.foreign_cycles import ACROSS
 from camrob.witness.cl.offsets import OFFSET
 from camrob.witness.cl.running.unread import NOWHERE
 from camrob.witness.cl.standing import TURNED, UNNAMED
@@ -45,6 +46,7 @@ _NEVER = {
     OFFSET: 'have the CAM system write the path of the tool\'s centre, or say cutter_compensation = "wear" in setup.toml',
     STRANGE: "output it as GOTO from the CAM system, or delete the line where it means nothing",
     NOWHERE: "put the block or the subprogram into the file",
+    ACROSS: "drill in G17",
     UNNAMED: "name X, Y and Z in a rapid move before it",
 }
 # what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own

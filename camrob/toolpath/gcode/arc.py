@@ -15,6 +15,7 @@ _PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}  # first and second c
 _OFFSETS = "IJK"
 _ROUNDING = 20e-6  # m: what start and end radius may differ by
 _SLACK = 1e-3  # and in proportion to the radius
+_MOST_SLACK = 100e-6  # m: that at most, whatever the radius: beyond it a word is wrong
 
 
 def circle(
@@ -52,7 +53,7 @@ def circle(
             elif value is not None:
                 center[i] += value * scale
     radii = [math.hypot(p[first] - center[first], p[second] - center[second]) for p in (start, end)]
-    if min(radii) < 1e-9 or abs(radii[0] - radii[1]) > _ROUNDING + _SLACK * max(radii):
+    if min(radii) < 1e-9 or abs(radii[0] - radii[1]) > _ROUNDING + min(_SLACK * max(radii), _MOST_SLACK):
         raise ToolpathError(
             f"an arc's start and end lie {abs(radii[0] - radii[1]):.6f} m apart in radius about its centre",
             hint="check whether I, J, K are incremental (G91.1) or absolute (G90.1), and the arc's plane",

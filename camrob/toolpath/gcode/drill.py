@@ -30,6 +30,11 @@ class Drill:
     def run(self, block: Block, code: int) -> None:
         """Drill or tap where a block of the canned cycle `code` (tenths) says."""
         modal, frame, words = self.modal, self.frame, block.words
+        if code == 730 and not {"Z", "R"} & {*modal.cycle, *words}:
+            raise ToolpathError(
+                "G73 without a depth Z and a height R: no hole, but Fagor's turn of the path by an angle Q, which is not read",
+                hint="have the CAM system turn the path; a hole broken in chips names Z and R",
+            )
         self._allowed(words)
         self._keep(block, code)
         count = words.get("L", words.get("K", 1.0))

@@ -10,7 +10,7 @@ import numpy as np
 
 from camrob.errors import ToolpathError
 from camrob.findings import Finding
-from camrob.toolpath.defaults import Defaults, feed_finding, unit_finding, with_spindle
+from camrob.toolpath.defaults import Defaults, check_unit, feed_finding, unit_finding, with_spindle
 from camrob.toolpath.gcode.controls.control import Control
 from camrob.toolpath.gcode.controls.registry import choose_control
 from camrob.toolpath.gcode.coordinates import ToolFrame
@@ -30,7 +30,9 @@ _GCODE_LINE = re.compile(
     rb"^[ \t]*+/?+[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[GM][ \t]*+[0-9]{1,3}(?![0-9A-Z_]*[ \t]*+[=/,])", re.I | re.M
 )
 _PLAIN_LANGUAGE = re.compile(
-    rb"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]|^%_N_|\bTRAORI\b", re.I | re.M
+    rb"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]|^%_N_|\bTRAORI\b"
+    rb"|^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL)[ \t]|PROC[ \t]+\w+[ \t]*(?:\(|;|\r?$)|EXTERN[ \t]+\w)",
+    re.I | re.M,
 )  # Heidenhain, Siemens
 _AXIS_LINE = re.compile(
     rb"^[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[XYZABCTF][ \t]*+[-+]?+[0-9.]++[^/=,\r\n]*+$", re.I | re.M
@@ -45,8 +47,8 @@ _CLAMP = re.compile(r"M[ \t]*+0*+1[0-2](?![0-9.])")
 _SPINDLE = re.compile(r"M[ \t]*+0*+[34](?![0-9.])")
 _ANY_TCP = re.compile(r"G[ \t]*0*(?:43\.[45]|234)(?![0-9.])|M[ \t]*128(?![0-9.])|TRAORI")
 _NO_AXES = re.compile(
-    r"<[^>\n]*>|,[ \t]*C|^.*G[ \t]*0*65(?![0-9.]).*$", re.M
-)  # names of parameters and labels, arguments of macros
+    r"<[^>\n]*>|,[ \t]*C|^.*G[ \t]*0*(?:65|10|92)(?![0-9.]).*$", re.M
+)  # names of parameters and labels, arguments of macros, zeros that are set
 _LINUXCNC_TCP = re.compile(r"M[ \t]*428(?![0-9.])")
 KINEMATICS = ("xyzac", "xyzbc", "xyzac-iso", "xyzbc-iso")
 _MANY_DECIMALS = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9]?\.[0-9]{9}")
@@ -138,6 +140,7 @@ def _with_defaults(regions: tuple[Region, ...], interpreter: Interpreter) -> tup
     findings: list[Finding] = []
     if modal.unit_line:
         reason = "neither G20 nor G21 stands before the first move"
+        check_unit(reason, regions, modal.unit_line)
         findings.append(unit_finding("units-not-stated", reason, "mm", regions, modal.unit_line))
     if motions.defaults.feed is not None and motions.defaulted:
         findings.append(feed_finding(motions.defaults.feed, motions.defaulted))

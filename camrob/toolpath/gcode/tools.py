@@ -33,6 +33,7 @@ class Process:
         self.given_speed = 0.0  # rev/min at which the set-up has the spindle started, where the program starts none
         self.speed_of_file = False  # at the program's own S
         self._speed_given = False
+        self._never_turned = True  # no M3 or M4 yet with a speed above 0
         self._started = False
         self._nameless = 0  # line of an M3 or M4 that no speed has followed yet
 
@@ -178,6 +179,7 @@ class Process:
         if modal.speed is None:
             self._nameless = line
         elif modal.speed > 0.0:
+            self._never_turned = False
             self.path.event(EventKind.SPINDLE_ON, modal.speed, modal.spindle, line)
         else:
             self.path.event(EventKind.SPINDLE_OFF, 0.0, "", line)
@@ -205,6 +207,11 @@ class Process:
         if modal.unloaded:
             raise ToolpathError(
                 f"a cut without a tool: T0 put it away in line {modal.unloaded}", hint="load a tool before it"
+            )
+        if self._never_turned and modal.spindle and modal.speed == 0.0:
+            raise ToolpathError(
+                "a cut with the spindle switched on at S0, which lets it stand, and no other speed before it",
+                hint="program its speed: CAM systems write S0 where the operation has none",
             )
         if not self._started and self.defaults.spindle_rpm:
             self.given_speed = modal.speed or self.defaults.spindle_rpm

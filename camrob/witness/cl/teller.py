@@ -353,9 +353,13 @@ class Teller:
     # -- the end
 
     def _start_spindle(self, way: NDArray[np.int8]) -> None:
-        """The file's speed, else the set-up's, from the first motion on, where the file cuts before it starts a spindle."""
+        """The file's speed, else the set-up's, from the first motion on, where the file cuts before it starts a spindle.
+
+        Where no cut could be read, what wasn't read holds them.
+        """
         cuts = np.flatnonzero(way != Way.RAPID)
-        if not len(cuts) or any(e.kind is Kind.SPINDLE_ON and e.before <= cuts[0] for e in self.events):
+        first = cuts[0] if len(cuts) else len(way)
+        if not (len(cuts) or self.gaps) or any(e.kind is Kind.SPINDLE_ON and e.before <= first for e in self.events):
             return
         if self.default_rpm is None:
             self.note("the file starts no spindle before its first cut")

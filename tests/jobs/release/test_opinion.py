@@ -11,6 +11,7 @@ from camrob.errors import VerificationError
 from camrob.jobs.release.opinion import hold_to_witness
 from camrob.witness.cl.customs import COMPUTED
 from camrob.witness.cl.drilling import UPWARD
+from camrob.witness.cl.foreign.foreign_cycles import ACROSS
 from camrob.witness.cl.gcode import GcodeReader
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.running.unread import NOWHERE
@@ -59,7 +60,7 @@ def test_what_is_a_warning_in_anothers_program_is_none_in_our_own(tmp_path: Path
             hold_to_witness(said, tmp_path)
 
 
-@pytest.mark.parametrize("gap", [NOWHERE, NO_AXIS, NO_CIRCLE, STRANGE, TURNED, UNNAMED, UPWARD])
+@pytest.mark.parametrize("gap", [ACROSS, NOWHERE, NO_AXIS, NO_CIRCLE, STRANGE, TURNED, UNNAMED, UPWARD])
 def test_no_program_of_a_file_that_camrob_refuses_is_released(tmp_path: Path, gap: str) -> None:
     """Camrob's own reader refuses such arcs and axes: where one got past it, the gap is no reason to release in part."""
     with pytest.raises(VerificationError, match=gap):

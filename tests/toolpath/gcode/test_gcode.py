@@ -122,7 +122,9 @@ def test_units_are_overruled_and_said() -> None:
     path = read("G0 X1 Y0 Z0\nG1 X2 F60\nM2\n", units="inch")
     assert cuts(path)[0, 0] == pytest.approx(50.8)
     assert (path.units, codes(path)) == ("inch", set())
-    assert "units-not-stated" in codes(read("G0 X1 Y0 Z0\nG1 X2 F60\nM2\n"))
+    assert "units-not-stated" in codes(read("G0 X1 Y0 Z0\nG1 X20 F60\nM2\n"))
+    with pytest.raises(ToolpathError, match=r"4\.0 mm wide in millimetres, 101\.6 mm in inches; say which by --units"):
+        read("G0 X1 Y0 Z0\nG1 X5 F60\nM2\n")
     assert "size-implausible" in codes(read("G20 G0 X0 Y0 Z0\nG1 X200 F60\nM2\n"))
 
 

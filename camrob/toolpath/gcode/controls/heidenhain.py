@@ -44,7 +44,7 @@ _DECIMAL = re.compile(r"(?<=[0-9]),(?=[0-9])")  # a comma for the point, as the 
 _LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
 _CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+)(?:/[0-9]+)?)?$')
 _TOOL = re.compile(r'TOOL CALL ("[^"]*"|[0-9]+)')
-_FREE = range(1600)
+_FREE = range(2000)  # from Q1600 on they are the user's, as Q0 to Q99 are
 _OF_THE_CONTROL = range(100, 200)  # Q100 to Q199 the control fills in
 
 
@@ -146,7 +146,9 @@ class _Program:
     def _store(self, name: str, value: float) -> None:
         number = int(name[1:])
         if number in _OF_THE_CONTROL or number not in _FREE:
-            raise ToolpathError(f"{name} is set, a parameter of the control's own", hint="use Q0 to Q99")
+            raise ToolpathError(
+                f"{name} is set, a parameter of the control's own", hint="use Q0 to Q99, or Q1600 to Q1999"
+            )
         self._q[number] = value
 
     def value(self, text: str) -> float:

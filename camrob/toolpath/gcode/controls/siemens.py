@@ -23,7 +23,8 @@ _MARKS = tuple(
     re.compile(pattern, re.M)
     for pattern in (
         r"\b(?:TRAORI|TRAFOOF|CYCLE8[0-9]{1,2}|ORIWKS|ORIMKS|ORIVECT|ORIAXES|SUPA|COMPCAD|COMPOF|FFWON|G64[0-5]|G710|STOPRE|MCALL)\b",
-        r"^%_N_|^;\$PATH=",
+        r"^%_N_|^;\$PATH=|^[ \t]*(?:N[0-9]+[ \t]*)?(?:PROC|EXTERN|CASE)\b",
+        r"^[ \t]*(?:N[0-9]+[ \t]*)?[A-Z]{2,}_[A-Z0-9_]+[ \t]*$",  # a subprogram's name: ISO's words have no underscore
         r"\bMSG[ \t]*\(",
         r"\bA?(?:TRANS|ROT|MIRROR|SCALE)[ \t]+[XYZ]|\b(?:RND|CH[RF]|AP|RP)[ \t]*=|^[ \t]*(?:N[0-9]+[ \t]+)?REPEATB?[ \t]+[A-Z_]",
         r"\b(?:POCKET[0-9]?|LONGHOLE|SLOT[12]|HOLES[12]|CIP|WORKPIECE|CYCLE[67][0-9])\b",
@@ -131,6 +132,11 @@ class _Program:
         word = _keyword(text)
         if text.startswith("%_N_") and index != self._sections.main:
             yield from self._end(index)
+        elif re.match(r"PROC \w+\(.", text) and not self._sections.called:
+            raise ToolpathError(
+                "a subprogram that is called with values (PROC), which only its caller has",
+                hint="give the program that calls it, with this one behind it",
+            )
         elif text.startswith(("%_N_", "PROC")) or re.fullmatch(r"%\w*", text):
             if index and self._words.moved and not self._sections.called:
                 raise ToolpathError("a further program in the same file", hint="give each program a file of its own")

@@ -23,6 +23,7 @@ REFUSED_G = frozenset((5, 7, 25, 26, 33, 63, 74, 75, 110, 111, 112, 147, 148, 24
 REFUSED = {
     "ROT": "a turned frame (ROT about X or Y)",
     "AROT": "a turned frame (AROT about X or Y)",
+    "CASE": "a branch by CASE",
     "RNDM": "rounding of all corners (RNDM)",
     "FRC": "a feed of corners (FRC)",
     "FRCM": "a feed of corners (FRCM)",

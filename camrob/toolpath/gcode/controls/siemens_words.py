@@ -107,6 +107,8 @@ class SiemensWords:
         motion, distance, feed = (self._state(name) for name in ("motion", "distance", "F"))
         if hole.name in TAPS and self._state("units") == 20.0:
             raise ToolpathError(f"{hole.name} in inches: whose unit its pitch is in", hint="post in millimetres (G71)")
+        if self._state("plane") != 17.0:
+            raise ToolpathError(f"{hole.name} in G18 or G19 drills along Y or X, not along the tool", hint="use G17")
         yield Block(line, {}, (900,))
         yield from hole.blocks(feed, line, self._state("S"), INCH_MM if self._state("units") == 20.0 else 1.0)
         yield Block(

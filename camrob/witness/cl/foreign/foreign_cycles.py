@@ -13,10 +13,20 @@ from camrob.witness.frames import rotation
 from camrob.witness.happenings import Kind, Pecks, Way
 from camrob.witness.units import deg_to_rad
 
-__all__ = ["Hole", "drill_here", "klartext_hole", "places", "siemens_hole", "spatial_plane", "swivelled_plane"]
+__all__ = [
+    "ACROSS",
+    "Hole",
+    "drill_here",
+    "klartext_hole",
+    "places",
+    "siemens_hole",
+    "spatial_plane",
+    "swivelled_plane",
+]
 
 Array = NDArray[np.float64]
 
+ACROSS = "a drilling cycle in G18 or G19, which is not along the tool"
 _SIEMENS = {
     "CYCLE81": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
     "CYCLE82": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",

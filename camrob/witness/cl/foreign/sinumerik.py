@@ -12,7 +12,7 @@ import numpy as np
 
 from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign.computed_values import Values
-from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, places, siemens_hole, swivelled_plane
+from camrob.witness.cl.foreign.foreign_cycles import ACROSS, Hole, drill_here, places, siemens_hole, swivelled_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.cl.framing import mirror, scaling, shifting, turning
 from camrob.witness.cl.running.ordered import Ordered, Row
@@ -90,7 +90,7 @@ class SinumerikReader(ForeignReader):
             motion, absolute = self._motion, self._absolute
             for x, y in places(call[1], self._values(call[2])):
                 self._block(["G90", "G0", f"X{x:.9f}", f"Y{y:.9f}"], line)
-                drill_here(self, self._called, line)
+                self._drill(self._called, line)
             self._motion, self._absolute = motion, absolute
         elif call := re.fullmatch(r"(MCALL\s+)?(CYCLE8\d+)\s*\((.*)\)", body):
             self._cycle_of(call[2], self._values(call[3]), line, modal=bool(call[1]))
@@ -102,7 +102,7 @@ class SinumerikReader(ForeignReader):
             if self._called is not None and (
                 self._tell.n > before or re.search(r"(?<![A-Z])[XYZ]\s*=?\s*[-+\d.]", body)
             ):
-                drill_here(self, self._called, line)
+                self._drill(self._called, line)
 
     def _kept(self, body: str) -> bool:
         """Whether the block only declares names or gives them values, which are kept."""
@@ -154,6 +154,12 @@ class SinumerikReader(ForeignReader):
             out.append(self._computed.of(part) if part and not part.startswith('"') else None)
         return out
 
+    def _drill(self, hole: Hole, line: int) -> None:
+        """The hole here. In G18 and G19 the control drills along Y and X, the plane's normal ("Job planning", drilling cycles)."""
+        if self._plane != "17":
+            raise UnreadError(ACROSS)
+        drill_here(self, hole, line)
+
     def _cycle_of(self, name: str, values: list[float | None], line: int, *, modal: bool) -> None:
         """CYCLE800, or a drilling cycle here or, behind MCALL, at every place from here on."""
         if name != "CYCLE800":
@@ -161,7 +167,7 @@ class SinumerikReader(ForeignReader):
             if modal:
                 self._called = hole
             else:
-                drill_here(self, hole, line)
+                self._drill(hole, line)
             return
         plane = swivelled_plane(values)
         if modal or self._stand.own is not None:

@@ -1,0 +1,63 @@
+"""What programs of other people were refused for by a wrong reason, or were read wrongly: the reason that is theirs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.read import read_toolpath
+from camrob.witness.cl import read_story
+from camrob.witness.cl.foreign.foreign_cycles import ACROSS
+from camrob.witness.happenings import Kind
+
+ISO = "G21 G90 G17 G94\nT1 M6\nS5000 M3\nG0 X0 Y0 Z30.\n"
+SIEMENS = "N10 G90 G71 G94\nT1 M6\nS5000 M3\nG0 X30 Y105 Z125\nF100\n"
+HEIDENHAIN = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S5000\n2 L X+0 Y+0 Z+30 R0 FMAX M3\n"
+
+
+def read(folder: Path, name: str, text: str, **settings: float) -> None:
+    """The file is read."""
+    (folder / name).write_text(text, encoding="utf-8")
+    read_toolpath(folder / name, **settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line", "match"),
+    [
+        # Fanuc and alike
+        ("s0.nc", ISO.replace("S5000", "S0") + "G1 Z0 F300\nM30\n", 5, "switched on at S0"),
+        ("fagor.nc", ISO + "G1 Z-1. F300\nG73 Q45\nX10. Y0\nM30\n", 7, "Fagor's turn of the path"),
+        ("zeros.nc", "G21\nG10 L2 P1 X1 Y2 A4 B5 C6\nG92 X0 A0 B3\nM30\n", 5, "nothing is cut"),
+        ("tap.nc", ISO + "G33.1 Z-1. K0.5\nM30\n", 5, "which needs a spindle coupled to the feed .G33.1. is not read"),
+        ("arc.nc", ISO + "G1 Z0 F300\nG2 X2000. I999.5\nM30\n", 6, "0.001000 m apart in radius"),
+        # Siemens: known without %_N_, too
+        ("case.mpf", "DEF INT A=5\nCASE(A) OF 5 GOTOF L1 DEFAULT GOTOF L2\nL1: G0 X1\nL2: G0 X2\nM30\n", 2, "CASE"),
+        ("sub.spf", "PROC RING(REAL RADIUS)\nG1 X=RADIUS F100\nRET\n", 1, "called with values"),
+        ("call.mpf", "G0 G90 X0 Y0\nRING_OUT(1,2.5,25)\nM30\n", 2, r"RING_OUT\(...\) is called"),
+        ("across.mpf", SIEMENS + "G18\nCYCLE81(112,102,3,80)\nM30\n", 7, "CYCLE81 in G18 or G19"),
+        ("holes.mpf", SIEMENS + "G18\nMCALL CYCLE81(112,102,3,80)\nHOLES1(0,0,0,5,9,3)\nM30\n", 8, "G18 or G19"),
+        # Heidenhain: a parameter that is the user's is none of the control's
+        ("pgm.h", HEIDENHAIN + "3 Q1840 = 1\n4 CALL PGM TNC:PLAN.H\n5 M30\n6 END PGM A MM\n", 5, "CALL PGM"),
+        ("own.h", HEIDENHAIN + "3 Q150 = 1\n4 M30\n5 END PGM A MM\n", 4, "a parameter of the control's own"),
+    ],
+)
+def test_a_program_is_refused_for_what_it_is(tmp_path: Path, name: str, text: str, line: int, match: str) -> None:
+    with pytest.raises(ToolpathError, match=match) as error:
+        read(tmp_path, name, text, spindle_rpm=9000.0)
+    assert f"{name}:{line}: " in str(error.value)
+
+
+def test_the_witness_does_not_drill_across_the_tool_either(tmp_path: Path) -> None:
+    file = tmp_path / "a.mpf"
+    file.write_text(SIEMENS + "G18\nMCALL CYCLE81(112,102,3,80)\nX0\nMCALL\nG0 Z130\nM30\n", encoding="utf-8")
+    (gap,) = read_story(file).gaps
+    assert ACROSS in gap.text and gap.first_line == 8
+
+
+def test_the_set_ups_spindle_starts_also_where_no_cut_could_be_read(tmp_path: Path) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text("G21 G90 G17\nG0 X0 Y0 Z0\nG2 X200. I99.96 F300\nM30\n", encoding="utf-8")
+    story = read_story(file, default_rpm=9000.0)
+    assert story.gaps and [(e.kind, e.value) for e in story.events] == [(Kind.SPINDLE_ON, 9000.0)]
