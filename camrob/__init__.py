@@ -24,6 +24,8 @@ On objects: what readers give goes in, arrays and objects come out, without file
     resolve        a Toolpath in a Cell, Resolved: what post does first
     fit            error parameters from logs; correct: postures for them
     explain        where and why logs deviate, a Diagnosis
+    run            a ProgramText on the ideal controller, a Simulation
+    placements     how well a Toolpath could be worked elsewhere, Placements
     replay         what a ProgramText does on a Cell, a Replay: postures, findings
     base_T_tool    the tool's poses (..., 4, 4) in postures q (..., n)
 
@@ -35,11 +37,11 @@ Readers: a file in, an object in SI out (m, rad, s).
     read_log                 MeasurementLog, from .csv or .parquet
     shipped_cell             the folder of a cell that comes with camrob, by name
 
-Objects: Solution (the joints along a path), Program (before it is text), Finding
-with its Severity, LiveOptions, Progress, Share, and PostResult, ..., one a verb:
-its `summary`, a PostSummary, ..., has in attributes what --json prints (to_json).
-Within results: ToolPathInBase, Simulation, Calibration (with CalibrationEvidence
-in a CalibrationFit), PredictedSurface, TruePath, TapeLine, TrackerSession with its
+Objects: Solution (joints along a path), Program (before it is text), Finding with
+Severity, LiveOptions, Progress, Share, and PostResult, ..., one a verb: its
+`summary`, a PostSummary, ..., has in attributes what --json prints (to_json).
+Within results: ToolPathInBase, Simulation, Calibration, CalibrationEvidence,
+CalibrationFit, PredictedSurface, TruePath, TapeLine, TrackerSession with its
 CycleLog, and RsiServer.
 
 Errors: CamrobError is the root. InputError and its kin: an input is wrong, and
@@ -95,7 +97,7 @@ if TYPE_CHECKING:
     from camrob.jobs.diagnose import DiagnoseResult, diagnose
     from camrob.jobs.feed import FeedResult, feed
     from camrob.jobs.files.track_options import LiveOptions
-    from camrob.jobs.objects.on_objects import Resolved, correct, explain, fit, resolve
+    from camrob.jobs.objects.on_objects import Resolved, correct, explain, fit, placements, resolve, run
     from camrob.jobs.place import PlaceResult, place
     from camrob.jobs.post import PostResult, post
     from camrob.jobs.predict import PredictResult, predict
@@ -119,6 +121,7 @@ if TYPE_CHECKING:
     from camrob.program.program_text import ProgramText
     from camrob.progress import Progress, Share
     from camrob.redundancy.path import ToolPathInBase
+    from camrob.redundancy.planning.placement import Placements
     from camrob.redundancy.solution import Solution
     from camrob.shipped import shipped_cell
     from camrob.studies.published_robot import TapeLine
@@ -176,6 +179,7 @@ __all__ = [
     "MeasurementLog",
     "PlaceResult",
     "PlaceSummary",
+    "Placements",
     "PostResult",
     "PostSummary",
     "PredictResult",
@@ -230,6 +234,7 @@ __all__ = [
     "feed",
     "fit",
     "place",
+    "placements",
     "post",
     "predict",
     "published_case",
@@ -241,6 +246,7 @@ __all__ = [
     "regress",
     "replay",
     "resolve",
+    "run",
     "shipped_cell",
     "simulate",
     "track_live",
@@ -274,6 +280,7 @@ _HOME = {
     "MeasurementLog": "camrob.measurement.log",
     "PlaceResult": "camrob.jobs.place",
     "PlaceSummary": "camrob.summaries.place_summary",
+    "Placements": "camrob.redundancy.planning.placement",
     "PostResult": "camrob.jobs.post",
     "PostSummary": "camrob.summaries.post_summary",
     "PredictResult": "camrob.jobs.predict",
@@ -331,7 +338,9 @@ _HOME = {
     "read_toolpath": "camrob.toolpath.read",
     "regress": "camrob.jobs.regress",
     "replay": "camrob.controller.replay",
+    "placements": "camrob.jobs.objects.on_objects",
     "resolve": "camrob.jobs.objects.on_objects",
+    "run": "camrob.jobs.objects.on_objects",
     "shipped_cell": "camrob.shipped",
     "simulate": "camrob.jobs.simulate",
     "track_live": "camrob.jobs.track_live",

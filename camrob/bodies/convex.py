@@ -142,6 +142,7 @@ def _beyond(W: Array, i: int, j: int, k: int, apex: int) -> bool:
     return bool(here * there <= 0.0 or abs(there) < flat)
 
 
+# the corners of each face of a tetrahedron, then the corner across from it
 _FACES = np.array([[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]])
 
 

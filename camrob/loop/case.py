@@ -21,6 +21,7 @@ __all__ = ["RobotErrors", "TrackerCase", "TrackerNoise", "read_tracker_case"]
 
 Array = NDArray[np.float64]
 
+# the least and most of each that still is a laser tracker: beyond them the unit was mistaken
 _INSTRUMENT = {
     "drift_ppm": (0.0, 1e4),
     "latency_ms": (-200.0, 200.0),

@@ -17,7 +17,7 @@ __all__ = ["QUARTERED", "quarters_of", "turn_fits", "turn_of", "turn_text"]
 Array = NDArray[np.float64]
 
 QUARTERED = (0, 3, 5)
-"""The axes whose quarter turns are told: 1, 4 and 6 (ABB's cf1, cf4, cf6); the branch tells the rest."""
+"""The axes whose quarter turns are reported: 1, 4 and 6 (ABB's cf1, cf4, cf6); the branch tells the rest."""
 _QUARTER = 90.0  # degrees
 _HALF_RANGE = 8  # quarters, -8 to 7, that four bits hold: two turns to either side, more than any arm's wrist makes
 _BORDER = 1e-3  # degrees: what rounding a pose can move an axis over the border of its quarter

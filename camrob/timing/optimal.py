@@ -132,8 +132,8 @@ def optimal_feed(
     planned, speed, push = slow.speed.copy(), programmed.copy(), np.zeros(len(path))
     cause = np.zeros(len(path), np.int16)
     unjerked, use, deviation = 0.0, np.zeros(3), 0.0
-    told, block = piece_feeds(rates, programmed), block_ceilings(cell, rates, motion_ends)
-    feed = np.minimum(told, block)
+    commanded, block = piece_feeds(rates, programmed), block_ceilings(cell, rates, motion_ends)
+    feed = np.minimum(commanded, block)
     runs = run_pieces(rates, path, stop)
     free, place = [np.zeros(0)], [np.zeros(0)]
     for k, pieces in enumerate(runs):
@@ -152,7 +152,7 @@ def optimal_feed(
     causes, axes = cause_names(cell.names, bounded)
     causes, axes = (*causes, BLOCK_TIME), (*axes, "")
     short = np.zeros(len(path), np.bool_)
-    short[rates.end] = block < told
+    short[rates.end] = block < commanded
     cause[short & (cause == 0)] = len(causes) - 1
     at = np.cumsum(step)
     return FeedPlan(

@@ -9,7 +9,7 @@ __all__ = ["smooth_curves"]
 
 Array = NDArray[np.float64]
 
-_FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+_FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # fourth difference: binomials of alternating sign
 _LOOSEST, _STIFFEST, _HALVINGS = -3.0, 12.0, 20  # looser ones swing beside a corner
 _PER_POINT, _FEWEST = 1, 32  # spans for each point: finer ones bear no more than the points tell
 

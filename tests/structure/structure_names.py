@@ -95,15 +95,22 @@ def _unexplained(module: Module) -> Iterator[str]:
 
 
 def _numbers(value: ast.expr) -> bool:
-    """Whether an expression is a number, or a sum, product or tuple of numbers, of which one needs a reason."""
-    nodes = list(ast.walk(value))
-    plain = (ast.Constant, ast.UnaryOp, ast.BinOp, ast.Tuple, ast.operator, ast.unaryop, ast.Load)
-    if not all(isinstance(n, plain) for n in nodes):
+    """Whether an expression holds a number that needs a reason: one of its own, in a call, an array or a table.
+
+    Needs none: what a range counts, the number of a case in a table's key, a field that a record's constructor is given by name
+    (the record says what it is), and what stands in another function (a lambda).
+    """
+    if isinstance(value, ast.Constant):
+        number = isinstance(value.value, int | float) and not isinstance(value.value, bool)
+        return number and value.value not in PLAIN
+    if isinstance(value, ast.Call):
+        name = value.func.id if isinstance(value.func, ast.Name) else ""
+        return name != "range" and any(_numbers(part) for part in [value.func, *value.args])
+    if isinstance(value, ast.Dict):
+        return any(_numbers(v) for v in value.values)
+    if isinstance(value, ast.Lambda | ast.Subscript):
         return False
-    found = [n.value for n in nodes if isinstance(n, ast.Constant)]
-    return all(isinstance(v, int | float) and not isinstance(v, bool) for v in found) and any(
-        v not in PLAIN for v in found
-    )
+    return any(_numbers(part) for part in ast.iter_child_nodes(value) if isinstance(part, ast.expr))
 
 
 def _counts_on(before: ast.stmt | None, node: ast.Assign | ast.AnnAssign) -> bool:

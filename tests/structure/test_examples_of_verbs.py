@@ -34,6 +34,8 @@ VERBS = (
     "fit",
     "correct",
     "explain",
+    "run",
+    "placements",
     "read_cell",
     "read_setup",
     "read_toolpath",

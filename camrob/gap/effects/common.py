@@ -39,6 +39,7 @@ PLACES = ("x", "y", "z", "rx", "ry", "rz")
 PPM = 1e6
 """Parts of a million in one."""
 LENGTH, ANGLE, TOOL_ANGLE = mm_to_m(0.6), deg_to_rad(0.04), deg_to_rad(0.06)
+"""Ordinary sizes of a misplaced frame, an axis's zero and a tool's angle: wide priors, of what a probe and a dial gauge leave."""
 _MOST = 20.0  # times the ordinary size: no longer plausible
 _STILL = 1e-4  # rad or m: an axis that moves less stands
 

@@ -17,6 +17,7 @@ __all__ = ["EFFECT"]
 
 Array = NDArray[np.float64]
 
+# of a following error: an ordinary ripple, and one beyond which a drive would trip
 _USUAL, _MOST = deg_to_rad(0.001), deg_to_rad(0.1)
 _LENGTH = mm_to_m(1.0) / deg_to_rad(1.0)  # m of a sliding axis to what is a rad of a turning one
 _LOWEST = 2.0  # cycles within the travel

@@ -83,10 +83,10 @@ def judge_corners(
     best = int(np.argmin(energy.sum(axis=1)))
     probability = _probability(shrunk, float(names[best])) if known else 0.0
     if probability < 0.5:
-        return CornerVerdict(probability, None, size, _untold(size, noise, tolerance), stage)
+        return CornerVerdict(probability, None, size, _beyond_text(size, noise, tolerance), stage)
     value, std = float(names[best]), _spread(names, energy.sum(axis=1), best, len(numbers))
     entry = _entry(shrunk, probability, value, std, _asked(tracks))
-    return CornerVerdict(probability, entry, shrunk.rms_after, _untold(shrunk.rms_after, noise, tolerance), stage)
+    return CornerVerdict(probability, entry, shrunk.rms_after, _beyond_text(shrunk.rms_after, noise, tolerance), stage)
 
 
 def _between(found: dict[float, Array]) -> list[float]:
@@ -141,7 +141,7 @@ def _stage(before: Array, noise: float, tolerance: float) -> StageWithin:
     )
 
 
-def _untold(left: float, noise: float, tolerance: float) -> str:
+def _beyond_text(left: float, noise: float, tolerance: float) -> str:
     if left < max(noise, _PRINTED, tolerance):
         return ""
     return (

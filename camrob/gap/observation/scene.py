@@ -264,8 +264,8 @@ def _lay_out(
     else:
         seen[:, 3:] = False
     names = _place_names(cell, in_base)
-    untold = log.info.measured_frame is MeasuredFrame.UNKNOWN, log.info.target is Target.UNKNOWN
-    left, right = (log.has_position and side for side in untold)
+    unknown = log.info.measured_frame is MeasuredFrame.UNKNOWN, log.info.target is Target.UNKNOWN
+    left, right = (log.has_position and side for side in unknown)
     frames = laid or fit_frames(plain.poses(np.zeros(0), q), measured, seen, left=left, right=right, known=known)
     model = ErrorModel.of(cell, names, in_base=in_base, left=frames.left, right=frames.right)
     ones = {"one": np.ones(len(log))}

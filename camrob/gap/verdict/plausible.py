@@ -98,7 +98,7 @@ def _of_broad(model: Model, i: int) -> list[UnknownShape]:
         for part in dict.fromkeys(parts.tolist())
     }
     energy = {part: float(np.sum(m**2)) for part, m in moved.items()}
-    told = sorted((p for p in energy if energy[p] > _PART * sum(energy.values())), key=lambda p: -energy[p])
+    largest = sorted((p for p in energy if energy[p] > _PART * sum(energy.values())), key=lambda p: -energy[p])
     return [
         UnknownShape(
             stage="encoder_to_tcp",
@@ -107,7 +107,7 @@ def _of_broad(model: Model, i: int) -> list[UnknownShape]:
             swing=m_to_mm(float(np.linalg.norm(moved[part], axis=1).max())),
             unit="mm",
         )
-        for part in told
+        for part in largest
     ]
 
 

@@ -87,9 +87,9 @@ def drives_beyond(scenes: Sequence[Scene], noise: float) -> tuple[str, str]:
 
 
 def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> Stage:
-    told = np.array([s.sigma[0] for s in scenes]) * np.sqrt(3.0)
-    known = bool(np.isfinite(told).all() and (told > 0.0).all())
-    instrument = float(np.sqrt(np.mean(told**2))) if known else noise
+    sigma = np.array([s.sigma[0] for s in scenes]) * np.sqrt(3.0)
+    known = bool(np.isfinite(sigma).all() and (sigma > 0.0).all())
+    instrument = float(np.sqrt(np.mean(sigma**2))) if known else noise
     quiet = structure < _LEFT * noise and noise < _SHOWN * instrument
     tolerance, p95 = tolerance_of(scenes), shrunk.quantiles()["p95"][0]
     if shrunk.rms_before < _LOUD * instrument or quiet:

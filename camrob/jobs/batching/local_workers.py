@@ -146,7 +146,7 @@ def _end(crew: list[_Worker]) -> None:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """While it lasts, new processes are told to use one thread each: the cores are all taken by jobs."""
+    """While it lasts, new processes start with one thread each: the cores are all taken by jobs."""
     before = {key: os.environ.get(key) for key in _ONE_THREAD}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:

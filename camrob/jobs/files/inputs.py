@@ -31,6 +31,7 @@ __all__ = ["JobInputs", "inputs_of", "program_comment", "program_name", "read_in
 
 Array = NDArray[np.float64]
 
+# of a set-up that names none: a milling robot's void moves of 100 mm/s, and a clamp's height above the part
 RAPID_SPEED = mm_min_to_m_s(6000.0)
 CLEARANCE = mm_to_m(50.0)
 

@@ -1,6 +1,7 @@
 """The verbs on objects: what the readers give goes in, arrays and objects in SI come out, no file is read or written.
 
-`resolve` is the middle of `post`, `fit` of `calibrate`, `correct` of `compensate`, `explain` of `diagnose`.
+`resolve` is the middle of `post`, `fit` of `calibrate`, `correct` of `compensate`, `explain` of `diagnose`, `run` of `simulate`,
+`placements` of `place`. None releases a program: the gate and the witness judge files, and stand in `post` and `verify` alone.
 """
 
 from __future__ import annotations
@@ -17,21 +18,24 @@ from camrob.calibration.compensate import compensate_postures
 from camrob.calibration.measurements import measurements_of
 from camrob.cell.cell import Cell
 from camrob.cell.setup import Setup
+from camrob.controller.simulate import CYCLE, Simulation, simulate
 from camrob.errors import LogError
 from camrob.frozen import locked
 from camrob.gap.diagnose import diagnose
 from camrob.gap.diagnosis import Diagnosis
 from camrob.jobs.files.inputs import inputs_of
+from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.solving.resolved_job import METHODS, check_method, resolve_job
 from camrob.kinematics.frames import base_T_tool
 from camrob.measurement.log import MeasurementLog
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, stage_of
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.planning.placement import Placements, place_part
 from camrob.redundancy.solution import Solution
 from camrob.toolpath.toolpath import Toolpath
 
-__all__ = ["Resolved", "correct", "explain", "fit", "resolve"]
+__all__ = ["Resolved", "correct", "explain", "fit", "placements", "resolve", "run"]
 
 Array = NDArray[np.float64]
 
@@ -186,3 +190,65 @@ def explain(
         ()
     """
     return diagnose(logs, cell, withheld=withheld, programs=programs, without=without, progress=progress)
+
+
+def run(program: ProgramText, cell: Cell, *, cycle: float = CYCLE, progress: Progress | None = None) -> Simulation:
+    """A program on the ideal controller: every motion at its speed, within the axes' limits, corners rounded as programmed.
+
+    Args:
+        program: as it was read.
+        cell: the machine; tools and frames are the program's own.
+        cycle: s from row to row of the log.
+        progress: called with a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        The run (SI): its log, its duration in s, what held it back, and findings.
+
+    Raises:
+        ProgramError: settings that no controller takes, or a motion without a speed.
+        UnreachableError: a motion, `line`, that can't be followed.
+        ValueError: a cycle that is no positive number.
+
+    Example:
+        >>> cell = camrob.read_cell(Path("cells/kr15_track_table"))
+        >>> simulation = camrob.run(camrob.read_program(Path("out/engraving.src")), cell, cycle=1.0)
+        >>> len(simulation.log) >= simulation.duration
+        True
+    """
+    return simulate(program, cell, cycle=cycle, progress=stage_of(progress, "simulate"))
+
+
+def placements(
+    toolpath: Toolpath, cell: Cell, setup: Setup, *, shifts: Array, progress: Progress | None = None
+) -> Placements:
+    """How well a part could be worked elsewhere: the best conditioning that postures at its poses can have, by placement.
+
+    What `place` does before its trials: neither the table's edge nor bodies are asked.
+
+    Args:
+        toolpath: regions of frames in the part.
+        cell: the machine.
+        setup: where the part lies now, and its tool.
+        shifts: (S, 3) m from there, in `base`.
+        progress: called with a stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        The placements, the present one first, with the mean and the least of 1/k_F over the path.
+
+    Raises:
+        InputError: a set-up with several tools or clampings.
+        UnreachableError: none of them has the whole path in reach.
+
+    Example:
+        >>> cell = camrob.read_cell(Path("cells/kr15_track_table"))
+        >>> setup = camrob.read_setup(Path("toolpaths/engraving/setup.toml"), cell)
+        >>> toolpath = camrob.read_toolpath(Path("toolpaths/engraving/engraving.cls"))
+        >>> found = camrob.placements(toolpath, cell, setup, shifts=[[0.1, 0.0, 0.0]])
+        >>> found.base_T_part.shape, bool(found.mean.min() > 0.5)
+        ((2, 4, 4), True)
+    """
+    inputs = inputs_of(toolpath, cell, setup)
+    one_frame(inputs.mounted, inputs.setup, "placements are compared with one")
+    moved = np.asarray(shifts, float).reshape(-1, 3)
+    now = np.asarray(inputs.setup.base_T_part)
+    return place_part(inputs.cell, inputs.path, now, moved, progress=stage_of(progress, "place"))

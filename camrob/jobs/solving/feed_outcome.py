@@ -210,7 +210,7 @@ def feed_outcome(
     way, (N,) m: the feed is held to the set-up's tolerance.
     """
     cell, path = inputs.cell, inputs.path
-    told = programmed = path.commanded_speed(inputs.rapid_speed)
+    commanded = programmed = path.commanded_speed(inputs.rapid_speed)
     keep = np.ones(len(path), np.bool_) if keep is None else keep
     ends = keep if motions is None else motions(path, keep)
 
@@ -244,7 +244,7 @@ def feed_outcome(
             program_as_it_stands(cell, order.path, order.q, ran, speed=said, programmed=whole, motion_ends=own),
         )
     stands = program_as_it_stands(cell, path, q, timing, speed=programmed, plan=plan, motion_ends=ends)
-    blocks = short_motions(cell, path, q, told, ends)
+    blocks = short_motions(cell, path, q, commanded, ends)
     # an axis gives no more than its limit, whatever the model of the program's own feed asks
     most = np.where(np.isfinite(cell.limits_of("acceleration")), cell.limits_of("acceleration"), 0.0)
     acceleration = np.clip(stands.acceleration, -most, most)

@@ -46,7 +46,7 @@ _SLOWEST = 0.05  # of the programmed feed: below it nobody would cut
 
 @dataclass(frozen=True, slots=True)
 class HeldFeed:
-    """speed: (N,) m/s with which the tool is told to come to each point. before, after: (N,) m that the tool is off across its
+    """speed: (N,) m/s commanded on the way to each point. before, after: (N,) m that the tool is off across its
     way at the most while cutting, by the speed alone, at the programmed feed and at `speed`; tolerance: m.
     """
 
@@ -58,7 +58,7 @@ class HeldFeed:
 
     @property
     def slowed(self) -> NDArray[np.bool_]:
-        """(N,) where the tool is told to go slower than programmed."""
+        """(N,) where the commanded speed is below the programmed one."""
         return self.speed < self.programmed
 
     def figures(self, path: ToolPathInBase) -> HeldToTolerance:
@@ -78,7 +78,7 @@ class HeldFeed:
         self, cell: Cell, path: ToolPathInBase, at: Array, cause: NDArray[np.int16], causes: tuple[str, ...]
     ) -> tuple[FeedLoss, ...]:
         """Where a path that is at its points at `at` (N,) s falls short of the programmed feed; cause (N,): the number among
-        `causes` of what holds it back on the way to each, told to go at `speed`: 0 the feed that it is told.
+        `causes` of what holds it back on the way to each, commanded at `speed`: 0 the feed itself.
         """
         seconds, way = np.diff(at, prepend=0.0), np.diff(np.asarray(path.length), prepend=0.0)
         mean = np.divide(way, seconds, out=np.full(len(way), np.nan), where=(way > 0.0) & (seconds > 0.0))
@@ -106,7 +106,7 @@ def held_feed(
 ) -> tuple[HeldFeed, T]:
     """The feed of a path, held to a tolerance (m), and how that is timed. programmed: (N,) m/s.
 
-    timed: from speeds (N,) that the tool is told to the times at each point; off: from times (N,) to m off across the way.
+    timed: from commanded speeds (N,) to the times at each point; off: from times (N,) to m off across the way.
     """
     cutting = np.asarray(path.cutting)
     way = np.diff(np.asarray(path.length), prepend=0.0)

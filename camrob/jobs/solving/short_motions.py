@@ -54,7 +54,7 @@ class ShortMotions:
 
 
 def short_motions(cell: Cell, path: ToolPathInBase, q: Array, speed: Array, ends: Mask) -> ShortMotions | None:
-    """The motions of a path with postures q (N, n) told `speed` (N,), m/s, that end at `ends` (N,); None without a block time."""
+    """The motions of a path with postures q (N, n) at `speed` (N,), m/s, that end at `ends` (N,); None without a block time."""
     block = ms_to_s(cell.controller.block_ms)
     if block <= 0.0:
         return None
@@ -90,8 +90,8 @@ def block_findings(
     if not inputs.setup.decimate:
         tolerance = inputs.setup.chord_tolerance or CHORD_TOLERANCE
         keep = motions(inputs.path, decimated(inputs.path, solution, tolerance))
-        told = inputs.path.commanded_speed(inputs.rapid_speed)
-        then = short_motions(inputs.cell, inputs.path, np.asarray(solution.q), told, keep)
+        commanded = inputs.path.commanded_speed(inputs.rapid_speed)
+        then = short_motions(inputs.cell, inputs.path, np.asarray(solution.q), commanded, keep)
         if then is not None and then.short < _THINNED * found.short:
             text += (
                 f"; decimate_mm = {m_to_mm(tolerance):g} in the set-up would leave {then.count} motions, "

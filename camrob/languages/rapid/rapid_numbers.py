@@ -44,7 +44,7 @@ LOAD_DECIMALS = 3
 """Mass in kg, its centre in mm."""
 SPEED_DECIMALS = 3
 """v_tcp in mm/s: 0.06 mm/min."""
-_UNIT = 10.0**QUATERNION_DECIMALS
+_UNIT = 10.0**QUATERNION_DECIMALS  # steps of the last decimal in one
 _ROUNDS = 20  # of rounding to unit length and back: a rotation is at rest after two or three
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 _VECTORS = ("setpoint", "error", "total", "sent")
 _SCALARS = ("t_s", "latency", "age", "interval")
-_WIDTH = len(_SCALARS) + 6 * len(_VECTORS)
+_WIDTH = len(_SCALARS) + 6 * len(_VECTORS)  # a vector: three of place, three of turning
 _CHUNK = 16384  # cycles: 65 s of them at 4 ms
 _MOST_ROWS = 4_000_000  # more than four hours at 250 Hz; about 1 GB
 

@@ -71,6 +71,7 @@ class ErrorNumbers(NamedTuple):
     places: Array
 
 
+# a machine without an error, in the same types: nothing to count, and arrays of three and six without a row
 NO_ERRORS = ErrorNumbers(
     0.0,
     np.zeros(ARM_AXES),

@@ -15,6 +15,7 @@ __all__ = ["place_charts", "shrink_charts"]
 
 Chart = dict[str, Any]
 _GREEN = "#2f9e77"
+# px that titles and ticks take; the legend stands above the bars
 _MARGIN = {"t": 34, "r": 10, "l": 56, "b": 46}
 _LEGEND = {"orientation": "h", "x": 0, "y": 1.16}
 

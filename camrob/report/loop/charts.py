@@ -30,6 +30,7 @@ _SHORT = {
     "ahead": "joints sent ahead",
     "learned_ahead": "and learned",
 }
+# which of the page's colours: a variant keeps its own in every chart
 _COLOR = {
     "none": 3,
     "published": 0,

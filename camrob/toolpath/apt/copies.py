@@ -24,6 +24,7 @@ __all__ = ["Copies", "Stretch"]
 
 _MOST = 1000  # copies of a stretch: more is a slip
 _FRAMES = frozenset(("MSYS", "CSYS", "TRNTYP", "TRACUT", "COPY", "INDEX", "TOOL PATH", "FINI", "END"))
+# how many numbers each kind of copy takes (XYROT: an angle; MODIFY: a matrix of three rows)
 _NUMBERS = {"SAME": 0, "TRANSL": 3, "XYROT": 1, "MODIFY": 12}
 
 

@@ -40,6 +40,7 @@ _MOVING = {
 }
 _MODES = frozenset(("SET", "MODE"))
 _MAY_BE_ZERO = frozenset(("ORIGIN", "ROTATE", "ROTHED", "ROTABL"))
+# G codes that say again what holds anyway: the plane of X and Y, no compensation, modes of the path, absolute, feed by the minute
 _HARMLESS_PREFUN = frozenset((17, 40, 49, 61, 64, 80, 90, 94))
 _MOST_STRANGERS = 50  # kinds of unknown words that are listed by name
 

@@ -28,7 +28,7 @@ from camrob.units import deg_to_rad, m_to_mm, mm_min_to_m_s
 
 __all__ = ["Interpreter"]
 
-_PLAIN = frozenset((0, 10, 20, 30))
+_PLAIN = frozenset((0, 10, 20, 30))  # G0 to G3, in tenths
 _MOTION = _PLAIN | CYCLES
 _AXES = frozenset("XYZABC")
 _ARC_WORDS = frozenset("XYZABCIJKR")
@@ -41,7 +41,7 @@ _DWELLS = frozenset("PXU")  # a dwell's time; F only where it has none of them
 _CLAMPS = frozenset((130, 140))
 _PART = ((1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))  # the plane that is the part's own
 _OVAL = "an arc in a plane whose axes are scaled by two factors"
-_LONG_WAY = math.pi * (1.0 + 1e-6)
+_LONG_WAY = math.pi * (1.0 + 1e-6)  # a half circle whose ends were rounded is none
 
 
 class Interpreter:

@@ -31,6 +31,7 @@ __all__ = ["aim", "apply_setup", "compensate"]
 _DEGREE = deg_to_rad(1.0)
 Handler = Callable[[int, Block, Modal, ToolFrame, PathGrower], bool]
 
+# G codes in tenths
 _REFUSED = {
     52: ("a NURBS block (G5.2)", "export lines and arcs"),
     70: ("diameter programming (G7)", "export a milling program"),
@@ -345,6 +346,7 @@ def _orient(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathG
     return False
 
 
+# G codes in tenths
 _HANDLERS: dict[int, Handler] = {
     **dict.fromkeys((200, 210), _units),
     **dict.fromkeys((700, 710), _old_units),

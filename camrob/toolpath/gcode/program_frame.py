@@ -63,6 +63,7 @@ class ProgramFrame(NamedTuple):
         return ProgramFrame(m @ matrix, p + m @ place)
 
 
+# the part as it is: nothing turned, nothing shifted
 PLAIN = ProgramFrame(np.eye(3), np.zeros(3))
 
 

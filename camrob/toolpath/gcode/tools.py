@@ -15,6 +15,7 @@ __all__ = ["Process"]
 
 _SPINDLE = {30: "CLW", 40: "CCLW", 130: "CLW", 140: "CCLW"}  # M13 and M14 bring the coolant along
 _COOLANT = {70: "MIST", 80: "FLOOD", 130: "FLOOD", 140: "FLOOD"}
+# M96 to M99 and M198: calls and their ends; M21 to M23: mirror images of older controls
 _SUBPROGRAM = frozenset((960, 970, 980, 990, 1980))
 _MIRROR = frozenset((210, 220, 230))
 _TCP_ON, _TCP_OFF = (1280, 4280), (1290, 4290)  # M128 and M428, M129 and M429, in tenths

@@ -20,6 +20,7 @@ __all__ = ["copies_of", "matrix_of", "turns_right"]
 Array = NDArray[np.float64]
 Frame = tuple[Array, Array]
 
+# words behind each kind of copy, its count of repetitions among them
 _SIZES = {"SAME": 1, "TRANSL": 4, "XYROT": 2, "MODIFY": 13}
 _NEAR = 0.5  # degrees: between the angle that is named and the arc's
 

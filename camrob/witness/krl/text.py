@@ -32,6 +32,7 @@ _PART = re.compile(rb"([XYZABC]|E[1-6])" + _NUMBER)
 _SPEED = re.compile(rb"\$VEL\.CP ?= ?[0-9]+\.[0-9]+")
 _DROPPED = b"0123456789-"
 _PLAIN = bytes(code for code in range(256) if code >= 32 or code in b"\t\n")
+# 32: a blank, 48: a zero
 _BLANKED = bytes(code if chr(code) in "0123456789-" else 32 for code in range(256))
 _ZEROED = bytes(48 if chr(code) in "0123456789" else code for code in range(256))
 _PIECE = 1 << 24  # bytes read at once: bounds the memory that splitting into lines takes

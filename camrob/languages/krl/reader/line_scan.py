@@ -20,7 +20,7 @@ COMPONENTS = ("X", "Y", "Z", "A", "B", "C", "E1", "E2", "E3", "E4", "E5", "E6")
 
 _GENERAL, _LIN, _SPEED, _NOTHING = 0, 1, 2, 3
 _LETTERS = np.frombuffer(b"XYZABC", dtype=np.uint8)
-_POWERS = 10.0 ** np.arange(17)
+_POWERS = 10.0 ** np.arange(17)  # all that a number of 16 digits, as many as a double holds, may be divided by
 # a whole number of 15 digits over a power of ten is rounded once: exactly what float() of the text gives
 _MOST_DIGITS = 15
 
@@ -138,7 +138,7 @@ def _is(text, at, end, word):  # type: ignore[no-untyped-def]
 _WORD_LIN = np.frombuffer(b"LIN", dtype=np.uint8)
 _WORD_TYPE = np.frombuffer(b"E6POS:", dtype=np.uint8)
 _WORD_SPEED = np.frombuffer(b"$VEL.CP", dtype=np.uint8)
-_WORDS_C = np.frombuffer(b"C_DISC_VELC_ORI", dtype=np.uint8).reshape(3, 5)
+_WORDS_C = np.frombuffer(b"C_DISC_VELC_ORI", dtype=np.uint8).reshape(3, 5)  # three words of five letters
 
 
 @part

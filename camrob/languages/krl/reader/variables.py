@@ -14,7 +14,7 @@ __all__ = ["Variables", "declare", "is_declaration", "load_data"]
 _CONSTANTS: dict[str, Value] = {
     "$NULLFRAME": Aggregate("FRAME", dict.fromkeys("XYZABC", 0.0)),
     "$WORLD": Aggregate("FRAME", dict.fromkeys("XYZABC", 0.0)),
-    "PI": 3.14159265358979,
+    "PI": 3.14159265358979,  # as a controller has it
 }
 _PREFIXES = ("GLOBAL", "CONST", "DECL")
 _SKIPPED = frozenset(("EXT", "EXTFCT", "IMPORT", "SIGNAL", "STRUC", "ENUM", "CHANNEL"))

@@ -36,6 +36,7 @@ _SIEMENS = {
     "CYCLE85": "RTP RFP SDIS DP DPR DTB FFR RFF GMODE DMODE AMODE",
     "CYCLE89": "RTP RFP SDIS DP DPR DTB GMODE DMODE AMODE",
 }
+# the Q parameters that each cycle asks for
 _KLARTEXT = {
     "200": (200, 201, 202, 203, 204, 206),
     "201": (200, 201, 203, 204, 206, 208),
