@@ -24,8 +24,7 @@ On objects: what readers give goes in, arrays and objects come out, without file
     resolve        a Toolpath in a Cell, Resolved: what post does first
     fit            error parameters from logs; correct: postures for them
     explain        where and why logs deviate, a Diagnosis
-    run            a ProgramText on the ideal controller, a Simulation
-    placements     how well a Toolpath could be worked elsewhere, Placements
+    run            a ProgramText on the ideal controller; placements: a part elsewhere
     replay         what a ProgramText does on a Cell, a Replay: postures, findings
     base_T_tool    the tool's poses (..., 4, 4) in postures q (..., n)
 
@@ -40,9 +39,9 @@ Readers: a file in, an object in SI out (m, rad, s).
 Objects: Solution (joints along a path), Program (before it is text), Finding with
 Severity, LiveOptions, Progress, Share, and PostResult, ..., one a verb: its
 `summary`, a PostSummary, ..., has in attributes what --json prints (to_json).
-Within results: ToolPathInBase, Simulation, Calibration, CalibrationEvidence,
-CalibrationFit, PredictedSurface, TruePath, TapeLine, TrackerSession with its
-CycleLog, and RsiServer.
+Within results: ToolPathInBase, Simulation, Placements, TapeLine, PredictedSurface,
+Calibration (with CalibrationEvidence in a CalibrationFit), TruePath, RsiServer,
+TrackerSession with its CycleLog.
 
 Errors: CamrobError is the root. InputError and its kin: an input is wrong, and
 the message says where and what to do. JobError and its kin: the job can't be

@@ -15,21 +15,23 @@ from camrob.program.motion import Motion
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 from camrob.program.program_text import ProgramText
 
+OWN = {
+    "ori_type": "#VAR",
+    "circ_type": "#BASE",
+    "base_template": "EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})",
+    "act_ex_ax": 2,
+    "tool_number": 3,
+}
 CONTROLLER = ControllerSettings(
     acc_cp=2.0,
     vel_ori_deg_s=200.0,
     acc_ori_deg_s2=400.0,
-    ori_type="#VAR",
-    circ_type="#BASE",
     apo_cdis_mm=0.5,
     advance=3,
     ptp_velocity_percent=30.0,
     max_lines=10_000,
     max_bytes=1_000_000,
     max_line_length=255,
-    base_template="EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})",
-    act_ex_ax=2,
-    tool_number=3,
     hooks={
         "spindle_on": ("$ANOUT[1] = {speed} / 24000.0", "$OUT[5] = TRUE"),
         "spindle_off": ("$OUT[5] = FALSE",),
@@ -37,6 +39,7 @@ CONTROLLER = ControllerSettings(
         "header": ("$OUT[1] = TRUE",),
         "footer": ("$OUT[1] = FALSE",),
     },
+    own=OWN,
 )
 
 

@@ -4,11 +4,11 @@
     tool.x .. tool.rz      error at the tip, multiplied on the right, in the axes of `tool`
     root.rx.by.NAME        the robot's foot moves with a quantity NAME that the caller gives (lean, drift, straightness)
     A3.x .y .z .rx .ry     where the axis A3 stands, in its own frame (z is the axis); what it carries goes along
-    A3.zero                real axis value = reported + zero, in KRL's sign
+    A3.zero                real axis value = reported + zero, in the controller's sign
     A3.scale               real axis value = reported (1 + scale)
     A3.compliance          rad/Nm: gravity's torque turns the link beyond its encoder
     A3.cos2 A3.sin2        gear ripple: amplitude of the second order in the axis value
-    A5.by.A4  A3.by.NAME   coupling to another axis, or to a quantity that the caller gives, in KRL's sign
+    A5.by.A4  A3.by.NAME   coupling to another axis, or to a quantity that the caller gives, in the controller's sign
     E2.x E2.y E2.rx E2.ry  where the axis of a table or track stands; nothing changes where the axis stands at 0
     E1.scale E1.zero       as above
 

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 class Cell:
     """Joints from the workpiece frame `base` to the tool, and all that the jobs need to know beside them.
 
-    base_T_first: (4, 4) before the first joint. foot_T_root: `root` (z up, KRL's `$ROBROOT`) seen from the frame that
+    base_T_first: (4, 4) before the first joint. foot_T_root: `root` (z up, at the robot's foot) seen from the frame that
     the last joint before the arm ends in. wrist_T_flange: the mounting plate seen from the frame that the arm's last
     joint ends in (its Denavit-Hartenberg row included). flange_T_tool: `$TOOL`. condition_length: the characteristic
     length, m. controller_section, resolve_section: None where cell.toml has no such section, which only some jobs need;
@@ -108,12 +108,12 @@ class Cell:
 
     @property
     def axis_names(self) -> tuple[str, ...]:
-        """Names of the real axes in the order in which KRL prints them: the arm's, A1..A6, then E1, E2, ..."""
+        """Names of the real axes in the order in which programs print them: the arm's, A1..A6, then E1, E2, ..."""
         return tuple(j.name for j in self.joints if j.role is Role.ARM) + self.external_names
 
     @property
     def external_names(self) -> tuple[str, ...]:
-        """Names of the external axes in the order in which KRL prints them."""
+        """Names of the external axes in the order in which programs print them."""
         return tuple(sorted(j.name for j in self.joints if j.role in (Role.WORKPIECE, Role.CARRIAGE)))
 
     def index(self, name: str) -> int:
@@ -153,7 +153,7 @@ class Cell:
         return np.array([float(getattr(j, quantity)) for j in self.joints])
 
     def to_axis_values(self, q: Array) -> Array:
-        """Axis values as KRL prints them, degrees and mm, in the order of `axis_names`, of postures q (..., n)."""
+        """Axis values as programs print them, degrees and mm, in the order of `axis_names`, of postures q (..., n)."""
         out = np.empty((*q.shape[:-1], len(self.axis_names)))
         for k, name in enumerate(self.axis_names):
             i = self.index(name)

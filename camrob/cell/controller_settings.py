@@ -8,13 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from camrob.cell.hooks import check_statement
 from camrob.errors import CellError
 
-__all__ = ["DEFAULT_LANGUAGE", "HOOK_PLACEHOLDERS", "ControllerSettings"]
-
-DEFAULT_LANGUAGE = "krl"
-"""The language of a controller whose cell names none; its settings are checked here, those of others by their languages."""
+__all__ = ["HOOK_PLACEHOLDERS", "ControllerSettings", "check_line"]
 
 HOOK_PLACEHOLDERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -31,35 +27,27 @@ HOOK_PLACEHOLDERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """The hooks that a cell may fill, and the numbers that each may print."""
 
-_ORI_TYPES = ("#VAR", "#CONSTANT", "#JOINT")
-_CIRC_TYPES = ("#BASE", "#PATH")
-_EK = re.compile(r"\s*EK\s*\([^()]*,[^()]*,\s*\{base\}\s*\)\s*$", re.IGNORECASE)
 _PLACEHOLDER = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
 
 
 @dataclass(frozen=True, slots=True)
 class ControllerSettings:
-    """Settings of the controller, in the units that KRL prints.
+    """Settings of the controller, in the units that programs print.
 
-    acc_cp: m/s2. vel_ori_deg_s, acc_ori_deg_s2: both orientation speeds and accelerations. apo_cdis_mm: `$APO.CDIS`.
-    advance: `$ADVANCE`. ptp_velocity_percent: of the axes' top speed, for PTP. max_lines, max_bytes: motions and bytes
-    of one file. max_line_length: characters. base_template: how a base that follows the table is printed, `{base}`
-    standing for the frame, as in `EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})`; empty prints the frame.
-    act_ex_ax: `$ACT_EX_AX`, 0 leaves it alone. tool_number, base_number: entries of the controller's tables that are
-    made active (for load data and the pendant) before the frames are written, None leaves them alone.
+    acc_cp: m/s2. vel_ori_deg_s, acc_ori_deg_s2: both orientation speeds and accelerations. apo_cdis_mm: how far from a corner it
+    may be rounded. advance: motions that are prepared ahead. ptp_velocity_percent: of the axes' top speed, for PTP. max_lines,
+    max_bytes: motions and bytes of one file. max_line_length: characters.
     block_ms: ms that the controller takes for one motion at the least, however short it is; 0 where nobody says.
-    stop_message: whether a program declares the usual interrupt for stop messages, IR_STOPM, which shows them.
     spindle_rpm: the least and the most that the spindle turns at while it is on, None where nobody says.
     tool_change_pose: where tools are changed, axis values in the order A1..A6, E1.. (degrees and mm); None is HOME.
     entries: whether a program comes with one for each operation behind the first, that does the rest of it from there on.
-    hooks: lines of KRL for each name of `HOOK_PLACEHOLDERS`; `{speed}` and the like stand for numbers. `spindle_on`
+    hooks: lines of a program for each name of `HOOK_PLACEHOLDERS`; `{speed}` and the like stand for numbers. `spindle_on`
     turns clockwise, `spindle_on_ccw` counter-clockwise.
-    language: what programs are written in; own: what the cell says beside all this, for that language alone (ori_type, circ_type,
-    base_template, act_ex_ax, tool_number, base_number and stop_message are the usual language's, and checked here).
+    language: what programs are written in, "" the usual one; own: what the cell says beside all this, for that language alone,
+    which checks it, and what the hooks do, before it writes a line (`camrob.program.language.Language.settings`).
 
     The templates are printed as they are, so they may come from the cell's own files only. Raises CellError for a value
-    that could not be printed, an unknown hook, a placeholder that the hook has no number for, and a hook that sets frames
-    or moves.
+    that could not be printed, an unknown hook, and a placeholder that the hook has no number for.
     """
 
     acc_cp: float
@@ -71,19 +59,12 @@ class ControllerSettings:
     max_lines: int
     max_bytes: int
     max_line_length: int
-    ori_type: str = ""
-    circ_type: str = ""
-    base_template: str = ""
-    act_ex_ax: int = 0
-    tool_number: int | None = None
-    base_number: int | None = None
-    stop_message: bool = False
     block_ms: float = 0.0
     spindle_rpm: tuple[float, float] | None = None
     tool_change_pose: tuple[float, ...] | None = None
     entries: bool = False
     hooks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    language: str = DEFAULT_LANGUAGE
+    language: str = ""
     own: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -95,15 +76,11 @@ class ControllerSettings:
             raise CellError(f"ptp_velocity_percent is {self.ptp_velocity_percent}", hint="100 is the axes' top speed")
         for name, least, most in (
             ("advance", 0, 5),
-            ("act_ex_ax", 0, 6),
             ("max_lines", 2, None),
             ("max_bytes", 2000, None),
+            ("max_line_length", 80, None),
         ):
             _check_integer(name, getattr(self, name), least, most)
-        _check_integer("max_line_length", self.max_line_length, 80, None)
-        for name in ("tool_number", "base_number"):
-            if getattr(self, name) is not None:
-                _check_integer(name, getattr(self, name), 0, None)
         if self.spindle_rpm is not None:
             for value in self.spindle_rpm:
                 _check_number("spindle_rpm", value)
@@ -111,9 +88,6 @@ class ControllerSettings:
                 raise CellError(f"spindle_rpm is {list(self.spindle_rpm)}", hint="give [least, most]")
         if self.tool_change_pose is not None and not all(math.isfinite(v) for v in self.tool_change_pose):
             raise CellError("tool_change_pose holds a number that is not finite", hint="give degrees and mm")
-        usual = self.language == DEFAULT_LANGUAGE
-        if usual:
-            self._check_words()
         hooks: dict[str, tuple[str, ...]] = {}
         for name, lines in self.hooks.items():
             if name not in HOOK_PLACEHOLDERS:
@@ -122,45 +96,9 @@ class ControllerSettings:
                 raise CellError(f"hook {name} is a text", hint="write a list of lines")
             hooks[name] = tuple(lines)
             for line in hooks[name]:
-                _check_line(f"hook {name}", line, HOOK_PLACEHOLDERS[name], self.max_line_length)
-                if usual:
-                    check_statement(name, line)
+                check_line(f"hook {name}", line, HOOK_PLACEHOLDERS[name], self.max_line_length)
         object.__setattr__(self, "hooks", MappingProxyType(hooks))
         object.__setattr__(self, "own", MappingProxyType(dict(self.own)))
-
-    def _check_words(self) -> None:
-        """Raise CellError for what is no word of the usual language."""
-        if self.ori_type not in _ORI_TYPES:
-            raise CellError(f"ori_type is {self.ori_type!r}", hint="write one of " + ", ".join(_ORI_TYPES))
-        if self.circ_type not in _CIRC_TYPES:
-            raise CellError(f"circ_type is {self.circ_type!r}", hint="write one of " + ", ".join(_CIRC_TYPES))
-        if self.base_template:
-            _check_line("base_template", self.base_template, ("base",), self.max_line_length)
-            if self.base_template.count("{base}") != 1:
-                raise CellError("base_template does not name {base} once", hint="write EK(..., ..., {base})")
-
-    def check_base(self, *, follows_table: bool) -> None:
-        """Raise CellError where `$BASE` would not be printed as what `base_follows_table` makes of it.
-
-        A base that follows the table is written by EK, of the mechanism that `$ACT_EX_AX` names; one that stands is not.
-        """
-        found = _EK.match(self.base_template)
-        if not follows_table:
-            if found:
-                hint = "take base_template away, or set base_follows_table"
-                raise CellError(
-                    "base_template writes a base that follows the table, and base_follows_table is false", hint=hint
-                )
-            return
-        if not found:
-            shown = repr(self.base_template) if self.base_template else "missing"
-            hint = "write EK(MACHINE_DEF[n].ROOT, MACHINE_DEF[n].MECH_TYPE, {base})"
-            raise CellError(f"base_follows_table is true, but base_template is {shown}, which stands still", hint=hint)
-        numbers = {int(n) for n in re.findall(r"MACHINE_DEF\s*\[\s*(\d+)\s*\]", self.base_template, re.IGNORECASE)}
-        if len(numbers | ({self.act_ex_ax} if self.act_ex_ax else set())) > 1 and numbers:
-            named = " and ".join(f"MACHINE_DEF[{n}]" for n in sorted(numbers))
-            what = f"base_template names {named} where act_ex_ax is {self.act_ex_ax}"
-            raise CellError(what, hint="name the mechanism that carries the part in all places")
 
     def hook_lines(self, name: str, value: float = 0.0) -> tuple[str, ...]:
         """Lines of hook `name`, its placeholder filled with `value`; empty where the cell gives no template.
@@ -195,7 +133,7 @@ def _check_integer(name: str, value: int, least: int, most: int | None) -> None:
         raise CellError(f"{name} is {value!r}", hint=f"write a whole number {span}")
 
 
-def _check_line(name: str, line: str, placeholders: tuple[str, ...], longest: int) -> None:
+def check_line(name: str, line: object, placeholders: tuple[str, ...], longest: int) -> None:
     """Raises CellError unless `line` is one printable 7-bit line with no other placeholders."""
     if not isinstance(line, str) or not line.isascii() or not (line.isprintable() or line == ""):
         raise CellError(

@@ -113,7 +113,7 @@ def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
     title = wrong.of(lambda: table.text("title") if "title" in table or not measured else name, "")
     wrong.raise_any()  # what follows speaks of joints
     names = tuple(j.name for j in joints)
-    controller = wrong.of(lambda: _controller(table, joints, frames.follows_table), None)
+    controller = wrong.of(lambda: _controller(table, joints), None)
     resolve = wrong.of(lambda: _resolve(table.table("resolve"), names) if "resolve" in table else None, None)
     shapes = wrong.of(lambda: _shapes(table, folder, names), no_shapes)
     masses = wrong.each(table.tables("mass"), lambda t: _mass(t, names))
@@ -189,11 +189,11 @@ def _payload(table: TableReader, *, measured: bool) -> float:
     return payload
 
 
-def _controller(table: TableReader, joints: tuple[Joint, ...], follows_table: bool) -> ControllerSettings | None:
+def _controller(table: TableReader, joints: tuple[Joint, ...]) -> ControllerSettings | None:
     """[controller], where there is one."""
     if "controller" not in table:
         return None
-    return read_controller(table.table("controller"), joints, follows_table=follows_table)
+    return read_controller(table.table("controller"), joints)
 
 
 def _pose_bounds(table: TableReader) -> PoseBounds:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from camrob.cell.controller_settings import DEFAULT_LANGUAGE, ControllerSettings
+from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role
 from camrob.cell.toml_table import TableReader
 from camrob.errors import CellError
@@ -13,10 +11,11 @@ from camrob.units import deg_to_rad, mm_to_m
 __all__ = ["read_controller"]
 
 
-def read_controller(table: TableReader, joints: tuple[Joint, ...], *, follows_table: bool) -> ControllerSettings:
-    """The controller's settings; `joints` and `base_follows_table` are the cell's. Raises CellError naming file and key."""
+def read_controller(table: TableReader, joints: tuple[Joint, ...]) -> ControllerSettings:
+    """The controller's settings; `joints` are the cell's. What its language alone knows is left to that. Raises CellError naming
+    file and key.
+    """
     language = _language(table)
-    usual = language == DEFAULT_LANGUAGE
     hooks: dict[str, tuple[str, ...]] = {}
     if "hooks" in table:
         part = table.table("hooks")
@@ -47,10 +46,8 @@ def read_controller(table: TableReader, joints: tuple[Joint, ...], *, follows_ta
             entries=table.flag("entries") if "entries" in table else False,
             hooks=hooks,
             language=language,
-            **(_words(table) if usual else {"own": table.rest()}),
+            own=table.rest(),
         )
-        if usual and any(j.role is Role.WORKPIECE for j in joints):
-            settings.check_base(follows_table=follows_table)
     except CellError as e:
         raise table.fail("", e.what, e.hint) from None
     table.finish()
@@ -60,20 +57,7 @@ def read_controller(table: TableReader, joints: tuple[Joint, ...], *, follows_ta
 def _language(table: TableReader) -> str:
     """What programs are written in; `dialect` is the older word for it."""
     word = "language" if "language" in table else "dialect"
-    return table.text(word) if word in table else DEFAULT_LANGUAGE
-
-
-def _words(table: TableReader) -> dict[str, Any]:
-    """The settings that are in the usual language's words."""
-    return {
-        "ori_type": table.text("ori_type"),
-        "circ_type": table.text("circ_type"),
-        "base_template": table.text("base_template") if "base_template" in table else "",
-        "act_ex_ax": table.integer("act_ex_ax", lower=0, upper=6) if "act_ex_ax" in table else 0,
-        "tool_number": table.integer("tool_number", lower=0, upper=64) if "tool_number" in table else None,
-        "stop_message": table.flag("stop_message") if "stop_message" in table else False,
-        "base_number": table.integer("base_number", lower=0, upper=64) if "base_number" in table else None,
-    }
+    return table.text(word) if word in table else ""
 
 
 def _pair(table: TableReader, key: str) -> tuple[float, float] | None:

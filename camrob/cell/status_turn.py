@@ -1,4 +1,4 @@
-"""KRL's Status and Turn, which tell a PTP to a pose which branch and turn to take."""
+"""KUKA's Status and Turn, which tell a PTP to a pose which branch and turn to take."""
 
 from __future__ import annotations
 

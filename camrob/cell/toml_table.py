@@ -231,6 +231,9 @@ class TableReader:
         """What nobody has asked for yet, as it stands in the file: for whoever knows these keys."""
         left = {key: value for key, value in self._data.items() if key not in self._used}
         self._used.update(left)
+        for key, value in left.items():
+            if _finite(value) or (isinstance(value, list) and value and all(_finite(v) for v in value)):
+                self._note_provenance(key)
         return left
 
     def finish(self) -> None:

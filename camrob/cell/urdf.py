@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def cell_urdf(cell: Cell) -> str:
-    """The whole chain base -> tool as URDF text; its joint values are the chain's q, SI, not KRL's axis values.
+    """The whole chain base -> tool as URDF text; its joint values are the chain's q, SI, not the controller's axis values.
 
     Links and fixed links are those of `segments`. Limits are those of q; an endless joint is `continuous`. Numbers
     carry 17 digits, so that float64 survives the text. The cell's point masses become inertials of the links they are

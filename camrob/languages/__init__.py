@@ -35,11 +35,10 @@ LANGUAGES: dict[str, Registered] = {
 
 
 def language_named(name: str) -> Language:
-    """The language that a cell's controller takes. Raises CellError for one that is not known."""
+    """The language that a cell's controller takes; "": the first of `LANGUAGES`. Raises CellError for one that is not known."""
+    name = name or next(iter(LANGUAGES))
     if name not in LANGUAGES:
-        raise CellError(
-            f"controller.language is {name[:40]!r}", hint="the languages are " + ", ".join(sorted(LANGUAGES))
-        )
+        raise CellError(f"language is {name[:40]!r}", hint="the languages are " + ", ".join(sorted(LANGUAGES)))
     return cast(Language, import_module(LANGUAGES[name].module).LANGUAGE)
 
 

@@ -137,7 +137,7 @@ class MeasuringCollisions(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuringFigures(Summary):
-    """The poses to measure next: axis values as KRL prints them, tips in base, and the error expected on the path."""
+    """The poses to measure next: axis values as programs print them, tips in base, and the error expected on the path."""
 
     poses: int
     expected_before_mm: float

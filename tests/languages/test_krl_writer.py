@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from krl_sample import CONTROLLER, assert_same, make_program, read_back, small_program, written
+from krl_sample import CONTROLLER, OWN, assert_same, make_program, read_back, small_program, written
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.errors import CellError, JobError
 from camrob.findings import Finding
-from camrob.languages.krl import rounding
+from camrob.languages.krl import LANGUAGE, rounding
 from camrob.languages.krl.krl_text import comment_text, krl_name
 from camrob.languages.krl.writer.lines import LineBlock, format_lines
 from camrob.languages.krl.writer.write_krl import iter_krl
@@ -272,8 +272,6 @@ def test_comments_lose_what_acts():
         ({"hooks": {"stop": ("HALT\r\nLIN",)}}, "7-bit"),
         ({"hooks": {"dance": ()}}, "unknown"),
         ({"hooks": {"stop": "HALT"}}, "list"),
-        ({"base_template": "EK(1, 2)"}, "base"),
-        ({"ori_type": "#VAR\n"}, "ori_type"),
         ({"acc_cp": float("nan")}, "acc_cp"),
         ({"advance": 9}, "advance"),
         ({"max_lines": True}, "max_lines"),
@@ -282,6 +280,33 @@ def test_comments_lose_what_acts():
 def test_settings_are_checked(change, message):
     with pytest.raises(CellError, match=message):
         dataclasses.replace(CONTROLLER, **change)
+
+
+@pytest.mark.parametrize(
+    ("own", "message"),
+    [
+        ({"base_template": "EK(1, 2)"}, "base"),
+        ({"base_template": 7}, "base_template"),
+        ({"ori_type": "#VAR\n"}, "ori_type"),
+        ({"ori_type": None}, "ori_type is missing"),
+        ({"act_ex_ax": 7}, "act_ex_ax is 7"),
+        ({"tool_number": True}, "tool_number is True"),
+        ({"stop_message": 1}, "stop_message is 1"),
+        ({"mechanical_unit": "STN1"}, "mechanical_unit is not a key"),
+    ],
+)
+def test_settings_of_the_language_are_checked_before_a_line_is_written(own, message):
+    controller = dataclasses.replace(CONTROLLER, own={**OWN, **own})
+    with pytest.raises(CellError, match=message):
+        list(LANGUAGE.write(small_program(), controller, max_lines=None))
+    with pytest.raises(CellError, match=message):
+        LANGUAGE.settings(controller, follows_table=True)
+
+
+def test_a_hook_that_moves_is_refused_before_a_line_is_written():
+    controller = dataclasses.replace(CONTROLLER, hooks={"header": ("PTP HOME",)})
+    with pytest.raises(CellError, match="moves the robot"):
+        list(LANGUAGE.write(small_program(), controller, max_lines=None))
 
 
 def test_hooks_print_numbers_only():

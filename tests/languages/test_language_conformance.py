@@ -62,7 +62,7 @@ def spoken(request, monkeypatch):
     """A language with a controller that takes it."""
     monkeypatch.setitem(LANGUAGES, "lines", SECOND)
     words = {
-        "krl": {"ori_type": "#VAR", "circ_type": "#BASE"},
+        "krl": {"own": {"ori_type": "#VAR", "circ_type": "#BASE"}},
         "rapid": {
             "own": {"mechanical_unit": "STN1", "tool_data": "tSpindle", "ptp_speed": [500, 50, 500, 20]},
             "max_line_length": 400,

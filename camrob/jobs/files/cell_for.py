@@ -6,9 +6,9 @@ import tomllib
 from pathlib import Path
 
 from camrob.cell.cell import Cell
-from camrob.cell.controller_settings import DEFAULT_LANGUAGE
 from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
+from camrob.errors import CellError
 from camrob.languages import LANGUAGES, language_named
 from camrob.program.language import Language
 
@@ -23,7 +23,10 @@ def cell_for(verb: str, path: str | Path) -> Cell:
     cell = read_cell(path).checked_for(f"camrob {verb}", controller=verb in _CONTROLLER, resolve=verb in _RESOLVE)
     if cell.controller_section is not None:
         turns = cell.base_follows_table and bool(cell.indices(Role.WORKPIECE))
-        language_named(cell.controller.language).settings(cell.controller, follows_table=turns)
+        try:
+            language_named(cell.controller.language).settings(cell.controller, follows_table=turns)
+        except CellError as e:
+            raise CellError(f"controller: {e.what}", hint=e.hint, path=cell.folder / "cell.toml") from None
     return cell
 
 
@@ -39,5 +42,5 @@ def language_for(path: Path | None) -> Language:
         text = (file if file.suffix == ".toml" and not file.is_dir() else file / "cell.toml").read_bytes()
         name = tomllib.loads(text.decode("utf-8-sig"))["controller"]["language"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        name = DEFAULT_LANGUAGE
-    return language_named(name if name in LANGUAGES else DEFAULT_LANGUAGE)
+        name = ""
+    return language_named(name if name in LANGUAGES else "")

@@ -41,8 +41,10 @@ class Krl:
         return krl_name(text)
 
     def settings(self, controller: ControllerSettings, *, follows_table: bool) -> None:
-        """The cell's settings are KRL's own, and were checked when they were read."""
-        del controller, follows_table
+        """Raise CellError for settings that KRL lacks, a hook that does what camrob does, a base on another mechanism."""
+        from camrob.languages.krl.krl_settings import krl_settings
+
+        krl_settings(controller).check_base(follows_table=follows_table)
 
     def check(self, program: Program, controller: ControllerSettings) -> None:
         """Raise ValueError for a program without a meaning in KRL, JobError for a line that gets too long."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from camrob.cell.controller_settings import ControllerSettings
+from camrob.languages.krl.krl_settings import krl_settings
 from camrob.languages.krl.reader.tokens import canonical, statement_of
 from camrob.program.language import MeantActions
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
@@ -25,10 +26,11 @@ def meant_actions(program: Program, controller: ControllerSettings) -> MeantActi
 
 def _settings(controller: ControllerSettings) -> list[str]:
     """The statements that a program opens with, in the controller's own words."""
+    own = krl_settings(controller)
     said = [
         "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS == TRUE DO IR_STOPM ( )",
         "INTERRUPT ON 3",
-    ] * controller.stop_message
+    ] * own.stop_message
     said += [
         "BAS (#INITMOV, 0)",
         f"BAS (#VEL_PTP, {controller.ptp_velocity_percent:.0f})",
@@ -38,13 +40,13 @@ def _settings(controller: ControllerSettings) -> list[str]:
         f"$VEL.ORI2 = {controller.vel_ori_deg_s:.3f}",
         f"$ACC.ORI1 = {controller.acc_ori_deg_s2:.3f}",
         f"$ACC.ORI2 = {controller.acc_ori_deg_s2:.3f}",
-        f"$ORI_TYPE = {controller.ori_type}",
-        f"$CIRC_TYPE = {controller.circ_type}",
+        f"$ORI_TYPE = {own.ori_type}",
+        f"$CIRC_TYPE = {own.circ_type}",
         f"$APO.CDIS = {controller.apo_cdis_mm:.3f}",
     ]
-    if controller.act_ex_ax:
-        said.append(f"$ACT_EX_AX = {controller.act_ex_ax}")
-    for table, number in (("TOOL", controller.tool_number), ("BASE", controller.base_number)):
+    if own.act_ex_ax:
+        said.append(f"$ACT_EX_AX = {own.act_ex_ax}")
+    for table, number in (("TOOL", own.tool_number), ("BASE", own.base_number)):
         if number is not None:
             said.append(f"BAS (#{table}, {number})")
     return said

@@ -8,6 +8,7 @@ import numpy as np
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.findings import Finding
+from camrob.languages.krl.krl_settings import krl_settings
 from camrob.languages.krl.krl_text import NAME_LENGTH, comment_text, frame_aggregate, krl_name
 from camrob.languages.krl.rounding import ANGLE_DECIMALS, EXTERNAL_DECIMALS, FRAME_DECIMALS, LENGTH_DECIMALS
 from camrob.languages.krl.writer.body import KrlBody
@@ -119,20 +120,20 @@ def _encoded(lines: list[str]) -> bytes:
 
 def _opening(program: Program, controller: ControllerSettings, body: KrlBody) -> list[str]:
     """What the main program does before it moves."""
-    longest = controller.max_line_length
+    own, longest = krl_settings(controller), controller.max_line_length
     lines = [
         f"; Made by camrob, rounded to {LENGTH_DECIMALS} decimals (X Y Z, mm), "
         f"{ANGLE_DECIMALS} (angles, deg), {EXTERNAL_DECIMALS} (E)"
     ]
     lines += ["; " + comment_text(text, longest - 2) for text in program.comment]
     lines.append(";FOLD INI")
-    if controller.stop_message:  # as in KUKA's own template of a program
+    if own.stop_message:  # as in KUKA's own template of a program
         lines += ["GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )", "INTERRUPT ON 3"]
     lines += ["BAS (#INITMOV,0 )", f"BAS (#VEL_PTP,{fixed_decimals(controller.ptp_velocity_percent, 0)} )"]
-    if controller.tool_number is not None:
-        lines.append(f"BAS (#TOOL,{controller.tool_number} )")
-    if controller.base_number is not None:
-        lines.append(f"BAS (#BASE,{controller.base_number} )")
+    if own.tool_number is not None:
+        lines.append(f"BAS (#TOOL,{own.tool_number} )")
+    if own.base_number is not None:
+        lines.append(f"BAS (#BASE,{own.base_number} )")
     lines += [
         f"$ADVANCE = {controller.advance}",
         f"$ACC.CP = {fixed_decimals(controller.acc_cp, 4)}",
@@ -140,14 +141,14 @@ def _opening(program: Program, controller: ControllerSettings, body: KrlBody) ->
         f"$VEL.ORI2 = {fixed_decimals(controller.vel_ori_deg_s, 3)}",
         f"$ACC.ORI1 = {fixed_decimals(controller.acc_ori_deg_s2, 3)}",
         f"$ACC.ORI2 = {fixed_decimals(controller.acc_ori_deg_s2, 3)}",
-        f"$ORI_TYPE = {controller.ori_type}",
-        f"$CIRC_TYPE = {controller.circ_type}",
+        f"$ORI_TYPE = {own.ori_type}",
+        f"$CIRC_TYPE = {own.circ_type}",
         f"$APO.CDIS = {fixed_decimals(controller.apo_cdis_mm, 3)}",
     ]
-    if controller.act_ex_ax:
-        lines.append(f"$ACT_EX_AX = {controller.act_ex_ax}")
+    if own.act_ex_ax:
+        lines.append(f"$ACT_EX_AX = {own.act_ex_ax}")
     base = frame_aggregate(tuple(program.base), FRAME_DECIMALS)
-    template = controller.base_template or "{base}"
+    template = own.base_template or "{base}"
     lines += [
         "$BASE = " + template.replace("{base}", base),
         "$TOOL = " + frame_aggregate(tuple(program.tool), FRAME_DECIMALS),

@@ -1,4 +1,4 @@
-"""What a cell's hooks may say: outputs, waits and calls; not frames, not how the robot moves, and no motion."""
+"""What a cell's hooks may say in KRL: outputs, waits and calls; not frames, not how the robot moves, and no motion."""
 
 from __future__ import annotations
 

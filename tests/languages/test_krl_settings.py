@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from camrob.cell.controller_settings import HOOK_PLACEHOLDERS
-from camrob.cell.hooks import check_statement
-from camrob.cell.read_cell import read_cell
 from camrob.errors import CellError
+from camrob.jobs.files.cell_for import cell_for
+from camrob.languages.krl.krl_hooks import check_statement
 
 FOLDER = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
 TEXT = (FOLDER / "cell.toml").read_text(encoding="utf-8")
@@ -70,7 +70,7 @@ LEAVES = ["END", "DEF OTHER ( )", "GLOBAL DEF X ()", "RETURN", "GOTO AWAY", "RES
 @pytest.mark.parametrize("hook", ["header", "tool_change"])
 def test_frames_motions_and_ends_are_refused(tmp_path: Path, hook: str, line: str) -> None:
     with pytest.raises(CellError) as caught:
-        read_cell(with_hook(tmp_path, hook, line))
+        cell_for("post", with_hook(tmp_path, hook, line))
     message = str(caught.value)
     assert f"cell.toml: controller: hook {hook} " in message and line.strip() in message
     assert "leave it to camrob, or to a subprogram that puts back what it changes" in message
@@ -82,7 +82,7 @@ def test_frames_motions_and_ends_are_refused(tmp_path: Path, hook: str, line: st
 def test_no_hook_is_left_out(tmp_path: Path, hook: str) -> None:
     for line in ("$TOOL = $NULLFRAME", "LIN {X 1}"):
         with pytest.raises(CellError, match=f"hook {hook} "):
-            read_cell(with_hook(tmp_path, hook, line))
+            cell_for("post", with_hook(tmp_path, hook, line))
 
 
 GOOD = [
@@ -116,7 +116,7 @@ GOOD = [
 
 @pytest.mark.parametrize("line", GOOD)
 def test_outputs_waits_and_calls_are_taken(tmp_path: Path, line: str) -> None:
-    assert read_cell(with_hook(tmp_path, "header", line)).controller.hook_lines("header") == (line,)
+    assert cell_for("post", with_hook(tmp_path, "header", line)).controller.hook_lines("header") == (line,)
 
 
 def test_every_assignment_to_a_frame_in_the_corpus_is_found() -> None:
@@ -176,7 +176,7 @@ FALSE = ("base_follows_table = true", "base_follows_table = false")
 )
 def test_a_base_of_another_mechanism_is_refused(tmp_path: Path, pairs: list[tuple[str, str]], said: str) -> None:
     with pytest.raises(CellError) as caught:
-        read_cell(changed(tmp_path, *pairs))
+        cell_for("post", changed(tmp_path, *pairs))
     assert said in str(caught.value)
 
 
@@ -192,4 +192,4 @@ def test_a_base_of_another_mechanism_is_refused(tmp_path: Path, pairs: list[tupl
     ids=range(5),
 )
 def test_a_base_that_fits_is_taken(tmp_path: Path, pairs: list[tuple[str, str]]) -> None:
-    read_cell(changed(tmp_path, *pairs))
+    cell_for("post", changed(tmp_path, *pairs))

@@ -1,0 +1,115 @@
+"""What a cell says of its controller for KRL alone, and the base that a program of it stands in."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from camrob.cell.controller_settings import ControllerSettings, check_line
+from camrob.errors import CellError
+from camrob.languages.krl.krl_hooks import check_statement
+
+__all__ = ["KrlSettings", "krl_settings"]
+
+_ORI_TYPES = ("#VAR", "#CONSTANT", "#JOINT")
+_CIRC_TYPES = ("#BASE", "#PATH")
+_MECHANISMS = 6  # that a KR C2 can have beside the robot
+_TABLE = 64  # rows that TOOL_DATA and BASE_DATA may have, row 0 being the flange or the world
+_EK = re.compile(r"\s*EK\s*\([^()]*,[^()]*,\s*\{base\}\s*\)\s*$", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class KrlSettings:
+    """ori_type, circ_type: `$ORI_TYPE`, `$CIRC_TYPE`. base_template: how a base that follows the table is printed, `{base}`
+    standing for the frame, as in `EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})`; empty prints the frame.
+    act_ex_ax: `$ACT_EX_AX`, 0 leaves it alone. tool_number, base_number: entries of the controller's tables that are made active
+    (for load data and the pendant) before the frames are written, None leaves them alone. stop_message: whether a program
+    declares the usual interrupt for stop messages, IR_STOPM, which shows them.
+    """
+
+    ori_type: str
+    circ_type: str
+    base_template: str
+    act_ex_ax: int
+    tool_number: int | None
+    base_number: int | None
+    stop_message: bool
+
+    def check_base(self, *, follows_table: bool) -> None:
+        """Raise CellError where `$BASE` would not be printed as what `base_follows_table` makes of it.
+
+        A base that follows the table is written by EK, of the mechanism that `$ACT_EX_AX` names; one that stands is not.
+        """
+        found = _EK.match(self.base_template)
+        if not follows_table:
+            if found:
+                hint = "take base_template away, or set base_follows_table"
+                raise CellError(
+                    "base_template writes a base that follows the table, and base_follows_table is false", hint=hint
+                )
+            return
+        if not found:
+            shown = repr(self.base_template) if self.base_template else "missing"
+            hint = "write EK(MACHINE_DEF[n].ROOT, MACHINE_DEF[n].MECH_TYPE, {base})"
+            raise CellError(f"base_follows_table is true, but base_template is {shown}, which stands still", hint=hint)
+        numbers = {int(n) for n in re.findall(r"MACHINE_DEF\s*\[\s*(\d+)\s*\]", self.base_template, re.IGNORECASE)}
+        if len(numbers | ({self.act_ex_ax} if self.act_ex_ax else set())) > 1 and numbers:
+            named = " and ".join(f"MACHINE_DEF[{n}]" for n in sorted(numbers))
+            what = f"base_template names {named} where act_ex_ax is {self.act_ex_ax}"
+            raise CellError(what, hint="name the mechanism that carries the part in all places")
+
+
+def krl_settings(controller: ControllerSettings) -> KrlSettings:
+    """The settings of a controller that takes KRL.
+
+    Raises CellError for one that is missing, unknown or no such value, and for a hook that sets frames or moves.
+    """
+    own = dict(controller.own)
+    template = own.pop("base_template", "")
+    if template != "":
+        check_line("base_template", template, ("base",), controller.max_line_length)
+        if str(template).count("{base}") != 1:
+            raise CellError("base_template does not name {base} once", hint="write EK(..., ..., {base})")
+    settings = KrlSettings(
+        ori_type=_one_of(own, "ori_type", _ORI_TYPES),
+        circ_type=_one_of(own, "circ_type", _CIRC_TYPES),
+        base_template=str(template),
+        act_ex_ax=_number(own, "act_ex_ax", _MECHANISMS) or 0,
+        tool_number=_number(own, "tool_number", _TABLE),
+        base_number=_number(own, "base_number", _TABLE),
+        stop_message=_flag(own, "stop_message"),
+    )
+    if own:
+        known = ", ".join(KrlSettings.__dataclass_fields__)
+        raise CellError(f"{min(own)} is not a key that camrob knows here", hint=f"for KRL alone there are {known}")
+    for name, lines in controller.hooks.items():
+        for line in lines:
+            check_statement(name, line)
+    return settings
+
+
+def _one_of(own: dict[str, object], key: str, words: tuple[str, ...]) -> str:
+    """A word of the language, taken out of `own`."""
+    value = own.pop(key, None)
+    if value not in words:
+        what = "missing" if value is None else f"{value!r}"[:80]
+        raise CellError(f"{key} is {what}", hint="write one of " + ", ".join(words))
+    return str(value)
+
+
+def _number(own: dict[str, object], key: str, most: int) -> int | None:
+    """A whole number from 0 up that may be left out, taken out of `own`."""
+    if key not in own:
+        return None
+    value = own.pop(key)
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= most:
+        raise CellError(f"{key} is {value!r}"[:80], hint=f"write a whole number from 0 to {most}")
+    return value
+
+
+def _flag(own: dict[str, object], key: str) -> bool:
+    """A true or false that may be left out, taken out of `own`."""
+    value = own.pop(key, False)
+    if not isinstance(value, bool):
+        raise CellError(f"{key} is {value!r}"[:80], hint="write true or false")
+    return value
