@@ -191,8 +191,8 @@ class GcodeReader(Switching):
         """What hides the motions behind it, because it moves the frame that they are in, and what ends that."""
         hidden = self._tell.hidden
         ended = [k for k in hidden if _HIDING.get(k) == code or (k == "92" and code == "92.2")]
-        if code in _FRAMES:
-            name = code + words.get("P", "") if code == "54.1" else code
+        if code in _FRAMES or (code == "15" and "H" in words):  # Okuma's G15 H is a datum
+            name = code + words.get({"54.1": "P", "15": "H"}.get(code, ""), "")
             if name == self._frame:
                 ended += ["frame"] if "frame" in hidden else []
             elif not self._tell.n:

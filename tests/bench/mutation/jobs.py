@@ -60,13 +60,23 @@ class Job:
 
 def all_jobs() -> dict[str, Job]:
     """Every job by its name."""
-    from mutation import jobs_apt, jobs_controls, jobs_frames, jobs_gcode, jobs_posted, jobs_refuse, jobs_ways
+    from mutation import (
+        jobs_apt,
+        jobs_controls,
+        jobs_frames,
+        jobs_gcode,
+        jobs_newest,
+        jobs_posted,
+        jobs_refuse,
+        jobs_ways,
+    )
 
     found = [
         *jobs_apt.jobs(),
         *jobs_gcode.jobs(),
         *jobs_controls.jobs(),
         *jobs_frames.jobs(),
+        *jobs_newest.jobs(),
         *jobs_posted.jobs(),
         *jobs_ways.jobs(),
         *jobs_refuse.jobs(),

@@ -17,12 +17,6 @@ SIEMENS = "N10 G90 G71 G94\nT1 M6\nS5000 M3\nG0 X30 Y105 Z125\nF100\n"
 HEIDENHAIN = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S5000\n2 L X+0 Y+0 Z+30 R0 FMAX M3\n"
 
 
-def read(folder: Path, name: str, text: str, **settings: float) -> None:
-    """The file is read."""
-    (folder / name).write_text(text, encoding="utf-8")
-    read_toolpath(folder / name, **settings)
-
-
 @pytest.mark.parametrize(
     ("name", "text", "line", "match"),
     [
@@ -44,8 +38,9 @@ def read(folder: Path, name: str, text: str, **settings: float) -> None:
     ],
 )
 def test_a_program_is_refused_for_what_it_is(tmp_path: Path, name: str, text: str, line: int, match: str) -> None:
+    (tmp_path / name).write_text(text, encoding="utf-8")
     with pytest.raises(ToolpathError, match=match) as error:
-        read(tmp_path, name, text, spindle_rpm=9000.0)
+        read_toolpath(tmp_path / name, spindle_rpm=9000.0)
     assert f"{name}:{line}: " in str(error.value)
 
 

@@ -248,8 +248,11 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")
     surface, deep = q[203], -q[201]
     bite = q[202] if number in ("200", "203") and 0.0 < q[202] < deep - 1e-9 else 0.0
-    if bite and number == "203" and (q[212] or q[213] or q[208] < _FMAX):
-        raise UnreadError("CYCL DEF 203 in bites that differ, break chips or come out at a feed")
+    if bite and number == "203" and (q[213] or q[208] < _FMAX):
+        raise UnreadError("CYCL DEF 203 in bites that break chips or come out at a feed")
+    less = q[212] if bite and number == "203" else 0.0  # by so much a bite is shorter than that before it, down to Q205
+    if less < 0.0 or (less and not 0.0 < q[205] <= bite):
+        raise UnreadError("CYCL DEF 203 in bites that grow, or have no least depth")
     if bite and q.get(210):
         raise UnreadError("a cycle that dwells between its bites")
     back = (q[208] or q[206]) if number in ("201", "203") else None
@@ -266,7 +269,8 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         q[206],
         None if back is None or back >= _FMAX else back,
         q.get(211, 0.0),
-        bite,
+        bite if not less else 0.0,
+        bites=_shorter(surface, bite, surface - deep, {"DAM": less, "MDEP": q[205]}) if less else (),
     )
 
 

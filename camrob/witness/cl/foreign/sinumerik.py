@@ -155,7 +155,7 @@ class SinumerikReader(ForeignReader):
         return out
 
     def _drill(self, hole: Hole, line: int) -> None:
-        """The hole here. In G18 and G19 the control drills along Y and X, the plane's normal ("Job planning", drilling cycles)."""
+        """The hole here. In G18 and G19 the control drills along Y and X, the plane's normal ("Job planning", cycles)."""
         if self._plane != "17":
             raise UnreadError(ACROSS)
         drill_here(self, hole, line)
