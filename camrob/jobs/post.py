@@ -300,6 +300,7 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
             setup=inputs.setup.path,
             dialect=order.dialect,
             units=order.units,
+            usual_rapid=inputs.rapid_speed,
             slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
             begin=order.begin,
         )
@@ -308,12 +309,10 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, order.process, written, watch.share)
     held = [] if order.held is None else tolerance_findings(feed.held, inputs.path)
-    losses = feed.losses(inputs.cell, inputs.path)
-    short = block_findings(inputs, solution, feed.blocks, losses, feed.times().program, motions)
-    findings = [*second, *held, *short, *findings]
-    return _Made(
-        inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, findings, verdict
-    )
+    lost = feed.losses(inputs.cell, inputs.path)
+    short = block_findings(inputs, solution, feed.blocks, lost, feed.times().program, motions)
+    said = [*second, *held, *short, *findings]
+    return _Made(inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, said, verdict)
 
 
 def _entry_name(title: str, number: int, language: Language) -> str:

@@ -85,13 +85,15 @@ def judge(
     units: str | None = None,
     slower_allowed: str = "",
     begin: int = 0,
+    usual_rapid: float | None = None,
 ) -> Verdict:
     """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file as a set-up places it (by default the
     setup.toml beside it, where there is one).
 
     Without a CL file: what the program alone shows, which is frames, limits and what isn't understood. dialect, units: over
     what set-up and file say. slower_allowed: why cuts may be slower than the file says. begin: the CL file's line from which on
-    the program does what it asks for (a program that is entered again at an operation), 0 for all of it.
+    the program does what it asks for (a program that is entered again at an operation), 0 for all of it. usual_rapid: m/s that
+    ways through air are held to where the set-up names none; None: they may be as fast as they like.
     Raises CellError, SetupError, ToolpathError, KrlError for what can't be read.
     """
     clock = _Clock()
@@ -124,7 +126,7 @@ def judge(
     elif not len(story.way):  # nothing of the file was read
         found = Comparison([], 0, 0, list(story.gaps))
     else:
-        found = compare(story, run, _terms(machine, job, slower_allowed))
+        found = compare(story, run, _terms(machine, job, slower_allowed, usual_rapid))
     clock.lap("rules")
     run = settled
     objections = (*run.objections, *found.objections)
@@ -152,7 +154,7 @@ def _alone(run: Run, clock: _Clock) -> Verdict:
     )
 
 
-def _terms(machine: Machine, job: Job, slower_allowed: str) -> Terms:
+def _terms(machine: Machine, job: Job, slower_allowed: str, usual_rapid: float | None) -> Terms:
     """What the rules have to know of cell and set-up."""
     own = machine.flange_T_tool
     tools = {number: own if tool.flange_T_tool is None else tool.flange_T_tool for number, tool in job.tools.items()}
@@ -166,7 +168,7 @@ def _terms(machine: Machine, job: Job, slower_allowed: str) -> Terms:
         endless=np.array([joint.endless for joint in machine.in_order]),
         change=machine.home if change is None else np.array(change),
         corners=np.vstack([np.zeros((0, 3)), *corners]),
-        rapid=job.rapid_feed,
+        rapid=usual_rapid if job.rapid_feed is None else job.rapid_feed,
         chord=_CHORD if job.chord_tolerance is None else job.chord_tolerance,
         decimated=job.decimate or 0.0,
         spindle_rpm=machine.controller.spindle_rpm,

@@ -14,6 +14,7 @@ from camrob.jobs.release.refusal import advice
 from camrob.languages import language_suffixes
 from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
+from camrob.witness.cl.customs import ASIDE
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.foreign.foreign_cycles import ACROSS
 from camrob.witness.cl.offsets import OFFSET
@@ -47,6 +48,7 @@ _NEVER = {
     STRANGE: "output it as GOTO from the CAM system, or delete the line where it means nothing",
     NOWHERE: "put the block or the subprogram into the file",
     ACROSS: "drill in G17",
+    ASIDE: "mirror about the work zero: G101 X0, Y0",
     UNNAMED: "name X, Y and Z in a rapid move before it",
 }
 # what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own

@@ -6,11 +6,12 @@ import re
 
 from camrob.witness.cl.circles import Wanted
 
-__all__ = ["COMPUTED", "corner_of", "plain_words"]
+__all__ = ["ASIDE", "COMPUTED", "corner_of", "plain_words"]
 
 Pairs = list[tuple[str, str]]
 
 COMPUTED = "loops, branches, subprograms and variables"  # what stands in a gap of such blocks
+ASIDE = "G101: not known"  # what stands in the gap of a mirror that is none of Haas's about the work zero
 _CORNER = re.compile(r",([RC])(\d+\.?\d*|\.\d+)")
 _LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
 _HAAS = {"101": "51.1", "100": "50.1"}  # mirrored at the work zero

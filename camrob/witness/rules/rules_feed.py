@@ -76,7 +76,7 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
         rows = rows[run.speed[rows] > rapid + _PRINTED]
         if len(rows):
             limit = np.full(len(rows), rapid)
-            text = "faster than the set-up's rapid feed"
+            text = "faster than the set-up's rapid feed, or the usual one where it names none"
             yield _said("rapid-higher", text, rows, None, story, run, run.speed[rows], limit)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from camrob.errors import VerificationError
 from camrob.jobs.release.opinion import hold_to_witness
-from camrob.witness.cl.customs import COMPUTED
+from camrob.witness.cl.customs import ASIDE, COMPUTED
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.foreign.foreign_cycles import ACROSS
 from camrob.witness.cl.gcode import GcodeReader
@@ -60,7 +60,7 @@ def test_what_is_a_warning_in_anothers_program_is_none_in_our_own(tmp_path: Path
             hold_to_witness(said, tmp_path)
 
 
-@pytest.mark.parametrize("gap", [ACROSS, NOWHERE, NO_AXIS, NO_CIRCLE, STRANGE, TURNED, UNNAMED, UPWARD])
+@pytest.mark.parametrize("gap", [ACROSS, ASIDE, NOWHERE, NO_AXIS, NO_CIRCLE, STRANGE, TURNED, UNNAMED, UPWARD])
 def test_no_program_of_a_file_that_camrob_refuses_is_released(tmp_path: Path, gap: str) -> None:
     """Camrob's own reader refuses such arcs and axes: where one got past it, the gap is no reason to release in part."""
     with pytest.raises(VerificationError, match=gap):
