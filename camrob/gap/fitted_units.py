@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from camrob.errors import InputError
 from camrob.gap.effects.effect import Effect, EffectParameter, State, Unit
 from camrob.gap.evidence.model import Model
-from camrob.summaries.diagnosis_summary import FittedModel, FittedUnit, UnitParameter
+from camrob.gap.unexplained import UnexplainedField, unexplained_field
+from camrob.summaries.diagnosis_fitted import FittedModel, FittedUnit, UnitParameter
 
 __all__ = ["FittedUnits", "fitted_model", "fitted_units"]
 
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class FittedUnits:
     """Units that were found, each with its effect and the state it was fitted in; values (K,) and cov (K, K) of all their
-    parameters in order, SI.
+    parameters in order, SI. unexplained: what stays beside them as far as it follows posture, None where that is not known.
     """
 
     units: tuple[Unit, ...]
@@ -29,6 +30,7 @@ class FittedUnits:
     states: tuple[State, ...]
     values: Array
     cov: Array
+    unexplained: UnexplainedField | None = None
 
     @property
     def owner(self) -> NDArray[np.int64]:
@@ -53,7 +55,12 @@ def fitted_model(model: Model, members: frozenset[int]) -> FittedModel:
             FittedUnit(effect=unit.effect, axis=unit.axis, key=unit.key, parameters=tuple(fitted_values), state=state)
         )
     cov = model.best.cov[np.ix_(columns, columns)]
-    return FittedModel(units=tuple(units), covariance=tuple(tuple(map(float, row)) for row in cov))
+    field = unexplained_field(model, members)
+    return FittedModel(
+        units=tuple(units),
+        covariance=tuple(tuple(map(float, row)) for row in cov),
+        unexplained=None if field is None else field.said(),
+    )
 
 
 def fitted_units(found: FittedModel, library: Sequence[Effect]) -> FittedUnits:
@@ -75,4 +82,5 @@ def fitted_units(found: FittedModel, library: Sequence[Effect]) -> FittedUnits:
     values = np.array([p.value for u in found.units for p in u.parameters])
     cov = np.asarray(found.covariance, float).reshape(len(values), len(values))
     effects = tuple(by_name[u.effect] for u in found.units)
-    return FittedUnits(units, effects, tuple(dict(u.state) for u in found.units), values, cov)
+    field = None if found.unexplained is None else UnexplainedField.of(found.unexplained)
+    return FittedUnits(units, effects, tuple(dict(u.state) for u in found.units), values, cov, field)

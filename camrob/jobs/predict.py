@@ -172,7 +172,7 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         band_p95_mm=m_to_mm(float(np.quantile(surface.band, 0.95))),
         percentiles_mm={str(p): m_to_mm(float(np.quantile(surface.deviation, p / 100.0))) for p in _PERCENTILES},
         causes=causes_of(surface, path),
-        rest_mm=m_to_mm(rest),
+        rest_mm=m_to_mm(float(np.sqrt(np.mean(path.rest**2)))),
         places=places_of(surface, path),
         regions=regions_of(surface, path, text, ran.motion),
         not_met=surface.not_met,

@@ -142,7 +142,8 @@ def _reckoned(
         here = slice(start, start + len(some))
 
         shares[here] = np.einsum("pi,pik->pk", wrench, _between(twists, row, at))
-        variance = np.sum(np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at)) ** 2, axis=1) + path.rest**2
+        variance = np.sum(np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at)) ** 2, axis=1)
+        variance += _between(path.rest, row, at) ** 2
         variance += np.sum((wrench * _between(path.doubt, row, at)) ** 2, axis=1)
         band[here] = _NORMAL * np.sqrt(variance)
     return shares, band

@@ -19,15 +19,19 @@ from camrob.errors import InputError
 from camrob.gap.effects.effect import Column
 from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.scene import Scene, axis_values, make_scene
+from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
 from camrob.prediction.deflection import CAUSE, deflection, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
 
-__all__ = ["Cause", "TruePath", "true_path", "unit_name"]
+__all__ = ["UNEXPLAINED", "Cause", "TruePath", "true_path", "unit_name"]
 
 Array = NDArray[np.float64]
+
+UNEXPLAINED = "unexplained, as measured near by"
+"""The name of what no cause explains, as far as it was measured at like postures."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +48,9 @@ class TruePath:
 
     causes: what lies between the two. spread: (N, 6, K) twists of a standard deviation in K independent directions of what was
     fitted; doubt: (N, 6) further standard deviations of the twist, of descriptions that may be wrong by a share of themselves;
-    rest: m, the standard deviation in any one direction of what no cause explains. not_reckoned: what was found and moves the
-    tool by what this run doesn't tell. yields: axes that give way under the cutting force, as far as anybody knows.
+    rest: (N,) m, the standard deviation in any one direction of what no cause explains, beside what is expected of it
+    (`UNEXPLAINED` among the causes). not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes
+    that give way under the cutting force, as far as anybody knows.
     """
 
     t: Array
@@ -55,7 +60,7 @@ class TruePath:
     causes: tuple[Cause, ...]
     spread: Array
     doubt: Array
-    rest: float
+    rest: Array
     not_reckoned: tuple[str, ...]
     yields: tuple[str, ...] = ()
 
@@ -120,10 +125,30 @@ def true_path(
         causes=_causes(found, twists),
         spread=np.einsum("nik,kl->nil", twists, root),
         doubt=np.sqrt(np.sum(doubts**2, axis=2)),
-        rest=rest,
+        rest=np.full(len(scene), rest),
         not_reckoned=_left(found, first),
     )
-    return _bent(path, scene, known, root, force, area, cuts)
+    return _bent(_with_unexplained(path, behind, found, root), scene, known, root, force, area, cuts)
+
+
+def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Array) -> TruePath:
+    """The path with what the diagnosis' field over posture expects beside the causes; scene: seen from `base`."""
+    if found.unexplained is None:
+        return path
+    got, turn = found.unexplained.at(scene), np.eye(3)[None]
+    if not found.unexplained.in_base:
+        turn = world_T_base(scene.cell, scene.postures(scene.link))[:, :3, :3]
+    twist, spread = np.zeros((len(scene), 6)), path.spread.copy()
+    twist[:, :3] = np.einsum("nji,nj->ni", turn, got.mean)
+    # where an effect is larger than fitted, less is left unexplained where that was measured
+    spread[:, :3] -= np.einsum("nji,njk,kl->nil", turn, got.by_value, root, optimize=True)
+    return replace(
+        path,
+        true=_moved(path.true, twist),
+        causes=(*path.causes, Cause(UNEXPLAINED, twist)),
+        spread=spread,
+        rest=np.hypot(path.rest, got.deviation),
+    )
 
 
 def _bent(
@@ -239,4 +264,4 @@ def _calibrated(run: MeasurementLog, scene: Scene, model: ErrorModel, constants:
     causes = tuple(Cause(n, v * J[:, :, k]) for k, (n, v) in enumerate(zip(model.names, constants, strict=True)))
     none = np.zeros((len(q), 6))
     true = model.poses(constants, q)
-    return TruePath(np.asarray(run.t), run.line, ideal, true, causes, none[:, :, None], none, rest, ())
+    return TruePath(np.asarray(run.t), run.line, ideal, true, causes, none[:, :, None], none, np.full(len(q), rest), ())

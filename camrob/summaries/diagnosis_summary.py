@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
+from camrob.summaries.diagnosis_fitted import FittedModel
 from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, StageWithin, Standard
 
 __all__ = [
@@ -18,8 +19,6 @@ __all__ = [
     "EffectFound",
     "ExperimentFigures",
     "ExperimentWritten",
-    "FittedModel",
-    "FittedUnit",
     "FittedValue",
     "GapFigures",
     "GrossRow",
@@ -30,7 +29,6 @@ __all__ = [
     "Residual",
     "Shrunk",
     "Together",
-    "UnitParameter",
     "Unknown",
     "UnknownPlace",
     "UnknownShape",
@@ -231,35 +229,6 @@ class Residual(OpenSummary):
     structured_mm: float
     discrepancy_mm: float
     structure: tuple[RegimeLeft, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class UnitParameter(OpenSummary):
-    """A parameter as `camrob predict` needs it: its ordinary size and fitted value in SI; unit: that of the trade."""
-
-    name: str
-    unit: str
-    usual: float
-    value: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FittedUnit(OpenSummary):
-    """A claimed unit: its effect, axis and kind, its parameters, and the state in which it was fitted."""
-
-    effect: str
-    axis: str
-    key: str
-    parameters: tuple[UnitParameter, ...]
-    state: Mapping[str, float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FittedModel(OpenSummary):
-    """What is claimed, to be reckoned on other paths; covariance: (K, K) of all parameters in order, SI."""
-
-    units: tuple[FittedUnit, ...]
-    covariance: tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,7 +29,7 @@ from camrob.measurement.log_info import LogInfo
 from camrob.prediction.surface import predict_surface
 from camrob.prediction.true_path import Cause, TruePath, true_path
 from camrob.report.predict.terminal_text import render_prediction
-from camrob.summaries.diagnosis_summary import FittedModel, FittedUnit, UnitParameter
+from camrob.summaries.diagnosis_fitted import FittedModel, FittedUnit, UnitParameter
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"

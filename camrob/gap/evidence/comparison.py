@@ -12,7 +12,7 @@ from camrob.gap.effects.effect import Column, Effect, State, Unit
 from camrob.gap.evidence.design import Design, Panel, Remembered, build_units, make_panel, pool
 from camrob.gap.evidence.discrepancy import PARTS, SmoothBasis, smooth_basis
 from camrob.gap.evidence.evidence import Evidence, Fitted
-from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes
+from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes, row_noise
 from camrob.gap.evidence.leads import look
 from camrob.gap.evidence.model import Model, doubt_of, effect_rms
 from camrob.gap.evidence.search import Counting, explore, posterior, worth_counting
@@ -112,7 +112,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
             break
     if model is None:
         raise ValueError("at least one round is needed")
-    scores = over_sizes(model.evidence, model.scores, _row_noise(noises))
+    scores = over_sizes(model.evidence, model.scores, row_noise(noises))
     return replace(model, scores=scores, sets=posterior(scores, worth_counting(scores, counting), _small(model)))
 
 
@@ -133,7 +133,7 @@ def _weighed(
     heat, weighed = 1.0, panels
     for _ in range(_SIZINGS):
         evidence = Evidence(design, noise, heat, sizes=sizes)
-        sizes = fit_sizes(evidence, _best_of(evidence, starts), sizes, _row_noise(noises), parts)
+        sizes = fit_sizes(evidence, _best_of(evidence, starts), sizes, row_noise(noises), parts)
         evidence = Evidence(design, noise, heat, sizes=sizes)
         before = _best_of(evidence, starts)
         weights = (
@@ -169,12 +169,6 @@ def _explored(
 
 def _sizes_of(evidence: Evidence) -> Array:
     return no_sizes() if evidence.sizes is None else evidence.sizes
-
-
-def _row_noise(noises: Sequence[Noise]) -> tuple[float, float]:
-    """Noise of one row of the twist, m and rad."""
-    shift, turn = (float(np.sqrt(np.mean([n.tcp[k] ** 2 for n in noises]))) for k in (0, 3))
-    return shift, turn
 
 
 def _excess(panels: Sequence[Panel], evidence: Evidence, best: Fitted, left: Sequence[Array]) -> float:

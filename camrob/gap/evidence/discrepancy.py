@@ -20,7 +20,7 @@ from scipy.linalg.lapack import dpotrf
 from camrob.cell.joint import Role
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["PARTS", "FieldGram", "Integrated", "SmoothBasis", "normalised", "smooth_basis"]
+__all__ = ["PARTS", "FieldGram", "Integrated", "SmoothBasis", "normalised", "posture_kernel", "smooth_basis"]
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ class SmoothBasis:
         """(N, M) functions at the samples of a log."""
         parts = [
             np.ones((len(scene), 1)),
-            _kernel(normalised(scene, self.axes), self.anchors, self.tables) @ self.mix - self.middle,
+            posture_kernel(normalised(scene, self.axes), self.anchors, self.tables) @ self.mix - self.middle,
         ]
         if (self.part == 1).any():
             parts.append(_directions(scene, self.axes))
@@ -88,8 +88,8 @@ class SmoothBasis:
         from there (Quinonero-Candela and Rasmussen, J. Mach. Learn. Res. 6, 2005, 1939, section 6).
         """
         postures = normalised(scene, self.axes)[rows]
-        held = _kernel(postures, self.anchors, self.tables) @ self.raw
-        return np.asarray((_kernel(postures, postures, self.tables) - held @ held.T) / self.unit)
+        held = posture_kernel(postures, self.anchors, self.tables) @ self.raw
+        return np.asarray((posture_kernel(postures, postures, self.tables) - held @ held.T) / self.unit)
 
 
 def smooth_basis(scenes: Sequence[Scene]) -> SmoothBasis:
@@ -104,10 +104,10 @@ def smooth_basis(scenes: Sequence[Scene]) -> SmoothBasis:
     some = postures[:: max(1, len(postures) // _SOME)]
     joints = [scenes[0].cell.joints[scenes[0].cell.index(a)] for a in axes]
     tables = tuple(k for k, j in enumerate(joints) if j.role is Role.WORKPIECE and not j.prismatic)
-    values, vectors = np.linalg.eigh(_kernel(anchors, anchors, tables))
+    values, vectors = np.linalg.eigh(posture_kernel(anchors, anchors, tables))
     good = values > 1e-10 * values[-1]
     raw = vectors[:, good] / np.sqrt(values[good])
-    F = _kernel(some, anchors, tables) @ raw
+    F = posture_kernel(some, anchors, tables) @ raw
     middle = F.mean(axis=0)
     variance, turned = np.linalg.eigh((F - middle).T @ (F - middle) / len(F))
     order = np.argsort(-variance)
@@ -146,8 +146,8 @@ def normalised(scene: Scene, axes: Sequence[str]) -> Array:
     return np.asarray(scene.link[:, columns] / scale)
 
 
-def _kernel(a: Array, b: Array, tables: Sequence[int]) -> Array:
-    """(N, m) covariance of a field of unit size at some postures (N, k) and others (m, k).
+def posture_kernel(a: Array, b: Array, tables: Sequence[int]) -> Array:
+    """(N, m) covariance of a field of unit size at some postures (N, k) and others (m, k), as `normalised` gives them.
 
     tables: columns of axes that turn the measured frame under what the robot leaves.
     """

@@ -13,8 +13,9 @@ from scipy.special import logsumexp
 
 from camrob.gap.evidence.discrepancy import PARTS, FieldGram
 from camrob.gap.evidence.evidence import Evidence, Fitted
+from camrob.gap.observation.noise import Noise
 
-__all__ = ["fit_sizes", "no_sizes", "over_sizes"]
+__all__ = ["fit_sizes", "no_sizes", "over_sizes", "row_noise", "sizes_beside"]
 
 Array = NDArray[np.float64]
 
@@ -82,6 +83,18 @@ def fit_sizes(
                             break
                         sizes, best = tried, one
     return sizes
+
+
+def row_noise(noises: Sequence[Noise]) -> tuple[float, float]:
+    """Noise of one row of the twist, m and rad."""
+    shift, turn = (float(np.sqrt(np.mean([n.tcp[k] ** 2 for n in noises]))) for k in (0, 3))
+    return shift, turn
+
+
+def sizes_beside(evidence: Evidence, members: frozenset[int], noises: Sequence[Noise]) -> Array:
+    """(2, parts) sizes of the discrepancy beside some units, which may be fewer than those that it was sized beside."""
+    start = no_sizes() if evidence.sizes is None else evidence.sizes
+    return fit_sizes(evidence, evidence.fit(members | evidence.always), start, row_noise(noises))
 
 
 def _better(

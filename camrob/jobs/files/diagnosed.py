@@ -22,7 +22,9 @@ __all__ = ["diagnosed"]
 def diagnosed(
     folder: Path | None, calibration: Calibration | None, cell: Path, machine: Cell
 ) -> tuple[FittedUnits | None, float]:
-    """What a diagnosis found, None without one, and m in one direction that stays unexplained on withheld samples."""
+    """What a diagnosis found, None without one, and m in one direction that stays unexplained on withheld samples: beside its field
+    over posture, if it has one.
+    """
     if folder is None:
         if calibration is None:
             hint = "give --calibration FITTED.toml, --diagnosis DIR, or both where one command wrote them"
@@ -42,4 +44,6 @@ def diagnosed(
     if said.compensable.fitted is None:
         raise InputError("holds no fitted units", hint="diagnose again with this camrob", path=file)
     units = fitted_units(said.compensable.fitted, library(extra=cell_effects(cell, machine)))
+    if units.unexplained is not None:
+        return units, units.unexplained.rest
     return units, mm_to_m(said.unexplained_mm) / float(np.sqrt(3.0))
