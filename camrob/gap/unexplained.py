@@ -29,7 +29,9 @@ __all__ = ["UnexplainedAt", "UnexplainedField", "unexplained_field"]
 Array = NDArray[np.float64]
 
 _POSTURES = 80  # kept at the most
-_HELD = 0.01  # share of the field's variance over the logs that postures which aren't kept may have beyond those that are
+_HELD = (
+    0.01  # share of the field's variance over the logs that postures which aren't kept may have beyond those that are
+)
 _JITTER = 1e-9  # of the kernel's own variance: what rounding needs
 _OF_POSTURE = (PARTS.index("posture"), PARTS.index("travel"))
 _DIGITS = 6  # of a number in the file
@@ -68,12 +70,18 @@ class UnexplainedField:
         """(N, M) m2, prior covariance of a shift in one direction at postures (N, k) and others (M, k)."""
         return self.same + self.variance * posture_kernel(a, b, self.tables)
 
+    @property
+    def among(self) -> Array:
+        """(m, m) m2, the kernel among the postures at which the field is known."""
+        own = self.kernel(self.postures, self.postures)
+        own[np.diag_indices_from(own)] *= 1.0 + _JITTER
+        return own
+
     def at(self, scene: Scene) -> UnexplainedAt:
         """What is to be expected at the samples of a run, wherever it was measured."""
         asked = normalised(scene, self.axes)
-        own, cross = self.kernel(self.postures, self.postures), self.kernel(asked, self.postures)
-        own[np.diag_indices_from(own)] *= 1.0 + _JITTER
-        share = cho_solve(cho_factor(own), cross.T).T
+        cross = self.kernel(asked, self.postures)
+        share = cho_solve(cho_factor(self.among), cross.T).T
         left = self.same + self.variance - np.einsum("nm,nm->n", share, cross)
         known = np.einsum("nm,ml,nl->n", share, self.cov, share, optimize=True)
         deviation = np.sqrt(np.maximum(left, 0.0) + np.maximum(known, 0.0))
@@ -125,8 +133,8 @@ def unexplained_field(model: Model, members: frozenset[int]) -> UnexplainedField
     in_base = {p.scene.log.info.measured_frame is MeasuredFrame.BASE for p in model.panels}
     if field is None or len(smooth) < len(model.panels) or len(in_base) > 1 or not basis.axes:
         return None
-    values = model.values(members | model.evidence.always, model.best)
     sizes = sizes_beside(model.evidence, members, model.noises)
+    values = model.values(members | model.evidence.always, model.best)
     own = np.isin(basis.part, _OF_POSTURE)
     if not sizes[0, PARTS.index("posture")]:
         return None

@@ -22,7 +22,7 @@ from camrob.gap.observation.scene import Scene, axis_values, make_scene
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
-from camrob.prediction.deflection import CAUSE, deflection, known_compliance
+from camrob.prediction.deflection import CAUSE, GRANTED, deflection, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
 
@@ -50,7 +50,7 @@ class TruePath:
     fitted; doubt: (N, 6) further standard deviations of the twist, of descriptions that may be wrong by a share of themselves;
     rest: (N,) m, the standard deviation in any one direction of what no cause explains, beside what is expected of it
     (`UNEXPLAINED` among the causes). not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes
-    that give way under the cutting force, as far as anybody knows.
+    that give way under the cutting force, as far as anybody knows; granted: those taken to, as such axes do beside these.
     """
 
     t: Array
@@ -63,6 +63,7 @@ class TruePath:
     rest: Array
     not_reckoned: tuple[str, ...]
     yields: tuple[str, ...] = ()
+    granted: tuple[str, ...] = ()
 
 
 def true_path(
@@ -89,7 +90,8 @@ def true_path(
         model, constants = _claimed_chain(found, cell)
     known = known_compliance(found, model, constants)
     if found is None:
-        return _bent(_calibrated(run, scene, model, constants, rest), scene, known, np.zeros((0, 0)), force, area, cuts)
+        path = _calibrated(run, scene, model, constants, rest)
+        return _bent(path, scene, known, np.zeros((0, 0)), force, area, cuts, found)
     _same_constants(found, model)
     first = _columns(scene, found)
     moved = np.zeros_like(scene.command)
@@ -128,7 +130,7 @@ def true_path(
         rest=np.full(len(scene), rest),
         not_reckoned=_left(found, first),
     )
-    return _bent(_with_unexplained(path, behind, found, root), scene, known, root, force, area, cuts)
+    return _bent(_with_unexplained(path, behind, found, root), scene, known, root, force, area, cuts, found)
 
 
 def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Array) -> TruePath:
@@ -159,6 +161,7 @@ def _bent(
     force: CuttingForce | None,
     area: Array | None,
     cuts: NDArray[np.bool_] | None,
+    found: FittedUnits | None,
 ) -> TruePath:
     """The path with the deflection under the cutting force in it; root: (K, L), its square is the covariance of what was fitted.
 
@@ -167,7 +170,8 @@ def _bent(
     if force is None:
         return path
     pushed = force.in_base(path.ideal, path.t, area)
-    bent = deflection(scene, pushed if cuts is None else pushed * cuts[:, None], known, force.give)
+    granted = {} if found is None else granted_compliance(scene.cell, known, found)
+    bent = deflection(scene, pushed if cuts is None else pushed * cuts[:, None], known, granted, force.give)
     spread = path.spread.copy()
     for k, unit in bent.sensitivity.items():
         spread += unit[:, :, None] * root[k]
@@ -175,8 +179,9 @@ def _bent(
         path,
         true=_moved(path.true, bent.twist),
         causes=(*path.causes, Cause(CAUSE, bent.twist)),
-        spread=np.concatenate([spread, force.doubt * bent.twist[:, :, None]], axis=2),
-        yields=tuple(known),
+        spread=np.concatenate([spread, force.doubt * bent.twist[:, :, None], GRANTED * bent.granted], axis=2),
+        yields=tuple(a for a in known if a not in granted),
+        granted=tuple(granted),
     )
 
 

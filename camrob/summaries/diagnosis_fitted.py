@@ -35,7 +35,7 @@ class FittedUnit(OpenSummary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnexplainedSaid(OpenSummary):
-    """What no claimed unit explains, as a Gaussian process over posture, SI; frame: `world` or `base`, in which it moves the tool.
+    """What no claimed unit explains, as a Gaussian process over posture, SI; frame: `world` or `base`, in which it moves it.
 
     axes: that it follows; tables: which of them turn the part; postures: (m, k) rad, and of sliding axes units of 0.5 m, at
     which it is known: mean (m, 3), covariance (m, m) of each direction, by_value (m, 3 K) by how much less the mean is for a unit

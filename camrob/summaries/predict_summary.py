@@ -71,6 +71,7 @@ class PredictedForce(Summary):
     words: str = keyed("told")
     doubt: float
     yields: tuple[str, ...]
+    granted: tuple[str, ...] = left_out(())
     tool: bool
     deflection_p95_mm: float
 

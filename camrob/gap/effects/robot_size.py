@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.dynamics.gravity import GRAVITY
 
-__all__ = ["ordinary_compliance", "rated_payload", "reach_of"]
+__all__ = ["COMPLIANCE_RATIO", "compliances_beside", "ordinary_compliance", "rated_payload", "reach_of"]
+
+Array = NDArray[np.float64]
+
+COMPLIANCE_RATIO = np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0])
+"""Compliances of axes of which nothing is known, beside each other: the wrist's gears are some sizes smaller. An assumption,
+and said.
+"""
 
 _GIVES = 7.1e-3  # rad that a gear gives under the moment of all masses, stretched out; the ranges are wide beside it
 _PAYLOAD_SHARE = 0.1  # of its own mass: what an arm carries, where the cell doesn't say
@@ -36,3 +44,13 @@ def ordinary_compliance(cell: Cell) -> float:
     """
     moved = [m.mass for m in cell.masses if cell.joints[cell.index(m.after)].role is not Role.WORKPIECE]
     return _GIVES / (GRAVITY * max(sum(moved), rated_payload(cell)) * reach_of(cell))
+
+
+def compliances_beside(known: Array, scale: float) -> Array:
+    """(6,) rad/Nm: what is known of an arm's axes (6,), 0 of others, and beside it what such an axis has, by the ratio of axes
+    (scale: rad/Nm of the first, where nothing is known).
+    """
+    measured = known > 0.0
+    if measured.any():
+        scale = float(np.mean(known[measured] / COMPLIANCE_RATIO[measured]))
+    return np.where(measured, known, scale * COMPLIANCE_RATIO)

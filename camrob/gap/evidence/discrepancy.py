@@ -17,18 +17,29 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpotrf
 
+from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["PARTS", "FieldGram", "Integrated", "SmoothBasis", "normalised", "posture_kernel", "smooth_basis"]
+__all__ = [
+    "LENGTHS",
+    "PARTS",
+    "FieldGram",
+    "Integrated",
+    "SmoothBasis",
+    "normalised",
+    "posture_kernel",
+    "smooth_basis",
+    "unit_of",
+]
 
 Array = NDArray[np.float64]
 
 PARTS = ("posture", "direction", "force", "time", "travel")
 """What the discrepancy is a function of, each with a size of its own."""
 
-# rad over which an axis's errors change: a gear's few cycles, a bearing, a link that bends; each twice the one before
-_LENGTHS = (0.4, 0.8, 1.6)
+LENGTHS = (0.4, 0.8, 1.6)
+"""rad over which an axis's errors change: a gear's few cycles, a bearing, a link that bends; each twice the one before."""
 _TRACK = 0.5  # m of a sliding axis that count as a rad
 _ANCHORS = 240  # postures that the kernel is laid out on
 _RANK, _TAIL = 90, 1e-4  # functions at the most; share of the field's variance that is left out
@@ -141,9 +152,12 @@ def _travel(scenes: Sequence[Scene], axis: str) -> tuple[float, float]:
 
 def normalised(scene: Scene, axes: Sequence[str]) -> Array:
     """(N, k) rad of turning axes, and what counts as such of sliding ones."""
-    columns = [scene.index(a) for a in axes]
-    scale = [_TRACK if scene.cell.joints[scene.cell.index(a)].prismatic else 1.0 for a in axes]
-    return np.asarray(scene.link[:, columns] / scale)
+    return np.asarray(scene.link[:, [scene.index(a) for a in axes]] / unit_of(scene.cell, axes))
+
+
+def unit_of(cell: Cell, axes: Sequence[str]) -> Array:
+    """(k,) rad or m of some axes that count as one: as much as a rad of a turning one."""
+    return np.array([_TRACK if cell.joints[cell.index(a)].prismatic else 1.0 for a in axes])
 
 
 def posture_kernel(a: Array, b: Array, tables: Sequence[int]) -> Array:
@@ -154,13 +168,13 @@ def posture_kernel(a: Array, b: Array, tables: Sequence[int]) -> Array:
     total, squares = np.zeros((len(a), len(b))), np.zeros((len(a), len(b)))
     for k in range(a.shape[1]):
         # of lengths that double, each exponential is the fourth power of the next
-        part = np.exp((a[:, k, None] - b[None, :, k]) ** 2 * (-0.5 / _LENGTHS[-1] ** 2))
+        part = np.exp((a[:, k, None] - b[None, :, k]) ** 2 * (-0.5 / LENGTHS[-1] ** 2))
         one = part.copy()
-        for _ in _LENGTHS[1:]:
+        for _ in LENGTHS[1:]:
             part *= part
             part *= part
             one += part
-        one /= len(_LENGTHS)
+        one /= len(LENGTHS)
         total += one
         squares += one**2
     count = max(a.shape[1], 1)

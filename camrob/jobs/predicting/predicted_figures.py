@@ -43,6 +43,7 @@ def force_of(pushes: CuttingForce, path: TruePath) -> PredictedForce:
         words=pushes.words,
         doubt=pushes.doubt,
         yields=path.yields,
+        granted=path.granted,
         tool=bool(np.any(pushes.give > 0.0)),
         deflection_p95_mm=m_to_mm(float(np.quantile(size, 0.95))),
     )

@@ -12,26 +12,25 @@ from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.terms import ErrorTerm, TermKind, term_of
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
-from camrob.gap.effects.robot_size import ordinary_compliance
+from camrob.gap.effects.robot_size import COMPLIANCE_RATIO, compliances_beside, ordinary_compliance
+from camrob.gap.evidence.discrepancy import LENGTHS, unit_of
 from camrob.gap.fitted_units import FittedUnits
+from camrob.gap.observation.scene import axis_values
+from camrob.gap.unexplained import UnexplainedField
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.solving.chain_constants import ChainConstants, chain_constants
 from camrob.jobs.solving.sought import Sought
 from camrob.jobs.solving.surface_of_path import SurfaceOfPath
-from camrob.prediction.deflection import known_compliance
+from camrob.prediction.deflection import GRANTED, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
-from camrob.redundancy.planning.posture_errors import ARM_AXES, NoForce, PostureErrors
+from camrob.redundancy.planning.posture_errors import ARM_AXES, NoForce, PostureErrors, UnexplainedRest
 from camrob.units import m_to_mm
 
 __all__ = ["machine_errors"]
 
 Array = NDArray[np.float64]
 
-_RATIO = np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0])
-"""Compliances of axes of which nothing is known, beside each other: the wrist's gears are some sizes smaller. An assumption,
-and said.
-"""
 _ANY_FORCE = 100.0  # N, of a cut that nobody has said anything of: an ordinary one for arms of this class
 
 
@@ -52,12 +51,15 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
     if force is not None and force.asks_removal:
         hint = "give depth_mm and width_mm: postures are planned before anything is carved"
         raise InputError("the engagement is left to the removal", hint=hint, path=force.path)
-    known = {a: v for a, (v, _k) in known_compliance(found, model, constants).items() if a in _arm(cell)}
+    yields = known_compliance(found, model, constants)
+    known = {a: v for a, (v, _k) in yields.items() if a in _arm(cell)}
+    taken = {} if found is None else granted_compliance(cell, yields, found)
     axes, terms = _AxisErrors(cell, model, constants, found), _terms(cell, model, found)
     chain, values = chain_constants(cell, terms), np.append(constants, np.zeros(len(terms) - len(constants)))
     granted = not known and (force is not None or axes.empty)
     sagging = np.array([known.get(a, 0.0) for a in _arm(cell)])
-    compliance = _filled(sagging, 0.0 if not granted else ordinary_compliance(cell))
+    compliance = compliances_beside(sagging, 0.0 if not granted else ordinary_compliance(cell))
+    compliance = np.array([taken.get(a, c) for a, c in zip(_arm(cell), compliance, strict=True)])
     return PostureErrors(
         compliance=compliance,
         sagging=sagging,
@@ -67,20 +69,22 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
         couples=chain.couples,
         coupling=chain.coupling(values),
         places=chain.places(values),
-        root=_root(terms, chain, found),
+        root=_with_granted(_root(terms, chain, found), [taken.get(a, 0.0) for a in _arm(cell)]),
         tip=np.zeros(2) if force is None else force.give,
         force=NoForce() if force is None else force,
         doubt=0.0 if force is None else force.doubt,
         any_force=_ANY_FORCE / np.sqrt(3.0) if force is None else 0.0,
         rest=rest,
+        unexplained=None if found is None else _unexplained(cell, found),
         corrected=sought.corrected,
         normals=surface,
         counted=(
             *(("of all that follows, what compensation leaves: its doubt",) if sought.corrected else ()),
-            _stiffness(_arm(cell), known, compliance),
+            _stiffness(_arm(cell), {a: v for a, v in known.items() if a not in taken}, compliance),
             *axes.counted,
             _pushed(force),
             *((f"{m_to_mm(rest):.3f} mm in each direction that nobody has explained",) if rest > 0.0 else ()),
+            *(() if found is None or found.unexplained is None else (_far_from(found.unexplained),)),
             _counts(surface),
         ),
         left_out=axes.left_out,
@@ -91,14 +95,40 @@ def _arm(cell: Cell) -> tuple[str, ...]:
     return tuple(cell.names[cell.arm_slice])
 
 
-def _filled(known: Array, scale: float) -> Array:
-    """Compliances (6,) under a force: what is known of them, and beside it what such an axis has, by the ratio of axes (scale:
-    rad/Nm of the first, where nothing is known).
-    """
-    measured = known > 0.0
-    if measured.any():
-        scale = float(np.mean(known[measured] / _RATIO[measured]))
-    return np.where(measured, known, scale * _RATIO)
+def _with_granted(root: Array, granted: Sequence[float]) -> Array:
+    """The root with a direction more for each axis of the arm whose compliance (rad/Nm) is taken for granted, 0 of others."""
+    own = np.zeros((len(root), ARM_AXES))
+    own[:ARM_AXES] = np.diag(GRANTED * np.asarray(granted))
+    return np.ascontiguousarray(np.c_[root, own[:, own.any(axis=0)]])
+
+
+def _unexplained(cell: Cell, found: FittedUnits) -> UnexplainedRest | None:
+    """The diagnosis' field over posture in the chain's q."""
+    field = found.unexplained
+    if field is None:
+        return None
+    last, scale = cell.arm_slice.stop, unit_of(cell, field.axes)
+    values, per = np.zeros((len(field.postures), len(cell.axis_names))), np.zeros(len(cell))
+    turns = np.zeros(len(cell), np.bool_)
+    for k, axis in enumerate(field.axes):
+        values[:, cell.axis_names.index(axis)] = field.postures[:, k] * scale[k]
+        per[cell.index(axis)], turns[cell.index(axis)] = 1.0 / scale[k], k in field.tables
+    return UnexplainedRest(
+        postures=cell.to_q(axis_values(cell, cell.axis_names, values))[:, :last],
+        per=per[:last],
+        turns=turns[:last],
+        length=LENGTHS[-1],
+        variance=field.variance,
+        same=field.same,
+        values=field.mean,
+        cov=field.cov,
+        own=field.among,
+    )
+
+
+def _far_from(field: UnexplainedField) -> str:
+    near, far = (m_to_mm(float(np.sqrt(v))) for v in (np.diag(field.cov).mean(), field.variance + field.same))
+    return f"what is unexplained and follows posture: to {near:.3f} mm where it was measured, to {far:.3f} mm far from there"
 
 
 def _stiffness(arm: tuple[str, ...], known: dict[str, float], compliance: Array) -> str:
@@ -109,7 +139,7 @@ def _stiffness(arm: tuple[str, ...], known: dict[str, float], compliance: Array)
         return f"compliances as found ({values} x 1e-6 rad/Nm) under gravity and the force{others}"
     if not compliance.any():
         return "no compliance, as none was found"
-    ratio = " : ".join(f"{v:g}" for v in _RATIO)
+    ratio = " : ".join(f"{v:g}" for v in COMPLIANCE_RATIO)
     return f"compliances that nobody measured, taken as {ratio} from A1 to A6, {1e6 * compliance[0]:.2g} x 1e-6 rad/Nm the first"
 
 

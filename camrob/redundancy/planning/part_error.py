@@ -8,10 +8,13 @@ is left there moves the surface: its square, in the mean over that surface, is d
 surface is not known, M = 1 - t t^T with t the feed's direction: what lies along the feed leaves any surface where it is. What is
 not known counts by its variance: with |d|_M^2 = d^T M d,
 
-    E e^2 = |d|_M^2 + sum_k |d_k|_M^2 + sum_i swing_i^2 |v_i|_M^2 + doubt^2 |d_f|_M^2 + any_force^2 sum_a |C_a|_M^2 + rest^2 tr M
+    E e^2 = |d|_M^2 + sum_k |d_k|_M^2 + sum_i swing_i^2 |v_i|_M^2 + doubt^2 |d_f|_M^2 + any_force^2 sum_a |C_a|_M^2
+            + (rest^2 + g) tr M
 
 without its first term where the program is compensated afterwards, with d_k the d of a standard deviation in direction k of what
-was fitted, d_f the force's part of d, C_a the columns of C, rest what nobody has explained.
+was fitted, d_f the force's part of d, C_a the columns of C, rest what nobody has explained, and g its part that is smooth over
+posture: the square of what was measured near by (without it where that is compensated) and the variance, which grows with the
+way from there; both are taken as alike in all directions.
 
 In the objective a metre cut costs `accuracy` E e^2 / e_0^2 (`part_error`), times the surface that is left there, which is 1 in
 the mean over what is cut; what is cut away again later costs nothing. e_0^2 is the mean over the path at the best-conditioned
@@ -46,6 +49,19 @@ is cut it counts for beside others, 0 where nothing does.
 """
 
 
+class RestNumbers(NamedTuple):
+    """`UnexplainedRest` for the kernels: with k (M,) a posture's covariances with those that are known, g = far + k^T G k."""
+
+    postures: Array
+    per: Array
+    turns: NDArray[np.bool_]
+    length: float
+    variance: float
+    same: float
+    far: float
+    G: Array
+
+
 class ErrorNumbers(NamedTuple):
     """`PostureErrors` for the kernels. weight: price of a metre cut and a m2 of E e^2, 0 for a planner that doesn't look at it;
     turning (6,): price of a radian that an axis moves in a cut; roll: 1 where the last of u is the roll; known: 0 where what is
@@ -65,6 +81,7 @@ class ErrorNumbers(NamedTuple):
     doubt: float
     any_force: float
     rest: float
+    unexplained: RestNumbers
     known: float
     couples: NDArray[np.int64]
     coupling: Array
@@ -72,6 +89,9 @@ class ErrorNumbers(NamedTuple):
 
 
 # a machine without an error, in the same types: nothing to count, and arrays of three and six without a row
+_ALIKE = RestNumbers(
+    np.zeros((0, ARM_AXES)), np.zeros(ARM_AXES), np.zeros(ARM_AXES, np.bool_), 1.0, 0.0, 0.0, 0.0, np.zeros((0, 0))
+)
 NO_ERRORS = ErrorNumbers(
     0.0,
     np.zeros(ARM_AXES),
@@ -95,6 +115,7 @@ NO_ERRORS = ErrorNumbers(
     0.0,
     0.0,
     0.0,
+    _ALIKE,
     1.0,
     np.zeros((0, 2), np.int64),
     np.zeros(0),
@@ -120,11 +141,26 @@ def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
         float(errors.doubt),
         float(errors.any_force),
         float(errors.rest),
+        _rest_numbers(errors),
         0.0 if errors.corrected else 1.0,
         np.ascontiguousarray(errors.couples, np.int64),
         np.ascontiguousarray(errors.coupling, np.float64),
         np.ascontiguousarray(errors.places, np.float64),
     )
+
+
+def _rest_numbers(errors: PostureErrors) -> RestNumbers:
+    """The smooth rest, with what is expected of it where that is not compensated."""
+    rest = errors.unexplained
+    if rest is None:
+        return _ALIKE
+    inverse = np.linalg.inv(rest.own)
+    expected = 0.0 if errors.corrected else rest.values @ rest.values.T / 3.0
+    plain = (rest.postures, rest.per, inverse @ (rest.cov + expected) @ inverse - inverse)
+    postures, per, G = (np.ascontiguousarray(x, np.float64) for x in plain)
+    turns = np.ascontiguousarray(rest.turns, np.bool_)
+    far = float(rest.variance + rest.same)
+    return RestNumbers(postures, per, turns, float(rest.length), float(rest.variance), float(rest.same), far, G)
 
 
 def local_pushes(
@@ -261,12 +297,41 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
         give = errors.tip[0] * f[r] + (errors.tip[1] - errors.tip[0]) * axial * R[r, 2]
         moved[r] += give
         pushed[r] += give
-    total = errors.rest * errors.rest * (M[0, 0] + M[1, 1] + M[2, 2])
+    total = (errors.rest * errors.rest + _smooth_rest(errors.unexplained, u, q, E)) * (M[0, 0] + M[1, 1] + M[2, 2])
     total += errors.known * _square(M, moved) + errors.doubt * errors.doubt * _square(M, pushed)
     for i in range(6):
         levers[i] = _square(M, v[i])
         total += errors.swing[i] * errors.swing[i] * levers[i]
     return float(total + _unfitted(errors, v, own, q, frames, P, p, M) + _unforeseen(errors, v, R, M))
+
+
+@part
+def _smooth_rest(rest: RestNumbers, u: Array, q: Array, E: int) -> float:
+    """m2, g of a posture u (F,), q (6,) with E external axes."""
+    n, axes = rest.postures.shape[0], E + 6
+    k, total = np.empty(n), rest.far
+    for j in range(n):
+        first, second, count, turned = 0.0, 0.0, 0.0, 1.0
+        for i in range(axes):
+            if rest.per[i] > 0.0:
+                x = (u[i] if i < E else q[i - E]) - rest.postures[j, i]
+                d = x * rest.per[i] / rest.length
+                longest = np.exp(-0.5 * d * d)
+                half = longest**4  # of half the length
+                one = (longest + half + half**4) / 3.0
+                first += one
+                second += one * one
+                count += 1.0
+                if rest.turns[i]:
+                    turned *= 0.5 * (1.0 + np.cos(x))
+        pairs = 0.5 * (first * first - second)
+        k[j] = rest.same + rest.variance * turned * (first + pairs) / (count + 0.5 * count * (count - 1.0))
+    for i in range(n):
+        own = 0.0
+        for j in range(n):
+            own += rest.G[i, j] * k[j]
+        total += own * k[i]
+    return max(total, 0.0)
 
 
 @part

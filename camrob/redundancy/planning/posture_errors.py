@@ -11,7 +11,16 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ARM_AXES", "PLACES", "CutNormals", "LeftSurface", "NoForce", "PostureErrors", "ToolForce"]
+__all__ = [
+    "ARM_AXES",
+    "PLACES",
+    "CutNormals",
+    "LeftSurface",
+    "NoForce",
+    "PostureErrors",
+    "ToolForce",
+    "UnexplainedRest",
+]
 
 Array = NDArray[np.float64]
 
@@ -60,6 +69,28 @@ class CutNormals(Protocol):
 
 
 @dataclass(frozen=True)
+class UnexplainedRest:
+    """A smooth error over posture that is known at M postures and grows with the way to them (a Gaussian process).
+
+    postures: (M, E + 6), of the external axes and the arm in the chain's q; per: (E + 6,) what a unit of each is multiplied by, 0
+    of axes that it doesn't follow; turns: (E + 6,) True of tables, which turn what is measured. Its kernel, of squared
+    exponentials of `length` and of a half and a quarter of it, is summed over axes and pairs of them; variance: m2 of it, same:
+    m2 of a constant beside it. values: (M, 3) m, the error expected at the postures, cov: (M, M) m2, how far it may be off there in each
+    direction; own: (M, M) m2, the kernel among them.
+    """
+
+    postures: Array
+    per: Array
+    turns: NDArray[np.bool_]
+    length: float
+    variance: float
+    same: float
+    values: Array
+    cov: Array
+    own: Array
+
+
+@dataclass(frozen=True)
 class PostureErrors:
     """By how much the arm's axes err, and what pushes on its tool; the axes' values are those of the chain's q.
 
@@ -74,10 +105,10 @@ class PostureErrors:
 
     force: what pushes while cutting; doubt: share of it by which it may be wrong; any_force: N, the standard deviation in each
     direction of a force of which nothing else is known. rest: m, the standard deviation in any one direction of what nobody has
-    explained, alike in all postures. corrected: the program is compensated afterwards with all that is known here, so that only
-    what is doubtful stays. normals: the surface that counts; None where the cutter's shape is not
-    known, and all that lies across the feed counts. counted, left_out: what the numbers hold, and what is known and not in
-    them, in words.
+    explained, alike in all postures; unexplained: of what is not alike, None where nobody knows where. corrected: the program is
+    compensated afterwards with all that is known here, so that only what is doubtful stays. normals: the surface that counts;
+    None where the cutter's shape is not known, and all that lies across the feed counts. counted, left_out: what the numbers
+    hold, and what is known and not in them, in words.
     """
 
     compliance: Array
@@ -94,6 +125,7 @@ class PostureErrors:
     coupling: Array = field(default_factory=lambda: np.zeros(0))
     places: Array = field(default_factory=lambda: np.zeros((0, 6)))
     rest: float = 0.0
+    unexplained: UnexplainedRest | None = None
     corrected: bool = False
     normals: CutNormals | None = None
     counted: tuple[str, ...] = ()

@@ -166,6 +166,9 @@ def _force(force: PredictedForce | None) -> str:
     if force is None:
         return ""
     yields = ", ".join(force.yields) or "no axis"
+    others = "other axes are taken as stiff"
+    if force.granted:
+        others = f"{escape(', '.join(force.granted))}, of which nobody knows, as such axes do beside these, give or take all of it"
     tool = "tool and holder as stated" if force.tool else "tool and holder are taken as stiff"
     rows = [
         ["force", f"{escape(force.words)} ({escape(force.model)})"],
@@ -173,7 +176,7 @@ def _force(force: PredictedForce | None) -> str:
             "it may be wrong by",
             f"{number(100.0 * force.doubt, 0, '%')} of itself, one standard deviation; the band holds that",
         ],
-        ["what yields", f"{escape(yields)}, as the diagnosis found; {tool}; other axes are taken as stiff"],
+        ["what yields", f"{escape(yields)}, as the diagnosis found; {tool}; {others}"],
         ["deflection of the tool", f"{number(force.deflection_p95_mm, 3, 'mm')} or less on 95 % of the run"],
     ]
     note = (
