@@ -12,7 +12,7 @@ from camrob.errors import InputError
 from camrob.gap.effects.effect import Effect, EffectParameter, State, Unit
 from camrob.gap.evidence.model import Model
 from camrob.gap.unexplained import UnexplainedField, unexplained_field
-from camrob.summaries.diagnosis_fitted import FittedModel, FittedUnit, UnitParameter
+from camrob.summaries.fitted.diagnosis_fitted import FittedModel, FittedUnit, UnitParameter
 
 __all__ = ["FittedUnits", "fitted_model", "fitted_units"]
 

@@ -22,7 +22,7 @@ from camrob.gap.evidence.field_size import sizes_beside
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.observation.scene import Scene
 from camrob.measurement.log_info import MeasuredFrame
-from camrob.summaries.diagnosis_fitted import UnexplainedSaid
+from camrob.summaries.fitted.diagnosis_fitted import UnexplainedSaid
 
 __all__ = ["UnexplainedAt", "UnexplainedField", "unexplained_field"]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import sqrt
 
 from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
-from camrob.summaries.diagnosis_fitted import FittedModel
 from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, StageWithin, Standard
+from camrob.summaries.fitted.diagnosis_fitted import FittedModel
 
 __all__ = [
     "Alternative",

@@ -22,8 +22,8 @@ __all__ = ["diagnosed"]
 def diagnosed(
     folder: Path | None, calibration: Calibration | None, cell: Path, machine: Cell
 ) -> tuple[FittedUnits | None, float]:
-    """What a diagnosis found, None without one, and m in one direction that stays unexplained beside its field over posture. Where it
-    has none, as none was found or it is older, that is all that stays on withheld samples, alike everywhere.
+    """What a diagnosis found, None without one, and m in one direction that stays unexplained beside its field over posture.
+    Where it has none, as none was found or it is older, that is all that stays on withheld samples, alike everywhere.
     """
     if folder is None:
         if calibration is None:

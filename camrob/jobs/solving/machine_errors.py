@@ -27,7 +27,7 @@ from camrob.prediction.read_force import read_force
 from camrob.redundancy.planning.posture_errors import ARM_AXES, NoForce, PostureErrors, UnexplainedRest
 from camrob.units import m_to_mm
 
-__all__ = ["machine_errors"]
+__all__ = ["machine_errors", "unexplained_rest"]
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
         doubt=0.0 if force is None else force.doubt,
         any_force=_ANY_FORCE / np.sqrt(3.0) if force is None else 0.0,
         rest=rest,
-        unexplained=None if found is None else _unexplained(cell, found),
+        unexplained=None if found is None else unexplained_rest(cell, found),
         corrected=sought.corrected,
         normals=surface,
         counted=(
@@ -102,7 +102,7 @@ def _with_granted(root: Array, granted: Sequence[float]) -> Array:
     return np.ascontiguousarray(np.c_[root, own[:, own.any(axis=0)]])
 
 
-def _unexplained(cell: Cell, found: FittedUnits) -> UnexplainedRest | None:
+def unexplained_rest(cell: Cell, found: FittedUnits) -> UnexplainedRest | None:
     """The diagnosis' field over posture in the chain's q."""
     field = found.unexplained
     if field is None:

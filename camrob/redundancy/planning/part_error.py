@@ -49,7 +49,7 @@ is cut it counts for beside others, 0 where nothing does.
 """
 
 
-class RestNumbers(NamedTuple):
+class _RestNumbers(NamedTuple):
     """`UnexplainedRest` for the kernels: with k (M,) a posture's covariances with those that are known, g = far + k^T G k."""
 
     postures: Array
@@ -81,7 +81,7 @@ class ErrorNumbers(NamedTuple):
     doubt: float
     any_force: float
     rest: float
-    unexplained: RestNumbers
+    unexplained: _RestNumbers
     known: float
     couples: NDArray[np.int64]
     coupling: Array
@@ -89,7 +89,7 @@ class ErrorNumbers(NamedTuple):
 
 
 # a machine without an error, in the same types: nothing to count, and arrays of three and six without a row
-_ALIKE = RestNumbers(
+_ALIKE = _RestNumbers(
     np.zeros((0, ARM_AXES)), np.zeros(ARM_AXES), np.zeros(ARM_AXES, np.bool_), 1.0, 0.0, 0.0, 0.0, np.zeros((0, 0))
 )
 NO_ERRORS = ErrorNumbers(
@@ -149,7 +149,7 @@ def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
     )
 
 
-def _rest_numbers(errors: PostureErrors) -> RestNumbers:
+def _rest_numbers(errors: PostureErrors) -> _RestNumbers:
     """The smooth rest, with what is expected of it where that is not compensated."""
     rest = errors.unexplained
     if rest is None:
@@ -160,7 +160,7 @@ def _rest_numbers(errors: PostureErrors) -> RestNumbers:
     postures, per, G = (np.ascontiguousarray(x, np.float64) for x in plain)
     turns = np.ascontiguousarray(rest.turns, np.bool_)
     far = float(rest.variance + rest.same)
-    return RestNumbers(postures, per, turns, float(rest.length), float(rest.variance), float(rest.same), far, G)
+    return _RestNumbers(postures, per, turns, float(rest.length), float(rest.variance), float(rest.same), far, G)
 
 
 def local_pushes(
@@ -306,7 +306,7 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
 
 
 @part
-def _smooth_rest(rest: RestNumbers, u: Array, q: Array, E: int) -> float:
+def _smooth_rest(rest: _RestNumbers, u: Array, q: Array, E: int) -> float:
     """m2, g of a posture u (F,), q (6,) with E external axes."""
     n, axes = rest.postures.shape[0], E + 6
     k, total = np.empty(n), rest.far

@@ -75,8 +75,8 @@ class UnexplainedRest:
     postures: (M, E + 6), of the external axes and the arm in the chain's q; per: (E + 6,) what a unit of each is multiplied by, 0
     of axes that it doesn't follow; turns: (E + 6,) True of tables, which turn what is measured. Its kernel, of squared
     exponentials of `length` and of a half and a quarter of it, is summed over axes and pairs of them; variance: m2 of it, same:
-    m2 of a constant beside it. values: (M, 3) m, the error expected at the postures, cov: (M, M) m2, how far it may be off there in each
-    direction; own: (M, M) m2, the kernel among them.
+    m2 of a constant beside it. values: (M, 3) m, the error expected at the postures, cov: (M, M) m2, how far it may be off there
+    in each direction; own: (M, M) m2, the kernel among them.
     """
 
     postures: Array

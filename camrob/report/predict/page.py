@@ -168,7 +168,9 @@ def _force(force: PredictedForce | None) -> str:
     yields = ", ".join(force.yields) or "no axis"
     others = "other axes are taken as stiff"
     if force.granted:
-        others = f"{escape(', '.join(force.granted))}, of which nobody knows, as such axes do beside these, give or take all of it"
+        others = (
+            f"{escape(', '.join(force.granted))}, which nobody knows, as such axes do beside these, give or take all"
+        )
     tool = "tool and holder as stated" if force.tool else "tool and holder are taken as stiff"
     rows = [
         ["force", f"{escape(force.words)} ({escape(force.model)})"],

@@ -1,0 +1,1 @@
+"""What of a summary is reckoned with elsewhere."""
