@@ -141,7 +141,7 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         diagnosis=known.name,
         causes=as_it_was.further_causes() if made.more else (),
         not_reckoned=as_it_was.path.not_reckoned,
-        rest_mm=float(m_to_mm(known.rest * np.sqrt(3.0))),
+        rest_mm=float(m_to_mm(np.sqrt(3.0 * np.mean(as_it_was.path.rest**2)))),
         targets_added=added,
         before=off_path_size(before),
         constants=off_path_size(constants),
