@@ -40,7 +40,8 @@ _AT_SPEED = 1.0 + 1e-6  # rounding of a speed as printed
 @dataclass(frozen=True)
 class DiagnosedMachine:
     """A cell and what is wrong with it. constants: of its chain; units: all that a diagnosis claims, None without one; rest: m
-    in any one direction that stays unexplained, beside what `units` know of that; name: of the diagnosis; force: what pushes on the tool wherever it moves.
+    in any one direction that stays unexplained, beside what `units` know of that; name: of the diagnosis; force: what pushes on
+    the tool wherever it moves.
     """
 
     cell: Cell

@@ -12,9 +12,8 @@ not known counts by its variance: with |d|_M^2 = d^T M d,
             + (rest^2 + g) tr M
 
 without its first term where the program is compensated afterwards, with d_k the d of a standard deviation in direction k of what
-was fitted, d_f the force's part of d, C_a the columns of C, rest what nobody has explained, and g its part that is smooth over
-posture: the square of what was measured near by (without it where that is compensated) and the variance, which grows with the
-way from there; both are taken as alike in all directions.
+was fitted, d_f the force's part of d, C_a the columns of C, rest what nobody has explained, and g its part that follows posture,
+alike in all directions: the square of what was measured near by, unless that is compensated, and the variance.
 
 In the objective a metre cut costs `accuracy` E e^2 / e_0^2 (`part_error`), times the surface that is left there, which is 1 in
 the mean over what is cut; what is cut away again later costs nothing. e_0^2 is the mean over the path at the best-conditioned
@@ -88,10 +87,11 @@ class ErrorNumbers(NamedTuple):
     places: Array
 
 
-# a machine without an error, in the same types: nothing to count, and arrays of three and six without a row
+# nothing known of any posture, and nothing unknown
 _ALIKE = _RestNumbers(
     np.zeros((0, ARM_AXES)), np.zeros(ARM_AXES), np.zeros(ARM_AXES, np.bool_), 1.0, 0.0, 0.0, 0.0, np.zeros((0, 0))
 )
+# a machine without an error, in the same types: nothing to count, and arrays of three and six without a row
 NO_ERRORS = ErrorNumbers(
     0.0,
     np.zeros(ARM_AXES),
@@ -158,9 +158,8 @@ def _rest_numbers(errors: PostureErrors) -> _RestNumbers:
     expected = 0.0 if errors.corrected else rest.values @ rest.values.T / 3.0
     plain = (rest.postures, rest.per, inverse @ (rest.cov + expected) @ inverse - inverse)
     postures, per, G = (np.ascontiguousarray(x, np.float64) for x in plain)
-    turns = np.ascontiguousarray(rest.turns, np.bool_)
-    far = float(rest.variance + rest.same)
-    return _RestNumbers(postures, per, turns, float(rest.length), float(rest.variance), float(rest.same), far, G)
+    turns, variance, same = np.ascontiguousarray(rest.turns, np.bool_), float(rest.variance), float(rest.same)
+    return _RestNumbers(postures, per, turns, float(rest.length), variance, same, variance + same, G)
 
 
 def local_pushes(
