@@ -828,6 +828,20 @@ def test_a_program_that_does_not_begin_at_home_is_refused() -> None:
     assert [(o.code, o.severity) for o in found] == [("starts-elsewhere", "error")]
 
 
+def test_a_table_that_turns_without_end_begins_on_home_s_own_turn_and_may_end_on_another() -> None:
+    run = program(*START, *CUT, *END)
+
+    def said(*turns: tuple[int, float]) -> list[str]:
+        axes = run.axes.copy()
+        for row, value in turns:
+            axes[row, 1] = value
+        return codes(file(*GROOVE), replace(run, axes=axes), endless=np.array([False, True]))
+
+    assert said() == said((-1, 360.0)) == said((-1, -720.0)) == []
+    assert said((0, 360.0)) == ["starts-elsewhere"]
+    assert said((-1, 180.0)) == ["ends-elsewhere"]
+
+
 def test_a_cut_with_no_spindle_ever_on_is_a_warning() -> None:
     found = judged(file(*GROOVE[1:5]), program(ptp(), *START[2:], *CUT, END[0], *END[2:])).objections
     assert [(o.code, o.severity) for o in found] == [("cut-without-spindle", "warning")]

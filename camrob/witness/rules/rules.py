@@ -148,10 +148,12 @@ def _askable(story: Story, terms: Terms) -> tuple[Story, list[Objection]]:
 
 
 def _stands(run: Run, pose: Array, terms: Terms) -> NDArray[np.bool_]:
-    """(M,) whether a point-to-point motion ends at these axis values, whatever turn an endless axis is on."""
+    """(M,) whether a point-to-point motion ends at these axis values, whatever turn an endless axis is on; but a program begins
+    on the turn that it was given, or the part would be turned round before anybody expects it.
+    """
     rows = np.flatnonzero(run.ptp)
     off = run.axes[rows] - pose
-    off = np.where(terms.endless, (off + 180.0) % 360.0 - 180.0, off)
+    off = np.where(terms.endless & (rows[:, None] > 0), (off + 180.0) % 360.0 - 180.0, off)
     there = np.zeros(len(run), dtype=bool)
     there[rows] = (np.abs(off) <= 0.01).all(axis=1)
     return there
