@@ -52,6 +52,12 @@ def test_inches_increments_and_feed_modes(tell):
     assert tell("G20\nG0 X1 Y1 Z1\n", units="mm").path.tip[0, 0] == 0.001
 
 
+def test_two_ways_of_moving_in_one_block_are_a_gap(tell):
+    assert tell(START + "G1 Z0 F60\nG1 G1 X2\n").complete
+    assert tell(START + "G1 Z0 F60\nG80 G1 X2\n").complete
+    assert tell(START + "G1 Z0 F60\nG0 G1 X2\n").gaps[0].text == "two ways of moving in one block"
+
+
 def test_inverse_time(tell):
     """F 2 is half a minute: 30 mm in 30 s are 1 mm/s; half a circle of 10 mm radius in 6 s."""
     story = tell(START + "G93\nG1 X30 F2\nG3 X50 I10 F10\nG94 G1 X0 F60\nG93 G1 X1\nG1 X2 Y0 Z50 F1\n")

@@ -47,8 +47,7 @@ _OUT = {
     **dict.fromkeys(("74", "84"), Out.REVERSED),
     "86": Out.STOPPED,
 }
-_CYCLES = (*_OUT, "76", "87", "88")
-_PLANES = ("17", "18", "19")
+_CYCLES, _PLANES, _LINES = (*_OUT, "76", "87", "88"), ("17", "18", "19"), frozenset("0123")
 _MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 234 8".split())
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
 _KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
@@ -65,9 +64,8 @@ class GcodeReader(Switching):
         self._offsets, self._fixed, self.units = offsets, units is not None, units or "mm"
         self._motion, self._plane, self._feed_mode = "", "17", "94"
         self._bent: Wanted | None = None  # the corner at the end of the block
-        self._beside = ""  # of G0 to G3, the last one
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
-        self._frame = "54"
+        self._frame, self._beside = "54", ""  # _beside: of G0 to G3, the last one
         self._last_feed: float | None = None
         self._own, self._polar = OwnFrames(self._stand), Polar()  # G68, G51, G51.1; G16
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
@@ -234,11 +232,13 @@ class GcodeReader(Switching):
     # -- motions
 
     def _go(self, g: list[str], words: Words, line: int) -> None:
-        motions = [code for code in g if code in ("0", "1", "2", "3", *_CYCLES)] or [code for code in g if code == "80"]
+        motions = [code for code in g if code in (*_LINES, *_CYCLES)] or [code for code in g if code == "80"]
         motion = motions[-1] if motions else None
+        if len(_LINES & set(motions)) > 1:
+            self._gap(line, "two ways of moving in one block")
         if motion and not (motion in _CYCLES and self._motion in _CYCLES):
             self._heights = {}
-        if motion in ("0", "1", "2", "3"):
+        if motion in _LINES:
             self._beside = motion
         elif motion == "80" and self._beside in ("0", "1"):  # cycles are of a modal group of their own
             motion = self._beside
