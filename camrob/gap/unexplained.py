@@ -29,9 +29,7 @@ __all__ = ["UnexplainedAt", "UnexplainedField", "unexplained_field"]
 Array = NDArray[np.float64]
 
 _POSTURES = 80  # kept at the most
-_HELD = (
-    0.01  # share of the field's variance over the logs that postures which aren't kept may have beyond those that are
-)
+_HELD = 0.01  # share of the field's variance over the logs that may be missing at a posture that isn't kept
 _JITTER = 1e-9  # of the kernel's own variance: what rounding needs
 _OF_POSTURE = (PARTS.index("posture"), PARTS.index("travel"))
 _DIGITS = 6  # of a number in the file
@@ -49,8 +47,8 @@ class UnexplainedAt(NamedTuple):
 
 @dataclass(frozen=True)
 class UnexplainedField:
-    """axes: that the field follows; tables: columns of those that turn the part; postures: (m, k), normalised as `normalised`
-    does, at which its shift is known: mean (m, 3) m, cov (m, m) m2 of each direction, by_value (m, 3, K) by how much less it is
+    """A smooth error of the tool that posture decides and no effect explains. axes: that it follows; tables: columns of those
+    that turn the part; postures: (m, k), normalised as `normalised` does, at which its shift is known: mean (m, 3) m, cov (m, m) m2 of each direction, by_value (m, 3, K) by how much less it is
     for a unit more of each fitted value. in_base: seen from `base`, else from `world`. variance: m2 of its prior, same: m2 of a
     constant beside it. rest: m in one direction, what is neither an effect's nor the field's.
     """
