@@ -48,9 +48,10 @@ class UnexplainedAt(NamedTuple):
 @dataclass(frozen=True)
 class UnexplainedField:
     """A smooth error of the tool that posture decides and no effect explains. axes: that it follows; tables: columns of those
-    that turn the part; postures: (m, k), normalised as `normalised` does, at which its shift is known: mean (m, 3) m, cov (m, m) m2 of each direction, by_value (m, 3, K) by how much less it is
-    for a unit more of each fitted value. in_base: seen from `base`, else from `world`. variance: m2 of its prior, same: m2 of a
-    constant beside it. rest: m in one direction, what is neither an effect's nor the field's.
+    that turn the part; postures: (m, k), normalised as `normalised` does, at which its shift is known: mean (m, 3) m, cov (m, m)
+    m2 of each direction, by_value (m, 3, K) by how much less it is for a unit more of each fitted value. in_base: seen from
+    `base`, else from `world`. variance: m2 of its prior, same: m2 of a constant beside it. rest: m in one direction, what is
+    neither an effect's nor the field's.
     """
 
     axes: tuple[str, ...]
