@@ -209,10 +209,10 @@ class Process:
             raise ToolpathError(
                 f"a cut without a tool: T0 put it away in line {modal.unloaded}", hint="load a tool before it"
             )
-        if self._never_turned and modal.spindle and modal.speed == 0.0:
+        if self._never_turned and modal.spindle and modal.speed == 0.0 and self.defaults.spindle_rpm:
             raise ToolpathError(
-                "a cut with the spindle switched on at S0, which lets it stand, and no other speed before it",
-                hint="program its speed: CAM systems write S0 where the operation has none",
+                "a cut with the spindle switched on at S0, which lets it stand, where the set-up has it turn (spindle_rpm)",
+                hint="program its speed, or take spindle_rpm out where the spindle is to stand",
             )
         if not self._started and self.defaults.spindle_rpm:
             self.given_speed = modal.speed or self.defaults.spindle_rpm

@@ -129,5 +129,5 @@ def _refused() -> list[Job]:
             "G90 G17 G710 G94\nT1 M6\nS5000 M3\nTRAORI\nF500\nG0 X0 Y0 Z50 A=5 C=0\nG1 Z0\nX9 C=DC(180)\nM30\n",
         ),
     ]
-    more = {"half-around": 'dialect = "gcode-xyzac-iso"\n'}
+    more = {"spindle-zero": "spindle_rpm = 5000\n", "half-around": 'dialect = "gcode-xyzac-iso"\n'}
     return [Job(f"no-{name}", file, text, setup=PLACE + more.get(name, ""), refuse=True) for name, file, text in rows]
