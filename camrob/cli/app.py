@@ -23,7 +23,9 @@ from camrob.cli.options import (
     ForceOption,
     JsonOption,
     Method,
+    ProveOption,
     QuietOption,
+    SecondsOption,
     SetupOption,
     ThenCompensatedOption,
     Units,
@@ -87,9 +89,8 @@ def post(
         typer.Option("--diagnosis", metavar="DIR", help="The diagnosis that wrote FITTED.toml: play, friction, doubt."),
     ] = None,
     force: ForceOption = None,
-    seconds: Annotated[
-        float | None, typer.Option("--seconds", metavar="N", help="How long --method planned betters its plan.")
-    ] = None,
+    seconds: SecondsOption = None,
+    prove: ProveOption = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave NAME.html out.")] = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -115,6 +116,7 @@ def post(
             diagnosis=diagnosis,
             force=force,
             seconds=seconds,
+            prove=prove,
             report=not no_report,
             progress=progress,
         )

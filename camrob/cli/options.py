@@ -98,6 +98,13 @@ ForceOption = Annotated[
 ThenCompensatedOption = Annotated[
     bool, typer.Option("--then-compensated", help="With --for-accuracy: plan for what camrob compensate will leave.")
 ]
+SecondsOption = Annotated[
+    float | None, typer.Option("--seconds", metavar="N", help="How long --method planned betters its plan.")
+]
+ProveOption = Annotated[
+    float | None,
+    typer.Option("--prove", metavar="N", help="Prove in N seconds how far the plan is above the best that exists."),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object, and nothing else.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 

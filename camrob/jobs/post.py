@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +22,9 @@ from camrob.jobs.files.inputs import JobInputs, program_comment, program_name, r
 from camrob.jobs.files.mounting import mounted_loads
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.opinion import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE, hold_to_witness, manifest_of
+from camrob.jobs.release.price_bound import bound_finding, price_bound
 from camrob.jobs.release.release import ReadBack, check_release, path_margins, read_back
+from camrob.jobs.release.saved import save_path, save_summary
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.solving.device import check_device
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
@@ -46,7 +46,6 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.summaries.post_summary import PostSummary
 from camrob.toolpath.rest import beginnings
-from camrob.units import m_to_mm
 from camrob.witness.judge import Verdict, judge
 
 __all__ = ["FEEDS", "PostResult", "post"]
@@ -91,6 +90,7 @@ def post(
     diagnosis: Path | None = None,
     force: Path | None = None,
     seconds: float | None = None,
+    prove: float | None = None,
     report: bool = True,
     progress: Progress | None = None,
 ) -> PostResult:
@@ -117,6 +117,7 @@ def post(
         diagnosis: the folder of the diagnosis that wrote them: play, friction, doubt.
         force: FORCE.toml, what pushes on the tool while it cuts.
         seconds: how long "planned" betters its plan, and at least what it needs; the summary says what there was no time for.
+        prove: seconds in which "planned" shows how far it is above the best plan that exists; NAME.proof.npz is the certificate.
         report: whether NAME.html is written.
         progress: called with a stage and the share of it that is done, 0 to 1.
 
@@ -134,7 +135,7 @@ def post(
         (('engraving.src', 'engraving.dat', 'engraving.json', 'engraving.path.npz'), 899)
     """
     clfile, out, watch = Path(clfile), Path(out), Watch(progress)
-    _check_choices(method, feed, device, seconds)
+    _check_choices(method, feed, device, seconds, prove)
     with watch.stage("read"):
         machine = cell_for("post", cell)
         title = program_name(clfile, name, language_of(machine))
@@ -151,17 +152,23 @@ def post(
         made = _first_free(order, inputs, folder, watch)
         programs = _with_entries(order, made, machine, folder, watch)
         files = [*programs, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
-        _save_path(folder / f"{title}.path.npz", made)
+        save_path(folder / f"{title}.path.npz", made.inputs, made.solution, made.feed)
+        proved, certificate = None, folder / f"{title}.proof.npz"
+        if prove is not None:
+            with watch.stage("prove"):
+                proved = price_bound(made.inputs, made.solution, Path(cell), certificate, prove, watch.share)
+            made.findings.append(bound_finding(proved))
+            files += [certificate.name] if certificate.exists() else []
         summary = post_summary(
             made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
             residual=made.residual, feed=made.feed, process=process, files=files, verdict=made.verdict,
-            manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path),
+            manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path), proved=proved,
         )  # fmt: skip
         if report:
             with watch.stage("report"):
                 _report(folder / f"{title}.html", summary, made)
         summary = replace(summary, seconds=watch.seconds)
-        _save_summary(folder / f"{title}.json", summary)
+        save_summary(folder / f"{title}.json", summary)
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
 
 
@@ -321,10 +328,12 @@ def _entry_name(title: str, number: int, language: Language) -> str:
     return language.program_name(title[: _NAME - len(ending)] + ending)
 
 
-def _check_choices(method: str, feed: str, device: str, seconds: float | None) -> None:
+def _check_choices(method: str, feed: str, device: str, seconds: float | None, prove: float | None) -> None:
     check_method(method)
     if seconds is not None and not (method == "planned" and 0.0 <= seconds < np.inf):
         raise InputError(f"--seconds {seconds:g} is of no use here", hint="0 or more, with --method planned")
+    if prove is not None and not (method == "planned" and 0.0 < prove < np.inf):
+        raise InputError(f"--prove {prove:g} is of no use here", hint="seconds, with --method planned")
     if feed not in FEEDS:
         raise InputError(f"--feed {feed!r} is unknown", hint=f"use {' or '.join(FEEDS)}")
     check_device(device)
@@ -340,29 +349,6 @@ def _write(
         (folder / file).write_bytes(data)
         names.append(file)
     return names, findings
-
-
-def _save_summary(file: Path, summary: PostSummary) -> None:
-    text = json.dumps(summary.to_json(), indent=1, allow_nan=False)
-    file.write_text(text + "\n", encoding="utf-8")
-
-
-def _save_path(file: Path, made: _Made) -> None:
-    inputs, solution = made.inputs, made.solution
-    own = inputs.path.of_toolpath
-    q = np.asarray(solution.q)[own]
-    columns: dict[str, Any] = {
-        "q": q,
-        "axes": np.array(inputs.cell.names),
-        "axis_values": inputs.cell.to_axis_values(q),
-        "axis_names": np.array(inputs.cell.axis_names),
-        "line": inputs.path.line[own],
-        "region": inputs.path.region[own],
-        "inv_kf": np.asarray(solution.inv_kf)[own],
-        "s": m_to_mm(inputs.path.length[own]),
-        **made.feed.arrays(inputs.cell, own),
-    }
-    np.savez(file, **columns)
 
 
 def _report(file: Path, summary: PostSummary, made: _Made) -> None:

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.frozen import locked
+from camrob.redundancy.planning.course import Draft
+from camrob.redundancy.planning.freedoms import PlanSpace
+from camrob.redundancy.planning.objective import Objective
+from camrob.redundancy.planning.waypoints import Waypoints
 
-__all__ = ["ExpectedError", "PlanAccuracy", "PlanPoint", "PlanReport"]
+__all__ = ["ExpectedError", "PlanAccuracy", "PlanBasis", "PlanPoint", "PlanReport"]
 
 Array = NDArray[np.float64]
 
@@ -94,6 +99,16 @@ class PlanAccuracy:
     left_out: tuple[str, ...]
 
 
+class PlanBasis(NamedTuple):
+    """What a plan's price is reckoned from: W waypoints, its draft, the best 1/k_F (W,) found at each, its objective."""
+
+    space: PlanSpace
+    objective: Objective
+    w: Waypoints
+    draft: Draft
+    found: Array
+
+
 @dataclass(frozen=True, slots=True)
 class PlanReport:
     """How a planned solution was chosen.
@@ -104,7 +119,8 @@ class PlanReport:
     not have. best_error: m, rms of the part's error at each place's best posture of a scan, None of a plan that doesn't look at
     it; accuracy: what looking at it has gained. reached_mean: of 1/k_F, by length as the bound's. seconds: how long the plan was
     to be bettered, None for as long as it takes; missed: points of the curve that there was no time for. mended: how often it
-    was made anew because it touched something or could not be followed.
+    was made anew because it touched something or could not be followed. bases: what its price is reckoned from, one for each
+    stretch between tool changes.
     """
 
     mode: str
@@ -123,6 +139,7 @@ class PlanReport:
     seconds: float | None = None
     missed: int = 0
     mended: int = 0
+    bases: tuple[PlanBasis, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bound", locked(self.bound, shape=(None,), name="bound"))

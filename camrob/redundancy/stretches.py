@@ -101,6 +101,7 @@ def _joined_plans(path: ToolPathInBase, stretches: Sequence[Stretch]) -> PlanRep
         missed=sum(p.missed for p in reports),
         mended=sum(p.mended for p in reports),
         accuracy=_joined_accuracy(reports),
+        bases=tuple(b for p in reports for b in p.bases),
     )
 
 

@@ -19,6 +19,7 @@ __all__ = [
     "PlanOnCurve",
     "PlannedCut",
     "PostSummary",
+    "PriceBound",
     "ProcessFigures",
     "ProgramTime",
     "RegionFigures",
@@ -187,6 +188,23 @@ class AccuracyFigures(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PriceBound(Summary):
+    """A proved lower bound of what any plan costs, m, by the objective that `terms` are of: the plan's price, the bound, 0 where
+    none is proved, and how far the plan may be above the best that exists; checked: whether the checker proves it again from the
+    certificate; why: what stands against more; left_out: what the bound doesn't count.
+    """
+
+    price_m: float
+    bound_m: float
+    within_percent: float | None
+    checked: bool
+    why: str
+    left_out: tuple[str, ...]
+    seconds: float
+    certificate: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlanFigures(Summary):
     """How a planned solution was chosen: the curve of conditioning against external travel, and the objective's terms, m.
 
@@ -210,6 +228,7 @@ class PlanFigures(Summary):
     missed: int
     mended: int
     accuracy: AccuracyFigures | None = left_out(None)
+    proved: PriceBound | None = left_out(None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,6 +29,7 @@ from camrob.summaries.post_summary import (
     PlannedCut,
     PlanOnCurve,
     PostSummary,
+    PriceBound,
     ProcessFigures,
     RegionFigures,
     Source,
@@ -61,6 +62,7 @@ def post_summary(
     files: Sequence[str],
     verdict: Verdict,
     manifest: Manifest,
+    proved: PriceBound | None = None,
 ) -> PostSummary:
     """The summary of the contract (spec: camrob post), but for `seconds`."""
     toolpath = inputs.toolpath
@@ -89,7 +91,7 @@ def post_summary(
         process=_process(inputs, process),
         verified=_verified(back, verdict),
         witness=witness_figures(verdict),
-        plan=_plan(inputs, solution),
+        plan=_plan(inputs, solution, proved),
         warnings=tuple(_remark(f) for f in findings if f.severity is not Severity.INFO),
         notes=tuple(_remark(f) for f in findings if f.severity is Severity.INFO),
         files=tuple(files),
@@ -142,7 +144,7 @@ def _process(inputs: JobInputs, process: Process) -> ProcessFigures:
     )
 
 
-def _plan(inputs: JobInputs, solution: Solution) -> PlanFigures | None:
+def _plan(inputs: JobInputs, solution: Solution, proved: PriceBound | None) -> PlanFigures | None:
     """How a planned solution was chosen: the curve of conditioning against external travel, and the objective's terms."""
     plan, path = solution.plan, inputs.path
     if plan is None:
@@ -185,6 +187,7 @@ def _plan(inputs: JobInputs, solution: Solution) -> PlanFigures | None:
             for point in plan.curve
         ),
         accuracy=None if plan.accuracy is None else _accuracy(plan.accuracy),
+        proved=proved,
     )
 
 

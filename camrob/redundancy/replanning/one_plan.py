@@ -19,7 +19,7 @@ from camrob.redundancy.clock import Clock
 from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import FAILED_NOT_REACHED
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.plan_report import PlanReport
+from camrob.redundancy.plan_report import PlanBasis, PlanReport
 from camrob.redundancy.planning.certificate import Certificate, Survey, certify, survey_poses
 from camrob.redundancy.planning.choice import Choice, CurvePoint, Knee, chosen_point, plan_terms
 from camrob.redundancy.planning.course import RETRACT_NEEDED, RETRACT_PRICE, Draft, coarse_index
@@ -219,6 +219,7 @@ def plan_solution(task: Task, path: ToolPathInBase, plan: Plan, followed: Follow
         best_error=plan.best_error,
         seconds=task.clock.seconds,
         missed=plan.missed,
+        bases=(PlanBasis(land.space, land.objective, w, point.draft, np.asarray(land.certificate.inv_kf)),),
     )
     findings = (_finding(report, point.figures.share),)
     return Solution(

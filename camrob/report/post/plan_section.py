@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from camrob.report.page.html import escape, number
-from camrob.summaries.post_summary import AccuracyFigures, PlanFigures, PlanOnCurve
+from camrob.summaries.post_summary import AccuracyFigures, PlanFigures, PlanOnCurve, PriceBound
 
-__all__ = ["gap_text", "plan_section", "travel_unit"]
+__all__ = ["bound_text", "gap_text", "plan_section", "travel_unit"]
 
 # pixels: two charts stand side by side on a page
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 430.0, 250.0, 52.0, 38.0, 14.0
@@ -38,6 +38,22 @@ def gap_text(plan: PlanFigures) -> str:
     return text
 
 
+def bound_text(proved: PriceBound) -> str:
+    """How far the plan's price may be above the best that exists, what that leaves out, and who proved it, in a sentence."""
+    if proved.within_percent is None:
+        return f"no bound of the plan's price is proved: {proved.why}"
+    checked = (
+        "proved, and proved again from the certificate by the checker"
+        if proved.checked
+        else "proved, not checked again"
+    )
+    text = (
+        f"by the whole objective the plan ({proved.price_m:.4f} m) is within {proved.within_percent:.2f} % of the best that "
+        f"exists (no plan costs less than {proved.bound_m:.4f} m; {checked}; left out of the bound: {', '.join(proved.left_out)})"
+    )
+    return f"{text}; {proved.why}" if proved.why else text
+
+
 def plan_section(plan: PlanFigures | None) -> str:
     """The section of a planned program, as HTML; nothing for another method's."""
     if plan is None:
@@ -51,6 +67,7 @@ def plan_section(plan: PlanFigures | None) -> str:
         f"posture found reaches at each point, {number(plan.bound_mean, 3)} in the mean and "
         f"{number(plan.bound_min, 3)} at its lowest; the chart of 1/k<sub>F</sub> shows both along the path. "
         f"Over what is cut, {escape(gap_text(plan))}."
+        f"{'' if plan.proved is None else f' Proved: {escape(bound_text(plan.proved))}.'}"
     )
     return (
         "<section><h2>The plan: conditioning against external travel</h2>"

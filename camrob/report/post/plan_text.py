@@ -8,7 +8,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.report.post.plan_section import gap_text, travel_unit
+from camrob.report.post.plan_section import bound_text, gap_text, travel_unit
 from camrob.summaries.post_summary import AccuracyFigures, PlanFigures
 
 __all__ = ["accuracy_text", "plan_lines"]
@@ -47,6 +47,8 @@ def plan_lines(plan: PlanFigures | None) -> Iterator[RenderableType]:
     table.add_row("", "bound", f"{plan.bound_mean:.3f}", f"{plan.bound_min:.3f}", "100.00", style="green")
     yield table
     yield Text(gap_text(plan))
+    if plan.proved is not None:
+        yield Text(bound_text(plan.proved))
     shares = (f"{name.replace('_', ' ')} {100.0 * value:.1f} %" for name, value in plan.shares.items())
     yield Text(f"price by terms: {', '.join(shares)}")
     if plan.accuracy is not None:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import kernel
-from proving.arm_shape import ArmShape
-from proving.enclosure import WAYS, bounds_of_box
+from camrob.redundancy.proving.arm_shape import ArmShape
+from camrob.redundancy.proving.enclosure import WAYS, bounds_of_box
 
 __all__ = ["Bundles", "bound_of_box", "refute"]
 

@@ -16,7 +16,7 @@ from camrob.cell.cell import Cell
 from camrob.frozen import locked
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.freedoms import plan_space
-from proving.arm_shape import arm_shape
+from camrob.redundancy.proving.arm_shape import arm_shape
 from proving.branch_and_bound import refute
 from proving.bundles import bundled, pieces_of
 

@@ -17,12 +17,14 @@ from camrob.redundancy.planning.waypoints import waypoints
 ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "tests" / "bench"), str(ROOT / "tests" / "redundancy")]
 
-from proving.checking import check_plan as checker  # noqa: E402
-from proving.checking.bins import below  # noqa: E402
-from proving.checking.machine import Machine, dh, frame  # noqa: E402
-from proving.plan_certificate import write_certificate  # noqa: E402
-from proving.whole_plan import prove_plan  # noqa: E402
 from test_plan_proof import poses, short_path  # noqa: E402
+
+from camrob.proof_check import check_plan as checker  # noqa: E402
+from camrob.proof_check.bins import below  # noqa: E402
+from camrob.proof_check.dh_machine import Machine, dh, frame  # noqa: E402
+from camrob.redundancy.proving.plan_certificate import write_certificate  # noqa: E402
+from camrob.redundancy.proving.statement import statement_of  # noqa: E402
+from camrob.redundancy.proving.whole_plan import prove_plan  # noqa: E402
 
 TOML = ROOT / "cells" / "kr15_track_table" / "cell.toml"
 CELL = read_cell(TOML.parent)
@@ -77,25 +79,31 @@ def test_planes_are_below_the_price_of_every_posture_and_near_it(half):
 def test_a_certificate_is_proved_again_and_one_that_claims_too_much_is_not(tmp_path):
     w = waypoints(short_path(), 0.02)
     objective, told = Objective.of(CELL, SPACE, plan_weights(CELL)), []
-    most = np.full(len(w), 0.8)
-    proof = prove_plan(CELL, objective, w, most, 10.0, levels=2, told=told)
+    stated = statement_of(SPACE, objective, w, np.full(len(w), 0.8))
+    proof = prove_plan(CELL, objective, stated, 10.0, levels=2, told=told)
     file = tmp_path / "short.npz"
-    write_certificate(file, CELL, objective, w, most, told)
+    write_certificate(file, CELL, objective, [(stated, told)])
     bound = checker.check(file, TOML)
     assert 0.9 * proof.bound < bound <= proof.bound
     data = dict(np.load(file))
 
     def refused(match, **changes):
-        np.savez(tmp_path / "wrong.npz", **(data | changes))
+        np.savez(tmp_path / "wrong.npz", **(data | {f"0.{name}": value for name, value in changes.items()}))
         with pytest.raises(ValueError, match=match):
             checker.check(tmp_path / "wrong.npz", TOML)
 
-    dear = data["planes0"].copy()
+    dear = data["0.planes0"].copy()
     dear[:, 0] *= 30.0  # the first level's are far below
     refused("not below the price", planes0=dear)
-    refused("lacks cells", k0=data["k0"][1:], where0=data["where0"][1:], own0=data["own0"][1:])
-    refused("lacks cells", rest0=data["rest0"][1:]) if "k1" in data else None
-    box = data["box0"].copy()
+    refused("lacks cells", k0=data["0.k0"][1:], where0=data["0.where0"][1:], own0=data["0.own0"][1:])
+    refused("lacks cells", rest0=data["0.rest0"][1:]) if "0.k1" in data else None
+    refused("further than its lattice", low=data["0.low"] + 0.1)
+    twice = tmp_path / "twice.npz"
+    write_certificate(twice, CELL, objective, [(stated, told), (stated, told)])
+    assert checker.check(twice, TOML) == pytest.approx(2.0 * bound)
+    with pytest.raises(TimeoutError):
+        checker.check(file, TOML, late=lambda: True)
+    box = data["0.box0"].copy()
     box[:, 1, 3] *= 0.5
     refused("leaves its bin", box0=box)
 

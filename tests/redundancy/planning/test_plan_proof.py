@@ -11,6 +11,7 @@ import pytest
 
 from camrob.cell.read_cell import read_cell
 from camrob.kinematics.arm import reach
+from camrob.redundancy.clock import Clock
 from camrob.redundancy.free_frames import rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.course import moves_along, waypoint_weights
@@ -22,13 +23,14 @@ from camrob.toolpath.region import Move
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from proving.arm_shape import arm_shape
-from proving.bin_prices import corner_prices, planes_of_bins
-from proving.motion_steps import step_prices
-from proving.relaxed import cheapest_through
-from proving.seen import Lattice, seen_of_cells
-from proving.seen_bins import bins_of
-from proving.whole_plan import prove_plan
+from camrob.redundancy.proving.arm_shape import arm_shape
+from camrob.redundancy.proving.bin_prices import corner_prices, planes_of_bins
+from camrob.redundancy.proving.motion_steps import step_prices
+from camrob.redundancy.proving.relaxed import cheapest_through
+from camrob.redundancy.proving.seen_bins import bins_of
+from camrob.redundancy.proving.seen_from_arm import Lattice, seen_of_cells
+from camrob.redundancy.proving.statement import statement_of
+from camrob.redundancy.proving.whole_plan import prove_plan
 
 pytestmark = pytest.mark.slow  # its kernels compile for a minute, and no program rests on them yet
 CELL = read_cell(Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table")
@@ -167,9 +169,10 @@ def test_no_plan_of_a_short_path_is_below_its_bound_and_the_best_of_many_is_near
     objective = Objective.of(CELL, SPACE, plan_weights(CELL))
     moves, weight = moves_along(w, np.arange(len(w))), waypoint_weights(w)
     motion = motion_price(objective, moves, "travel", "smoothness", "speed")
-    proof = prove_plan(CELL, objective, w, np.full(len(w), 0.8), 10.0, levels=4)
+    proof = prove_plan(CELL, objective, statement_of(SPACE, objective, w, np.full(len(w), 0.8)), 10.0, levels=4)
     assert [level.bound for level in proof.levels] == sorted(level.bound for level in proof.levels)
-    blind = prove_plan(CELL, objective, w, np.full(len(w), 0.2), 10.0, levels=2)  # postures are all passed over
+    dear = statement_of(SPACE, objective, w, np.full(len(w), 0.2))
+    blind = prove_plan(CELL, objective, dear, 10.0, levels=2)  # postures are all passed over
     assert blind.bound <= 0.2 * weight.sum() < proof.bound
     rng, best, joined = np.random.default_rng(11), np.inf, np.ones(len(w), bool)
     good = None
@@ -197,3 +200,18 @@ def test_no_plan_of_a_short_path_is_below_its_bound_and_the_best_of_many_is_near
             best, good = price, u
     assert proof.bound > 0.93 * best
     assert proof.gap(best) == pytest.approx(1.0 - proof.bound / best)
+
+
+def test_what_there_is_no_time_for_counts_for_the_least_that_any_posture_costs():
+    w = waypoints(short_path(), 0.02)
+    objective = Objective.of(CELL, SPACE, plan_weights(CELL))
+    stated = statement_of(SPACE, objective, w, np.full(len(w), 0.8))
+    told = []
+    proof = prove_plan(CELL, objective, stated, 10.0, clock=Clock(0.0), told=told)
+    assert len(proof.levels) == 1
+    assert proof.bound == pytest.approx(objective.conditioning * 0.5**4 * waypoint_weights(w).sum(), rel=1e-6)
+    assert len(told) == 1
+    halves = [
+        prove_plan(CELL, objective, stated.between(*ends), 10.0, levels=3).bound for ends in ((0, 2), (2, len(w)))
+    ]
+    assert sum(halves) <= prove_plan(CELL, objective, stated, 10.0, levels=3).bound * 1.001

@@ -21,11 +21,12 @@ from camrob.toolpath.region import Move
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from proving.affine import cosine_sine, highest, inverse, lowest, minus, plus, root, times
-from proving.arm_shape import arm_shape
 from proving.branch_and_bound import Bundles, bound_of_box, refute
 from proving.bundles import bundled, pieces_of
 from proving.proof import prove_path
+
+from camrob.redundancy.proving.affine import cosine_sine, highest, inverse, lowest, minus, plus, root, times
+from camrob.redundancy.proving.arm_shape import arm_shape
 
 ROOT = Path(__file__).resolve().parents[3]
 pytestmark = pytest.mark.slow  # its kernels compile for minutes, and no program rests on them yet

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from camrob.compiled import bare, part
-from proving.affine import (
+from camrob.redundancy.proving.affine import (
     SLACK,
     Form,
     highest,
@@ -18,7 +18,7 @@ from proving.affine import (
     square,
     times,
 )
-from proving.arm_shape import ArmShape
+from camrob.redundancy.proving.arm_shape import ArmShape
 
 __all__ = ["THIN", "bound_of_way", "flat_form", "near_singular"]
 

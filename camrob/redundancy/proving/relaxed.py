@@ -86,6 +86,22 @@ def _leap(D: Array, price: float) -> None:
             D[i, j] = min(D[i, j], least + price)
 
 
+@part
+def _pay(D: Array, P: Array, half: float) -> None:
+    """D (n, m) <- what it is with half of what the nodes cost."""
+    for i in range(D.shape[0]):
+        for j in range(D.shape[1]):
+            D[i, j] += half * P[i, j]
+
+
+@part
+def _to_corners(D: Array, begin: int, end: int, cell: Ints, out: Array) -> None:
+    """out (M, 4) <- what D (n, m) is at the corners of cells `begin` to before `end`."""
+    for e in range(begin, end):
+        for c in range(4):
+            out[e, c] = D[(cell[e, 0] + c // 2) % D.shape[0], (cell[e, 1] + c % 2) % D.shape[1]]
+
+
 @kernel(nogil=True)
 def cheapest_through(
     nodes: Ints,
@@ -106,49 +122,35 @@ def cheapest_through(
     W = weight.shape[0]
     P, D = np.empty((nodes[0], nodes[1])), np.zeros((nodes[0], nodes[1]))
     E = np.empty((nodes[0], nodes[1]))
-    there = np.empty((cell.shape[0], 4))
+    there, ahead, onward = (np.empty((cell.shape[0], 4)), np.empty((cell.shape[0], 4)), np.empty((cell.shape[0], 4)))
     for k in range(W):
         if k > 0:
             _spread(D, E, steps[k], endless)
         _fill(P, k, most, offset, cell, corner, endless)
-        for i in range(nodes[0]):
-            for j in range(nodes[1]):
-                D[i, j] += 0.5 * weight[k] * P[i, j]
-        for e in range(offset[k], offset[k + 1]):
-            for c in range(4):
-                i, j = (cell[e, 0] + c // 2) % nodes[0], (cell[e, 1] + c % 2) % nodes[1]
-                there[e, c] = D[i, j]
+        _pay(D, P, 0.5 * weight[k])
+        _to_corners(D, offset[k], offset[k + 1], cell, there)
         if leap[k] < np.inf:
             _leap(D, leap[k])
-        for i in range(nodes[0]):
-            for j in range(nodes[1]):
-                D[i, j] += 0.5 * weight[k] * P[i, j]
+        _pay(D, P, 0.5 * weight[k])
     price = np.min(D)
     D[:] = 0.0
     through = np.full(cell.shape[0], np.inf)
     for k in range(W - 1, -1, -1):
         _fill(P, k, most, offset, cell, corner, endless)
-        for i in range(nodes[0]):
-            for j in range(nodes[1]):
-                D[i, j] += 0.5 * weight[k] * P[i, j]
+        _pay(D, P, 0.5 * weight[k])
         # arriving at a node (there) and leaving it or leaping first; or leapt to from the cheapest
         least = np.inf
+        _to_corners(D, offset[k], offset[k + 1], cell, onward)
         if leap[k] < np.inf:
             for e in range(offset[k], offset[k + 1]):
                 for c in range(4):
                     least = min(least, there[e, c])
-        before = D.copy()
-        if leap[k] < np.inf:
             _leap(D, leap[k])
+        _to_corners(D, offset[k], offset[k + 1], cell, ahead)
         for e in range(offset[k], offset[k + 1]):
             for c in range(4):
-                i, j = (cell[e, 0] + c // 2) % nodes[0], (cell[e, 1] + c % 2) % nodes[1]
-                through[e] = min(through[e], there[e, c] + D[i, j])
-                if leap[k] < np.inf:
-                    through[e] = min(through[e], least + leap[k] + before[i, j])
-        for i in range(nodes[0]):
-            for j in range(nodes[1]):
-                D[i, j] += 0.5 * weight[k] * P[i, j]
+                through[e] = min(through[e], there[e, c] + ahead[e, c], least + leap[k] + onward[e, c])
+        _pay(D, P, 0.5 * weight[k])
         if k > 0:
             _spread(D, E, steps[k], endless)
     return price, through

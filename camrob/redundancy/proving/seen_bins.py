@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from proving.seen import SEEN
+from camrob.redundancy.proving.seen_from_arm import SEEN
 
 __all__ = ["Bins", "bins_of"]
 

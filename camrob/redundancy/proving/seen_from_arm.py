@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
-from proving.affine import (
+from camrob.redundancy.proving.affine import (
     SLACK,
     Form,
     cosine_sine,
@@ -28,8 +28,8 @@ from proving.affine import (
     square,
     times,
 )
-from proving.arm_shape import ArmShape
-from proving.enclosure import Vector, bounds_of_arm, moved, unturned
+from camrob.redundancy.proving.arm_shape import ArmShape
+from camrob.redundancy.proving.enclosure import Vector, bounds_of_arm, moved, unturned
 
 __all__ = ["SEEN", "Lattice", "bounds_of_bin", "seen_of_cells"]
 

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import bare, kernel, part
-from proving.affine import SLACK
-from proving.arm_shape import ArmShape
-from proving.enclosure import WAYS
-from proving.seen import bounds_of_bin
+from camrob.redundancy.proving.affine import SLACK
+from camrob.redundancy.proving.arm_shape import ArmShape
+from camrob.redundancy.proving.enclosure import WAYS
+from camrob.redundancy.proving.seen_from_arm import bounds_of_bin
 
 __all__ = ["corner_prices", "planes_of_bins"]
 
@@ -21,6 +21,7 @@ _MOST = 512  # pieces of a turn and planes of a bin, at most
 _DEEP = 400  # boxes that wait, at most
 _ROUGH = 0.05  # share of the price from which on a plane is rough
 _FLATTER = 0.9  # share of a level plane that a sloping one's lowest place has at least
+_MANY = 1000.0  # operations that a plane is made of, at most
 _WORTH = (
     0.6,
     0.6,
@@ -46,7 +47,7 @@ def _plane(power: float, threshold: float, form: Array, out: Array) -> float:
     if y > 1.0:
         top = scale * y**q
         slope = q * top / y
-        middle = top - slope * (form[6] + abs(form[3])) - 1000.0 * SLACK * top
+        middle = top - slope * (form[6] + abs(form[3])) - _MANY * SLACK * top
         if middle - slope * (abs(form[1]) + abs(form[2]) + abs(form[4]) + abs(form[5])) > _FLATTER * flat:
             out[0] = middle
             out[1], out[2], out[3], out[4] = slope * form[1], slope * form[2], slope * form[4], slope * form[5]
@@ -194,7 +195,7 @@ def corner_prices(seen: Array, own: Ints, frame: Array, box: Array, offset: Ints
             middle, one, other = planes[k, 0], 0.0, 0.0
             for i in range(4):
                 slope = planes[k, 1 + i]
-                middle += slope * form[i, 0] - abs(slope) * (form[i, 3] + 1000.0 * SLACK)
+                middle += slope * form[i, 0] - abs(slope) * (form[i, 3] + _MANY * SLACK)
                 one += slope * form[i, 1]
                 other += slope * form[i, 2]
             out[m, 0] = min(out[m, 0], middle - one - other)

@@ -25,34 +25,37 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.errors import CellError
-from camrob.redundancy.planning.course import moves_along, waypoint_weights
+from camrob.progress import Share
+from camrob.redundancy.clock import Clock
 from camrob.redundancy.planning.freedoms import plan_space
-from camrob.redundancy.planning.objective import MotionPrice, Objective, motion_price
-from camrob.redundancy.planning.waypoints import Waypoints
-from proving.arm_shape import ArmShape, arm_shape
-from proving.bin_prices import corner_prices, planes_of_bins
-from proving.motion_steps import step_prices
-from proving.relaxed import cheapest_through
-from proving.seen import Lattice, seen_of_cells
-from proving.seen_bins import bins_of
+from camrob.redundancy.planning.objective import MotionPrice, Objective
+from camrob.redundancy.proving.arm_shape import ArmShape, arm_shape
+from camrob.redundancy.proving.bin_prices import corner_prices, planes_of_bins
+from camrob.redundancy.proving.motion_steps import step_prices
+from camrob.redundancy.proving.relaxed import cheapest_through
+from camrob.redundancy.proving.seen_bins import Bins, bins_of
+from camrob.redundancy.proving.seen_from_arm import Lattice, seen_of_cells
+from camrob.redundancy.proving.statement import Statement
 
-__all__ = ["Level", "PlanProof", "dearest", "prove_plan"]
+__all__ = ["LEAN", "Level", "PlanProof", "Told", "leaning", "prove_plan"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Told = dict[str, Array | Ints]
+"""What a level rests on: cells, the bin of each, bins, planes, and which cells are left."""
 
 _PRISMATIC, _REVOLUTE = 0.075, 0.4  # m, rad of cells at first
-_LEANING, _LEAN = (
-    (0.5, 0.25),
-    0.1,
-)  # times that, where the tool leans against the turning axis by a sine of more than that
+LEAN = 0.1
+"""Sine of the tool's angle against the turning axis from which on it leans."""
+_LEANING = (0.5, 0.25)  # times those cells, where the tool leans
 _STEPS = 10  # prices of steps that are told apart
 _WIDTH = 1.2  # of bins, in halves of a cell of the finest axis
 _PIECE = 2.0  # half a piece of the roll, in the same
 _FEW = 64  # boxes that a rough piece is worth
 _ROOM = 10_000_000  # cells at most: about 4 GB
-_LEAST_VALUE = 0.02  # 1/k_F below which no posture gets dearer, as `objective.posture_price` has it
 _ROUNDING = 1e-9  # relative, of sums of prices
+_LONGER = 3.0  # times the level before that a level takes, measured: 2.7 to 4
+_AT_ONCE = 200  # bins between two looks at the clock: about a second
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,61 +85,61 @@ class PlanProof:
 def prove_plan(
     cell: Cell,
     objective: Objective,
-    w: Waypoints,
-    most: Array,
+    stated: Statement,
     target: float,
     *,
     levels: int = 5,
+    clock: Clock | None = None,
     say: Callable[[Level], None] | None = None,
-    told: list[dict[str, Array | Ints]] | None = None,
+    told: list[Told] | None = None,
+    progress: Share | None = None,
 ) -> PlanProof:
-    """A lower bound of the objective over all plans through waypoints, m.
+    """A lower bound of the objective over all plans of a statement's waypoints, m.
 
-    told: gets what each level rests on (cells, bins, planes, which cells are left), for a certificate.
-    most (W,): price of a metre above which it doesn't matter how dear a place is; target: no bound above it is looked for.
-    Raises CellError for a cell that the enclosures don't cover.
+    target: no bound above it is looked for. clock: until when; what there is no time for counts for the least that any posture
+    costs, and a level that shows no more than the one before is left out. told: gets what the bound rests on, level by level.
+    progress: called with the share of the present level that is done. Raises CellError for a cell that isn't covered.
     """
     if objective.power < 2.0:  # the price is then not convex in k_F^2, and tangents are not below it
         raise CellError(
-            f"cell {cell.name}: resolve.planned.power is {objective.power:g}, and the proof needs 2 or more"
+            f"cell {cell.name}: resolve.planned.power is {objective.power:g}, and the proof needs 2 or more",
+            hint="set it to 2 or more, or do without --prove",
         )
-    most = np.minimum(most, dearest(objective))
-    shape = arm_shape(cell, w.base_T_tip[:, :3, 2].sum(axis=0))
-    space = plan_space(cell)
-    motion = motion_price(objective, moves_along(w, np.arange(len(w))), "travel", "smoothness", "speed")
-    leap = np.where(w.safe, objective.reposture, np.inf)
-    count, endless = _first_lattice(shape, space.u_endless, np.asarray(w.base_T_tip[:, :3, 2]))
-    k, where = _all_cells(len(w), count)
+    shape, space = arm_shape(cell, stated.axis.sum(axis=0)), plan_space(cell)
+    watch = _Watch(clock or Clock(None), progress)
+    count, endless = _first_lattice(shape, space.u_endless, stated.axis)
+    k, where = _all_cells(len(stated.weight), count)
     shown, known = np.inf, 0.0
     done: list[Level] = []
+    rests: list[Told] = []
     for _level in range(levels):
         start = process_time()
         lattice = _lattice(shape, count)
-        found = {"count": count.copy(), "k": k, "where": where}
-        k, where, corner, bins, planes = _priced(shape, objective, w, most, lattice, k, where, found)
-        steps = np.stack([_steps(motion, lattice, i, len(endless)) for i in range(2)], axis=1)
+        found: Told = {"count": count.copy(), "k": k, "where": where}
+        k, where, corner, bins, planes = _priced(shape, objective, stated, lattice, found, watch)
         price, through = cheapest_through(
             count + ~_both(endless),
             _both(endless),
-            most,
-            np.searchsorted(k, np.arange(len(w) + 1)),
+            stated.most,
+            np.searchsorted(k, np.arange(len(stated.weight) + 1)),
             where,
             corner,
-            waypoint_weights(w),
-            steps,
-            leap,
+            stated.weight,
+            np.stack([_steps(stated, lattice, i) for i in range(2)], axis=1),
+            stated.leap,
         )
         bound = min(shown, price * (1.0 - _ROUNDING))
-        known = max(known, bound)
         rest = through * (1.0 - _ROUNDING) < target
-        if told is not None:
-            found["rest"] = np.flatnonzero(found.pop("live"))[rest]
-            told.append(found)
+        found["rest"] = np.flatnonzero(found.pop("live"))[rest]
         done.append(Level(len(rest), int(rest.sum()), bins, planes, bound, process_time() - start))
         if say is not None:
             say(done[-1])
+        rests.append(found)
+        if told is not None and bound > known:
+            told[:] = rests
+        known = max(known, bound)
         halves = 2 ** len(endless)
-        if not rest.any() or halves * rest.sum() > _ROOM:
+        if not rest.any() or halves * rest.sum() > _ROOM or watch.late_after(_LONGER * done[-1].seconds):
             break
         if not rest.all():
             shown = target
@@ -146,28 +149,40 @@ def prove_plan(
     return PlanProof(known, tuple(done))
 
 
-def dearest(objective: Objective) -> float:
-    """The price of a metre for its conditioning alone in the worst of postures."""
-    return float(objective.conditioning * (objective.threshold / _LEAST_VALUE) ** objective.power)
+@dataclass(frozen=True, slots=True)
+class _Watch:
+    """Until when, and who is told how much of a level is done."""
+
+    clock: Clock
+    progress: Share | None
+
+    def done(self, share: float) -> bool:
+        """Say so; whether the time is over."""
+        if self.progress is not None:
+            self.progress(share)
+        return self.clock.up
+
+    def late_after(self, seconds: float) -> bool:
+        """Whether the time will be over then."""
+        left = self.clock.left
+        return left is not None and left < seconds
+
+
+def leaning(cell: Cell, axis: Array) -> NDArray[np.bool_]:
+    """Which of the tool's axes (W, 3) in `base` lean against the external axis that turns."""
+    shape = arm_shape(cell, axis.sum(axis=0))
+    return np.asarray(np.linalg.norm((axis @ shape.before.T)[:, :2], axis=1) > LEAN)
 
 
 def _priced(
-    shape: ArmShape,
-    objective: Objective,
-    w: Waypoints,
-    most: Array,
-    lattice: Lattice,
-    k: Ints,
-    where: Ints,
-    found: dict[str, Array | Ints],
+    shape: ArmShape, objective: Objective, stated: Statement, lattice: Lattice, found: Told, watch: _Watch
 ) -> tuple[Ints, Ints, Array, int, int]:
-    """The cells that may be cheaper than the most, with the prices at their corners (M, 4); bins and planes that it took.
+    """Of the cells `found` those that may be cheaper than the most, with the prices at their corners (M, 4); bins and planes.
 
     found <- each cell's bin (-1: too near axis 1), bins, planes, and which cells are live.
     """
-    frames = np.asarray(w.base_T_tip)
-    tip, axis = np.ascontiguousarray(frames[:, :3, 3]), np.ascontiguousarray(frames[:, :3, 2])
-    seen = seen_of_cells(shape, tip, axis, lattice, k, where)
+    k, where, most = np.asarray(found["k"], np.int64), np.asarray(found["where"], np.int64), stated.most
+    seen = seen_of_cells(shape, stated.tip, stated.axis, lattice, k, where)
     near = np.isnan(seen[:, 0, 0])
     corner = np.full((len(k), 4), objective.conditioning * objective.threshold**objective.power)  # 1/k_F is 1 at most
     fine = float(lattice.half[lattice.half > _ROUNDING].min()) if np.any(lattice.half > _ROUNDING) else 0.01
@@ -176,9 +191,9 @@ def _priced(
     dearest = np.zeros(len(bins.frame))
     np.maximum.at(dearest, bins.own, most[k[some]])
     cap = objective.threshold * (objective.conditioning / dearest) ** (1.0 / objective.power) * (1.0 - 1e-12)
-    offset, planes = planes_of_bins(
-        shape, objective.power, objective.threshold, bins.frame, bins.box, cap, _PIECE * fine, _FEW
-    )
+    first = np.full(len(bins.frame), len(stated.weight))
+    np.minimum.at(first, bins.own, k[some])
+    offset, planes = _planes_in_time(shape, objective, bins, cap, np.argsort(first, kind="stable"), fine, watch)
     corner[some] = corner_prices(
         seen[some], bins.own, bins.frame, bins.box, offset, objective.conditioning * planes, most[k[some]]
     )
@@ -197,13 +212,33 @@ def _priced(
     return k[live], where[live], np.ascontiguousarray(corner[live]), len(bins.frame), len(planes)
 
 
+def _planes_in_time(
+    shape: ArmShape, objective: Objective, bins: Bins, cap: Array, order: Ints, fine: float, watch: _Watch
+) -> tuple[Ints, Array]:
+    """offset (B + 1,) and planes (P, 5) of bins, worked out in an order (B,) as long as there is time; the others get one level
+    plane each, at the least that any posture costs.
+    """
+    least = np.array([[objective.threshold**objective.power, 0.0, 0.0, 0.0, 0.0]])
+    found: list[Array] = [least] * len(order)
+    for begin in range(0, len(order), _AT_ONCE):
+        if watch.done(begin / len(order)):
+            break
+        now = order[begin : begin + _AT_ONCE]
+        offset, planes = planes_of_bins(
+            shape, objective.power, objective.threshold, bins.frame[now], bins.box[now], cap[now], _PIECE * fine, _FEW
+        )
+        for i, b in enumerate(now):
+            found[b] = planes[offset[i] : offset[i + 1]]
+    return np.cumsum([0, *(len(p) for p in found)]), np.concatenate([*found, least[:0]])
+
+
 def _first_lattice(shape: ArmShape, u_endless: NDArray[np.bool_], axis: Array) -> tuple[Ints, NDArray[np.bool_]]:
     """Cells (2,) along each external axis at first, one along none, and which of the axes there are (E,) are endless."""
     count = np.ones(2, np.int64)
     lean = np.linalg.norm((axis @ shape.before.T)[:, :2], axis=1).max()
     for i in range(len(shape.after)):
         step = _PRISMATIC if shape.prismatic[i] else _REVOLUTE
-        if lean > _LEAN:
+        if lean > LEAN:
             step *= _LEANING[0] if shape.prismatic[i] else _LEANING[1]
         count[i] = max(3, int(np.ceil((shape.upper[i] - shape.lower[i]) / step)))
     return count, np.asarray(u_endless[: len(shape.after)])
@@ -220,10 +255,11 @@ def _lattice(shape: ArmShape, count: Ints) -> Lattice:
     return Lattice(low, step, 0.5 * step * (1.0 + 1e-12) + 1e-12)
 
 
-def _steps(motion: MotionPrice, lattice: Lattice, i: int, external: int) -> Array:
+def _steps(stated: Statement, lattice: Lattice, i: int) -> Array:
     """(W, _STEPS) prices of steps along external axis i, none where there is no such axis."""
-    if i >= external:
-        return np.zeros((len(motion.haste), _STEPS))
+    if i >= stated.rate.shape[1]:
+        return np.zeros((len(stated.haste), _STEPS))
+    motion = MotionPrice(stated.rate, stated.square, stated.top, stated.haste)
     return step_prices(motion, i, float(lattice.step[i]), _STEPS)
 
 

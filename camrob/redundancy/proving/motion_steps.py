@@ -11,7 +11,7 @@ __all__ = ["step_prices"]
 
 Array = NDArray[np.float64]
 
-_HALVINGS = 50
+_HALVINGS = 50  # of a step: down to rounding
 _BELOW = 1e-9  # relative: rounding is some 1e-13
 
 

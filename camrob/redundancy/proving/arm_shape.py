@@ -97,24 +97,10 @@ def arm_shape(cell: Cell, upright: Array) -> ArmShape:
     third = (
         np.array([space.lower[2], space.upper[2]]) if h[2] @ h[1] > 0.0 else -np.array([space.upper[2], space.lower[2]])
     )
-    shoulder_T_foot = np.eye(4)
-    shoulder_T_foot[:3, :3], shoulder_T_foot[:3, 3] = E, -E @ o[0]
-    count = len(space.after)
-    after = np.array([np.linalg.inv(space.after[i]) for i in range(count)]).reshape(count, 4, 4)
-    first = np.linalg.inv(space.first)
-    if count:
-        after[-1] = shoulder_T_foot @ after[-1]
-    else:
-        first = shoulder_T_foot @ first
+    first, after = _frames(space, E, o[0])
     aside = float(wrist[1]) if abs(wrist[1]) > _SAME else 0.0
-    turns = np.flatnonzero(~space.prismatic)
-    turning = int(turns[0]) if len(turns) else -1
-    before, behind = np.array(first[:3, :3], np.float64), np.eye(3)
-    for i in range(count):
-        if i < turning:
-            before = np.asarray(after[i, :3, :3] @ before, np.float64)
-        else:
-            behind = after[i, :3, :3] @ behind
+    turning = int(np.argmax(~space.prismatic)) if np.any(~space.prismatic) else -1
+    before, behind = _rotations(first, after, turning)
     mix = 0.0 if turning < 0 else float(np.sign(before[2] @ upright) or 1.0)
     zero = np.arctan2(h[4] @ np.cross(h[5], h[3]), h[5] @ h[3])
     return ArmShape(
@@ -147,6 +133,31 @@ def arm_shape(cell: Cell, upright: Array) -> ArmShape:
         np.array([-elbow, *third]),
         float(zero),
     )
+
+
+def _frames(space: PlanSpace, E: Array, origin: Array) -> tuple[Array, Array]:
+    """`first` and `after` of a shape; E (3, 3), origin (3,): the shoulder's axes and origin in the foot's frame."""
+    shoulder_T_foot = np.eye(4)
+    shoulder_T_foot[:3, :3], shoulder_T_foot[:3, 3] = E, -E @ origin
+    count = len(space.after)
+    after = np.array([np.linalg.inv(space.after[i]) for i in range(count)]).reshape(count, 4, 4)
+    first = np.linalg.inv(space.first)
+    if count:
+        after[-1] = shoulder_T_foot @ after[-1]
+    else:
+        first = shoulder_T_foot @ first
+    return np.asarray(first, np.float64), after
+
+
+def _rotations(first: Array, after: Array, turning: int) -> tuple[Array, Array]:
+    """`before` and `behind` of a shape."""
+    before, behind = np.array(first[:3, :3], np.float64), np.eye(3)
+    for i in range(len(after)):
+        if i < turning:
+            before = np.asarray(after[i, :3, :3] @ before, np.float64)
+        else:
+            behind = np.asarray(after[i, :3, :3] @ behind, np.float64)
+    return before, behind
 
 
 def _turned(v: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import bare, part
-from proving.affine import (
+from camrob.redundancy.proving.affine import (
     SLACK,
     Form,
     cosine_sine,
@@ -27,8 +27,8 @@ from proving.affine import (
     square,
     times,
 )
-from proving.arm_shape import ArmShape
-from proving.jacobian_norms import THIN, bound_of_way, flat_form, near_singular
+from camrob.redundancy.proving.arm_shape import ArmShape
+from camrob.redundancy.proving.jacobian_norms import THIN, bound_of_way, flat_form, near_singular
 
 __all__ = ["WAYS", "Vector", "bounds_of_arm", "bounds_of_box", "moved", "unturned"]
 
@@ -52,6 +52,7 @@ def _turned(M: Array, v: Vector) -> Vector:
 
 @part
 def moved(M: Array, v: Vector) -> Vector:
+    """A point v seen from the frame that M (4, 4) leads to."""
     return (
         mixed(M[0, 0], v[0], M[0, 1], v[1], M[0, 2], v[2], M[0, 3]),
         mixed(M[1, 0], v[0], M[1, 1], v[1], M[1, 2], v[2], M[1, 3]),
@@ -299,48 +300,58 @@ def _elbows(
     beta = times(S, invD)
     stretched = Glow < STRETCHED * Ghigh  # nearly: all is multiplied by the area, then
     over = one if stretched else inverse(S, np.sqrt(Glow), np.sqrt(Ghigh))
-    cosine = scaled(shifted(D, -la2 - lb2), 0.5)
+    triangle = vx, vz, G, S, over, alpha, beta, D
     for elbow in range(2):
-        k = first + elbow
-        if not alive >> k & 1:
-            continue
-        sign = 1.0 - 2.0 * elbow
-        signed = scaled(beta, sign)
-        bx, bz = plus(times(alpha, vx), times(signed, vz)), minus(times(alpha, vz), times(signed, vx))
-        if _out_of_limits(shape, cosine, scaled(S, -sign), bx, bz):
-            continue
-        fx, fz = minus(vx, bx), minus(vz, bz)
-        h4 = (
-            plus(scaled(fx, shape.fourth[0]), scaled(fz, shape.fourth[1])),
-            shape.fourth[2],
-            minus(scaled(fz, shape.fourth[0]), scaled(fx, shape.fourth[1])),
-        )
-        kappa = plus(plus(times(h4[0], g6[0]), times(h4[2], g6[2])), scaled(g6[1], h4[1]))
-        if _wrist_misses(shape, kappa):
-            continue
-        left |= 1 << k
-        area = (G, scaled(S, -sign)) if stretched else (one, one)
-        most = np.sqrt(Ghigh) if stretched else 1.0
-        value, form = bound_of_way(
-            shape,
-            X,
-            invX,
-            height,
-            D,
-            one if stretched else scaled(over, -sign),
-            area,
-            most,
-            (vx, vz),
-            (bx, bz),
-            (fx, fz),
-            h4,
-            g6,
-            r,
-            kappa,
-        )
-        best[k] = min(rough, value)
-        _put(below, k, form)
+        k, sign = first + elbow, 1.0 - 2.0 * elbow
+        if alive >> k & 1 and _elbow(shape, X, invX, height, g6, r, triangle, sign, stretched, Ghigh, k, best, below):
+            best[k] = min(rough, best[k])
+            left |= 1 << k
     return left
+
+
+@part
+def _elbow(
+    shape: ArmShape,
+    X: Form,
+    invX: Form,
+    height: Form,
+    g6: Vector,
+    r: Vector,
+    triangle: tuple[Form, Form, Form, Form, Form, Form, Form, Form],
+    sign: float,
+    stretched: bool,
+    Ghigh: float,
+    k: int,
+    best: Array,
+    below: Array,
+) -> bool:
+    """Way k, the elbow on one side (sign) of the triangle: v, its area squared and signed, one over it, the elbow's share of v
+    along and across, v squared. Whether any of it keeps the limits; best[k], below[k] <- its bound and form.
+    """
+    vx, vz, G, S, over, alpha, beta, D = triangle
+    la2, lb2 = shape.forearm * shape.forearm, shape.upper_arm * shape.upper_arm
+    one = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    signed = scaled(beta, sign)
+    bx, bz = plus(times(alpha, vx), times(signed, vz)), minus(times(alpha, vz), times(signed, vx))
+    if _out_of_limits(shape, scaled(shifted(D, -la2 - lb2), 0.5), scaled(S, -sign), bx, bz):
+        return False
+    fx, fz = minus(vx, bx), minus(vz, bz)
+    h4 = (
+        plus(scaled(fx, shape.fourth[0]), scaled(fz, shape.fourth[1])),
+        shape.fourth[2],
+        minus(scaled(fz, shape.fourth[0]), scaled(fx, shape.fourth[1])),
+    )
+    kappa = plus(plus(times(h4[0], g6[0]), times(h4[2], g6[2])), scaled(g6[1], h4[1]))
+    if _wrist_misses(shape, kappa):
+        return False
+    area = (G, scaled(S, -sign)) if stretched else (one, one)
+    invg = one if stretched else scaled(over, -sign)
+    most = np.sqrt(Ghigh) if stretched else 1.0
+    v, b, f = (vx, vz), (bx, bz), (fx, fz)
+    value, form = bound_of_way(shape, X, invX, height, D, invg, area, most, v, b, f, h4, g6, r, kappa)
+    best[k] = value
+    _put(below, k, form)
+    return True
 
 
 @part

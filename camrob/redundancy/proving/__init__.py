@@ -1,0 +1,1 @@
+"""Bounds that are proved: no plan is cheaper, by the planner's own price."""
