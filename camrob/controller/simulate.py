@@ -5,7 +5,8 @@ is. PTP moves all axes together; LIN and CIRC lead the tool at the programmed sp
 tool's rotation or an axis asks for it. Blended corners are rounded within the programmed distance (by speed, by angle: where
 they begin), at most half of the shorter motion; a corner whose rounding would be over within 4 ms is passed at a point, at a
 speed that the accelerations can change within that time (rows there may show up to 4/3 of a limit at 12 ms, twice at 4 ms).
-As many motions are known ahead as the program says. Jerk is not limited.
+As many motions are known ahead as the program says. No motion along a line or an arc takes less than the cell's `block_ms`. Jerk
+is not limited.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.controller.interpolate import OUT_OF_REACH, PTP, REACHED, postures, to_world, trace
 from camrob.controller.layout import CORNER_TIME, Layout, carrier_of, lay_out, machine_of
+from camrob.controller.least_times import LEAST_TIME, ShortBlocks, block_ceilings_of, short_blocks
 from camrob.controller.motion_settings import MotionSettings, motion_settings
 from camrob.controller.pieces import course_of, cut, motion_ends
 from camrob.controller.replay import Replay, replay
@@ -34,7 +36,16 @@ from camrob.progress import Share
 from camrob.se3 import rotation_to_abc
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["Approximation", "FeedLost", "Simulation", "Timetable", "approximation", "simulate", "timetable"]
+__all__ = [
+    "Approximation",
+    "FeedLost",
+    "Simulation",
+    "Timetable",
+    "approximation",
+    "blocks_of",
+    "simulate",
+    "timetable",
+]
 
 Array = NDArray[np.float64]
 
@@ -69,7 +80,8 @@ class Simulation:
     """What the ideal controller does with a program.
 
     log: a row a cycle, encoders equal to set-points, TCP in `world`. duration: s. motion: (N,) row of the program that
-    each sample belongs to. peak_speed, peak_acceleration: by axis, the share of its limit that it reaches.
+    each sample belongs to. peak_speed, peak_acceleration: by axis, the share of its limit that it reaches. blocks: motions that
+    are too short for the controller, None where the cell says nothing of it.
     """
 
     log: MeasurementLog
@@ -80,6 +92,7 @@ class Simulation:
     peak_speed: dict[str, float]
     peak_acceleration: dict[str, float]
     findings: tuple[Finding, ...] = ()
+    blocks: ShortBlocks | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motion", locked(self.motion, dtype=np.int64, name="motion"))
@@ -116,6 +129,13 @@ def approximation(program: ProgramText, replayed: Replay) -> Approximation:
     settings = motion_settings(program, replayed.cell)
     _demand_followed(replayed)
     return _approximation(program, lay_out(program, replayed, settings))
+
+
+def blocks_of(program: ProgramText, replayed: Replay) -> ShortBlocks | None:
+    """The motions of a replayed program that are too short for the controller. Raises what `simulate` does."""
+    settings = motion_settings(program, replayed.cell)
+    _demand_followed(replayed)
+    return short_blocks(replayed.cell, lay_out(program, replayed, settings), settings)
 
 
 def _approximation(program: ProgramText, layout: Layout) -> Approximation:
@@ -199,12 +219,15 @@ class _Run:
             settings.turn_acceleration,
             CORNER_TIME,
         )
+        ceiling = block_ceilings_of(self.cell, self.layout, self.pieces)
+        held = np.repeat(ceiling < course.cap, self.pieces.steps)
+        course = course._replace(cap=np.minimum(course.cap, ceiling))
         cap, cause = cruise(course, bounds)
         x, why = brake(course, bounds, cap, cause)
         last, piece = motion_ends(self.layout, self.pieces)
         x, why = look_ahead(course, bounds, x, why, settings.advance, last, piece)
-        speeds: tuple[Array, Array, NDArray[np.int64]] = run_up(course, bounds, x, why)
-        return speeds
+        x, seconds, cause = run_up(course, bounds, x, why)
+        return x, seconds, np.where(held & (cause == FEED), len(self._texts) - 1, cause)
 
     def _clock(self) -> tuple[Array, Array]:
         """When each node is reached, and left."""
@@ -245,6 +268,7 @@ class _Run:
             self._lost(),
             *self._peaks(q),
             self.findings,
+            short_blocks(self.cell, self.layout, self.settings),
         )
 
     def _rows(self, t: Array, q: Array, position: Array, rotation: Array, end: NDArray[np.int64]) -> None:
@@ -282,7 +306,7 @@ class _Run:
     @property
     def _texts(self) -> tuple[str, ...]:
         names = self.cell.names
-        return (*CAUSES, *(f"{n} speed" for n in names), *(f"{n} acceleration" for n in names))
+        return (*CAUSES, *(f"{n} speed" for n in names), *(f"{n} acceleration" for n in names), LEAST_TIME)
 
     def timetable(self) -> Timetable:
         """When each node is passed."""

@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from camrob.controller.least_times import ShortBlocks
 from camrob.controller.simulate import Approximation, Simulation
 from camrob.controller.simulate import simulate as run
 from camrob.errors import InputError
@@ -18,11 +19,12 @@ from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
 from camrob.progress import Progress, stage_of
+from camrob.summaries.feed_figures import BlockTime
 from camrob.summaries.remarks import Approximated, Remark
 from camrob.summaries.simulate_summary import LimitShares, LostByCause, SimulateSeconds, SimulateSummary
-from camrob.units import m_to_mm, ms_to_s
+from camrob.units import m_to_mm, ms_to_s, s_to_ms
 
-__all__ = ["SimulateResult", "approximated", "simulate"]
+__all__ = ["SimulateResult", "approximated", "block_figures", "simulate"]
 
 _SUFFIXES = (".csv", ".parquet")
 _TAKEN = ("cell", "setup")  # their .toml is something else than a log's
@@ -100,6 +102,7 @@ def simulate(
             lost_s=round(simulation.feed_lost.seconds, 6),
             by_cause={k: round(v, 6) for k, v in simulation.feed_lost.by_cause.items()},
         ),
+        blocks=block_figures(simulation.blocks),
         warnings=tuple(
             Remark(line=f.line, code=f.code, text=f.text, count=f.count)
             for f in findings
@@ -121,6 +124,18 @@ def simulate(
 def approximated(found: Approximation) -> Approximated:
     """How a summary tells of roundings."""
     return Approximated(corners=found.corners, deviation_mm_max=m_to_mm(found.deviation), line=found.line or None)
+
+
+def block_figures(found: ShortBlocks | None) -> BlockTime | None:
+    """How a summary tells of motions that are too short for the controller."""
+    if found is None:
+        return None
+    return BlockTime(
+        block_ms=s_to_ms(found.block),
+        motions=found.count,
+        short=found.short,
+        shortest_ms=float(f"{s_to_ms(found.shortest):.4g}"),
+    )
 
 
 def _limits(simulation: Simulation) -> LimitShares:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from camrob.checks.collisions import check_collisions
 from camrob.controller.against import Coverage
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
-from camrob.controller.simulate import approximation
+from camrob.controller.simulate import approximation, blocks_of
 from camrob.controller.trace import posture_trace
 from camrob.errors import JobError, ProgramError
 from camrob.findings import Finding, Severity, collapse
@@ -28,11 +29,11 @@ from camrob.jobs.files.inputs import JobInputs, read_inputs
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.opinion import manifest_findings, of_program, reason_for_slower
 from camrob.jobs.release.release import ReadBack, cover_toolpath, hold_to_tool, path_collisions
-from camrob.jobs.simulate import approximated
+from camrob.jobs.simulate import approximated, block_figures
 from camrob.languages import language_of_file
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, Share, stage_of
-from camrob.summaries.remarks import Approximated, AxisLimits, JudgedRemark
+from camrob.summaries.remarks import AxisLimits, JudgedRemark
 from camrob.summaries.verify_summary import (
     Against,
     Judged,
@@ -46,6 +47,8 @@ from camrob.witness.judge import Verdict
 from camrob.witness.judge import judge as witness_judge
 
 __all__ = ["VerifyResult", "verify"]
+
+_T = TypeVar("_T")
 
 _SECOND_HAND = frozenset({"call-unknown", "not-understood", "tool-unknown", "base-unknown"})
 """Findings of the replay's reader on what the witness has its own word for."""
@@ -245,7 +248,8 @@ def _figures(second: _Replayed) -> ReplayFigures:
         conditioning=LeastConditioning(inv_kf_min=float(finite.min()) if len(finite) else None),
         jump_deg_max=rad_to_deg(float(np.max(replayed.jump, initial=0.0))),
         second_library_error_mm_max=m_to_mm(judgement.second_library_error),
-        approximation=_approximation(text, replayed),
+        approximation=_run_ideally(text, replayed, lambda t, r: approximated(approximation(t, r))),
+        blocks=_run_ideally(text, replayed, lambda t, r: block_figures(blocks_of(t, r))),
     )
 
 
@@ -263,9 +267,9 @@ def _against(coverage: Coverage | None, inputs: JobInputs) -> Against | None:
     )
 
 
-def _approximation(program: ProgramText, replayed: Replay) -> Approximated | None:
-    """What approximate positioning takes off corners; None for a program that the ideal controller would not run."""
+def _run_ideally(program: ProgramText, replayed: Replay, ask: Callable[[ProgramText, Replay], _T]) -> _T | None:
+    """What is asked of a run on the ideal controller; None for a program that it would not run."""
     try:
-        return approximated(approximation(program, replayed))
+        return ask(program, replayed)
     except (ProgramError, JobError):
         return None

@@ -6,9 +6,10 @@ import math
 
 from rich.text import Text
 
+from camrob.summaries.feed_figures import BlockTime
 from camrob.text import printable
 
-__all__ = ["JOB_STATUS", "shown_duration", "shown_number", "shown_text"]
+__all__ = ["JOB_STATUS", "shown_blocks", "shown_duration", "shown_number", "shown_text"]
 
 
 JOB_STATUS = {0: "done", 1: "check failed", 2: "input wrong", 3: "not done"}
@@ -22,6 +23,15 @@ def shown_number(value: object, decimals: int = 1) -> str:
     if value != 0.0 and abs(value) < 0.5 * 10.0**-decimals:
         return f"{value:.1e}"
     return f"{value:,.{decimals}f}".replace(",", " ")
+
+
+def shown_blocks(blocks: BlockTime, what: str = "motions") -> str:
+    """How many motions are shorter than the controller takes for one."""
+    return (
+        f"{shown_number(blocks.short, 0)} of {shown_number(blocks.motions, 0)} {what} would take less than the "
+        f"{blocks.block_ms:g} ms that the controller takes for one, the shortest {shown_number(blocks.shortest_ms, 2)} ms: they "
+        "are run slower than programmed"
+    )
 
 
 def shown_duration(seconds: object) -> str:

@@ -93,8 +93,8 @@ class HeldToTolerance(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockTime(Summary):
-    """The controller's least time for a motion: how many motions of the cutting there are, how many of them would take less at
-    the programmed feed and are run slower, and what the shortest would take.
+    """The controller's least time for a motion: how many motions there are (of the cutting; of a program that is read, along
+    lines and arcs), how many of them would take less at the programmed feed and are run slower, and what the shortest would take.
     """
 
     block_ms: float

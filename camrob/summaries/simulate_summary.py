@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from camrob.summaries.base import Summary
+from camrob.summaries.feed_figures import BlockTime
 from camrob.summaries.remarks import Approximated, Remark
 
 __all__ = ["LimitShares", "LostByCause", "SimulateSeconds", "SimulateSummary"]
@@ -39,7 +40,7 @@ class SimulateSeconds(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulateSummary(Summary):
-    """A program's run on the ideal controller."""
+    """A program's run on the ideal controller; blocks: of its lines and arcs, None where the cell has no `block_ms`."""
 
     program: str
     cell: str
@@ -51,5 +52,6 @@ class SimulateSummary(Summary):
     approximation: Approximated
     limits: LimitShares
     feed: LostByCause
+    blocks: BlockTime | None
     warnings: tuple[Remark, ...]
     seconds: SimulateSeconds

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from camrob.summaries.base import Summary, keyed, spread
+from camrob.summaries.feed_figures import BlockTime
 from camrob.summaries.remarks import Approximated, AxisLimits, JudgedRemark
 
 __all__ = ["Against", "Judged", "LeastConditioning", "ProgramEvents", "ReplayFigures", "VerifySummary"]
@@ -40,7 +41,9 @@ class LeastConditioning(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayFigures(Summary):
-    """What the replay measured; approximation: None for a program that the ideal controller would not run."""
+    """What the replay measured; approximation, blocks (motions too short for the controller): None for a program that the ideal
+    controller would not run, blocks also where the cell has no `block_ms`.
+    """
 
     samples: int
     limits: AxisLimits
@@ -49,6 +52,7 @@ class ReplayFigures(Summary):
     jump_deg_max: float
     second_library_error_mm_max: float
     approximation: Approximated | None
+    blocks: BlockTime | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -315,7 +315,8 @@ def test_look_ahead_limits_dense_points(tmp_path):
     points = [lin(x=97 + 0.2 * k, after="C_DIS") for k in range(1, 300)]
     durations = []
     for advance in (5, 1):
-        s = run(tmp_path, *START, *points, head=HEAD.replace("$ADVANCE=3", f"$ADVANCE={advance}"))
+        free = dataclasses.replace(cell(), controller_section=dataclasses.replace(cell().controller, block_ms=0.0))
+        s = run(tmp_path, *START, *points, head=HEAD.replace("$ADVANCE=3", f"$ADVANCE={advance}"), machine=free)
         durations.append(s.duration)
         dense = s.log.position[s.log.line > LIN + 2]
         speed = np.linalg.norm(np.diff(dense, axis=0), axis=1).max() / 0.004

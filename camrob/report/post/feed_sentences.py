@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from camrob.report.words import shown_duration, shown_number
+from camrob.report.words import shown_blocks, shown_duration, shown_number
 from camrob.summaries.feed_figures import BlockTime, FeedFigures, HeldToTolerance, Torques
 
 __all__ = ["block_sentence", "feed_rows", "tolerance_sentence"]
@@ -79,11 +79,7 @@ def tolerance_sentence(held: HeldToTolerance) -> str:
 
 def block_sentence(blocks: BlockTime) -> str:
     """How many motions are shorter than the controller takes for one."""
-    return (
-        f"{shown_number(blocks.short, 0)} of {shown_number(blocks.motions, 0)} motions of cutting would take less than the "
-        f"{blocks.block_ms:g} ms that the controller takes for one, the shortest {shown_number(blocks.shortest_ms, 2)} ms: they "
-        "are run slower than programmed"
-    )
+    return shown_blocks(blocks, "motions of cutting")
 
 
 def _torques(torques: Torques) -> str:

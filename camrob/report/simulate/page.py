@@ -16,7 +16,7 @@ from camrob.report.page.path_charts import Along, Chart, axis_chart, conditionin
 from camrob.report.page.timeline import Run
 from camrob.report.page.viewer import scene_data
 from camrob.report.post.player_section import player_section
-from camrob.report.words import shown_duration
+from camrob.report.words import shown_blocks, shown_duration
 from camrob.summaries.simulate_summary import SimulateSummary
 
 __all__ = ["simulate_report"]
@@ -113,7 +113,12 @@ def _lost(summary: SimulateSummary) -> str:
     rows = [[escape(cause), number(seconds, 2, "s")] for cause, seconds in summary.feed.by_cause.items()]
     if not rows:
         return ""
-    note = '<p class="caption">Where the tool is led along a line or an arc; moves by axes run as fast as the axes can.</p>'
+    short = summary.blocks
+    blocks = f" {escape(shown_blocks(short))}." if short is not None and short.short else ""
+    note = (
+        '<p class="caption">Where the tool is led along a line or an arc; moves by axes run as fast as the axes can.'
+        f"{blocks}</p>"
+    )
     return section("What holds the tool back", table(("cause", "time lost"), rows), note)
 
 

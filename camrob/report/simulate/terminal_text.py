@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.report.words import shown_duration, shown_number, shown_text
+from camrob.report.words import shown_blocks, shown_duration, shown_number, shown_text
 from camrob.summaries.simulate_summary import SimulateSummary
 
 __all__ = ["render_simulation"]
@@ -34,6 +34,8 @@ def render_simulation(summary: SimulateSummary) -> RenderableType:
     grid.add_row("Program", shown_text(f"{summary.program} on {summary.cell}: {summary.motions:,} motions"))
     grid.add_row("Takes", f"{shown_duration(summary.duration_s)} on the ideal controller")
     grid.add_row("Held back", _held_back(summary))
+    if summary.blocks is not None and summary.blocks.short:
+        grid.add_row("Too short", shown_text(shown_blocks(summary.blocks)))
     rounded = summary.approximation
     off = f", at most {shown_number(rounded.deviation_mm_max, 3)} mm off (line {rounded.line})" if rounded.line else ""
     grid.add_row("Corners", f"{rounded.corners:,} rounded{off}")

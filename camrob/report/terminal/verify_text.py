@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.report.words import shown_number, shown_text
+from camrob.report.words import shown_blocks, shown_number, shown_text
 from camrob.summaries.remarks import JudgedRemark
 from camrob.summaries.verify_summary import VerifySummary
 
@@ -89,6 +89,8 @@ def _figures(summary: VerifySummary) -> RenderableType:
     if replay is not None:
         files = ", ".join(summary.files)
         grid.add_row("Program", shown_text(f"{shown_number(summary.motions, 0)} motions in {files}"))
+        if replay.blocks is not None and replay.blocks.short:
+            grid.add_row("Too short", shown_text(shown_blocks(replay.blocks)))
         lowest = shown_number(replay.conditioning.inv_kf_min, 3)
         grid.add_row("Conditioning", f"1/k_F lowest {lowest} (0 is singular, 1 ideal)")
     return grid

@@ -13,6 +13,7 @@ from camrob.frozen import locked
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
 from camrob.report.page.parts import card_row, section, table
+from camrob.report.words import shown_blocks
 from camrob.summaries.remarks import JudgedRemark
 from camrob.summaries.verify_summary import VerifySummary
 from camrob.units import rad_to_deg
@@ -146,6 +147,8 @@ def _cards(summary: VerifySummary) -> str:
             ("How far from singular", number(replay.conditioning.inv_kf_min, 3), "lowest 1/k_F: 0 is singular")
         )
         cards.append(("Motions", f"{summary.motions or 0:,}", f"in {', '.join(summary.files)}"))
+        if replay.blocks is not None and replay.blocks.short:
+            cards.append(("Motions that are too short", f"{replay.blocks.short:,}", shown_blocks(replay.blocks)))
     return card_row(cards)
 
 
