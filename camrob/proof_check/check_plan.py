@@ -37,6 +37,7 @@ __all__ = ["check"]
 
 Ints = NDArray[np.int64]
 Level = Mapping[str, NDArray[Any]]
+Late = Callable[[], bool]
 State = dict[str, Any]
 
 _WITHIN, _STEPS = 1e-5, 10  # of a bin, for rounding; prices of steps that are told apart
@@ -46,12 +47,18 @@ _LEVEL = ("count", "k", "where", "own", "frame", "box", "cap", "offset", "planes
 _STATED = ("tip", "axis", "weight", "leap", "most", "rate", "square", "top", "haste", "low", "high", "endless")
 
 
-def _corner_prices(m: Machine, state: State, level: Level, low: Array, step: Array) -> Array:
+def _demand_time(late: Late) -> None:
+    if late():
+        raise TimeoutError("no time left to check the certificate")
+
+
+def _corner_prices(m: Machine, state: State, level: Level, low: Array, step: Array, late: Late) -> Array:
     """Prices (M, 4) at the corners of a level's cells, below which no posture of the cell is. Raises ValueError."""
     k, where, own = level["k"], level["where"], level["own"]
     free = state["conditioning"] * state["threshold"] ** state["power"]
     out: Array = np.minimum(free, state["most"][k])[:, None] * np.ones((1, _CORNERS))
     for begin in range(0, len(k), 20 * CHUNK):
+        _demand_time(late)
         some = begin + np.flatnonzero(own[begin : begin + 20 * CHUNK] >= 0)
         seen, near = m.seen(
             state["tip"][k[some]], state["axis"][k[some]], low + (where[some] + 0.5) * step, 0.5 * step * (1.0 + PAD)
@@ -127,7 +134,7 @@ def _moved(D: Array, steps: Array, endless: NDArray[np.bool_]) -> Array:
 
 
 def _cheapest(
-    state: State, nodes: tuple[int, int], k: Ints, where: Ints, corner: Array, steps: Array
+    state: State, nodes: tuple[int, int], k: Ints, where: Ints, corner: Array, steps: Array, late: Late
 ) -> tuple[float, Array]:
     """The price of the cheapest way through the nodes, and of the cheapest through each cell (M,)."""
     W, endless = len(state["weight"]), state["endless"]
@@ -144,6 +151,7 @@ def _cheapest(
 
     D, there, least = np.zeros(nodes), np.empty((len(k), _CORNERS)), np.empty(W)
     for t in range(W):
+        _demand_time(late)
         if t:
             D = _moved(D, steps[t], endless)
         P, own = price(t)
@@ -168,7 +176,7 @@ def check(
     file: Path,
     cell: Path,
     *,
-    late: Callable[[], bool] = lambda: False,
+    late: Late = lambda: False,
     say: Callable[[str], None] | None = None,
 ) -> float:
     """The bound, m, that a certificate proves for the machine of a cell.toml.
@@ -187,7 +195,7 @@ def _piece(
     data: Mapping[str, NDArray[Any]],
     own: str,
     common: State,
-    late: Callable[[], bool],
+    late: Late,
     say: Callable[[str], None] | None,
 ) -> float:
     """The bound of one piece of the path, m."""
@@ -201,10 +209,10 @@ def _piece(
         count, k, where = level["count"], level["k"], level["where"]
         _check_cells(m, state, level, kept, before)
         step = (state["high"] - state["low"]) / count
-        boxes = prove_bins(m, level, state["power"], state["threshold"], late)
-        corner = _corner_prices(m, state, level, state["low"], step)
+        boxes = prove_bins(m, level, state["power"], state["threshold"], lambda: _demand_time(late))
+        corner = _corner_prices(m, state, level, state["low"], step, late)
         nodes = tuple((count + ~state["endless"]).tolist())
-        total, through = _cheapest(state, nodes, k, where, corner, _step_prices(state, step))
+        total, through = _cheapest(state, nodes, k, where, corner, _step_prices(state, step), late)
         # dearer cells may be left out: a waypoint's price at the most is said anyway
         gone = corner.min(axis=1) < state["most"][k]
         gone[level["rest"]] = False

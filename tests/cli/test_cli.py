@@ -97,10 +97,11 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "diagnosis": None,
         "force": None,
         "seconds": None,
+        "prove": None,
         "report": True,
     }
     more = "--setup s.toml --name n --method planned --feed optimal --max-lines 5000 --dialect nx-clsf --units inch --device cuda"
-    more += " --for-accuracy --calibration f.toml --diagnosis d --force F.toml --seconds 20"
+    more += " --for-accuracy --calibration f.toml --diagnosis d --force F.toml --seconds 20 --prove 30"
     assert cli.run([*POST, *more.split(), "--no-report", "--quiet"]) == 0
     assert calls[1].pop("progress")
     assert calls[1] == {
@@ -121,6 +122,7 @@ def test_post_hands_everything_over(plant: Plant, capsys: pytest.CaptureFixture[
         "diagnosis": Path("d"),
         "force": Path("F.toml"),
         "seconds": 20.0,
+        "prove": 30.0,
         "report": False,
     }
 
