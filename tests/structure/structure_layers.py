@@ -29,7 +29,7 @@ ROWS = (
     ("report",),
     ("prediction", "studies"),
     ("gap", "loop"),
-    ("controller", "witness", "proof_check"),
+    ("controller", "witness"),
     ("languages",),
     ("program",),
     ("cutting",),
@@ -57,7 +57,7 @@ NEVER = {
     ("studies", "languages"),
 }
 # what judges a program shares nothing with what made it
-ONLY = {"witness": frozenset({"errors", "text"}), "proof_check": frozenset[str]()}
+ONLY = {"witness": frozenset({"errors", "text"})}
 # what reader and writer of a language may both know: the words that the protocol between them is spoken in
 PROTOCOL = {"camrob.program.motion"}
 # what still is as it must not stay: (room, room) to what it waits for

@@ -30,7 +30,7 @@ COMMAND_LINE = {
     "camrob.cli.console",
     "camrob.cli.options",
     "camrob.__main__",
-    "camrob.proof_check.__main__",
+    "camrob.witness.proof_check.__main__",
     "camrob.warm.__main__",
     "camrob.warm.ahead",
 }
@@ -197,7 +197,7 @@ def unit_faults(tree: Iterable[Module]) -> list[str]:
         if module.name in (
             "camrob.units",
             "camrob.witness.units",
-            "camrob.proof_check.dh_machine",
+            "camrob.witness.proof_check.dh_machine",
         ):  # the judges share no conversion with what they judge
             continue
         excused = {

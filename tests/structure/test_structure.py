@@ -230,9 +230,8 @@ def test_frame_names_let_pass(text: str) -> None:
         ("camrob.witness.x", "def f():\n    from camrob.cell.cell import Cell"),
         ("camrob.witness.x", "from camrob.se3 import inverse"),
         ("camrob.witness.x", "import camrob.frozen"),
-        ("camrob.proof_check.x", "from camrob.redundancy.proving.affine import times"),
-        ("camrob.proof_check.x", "from camrob.se3 import inverse"),
-        ("camrob.redundancy.x", "from camrob.proof_check.check_plan import check"),
+        ("camrob.witness.proof_check.x", "from camrob.redundancy.proving.affine import times"),
+        ("camrob.redundancy.x", "from camrob.witness.proof_check.check_plan import check"),
     ],
 )
 def test_layering_catches(name: str, text: str) -> None:

@@ -24,9 +24,9 @@ def price_bound(
 
     cell: the cell's folder, which the checker reads by itself; file: gets the certificate; seconds: for proof and check together.
     """
-    from camrob.proof_check.check_plan import check
     from camrob.redundancy.proving.prove import prove_prices  # both are asked for by few
     from camrob.redundancy.proving.statement import LEFT_OUT
+    from camrob.witness.proof_check.check_plan import check
 
     clock, plan = Clock(seconds), solution.plan
     bases = () if plan is None else plan.bases

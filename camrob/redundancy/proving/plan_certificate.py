@@ -1,4 +1,4 @@
-"""What a proof of a plan's price rests on, in a file that `camrob.proof_check` proves again."""
+"""What a proof of a plan's price rests on, in a file that `camrob.witness.proof_check` proves again."""
 
 from __future__ import annotations
 

@@ -19,12 +19,12 @@ sys.path[:0] = [str(ROOT / "tests" / "bench"), str(ROOT / "tests" / "redundancy"
 
 from test_plan_proof import poses, short_path  # noqa: E402
 
-from camrob.proof_check import check_plan as checker  # noqa: E402
-from camrob.proof_check.bins import below  # noqa: E402
-from camrob.proof_check.dh_machine import Machine, dh, frame  # noqa: E402
 from camrob.redundancy.proving.plan_certificate import write_certificate  # noqa: E402
 from camrob.redundancy.proving.statement import statement_of  # noqa: E402
 from camrob.redundancy.proving.whole_plan import prove_plan  # noqa: E402
+from camrob.witness.proof_check import check_plan as checker  # noqa: E402
+from camrob.witness.proof_check.bins import below  # noqa: E402
+from camrob.witness.proof_check.dh_machine import Machine, dh, frame  # noqa: E402
 
 TOML = ROOT / "cells" / "kr15_track_table" / "cell.toml"
 CELL = read_cell(TOML.parent)

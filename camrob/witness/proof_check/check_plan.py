@@ -1,6 +1,6 @@
 """Proves again what a certificate says of a plan's price, from cell.toml and the certificate alone.
 
-    python -m camrob.proof_check NAME.proof.npz CELL/cell.toml
+    python -m camrob.witness.proof_check NAME.proof.npz CELL/cell.toml
 
 Nothing of the prover or of the rest of camrob is used. The certificate falls into pieces of the path, whose bounds add up. For
 each it states waypoints (the tool's tip and axis in `base`, the metres that each counts for, what a radian or a metre of table
@@ -29,9 +29,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.proof_check.bins import CHUNK, prove_bins
-from camrob.proof_check.dh_machine import Machine
-from camrob.proof_check.forms import PAD, Array, scaled
+from camrob.witness.proof_check.bins import CHUNK, prove_bins
+from camrob.witness.proof_check.dh_machine import Machine
+from camrob.witness.proof_check.forms import PAD, Array, scaled
 
 __all__ = ["check"]
 

@@ -1,11 +1,11 @@
-"""`python -m camrob.proof_check NAME.proof.npz CELL/cell.toml`: proves a plan's bound again, and says it."""
+"""`python -m camrob.witness.proof_check NAME.proof.npz CELL/cell.toml`: proves a plan's bound again, and says it."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
 
-from camrob.proof_check.check_plan import check
+from camrob.witness.proof_check.check_plan import check
 
 __all__ = ["main"]
 

@@ -9,7 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.proof_check.forms import bounds, constant, inverse, minus, plus, root, scaled, shifted, times, turned
+from camrob.witness.proof_check.forms import (
+    bounds,
+    constant,
+    inverse,
+    minus,
+    plus,
+    root,
+    scaled,
+    shifted,
+    times,
+    turned,
+)
 
 __all__ = ["NEAR", "Machine", "dh", "frame"]
 

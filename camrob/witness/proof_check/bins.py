@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.proof_check.dh_machine import NEAR, Machine
-from camrob.proof_check.forms import (
+from camrob.witness.proof_check.dh_machine import NEAR, Machine
+from camrob.witness.proof_check.forms import (
     LEFT,
     PAD,
     Array,
