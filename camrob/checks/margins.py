@@ -190,35 +190,17 @@ def _limit(joint: Joint, q: Array, outside: Mask, places: _Places, findings: lis
     limit = shown(joint.lower if values[point] - joint.lower < joint.upper - values[point] else joint.upper)
     value = shown(float(values[point]))
     if passed.any():
-        text, times = f"{joint.name} is past its limit", int(passed.sum())
-        findings.append(
-            places.finding(
-                "axis-limit",
-                text,
-                Severity.ERROR,
-                point,
-                axis=joint.name,
-                value=value,
-                limit=limit,
-                unit=unit,
-                count=times,
-            )
-        )
+        said = "axis-limit", f"{joint.name} is past its limit", Severity.ERROR, passed
     elif least < near:
-        text, times = f"{joint.name} comes close to its limit", int((margin < near).sum())
-        findings.append(
-            places.finding(
-                "axis-margin",
-                text,
-                Severity.INFO,
-                point,
-                axis=joint.name,
-                value=value,
-                limit=limit,
-                unit=unit,
-                count=times,
-            )
+        said = "axis-margin", f"{joint.name} comes close to its limit", Severity.INFO, margin < near
+    else:
+        return shown(least), point
+    code, text, severity, where = said
+    findings.append(
+        places.finding(
+            code, text, severity, point, axis=joint.name, value=value, limit=limit, unit=unit, count=int(where.sum())
         )
+    )
     return shown(least), point
 
 

@@ -33,6 +33,7 @@ __all__ = [
     "SetupOption",
     "ThenCompensatedOption",
     "Units",
+    "cells_to_complete",
     "known_cell",
 ]
 
@@ -79,11 +80,19 @@ def known_cell(asked: Path) -> Path:
     return asked if os.path.lexists(asked) else shipped_cells().get(str(asked), asked)
 
 
+def cells_to_complete(incomplete: str) -> list[str]:
+    """Names of shipped cells that begin so, for the shell; where there is none it goes on with its own, files and folders."""
+    from camrob.shipped import shipped_cells
+
+    return [name for name in shipped_cells() if name.startswith(incomplete)]
+
+
 CellOption = Annotated[
     Path,
     typer.Option(
         "--cell",
         callback=known_cell,
+        autocompletion=cells_to_complete,
         help="The cell's folder (or its cell.toml), or the name of one that comes with camrob.",
         metavar="CELL",
     ),

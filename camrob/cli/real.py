@@ -25,6 +25,7 @@ from camrob.cli.options import (
     QuietOption,
     RealtimeOption,
     SenTypeOption,
+    cells_to_complete,
 )
 from camrob.cli.study import has_become
 from camrob.errors import InputError
@@ -329,10 +330,19 @@ def close_loop(
     )
 
 
+_TrackerCellOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--cell",
+        metavar="CELL",
+        autocompletion=cells_to_complete,
+        help="A cell with a tracker.toml (or its cell.toml).",
+    ),
+]
+
+
 def tracker(
-    cell: Annotated[
-        Path | None, typer.Option("--cell", metavar="CELL", help="A cell with a tracker.toml (or its cell.toml).")
-    ] = None,
+    cell: _TrackerCellOption = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="The folder that receives the files.")
     ] = None,

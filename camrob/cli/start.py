@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from camrob.cli.console import perform, renderer
-from camrob.cli.options import JsonOption, QuietOption, known_cell
+from camrob.cli.options import JsonOption, QuietOption, cells_to_complete, known_cell
 from camrob.progress import Progress
 
 __all__ = ["cell_app", "check", "condition", "from_urdf", "list_cells", "new", "samples"]
@@ -38,7 +38,14 @@ def list_cells(as_json: JsonOption = False, quiet: QuietOption = False) -> int:
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="The new cell's name, and its folder's.")],
     source: Annotated[
-        Path, typer.Option("--from", metavar="CELL", callback=known_cell, help="The cell that is most like it.")
+        Path,
+        typer.Option(
+            "--from",
+            metavar="CELL",
+            callback=known_cell,
+            autocompletion=cells_to_complete,
+            help="The cell that is most like it.",
+        ),
     ],
     out: _OutOption = Path(),
     as_json: JsonOption = False,
@@ -75,7 +82,15 @@ def from_urdf(
 
 
 def condition(
-    cell: Annotated[Path, typer.Argument(metavar="CELL", callback=known_cell, help="The cell's folder, or its name.")],
+    cell: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CELL",
+            callback=known_cell,
+            autocompletion=cells_to_complete,
+            help="The cell's folder, or its name.",
+        ),
+    ],
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -90,7 +105,15 @@ def condition(
 
 
 def check(
-    cell: Annotated[Path, typer.Argument(metavar="CELL", callback=known_cell, help="The cell's folder, or its name.")],
+    cell: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CELL",
+            callback=known_cell,
+            autocompletion=cells_to_complete,
+            help="The cell's folder, or its name.",
+        ),
+    ],
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from camrob.cli.console import job_of, perform, renderer
-from camrob.cli.options import JsonOption, QuietOption, known_cell
+from camrob.cli.options import JsonOption, QuietOption, cells_to_complete, known_cell
 from camrob.errors import InputError
 from camrob.progress import Progress
 
@@ -65,12 +65,21 @@ def _listed() -> str:
     return "\b\n" + "\n".join(f"{name:12} {s.repeats} ({s.cell})" for name, s in STUDIES.items())
 
 
+def _to_complete(incomplete: str) -> list[str]:
+    """Names of studies that begin so, for the shell."""
+    return [name for name in STUDIES if name.startswith(incomplete)]
+
+
 def study(
-    name: Annotated[str, typer.Argument(metavar="NAME", help=f"Which: {', '.join(STUDIES)}.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", autocompletion=_to_complete, help=f"Which: {', '.join(STUDIES)}.")
+    ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives report and figures.")],
     cell: Annotated[
         Path | None,
-        typer.Option("--cell", metavar="CELL", help="Another cell. Default: the paper's own."),
+        typer.Option(
+            "--cell", metavar="CELL", autocompletion=cells_to_complete, help="Another cell. Default: the paper's own."
+        ),
     ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,

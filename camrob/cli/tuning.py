@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from camrob.cli.console import job_of, perform, renderer
-from camrob.cli.options import JsonOption, QuietOption, known_cell
+from camrob.cli.options import JsonOption, QuietOption, cells_to_complete, known_cell
 from camrob.progress import Progress
 
 __all__ = ["tune_engines"]
@@ -20,7 +20,10 @@ def tune_engines(
     cell: Annotated[
         Path,
         typer.Argument(
-            metavar="CELL", callback=known_cell, help="The cell's folder, or its name; it is left as it is."
+            metavar="CELL",
+            callback=known_cell,
+            autocompletion=cells_to_complete,
+            help="The cell's folder, or its name; it is left as it is.",
         ),
     ],
     on: Annotated[list[Path], typer.Option("--on", metavar="SAMPLES", help="CL files, or folders of them, to fit to.")],

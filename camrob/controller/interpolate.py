@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from camrob.compiled import kernel, part
 from camrob.controller.pose_kernel import circle, foot, rotation_vector, turned
 from camrob.kinematics.kernels import ChainArrays, forward
-from camrob.kinematics.spherical_wrist import BRANCH_OK, SphericalArm, solve_arm
+from camrob.kinematics.spherical_wrist import SphericalArm, nearest_solution, solve_arm
 
 __all__ = [
     "ARC",
@@ -203,17 +203,10 @@ def _place(
     Q, why = np.empty((8, 6)), np.empty(8, np.int64)
     if solve_arm(machine.arm, Ra, pa, near, Q, why) == 0:
         return np.inf
-    best, nearest = -1, np.inf
-    for b in range(8):
-        if why[b] == BRANCH_OK:
-            far = 0.0
-            for i in range(6):
-                far = max(far, abs(Q[b, i] - near[i]))
-            if far < nearest:
-                best, nearest = b, far
+    best, nearest = nearest_solution(Q, why, near)
     for i in range(6):
         q[chain.arm_start + i] = Q[best, i]
-    return nearest
+    return float(nearest)
 
 
 @kernel(nogil=True)

@@ -23,6 +23,7 @@ from camrob.kinematics.spherical_wrist import (
     BRANCH_OK,
     BRANCH_OUT_OF_REACH,
     SphericalArm,
+    nearest_solution,
     solve_arm,
     solve_arm_many,
     spherical_arm,
@@ -299,14 +300,7 @@ def nearest_branch(
         why[0] = BRANCH_OK
         for i in range(6):
             Q[0, i] = nearest_turn(Q[0, i], near[i])
-    best, nearest = -1, np.inf
-    for b in range(8):
-        if why[b] == BRANCH_OK:
-            far = 0.0
-            for i in range(6):
-                far = max(far, abs(Q[b, i] - near[i]))
-            if far < nearest:
-                best, nearest = b, far
+    best, nearest = nearest_solution(Q, why, near)
     for i in range(6):
         near[i] = Q[best, i]
     return float(nearest)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import bare
-from camrob.kinematics.kernels import ChainArrays
+from camrob.kinematics.kernels import ChainArrays, gram_factor
 from camrob.kinematics.spherical_inverse import closed_inverse_kf, homogeneous_inverse
 
 __all__ = ["inverse_kf_within", "kf_and_slope"]
@@ -97,22 +97,9 @@ def _thrice(G: Array, L: Array) -> None:
 @bare
 def _by_cholesky(H: Array, G: Array, L: Array, m: int) -> tuple[float, float]:
     """G <- (H H^T)^-2 H; the traces of H H^T and of its inverse, inf where it is singular."""
-    trace = 0.0
-    for r in range(6):
-        for c in range(r + 1):
-            s = 0.0
-            for k in range(m):
-                s += H[r, k] * H[c, k]
-            if r == c:
-                trace += s
-            for k in range(c):
-                s -= L[r, k] * L[c, k]
-            if r == c:
-                if s <= 1e-15:
-                    return trace, np.inf
-                L[r, r] = np.sqrt(s)
-            else:
-                L[r, c] = s / L[c, c]
+    trace = gram_factor(H, L, m)
+    if trace == np.inf:
+        return trace, np.inf
     return trace, _inverse_twice(H, G, L, m)
 
 

@@ -22,6 +22,7 @@ __all__ = [
     "chain_arrays",
     "forward",
     "forward_many",
+    "gram_factor",
     "inverse_kf",
     "inverse_kf_many",
     "jacobian",
@@ -134,6 +135,31 @@ def jacobian(chain: ChainArrays, Z: Array, P: Array, point: Array, J: Array) -> 
                 J[3 + r, i] = Z[i, r]
 
 
+@bare
+def gram_factor(H: Array, L: Array, m: int) -> float:
+    """Lower half of L (6, 6) <- the Cholesky factor of H H^T, H (6, m).
+
+    Returns the trace of H H^T, inf where that is singular.
+    """
+    trace = 0.0
+    for r in range(6):
+        for c in range(r + 1):
+            s = 0.0
+            for k in range(m):
+                s += H[r, k] * H[c, k]
+            if r == c:
+                trace += s
+            for k in range(c):
+                s -= L[r, k] * L[c, k]
+            if r == c:
+                if s <= 1e-15:
+                    return np.inf
+                L[r, r] = np.sqrt(s)
+            else:
+                L[r, c] = s / L[c, c]
+    return trace
+
+
 @part
 def _inverse_kf_by_cholesky(chain: ChainArrays, Z: Array, P: Array, plate: Array) -> float:
     """`inverse_kf` of any arm, by the inverse's trace from a Cholesky factor."""
@@ -151,22 +177,9 @@ def _inverse_kf_by_cholesky(chain: ChainArrays, Z: Array, P: Array, plate: Array
         H[5, k] = Z[i, 2]
     # Cholesky factor of H H^T, then the trace of the inverse from the inverse factor
     L = np.zeros((6, 6))
-    trace = 0.0
-    for r in range(6):
-        for c in range(r + 1):
-            s = 0.0
-            for k in range(m):
-                s += H[r, k] * H[c, k]
-            if r == c:
-                trace += s
-            for k in range(c):
-                s -= L[r, k] * L[c, k]
-            if r == c:
-                if s <= 1e-15:
-                    return 0.0
-                L[r, r] = np.sqrt(s)
-            else:
-                L[r, c] = s / L[c, c]
+    trace = gram_factor(H, L, m)
+    if trace == np.inf:
+        return 0.0
     trace_inverse = 0.0
     for c in range(6):  # column c of the inverse of L
         x0 = np.zeros(6)

@@ -23,6 +23,7 @@ __all__ = [
     "BRANCH_OK",
     "BRANCH_OUT_OF_REACH",
     "SphericalArm",
+    "nearest_solution",
     "solve_arm",
     "solve_arm_many",
     "spherical_arm",
@@ -186,6 +187,20 @@ def solve_arm(
                 why[j] = BRANCH_OK
             count += found
     return count
+
+
+@inlined
+def nearest_solution(Q: Array, why: NDArray[np.int64], near: Array) -> tuple[int, float]:
+    """Which of `solve_arm`'s branches moves its farthest joint least from `near` (6,), and by how much; -1, inf where none is."""
+    best, nearest = -1, np.inf
+    for b in range(8):
+        if why[b] == BRANCH_OK:
+            far = 0.0
+            for i in range(6):
+                far = max(far, abs(Q[b, i] - near[i]))
+            if far < nearest:
+                best, nearest = b, far
+    return best, nearest
 
 
 @kernel(nogil=True)

@@ -34,3 +34,12 @@ def test_a_verb_is_completed() -> None:
 def test_options_are_completed() -> None:
     options = said(_CAMROB_COMPLETE="complete_bash", COMP_WORDS="camrob post --met", COMP_CWORD="2").split()
     assert options == ["--method"]
+
+
+def test_cells_and_studies_are_completed_by_name() -> None:
+    def completed(words: str) -> list[str]:
+        return said(_CAMROB_COMPLETE="complete_bash", COMP_WORDS=words, COMP_CWORD=str(len(words.split()) - 1)).split()
+
+    assert completed("camrob post part.cls --cell kr1") == ["kr15_track_table"]
+    assert completed("camrob study tra") == ["tracker"]
+    assert completed("camrob cell check ../somebody") == []  # nothing of ours: the shell goes on with its files
