@@ -12,12 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from camrob.jobs.diagnose import diagnose
-from camrob.jobs.post import post
-from camrob.jobs.simulate import simulate
-from camrob.measurement.log import MeasurementLog
+from camrob import DiagnosisSummary, MeasurementLog, diagnose, post, simulate
 from camrob.measurement.write_log import write_log
-from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 ROOT = Path(__file__).resolve().parents[1]
 CELL = ROOT / "cells" / "kr15_track_table"

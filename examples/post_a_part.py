@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from camrob.jobs.post import PostResult, post
+from camrob import PostResult, post
 
 ROOT = Path(__file__).resolve().parents[1]
 
