@@ -18,7 +18,7 @@ from mutation.run import Warm
 Row = dict[str, Any]
 COLUMNS = ("key", "room", "outcome", "class", "job", "does", "detail", "was")
 TABLE = Path(__file__).resolve().parent.parent / "mutants_table.md"
-QUICK, QUICK_JOBS = 800, 20  # mutants and jobs of the quick run: a job costs half a second before the first mutant
+QUICK, QUICK_JOBS = 1200, 60  # mutants and jobs of the quick run: a job costs half a second before the first mutant
 SLOW_JOBS = ("planned", "optimal", "split", "again")
 RELEASED = ("wrong", "wrong in part", "valid")
 _STOPPED = "stopped"  # changed the program's text, which the gate did not release
