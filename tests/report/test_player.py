@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 import shutil
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from page_data import block_of
+from page_data import array_of, block_of, lines_of
 
 from camrob import post
 from camrob.cell.read_cell import read_cell
@@ -76,10 +75,6 @@ def test_the_chain_as_numbers_stands_where_the_cell_stands(name):
             np.testing.assert_allclose(T[:3, 3], 1000.0 * true[frame][0, :3, 3], atol=1e-8)
 
 
-def _floats(packed):
-    return np.frombuffer(base64.b64decode(packed["bdata"]), {"f4": "<f4", "i4": "<i4"}[packed["dtype"]])
-
-
 @pytest.fixture(scope="module")
 def posted(tmp_path_factory):
     out = tmp_path_factory.mktemp("player")
@@ -93,20 +88,20 @@ def test_the_run_has_every_point_its_time_its_axes_and_the_programs_own_line(pos
     run = block_of(page, "scene")["run"]
     n = len(posted.path)
     assert run["count"] == run["points"] == n and run["off"] == 0.0
-    time, q = _floats(run["t"]), _floats(run["q"]).reshape(n, -1)
-    assert np.all(np.diff(time) >= 0.0) and time[-1] == pytest.approx(posted.summary.time_s.program, rel=1e-6)
+    time, q, lines = run["t"], run["q"].reshape(n, -1), lines_of(run["said"])
+    assert np.all(np.diff(time) >= 0.0) and time[-1] == pytest.approx(posted.summary.time_s.program, abs=1e-4)
     for k, axis in enumerate(run["axes"]):
         printed = axis["factor"] * q[:, axis["joint"]] + axis["offset"]
         wanted = cell.to_axis_values(np.asarray(posted.solution.q))[:, k]
         np.testing.assert_allclose(printed, wanted, atol=2e-4)
     program = (posted.out / "engraving.src").read_text().splitlines()
-    said = [text for text in run["said"] if text]
+    said = [text for text in lines if text]
     assert len(said) == posted.summary.points
     for text in said[::50]:
         line, statement = re.fullmatch(r"engraving\.src (\d+): (.*)", text).groups()
         assert program[int(line) - 1].strip() == statement
-    point = next(k for k, text in enumerate(run["said"]) if "LIN" in text)
-    x, y, z = map(float, re.search(r"X (\S+?),Y (\S+?),Z (\S+?),", run["said"][point]).groups())
+    point = next(k for k, text in enumerate(lines) if "LIN" in text)
+    x, y, z = map(float, re.search(r"X (\S+?),Y (\S+?),Z (\S+?),", lines[point]).groups())
     base = kinematics.base_T_tool(cell, np.asarray(posted.solution.q)[point])[:3, 3] * 1000.0
     seen = kinematics.world_T_base(cell, np.asarray(posted.solution.q)[point])
     np.testing.assert_allclose([x, y, z], base if cell.base_follows_table else (seen[:3, :3] @ base), atol=1e-3)
@@ -122,13 +117,13 @@ def test_a_revision_is_gone_through_with_the_tool_held_and_a_long_run_is_thinned
         "vjm", q, posted.solution.inv_kf, cell.digest, path.digest, (Revision(0, 400, through, True, 0.4, 0.6),)
     )
     run = timeline_data(cell, path, revised, {0: "top"}, Run(at))
-    time, sent = _floats(run["t"]), _floats(run["q"]).reshape(run["count"], -1)
+    time, sent = array_of(run["t"]), array_of(run["q"]).reshape(run["count"], -1)
     rows = sorted(map(int, run["remarks"]))
     assert run["said"] is None and len(rows) == 12 and set(run["remarks"].values()) == {"posture revision before top"}
     assert at[399] < time[rows[0]] and time[rows[-1]] < at[400] and np.all(np.diff(time) >= 0.0)
     arm = [k for k, j in enumerate(cell.joints) if not j.prismatic]
-    np.testing.assert_allclose(sent[rows[0]][arm], through[0][arm], atol=1e-6)
-    np.testing.assert_allclose(sent[rows[-1]][arm], through[-1][arm], atol=1e-6)
+    np.testing.assert_allclose(sent[rows[0]][arm], through[0][arm], atol=3e-6)
+    np.testing.assert_allclose(sent[rows[-1]][arm], through[-1][arm], atol=3e-6)
     monkeypatch.setattr("camrob.report.page.timeline.SAMPLES", 902)
     short = timeline_data(cell, path, posted.solution, {}, Run(at))
     assert short["count"] <= 902 and short["points"] == n and 0.0 <= short["off"] <= 0.021

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from page_data import unpacked
+from page_data import data_of, library_of
 from summary_samples import POST, post_summary, region
 
 from camrob.cell.read_cell import read_cell
@@ -97,7 +97,7 @@ DATA = ("application/json", "application/gzip")
 
 def _block(attrs, text):
     """A block of data as the page reads it."""
-    return json.loads(unpacked(text) if attrs["type"] == "application/gzip" else text)
+    return data_of(text, packed=attrs["type"] == "application/gzip")
 
 
 class _Reader(HTMLParser):
@@ -151,7 +151,7 @@ def test_nothing_is_loaded_and_only_its_own_scripts_may_run(made):
     assert "unsafe" not in rules
     running = [text for attrs, text in reader.scripts if "type" not in attrs]
     assert len(running) == 4
-    libraries = [unpacked(text) for attrs, text in reader.scripts if attrs.get("class") == "library"]
+    libraries = [library_of(text) for attrs, text in reader.scripts if attrs.get("class") == "library"]
     assert len(libraries) == 2 and {a["type"] for a, _ in reader.scripts if "type" in a} <= set(DATA)
     for text in [*running, *libraries]:
         assert base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() in rules

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
+from camrob.report.page.pack import PackedArray
 from camrob.report.words import shown_duration
 from camrob.text import printable
 
@@ -66,11 +67,23 @@ def _finite(value: Any) -> Any:
 def data_block(name: str, data: Any) -> str:
     """A <script> element of the id `name` that holds data and is never run; nothing in `data` can end it.
 
-    Long ones are packed: gzip, then base64.
+    Long ones, and those that hold a `PackedArray`, are packed: the JSON, a zero, and the arrays' bytes; gzip, then base64.
     """
-    text = json.dumps(_finite(data), ensure_ascii=True, allow_nan=False, separators=(",", ":"), sort_keys=True)
-    if len(text) > _PACKED_FROM:
-        return f'<script type="application/gzip" id="{escape(name)}">{_base64(_gzip(text.encode()))}</script>'
+    arrays: list[bytes] = []
+
+    def placed(value: Any) -> Any:
+        if not isinstance(value, PackedArray):
+            raise TypeError(f"{type(value).__name__} is nothing that a page's data can hold")
+        at = sum(len(array) for array in arrays)
+        arrays.append(value.data)
+        return value.place(at)
+
+    text = json.dumps(
+        _finite(data), ensure_ascii=True, allow_nan=False, separators=(",", ":"), sort_keys=True, default=placed
+    )
+    if arrays or len(text) > _PACKED_FROM:
+        whole = b"\0".join([text.encode(), b"".join(arrays)])
+        return f'<script type="application/gzip" id="{escape(name)}">{_base64(_gzip(whole))}</script>'
     for character, replacement in _JSON_ESCAPES.items():
         text = text.replace(character, replacement)
     return f'<script type="application/json" id="{escape(name)}">{text}</script>'

@@ -1,8 +1,29 @@
 "use strict";
 // Draws the page's charts. Nothing here comes from a file that was read: text arrives as data, escaped.
-function camrobUnpack(packed) {
-  const kinds = { f4: Float32Array, i4: Int32Array, u2: Uint16Array };
-  return new kinds[packed.dtype](Uint8Array.from(atob(packed.bdata), (c) => c.charCodeAt(0)).buffer);
+// an array of the page's data, as pack.py wrote it
+function camrobArray(bytes, [at, length, count, columns, step, whole]) {
+  const out = new (whole ? Int32Array : Float64Array)(count * columns), inverse = Math.round(1 / step);
+  const most = Math.abs(inverse * step - 1) < 1e-9 ? inverse : 0; // a division gives the decimal that was meant
+  let k = at;
+  for (let column = 0; column < columns; column++) {
+    for (let row = 0, steps = 0; row < count; row++) {
+      let code = 0, byte = 128;
+      for (let place = 1; byte & 128; place *= 128) { byte = bytes[k++]; code += (byte & 127) * place; }
+      if (code) steps += code % 2 ? (code - 1) / 2 : -code / 2;
+      out[row * columns + column] = code ? (most ? steps / most : steps * step) : NaN;
+    }
+  }
+  if (k !== at + length) throw new Error("the page's data are damaged");
+  return out;
+}
+// lines of a program, as pack.py parted them into their words and their numbers
+function camrobLines({ forms, decimals, form, numbers }) {
+  const words = forms.map((text) => text.split("\0")), next = forms.map(() => 0);
+  return Array.from(form, (f) => {
+    let line = words[f][0];
+    decimals[f].forEach((places, k) => { line += (numbers[f][next[f]++] / 10 ** places).toFixed(places) + words[f][k + 1]; });
+    return line;
+  });
 }
 const camrobColor = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -22,7 +43,7 @@ function camrobScale(threshold, made, mixed) {
 
 // names: of the regions by their numbers; onPick(x): somebody clicked at x of a chart along the path
 function camrobCharts(names, onPick) {
-  const css = camrobColor, unpack = camrobUnpack;
+  const css = camrobColor;
   const regionName = (index) => (index < 0 ? "between regions" : names[index] || "region " + index);
   const place = (line, region) => (line > 0 ? "CL line " + line + " · " : "") + regionName(region);
 
@@ -57,8 +78,8 @@ function camrobCharts(names, onPick) {
     const context = canvas.getContext("2d"), image = context.createImageData(map.columns, map.rows);
     const rgb = (text) => [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
     const scale = camrobScale(map.threshold, rgb, (a, b, share) => a.map((v, c) => v + share * (b[c] - v)));
-    const codes = { 60001: rgb(css("--map-reach")), 60002: rgb(css("--map-limit")), 60003: rgb(css("--map-elsewhere")), 60004: rgb(css("--map-touch")) };
-    unpack(map.codes).forEach((value, n) => {
+    const codes = { 301: rgb(css("--map-reach")), 302: rgb(css("--map-limit")), 303: rgb(css("--map-elsewhere")), 304: rgb(css("--map-touch")) };
+    map.codes.forEach((value, n) => {
       image.data.set([...(codes[value] || scale(value / map.steps)), 255], 4 * n);
     });
     context.putImageData(image, 0, 0);
@@ -77,9 +98,7 @@ function camrobCharts(names, onPick) {
     chart.layout.images = images(maps, ends);
     chart.traces.forEach((trace) => {
       if (!trace.cl) return;
-      const line = unpack(trace.cl.line);
-      const region = unpack(trace.cl.region);
-      trace.text = Array.from(line, (value, k) => place(value, region[k]));
+      trace.text = Array.from(trace.cl.line, (value, k) => place(value, trace.cl.region[k]));
       delete trace.cl;
     });
     chart.layout.template = theme();

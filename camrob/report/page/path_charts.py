@@ -22,6 +22,7 @@ __all__ = ["Along", "Chart", "axis_chart", "axis_limits", "conditioning_chart", 
 Array = NDArray[np.float64]
 Chart = dict[str, Any]
 
+_WAY = 0.05  # mm: what the way is rounded to
 POINTS = 4000
 """The most points of a curve."""
 
@@ -69,7 +70,7 @@ class Along:
             "type": "scatter",
             "mode": "lines" if len(picked) > 1 else "markers",
             "name": name,
-            "x": packed_floats(self.s_mm[picked]),
+            "x": packed_floats(self.s_mm[picked], _WAY),
             "y": packed_floats(y[picked]),
             "xaxis": f"x{axes}",
             "yaxis": f"y{axes}",
@@ -173,7 +174,7 @@ def conditioning_chart(
                 "type": "scatter",
                 "mode": "markers",
                 "name": "posture revised (table, then track)",
-                "x": packed_floats(along.s_mm[points]),
+                "x": packed_floats(along.s_mm[points], _WAY),
                 "y": packed_floats(solution.inv_kf[points]),
                 "marker": {
                     "symbol": "triangle-up",

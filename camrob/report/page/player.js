@@ -60,10 +60,10 @@ function camrobFlat(vertices, faces, color) {
 
 // place(line, region): where that is, in words; mark(s): show it in the charts
 function camrobPlayer(scene, place, mark) {
-  const unpack = camrobUnpack, get = (id) => document.getElementById(id);
+  const get = (id) => document.getElementById(id);
   const run = scene.run, K = run.count, J = scene.chain.joints.length;
-  const q = unpack(run.q), time = unpack(run.t), length = unpack(run.s), kf = unpack(run.kf), line = unpack(run.line);
-  const region = unpack(run.region), cut = unpack(run.cut);
+  const lines = run.said && camrobLines(run.said);
+  const { q, t: time, s: length, kf, line, region, cut } = run;
   const end = time[K - 1] || 0, walk = camrobChain(scene.chain);
   const view = get("view");
   const renderer = new THREE.WebGLRenderer({ antialias: false, alpha: true, powerPreference: "high-performance" });
@@ -85,7 +85,7 @@ function camrobPlayer(scene, place, mark) {
   let part = null;
   const named = {};
   scene.bodies.forEach((body) => {
-    const mesh = camrobFlat(unpack(body.vertices), unpack(body.faces), body.color);
+    const mesh = camrobFlat(new Float32Array(body.vertices), body.faces, body.color);
     mesh.userData.color = body.color;
     (named[body.name] = named[body.name] || []).push(mesh);
     if (body.role === "part") part = mesh;
@@ -171,7 +171,7 @@ function camrobPlayer(scene, place, mark) {
   });
   const where = get("where"), said = get("said"), slider = get("time"), clockText = get("clock");
   // the two bodies that are nearest to each other, where that was reckoned: in words, and tinted where they are close
-  const close = run.near && { t: unpack(run.near.t), pair: unpack(run.near.pair), mm: unpack(run.near.mm) };
+  const close = run.near;
   const nearText = get("nearest"), tint = new THREE.Color("#d43a2f");
   let tinted = [];
   function nearest() {
@@ -194,7 +194,7 @@ function camrobPlayer(scene, place, mark) {
         (line[near] > 0 ? "CL line " + line[near] : run.unlined[cut[near]]) + "<br>" +
         s.toLocaleString("en", { maximumFractionDigits: 0 }) + " mm along the path<br>" +
         (remark ? "" : '1/k<sub>F</sub> <span class="' + (kf[near] < scene.threshold ? "low" : "") + '">' + kf[near].toFixed(3) + "</span>");
-      if (said) said.innerHTML = run.said[near] || "&nbsp;";
+      if (said) said.innerHTML = lines[near] || "&nbsp;";
     }
     run.axes.forEach((axis, n) => {
       const value = axis.factor * posture[axis.joint] + axis.offset, row = rows[n];

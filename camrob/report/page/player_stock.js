@@ -1,16 +1,16 @@
 "use strict";
 // the stock within the box that is cut: six sides of heights, each ray with what it shows from when on
 function camrobStock(stock, group) {
-  const unpack = camrobUnpack, NONE = 65535, STEPS = 65534, BLOCK = 8, LEVEL = 1e-3;
+  const NONE = 65535, STEPS = 65534, BLOCK = 8, LEVEL = 1e-3;
   let stride = 1;
   const raw = new THREE.Color("#b98d5a"), fresh = new THREE.Color("#ead2a4");
-  const corners = unpack(stock.vertices);
+  const corners = new Float32Array(stock.vertices);
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   corners.forEach((v, k) => { low[k % 3] = Math.min(low[k % 3], v); high[k % 3] = Math.max(high[k % 3], v); });
   const look = { flatShading: true, side: THREE.DoubleSide };
   const whole = new THREE.BufferGeometry();
   whole.setAttribute("position", new THREE.BufferAttribute(corners, 3));
-  whole.setIndex(new THREE.BufferAttribute(new Uint32Array(unpack(stock.faces)), 1));
+  whole.setIndex(new THREE.BufferAttribute(new Uint32Array(stock.faces), 1));
   const outside = new THREE.MeshLambertMaterial({ ...look, color: raw });
   group.add(new THREE.Mesh(whole, outside));
   if (!stock.sides) return { at() {}, clip() {}, coarsen() {} };
@@ -25,12 +25,11 @@ function camrobStock(stock, group) {
   const events = [];
   const sides = stock.sides.map((side, number) => {
     const [U, V] = side.size, n = U * V, S = side.stages;
-    const summed = (packed) => {
-      const values = unpack(packed);
+    const summed = (values) => {
       for (let k = n; k < values.length; k++) values[k] = (values[k] + values[k - n]) & 65535;
       return values;
     };
-    const height = summed(side.height), far = summed(side.far), since = unpack(side.since);
+    const height = summed(side.height), far = summed(side.far), since = side.since;
     const d = side.axis, u = (d + 1) % 3, v = (d + 2) % 3;
     // rays that meet the stock's own box; beyond them the surface goes on to the box's edge, or to the stock's
     const span = (axis, first, count) => {

@@ -3,12 +3,15 @@
 (async function () {
   async function unpacked(element) {
     const bytes = Uint8Array.from(atob(element.textContent), (c) => c.charCodeAt(0));
-    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
   }
   async function block(id) {
     const element = document.getElementById(id);
     if (!element) return null;
-    return JSON.parse(element.type === "application/gzip" ? await unpacked(element) : element.textContent);
+    if (element.type !== "application/gzip") return JSON.parse(element.textContent);
+    const bytes = new Uint8Array(await (await unpacked(element)).arrayBuffer()), end = bytes.indexOf(0);
+    const text = new TextDecoder().decode(bytes.subarray(0, end)), arrays = bytes.subarray(end + 1);
+    return JSON.parse(text, (key, value) => (value && value.$ ? camrobArray(arrays, value.$) : value));
   }
   if (!window.DecompressionStream) {
     const note = document.createElement("p");
@@ -18,7 +21,7 @@
   }
   for (const library of document.querySelectorAll("script.library")) {
     const script = document.createElement("script");
-    script.textContent = await unpacked(library);
+    script.textContent = await (await unpacked(library)).text();
     document.head.append(script);
     library.remove();
   }

@@ -10,7 +10,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from camrob.cutting.seen import SeenSide, SeenStock
-from camrob.report.page.pack import packed_floats, packed_integers, packed_shorts
+from camrob.report.page.pack import packed_floats, packed_integers
 from camrob.report.page.triangles import thinned
 from camrob.units import m_to_mm
 
@@ -18,6 +18,7 @@ __all__ = ["StockOnPage"]
 
 Array = NDArray[np.float64]
 
+_VERTEX = 0.002  # mm: what corners of bodies are rounded to
 _FACES = 20_000  # of the stock's own mesh, what a page stays small with
 _NONE = 65_535  # a ray without material
 _STEPS = 65_534  # across the box, or the time
@@ -37,7 +38,7 @@ class StockOnPage:
         pose[:, 3] = m_to_mm(pose[:, 3])
         out: dict[str, Any] = {
             "pose": [float(v) for v in pose.ravel()],
-            "vertices": packed_floats(m_to_mm(np.asarray(mesh.vertices, float))),
+            "vertices": packed_floats(m_to_mm(np.asarray(mesh.vertices, float)), _VERTEX),
             "faces": packed_integers(mesh.faces),
         }
         if self.seen is not None:
@@ -60,9 +61,9 @@ def _side(seen: SeenStock, side: SeenSide, end: float) -> dict[str, Any]:
         "first": [float(v) for v in m_to_mm(side.first)],
         "size": list(height.shape[1:]),
         "stages": len(side.since),
-        "height": packed_shorts(_differences(height)),
-        "far": packed_shorts(_differences(far)),
-        "since": packed_shorts(_stepped(side.since / max(end, 1e-9))),
+        "height": packed_integers(_differences(height)),
+        "far": packed_integers(_differences(far)),
+        "since": packed_integers(_stepped(side.since / max(end, 1e-9))),
     }
 
 

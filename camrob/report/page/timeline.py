@@ -18,7 +18,7 @@ from camrob.kinematics import frames as kinematics
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import plot_text
-from camrob.report.page.pack import packed_floats, packed_integers
+from camrob.report.page.pack import packed_floats, packed_integers, packed_lines
 from camrob.report.page.path_charts import axis_limits
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -26,6 +26,9 @@ __all__ = ["Run", "chain_data", "timeline_data"]
 
 Array = NDArray[np.float64]
 
+_AXIS = 5e-6  # rad, or mm: what axis values are rounded to
+_TIME = 1e-4  # s
+_WAY = 0.01  # mm
 SAMPLES = 40_000  # what a page stays small with
 _CLOSE = (
     2e-5  # m that a point left out may lie off the lines between its neighbours; more where the run is still too long
@@ -166,9 +169,9 @@ def timeline_data(
         "count": len(points),
         "points": len(path),
         "off": _off(path, points),
-        "q": packed_floats(sent),
-        "t": packed_floats(at),
-        "s": packed_floats(m_to_mm(path.length[points])),
+        "q": packed_floats(sent, _AXIS),
+        "t": packed_floats(at, _TIME),
+        "s": packed_floats(m_to_mm(path.length[points]), _WAY),
         "kf": packed_floats(solution.inv_kf[points]),
         "line": packed_integers(path.line[points]),
         "region": packed_integers(path.region[points]),
@@ -176,7 +179,7 @@ def timeline_data(
         "remarks": {str(k): plot_text(remark) for k, remark in enumerate(remarks) if remark},
         "unlined": [plot_text(text) for text in run.unlined],
         "near": _near(run),
-        "said": None if run.lines is None else [plot_text(run.lines[i]) for i in points],
+        "said": None if run.lines is None else packed_lines([plot_text(run.lines[i]) for i in points]),
         "axes": axes,
     }
 

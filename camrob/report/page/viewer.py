@@ -38,6 +38,7 @@ ROLE_COLORS = {
 
 PART_FACES = 20_000  # what a page stays small with; the part is thinned to it
 SHAPE_FACES = 8_000  # likewise, each body of the cell
+_VERTEX = 0.002  # mm: what corners of bodies are rounded to
 _SIDES = 28  # of what is round
 _POSTURES = 240  # in which the room that everything needs is looked at
 _LOOK_SIDE_DEG = 62.0  # from aside, so that the arm hides neither tool nor table
@@ -51,7 +52,7 @@ def _body(name: str, role: str, frame: str, mesh: trimesh.Trimesh) -> dict[str, 
         "role": role,
         "color": ROLE_COLORS[role],
         "frame": frame,
-        "vertices": packed_floats(m_to_mm(np.asarray(mesh.vertices, float))),
+        "vertices": packed_floats(m_to_mm(np.asarray(mesh.vertices, float)), _VERTEX),
         "faces": packed_integers(mesh.faces),
     }
 

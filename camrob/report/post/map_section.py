@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.redundancy.redundancy_map import BEYOND_LIMIT, ELSEWHERE, OUT_OF_REACH, TOUCHES, FreedomMap, RedundancyMap
 from camrob.redundancy.solution import Solution
-from camrob.report.page.pack import packed_shorts
+from camrob.report.page.pack import packed_integers
 from camrob.report.page.path_charts import Along, Chart
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -18,8 +18,8 @@ __all__ = ["MAP_LEGEND", "map_chart"]
 
 Array = NDArray[np.float64]
 
-_STEPS = 1000  # of 1/k_F from 0 to its highest
-_CODES = {OUT_OF_REACH: 60_001, BEYOND_LIMIT: 60_002, ELSEWHERE: 60_003, TOUCHES: 60_004}  # as page.js paints them
+_STEPS = 250  # of 1/k_F from 0 to its highest
+_CODES = {OUT_OF_REACH: 301, BEYOND_LIMIT: 302, ELSEWHERE: 303, TOUCHES: 304}  # as page.js paints them
 _ROW, _TOP, _BOTTOM, _GAP = 210, 40, 56, 46  # pixels
 
 MAP_LEGEND = (
@@ -116,7 +116,7 @@ def _map(freedom: FreedomMap, values: Array, axes: str, highest: float, threshol
         "high": float(values.max()),
         "steps": _STEPS,
         "threshold": threshold / highest,
-        "codes": packed_shorts(codes.T),
+        "codes": packed_integers(codes.T),
     }
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from base64 import b64decode
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from gap_cells import log_of, ur10
+from page_data import array_of
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -184,7 +184,7 @@ def sizes_drawn(found, which: str) -> np.ndarray:
     """mm: the errors that the page's picture is coloured by."""
     charts = space_charts(found.paths, claimed=True)
     (chart,) = [c for c in charts if c["id"] == f"space-{which}"]
-    return np.concatenate([np.frombuffer(b64decode(t["marker"]["color"]["bdata"]), "<f4") for t in chart["traces"]])
+    return np.concatenate([array_of(t["marker"]["color"]) for t in chart["traces"]])
 
 
 @pytest.mark.slow(after=1)
