@@ -193,7 +193,11 @@ def _is_ptp(program: ProgramText) -> NDArray[np.bool_]:
 
 def _check_axes(program: ProgramText, cell: Cell) -> None:
     if len(program) == 0:
-        raise ProgramError("holds no motion", hint="give the main program", path=program.files[0])
+        raise ProgramError(
+            "holds no motion whose target stands in it",
+            hint="give the main program, and its data",
+            path=program.files[0],
+        )
     strange = [n for n in program.external_names if n not in cell.external_names]
     if strange and np.any(
         np.nan_to_num(np.asarray(program.external)[:, [program.external_names.index(n) for n in strange]])

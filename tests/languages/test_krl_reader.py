@@ -175,6 +175,24 @@ DECL LDAT LP1={VEL 2.0,ACC 100,APO_DIST 12.5}""",
     assert program.tools[0].xyzabc.tolist() == [0] * 6 and "base-unknown" in codes(program)
 
 
+def test_what_a_public_data_list_shares(tmp_path):
+    """GLOBAL in a .dat holds for all files (as Robots for Grasshopper writes it); a $config.dat beside them counts, too."""
+    shared = "DECL GLOBAL FRAME Spindle={X 1,Y 2,Z 3,A 0,B 0,C 0}\nDECL GLOBAL REAL Slow=0.02\nDECL GLOBAL E6POS Q[2]\n"
+    shared += "Q[1]={X 9,Y 8,Z 7,A 0,B 0,C 0}\nDECL REAL Own=5"
+    part = "DEF PART ( )\n$TOOL=Spindle\n$BASE=Board\n$VEL.CP=Slow\nLIN Q[1]\n$VEL.CP=Own\nLIN {X 1}\nEND\n"
+    (tmp_path / "$config.dat").write_text("DEFDAT $CONFIG\nDECL FRAME Board={X 4,Y 5,Z 6,A 0,B 0,C 0}\nENDDAT\n")
+    program = read(tmp_path, "PART()", shared, PART=part)
+    assert program.pose[0].tolist() == [9, 8, 7, 0, 0, 0] and program.speed[0] == 0.02
+    assert program.tools[program.tool[0]].xyzabc[:3].tolist() == [1, 2, 3]
+    assert program.bases[program.base[0]].xyzabc[:3].tolist() == [4, 5, 6]
+    assert np.isnan(program.speed[1]), "what is not GLOBAL stays its own file's"
+
+
+def test_a_config_that_can_not_be_read_is_left_out(tmp_path):
+    (tmp_path / "$config.dat").write_text("DEFDAT $CONFIG\nDECL INT ?\nENDDAT\n")
+    assert "config-unread" in codes(read(tmp_path, P0))
+
+
 def test_called_parts_and_waits(tmp_path):
     program = read(
         tmp_path,

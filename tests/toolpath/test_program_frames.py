@@ -235,4 +235,4 @@ def test_a_working_plane_that_turns_nothing(tmp_path: Path) -> None:
         "8 L X+2 Y+2\n9 END PGM A MM\n"
     )
     assert ends(tmp_path, "a.h", KLARTEXT + body) == [[1, 1, 0]]
-    refused(tmp_path, "b.h", KLARTEXT + body.replace("B+0.0", "B+0.5"), "19.1 is not read")
+    refused(tmp_path, "b.h", KLARTEXT + body.replace("B+0.0", "B+0.5"), "CYCL DEF 19 with angles")

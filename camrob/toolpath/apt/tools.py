@@ -28,6 +28,10 @@ __all__ = [
 ]
 
 
+_LATHE = frozenset(("TURN", "GROOVE", "THREAD"))
+"""Minor words of a tool that stands still while the part turns."""
+
+
 def machin(m: Machine, s: Statement) -> None:
     """The post-processor that the file is for; Creo calls those for lathes UNCL."""
     if s.text.strip().upper().startswith("UNCL"):
@@ -89,6 +93,7 @@ def turret(m: Machine, s: Statement) -> None:
 
 def toolno(m: Machine, s: Statement) -> None:
     """TOOLNO/n,...: a description, and the change itself in a file that has no other word for it."""
+    _refuse_turning(s)
     if s.numbers and m.tool_by_number:
         _change(m, s.numbers[0], s.line)
 
@@ -129,14 +134,19 @@ def cutter(m: Machine, s: Statement) -> None:
 
 def tldata(m: Machine, s: Statement) -> None:
     """NX: TLDATA/MILL,diameter,corner radius,length,..."""
-    if {"TURN", "GROOVE", "THREAD"} & set(s.words):
+    _refuse_turning(s)
+    v = [*s.numbers, 0.0, 0.0, 0.0]
+    m.cutter, m.cutter_line = (v[0] * m.scale, v[1] * m.scale, v[2] * m.scale), s.line
+
+
+def _refuse_turning(s: Statement) -> None:
+    """Raises ToolpathError where the statement describes a lathe's tool."""
+    if _LATHE & set(s.words):
         raise ToolpathError(
-            "a turning operation (TLDATA of a turning tool): no part turns against a tool at rest here",
+            f"a turning operation ({s.word} of a turning tool): no part turns against a tool at rest here",
             hint="give the milling operations a CL file of their own",
             line=s.line,
         )
-    v = [*s.numbers, 0.0, 0.0, 0.0]
-    m.cutter, m.cutter_line = (v[0] * m.scale, v[1] * m.scale, v[2] * m.scale), s.line
 
 
 def coolnt(m: Machine, s: Statement) -> None:

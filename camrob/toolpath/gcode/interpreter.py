@@ -43,6 +43,10 @@ _PART = ((1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))  # the 
 _OVAL = "an arc in a plane whose axes are scaled by two factors"
 _LONG_WAY = math.pi * (1.0 + 1e-6)  # a half circle whose ends were rounded is none
 
+_NO_MOTION_YET = (
+    "coordinates before any of G0, G1, G2, G3, and before any feed: a control goes there in rapid, or stops; read as G0"
+)
+
 
 class Interpreter:
     """Runs blocks into a `PathGrower`; `process` and `motions` do what their words say."""
@@ -234,6 +238,9 @@ class Interpreter:
 
     def _motion(self, block: Block, motion: int | None) -> None:
         """Move as the modal motion code says."""
+        if motion is None and self.modal.beside is None and self.modal.feed is None:
+            self.path.note("rapid-by-default", _NO_MOTION_YET, block.line, Severity.INFO)
+            motion = self.modal.motion = self.modal.beside = 0
         if motion is None:
             raise ToolpathError(
                 "coordinates before any of G0, G1, G2, G3 (or after G80)", hint="name the kind of motion in the block"

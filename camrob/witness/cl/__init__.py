@@ -41,7 +41,7 @@ _OTHERS = (
     (
         SinumerikReader,
         re.compile(
-            r"\b(CYCLE8\d+|ORIWKS|ORIMKS|ORIVECT|SUPA|COMPCAD|FFWON|G64[0-5]|STOPRE|MCALL|GOTO[FB])\b|^%_N_"
+            r"\b(G7[01]0|CYCLE8\d+|ORIWKS|ORIMKS|ORIVECT|SUPA|COMPCAD|FFWON|G64[0-5]|STOPRE|MCALL|GOTO[FB])\b|^%_N_"
             r"|\bA?(TRANS|ROT|MIRROR|SCALE)[ \t]+[XYZ]|\b(POCKET\d?|LONGHOLE|SLOT[12]|HOLES[12]|CIP|WORKPIECE|CYCLE[67]\d)\b"
             r"|\b(RND|CH[RF]|AP|RP)[ \t]*=|^[ \t]*(N\d+[ \t]+)?REPEATB?[ \t]+[A-Z_]"
             r"|\b(DEF[ \t]+(REAL|INT)|R\d+[ \t]*=)|\b([XYZABC]|[ABC]3|CR|TURN|T)[ \t]*=[ \t]*[-+(\dR\"A-Z]",

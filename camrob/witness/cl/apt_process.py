@@ -14,6 +14,7 @@ from camrob.witness.units import INCH_MM, mm_to_m
 
 __all__ = ["AptProcess"]
 
+_LATHE = frozenset(("TURN", "GROOVE", "THREAD"))  # words of tools that a part turns against
 _SENSES = {"CCLW": "CCLW", "CCW": "CCLW", "CLW": "CLW", "CW": "CLW"}
 
 
@@ -83,6 +84,8 @@ class AptProcess:
 
     def _toolno(self, s: Statement) -> None:
         """A description, and the change itself where the file has no other word for it."""
+        if _LATHE & set(s.words):
+            self._tell.gap(s.line, "TOOLNO of a turning tool", lost=False)
         if self._by_number and s.numbers:
             self._number = int(s.numbers[0])
             self._tell.tool(s.line, s.numbers[0])
@@ -91,7 +94,7 @@ class AptProcess:
         self._tell.unload(s.line)
 
     def _tldata(self, s: Statement) -> None:
-        if s.numbers and not {"TURN", "GROOVE", "THREAD"} & set(s.words):
+        if s.numbers and not _LATHE & set(s.words):
             self._wide = s.numbers[0] * self._place.scale
 
     def _cutter(self, s: Statement) -> None:

@@ -1,7 +1,6 @@
 """G-code: ISO 6983 as Fanuc and LinuxCNC (RS274/NGC) have it, with tool centre point on where it turns axes.
 
-Programs that compute are read in the order in which they are run (`running`). Scaled frames are gaps, shifted ones but for G52,
-and turned ones but for G68.2 by angles.
+Programs that compute are read in the order in which they are run (`running`).
 """
 
 from __future__ import annotations
@@ -29,7 +28,6 @@ from camrob.witness.units import INCH_MM, mm_to_m
 __all__ = ["GcodeReader"]
 
 Array = NDArray[np.float64]
-
 _COMMENT = re.compile(r"\([^)]*\)?|;.*")
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 _Z = np.array([0.0, 0.0, 1.0])
@@ -71,7 +69,7 @@ class GcodeReader(Switching):
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
 
     def read(self, text: str) -> None:
-        """Reads the text up to M2, M30 or the second %."""
+        """Reads up to M2, M30 or the second %."""
         bare = _COMMENT.sub("", text).upper()
         self._whose_change(bare)
         self._clamps = bool(re.search(r"M\s*0*1[0-2](?![\d.])", bare) and re.search(r"M\s*0*[34](?![\d.])", bare))
@@ -257,7 +255,7 @@ class GcodeReader(Switching):
         elif "28" in g or "30" in g:
             self._home(axes, words, line)
         elif "53" in g:
-            if axes and self._motion != "0":
+            if axes and self._motion not in ("0", "", "80"):
                 self._tell.gap(line, "a cut to a machine position")
             if axes:
                 self._stand.leave(axes)
@@ -301,7 +299,9 @@ class GcodeReader(Switching):
             self._tell.move(self._stand.point(tip), axis, way, line, feed)
 
     def _line_or_arc(self, axes: set[str], words: Words, line: int) -> None:
-        if self._motion not in ("0", "1", "2", "3"):
+        if self._motion in ("", "80") and not self._beside and self._last_feed is None:
+            self._motion = self._beside = "0"  # no feed stands yet: nothing can be cut
+        if self._motion not in _LINES:
             self._gap(line, "axes without a motion")
             return
         stand, before = self._stand, self._stand.at

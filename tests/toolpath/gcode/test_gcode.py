@@ -558,7 +558,7 @@ def test_files_that_are_refused() -> None:
     refused("G21\nG0 X1 Y1 Z1\nM30\n", line=4, match="nothing is cut")
     refused(HEAD + "G1 X10 F100\nG1 X2", line=4, match="no end")
     refused("%\n" + HEAD + "G1 X10 F100\n", line=5, match="no end")
-    refused("X1 Y1 Z1\nM30\n", line=1, match="coordinates before")
+    refused("F100\nX1 Y1 Z1\nM30\n", line=2, match="coordinates before")
     refused("G1 X1 F60\nM30\n", line=1, match="Y and Z has no known value")
     refused(HEAD, line=0, match="units 'furlong'", units="furlong")
 

@@ -47,7 +47,7 @@ _STATE = ("$VEL", "$ACC", "$APO", "$BASE", "$TOOL", "$IPO_MODE", "FDAT_ACT", "LD
 
 
 def read_krl(path: Path) -> ProgramText:
-    """Reads a .src file with its .dat and the parts that it calls (NAME.src in its folder), in the order of running.
+    """Reads a .src file with its .dat, $config.dat, and the parts that it calls, all of its folder, in the order of running.
 
     Raises KrlError, with file and line, for what can't be read honestly: a motion whose target is not in the program, a
     kind of motion that is not read here, a loop or a branch that moves and whose course is not known, damage. What may
@@ -80,6 +80,7 @@ class _Reader:
 
     def program(self) -> ProgramText:
         """Reads and runs everything."""
+        self._configure()
         main = self._load(self._path)
         self._by_name[self._path.stem.upper()] = main
         if main.main.name != self._path.stem.upper():
@@ -106,6 +107,15 @@ class _Reader:
             turning=Turning.SIGNS,
             **columns,
         )
+
+    def _configure(self) -> None:
+        """What a $config.dat beside the program declares; the controller's own has words of options that are not read here."""
+        if config := self._siblings().get("$config.dat"):
+            variables = self._machine.variables
+            try:
+                variables.shared.update(load_data(config, variables))
+            except KrlError as error:
+                self._machine.find("config-unread", f"$config.dat is left out: {error}", 0)
 
     def _load(self, path: Path) -> Module:
         """A file and its data list."""

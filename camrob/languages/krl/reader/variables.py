@@ -69,9 +69,13 @@ def is_declaration(tokens: tuple[Token, ...]) -> bool:
 
 
 def declare(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Value]) -> None:
-    """Reads `DECL TYPE NAME[n] = value, ...` into `scope`. Raises KrlError, without a place, for anything else."""
+    """Reads `DECL TYPE NAME[n] = value, ...` into `scope`, with GLOBAL into what all files share.
+
+    Raises KrlError, without a place, for anything else.
+    """
     at = 0
     while tokens[at].kind == "name" and tokens[at].text in _PREFIXES:
+        scope = variables.shared if tokens[at].text == "GLOBAL" else scope
         at += 1
     expression = Expression(tokens, variables.lookup, at)
     expression.path()
@@ -120,8 +124,9 @@ def _set(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Value
     name = expression.path()
     expression.expect("=")
     value = expression.value()
-    scope.setdefault(name.split("[", 1)[0].split(".", 1)[0], Unknown(name))
-    if name.startswith("$"):
+    stem = name.split("[", 1)[0].split(".", 1)[0]
+    if name.startswith("$") or (stem in variables.shared and stem not in scope):
         variables.assign(name, value)
     else:
+        scope.setdefault(stem, Unknown(name))
         scope[name] = value

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.lexer import Block
 
-__all__ = ["CYCLES", "check_cycle", "drilled", "level", "place_of"]
+__all__ = ["CYCLES", "RAPID", "check_cycle", "drilled", "level", "place_of"]
 
 # Q numbers: 200 clearance, 201 depth, 202 bite, 203 surface, 204 second clearance, 206 feed, 208 feed out, 212 decrement,
 # 239 pitch of a thread
@@ -23,7 +23,8 @@ _NEEDED = {
 CYCLES = frozenset(_NEEDED)
 _MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
 _EVEN = 1e-9  # of the program's unit
-_RAPID = 99999.0  # as a feed: what FMAX is written as
+RAPID = 99999.0
+"""What FMAX is written as where a feed stands."""
 _BREAK = 0.2  # mm: Q256 where it is left out
 
 
@@ -125,7 +126,7 @@ def _down(number: int, q: Mapping[int, float], line: int) -> Iterator[Block]:
 def _out(q: Mapping[int, float], top: float, line: int) -> Block:
     """Out to the clearance at Q208, or at the feed in where that is 0."""
     feed = q[208] or q[206]
-    return Block(line, {"Z": top}, (0,)) if feed >= _RAPID else Block(line, {"Z": top, "F": feed}, (10,))
+    return Block(line, {"Z": top}, (0,)) if feed >= RAPID else Block(line, {"Z": top, "F": feed}, (10,))
 
 
 def _dwell(seconds: float | None, line: int) -> Iterator[Block]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, check_cycle, drilled, level, place_of
+from camrob.toolpath.gcode.controls.heidenhain_feeds import Feeds
 from camrob.toolpath.gcode.controls.heidenhain_words import (
     MACHINE,
     MODES,
@@ -45,11 +46,7 @@ class HeidenhainMoves:
         self.one_name = False  # the file names one tool, by its name, and no more
         self._at: dict[str, float | None] = dict.fromkeys("XYZ")
         self._pole = Pole()
-        self._rapid = False  # FMAX of the block
-        self._feed: float | None = None
-        self._tool_feed: float | None = None  # of TOOL CALL
-        self._speed: float | None = None
-        self._feed_left = False  # a cycle has left its own feed behind, and the program has named none
+        self._feeds = Feeds(value)
         self._shift = dict.fromkeys("XYZ", 0.0)
         self._plane: Plane = None
         self._unsettled = False  # within it the datum shift has ended
@@ -101,7 +98,7 @@ class HeidenhainMoves:
         elif text.startswith(("RND", "CHF")):
             self._close_corner()
         elif re.fullmatch(r"M128 F ?(?:MAX|AUTO|[0-9.]+)|(?:M[0-9]+ ?)+", text):  # F: of what makes up for turning
-            yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
+            yield from self._behind([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
         elif text.startswith("M140"):
             yield self._away(line)
         elif text.startswith("TCH PROBE"):
@@ -136,26 +133,20 @@ class HeidenhainMoves:
     def _place(self, words: dict[str, str]) -> dict[str, float]:
         return placed(words, self._at, self._value)
 
-    def _fed_words(self, words: dict[str, str]) -> dict[str, float]:
-        """F of a motion; sets whether it is a rapid."""
-        self._rapid = "FMAX" in words
-        if "F AUTO" in words:
-            if self._tool_feed is None:
-                raise ToolpathError("F AUTO: TOOL CALL has named no feed", hint="name the feed in the block")
-            words["F"] = f"{self._tool_feed:.9f}"
-        if words.get("F"):
-            self._feed, self._feed_left = self._value(words["F"]), False
-            return {"F": self._feed}
-        if self._feed_left and not self._rapid:
-            raise ToolpathError("a cut without a feed behind a cycle", hint="name F in the block")
-        return {}
+    def _behind(self, codes: list[int], line: int) -> Iterator[Block]:
+        """What M functions do behind a motion, or without one: M99 calls the cycle in force where the tool stands."""
+        if 99 in codes:
+            yield from self._drill(line)
+        yield from self._codes(codes, line)
 
     def _codes(self, codes: list[int], line: int) -> Iterator[Block]:
-        """M functions that stand with or without a motion."""
+        """What M functions switch."""
+        if 89 in codes:
+            raise ToolpathError("M89, a modal cycle call", hint="call with M99")
         for code in codes:
             if code in MODES:
                 raise ToolpathError(f"M{code} changes the path or its feed, and is not read", hint="post without it")
-        kept = tuple(c * 10 for c in codes if c not in SILENT | MACHINE and c not in (89, 99))
+        kept = tuple(c * 10 for c in codes if c not in SILENT | MACHINE and c != 99)
         if kept:
             yield Block(line, {}, m=kept)
             if {128, 129} & set(codes):
@@ -178,13 +169,13 @@ class HeidenhainMoves:
             raise ToolpathError(
                 "LN with a normal and no tool axis under M128", hint="post TX, TY, TZ, which say how the tool stands"
             )
-        feed = self._fed_words(words)
+        feed = self._feeds.of_motion(words)
         yield from offset_blocks(words, line)
         turned = [words[k] for k in "ABC" if k in words]
         if self._plane is not None and turned and all(re.fullmatch(r"[-+]?Q12[0-2]", t) for t in turned):
             yield Block(line, {}, plane=self._plane, aligned=True)
             self._lose()
-            yield from self._codes(codes, line)
+            yield from self._behind(codes, line)
             return
         before = tuple(c for c in codes if c in (*STARTING, 128))
         yield from self._codes(list(before), line)
@@ -192,7 +183,7 @@ class HeidenhainMoves:
         vector = None
         if {"TX", "TY", "TZ"} & set(words):
             vector = tuple(self._value(words.get(k) or "0") for k in ("TX", "TY", "TZ"))
-        motion = 0 if self._rapid else 10
+        motion = 0 if self._feeds.rapid else 10
         if codes and MACHINE & set(codes):
             yield Block(line, {**to, **feed}, (530, motion))
             self._at.update(dict.fromkeys(set(to) & set("XYZ")))
@@ -203,11 +194,7 @@ class HeidenhainMoves:
             self._at.update({k: v for k, v in to.items() if k in self._at})
         elif feed:
             yield Block(line, feed)
-        if 99 in codes or 89 in codes:
-            if 89 in codes:
-                raise ToolpathError("M89, a modal cycle call", hint="call with M99")
-            yield from self._drill(line)
-        yield from self._codes([c for c in codes if c not in before], line)
+        yield from self._behind([c for c in codes if c not in before], line)
 
     def _set_center(self, text: str) -> None:
         words, _ = motion_words(text.strip())
@@ -217,8 +204,12 @@ class HeidenhainMoves:
         """C, CR, CP and LP."""
         kind, _, rest = text.partition(" ")
         words, codes = motion_words(rest)
-        feed = self._fed_words(words)
+        feed = self._feeds.of_motion(words)
         yield from offset_blocks(words, line)
+        if MACHINE & set(codes):
+            raise ToolpathError(f"M91 or M92 in {kind}: an arc, or a polar motion, by the machine", hint="use L for it")
+        before = [c for c in codes if c in (*STARTING, 128)]
+        yield from self._codes(before, line)
         to, pole = self._place(words), Pole() if kind == "CR" else self._pole
         first, second = pole.letters[0], pole.letters[1]
         begun, turns = (self._at[first], self._at[second]), 1
@@ -226,8 +217,7 @@ class HeidenhainMoves:
             u, v, turns = polar(kind, words, begun, pole.place, self._value)
             to |= {first: u, second: v}
         if kind == "LP":
-            yield from self._codes([c for c in codes if c in (3, 4, 13, 14, 8, 7)], line)
-            yield Block(line, {**to, **feed}, (0 if self._rapid else 10,))
+            yield Block(line, {**to, **feed}, (0 if self._feeds.rapid else 10,))
         else:
             sense = words.get("DR", "")[:1]
             if sense not in ("+", "-"):
@@ -245,7 +235,7 @@ class HeidenhainMoves:
             if pole.code != 170:
                 yield Block(line, {}, (170,))
         self._at.update({k: v for k, v in to.items() if k in self._at})
-        yield from self._codes(codes, line)
+        yield from self._behind([c for c in codes if c not in before], line)
 
     def _away(self, line: int) -> Block:
         """M140: the tool goes back along its axis, how far only the machine knows."""
@@ -256,14 +246,9 @@ class HeidenhainMoves:
 
     def _tool(self, text: str, line: int) -> Iterator[Block]:
         call = tool_call(text, self._number_of, one_name=self.one_name)
-        words = {letter: value for letter, value in (("F", call.feed), ("S", call.speed)) if value is not None}
-        if call.feed is not None or call.changes:
-            self._tool_feed = call.feed
-        if call.feed is not None:  # the modal one, too, till a block names another
-            self._feed, self._feed_left = call.feed, False
+        words = self._feeds.of_call(call)
         if call.changes:
             self._lose()
-        self._speed = call.speed or self._speed
         if call.number is not None:
             yield Block(line, {"T": call.number, **words}, m=(60,))
         elif words or call.note:
@@ -319,9 +304,15 @@ class HeidenhainMoves:
         elif main.isdigit() and int(main) in CYCLES:
             self._cycle_number = int(main)
             self._cycle = {
-                int(k): self._value(v) for k, v in re.findall(r"Q([0-9]+) ?= ?([-+]?[0-9.]+|[-+]?Q[0-9]+)", rest)
+                int(k): self._feeds.of_cycle(v)
+                for k, v in re.findall(r"Q([0-9]+) ?= ?([-+]?[0-9.]+|[-+]?Q[0-9]+|F ?AUTO|F ?MAX)", rest)
             }
             check_cycle(self._cycle_number, self._cycle)
+        elif main == "19":
+            raise ToolpathError(
+                "CYCL DEF 19 with angles: a machine parameter says whether they are the plane's or the axes' own",
+                hint="post with PLANE SPATIAL",
+            )
         else:
             raise ToolpathError(f"CYCL DEF {number} is not read", hint="have the CAM system write the motions out")
 
@@ -390,8 +381,6 @@ class HeidenhainMoves:
         """The cycle in force where the tool stands."""
         if self._cycle is None:
             raise ToolpathError("a cycle call without a cycle", hint="define it before")
-        yield from drilled(self._cycle_number, self._cycle, self._at["Z"], line, self._speed)
-        self._feed_left = self._feed is None
-        if self._feed is not None:  # the cycle's feed is its own
-            yield Block(line, {"F": self._feed})
+        yield from drilled(self._cycle_number, self._cycle, self._at["Z"], line, self._feeds.speed)
+        yield from self._feeds.behind_cycle(line)
         self._at["Z"] = level(self._cycle)

@@ -41,7 +41,7 @@ MODES = frozenset((97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141
 """M functions that change the path or its feed."""
 
 _WORD = re.compile(
-    r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|S)"
+    r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F[UZ]|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|S)"
     r" ?([-+]?(?:Q[0-9]+|[0-9]*\.?[0-9]+\.?)|[-+](?= |$|[A-Z]))? ?"
 )
 
@@ -215,6 +215,11 @@ def tool_call(text: str, number_of: Callable[[str], float | None], *, one_name: 
     axis = re.search(r" ([XYZ])\b", f" {rest.strip()}")
     if axis and axis[1] != "Z":
         raise ToolpathError(f"a tool along {axis[1]}", hint="post with the tool along Z")
+    if per := re.search(r"\bF[UZ]", rest):
+        raise ToolpathError(
+            f"TOOL CALL with {per[0]}: a feed per tooth or per turn for all that follows",
+            hint="post the feed in mm/min",
+        )
     speed, feed = (re.search(rf"\b{letter} ?([0-9.]+)", rest) for letter in "SF")
     number: float | None = None
     note = ""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from camrob.toolpath.gcode.language.formulas import ARITHMETIC, COMPARISONS, FUNCTIONS, LOGIC, Grammar
+from camrob.toolpath.gcode.language.formulas import ARITHMETIC, COMPARISONS, FUNCTIONS, LOGIC, Grammar, Reader
 
-__all__ = ["GRAMMAR"]
+__all__ = ["GRAMMAR", "signed"]
 
 
 def _ends(a: float, b: float) -> float:
@@ -37,3 +37,15 @@ GRAMMAR = Grammar(
     closes=")",
 )
 """Of the 840D: comparisons with two signs, DIV and MOD as `!` and `%`."""
+
+
+def signed(reader: Reader) -> float:
+    """A plain number with or without its sign."""
+    negative = False
+    while reader.rest[:1] and reader.rest[0] in "+-":
+        negative ^= reader.rest[0] == "-"
+        reader.at += 1
+    number = reader.number()
+    if number is None:
+        raise reader.fail()
+    return -number if negative else number

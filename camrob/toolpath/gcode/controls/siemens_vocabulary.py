@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["CODES", "REFUSED", "REFUSED_G", "SILENT", "SILENT_CALLS", "SILENT_G", "stands"]
+__all__ = [
+    "CODES",
+    "REFUSED",
+    "REFUSED_G",
+    "SILENT",
+    "SILENT_CALLS",
+    "SILENT_G",
+    "fixed_point",
+    "stands",
+    "with_brackets",
+]
 
 CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
 # how fast and how exactly the path is run, compressors, feed forward: not where it goes
@@ -18,8 +28,8 @@ SILENT = frozenset(
 SILENT_CALLS = frozenset(
     "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE SETMS".split()
 )
-# poles, reference points, threads, limits, a turned table's centring, soft approaches
-REFUSED_G = frozenset((5, 7, 25, 26, 33, 63, 74, 75, 110, 111, 112, 147, 148, 247, 248, 291, 331, 332))
+# poles, threads, limits, a turned table's centring, soft approaches
+REFUSED_G = frozenset((5, 7, 25, 26, 33, 63, 110, 111, 112, 147, 148, 247, 248, 291, 331, 332))
 REFUSED = {
     "ROT": "a turned frame (ROT about X or Y)",
     "AROT": "a turned frame (AROT about X or Y)",
@@ -35,6 +45,10 @@ REFUSED = {
     "AMIRROR": "mirroring",
     "SCALE": "scaling",
     "ASCALE": "scaling",
+    "AR": "an arc by its opening angle (AR=)",
+    "AP": "a polar motion (AP=)",
+    "RP": "a polar motion (RP=)",
+    "ANG": "a straight line by its angle (ANG=)",
     "CIP": "an arc through a point (CIP)",
     "CT": "a tangential arc (CT)",
     "BSPLINE": "a spline",
@@ -73,6 +87,22 @@ REFUSED = {
     "ISD": "3-D cutter compensation (ISD)",
     "OEMIPO1": "an interpolation of the maker's",
 }
+
+
+_FIXED = re.compile(r"\bG7[45](?![0-9])")
+
+
+def with_brackets(text: str) -> str:
+    """A call of CYCLE800 or CYCLE832 without parameters, which needs no brackets."""
+    return f"{text}()" if text in ("CYCLE800", "CYCLE832") else text
+
+
+def fixed_point(text: str) -> str:
+    """The block that G74 or G75 stands for, "" for others: in rapid to a place of the machine, whatever its words' values."""
+    if not _FIXED.search(text):
+        return ""
+    rest = re.sub(r"\b(?:FP|POS)=[0-9]+", "", _FIXED.sub("", text))
+    return "G0 SUPA " + re.sub(r"([XYZABC])1=", r"\1=", rest)
 
 
 def stands(word: str, rest: str) -> bool:

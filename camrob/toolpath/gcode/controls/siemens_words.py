@@ -10,7 +10,7 @@ from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
 from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, NOT_DONE, TAPS, Hole, hole_of
 from camrob.toolpath.gcode.controls.siemens_frames import PART, Frame, swivel
-from camrob.toolpath.gcode.controls.siemens_grammar import GRAMMAR
+from camrob.toolpath.gcode.controls.siemens_grammar import GRAMMAR, signed
 from camrob.toolpath.gcode.controls.siemens_patterns import PATTERNS, places
 from camrob.toolpath.gcode.controls.siemens_vocabulary import (
     CODES,
@@ -19,7 +19,9 @@ from camrob.toolpath.gcode.controls.siemens_vocabulary import (
     SILENT,
     SILENT_CALLS,
     SILENT_G,
+    fixed_point,
     stands,
+    with_brackets,
 )
 from camrob.toolpath.gcode.corner import BASE, LEG, ROUND, Corner
 from camrob.toolpath.gcode.language.formulas import Reader, whole
@@ -57,7 +59,7 @@ class SiemensWords:
 
     def blocks(self, text: str, line: int, *, optional: bool) -> Iterator[Block]:
         """The blocks that one block of words stands for. Raises ToolpathError for what is not read."""
-        text = _TOLERANCE.sub("", text).strip()
+        text = with_brackets(_TOLERANCE.sub("", text).strip())
         if text == "MCALL":
             self._hole = None
             return
@@ -86,6 +88,11 @@ class SiemensWords:
             return
         if kind := _FRAME.match(text):
             yield from self._framed(kind[1], text, line)
+            return
+        if away := fixed_point(text):
+            motion = self._state("motion")
+            yield from self._plain(away, line, optional)
+            yield Block(line, {}, () if motion is None else (int(motion * 10.0),))
             return
         self._goes = False
         yield from self._plain(text, line, optional)
@@ -297,7 +304,7 @@ class SiemensWords:
         before = reader.at
         if how:
             reader.at += len(how[1])
-        value = reader.expression() if equals else _signed(reader)
+        value = reader.expression() if equals else signed(reader)
         if value is None or math.isnan(value):
             raise reader.fail(f"no value behind {name}")
         if how:
@@ -385,15 +392,3 @@ class SiemensWords:
 
 def _g(found: list[Word]) -> set[float]:
     return {value for letter, value, _ in found if letter == "G"}
-
-
-def _signed(reader: Reader) -> float:
-    """A plain number with or without its sign."""
-    negative = False
-    while reader.rest[:1] and reader.rest[0] in "+-":
-        negative ^= reader.rest[0] == "-"
-        reader.at += 1
-    number = reader.number()
-    if number is None:
-        raise reader.fail()
-    return -number if negative else number

@@ -15,15 +15,15 @@ from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, Pole, formula_of, polar_end
+from camrob.witness.cl.foreign.klartext_values import NUMBER, cycle_values, folded_by, stands_still, tool_words
 from camrob.witness.cl.framing import mirror, turning
 from camrob.witness.cl.running.label_run import LabelRun
 from camrob.witness.cl.running.ordered import Ordered, Row
 
 __all__ = ["KlartextReader"]
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _TOKEN = re.compile(
-    rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|PR|I?[XYZABC]|[NT][XYZ]|[FMR]))\s?(?P<value>{_NUMBER})?\s?|DR(?P<sense>[-+])\s?"
+    rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|PR|I?[XYZABC]|[NT][XYZ]|FU|[FMR]))\s?(?P<value>{NUMBER})?\s?|DR(?P<sense>[-+])\s?"
 )
 _NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|CYCL DEF (32|392)\b|END PGM)")
 _NO_CYCLE = "a cycle call without a cycle that is read"
@@ -41,6 +41,7 @@ class KlartextReader(ForeignReader):
         self._folded: tuple[str, float] = ("", 0.0)  # mirrored axes (8) and angle (10) in force
         self._preset = ""  # the datum of the machine's table (247)
         self._called_feed = ""  # of TOOL CALL, which F AUTO means
+        self._per_turn = False  # the feed in force is one of FU
         self._drills: Hole | None = None
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
         self._unsure = False  # it has ended within the plane
@@ -72,6 +73,7 @@ class KlartextReader(ForeignReader):
         row = re.sub(r"(?<=[A-Z=])([-+]?)(Q\d+)", self._number_of, row)
         if self._unsure and re.match(r"(L|LN|C|CR|CP|LP|CYCL CALL) ", row) and not re.search(r"\bM(9[12]|140)\b", row):
             raise UnreadError("a motion in a tilted plane whose datum shift has ended")
+        row = "CYCL CALL" if row == "M99" else row
         head, _, rest = row.partition(" ")
         if row.startswith("BEGIN PGM"):
             if self._tell.n or not row.endswith((" MM", " INCH")):
@@ -81,14 +83,14 @@ class KlartextReader(ForeignReader):
             self._straight(row if head == "M140" else rest, line)
         elif head in ("C", "CR", "CP", "LP"):
             self._round(head, rest, line)
-        elif corner := re.fullmatch(rf"(RND R|CHF) ?({_NUMBER})(?: F ?({_NUMBER}))?", row):
+        elif corner := re.fullmatch(rf"(RND R|CHF) ?({NUMBER})(?: F ?({NUMBER}))?", row):
             self._round_off(corner, line)
         elif head == "CC":
             self._set_pole(rest)
         elif row.startswith("PLANE"):
             self._plane_of(row)
         elif found := re.fullmatch(
-            rf"CYCL CALL( POS X ?({_NUMBER}) Y ?({_NUMBER}) Z ?[-+]?0+\.?0*(?= .*F ?MAX)( R0| F ?MAX)*)?(( M\d+| F ?MAX)*)",
+            rf"CYCL CALL( POS X ?({NUMBER}) Y ?({NUMBER}) Z ?[-+]?0+\.?0*(?= .*F ?MAX)( R0| F ?MAX)*)?(( M\d+| F ?MAX)*)",
             row,
         ):
             codes = re.findall(r"M(\d+)", found[5])
@@ -125,9 +127,7 @@ class KlartextReader(ForeignReader):
 
     def _plane_of(self, row: str) -> None:
         """PLANE SPATIAL and PLANE RESET that turn the tool along."""
-        said = re.fullmatch(
-            rf"PLANE SPATIAL SPA ?({_NUMBER}) SPB ?({_NUMBER}) SPC ?({_NUMBER}) (MOVE|TURN|STAY)\b.*", row
-        )
+        said = re.fullmatch(rf"PLANE SPATIAL SPA ?({NUMBER}) SPB ?({NUMBER}) SPC ?({NUMBER}) (MOVE|TURN|STAY)\b.*", row)
         if said is None and not re.fullmatch(r"PLANE RESET (MOVE|TURN|STAY)\b.*", row):
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
         stand, self._here = self._stand, {}
@@ -218,6 +218,18 @@ class KlartextReader(ForeignReader):
             elif code not in QUIET and code not in (*FIRST, *LAST, "91", "92"):
                 raise UnreadError(f"M{code} of Heidenhain's")
 
+    def _fed(self, words: dict[str, str]) -> list[str]:
+        """F, or FU: so much a turn of the spindle."""
+        if "FU" in words:
+            turns = self._tell.rpm
+            if not turns or "F" in words:
+                raise UnreadError("FU without a speed")
+            self._per_turn = True
+            return [f"F{float(words.pop('FU')) * turns:.9f}"]
+        if "F" in words:
+            self._per_turn = False
+        return [f"F{words.pop('F')}"] if "F" in words else []
+
     def _sided(self, words: dict[str, str], line: int) -> None:
         for word, code in (("R0", "40"), ("RL", "41"), ("RR", "42")):
             if words.pop(word, None) is not None:
@@ -246,7 +258,7 @@ class KlartextReader(ForeignReader):
         self._sided(words, line)
         called, codes = "99" in codes, [code for code in codes if code != "99"]
         self._switch(codes, line, first=True)
-        feed = [f"F{words.pop('F')}"] if "F" in words else []
+        feed = self._fed(words)
         vector = None
         if {"TX", "TY", "TZ"} & set(words):
             vector = tuple(float(words.pop(name, "0")) for name in ("TX", "TY", "TZ"))
@@ -281,8 +293,11 @@ class KlartextReader(ForeignReader):
     def _round(self, kind: str, text: str, line: int) -> None:
         words, codes, rapid = self._parts(text)
         self._sided(words, line)
+        called, codes = "99" in codes, [code for code in codes if code != "99"]
+        if {"91", "92"} & set(codes):
+            raise UnreadError(f"M91 or M92 in {kind}")
         self._switch(codes, line, first=True)
-        feed = [f"F{words.pop('F')}"] if "F" in words else []
+        feed = self._fed(words)
         sense = words.pop("DR", "")
         to, more = self._ends(words), list[str]()
         pole = (None if kind == "CR" else self._pole) or Pole("XY", (0.0, 0.0))
@@ -306,18 +321,14 @@ class KlartextReader(ForeignReader):
         self._block([pole.plane, motion, *ends, *more, *feed], line)
         self._block(["G17"], line)
         self._here |= to
+        if called:
+            self._hole([], line)
         self._switch(codes, line, first=False)
 
     # -- tools and cycles
 
     def _tool(self, text: str, line: int) -> None:
-        found = re.fullmatch(
-            rf"(\d+|\"[^\"]*\")?\s*(?:Z)?\s*(?:S\s?({_NUMBER}))?\s*(?:F\s?({_NUMBER}))?\s*(?:D[LR]2?[-+]?0*\.?0* ?)*",
-            text,
-        )
-        if found is None:
-            raise UnreadError("TOOL CALL by a name, with another axis, or with an offset")
-        number, speed, feed = found.groups()
+        number, speed, feed = tool_words(text)
         if number and number.startswith('"'):
             number = str(self.numbers.get(number.strip('" ').casefold(), number))
         if number and number.startswith('"'):
@@ -327,6 +338,9 @@ class KlartextReader(ForeignReader):
             number = number.strip('"') if number.strip('"').isdigit() else None
         if number or feed:
             self._called_feed = feed or ""
+        if speed and not feed and self._per_turn:
+            raise UnreadError("another speed under FU")
+        self._per_turn = self._per_turn and not feed
         words = [f"S{speed}"] * bool(speed) + [f"F{feed}"] * bool(feed)
         if number:
             self._here = {}
@@ -334,15 +348,7 @@ class KlartextReader(ForeignReader):
 
     def _mirrored_or_turned(self, cycle: str, rest: str) -> None:
         """CYCL DEF 8.1 with axes or none, 10.1 ROT or IROT: about the datum, one of the two at a time."""
-        axes, angle = self._folded
-        if cycle == "8" and re.fullmatch(r"([XY]\s*)*", rest):
-            axes = re.sub(r"\s", "", rest)
-        elif cycle == "10" and (said := re.fullmatch(rf"(I?)ROT\s?({_NUMBER})", rest)):
-            angle = float(said[2]) + (angle if said[1] else 0.0)
-        elif not (cycle == "11" and re.fullmatch(r"SCL\s?1(\.0*)?", rest)):
-            raise UnreadError(f"CYCL DEF {cycle}.1 {rest[:16]}")
-        if axes and angle:
-            raise UnreadError("cycles 8 and 10 at once")
+        axes, angle = folded_by(cycle, rest, self._folded)
         if (axes, angle) == self._folded:
             return
         self._folded = (axes, angle)
@@ -350,46 +356,39 @@ class KlartextReader(ForeignReader):
         for letter in "XY":
             self._here.pop(letter, None)
 
-    def _stands_still(self, rest: str, shift: dict[str, float]) -> bool:
-        """Whether the words of a datum shift say what holds already."""
-        found = re.findall(rf"(I?)([XYZ])\s?({_NUMBER})", rest)
-        return not any(float(v) - (0.0 if more else shift[axis] / self._scale) for more, axis, v in found)
-
     def _defined(self, text: str, line: int) -> None:
         """Datum shift (7), dwell (9), and cycles that move nothing (32, 247)."""
         number, _, rest = text.partition(" ")
         main = number.partition(".")[0]
-        shift = re.fullmatch(rf"(?:I?[XYZ]\s?{_NUMBER}\s?)+", rest)
-        time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({_NUMBER})", rest)
+        shift = re.fullmatch(rf"(?:I?[XYZ]\s?{NUMBER}\s?)+", rest)
+        time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({NUMBER})", rest)
         for name in re.findall(r"\bQ\d+(?= ?=)", rest):  # a cycle's values are such parameters too
             self._computed.forget(name)
         if re.fullmatch(r"19\.(0( .*)?|1( ?[ABC] ?[-+]?0*\.?0*)*)", text) and not self._stand.tilted:
             return
         if main in ("200", "201", "203", "206", "207", "240"):
-            self._drills = klartext_hole(
-                main, {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({_NUMBER})(?![\d.])", rest)}
-            )
+            self._drills = klartext_hole(main, cycle_values(rest, self._called_feed))
         elif self._datum is not None and main == "7" and shift and not re.search(r"I[XYZ]|[1-9]", rest):
             self._datum |= dict.fromkeys(re.findall("[XYZ]", rest), 0.0)
             self._unsure = True
         elif self._datum is not None and main == "7":
-            if number != "7.0" and not (shift and self._stands_still(rest, self._datum)):
+            if number != "7.0" and not (shift and stands_still(rest, self._datum, self._scale)):
                 raise UnreadError("a datum shift in a plane")
         elif main == "7" and number != "7.0" and shift:
             if self._folded != ("", 0.0):
-                if not self._stands_still(rest, self._stand.shift):
+                if not stands_still(rest, self._stand.shift, self._scale):
                     raise UnreadError("a datum shift while cycle 8 or 10 is in force")
                 return
             named = {
                 letter: float(value) + (self._stand.shift[letter] / self._scale if more else 0.0)
-                for more, letter, value in re.findall(rf"(I?)([XYZ])\s?({_NUMBER})", rest)
+                for more, letter, value in re.findall(rf"(I?)([XYZ])\s?({NUMBER})", rest)
             }
             self._block(["G52", *(f"{letter}{value:.9f}" for letter, value in named.items())], line)
             self._here = {}
         elif main == "9" and number != "9.0" and time:
             self._block(["G4", f"P{float(time[1]):.6f}"], line)
         elif main == "247":
-            preset = re.search(rf"Q339 ?= ?({_NUMBER})", rest)
+            preset = re.search(rf"Q339 ?= ?({NUMBER})", rest)
             if self._tell.n and (preset is None or preset[1] != self._preset):
                 raise UnreadError("another datum of the machine's table (247)")
             self._preset = preset[1] if preset else ""

@@ -76,6 +76,8 @@ class SinumerikReader(ForeignReader):
             self._tell.note("blocks that may be skipped (/) are taken as executed")
             body = re.sub(r"^/\d?\s*", "", body)
         body = re.sub(r"^[N:]\d+\s*", "", body)
+        if body in ("CYCLE800", "CYCLE832"):
+            body += "()"
         if _HEADER.fullmatch(body):
             if self._tell.n:
                 raise UnreadError("another program in the same file")
@@ -96,6 +98,8 @@ class SinumerikReader(ForeignReader):
             self._cycle_of(call[2], self._values(call[3]), line, modal=bool(call[1]))
         elif body == "MCALL":
             self._called = None
+        elif re.search(r"\bG7[45](?!\d)", body):
+            self._fixed_point(body, line)
         else:
             before = self._tell.n
             self._words(body, line)
@@ -103,6 +107,14 @@ class SinumerikReader(ForeignReader):
                 self._tell.n > before or re.search(r"(?<![A-Z])[XYZ]\s*=?\s*[-+\d.]", body)
             ):
                 self._drill(self._called, line)
+
+    def _fixed_point(self, body: str, line: int) -> None:
+        """G74, G75: in rapid to a place of the machine; the motion of before holds again behind it."""
+        motion = self._motion
+        rest = re.sub(r"\bG7[45]\b|\b(FP|POS)\s*=\s*\d+", "", body)
+        self._words("G0 SUPA " + re.sub(r"\b([XYZABC])1\s*=", r"\1=", rest), line)
+        if motion in ("1", "2", "3"):
+            self._block([f"G{motion}"], line)
 
     def _kept(self, body: str) -> bool:
         """Whether the block only declares names or gives them values, which are kept."""
