@@ -100,7 +100,7 @@ def test_a_turn_of_a_loop_too_few_or_another_branch_is_refused(tmp_path: Path, t
 @pytest.mark.parametrize(
     ("name", "text", "owner", "function", "fault"),
     [
-        ("a.mpf", SIEMENS, siemens_words, "_signed", lambda reader: -(reader.number() or 0.0)),
+        ("a.mpf", SIEMENS, siemens_words, "signed", lambda reader: -(reader.number() or 0.0)),
         (
             "a.h",
             KLARTEXT,
