@@ -18,7 +18,7 @@ from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.closing.added_targets import meant_rows
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, off_path_size
 from camrob.jobs.closing.loop_file import LoopJob, Rehearsal, read_loop_job
-from camrob.jobs.closing.measured_path import intended_path, measured_off_path
+from camrob.jobs.closing.measured_path import OffPath, intended_path, measured_off_path
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.files.cell_for import cell_for, language_of
@@ -91,7 +91,7 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     with staged_output(out) as folder:
         text = json.dumps(ledger.to_json(), indent=2, allow_nan=False)
         (folder / "ledger.json").write_text(text + "\n", encoding="utf-8")
-        (folder / "ledger.html").write_text(ledger_report(ledger), encoding="utf-8")
+        (folder / "ledger.html").write_text(ledger_report(ledger, loop.seen, loop.understood), encoding="utf-8")
     return CloseLoopResult(ledger)
 
 
@@ -105,6 +105,8 @@ class _Loop:
         self.made_from = job.made_from()
         self.before = _ledger_in(out, self.made_from)
         self.turns: list[LoopTurn] = []
+        self.seen: dict[int, OffPath] = {}
+        self.understood: dict[int, DiagnosisSummary] = {}
         self.logs: list[Path] = []
         self.intended = out / "turn_1" / self.main
         self.outcome, self.next = "", ""
@@ -220,7 +222,8 @@ class _Loop:
         if len(meant) != (rows[-1] + 1 if len(rows) else 0):
             what = f"{turn.program} holds a different number of motions from {self.intended.name}"
             raise VerificationError(f"{what}; begin the loop anew in an empty folder")
-        size = off_path_size(measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows))
+        seen = measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows)
+        self.seen[turn.turn], size = seen, off_path_size(seen.off)
         noise = log.info.sigma_position
         self.logs.append(path)
         self.turns[-1] = replace(
@@ -278,6 +281,7 @@ class _Loop:
             else:
                 self.logs.append(log)
                 said, name = self._diagnosis(folder / "diagnosis_2"), f"turn_{turn.turn}/diagnosis_2"
+        self.understood[turn.turn] = said
         self.turns[-1] = replace(
             turn,
             diagnosis=name,

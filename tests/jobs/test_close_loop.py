@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gap_cases import closed_loop, generator
+from page_data import block_of
 
 from camrob.cli import app as cli
 from camrob.errors import InputError
 from camrob.jobs.close_loop import close_loop
+from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.measurement.write_log import write_log
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -41,7 +43,8 @@ def test_it_makes_the_program_and_awaits_its_log(job: Path, tmp_path: Path) -> N
     again = close_loop(job, out=tmp_path / "loop").summary
     assert again.turns == said.turns and program.stat().st_mtime_ns == made
     assert json.loads((tmp_path / "loop" / "ledger.json").read_text())["outcome"] == "awaiting a log"
-    assert "awaiting a log" in (tmp_path / "loop" / "ledger.html").read_text()
+    page = (tmp_path / "loop" / "ledger.html").read_text()
+    assert "awaiting a log" in page and "its log is awaited" in page and 'href="turn_1/short.html"' in page
 
 
 def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> None:
@@ -105,6 +108,17 @@ def test_the_loop_ends_nearer_to_the_path_on_a_machine_of_other_code(job: Path, 
     assert reached.rms_mm < 0.35 * first.measured.rms_mm
     noise = closed_loop.SIGMA_MM * np.sqrt(2.0)
     assert reached.rms_mm == pytest.approx(np.hypot(second.predicted.rms_mm, noise), rel=0.25)
+
+    page = (out / "ledger.html").read_text()
+    (chart,) = [c for c in block_of(page, "charts") if c["id"] == "along"]
+    kept = {trace["name"]: trace for trace in chart["traces"]}
+    assert set(kept) == {"turn 1", "turn 2", "tolerance"}
+    assert np.max(kept["turn 1"]["y"]) == pytest.approx(first.measured.max_mm, abs=1e-3)
+    intended = read_krl(out / "turn_1" / "short.src")
+    poses = np.asarray(intended.pose)[:, :3]
+    whole = float(np.linalg.norm(np.diff(poses[np.isfinite(poses).all(axis=1)], axis=0), axis=1).sum())  # mm
+    assert 0.6 * whole < np.max(kept["turn 1"]["x"]) < 1.2 * whole
+    assert "reverses with the direction of motion: backlash of A1" in page and "compensate can correct" in page
 
     (out / "turn_1" / "run.csv").write_text((out / "turn_1" / "run.csv").read_text().rsplit("\n", 2)[0] + "\n")
     with pytest.raises(InputError, match="is not the log that the next turn was made with"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,11 +20,18 @@ from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.se3 import inverse
 
-__all__ = ["intended_path", "measured_off_path"]
+__all__ = ["OffPath", "intended_path", "measured_off_path"]
 
 Array = NDArray[np.float64]
 
 _FAR = 0.05  # m: a row farther away belongs to no motion of this program
+
+
+class OffPath(NamedTuple):
+    """In the order of the log: places along the intended path (K,), m from its beginning, and how far off the tool was, m."""
+
+    along: Array
+    off: Array
 
 
 def intended_path(program: ProgramText, cell: Cell) -> ProgrammedPath:
@@ -36,8 +45,8 @@ def measured_off_path(
     cell: Cell,
     intended: ProgrammedPath,
     meant: NDArray[np.int64],
-) -> Array:
-    """(K,) m from the measured tool to the intended path, at the rows of motions along lines and arcs.
+) -> OffPath:
+    """From the measured tool to the intended path, at the rows of motions along lines and arcs.
 
     program: what ran. meant: (M,) the motion that `intended` has for each of its motions. Frames that nobody gave (the
     instrument's, the reflector's) are those that bring the nominal poses nearest: their part of an error can't be seen. Raises
@@ -62,7 +71,11 @@ def measured_off_path(
     place, segment, _ = nearest_on_path(tip, intended, motion)
     owner = np.asarray(intended.motion)[np.minimum(segment + 1, len(intended.motion) - 1)]
     kind = np.asarray(program.kind)[np.searchsorted(meant, owner, side="right") - 1]
-    off = np.linalg.norm(tip - place, axis=1)[kind >= Motion.LIN]
+    nodes = np.asarray(intended.points)
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(nodes, axis=0), axis=1))])
+    along = length[segment] + np.linalg.norm(place - nodes[segment], axis=1)
+    cut = kind >= Motion.LIN
+    off = np.linalg.norm(tip - place, axis=1)[cut]
     if not len(off) or np.median(off) > _FAR:
         raise LogError("is not a run of this program", hint=f"give the log of {program.name}", path=log.path)
-    return np.asarray(off)
+    return OffPath(along[cut], np.asarray(off))

@@ -2,21 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from urllib.parse import quote
 
 import numpy as np
+from numpy.typing import NDArray
 
+from camrob.report.diagnosis.sentences import compensable_text, sentence
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
 from camrob.report.page.parts import card_row, section, table
-from camrob.summaries.closing.close_loop_summary import CloseLoopSummary
+from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
+from camrob.units import m_to_mm
 
 __all__ = ["ledger_report"]
 
+_MOST_TICKS = 30  # turns that have a number each below the chart
 
-def ledger_report(ledger: CloseLoopSummary) -> str:
-    """The page as text."""
-    charts = [_chart(ledger)] if any(t.measured is not None for t in ledger.turns) else []
+Along = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+def ledger_report(
+    ledger: CloseLoopSummary, seen: Mapping[int, Along], understood: Mapping[int, DiagnosisSummary]
+) -> str:
+    """The page as text.
+
+    seen: of each turn that was measured, places along the path (K,), m, and how far the tool was off there (K,), m. understood:
+    what was said of each that was diagnosed.
+    """
+    charts = [_chart(ledger), _along_chart(ledger, seen)] if seen else []
     body = "\n".join(
         [
             "<main>",
@@ -25,6 +40,7 @@ def ledger_report(ledger: CloseLoopSummary) -> str:
             section("How it stands", f"<p><b>{escape(ledger.outcome)}</b>: {escape(ledger.next)}.</p>", _cards(ledger)),
             *(chart_section(c) for c in charts),
             _turns(ledger),
+            *(_turn(ledger, t, understood.get(t.turn)) for t in ledger.turns),
             "<footer>Made by camrob. Measured figures include the instrument's noise; predicted ones include neither noise nor "
             "what stays unexplained. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
         ]
@@ -57,8 +73,63 @@ def _chart(ledger: CloseLoopSummary) -> LineChart:
             Curve("rms, predicted", at, np.array([t.predicted.rms_mm for t in predicted if t.predicted]), "dot", 1)
         )
     return LineChart(
-        "turns", "Off the intended path, turn by turn", "Along lines and arcs.", "turn", "mm", tuple(curves)
+        "turns",
+        "Off the intended path, turn by turn",
+        "Along lines and arcs.",
+        "turn",
+        "mm",
+        tuple(curves),
+        counted=len(seen) < _MOST_TICKS,
     )
+
+
+def _along_chart(ledger: CloseLoopSummary, seen: Mapping[int, Along]) -> LineChart:
+    shown = {min(seen), max(seen), ledger.best}
+    curves = []
+    for turn, (along, off) in seen.items():
+        order = np.argsort(along, kind="stable")
+        curves.append(Curve(f"turn {turn}", m_to_mm(along[order]), m_to_mm(off[order]), shown=turn in shown))
+    ends = m_to_mm(
+        np.array([min(along.min() for along, _ in seen.values()), max(along.max() for along, _ in seen.values())])
+    )
+    curves.append(Curve("tolerance", ends, np.full(2, ledger.tolerance_mm), "dash", 3))
+    return LineChart(
+        "along",
+        "Where the tool was off",
+        "As measured, along the path that was meant. Other turns than the first, the best and the last are drawn when their name "
+        "is clicked.",
+        "along the intended path [mm]",
+        "mm",
+        tuple(curves),
+    )
+
+
+def _turn(ledger: CloseLoopSummary, turn: LoopTurn, said: DiagnosisSummary | None) -> str:
+    """From program to correction: what was run, measured, found, and taken off in the next turn."""
+    folder = quote(turn.program.rpartition("/")[0])
+    stem = quote(turn.program.rpartition("/")[2].rpartition(".")[0])
+    steps = [("Program", f'<a href="{folder}/{stem}.html">{escape(turn.program)}</a>, {escape(turn.made)}.')]
+    if turn.predicted is not None:
+        steps.append(
+            ("Predicted", f"{number(turn.predicted.rms_mm, 3, 'mm')} rms beside noise and what is unexplained.")
+        )
+    if turn.measured is None:
+        steps.append(("Run", "its log is awaited."))
+    else:
+        rms, most, worst = (
+            number(v, 3, "mm") for v in (turn.measured.rms_mm, turn.measured.p95_mm, turn.measured.max_mm)
+        )
+        figures = f"{rms} rms, 95 % within {most}, worst {worst}"
+        steps.append(("Run", f"<code>{escape(turn.log)}</code>: {figures}."))
+    if said is not None:
+        link = f'<a href="{quote(turn.diagnosis)}/diagnosis.html">the whole diagnosis</a>'
+        steps.append(("Diagnosis", f"{escape(sentence(said))} ({link})"))
+        steps.append(("Correction", escape(compensable_text(said))))
+    if turn.experiment:
+        steps.append(("Experiment", f"<code>{escape(turn.experiment)}</code> tells two sets of causes apart."))
+    best = ": nearest to the path so far" if turn.turn == ledger.best else ""
+    rows = "".join(f"<tr><th>{name}</th><td>{text}</td></tr>" for name, text in steps)
+    return section(f"Turn {turn.turn}{best}", f"<table><tbody>{rows}</tbody></table>")
 
 
 def _turns(ledger: CloseLoopSummary) -> str:

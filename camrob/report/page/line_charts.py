@@ -31,7 +31,7 @@ class Curve(NamedTuple):
 
 
 class LineChart(NamedTuple):
-    """A chart: its id, title (HTML), caption (HTML), titles of its axes, curves, and whether y is logarithmic."""
+    """A chart: its id, title (HTML), caption (HTML), titles of its axes, curves; whether y is logarithmic; whether x counts."""
 
     id: str
     title: str
@@ -40,6 +40,7 @@ class LineChart(NamedTuple):
     y_title: str
     curves: tuple[Curve, ...]
     logarithmic: bool = False
+    counted: bool = False
 
 
 def chart_data(charts: Sequence[LineChart]) -> list[dict[str, Any]]:
@@ -76,7 +77,7 @@ def _data(chart: LineChart) -> dict[str, Any]:
         "margin": {"l": 64, "r": 16, "t": 8, "b": 46},
         "shapes": [],
         "hovermode": "x unified",
-        "xaxis": {"title": {"text": plot_text(chart.x_title)}},
+        "xaxis": {"title": {"text": plot_text(chart.x_title)}, **({"dtick": 1} if chart.counted else {})},
         "yaxis": {"title": {"text": plot_text(chart.y_title)}, "type": "log" if chart.logarithmic else "linear"},
         "legend": {"orientation": "h", "y": 1.12},
     }
