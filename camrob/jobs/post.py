@@ -26,6 +26,7 @@ from camrob.jobs.release.price_bound import bound_finding, price_bound
 from camrob.jobs.release.release import ReadBack, check_release, path_margins, read_back
 from camrob.jobs.release.saved import save_path, save_summary
 from camrob.jobs.release.summary import post_summary
+from camrob.jobs.release.upload import write_upload
 from camrob.jobs.solving.device import check_device
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
 from camrob.jobs.solving.feed_within import off_at_speed, tolerance_findings
@@ -153,6 +154,7 @@ def post(
         programs = _with_entries(order, made, machine, folder, watch)
         files = [*programs, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
         save_path(folder / f"{title}.path.npz", made.inputs, made.solution, made.feed)
+        files += write_upload(folder, title, programs, language_of(machine), machine.controller)
         proved, certificate = None, folder / f"{title}.proof.npz"
         if prove is not None:
             with watch.stage("prove"):

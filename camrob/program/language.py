@@ -131,6 +131,9 @@ class Language(Protocol):
         max_lines: motions of one file, None for the cell's. `findings` receives what a person should know. Raises as `check`.
         """
 
+    def upload(self, name: str, files: Sequence[str], controller: ControllerSettings) -> Sequence[tuple[str, str]]:
+        """Files of a program with their places on the controller, in the order of copying; none where no list is asked for."""
+
     def read(self, path: Path) -> ProgramText:
         """A program from its main file and what belongs to it. Raises ProgramError, naming file and line."""
 

@@ -10,6 +10,7 @@ digest "": it is in the list, and it matches nothing.
 from __future__ import annotations
 
 import hashlib
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
@@ -18,7 +19,7 @@ from typing import Any
 
 from camrob.witness.happenings import Objection
 
-__all__ = ["check_manifest", "digests", "make_manifest"]
+__all__ = ["check_manifest", "check_upload", "digests", "make_manifest"]
 
 _HINT = "post again, or leave the manifest out (--no-manifest)"
 _PROSE = (".md", ".txt")  # of a cell's folder: words for people change no program
@@ -79,6 +80,30 @@ def check_manifest(
     if manifest.get("camrob") != now["camrob"]:
         text = f"the manifest is of camrob {manifest.get('camrob')}, this is {now['camrob']}"
         found.append(Objection("manifest-version", text, severity="warning"))
+    return found
+
+
+def check_upload(text: str, main: Path, program: Iterable[Path]) -> list[Objection]:
+    """What is wrong with a list for the upload of a program's files, whose lines are those of sha256sum: digest, place.
+
+    Each of the program's files has to be in it, once, as it is now, all in one folder of the controller, and the main program
+    last, so that the controller never links it to parts that aren't there yet.
+    """
+    rows = [re.fullmatch(r"([0-9a-f]{64})  (\S+)/([^/\s]+)", row) for row in text.splitlines()]
+    listed = [(row[1], row[2], row[3]) for row in rows if row is not None]
+    if not listed or None in rows:
+        return [Objection("upload-broken", f"the list for the upload can't be read; {_HINT}")]
+    found, now = [], digests(program)
+    names = [name.upper() for _, _, name in listed]
+    if len(set(names)) < len(names) or len({place for _, place, _ in listed}) > 1:
+        found.append(Objection("upload-places", f"the list for the upload names a file twice, or two folders; {_HINT}"))
+    if listed[-1][2] != main.name:
+        found.append(Objection("upload-order", f"{main.name} is not the last one of the list for the upload; {_HINT}"))
+    for name in sorted(now.keys() | {name for _, _, name in listed}):
+        said = {digest for digest, _, file in listed if file == name}
+        if said != {now.get(name, "")}:
+            text = f"{name} is not as the list for the upload has it"
+            found.append(Objection("upload-differs", f"{text}; {_HINT}"))
     return found
 
 

@@ -233,7 +233,7 @@ def _obsolete(out: Path, name: str | None, new: set[str]) -> list[str]:
 def _bears(file: str, name: str) -> bool:
     """Whether a file is NAME.* or a numbered part of it; a list in a file may say anything."""
     program = "|".join(re.escape(suffix[1:]) for suffix in language_suffixes())
-    if re.fullmatch(rf"{re.escape(name)}(\.path)?\.({program}|json|npz|html)", file):
+    if re.fullmatch(rf"{re.escape(name)}(\.path)?\.({program}|json|npz|html|sha256)", file):
         return True
     part = re.fullmatch(rf"(\w+?)P?_\d{{3,}}\.({program})", file, re.ASCII)
     # a controller's names may be short: a long program's parts bear only the beginning of its name

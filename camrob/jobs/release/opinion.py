@@ -11,6 +11,7 @@ from typing import Any
 from camrob.errors import VerificationError
 from camrob.findings import Finding, Severity
 from camrob.jobs.release.refusal import advice
+from camrob.jobs.release.upload import SUFFIX
 from camrob.languages import language_suffixes
 from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
@@ -24,7 +25,7 @@ from camrob.witness.cl.teller import NO_CIRCLE
 from camrob.witness.cl.words import NO_AXIS, STRANGE
 from camrob.witness.happenings import Objection
 from camrob.witness.judge import Verdict
-from camrob.witness.manifest import check_manifest, digests, make_manifest
+from camrob.witness.manifest import check_manifest, check_upload, digests, make_manifest
 
 __all__ = [
     "SLOWER_BY_PLAN",
@@ -127,6 +128,9 @@ def manifest_findings(program: Path, cell: Path, clfile: Path | None, setup: Pat
     if not isinstance(manifest, Mapping):
         return []
     found = check_manifest(manifest, _named(program, manifest), cell, clfile=clfile, setup=setup)
+    listed = program.with_suffix(SUFFIX)
+    if listed.exists():
+        found += check_upload(_text(listed), program, _named(program, manifest))
     return [_finding(o, o.text, 0) for o in found]
 
 
@@ -147,6 +151,14 @@ def _summary_beside(program: Path) -> Mapping[str, Any]:
     except (OSError, ValueError):
         return {}
     return summary if isinstance(summary, Mapping) else {}
+
+
+def _text(file: Path) -> str:
+    """A file's text, empty where it has none that can be read."""
+    try:
+        return file.read_text(encoding="ascii")
+    except (OSError, UnicodeDecodeError):
+        return ""
 
 
 def _named(program: Path, manifest: Mapping[str, Any]) -> set[Path]:

@@ -65,6 +65,15 @@ class Krl:
 
         return iter_krl(program, controller, max_lines=max_lines, findings=findings)
 
+    def upload(self, name: str, files: Sequence[str], controller: ControllerSettings) -> Sequence[tuple[str, str]]:
+        """All into one folder of the program's name: what is called first, the program itself last, its data before it."""
+        from camrob.languages.krl.krl_settings import krl_settings
+
+        folder = krl_settings(controller).upload_folder
+        last = [f"{name}{suffix}" for suffix in reversed(self.suffixes)]
+        order = [*(file for file in files if file not in last), *(file for file in last if file in files)]
+        return [(file, f"{folder}/{name}/{file}") for file in order] if folder else []
+
     def read(self, path: Path) -> ProgramText:
         """A .src file with its .dat and the parts that it calls."""
         from camrob.languages.krl.reader.read_krl import read_krl

@@ -15,6 +15,7 @@ _ORI_TYPES = ("#VAR", "#CONSTANT", "#JOINT")
 _CIRC_TYPES = ("#BASE", "#PATH")
 _MECHANISMS = 6  # that a KR C2 can have beside the robot
 _TABLE = 64  # rows that TOOL_DATA and BASE_DATA may have, row 0 being the flange or the world
+_FOLDER = re.compile(r"[A-Za-z0-9_$-]{1,24}(?:/[A-Za-z0-9_$-]{1,24})*")  # as the controller's Explorer takes them
 _EK = re.compile(r"\s*EK\s*\([^()]*,[^()]*,\s*\{base\}\s*\)\s*$", re.IGNORECASE)
 
 
@@ -24,7 +25,9 @@ class KrlSettings:
     standing for the frame, as in `EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})`; empty prints the frame.
     act_ex_ax: `$ACT_EX_AX`, 0 leaves it alone. tool_number, base_number: entries of the controller's tables that are made active
     (for load data and the pendant) before the frames are written, None leaves them alone. stop_message: whether a program
-    declares the usual interrupt for stop messages, IR_STOPM, which shows them.
+    declares the usual interrupt for stop messages, IR_STOPM, which shows them. upload_folder: the controller's folder that
+    programs are copied into, each into one of its own name, as in `R1/Program`; a list of what goes there comes with each
+    program then. Empty: no list.
     """
 
     ori_type: str
@@ -34,6 +37,7 @@ class KrlSettings:
     tool_number: int | None
     base_number: int | None
     stop_message: bool
+    upload_folder: str
 
     def check_base(self, *, follows_table: bool) -> None:
         """Raise CellError where `$BASE` would not be printed as what `base_follows_table` makes of it.
@@ -78,6 +82,7 @@ def krl_settings(controller: ControllerSettings) -> KrlSettings:
         tool_number=_number(own, "tool_number", _TABLE),
         base_number=_number(own, "base_number", _TABLE),
         stop_message=_flag(own, "stop_message"),
+        upload_folder=_folder(own, "upload_folder"),
     )
     if own:
         known = ", ".join(KrlSettings.__dataclass_fields__)
@@ -104,6 +109,14 @@ def _number(own: dict[str, object], key: str, most: int) -> int | None:
     value = own.pop(key)
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= most:
         raise CellError(f"{key} is {value!r}"[:80], hint=f"write a whole number from 0 to {most}")
+    return value
+
+
+def _folder(own: dict[str, object], key: str) -> str:
+    """Folders of the controller that may be left out, taken out of `own`."""
+    value = own.pop(key, "")
+    if not isinstance(value, str) or (value and _FOLDER.fullmatch(value) is None):
+        raise CellError(f"{key} is {value!r}"[:80], hint='write folders of the controller, as in "R1/Program"')
     return value
 
 

@@ -73,6 +73,10 @@ class Rapid:
 
         return iter_rapid(program, controller, max_lines=max_lines, findings=findings)
 
+    def upload(self, name: str, files: Sequence[str], controller: ControllerSettings) -> Sequence[tuple[str, str]]:
+        """None: NAME.pgf is the controller's own list of a program's modules."""
+        return ()
+
     def read(self, path: Path) -> ProgramText:
         """A .mod file, and the modules that the .pgf file beside it lists."""
         from camrob.languages.rapid.reader.read_rapid import read_rapid
