@@ -34,5 +34,5 @@ def write_upload(
     main = folder / f"{name}{language.suffixes[0]}"
     found = check_upload(listed.read_text(encoding="ascii"), main, [folder / file for file in files])
     if found:
-        raise VerificationError(f"the list for the upload is wrong: {found[0].text}")
+        raise VerificationError(f"the list for the upload is wrong: {found[0].text}; report it with the files")
     return [listed.name]
