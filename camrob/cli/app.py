@@ -15,7 +15,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from camrob.cli.console import error_line, job_of, perform, renderer
+from camrob.cli.console import error_line, exit_status, job_of, perform, renderer
 from camrob.cli.options import (
     CellOption,
     Device,
@@ -34,6 +34,7 @@ from camrob.cli.real import calibrate, close_loop, compensate, diagnose, predict
 from camrob.cli.start import cell_app, samples
 from camrob.cli.study import has_become, study
 from camrob.cli.tuning import tune_engines
+from camrob.errors import CamrobError
 from camrob.progress import Progress
 
 __all__ = [
@@ -347,6 +348,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         what = " ".join(error.format_message().split()).rstrip(".")  # type: ignore[attr-defined]
         typer.echo(f"{where}: {what}; see '{where} --help'", err=True)
         return 2
+    except CamrobError as error:  # an option's value, before there is a job
+        typer.echo(f"camrob: {error_line(error)}", err=True)
+        return exit_status(error)
     except typer.Abort:
         typer.echo(f"camrob: {error_line(KeyboardInterrupt())}", err=True)
         return 130

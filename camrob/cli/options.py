@@ -9,6 +9,9 @@ from typing import Annotated
 
 import typer
 
+from camrob.errors import InputError
+from camrob.text import printable
+
 __all__ = [
     "CellOption",
     "CorrectedOption",
@@ -32,6 +35,7 @@ __all__ = [
     "SenTypeOption",
     "SetupOption",
     "ThenCompensatedOption",
+    "TrackerCellOption",
     "Units",
     "cells_to_complete",
     "known_cell",
@@ -73,11 +77,20 @@ class LoopMode(StrEnum):
     RELATIVE = "relative"
 
 
-def known_cell(asked: Path) -> Path:
-    """The cell that was asked for: a folder, or where there is none the shipped cell of that name."""
+def known_cell(asked: Path | None) -> Path | None:
+    """The cell that was asked for: a path, or where nothing is there the shipped cell of that name.
+
+    Raises InputError for a bare name of neither.
+    """
     from camrob.shipped import shipped_cells
 
-    return asked if os.path.lexists(asked) else shipped_cells().get(str(asked), asked)
+    if asked is None or len(asked.parts) != 1 or asked.suffix or os.path.lexists(asked):
+        return asked
+    shipped = shipped_cells()
+    if asked.name not in shipped:
+        what = f"there is no folder {printable(asked.name)[:60]!r}, and no cell of that name comes with camrob"
+        raise InputError(what, hint=f"give the cell's folder, or one of {', '.join(shipped)}")
+    return shipped[asked.name]
 
 
 def cells_to_complete(incomplete: str) -> list[str]:
@@ -95,6 +108,16 @@ CellOption = Annotated[
         autocompletion=cells_to_complete,
         help="The cell's folder (or its cell.toml), or the name of one that comes with camrob.",
         metavar="CELL",
+    ),
+]
+TrackerCellOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--cell",
+        metavar="CELL",
+        callback=known_cell,
+        autocompletion=cells_to_complete,
+        help="A cell with a tracker.toml (or its cell.toml).",
     ),
 ]
 SetupOption = Annotated[

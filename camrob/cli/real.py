@@ -25,7 +25,7 @@ from camrob.cli.options import (
     QuietOption,
     RealtimeOption,
     SenTypeOption,
-    cells_to_complete,
+    TrackerCellOption,
 )
 from camrob.cli.study import has_become
 from camrob.errors import InputError
@@ -330,19 +330,8 @@ def close_loop(
     )
 
 
-_TrackerCellOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--cell",
-        metavar="CELL",
-        autocompletion=cells_to_complete,
-        help="A cell with a tracker.toml (or its cell.toml).",
-    ),
-]
-
-
 def tracker(
-    cell: _TrackerCellOption = None,
+    cell: TrackerCellOption = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="The folder that receives the files.")
     ] = None,

@@ -78,7 +78,11 @@ def study(
     cell: Annotated[
         Path | None,
         typer.Option(
-            "--cell", metavar="CELL", autocompletion=cells_to_complete, help="Another cell. Default: the paper's own."
+            "--cell",
+            metavar="CELL",
+            callback=known_cell,
+            autocompletion=cells_to_complete,
+            help="Another cell. Default: the paper's own.",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -91,7 +95,7 @@ def study(
             raise InputError(f"no study {name[:60]!r} comes with camrob", hint=f"take one of {', '.join(STUDIES)}")
         from camrob.shipped import shipped_cell
 
-        machine = shipped_cell(STUDIES[name].cell) if cell is None else known_cell(cell)
+        machine = shipped_cell(STUDIES[name].cell) if cell is None else cell
         return STUDIES[name].run(machine, out, progress)
 
     render = STUDIES[name].render if name in STUDIES else _feed

@@ -49,6 +49,13 @@ class Result:
 Plant = Callable[[str, object], list[dict[str, object]]]
 
 
+@pytest.fixture(autouse=True)
+def beside_a_cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands are given in a folder that has the folder of a cell."""
+    (tmp_path / "c").mkdir()
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture
 def plant(monkeypatch: pytest.MonkeyPatch) -> Plant:
     """Put a job in the place of a verb's own: it returns what is given, or raises it, and notes what it was given."""

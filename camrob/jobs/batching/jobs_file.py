@@ -50,9 +50,9 @@ def read_jobs(path: Path, out: Path | None = None) -> tuple[BatchJob, ...]:
     table = TableReader(read_toml(path, InputError), path, error=InputError)
     defaults = table.table("defaults") if "defaults" in table else TableReader({}, path, "defaults", error=InputError)
     entries = table.tables("job")
-    table.finish()
     if not entries:
         raise InputError("holds no jobs", hint="write a [[job]] with a clfile for each", path=path)
+    table.finish()
     verbs = [_verb(entry, defaults) for entry in entries]
     _known(defaults, {key for verb in verbs for key in verb.keys} | {"verb"}, "any of these jobs")
     shared = {verb.name: _values(defaults, verb) for verb in verbs}
