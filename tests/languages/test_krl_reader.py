@@ -188,6 +188,40 @@ def test_what_a_public_data_list_shares(tmp_path):
     assert np.isnan(program.speed[1]), "what is not GLOBAL stays its own file's"
 
 
+def test_steps_from_the_last_target(tmp_path):
+    """Along the axes of $BASE; E by so much; a step of axes behind axes."""
+    steps = "LIN_REL {X 10,E1 1} C_DIS\nLIN_REL {Z -2.5} #BASE\nPTP_REL {Y 1}\n"
+    steps += "PTP {A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\nPTP_REL {A6 -7}"
+    program = read(tmp_path, P0 + steps)
+    assert program.pose[:4].tolist() == [
+        [1, 2, 3, 4, 5, 6],
+        [11, 2, 3, 4, 5, 6],
+        [11, 2, 0.5, 4, 5, 6],
+        [11, 3, 0.5, 4, 5, 6],
+    ]
+    assert program.external[:4, 0].tolist() == [7, 8, 8, 8] and program.axes[5].tolist() == [1, 2, 3, 4, 5, -1]
+    assert [int(k) for k in program.kind[[1, 3, 5]]] == [Motion.LIN, Motion.PTP_POSE, Motion.PTP_AXES]
+    assert program.blend[1] == Blend.DISTANCE and not program.blend[2]
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (P0 + "LIN_REL {X 1} #TOOL", "the tool's own axes"),
+        (P0 + "LIN_REL {A 1}", "turns the tool"),
+        (P0 + "$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN_REL {X 1}", "doesn't hold"),
+        (P0 + "PTP {A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\nLIN_REL {X 1}", "doesn't hold"),
+        (P0 + "LIN_REL {E3 1}", "external axis"),
+        (P0 + "PTP_REL {A1 1}", "doesn't hold"),
+        (P0 + "LIN {X 1} #BASE", "behind a motion"),
+        (P0 + "CIRC {X 2,Y 3},{X 3,Y 2},CA 90\nLIN_REL {X 1}", "doesn't hold"),
+    ],
+)
+def test_steps_that_lead_nobody_knows_where(tmp_path, body, message):
+    with pytest.raises(KrlError, match=message):
+        read(tmp_path, body)
+
+
 def test_a_config_that_can_not_be_read_is_left_out(tmp_path):
     (tmp_path / "$config.dat").write_text("DEFDAT $CONFIG\nDECL INT ?\nENDDAT\n")
     assert "config-unread" in codes(read(tmp_path, P0))
@@ -256,7 +290,8 @@ def test_numbers_are_those_of_float(tmp_path):
         ("LIN {X 1,Y 1e999,Z 3,A 4,B 5,C 6}", 3, "Y has no number"),
         ("LIN {X 1,Y 2,Z 3,A 4,B 5,C 6} C_DIX", 3, "C_DIX"),
         ("LIN {X 1 Y 2}", 3, "missing"),
-        ("LIN_REL {X 1}", 3, "LIN_REL is not read"),
+        ("LIN_REL {X 1}", 3, "from a place that the program doesn't hold"),
+        ("CIRC_REL {X 1},{Y 1}", 3, "CIRC_REL is not read"),
         ("SLIN XP1 WITH $VEL = 1", 3, "SLIN is not read"),
         ("GOTO A", 3, "GOTO"),
         ("IF $IN[1] THEN\n" + P0 + "ENDIF", 3, "IF whose course"),

@@ -15,6 +15,7 @@ from camrob.jobs.release.upload import SUFFIX
 from camrob.languages import language_suffixes
 from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
+from camrob.witness.cl.apt_process import LATHE
 from camrob.witness.cl.customs import ASIDE
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.foreign.foreign_cycles import ACROSS
@@ -50,6 +51,7 @@ _NEVER = {
     NOWHERE: "put the block or the subprogram into the file",
     ACROSS: "drill in G17",
     ASIDE: "mirror about the work zero: G101 X0, Y0",
+    LATHE: "give the milling operations a CL file of their own",
     UNNAMED: "name X, Y and Z in a rapid move before it",
 }
 # what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own

@@ -12,7 +12,10 @@ from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Kind
 from camrob.witness.units import INCH_MM, mm_to_m
 
-__all__ = ["AptProcess"]
+__all__ = ["LATHE", "AptProcess"]
+
+LATHE = "a turning tool, against which the part turns"
+"""Of a file that no robot with a spindle can work."""
 
 _LATHE = frozenset(("TURN", "GROOVE", "THREAD"))  # words of tools that a part turns against
 _SENSES = {"CCLW": "CCLW", "CCW": "CCLW", "CLW": "CLW", "CW": "CLW"}
@@ -84,16 +87,21 @@ class AptProcess:
 
     def _toolno(self, s: Statement) -> None:
         """A description, and the change itself where the file has no other word for it."""
-        if _LATHE & set(s.words):
-            self._tell.gap(s.line, "TOOLNO of a turning tool", lost=False)
+        self._turns_the_part(s)
         if self._by_number and s.numbers:
             self._number = int(s.numbers[0])
             self._tell.tool(s.line, s.numbers[0])
+
+    def _turns_the_part(self, s: Statement) -> None:
+        """A tool that stands still while the part turns."""
+        if _LATHE & set(s.words):
+            self._tell.gap(s.line, LATHE, lost=False)
 
     def _unload(self, s: Statement) -> None:
         self._tell.unload(s.line)
 
     def _tldata(self, s: Statement) -> None:
+        self._turns_the_part(s)
         if s.numbers and not _LATHE & set(s.words):
             self._wide = s.numbers[0] * self._place.scale
 

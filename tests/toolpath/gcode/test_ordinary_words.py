@@ -161,4 +161,4 @@ def test_lathes_of_catia_are_known_by_their_tools(tmp_path: Path, tool: str) -> 
     text = f"$$ CATIA APT VERSION 1.0\n{tool}\nFEDRAT/0.4,MMPR\nSPINDL/ 2000.0,RPM,CLW\nGOTO / 77, 0, 45\nGOTO / 28, 0, 2\nFINI\n"
     refused(tmp_path, "a.aptsource", text, "a turning operation")
     gaps = [gap.text for gap in read_story(tmp_path / "a.aptsource").gaps]
-    assert any("turning tool" in text for text in gaps) or tool.startswith("TLDATA")
+    assert any("a turning tool" in text for text in gaps), "the witness releases none either"

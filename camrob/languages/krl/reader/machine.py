@@ -12,7 +12,7 @@ from camrob.findings import Finding, Severity
 from camrob.languages.krl.reader.expressions import Aggregate, Enumerated, Expression, Mechanism, Unknown, Value
 from camrob.languages.krl.reader.module import Module
 from camrob.languages.krl.reader.rows import KrlRows
-from camrob.languages.krl.reader.targets import Target, merged, target_of
+from camrob.languages.krl.reader.targets import Target, merged, stepped, target_of
 from camrob.languages.krl.reader.tokens import Token, canonical, shown
 from camrob.languages.krl.reader.variables import Variables
 from camrob.program.motion import Blend, Motion
@@ -77,9 +77,9 @@ class KrlMachine:
             self.variables.assign("$VEL.CP", modal.speed)
 
     def motion(self, tokens: tuple[Token, ...], file: int, line: int) -> None:
-        """PTP, LIN or CIRC."""
-        word = tokens[0].text
-        self.statements[word] += 1
+        """PTP, LIN, CIRC, PTP_REL or LIN_REL."""
+        self.statements[tokens[0].text] += 1
+        word, _, relative = tokens[0].text.partition("_")
         expression = Expression(tokens, self.variables.lookup, 1)
         targets = [self._target(expression, word, line)]
         if word == "CIRC":
@@ -90,7 +90,9 @@ class KrlMachine:
             if word != "CIRC" or not expression.accept("CA"):
                 raise KrlError(f"{expression.rest()!r} behind a target", hint="correct the statement")
             angle = _number(expression.value(), "CA")
-        approximation = _approximation(expression)
+        approximation = _approximation(expression, relative=bool(relative))
+        if relative:
+            targets = [None if target is None else stepped(self.rows, target, word) for target in targets]
         if word != "PTP":
             self._want_speed(self.rows.modal.speed, line)
         kinds = {"LIN": [Motion.LIN], "CIRC": [Motion.CIRC_VIA, Motion.CIRC_END], "PTP": [Motion.PTP_POSE]}[word]
@@ -109,6 +111,8 @@ class KrlMachine:
                 file=file,
                 line=line,
             )
+        if not math.isnan(angle):  # the arc ends elsewhere than at its target
+            self.rows.framed = None
 
     def assign(self, expression: Expression, path: str, line: int) -> None:
         """`path = value`, the value next in `expression`."""
@@ -252,11 +256,15 @@ def _number(value: Value, what: str) -> float:
     return float(value)
 
 
-def _approximation(expression: Expression) -> int:
+def _approximation(expression: Expression, *, relative: bool) -> int:
     """The approximation behind a target; of two (`C_PTP C_DIS`) the first. Raises KrlError for anything else."""
     found = [0]
     while expression.next.kind == "name" and expression.next.text in _BLENDS:
         found.append(int(_BLENDS[expression.next.text]))
+        expression.at += 1
+    if relative and expression.next.text == "#TOOL":
+        raise KrlError("a step along the tool's own axes (#TOOL) is not read", hint="write the target in $BASE")
+    if relative and expression.next.text == "#BASE":
         expression.at += 1
     if expression.next.kind != "end":
         raise KrlError(f"{expression.rest()!r} behind a motion", hint="correct the statement")

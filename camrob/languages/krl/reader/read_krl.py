@@ -28,12 +28,12 @@ _MOST_PASSES = 200_000  # of loops and calls: beyond it a loop that never ends i
 _BULK_STEPS = 2  # statements that take as long as a run of usual lines of a kind, each
 _PER_LINE = 10  # a long program may call more: the time to read it stays in proportion to its text
 _MOST_REPEATED = {"statements": 5_000, "motions": 1_000_000}  # by loops and calls: 0.3 s, 0.5 GB
-_MOTIONS = frozenset(("PTP", "LIN", "CIRC"))
+_MOTIONS = frozenset(("PTP", "LIN", "CIRC", "PTP_REL", "LIN_REL"))
 _SPLINES = {"SPTP": "PTP", "SLIN": "LIN", "SCIRC": "CIRC", "SPL": "LIN"}
 """Motions of the spline kind: to the same points on the same ways; SPL, a curve through its points, as their chords."""
 _MOST_JUMPS = 500  # GOTOs: programs that jump do it a few times
 _UNREAD = frozenset(
-    """PTP_REL LIN_REL CIRC_REL SPTP_REL SLIN_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT EXIT
+    """CIRC_REL SPTP_REL SLIN_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT EXIT
     LIN_SPLINE""".split()
 )
 _HARMLESS = frozenset(

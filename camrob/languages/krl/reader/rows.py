@@ -56,6 +56,7 @@ class KrlRows:
     pose: tuple[float, ...] | None = None
     axes: tuple[float, ...] | None = None
     external: tuple[float, ...] = _NAN6
+    framed: tuple[int, int] | None = None  # tool and base of the last target, None where the robot isn't there
     count: int = 0
     _pending: list[tuple[float, ...]] = field(default_factory=list)
     _blocks: list[dict[str, NDArray[Any]]] = field(default_factory=list)
@@ -94,7 +95,7 @@ class KrlRows:
                 line,
             )
         )
-        modal.wait = 0.0
+        modal.wait, self.framed = 0.0, (modal.tool, modal.base)
         self._grow(1)
 
     def add_lins(
@@ -143,7 +144,7 @@ class KrlRows:
         self._blocks.append({n: np.broadcast_to(np.asarray(block[n], dtype=t), shapes[n]) for n, _, t in _COLUMNS})
         self.pose, self.axes = tuple(filled[-1, :6].tolist()), None
         self.external = tuple(filled[-1, 6:].tolist())
-        modal.wait = 0.0
+        modal.wait, self.framed = 0.0, (modal.tool, modal.base)
         self._grow(count)
 
     def columns(self) -> dict[str, NDArray[Any]]:

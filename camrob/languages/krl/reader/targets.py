@@ -10,7 +10,7 @@ from camrob.languages.krl.reader.expressions import Aggregate, Value
 from camrob.languages.krl.reader.rows import KrlRows
 from camrob.languages.krl.reader.tokens import shown
 
-__all__ = ["Target", "merged", "target_of"]
+__all__ = ["Target", "merged", "stepped", "target_of"]
 
 _POSE = ("X", "Y", "Z", "A", "B", "C")
 _AXES = ("A1", "A2", "A3", "A4", "A5", "A6")
@@ -49,6 +49,28 @@ def target_of(aggregate: Aggregate, word: str, rows: KrlRows) -> Target:
     external = {name: _number(name, fields[name]) for name in _EXTERNAL if name in fields}
     status, turn = (_bits(name, fields[name]) if name in fields else -1 for name in ("S", "T"))
     return Target(None if axes else main, main if axes else None, external, status, turn)
+
+
+def stepped(rows: KrlRows, step: Target, word: str) -> Target:
+    """Where a step by `step` leads from the last target, along the axes of $BASE.
+
+    Raises KrlError where the last target isn't known in that base and with that tool, and for a step that turns the tool.
+    """
+    given = step.pose if step.axes is None else step.axes
+    before = rows.pose if step.axes is None else rows.axes
+    names = _POSE if step.axes is None else _AXES
+    if before is None or rows.framed != (rows.modal.tool, rows.modal.base):
+        raise KrlError(
+            f"{word}_REL from a place that the program doesn't hold", hint="give the target before it, in the same base"
+        )
+    if step.axes is None and any((given or {}).get(name) for name in "ABC"):
+        raise KrlError(f"{word}_REL that turns the tool by angles", hint="write the target itself")
+    sums = {name: value + (given or {}).get(name, 0.0) for name, value in zip(names, before, strict=True)}
+    external = {name: value + rows.external[_EXTERNAL.index(name)] for name, value in step.external.items()}
+    if any(math.isnan(value) for value in external.values()):
+        raise KrlError(f"{word}_REL of an external axis whose place the program doesn't hold", hint="name it before")
+    pose, axes = (sums, None) if step.axes is None else (None, sums)
+    return Target(pose, axes, external, step.status, step.turn)
 
 
 def merged(rows: KrlRows, target: Target, word: str) -> None:
