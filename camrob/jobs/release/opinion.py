@@ -19,6 +19,8 @@ from camrob.witness.cl.apt_process import LATHE
 from camrob.witness.cl.customs import ASIDE
 from camrob.witness.cl.drilling import UPWARD
 from camrob.witness.cl.foreign.foreign_cycles import ACROSS
+from camrob.witness.cl.foreign.klartext_places import MODAL_CALL
+from camrob.witness.cl.foreign.klartext_values import ARC_BY_MACHINE, FEED_BY_TOOL
 from camrob.witness.cl.offsets import OFFSET
 from camrob.witness.cl.running.unread import NOWHERE
 from camrob.witness.cl.standing import TURNED, UNNAMED
@@ -51,6 +53,9 @@ _NEVER = {
     NOWHERE: "put the block or the subprogram into the file",
     ACROSS: "drill in G17",
     ASIDE: "mirror about the work zero: G101 X0, Y0",
+    MODAL_CALL: "call with M99",
+    ARC_BY_MACHINE: "use L for it",
+    FEED_BY_TOOL: "name the feed in mm/min",
     LATHE: "give the milling operations a CL file of their own",
     UNNAMED: "name X, Y and Z in a rapid move before it",
 }

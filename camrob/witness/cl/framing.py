@@ -9,6 +9,7 @@ turns, about the datum that 7 has shifted.
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from camrob.witness.frames import rotation
 from camrob.witness.units import deg_to_rad
 
-__all__ = ["at_place", "in_plane", "mirror", "scaling", "shifting", "spin", "stretch", "turning"]
+__all__ = ["at_place", "in_plane", "mirror", "scaling", "shifting", "spin", "stands_still", "stretch", "turning"]
 
 Array = NDArray[np.float64]
 _SAME = 1e-12  # of a matrix: what rounding leaves
@@ -71,3 +72,9 @@ def spin(frame: Array, normal: Array) -> Array:
     first, second = frame[:3, (i + 1) % 3], frame[:3, (i + 2) % 3]
     turned = np.cross(first, second) * normal[i]
     return np.asarray(turned / np.linalg.norm(turned))
+
+
+def stands_still(rest: str, shift: dict[str, float], scale: float) -> bool:
+    """Whether the words of a datum shift, in units of `scale` m, say what holds already (m)."""
+    found = re.findall(r"(I?)([XYZ])\s?([-+]?(?:\d+\.?\d*|\.\d+))", rest)
+    return not any(float(v) - (0.0 if more else shift[axis] / scale) for more, axis, v in found)

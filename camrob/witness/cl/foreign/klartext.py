@@ -11,19 +11,20 @@ import re
 import numpy as np
 
 from camrob.witness.cl.circles import Wanted
+from camrob.witness.cl.foreign import klartext_places, klartext_values
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, Pole, formula_of, polar_end
-from camrob.witness.cl.foreign.klartext_values import NUMBER, cycle_values, folded_by, stands_still, tool_words
-from camrob.witness.cl.framing import mirror, turning
+from camrob.witness.cl.foreign.klartext_values import NUMBER
+from camrob.witness.cl.framing import mirror, stands_still, turning
 from camrob.witness.cl.running.label_run import LabelRun
 from camrob.witness.cl.running.ordered import Ordered, Row
 
 __all__ = ["KlartextReader"]
 
 _TOKEN = re.compile(
-    rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|PR|I?[XYZABC]|[NT][XYZ]|FU|[FMR]))\s?(?P<value>{NUMBER})?\s?|DR(?P<sense>[-+])\s?"
+    rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|PR|I?[XYZABC]|[NT][XYZ]|F[UZ]|[FMR]))\s?(?P<value>{NUMBER})?\s?|DR(?P<sense>[-+])\s?"
 )
 _NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|CYCL DEF (32|392)\b|END PGM)")
 _NO_CYCLE = "a cycle call without a cycle that is read"
@@ -216,19 +217,13 @@ class KlartextReader(ForeignReader):
                 if code in ("128", "129"):
                     self._here = {}
             elif code not in QUIET and code not in (*FIRST, *LAST, "91", "92"):
-                raise UnreadError(f"M{code} of Heidenhain's")
+                raise klartext_places.unread_code(code)
 
     def _fed(self, words: dict[str, str]) -> list[str]:
         """F, or FU: so much a turn of the spindle."""
-        if "FU" in words:
-            turns = self._tell.rpm
-            if not turns or "F" in words:
-                raise UnreadError("FU without a speed")
-            self._per_turn = True
-            return [f"F{float(words.pop('FU')) * turns:.9f}"]
-        if "F" in words:
-            self._per_turn = False
-        return [f"F{words.pop('F')}"] if "F" in words else []
+        feed, per_turn = klartext_values.feed_words(words, self._tell.rpm)
+        self._per_turn = per_turn if feed else self._per_turn
+        return feed
 
     def _sided(self, words: dict[str, str], line: int) -> None:
         for word, code in (("R0", "40"), ("RL", "41"), ("RR", "42")):
@@ -295,7 +290,7 @@ class KlartextReader(ForeignReader):
         self._sided(words, line)
         called, codes = "99" in codes, [code for code in codes if code != "99"]
         if {"91", "92"} & set(codes):
-            raise UnreadError(f"M91 or M92 in {kind}")
+            raise UnreadError(klartext_values.ARC_BY_MACHINE)
         self._switch(codes, line, first=True)
         feed = self._fed(words)
         sense = words.pop("DR", "")
@@ -328,7 +323,7 @@ class KlartextReader(ForeignReader):
     # -- tools and cycles
 
     def _tool(self, text: str, line: int) -> None:
-        number, speed, feed = tool_words(text)
+        number, speed, feed = klartext_values.tool_words(text)
         if number and number.startswith('"'):
             number = str(self.numbers.get(number.strip('" ').casefold(), number))
         if number and number.startswith('"'):
@@ -339,7 +334,7 @@ class KlartextReader(ForeignReader):
         if number or feed:
             self._called_feed = feed or ""
         if speed and not feed and self._per_turn:
-            raise UnreadError("another speed under FU")
+            raise UnreadError(klartext_values.FEED_BY_TOOL)
         self._per_turn = self._per_turn and not feed
         words = [f"S{speed}"] * bool(speed) + [f"F{feed}"] * bool(feed)
         if number:
@@ -348,7 +343,7 @@ class KlartextReader(ForeignReader):
 
     def _mirrored_or_turned(self, cycle: str, rest: str) -> None:
         """CYCL DEF 8.1 with axes or none, 10.1 ROT or IROT: about the datum, one of the two at a time."""
-        axes, angle = folded_by(cycle, rest, self._folded)
+        axes, angle = klartext_places.folded_by(cycle, rest, self._folded)
         if (axes, angle) == self._folded:
             return
         self._folded = (axes, angle)
@@ -367,7 +362,7 @@ class KlartextReader(ForeignReader):
         if re.fullmatch(r"19\.(0( .*)?|1( ?[ABC] ?[-+]?0*\.?0*)*)", text) and not self._stand.tilted:
             return
         if main in ("200", "201", "203", "206", "207", "240"):
-            self._drills = klartext_hole(main, cycle_values(rest, self._called_feed))
+            self._drills = klartext_hole(main, klartext_values.cycle_values(rest, self._called_feed))
         elif self._datum is not None and main == "7" and shift and not re.search(r"I[XYZ]|[1-9]", rest):
             self._datum |= dict.fromkeys(re.findall("[XYZ]", rest), 0.0)
             self._unsure = True

@@ -7,15 +7,18 @@ import re
 from typing import NamedTuple
 
 from camrob.witness.cl.foreign.foreign_words import UnreadError
+from camrob.witness.cl.foreign.klartext_values import NUMBER
 from camrob.witness.units import deg_to_rad, rad_to_deg
 
-__all__ = ["FIRST", "LAST", "QUIET", "Pole", "formula_of", "polar_end"]
+__all__ = ["FIRST", "LAST", "MODAL_CALL", "QUIET", "Pole", "folded_by", "formula_of", "polar_end", "unread_code"]
 
 FIRST = {"3": "M3", "4": "M4", "7": "M7", "8": "M8", "13": "M3M8", "14": "M4M8", "128": "M128"}
 LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129": "M129"}
 # how the path is run, and which way rotary axes go round
 QUIET = frozenset("94 116 117 120 124 126 127 134 135 137 138 107 108 25 26".split())
 
+MODAL_CALL = "M89, a cycle called behind every motion"
+"""Of a program that camrob refuses: nothing that is made of it can be right."""
 _FULL = 360.0  # degrees
 _PLANES = {"XY": "G17", "YZ": "G19", "ZX": "G18"}  # angles count from the first axis to the second
 
@@ -80,3 +83,22 @@ def formula_of(name: str, text: str, row: str) -> str:
     if int(name[1:]) in range(100, 200) or many:
         raise UnreadError(f"{row[:24]}, computed")
     return text
+
+
+def unread_code(code: str) -> UnreadError:
+    """An M function that is not read."""
+    return UnreadError(MODAL_CALL if code == "89" else f"M{code} of Heidenhain's")
+
+
+def folded_by(cycle: str, rest: str, before: tuple[str, float]) -> tuple[str, float]:
+    """Mirrored axes and angle (degrees) behind CYCL DEF 8.1, 10.1 or 11.1. Raises UnreadError for both at once, and a scale."""
+    axes, angle = before
+    if cycle == "8" and re.fullmatch(r"([XY]\s*)*", rest):
+        axes = re.sub(r"\s", "", rest)
+    elif cycle == "10" and (said := re.fullmatch(rf"(I?)ROT\s?({NUMBER})", rest)):
+        angle = float(said[2]) + (angle if said[1] else 0.0)
+    elif not (cycle == "11" and re.fullmatch(r"SCL\s?1(\.0*)?", rest)):
+        raise UnreadError(f"CYCL DEF {cycle}.1 {rest[:16]}")
+    if axes and angle:
+        raise UnreadError("cycles 8 and 10 at once")
+    return axes, angle

@@ -6,10 +6,13 @@ import re
 
 from camrob.witness.cl.foreign.foreign_words import UnreadError
 
-__all__ = ["NUMBER", "cycle_values", "folded_by", "stands_still", "tool_words"]
+__all__ = ["ARC_BY_MACHINE", "FEED_BY_TOOL", "NUMBER", "cycle_values", "feed_words", "tool_words"]
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 """A number, as a pattern."""
+ARC_BY_MACHINE = "an arc, or a polar motion, by positions of the machine (M91, M92)"
+FEED_BY_TOOL = "a feed per tooth, or one per turn behind another speed"
+"""Of programs that camrob refuses, beside: nothing that is made of one can be right."""
 _AT_ONCE = "99999"  # a feed that stands for FMAX
 
 
@@ -18,9 +21,25 @@ def tool_words(text: str) -> tuple[str | None, str | None, str | None]:
     found = re.fullmatch(
         rf"(\d+|\"[^\"]*\")?\s*(?:Z)?\s*(?:S\s?({NUMBER}))?\s*(?:F\s?({NUMBER}))?\s*(?:D[LR]2?[-+]?0*\.?0* ?)*", text
     )
+    if re.search(r"\bF[UZ]", text):
+        raise UnreadError(FEED_BY_TOOL)
     if found is None:
         raise UnreadError("TOOL CALL by a name, with another axis, or with an offset")
     return found[1], found[2], found[3]
+
+
+def feed_words(words: dict[str, str], turns: float | None) -> tuple[list[str], bool]:
+    """F of a motion as a word, none where it names none, and whether it is one of FU; takes it out of `words`.
+
+    turns: of the spindle a minute. Raises UnreadError for FZ, and for FU without a speed.
+    """
+    if "FZ" in words:
+        raise UnreadError(FEED_BY_TOOL)
+    if "FU" not in words:
+        return ([f"F{words.pop('F')}"] if "F" in words else []), False
+    if not turns or "F" in words:
+        raise UnreadError("FU without a speed")
+    return [f"F{float(words.pop('FU')) * turns:.9f}"], True
 
 
 def cycle_values(rest: str, called_feed: str) -> dict[int, float]:
@@ -29,23 +48,3 @@ def cycle_values(rest: str, called_feed: str) -> dict[int, float]:
     if called_feed:
         rest = re.sub(r"(?<==) ?F ?AUTO\b", called_feed, rest)
     return {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({NUMBER})(?![\d.])", rest)}
-
-
-def folded_by(cycle: str, rest: str, before: tuple[str, float]) -> tuple[str, float]:
-    """Mirrored axes and angle (degrees) behind CYCL DEF 8.1, 10.1 or 11.1. Raises UnreadError for both at once, and a scale."""
-    axes, angle = before
-    if cycle == "8" and re.fullmatch(r"([XY]\s*)*", rest):
-        axes = re.sub(r"\s", "", rest)
-    elif cycle == "10" and (said := re.fullmatch(rf"(I?)ROT\s?({NUMBER})", rest)):
-        angle = float(said[2]) + (angle if said[1] else 0.0)
-    elif not (cycle == "11" and re.fullmatch(r"SCL\s?1(\.0*)?", rest)):
-        raise UnreadError(f"CYCL DEF {cycle}.1 {rest[:16]}")
-    if axes and angle:
-        raise UnreadError("cycles 8 and 10 at once")
-    return axes, angle
-
-
-def stands_still(rest: str, shift: dict[str, float], scale: float) -> bool:
-    """Whether the words of a datum shift, in units of `scale` m, say what holds already (m)."""
-    found = re.findall(rf"(I?)([XYZ])\s?({NUMBER})", rest)
-    return not any(float(v) - (0.0 if more else shift[axis] / scale) for more, axis, v in found)
