@@ -13,6 +13,7 @@ from camrob.cell.load import PointMass
 from camrob.dynamics.gravity import gravity_arrays, gravity_torques
 from camrob.gap.effects.effect import Column, EffectParameter
 from camrob.gap.observation.scene import Scene
+from camrob.se3 import inverse
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = [
@@ -29,6 +30,8 @@ __all__ = [
     "reach_moments",
     "shows",
     "tool_mass",
+    "under_even_kilogram",
+    "under_flange_kilogram",
     "under_force",
     "under_kilogram",
 ]
@@ -81,10 +84,40 @@ def tool_mass(cell: Cell) -> PointMass:
 
 def under_kilogram(scene: Scene, at: Array) -> tuple[Column, ...]:
     """How each arm axis gives way, by 1 rad/Nm, to a kilogram more at a place (3,) of what carries the tool."""
+    return _under(scene, [PointMass("one", tool_mass(scene.cell).after, 1.0, at)])
+
+
+def under_flange_kilogram(scene: Scene) -> tuple[Column, ...]:
+    """The same of a kilogram on the mounting plate, of a cell whose masses nobody knows."""
+    after, plate = _link_middles(scene.cell)[-1][0], np.asarray(scene.cell.wrist_T_flange)[:3, 3]
+    return _under(scene, [PointMass("one", after, 1.0, plate)])
+
+
+def under_even_kilogram(scene: Scene) -> tuple[Column, ...]:
+    """The same of a kilogram spread over the arm's links by their lengths: of an arm whose masses nobody knows, only this much
+    is sure, that what is long weighs more than what is short.
+    """
+    links = _link_middles(scene.cell)
+    total = sum(length for _, _, length in links) or 1.0
+    return _under(scene, [PointMass(after, after, length / total, middle) for after, middle, length in links])
+
+
+def _link_middles(cell: Cell) -> list[tuple[str, Array, float]]:
+    """By axis of the arm: its name; the middle (3,) of its link, in the frame where its row ends; the link's length; m."""
+    arm = [j for j in cell.joints if j.role is Role.ARM]
+    ends = [*(np.asarray(j.before) for j in arm[1:]), np.asarray(cell.wrist_T_flange)]
+    # a link runs from its axis to the next one's; its row ends somewhere between
+    begins = [inverse(np.asarray(j.after))[:3, 3] for j in arm]
+    return [
+        (j.name, 0.5 * (begin + end[:3, 3]), float(np.linalg.norm(end[:3, 3] - begin)))
+        for j, begin, end in zip(arm, begins, ends, strict=True)
+    ]
+
+
+def _under(scene: Scene, loads: Sequence[PointMass]) -> tuple[Column, ...]:
     cell = scene.cell
     values = scene.log.axes(scene.axes) if scene.encoder is not None else scene.log.setpoints(scene.axes)
-    one = PointMass("one", tool_mass(cell).after, 1.0, at)
-    torque = gravity_torques(gravity_arrays(cell, [one]), cell.to_q(values))
+    torque = gravity_torques(gravity_arrays(cell, loads), cell.to_q(values))
     axes = [(a, cell.index(a)) for a in arm_axes(cell)]
     return tuple(Column(tcp=scene.shift(a, cell.joints[i].sign * torque[:, i])) for a, i in axes)
 

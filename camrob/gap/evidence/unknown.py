@@ -22,6 +22,8 @@ from camrob.gap.effects.common import (
     place_parameters,
     reach_moments,
     tool_mass,
+    under_even_kilogram,
+    under_flange_kilogram,
     under_force,
     under_kilogram,
 )
@@ -150,9 +152,10 @@ def _constants(scene: Scene) -> tuple[str, ...]:
 
 def _loads(scene: Scene) -> tuple[str, ...]:
     """What may give way, each part in its own proportion, as "place|quantity": the axes under their own torques, the axes under
-    what the tool weighs more than believed, the robot's foot; the axes, and the tip, under the force on the tool.
+    what the tool weighs more than believed, the robot's foot; the axes, and the tip, under the force on the tool. Where the cell
+    says no masses, the axes are bent by a kilogram spread over the links, and by one on the mounting plate.
     """
-    weight = tuple(f"{place}|{LOAD}" for place in (_AXES, _CARRIED, _FOOT)) if scene.cell.masses else ()
+    weight = tuple(f"{place}|{LOAD}" for place in (_AXES, _CARRIED, _FOOT))
     return weight if scene.force is None else (*weight, *(f"{place}|{FORCE}" for place in (_AXES, _TIP)))
 
 
@@ -173,7 +176,9 @@ def parts_of(form: str, scene: Scene) -> tuple[str, ...]:
     if quantity == CONSTANT:
         return tuple(t.partition(".")[0] for t in _terms(place, scene))
     axes = arm_axes(scene.cell)
-    return {_AXES: axes, _CARRIED: ("tool",) * len(axes), _TIP: ("tool",) * 3}.get(place, (_FOOT,) * 4)
+    # where nobody knows what the links weigh, a kilogram on the plate stands for them too
+    carried = ("tool",) * len(axes) if scene.cell.masses else axes
+    return {_AXES: axes, _CARRIED: carried, _TIP: ("tool",) * 3}.get(place, (_FOOT,) * 4)
 
 
 def _terms(place: str, scene: Scene) -> list[str]:
@@ -215,7 +220,10 @@ def _of_load(scene: Scene, form: str, share: float) -> Unit:
     elif place == _TIP:
         sizes = {f"tip along {p}": _TIP_GIVES for p in "xyz"}
     else:
-        sizes = dict.fromkeys(own, usual * (_SHARE * rated_payload(scene.cell) if place == _CARRIED else 1.0))
+        # by the kilogram, where the cell says no masses
+        share = _SHARE if place == _CARRIED else 1.0
+        by_kilogram = place == _CARRIED or (quantity == LOAD and not scene.cell.masses)
+        sizes = dict.fromkeys(own, usual * share * (rated_payload(scene.cell) if by_kilogram else 1.0))
     parameters = tuple(EffectParameter(n, "rad", share * size, -np.inf, np.inf) for n, size in sizes.items())
     return Unit("unknown", "", parameters, len(_loads(scene)), form)
 
@@ -226,7 +234,12 @@ def _giving_way(scene: Scene, form: str) -> tuple[Column, ...]:
         axes, tip = under_force(scene)
         return tip if place == _TIP else axes
     if place == _CARRIED:
-        return under_kilogram(scene, np.asarray(tool_mass(scene.cell).center))
+        known = scene.cell.masses
+        return (
+            under_kilogram(scene, np.asarray(tool_mass(scene.cell).center)) if known else under_flange_kilogram(scene)
+        )
+    if place == _AXES and not scene.cell.masses:
+        return under_even_kilogram(scene)
     if place == _AXES:
         return tuple(Column(tcp=scene.shift(a, scene.torque[:, scene.index(a)])) for a in arm_axes(scene.cell))
     moments = np.concatenate([scene.moments.sum(axis=0), reach_moments(scene)], axis=1)

@@ -80,7 +80,9 @@ def lacking(scene: Scene) -> tuple[str, ...]:
     if scene.force is None:
         sentences.append("no forces: what cutting forces bend can't be seen")
     if not scene.cell.masses:
-        sentences.append("no masses in the cell: compliance, lean and payload can't be judged")
+        sentences.append(
+            "no masses in the cell: compliance, lean and payload can't be named, only that something follows the load"
+        )
     return tuple(sentences)
 
 
