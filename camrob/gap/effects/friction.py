@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.gap.effects.common import moved
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.signals import first_order
+from camrob.gap.observation.signals import first_order, play
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
 
+Array = NDArray[np.float64]
+
 _PEAK = 0.15  # s for which the drive's integral part needs to overcome a reversal
 _REST = 0.02  # share of an axis's ordinary speed below which it counts as turning round
 _SLOW = tuple(deg_to_rad(v) for v in (0.1, 0.2, 0.35, 0.6, 1.0, 1.8, 3.0))  # speeds of which the same is said
+_TURNED = {"deg": deg_to_rad(0.01), "mm": mm_to_m(0.01)}  # way after which a held axis counts as having turned round
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -38,10 +42,18 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    v = scene.velocity(scene.command[:, [scene.index(unit.axis)]])
+    """A drive with an integral part loses the error at rest; one without holds it, until the axis has turned round."""
+    command = scene.command[:, [scene.index(unit.axis)]]
+    if state.get("held"):
+        side = play(command[:, 0], scene.t, scene.pieces, _TURNED[unit.parameters[0].unit])
+        return _of_sign(scene, unit, side[:, None])
+    v = scene.velocity(command)
     ordinary = float(np.median(np.abs(v[np.abs(v) > 1e-9]))) if np.any(np.abs(v) > 1e-9) else 1.0
     rest = state.get("rest", 0.0) or _REST * ordinary
-    sign = np.tanh(v / (rest + 1e-12))
+    return _of_sign(scene, unit, np.tanh(v / (rest + 1e-12)))
+
+
+def _of_sign(scene: Scene, unit: Unit, sign: Array) -> tuple[Column, ...]:
     peak = sign - first_order(sign, scene.t, scene.pieces, _PEAK)
     return tuple(Column(servo={unit.axis: -part[:, 0]}) for part in (sign, peak))
 
@@ -54,7 +66,7 @@ EFFECT = Effect(
     experiment="run small circles at two speeds: peaks stay at the quadrants, lag grows with speed",
     units=_units,
     columns=_columns,
-    trials=({"rest": 0.0}, *({"rest": v} for v in _SLOW)),
+    trials=(*({"rest": v, "held": 0.0} for v in (0.0, *_SLOW)), {"held": 1.0}),
     accuracy=0.1,
     at_reversals=True,
 )

@@ -65,9 +65,9 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 
 
 def _whole(scenes: Sequence[Scene], unit: Unit, state: State) -> bool:
-    """True where the axis passes a cycle."""
+    """True where the axis passes its turn, or two cycles of an order that was found: what comes but once may be a dent."""
     travel = max(float(np.ptp(s.link[:, s.index(unit.axis)])) for s in scenes)
-    return _order(unit, state) * travel >= 2.0 * np.pi
+    return _order(unit, state) * travel >= (1.0 if unit.key == _TURNS else 2.0) * 2.0 * np.pi
 
 
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:

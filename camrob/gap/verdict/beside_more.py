@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -26,20 +26,31 @@ def beside_more(
     on the fitted ones: such a one may be a likeness of that, and is, as likely as not, where withheld samples don't surely get
     better by it. Names that follow posture, load or time alone and mostly cancel have to move it by more: together they are any
     smooth function. What carries over to far postures is no likeness. Sizes are but for what frames that nobody reported take up.
+    So are a drive's lag and delay that mostly cancel, or move less than its friction: they may be the course that it has.
     Claims that together take far less than they move the tool by work against something that is not claimed.
     """
     stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
     sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
     smooth = {e.name for e in library if SMOOTH.issuperset(e.regimes)} & set(sizes)
-    cancel = sum(sizes[n] ** 2 for n in smooth) > BELIEF.cancels * settled_rms(model, model.panels, smooth) ** 2
+    cancel = _cancel(model, sizes, smooth)
     small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
     carried = carried_over(model, trial, small)
     small = [n for n in small if n not in carried]
     less = gains(model, trial, [n for n in small if sizes[n] < stays])
     left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
+    drives = [e for e in library if e.stages == ("setpoint_to_encoder",) and "speed" in e.regimes and e.name in sizes]
+    steady = {e.name for e in drives if not e.at_reversals}
+    friction = settled_rms(model, model.panels, {e.name for e in drives if e.at_reversals})
+    if _cancel(model, sizes, steady) or settled_rms(model, model.panels, steady) < friction:
+        left = dict.fromkeys(steady, 1.0) | left
     if taken(together) < BELIEF.taken:
         left = dict.fromkeys(sizes, 1.0) | left
     return {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
+
+
+def _cancel(model: Model, sizes: Mapping[str, float], names: Collection[str]) -> bool:
+    """Whether names move the tool by far less together than each for itself."""
+    return sum(sizes[n] ** 2 for n in names) > BELIEF.cancels * settled_rms(model, model.panels, names) ** 2
 
 
 def gains(model: Model, trial: Trial, names: Sequence[str]) -> dict[str, tuple[float, float]]:

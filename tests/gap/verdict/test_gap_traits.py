@@ -33,9 +33,11 @@ def passing(degrees: float):
 
 
 @pytest.mark.parametrize(
-    ("degrees", "order", "whole"), [(90, 1, False), (361, 1, True), (20, 17, False), (22, 17, True)]
+    ("degrees", "order", "whole"), [(90, 1, False), (361, 1, True), (22, 17, False), (42, 17, False), (43, 17, True)]
 )
-def test_a_ripple_is_seen_whole_where_its_axis_passes_a_cycle(degrees: float, order: float, *, whole: bool) -> None:
+def test_a_ripple_is_whole_where_its_axis_passes_its_turn_or_two_cycles(
+    degrees: float, order: float, *, whole: bool
+) -> None:
     effect = next(e for e in library() if e.orders)
     state = {"A1_order": float(order)} if order != 1 else {}
     units = [
