@@ -24,7 +24,7 @@ SETTINGS = {
 
 def run_program(main, machine):
     """Runs a program with its parts."""
-    state = State(machine, Hooks(machine.controller.hooks))
+    state = State(machine, Hooks(machine.controller.hooks, "^DO"))
     state.conduct.begun = True
     run_file(main, state)
     state.close_steps()
