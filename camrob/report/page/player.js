@@ -157,6 +157,8 @@ function camrobPlayer(scene, place, mark) {
     while (reached < beyond) { const m = (reached + beyond) >> 1; if (cuts[m] <= near) reached = m + 1; else beyond = m; }
     thick.instanceCount = reached;
     mark(s);
+    if (playing && performance.now() - worded < 100) return; // nobody reads faster, and the browser sets words for longer than it draws the cell
+    worded = performance.now();
     readout(near, s);
   }
 
@@ -184,7 +186,7 @@ function camrobPlayer(scene, place, mark) {
     tinted = share > 0 ? pair.flatMap((name) => named[name] || []) : [];
     tinted.forEach((mesh) => mesh.material.uniforms.color.value.lerp(tint, share));
   }
-  let shownAt = -1;
+  let shownAt = -1, worded = 0; // worded: when the words were set last, ms
   function readout(near, s) {
     if (close) nearest();
     if (near !== shownAt) {
