@@ -267,7 +267,7 @@ function camrobPlayer(scene, place, mark) {
     camera.position.copy(middle).addScaledVector(eye, size / (2 * Math.tan(0.5 * camera.fov * Math.PI / 180)));
     controls.update(); touch();
   }
-  const seeCell = () => see(low.clone().add(high).multiplyScalar(0.5), 0.82 * high.distanceTo(low), look);
+  const seeCell = () => see(low.clone().add(high).multiplyScalar(0.5), 0.95 * high.distanceTo(low), look);
   function seePart() {
     show(); // frames of now
     const a = new THREE.Vector3(Infinity, Infinity, Infinity), b = a.clone().negate();
