@@ -193,15 +193,20 @@ def main() -> None:
         parser.error(str(error))
     if not arguments.score:
         run(arguments)
+    from gap.beside_field import field_figures, write_field_report
     from gap.report import write_report
     from gap.score import rows_of, score
 
     sealed = arguments.out / "sealed" / "labels.jsonl"
     labels, answers = read_lines(sealed), read_lines(arguments.out / "answers.jsonl")
     text = "".join(json.dumps(labels[k]["label"], sort_keys=True) for k in sorted(labels) if k in answers)
-    figures = score(rows_of(labels, answers))
+    rows = rows_of(labels, answers)
+    figures = field_figures(rows) if arguments.field > 0.0 else score(rows)
     figures["sha256 of the labels"] = hashlib.sha256(text.encode()).hexdigest()
     (arguments.out / "figures.json").write_text(json.dumps(figures, indent=1, default=float))
+    if arguments.field > 0.0:
+        write_field_report(figures, arguments.out, arguments.field)
+        return
     preface = arguments.out / "preface.md"
     told = preface.read_text() if preface.exists() else ""
     if arguments.on is not None:
