@@ -28,6 +28,7 @@ from witness_stories import (
 
 from camrob.units import deg_to_rad
 from camrob.witness.happenings import Kind
+from camrob.witness.rules.rules_geometry import Clear
 
 # a groove from (0, 0) to (20, 0) at Z 2, and the program for it
 GROOVE = (ON, rapid(0, 0, 25), feed(0, 0, 2), feed(20, 0, 2), rapid(20, 0, 25), OFF)
@@ -894,3 +895,16 @@ def test_cuts_in_the_air_that_the_file_lacks_are_not_judged() -> None:
         over = [lin(x, y, 80, at=share * RAPID) for x, y in ((20, 0), (40, 0), (40, 40), (20, 0))]
         found = judged(file(*GROOVE), program(*START, *CUT, *END[:-1], *over, END[-1]))
         assert found.objections == [] and len(found.unjudged) == expected
+
+
+def test_what_is_clear_is_the_same_by_all_points_and_by_their_hull() -> None:
+    """Of a cloud with points inside: a tip 1 mm above the highest along an axis is clear, 0.1 mm lower it isn't, asked along
+    a thousand axes (all points are gone through) and along three thousand (their hull's corners are, from some axis on)."""
+    draw = np.random.default_rng(16)
+    solid, axes = draw.uniform(-0.05, 0.05, (4000, 3)), draw.normal(size=(3000, 3))
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    clear = Clear(np.zeros((0, 3)), solid)
+    for axis in map(tuple, axes.tolist()):
+        top = (solid @ axis).max() + 1e-3
+        over, under = (tuple(float(h * a) for a in axis) for h in (top + 2e-5, top - 1e-4))
+        assert clear.above(over, axis) and not clear.above(under, axis)

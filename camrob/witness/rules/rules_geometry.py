@@ -39,6 +39,7 @@ _SAME = 1e-9  # m: two texts of one point
 _SAME_TURN = deg_to_rad(1e-3)  # what four decimals of A, B, C leave of an axis that is kept
 _LEVER = 0.05  # m: how far up the tool a turn of its axis counts as a way
 _CHUNK = 64
+_ASKED = 2000  # axes along which all points are gone through: finding the hull takes about as long, or longer
 _ABOVE, _BESIDE = 1e-3, 1e-2  # m: from what is solid, along the axis and all round
 
 
@@ -241,10 +242,11 @@ class Clear:
 
     def __init__(self, free: Array, solid: Array) -> None:
         """free: (K, 3) points that the file goes through by RAPID; solid: (L, 3) points that it cuts, corners of bodies."""
-        self._free, self._solid = _hull(free), _hull(solid)
-        points = np.vstack([self._free, self._solid])
-        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        self._radius = float(np.linalg.norm(points - middle, axis=1).max()) + _BESIDE
+        self._free, self._solid = free, solid
+        some = [points for points in (free, solid) if len(points)]
+        low, high = (pick([pick(points, axis=0) for points in some], axis=0) for pick in (np.min, np.max))
+        middle = 0.5 * (low + high)
+        self._radius = max(math.sqrt(squares(points - middle).max()) for points in some) + _BESIDE
         self._middle: Vec = (float(middle[0]), float(middle[1]), float(middle[2]))
         self._tops: dict[Vec, float] = {}
 
@@ -252,6 +254,8 @@ class Clear:
         """Whether everything lies below p along the axis."""
         key = (round(axis[0], 5), round(axis[1], 5), round(axis[2], 5))
         if key not in self._tops:
+            if len(self._tops) == _ASKED:
+                self._free, self._solid = _hull(self._free), _hull(self._solid)
             free, solid = ((some @ np.array(axis)).max(initial=-np.inf) for some in (self._free, self._solid))
             self._tops[key] = float(max(free, solid + _ABOVE))
         return _dot(p, axis) >= self._tops[key] - POSITION
