@@ -23,6 +23,7 @@ from camrob.jobs.files.mounting import mounted_loads
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.opinion import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE, hold_to_witness, manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
+from camrob.jobs.release.refusal import as_planned
 from camrob.jobs.release.release import ReadBack, check_release, path_margins, read_back
 from camrob.jobs.release.saved import save_path, save_summary
 from camrob.jobs.release.summary import post_summary
@@ -259,7 +260,8 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
             text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
             made.findings.append(Finding("plan-collides", text, line=first.line))
         return made
-    raise first or VerificationError(f"method {order.method} has no variant to try")
+    first = first or VerificationError(f"method {order.method} has no variant to try")
+    raise as_planned(first) if order.method == "planned" else first
 
 
 def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _Made:

@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from camrob.errors import ProgramError, VerificationError
+from camrob.errors import JobError, ProgramError, VerificationError
 from camrob.findings import Finding
 from camrob.program.language import Language
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramText
 
-__all__ = ["advice", "refusal", "refusal_unread"]
+__all__ = ["advice", "as_planned", "refusal", "refusal_unread"]
 
-_PLACE = "place the part elsewhere (camrob place) or post with --method planned"
+_PLAN = " or post with --method planned"
+_PLACE = f"place the part elsewhere (camrob place){_PLAN}"
 _ADVICE = {
     "axis-limit": _PLACE,
     "axis-jump": _PLACE,
@@ -32,6 +33,11 @@ _FAULT = "that is an error in camrob or in the cell's description: check poses.c
 def advice(code: str) -> str:
     """What to do about a finding that stops the release."""
     return _ADVICE.get(code, _FAULT)
+
+
+def as_planned(error: JobError) -> JobError:
+    """The error for a job that was posted with --method planned: that is no advice any more."""
+    return error.but(error.what.replace(_PLAN, ""))
 
 
 def refusal(finding: Finding, program: Program, text: ProgramText | None) -> VerificationError:

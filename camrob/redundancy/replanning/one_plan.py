@@ -33,6 +33,7 @@ from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.planning.waypoints import Waypoints, waypoints
 from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
 from camrob.redundancy.published.weighting import even_weights
+from camrob.redundancy.replanning.second_look import second_look
 from camrob.redundancy.solution import Solution
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -147,7 +148,7 @@ def _ground(task: Task, path: ToolPathInBase, weights: PlanWeights, report_share
     w = waypoints(path, SPACING)
     survey = survey_poses(task.space, w.base_T_tip, task.score)
     report_share(0.1)
-    certificate = certify(task.space, w.base_T_tip, survey)
+    certificate = second_look(task.space, w.base_T_tip, certify(task.space, w.base_T_tip, survey), task.score)
     report_share(0.25)
     if np.any(certificate.inv_kf <= 0.0):
         raise _unreached(task.cell, path, w, int(np.argmin(certificate.inv_kf)))

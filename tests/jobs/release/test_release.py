@@ -9,6 +9,7 @@ import pytest
 from camrob import post
 from camrob.errors import CollisionError, VerificationError
 from camrob.jobs.release import release
+from camrob.jobs.release.refusal import advice, as_planned
 
 CELL = Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table"
 INTO_THE_PART = "G21 G90 G17\nT1 M6\nS6000 M3\nG0 X-60 Y0 Z30\nG0 X60\nG1 X62 F300\nG0 Z60\nM30\n"
@@ -37,3 +38,22 @@ def test_collisions_are_looked_for_along_all_of_the_program(tmp_path: Path, monk
     with pytest.raises(error, match=said):
         post(file, cell=CELL, out=tmp_path / "out", report=False)
     assert not list((tmp_path / "out").glob("*.src"))
+
+
+def test_planning_is_advised_only_where_the_job_was_not_planned() -> None:
+    refused = CollisionError(f"A3 touches stock; {advice('collision')}", line=10, region="TOP")
+    assert "--method planned" in str(refused)
+    planned = as_planned(refused)
+    assert type(planned) is CollisionError and (planned.line, planned.region) == (10, "TOP")
+    assert (
+        planned.what == "A3 touches stock; place the part elsewhere (camrob place), or raise clearance_mm in setup.toml"
+    )
+
+
+def test_a_planned_job_is_not_told_to_plan(tmp_path: Path) -> None:
+    file = tmp_path / "ridge.nc"
+    file.write_text(INTO_THE_PART)
+    (tmp_path / "setup.toml").write_text(SETUP)
+    with pytest.raises(CollisionError, match="touches part") as refused:
+        post(file, cell=CELL, out=tmp_path / "out", report=False, method="planned")
+    assert "place the part elsewhere" in str(refused.value) and "planned" not in str(refused.value)
