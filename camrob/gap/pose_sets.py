@@ -189,5 +189,5 @@ def with_whole_postures(model: Model) -> Model:
     if all(np.array_equal(b, p.block) for b, p in zip(blocks, model.panels, strict=True)):
         return model
     panels = tuple(replace(p, block=b) for p, b in zip(model.panels, blocks, strict=True))
-    design = pool(panels, model.units, model.basis)
+    design = pool(panels, model.units, model.basis).design()
     return replace(model, panels=panels, design=design, evidence=replace(model.evidence, design=design))

@@ -15,7 +15,7 @@ from camrob.gap.evidence.evidence import Evidence, Fitted
 from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes, row_noise
 from camrob.gap.evidence.leads import look
 from camrob.gap.evidence.model import Model, doubt_of, effect_rms
-from camrob.gap.evidence.search import Counting, explore, posterior, worth_counting
+from camrob.gap.evidence.search import Explored, explore, posterior, worth_counting
 from camrob.gap.evidence.temperature import cooled, temperatures
 from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.observation.noise import Noise, find_outliers, noise_left, noise_of
@@ -66,7 +66,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     if any(s.poses and not n.stated for s, n in zip(scenes, noises, strict=True)):
         noises = _with_shown_noise(scenes, noises, kept, effects, states)
     model: Model | None = None
-    counting: Mapping[frozenset[int], Counting] = {}
+    found: Explored | None = None
     starts: tuple[frozenset[str], ...] = ()
     softened: tuple[Array, ...] | None = None
     basis, sizes, remembered = smooth_basis(scenes), no_sizes(), Remembered()
@@ -80,7 +80,8 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         again = tuple(frozenset(named[n] for n in names if n in named) for names in starts)
         # what turns with direction, or drifts, is first offered to effects that do
         panels, evidence = _weighed(panels, units, basis, noises, sizes, again, PARTS if round_ else PARTS[:1])
-        evidence, scores, counting, best = _explored(evidence, again)
+        found = _explored(evidence, again)
+        evidence, best = found.evidence, found.best
         design, sizes = evidence.design, _sizes_of(evidence)
         left = [p.y_tcp - p.twists(best.mean) for p in panels]
         excess = _excess(panels, evidence, best, left)
@@ -92,7 +93,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
             panels,
             design,
             evidence,
-            scores,
+            {},
             {},
             best,
             excess,
@@ -110,10 +111,10 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         softened = _errors(model)
         if round_ > 1 and (settled or not changed):
             break
-    if model is None:
+    if model is None or found is None:
         raise ValueError("at least one round is needed")
-    scores = over_sizes(model.evidence, model.scores, row_noise(noises))
-    return replace(model, scores=scores, sets=posterior(scores, worth_counting(scores, counting), _small(model)))
+    scores = over_sizes(model.evidence, found.scores, row_noise(noises))
+    return replace(model, scores=scores, sets=posterior(scores, worth_counting(scores, found.counting), _small(model)))
 
 
 def _weighed(
@@ -150,21 +151,19 @@ def _weighed(
     return weighed, Evidence(design, noise, heat, sizes=sizes)
 
 
-def _explored(
-    evidence: Evidence, starts: tuple[frozenset[int], ...]
-) -> tuple[Evidence, Mapping[frozenset[int], float], Mapping[frozenset[int], Counting], Fitted]:
+def _explored(evidence: Evidence, starts: tuple[frozenset[int], ...]) -> Explored:
     """Sets explored with the discrepancy at its size, and as long as a better one turns up so, with less of it: what takes the
     discrepancy's place is worth more than it saves while the discrepancy stays as large.
     """
     found = explore(evidence, starts)
+    shapes = frozenset(i for i, u in enumerate(evidence.design.units) if u.effect == UNKNOWN.name)
     for _ in range(_SMALLER if _sizes_of(evidence).any() else 0):
-        less = replace(evidence, sizes=_LESS * _sizes_of(evidence))
-        shapes = frozenset(i for i, u in enumerate(evidence.design.units) if u.effect == UNKNOWN.name)
-        other = explore(less, (*starts, found[2].members, *([shapes] if shapes else [])))
-        if other[2].score <= found[2].score:
+        less = replace(found.evidence, sizes=_LESS * _sizes_of(found.evidence))
+        other = explore(less, (*starts, found.best.members, *([shapes] if shapes else [])))
+        if other.best.score <= found.best.score:
             break
-        evidence, found = less, other
-    return evidence, *found
+        found = other
+    return found
 
 
 def _sizes_of(evidence: Evidence) -> Array:

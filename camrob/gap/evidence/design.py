@@ -139,10 +139,10 @@ def _product(X: Array, values: Array, rows: NDArray[np.bool_] | slice) -> Array:
 
 
 def _weighed(X: Array, w: Array, rows: NDArray[np.int64]) -> Array:
-    """(K, d M): columns X (N, d, K), times weights w (N, d), at M rows."""
+    """(K, d, M): columns X (N, d, K), times weights w (N, d), at M rows."""
     own = np.take(X.transpose(2, 1, 0), rows, axis=2)
     own *= w.T[:, rows]
-    return np.asarray(own.reshape(len(own), own.shape[1] * own.shape[2]))
+    return np.asarray(own)
 
 
 @dataclass(frozen=True)
@@ -289,16 +289,15 @@ def make_panel(
     return Panel(scene, tcp, scene.tcp_gap, w_tcp, servo, of_drives, scene.servo_gap, w_servo, block, doubt, smooth)
 
 
-def _field_sums(p: Panel, rows: NDArray[np.int64], X: Array) -> tuple[Array, Array, Array]:
-    """C (6, K, M), D (6, M, M) and d (6, M) of some rows of a panel, as in `FieldGram`. X: (K, 6 m) its `_weighed` columns."""
+def _field_sums(p: Panel, rows: NDArray[np.int64], weighed: Mapping[int, Array]) -> tuple[Array, Array, Array]:
+    """C (6, K, M), D (6, M, M) and d (6, M) of some rows of a panel, as in `FieldGram`. weighed: (K, 3, m) columns by the first of
+    three rows of the twist, where any weighs.
+    """
     smooth = np.zeros((len(rows), 0)) if p.smooth is None else p.smooth[rows]
     M, K = smooth.shape[1], p.tcp.shape[2]
     C, D, d = np.zeros((6, K, M)), np.zeros((6, M, M)), np.zeros((6, M))
-    if not M:
-        return C, D, d
-    columns = X.reshape(K, 6, len(rows))
     held: dict[bytes, tuple[Array, Array]] = {}  # rows of the twist often weigh alike
-    for row in range(6):
+    for row in range(6) if M else ():
         w = p.w_tcp[rows, row]
         if w.any():
             key = w.tobytes()
@@ -306,59 +305,93 @@ def _field_sums(p: Panel, rows: NDArray[np.int64], X: Array) -> tuple[Array, Arr
                 F = smooth * w[:, None]
                 held[key] = F, F.T @ F
             F, D[row] = held[key]
-            C[row], d[row] = columns[:, row] @ F, F.T @ (p.y_tcp[rows, row] * w)
+            C[row], d[row] = weighed[row - row % 3][:, row % 3] @ F, F.T @ (p.y_tcp[rows, row] * w)
     return C, D, d
 
 
-def pool(panels: Sequence[Panel], units: Sequence[Unit], basis: SmoothBasis | None = None) -> Design:
-    """Gram matrices of all panels, by block. basis: of the discrepancy, as in the panels."""
-    owner = np.array([i for i, u in enumerate(units) for _ in u.parameters], np.int64)
-    K, B = len(owner), max(int(p.block.max()) for p in panels) + 1
-    A, b, yy, rows = np.zeros((B, K, K)), np.zeros((B, K)), np.zeros(B), np.zeros(B)
-    energy, count, moves, some = np.zeros(K), 0, np.zeros((K, K)), 0
-    M = 0 if basis is None else len(basis.part)
-    C, D, d = np.zeros((B, 6, K, M)), np.zeros((B, 6, M, M)), np.zeros((B, 6, M))
-    for p in panels:
-        for block in np.unique(p.block):
-            here = np.flatnonzero(p.block == block)
-            sums = sums_of(p, here, smooth=M > 0)
-            A[block] += sums.A
-            b[block] += sums.b
-            yy[block] += sums.yy
-            rows[block] += sums.rows
-            if sums.smooth is not None:
-                C[block], D[block], d[block] = sums.smooth
-        shifts, turns = (np.einsum("nik,nik->k", x, x) for x in (p.tcp[:, :3], p.tcp[:, 3:]))
-        energy += np.maximum(shifts, LEVER**2 * turns)
-        if p.servo is not None:
-            for j, k in enumerate(p.servo_columns):
-                energy[k] += float(np.sum(p.carried(p.servo[:, :, j]) ** 2))
-        count += len(p.scene)
-        X = p.moved_by(np.arange(K), slice(None, None, max(1, len(p.scene) // _SOME)))
-        moves += np.einsum("nik,nil->kl", X, X, optimize=True)
-        some += len(X)
-    usual = np.array([q.usual for u in units for q in u.parameters])
-    gram = None if basis is None else FieldGram(C, D, d, basis.part)
-    return Design(tuple(units), owner, A, b, yy, rows, np.sqrt(energy / count), usual, moves / some, gram)
-
-
 class Sums(NamedTuple):
-    """Of some rows of a panel: A (K, K), b (K,), the squared right-hand side, how many equations; smooth: see `FieldGram`."""
+    """Of some rows of a panel, of shifts, turns and drives apart: A (3, K, K), b (3, K), the squared right-hand sides (3,); how
+    many equations; smooth: see `FieldGram`.
+    """
 
     A: Array
     b: Array
-    yy: float
+    yy: Array
     rows: float
     smooth: tuple[Array, Array, Array] | None
 
 
 def sums_of(p: Panel, rows: NDArray[np.int64], *, smooth: bool) -> Sums:
     """Gram sums of some rows of a panel. smooth: those of the discrepancy, too."""
-    X, y = _weighed(p.tcp, p.w_tcp, rows), (p.y_tcp[rows] * p.w_tcp[rows]).T.ravel()
-    A, b, yy, count = X @ X.T, X @ y, float(y @ y), float(np.count_nonzero(p.w_tcp[rows]))
+    K = p.tcp.shape[2]
+    A, b, yy, weighed = np.zeros((3, K, K)), np.zeros((3, K)), np.zeros(3), {}
+    for k, first in enumerate((0, 3)):
+        three = slice(first, first + 3)
+        w = p.w_tcp[:, three]
+        if w[rows].any():
+            weighed[first] = _weighed(p.tcp[:, three], w, rows)
+            X, y = weighed[first].reshape(K, -1), (p.y_tcp[rows, three] * w[rows]).T.ravel()
+            A[k], b[k], yy[k] = X @ X.T, X @ y, float(y @ y)
+    count = float(np.count_nonzero(p.w_tcp[rows]))
     if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
-        S, s = _weighed(p.servo, p.w_servo, rows), (p.y_servo[rows] * p.w_servo[rows]).T.ravel()
-        A[np.ix_(p.servo_columns, p.servo_columns)] += S @ S.T
-        b[p.servo_columns] += S @ s
-        yy, count = yy + float(s @ s), count + float(np.count_nonzero(p.w_servo[rows]))
-    return Sums(A, b, yy, count, _field_sums(p, rows, X) if smooth else None)
+        S = _weighed(p.servo, p.w_servo, rows).reshape(p.servo.shape[2], -1)
+        s = (p.y_servo[rows] * p.w_servo[rows]).T.ravel()
+        A[np.ix_([2], p.servo_columns, p.servo_columns)] = S @ S.T
+        b[2, p.servo_columns], yy[2] = S @ s, float(s @ s)
+        count += float(np.count_nonzero(p.w_servo[rows]))
+    return Sums(A, b, yy, count, _field_sums(p, rows, weighed) if smooth else None)
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """Gram matrices of all panels by block, of shifts, turns and drives apart: A (3, B, K, K), b (3, B, K), yy (3, B); the others
+    as in `Design`.
+    """
+
+    units: tuple[Unit, ...]
+    A: Array
+    b: Array
+    yy: Array
+    rows: Array
+    size: Array
+    moves: Array
+    field: FieldGram | None
+
+    def design(self, turned: float = 1.0, servo: float = 1.0) -> Design:
+        """The whole, with the weights of turns and of drives' errors lowered by factors."""
+        factors = np.array([1.0, turned**2, servo**2])
+        A, b, yy = (np.tensordot(factors, x, axes=1) for x in (self.A, self.b, self.yy))
+        owner = np.array([i for i, u in enumerate(self.units) for _ in u.parameters], np.int64)
+        usual = np.array([q.usual for u in self.units for q in u.parameters])
+        field = None if self.field is None else self.field.turns_lowered(turned**2)
+        return Design(self.units, owner, A, b, yy, self.rows, self.size, usual, self.moves, field)
+
+
+def pool(panels: Sequence[Panel], units: Sequence[Unit], basis: SmoothBasis | None = None) -> Pooled:
+    """Gram matrices of all panels, by block. basis: of the discrepancy, as in the panels."""
+    K, B = sum(len(u.parameters) for u in units), max(int(p.block.max()) for p in panels) + 1
+    A, b, yy, rows = np.zeros((3, B, K, K)), np.zeros((3, B, K)), np.zeros((3, B)), np.zeros(B)
+    energy, count, moves, some = np.zeros(K), 0, np.zeros((K, K)), 0
+    M = 0 if basis is None else len(basis.part)
+    C, D, d = np.zeros((B, 6, K, M)), np.zeros((B, 6, M, M)), np.zeros((B, 6, M))
+    for p in panels:
+        for block in np.unique(p.block):
+            sums = sums_of(p, np.flatnonzero(p.block == block), smooth=M > 0)
+            A[:, block] += sums.A
+            b[:, block] += sums.b
+            yy[:, block] += sums.yy
+            rows[block] += sums.rows
+            if sums.smooth is not None:
+                C[block], D[block], d[block] = sums.smooth
+        squares = np.einsum("krn,krn->rk", *[p.tcp.transpose(2, 1, 0)] * 2)
+        energy += np.maximum(squares[:3].sum(axis=0), LEVER**2 * squares[3:].sum(axis=0))
+        if p.servo is not None:
+            for j, k in enumerate(p.servo_columns):
+                energy[k] += float(np.sum(p.carried(p.servo[:, :, j]) ** 2))
+        count += len(p.scene)
+        X = p.moved_by(np.arange(K), slice(None, None, max(1, len(p.scene) // _SOME)))
+        apart = X.transpose(2, 1, 0).reshape(K, -1)
+        moves += apart @ apart.T
+        some += X.shape[0]
+    gram = None if basis is None else FieldGram(C, D, d, basis.part)
+    return Pooled(tuple(units), A, b, yy, rows, np.sqrt(energy / count), moves / some, gram)

@@ -223,6 +223,14 @@ class FieldGram:
         C, D, d = (x / temperature for x in (self.C, self.D, self.d))
         return FieldGram(C, D, d, self.part)
 
+    def turns_lowered(self, factor: float) -> FieldGram:
+        """With the products of turns lower by a factor."""
+        if factor == 1.0:
+            return self
+        by_row = np.repeat([1.0, factor], 3)
+        C, D = (x * by_row[None, :, None, None] for x in (self.C, self.D))
+        return FieldGram(C, D, self.d * by_row[None, :, None], self.part)
+
     def more(self, C: Array, D: Array, d: Array) -> FieldGram:
         """One block with further rows' sums."""
         return FieldGram(self.C + C, self.D + D, self.d + d, self.part)

@@ -7,21 +7,20 @@ one factorisation of the posterior gives that of all sets which differ in one un
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from itertools import pairwise
 from math import comb, log
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgetrf, dgetrs, dpotrf, dpotri
+from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.special import ndtr
 
 from camrob.gap.evidence.design import NUISANCE, Design
 from camrob.gap.evidence.discrepancy import FieldGram, Integrated
-from camrob.gap.evidence.single_changes import single_changes
+from camrob.gap.evidence.posteriors.set_posterior import effects_moves, fitted_widths, let_loose
+from camrob.gap.evidence.posteriors.single_changes import single_changes
 
 __all__ = ["COUNTS_FROM", "Evidence", "Fitted", "Spread"]
 
@@ -30,10 +29,8 @@ Set = frozenset[int]
 
 NUISANCE_SHARE = 0.06  # of the noise's rms: what an effect that counts as absent may still move the TCP by
 _SHARES = (3.0, 1.0, 0.3, 0.1)
-_WIDEST = 5.0  # times the ordinary sizes
 COUNTS_FROM = 0.35  # of the noise's rms: an effect that moves the TCP by less is a nuisance
 _LEAST_MOVE = 0.3  # of the noise's rms: what a unit is taken to move the TCP by at least
-_TURNS = 2
 _FAINT = 1e-9  # m: a size that is known that well is known
 _CANCELS, _STRAIN = 3.0, 3.0  # times the energy of the whole from which effects' energies cost, and how dearly
 _COUNTS = (0.22, 0.36, 0.27, 0.12, 0.027, 0.003)  # prior of how many effects a cell has
@@ -46,25 +43,25 @@ def _log_comb(n: int, k: int) -> float:
 
 @dataclass(frozen=True)
 class Spread:
-    """How far all parameters may be off: covariance (base - let X^T) scale scale^T, SI. base: (K, K) with every unit out, let, X:
-    (K, n) by how much less it is as n are let loose; scale: (K,). Most questions are put to a few entries of it.
+    """How far all parameters may be off: covariance (base + R.T R) scale scale.T, SI. base: (K, K) with every unit out, R: (n, K)
+    by how much more it is as n are let loose; scale: (K,). Most questions are put to a few entries of it.
     """
 
     base: Array
-    let: Array
-    X: Array
+    R: Array
     scale: Array
 
     def block(self, c: NDArray[np.int64]) -> Array:
         """(k, k) of some parameters."""
-        inner = self.base[np.ix_(c, c)] - self.let[c] @ self.X[c].T
-        return np.asarray(inner * np.outer(self.scale[c], self.scale[c]))
+        more = self.R.take(c, axis=1)
+        return np.asarray((self.base[np.ix_(c, c)] + more.T @ more) * np.outer(self.scale[c], self.scale[c]))
 
 
 @dataclass(frozen=True)
 class Fitted:
     """The posterior of one set. mean, spread: of all parameters, SI; score: log evidence and prior; widths: of the priors,
-    shares: what they are of the ordinary sizes, by effect.
+    shares: (E,) what they are of the ordinary sizes, by effect, NaN where they are these or the effect is not in; energy, doubt:
+    (E,) m2 (mean square) by which each effect of the set moves the TCP, and m4, the variance of half of that.
     """
 
     members: Set
@@ -72,7 +69,9 @@ class Fitted:
     spread: Spread
     score: float
     widths: Array
-    shares: Mapping[str, float]
+    shares: Array
+    energy: Array
+    doubt: Array
 
     @cached_property
     def cov(self) -> Array:
@@ -154,7 +153,13 @@ class Evidence:
 
     def effects_of(self, members: Set) -> frozenset[str]:
         """Names of the effects that a set holds."""
-        return frozenset(self.design.units[i].effect for i in members if i not in self.always)
+        if members not in self._named:
+            self._named[members] = frozenset([self.design.units[i].effect for i in members - self.always])
+        return self._named[members]
+
+    @cached_property
+    def _named(self) -> dict[Set, frozenset[str]]:
+        return {}  # as they are asked for: many are, again and again
 
     def prior(self, members: Set) -> float:
         """Log prior: so many effects, any of them alike, and of each any of its units."""
@@ -193,30 +198,9 @@ class Evidence:
 
     def fit(self, members: Set) -> Fitted:
         """The posterior of a set, and its score, at the widths of its effects' priors that speak best for it."""
-        out, usual = self._widths
-        inside = self._in(members)[self.design.owner]
-        widths = np.where(inside, usual, out)
-        names, c, edges = self._owned(members)
-        columns = {n: c[a:b] for n, a, b in zip(names, edges, edges[1:], strict=False) if n in self._least}
-        own = np.flatnonzero(inside)
-        at = {name: np.searchsorted(own, c) for name, c in columns.items()}
-        scale = self._widths[0][own]
-        base, start = self._base[0][np.ix_(own, own)], self._base[1][own]
-        shares: dict[str, float] = {}
-        for _ in range(_TURNS if columns else 0):
-            # all but these parameters are narrow, so that a small system tells how these are fitted
-            change = (scale / widths[own]) ** 2 - 1.0
-            X = np.linalg.solve(np.eye(len(own)) + change[:, None] * base, change[:, None] * np.c_[base, start])
-            means = (start - base @ X[:, -1]) * scale
-            spreads = (np.diag(base) - np.einsum("ij,ji->i", base, X[:, :-1])) * scale**2
-            for name, c in columns.items():
-                mean, spread = means[at[name]], spreads[at[name]]
-                known = max(float(np.sum(1.0 - spread / widths[c] ** 2)), 0.3)
-                share = float(np.sqrt(np.sum((mean / usual[c]) ** 2) / known))
-                shares[name] = float(np.clip(share, self._least[name], _WIDEST))
-                widths[c] = np.maximum(shares[name] * usual[c], out[c])
-        fitted = self._solve(members, widths, shares)
-        return replace(fitted, score=fitted.score + self._strain(members, fitted.mean))
+        own, (scale, usual), (C, mean, _, _) = self._own(members), self._widths, self._base
+        widths, shares = fitted_widths(C, mean, scale, usual, self._numbers, self._entries.least, own)
+        return self._solve(members, widths, shares, own)
 
     @cached_property
     def _base(self) -> tuple[Array, Array, float, float]:
@@ -232,27 +216,13 @@ class Evidence:
         mean = C @ (b * scale)
         return C, mean, -0.5 * (yy - float((b * scale) @ mean)), float(np.log(np.diag(L)).sum()) + sums.half_log
 
-    def _solve(self, members: Set, widths: Array, shares: Mapping[str, float]) -> Fitted:
-        """The posterior at given widths (K,) of the priors, and the score: `_base` with the wider ones let loose (Woodbury)."""
-        own = np.flatnonzero(widths != self._widths[0])
-        C, mean, fit, half = self._base
-        scale = self._widths[0]
-        if len(own) == 0:
-            score = fit - half + self.prior(members)
-            none = np.zeros((len(C), 0))
-            return Fitted(members, mean * scale, Spread(C, none, none, scale), score, widths.copy(), dict(shares))
-        ratio = (scale[own] / widths[own]) ** 2
-        change = ratio - 1.0
-        let = C.take(own, axis=1)
-        M = change[:, None] * let[own]
-        M[np.diag_indices_from(M)] += 1.0
-        lu, pivots, _ = dgetrf(M)
-        X, _ = dgetrs(lu, pivots, change[:, None] * np.c_[let.T, mean[own]])
-        fit -= 0.5 * float(mean[own] @ X[:, -1])
-        half += 0.5 * float(np.log(np.abs(np.diag(lu))).sum())
-        score = float(fit - half + 0.5 * np.log(ratio).sum()) + self.prior(members)
-        spread = Spread(C, let, np.ascontiguousarray(X[:, :-1].T), scale)
-        return Fitted(members, (mean - let @ X[:, -1]) * scale, spread, score, widths.copy(), dict(shares))
+    def _solve(self, members: Set, widths: Array, shares: Array, own: NDArray[np.int64]) -> Fitted:
+        """The posterior at given widths (K,) of the priors, and the score: `_base` with those of parameters `own` let loose."""
+        (C, start, fit, half), scale, moves = self._base, self._widths[0], self.design.moves
+        mean, R, better, cost = let_loose(C, start, scale, own, widths)
+        energy, doubt, whole = effects_moves(C, R, scale, mean, moves, self._numbers, own, len(self._effects))
+        score = fit - half + better - cost + self.prior(members) + self._strain(energy, whole)
+        return Fitted(members, mean, Spread(C, R, scale), score, widths, shares, energy, doubt)
 
     @cached_property
     def _entries(self) -> _Entries:
@@ -263,16 +233,20 @@ class Evidence:
         names = [d.units[i].effect for i in units]
         counts = np.array([len(self._columns[i]) for i in units], np.int64)
         shares = [[max(share, self._least[n]) if n in self._least else 1.0 for n in names] for share in _SHARES]
-        number = {n: k for k, n in enumerate(self._effects)}
+        counts_of = [len(own) for own in self._effects.values()]
+        most = max(counts_of, default=0) + 1
+        costs = [[self._of_units(m, k) if k <= m else np.inf for k in range(most)] for m in counts_of]
         return _Entries(
             units,
-            np.array([number[n] for n in names], np.int64),
+            np.array([self._number[n] for n in names], np.int64),
             np.repeat(np.arange(len(units)), counts),
             np.cumsum(np.r_[0, counts]),
             columns,
             np.array(shares).reshape(len(_SHARES), -1),
             np.array([log(d.units[i].choices) for i in units]),
-            [len(own) for own in self._effects.values()],
+            np.array([self._least.get(n, np.nan) for n in self._effects]),
+            np.array(costs).reshape(len(counts_of), most),
+            np.array([self._of_count(n) for n in range(len(counts_of) + 2)]),
         )
 
     def _in(self, members: Set) -> NDArray[np.bool_]:
@@ -281,88 +255,87 @@ class Evidence:
         inside[list(members)] = True
         return inside
 
+    @cached_property
+    def _number(self) -> dict[str, int]:
+        return {n: k for k, n in enumerate(self._effects)}
+
+    @cached_property
+    def _numbers(self) -> NDArray[np.int64]:
+        """(K,) number of each parameter's effect, -1 for those that are always in."""
+        of_unit = np.array([self._number.get(u.effect, -1) for u in self.design.units], np.int64)
+        return np.asarray(of_unit[self.design.owner])
+
+    @cached_property
+    def _order(self) -> NDArray[np.int64]:
+        """(K,) parameters, effect after effect."""
+        return np.argsort(self._numbers, kind="stable")
+
+    def _own(self, members: Set) -> NDArray[np.int64]:
+        """(n,) the parameters of a set, effect after effect."""
+        return np.asarray(self._order[self._in(members)[self.design.owner[self._order]]])
+
     def seen(self, fitted: Fitted) -> dict[str, float]:
         """Effects of a set, and how probable it is that each moves the TCP by enough to count."""
-        least = COUNTS_FROM * self.noise
-        found = {}
-        names, c, edges = self._owned(fitted.members)
-        moves, cov, mean = self.design.moves[np.ix_(c, c)], fitted.spread.block(c), fitted.mean[c]
-        for name, a, b in zip(names, edges, edges[1:], strict=False):
-            pull = moves[a:b, a:b] @ mean[a:b]
-            size = float(np.sqrt(max(float(mean[a:b] @ pull), 0.0)))
-            spread = float(np.sqrt(max(float(pull @ cov[a:b, a:b] @ pull), 0.0))) / max(size, 1e-12)
-            found[name] = float(ndtr((size - least) / max(spread, _FAINT)))
-        return found
+        names = list(dict.fromkeys(self.design.units[i].effect for i in sorted(fitted.members - self.always)))
+        at = [self._number[n] for n in names]
+        size = np.sqrt(np.maximum(fitted.energy[at], 0.0))
+        spread = np.sqrt(np.maximum(fitted.doubt[at], 0.0)) / np.maximum(size, 1e-12)
+        chances = ndtr((size - COUNTS_FROM * self.noise) / np.maximum(spread, _FAINT))
+        return dict(zip(names, chances.tolist(), strict=True))
 
-    def _owned(self, members: Set) -> tuple[list[str], NDArray[np.int64], list[int]]:
-        """The effects in a set, their columns, one after the other, and where each one's begin and the last one's end."""
-        found: dict[str, list[NDArray[np.int64]]] = {}
-        for i in sorted(members - self.always):
-            found.setdefault(self.design.units[i].effect, []).append(self._columns[i])
-        columns = [x for own in found.values() for x in own]
-        counts = [sum(len(x) for x in own) for own in found.values()]
-        whole = np.concatenate(columns) if columns else np.zeros(0, np.int64)
-        return list(found), whole, [0, *np.cumsum(counts).tolist()]
-
-    def _strain(self, members: Set, mean: Array) -> float:
-        """Log prior against effects that are far larger than the gap and cancel one another."""
-        names, c, edges = self._owned(members)
-        if len(names) < 2:
+    def _strain(self, energy: Array, whole: float) -> float:
+        """Log prior against effects that are far larger than the gap and cancel one another. energy: (E,) m2 by effect; whole: of
+        all together.
+        """
+        if np.count_nonzero(energy) < 2:
             return 0.0
-        moves, values = self.design.moves[np.ix_(c, c)], mean[c]
-        apart = sum(_energy(values[a:b], moves[a:b, a:b]) for a, b in pairwise(edges))
-        together = _energy(values, moves) + self.noise**2
-        return -_STRAIN * log(max(apart / (_CANCELS * together), 1.0))
+        together = max(whole, 0.0) + self.noise**2
+        return -_STRAIN * log(max(float(np.maximum(energy, 0.0).sum()) / (_CANCELS * together), 1.0))
 
     def neighbours(self, fitted: Fitted) -> dict[Set, tuple[float, float]]:
         """Sets that differ in one unit: the score, and by how much that unit then moves the TCP, m (rms)."""
-        members = fitted.members
-        return {members ^ {i}: (score, moved) for i, score, moved in self.changes(fitted)}
+        units, scores, moved = (x.tolist() for x in self.changes(fitted))
+        return {fitted.members ^ {i}: (s, m) for i, s, m in zip(units, scores, moved, strict=True)}
 
-    def changes(self, fitted: Fitted) -> list[tuple[int, float, float]]:
-        """Units that may enter a set or leave it: the score of the set with that one change, and by how much the unit then moves
-        the TCP, m (rms). A unit enters at the best of a few widths of its priors.
+    def changes(self, fitted: Fitted) -> tuple[NDArray[np.int64], Array, Array]:
+        """(U,) units that may enter a set or leave it; the score of the set with that one change, and by how much the unit then
+        moves the TCP, m (rms). A unit enters at the best of a few widths of its priors.
         """
         out, usual = self._widths
-        members, e = fitted.members, self._entries
+        members, e, s = fitted.members, self._entries, fitted.spread
         entering = ~self._in(members)[e.units]
         # a unit of an effect that is in comes at its width, others at the best of a few
-        shares = np.array([fitted.shares.get(n, np.nan) for n in self._effects])[e.effect]
+        shares = fitted.shares[e.effect]
         tried = np.where(np.isnan(shares), e.shares, shares)
         into = np.maximum(tried.take(e.unit, axis=1) * usual[e.columns], out[e.columns])
         to = np.where(entering[e.unit], into, out[e.columns])
-        s = fitted.spread
         best, size = single_changes(
-            e.starts, e.columns, to, fitted.widths, fitted.mean, s.base, s.let, s.X, s.scale, self.design.moves
+            e.starts, e.columns, to, fitted.widths, fitted.mean, s.base, s.R, s.scale, self.design.moves
         )
-        scores = fitted.score - self.prior(members) + best + self._priors(members, entering)
+        scores = fitted.score - self.prior(members) + best + self._priors(entering)
         good = np.isfinite(best)
-        return list(zip(e.units[good].tolist(), scores[good].tolist(), size[good].tolist(), strict=True))
+        return e.units[good], scores[good], size[good]
 
-    def _priors(self, members: Set, entering: NDArray[np.bool_]) -> Array:
+    def _priors(self, entering: NDArray[np.bool_]) -> Array:
         """(U,) log prior of a set with each of the candidates entered, or left out where it was in."""
-        e, effects = self._entries, len(self._effects)
-        counts = np.bincount(e.effect, ~entering, effects).astype(np.int64)
-        log_choices = float(np.sum(e.log_choices[~entering]))
+        e = self._entries
+        effects = np.arange(len(e.costs))
+        counts = np.bincount(e.effect, ~entering, len(effects)).astype(np.int64)
+        n, costs = int(np.count_nonzero(counts)), e.costs[effects, counts]
         # by effect: the whole with one unit more, and with one less
-        n, costs = (
-            int(np.count_nonzero(counts)),
-            [self._of_units(m, k) for m, k in zip(e.of_effect, counts, strict=True)],
-        )
-        whole, found = sum(costs), np.full((2, effects), -np.inf)
-        for k, (m, count) in enumerate(zip(e.of_effect, counts.tolist(), strict=True)):
-            for step, row in ((1, found[0]), (-1, found[1])):
-                if 0 <= count + step <= m:
-                    rest = whole - costs[k] + self._of_units(m, count + step)
-                    row[k] = self._of_count(n + (count + step > 0) - (count > 0)) - rest
-        changed = np.where(entering, found[0][e.effect] - e.log_choices, found[1][e.effect] + e.log_choices)
-        return np.asarray(changed - log_choices)
+        more, less = np.minimum(counts + 1, e.costs.shape[1] - 1), np.maximum(counts - 1, 0)
+        rest = costs.sum() - costs
+        enters = e.of_count[n + (counts == 0)] - rest - e.costs[effects, more]
+        leaves = e.of_count[n - (counts == 1)] - rest - e.costs[effects, less]
+        changed = np.where(entering, enters[e.effect] - e.log_choices, leaves[e.effect] + e.log_choices)
+        return np.asarray(changed - float(np.sum(e.log_choices[~entering])))
 
 
 class _Entries(NamedTuple):
     """U units that may be in or out: their numbers, those of their effects (U,), whose each column is (C,), where their columns
     begin in `columns` (U + 1,), the shares (S, U) of the ordinary sizes that each is tried with where its effect is not in, the
-    logs (U,) of what each was chosen from; and how many units each effect has.
+    logs (U,) of what each was chosen from. Of E effects: least (E,), see `fitted_widths`; costs (E, k): what so many units of
+    each cost, infinity for more than it has; of_count (E + 2,): log prior of so many effects.
     """
 
     units: NDArray[np.int64]
@@ -372,9 +345,6 @@ class _Entries(NamedTuple):
     columns: NDArray[np.int64]
     shares: Array
     log_choices: Array
-    of_effect: list[int]
-
-
-def _energy(values: Array, G: Array) -> float:
-    """m2 (mean square) by which values (k,) move the TCP, with mean products G."""
-    return max(float(values @ G @ values), 0.0)
+    least: Array
+    costs: Array
+    of_count: Array

@@ -75,7 +75,7 @@ def laid_out(scenes, effects, states) -> Problem:
     kept = [~find_outliers(s, n) for s, n in zip(scenes, noises, strict=True)]
     units = build_units(scenes, effects, states)
     panels = panels_for(scenes, noises, kept, units, effects, states)
-    d = pool(panels, units)
+    d = pool(panels, units).design()
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("bkk->k", d.A), 1e-30))
     A, b = d.A * np.outer(scale, scale), d.b * scale
     return Problem(
@@ -198,7 +198,7 @@ def fitted(p: Problem, members: frozenset[int]) -> np.ndarray:
     """(K,) least squares of some units, in the columns' own sizes."""
     from camrob.gap.evidence.design import pool
 
-    A = pool(p.panels, p.units).A.sum(axis=0)
+    A = pool(p.panels, p.units).design().A.sum(axis=0)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(A), 1e-30))
     c = p.columns(members)
     out = np.zeros(len(p.owner))

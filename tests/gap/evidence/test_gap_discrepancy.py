@@ -83,7 +83,7 @@ def test_integrating_it_out_is_what_a_dense_gaussian_says() -> None:
     found, expected = [], []
     for members in (frozenset[int](), frozenset({0}), frozenset({1, 2})):
         widths = np.where(np.isin(np.arange(K), list(members)), 0.3, evidence._widths[0])
-        fitted = evidence._solve(members, widths, {})
+        fitted = evidence._solve(members, widths, np.full(len(evidence._effects), np.nan), evidence._own(members))
         found.append(fitted.score - evidence.prior(members))
         cov = np.diag((1.0 / w**2).ravel())
         cov += np.einsum("nik,k,mjk->nimj", X, widths**2, X).reshape(6 * N, 6 * N)

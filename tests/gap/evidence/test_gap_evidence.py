@@ -53,18 +53,28 @@ def dense(X: np.ndarray, y: np.ndarray, widths: np.ndarray) -> float:
     return -0.5 * float(y @ np.linalg.solve(covariance, y)) - 0.5 * float(np.linalg.slogdet(covariance)[1])
 
 
-def test_one_unit_more_or_less_is_worth_what_the_covariance_of_all_rows_says() -> None:
-    rng, counts = np.random.default_rng(5), (1, 2, 3, 1)
+def dense_rows(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Forty rows of seven columns, and a gap that all of them made."""
     X = rng.normal(size=(40, 7)) @ (np.eye(7) + 0.4 * rng.normal(size=(7, 7)))
-    y = X @ rng.normal(0, 0.5, 7) + rng.normal(size=40)
+    return X, X @ rng.normal(0, 0.5, 7) + rng.normal(size=40)
+
+
+def dense_design(rng: np.random.Generator) -> Design:
+    """These rows as four units of one to three columns, an effect each."""
+    counts = (1, 2, 3, 1)
+    X, y = dense_rows(rng)
     owner = np.repeat(np.arange(4), counts)
     units = tuple(
         Unit(f"u{i}", "", tuple(EffectParameter(f"{i}{k}", "1", 1.0, -np.inf, np.inf) for k in range(n)))
         for i, n in enumerate(counts)
     )
     gram, one = (X.T @ X)[None], np.ones(7)
-    design = Design(units, owner, gram, (X.T @ y)[None], np.array([y @ y]), np.array([40]), one, one, X.T @ X / 40)
-    evidence, members = Evidence(design, 0.1), frozenset({1, 3})
+    return Design(units, owner, gram, (X.T @ y)[None], np.array([y @ y]), np.array([40]), one, one, X.T @ X / 40)
+
+
+def test_one_unit_more_or_less_is_worth_what_the_covariance_of_all_rows_says() -> None:
+    (X, y), design = dense_rows(np.random.default_rng(5)), dense_design(np.random.default_rng(5))
+    evidence, members, owner = Evidence(design, 0.1), frozenset({1, 3}), design.owner
     fitted = evidence.fit(members)
     out, usual = evidence._widths
     for other, (score, moved) in evidence.neighbours(fitted).items():
@@ -85,9 +95,13 @@ def test_one_unit_more_or_less_is_worth_what_the_covariance_of_all_rows_says() -
 def test_effects_far_larger_than_the_gap_that_cancel_cost_and_others_do_not() -> None:
     cancelling, ordinary = two_alike(0.01, (5.0, -4.9)), two_alike(0.9, (0.6, 0.5))
     both = frozenset({0, 1})
-    assert cancelling.fit(both).score < cancelling._solve(both, np.full(2, 5.0), {}).score - 3.0
-    fitted = ordinary.fit(both)
-    assert fitted.score == pytest.approx(ordinary._solve(both, fitted.widths, {}).score, abs=1e-9)
+    for evidence, least, most in ((cancelling, 3.0, np.inf), (ordinary, 0.0, 0.0)):
+        fitted = evidence.fit(both)
+        pull = fitted.mean @ evidence.design.moves @ fitted.mean
+        cost = -evidence._strain(fitted.energy, float(pull))
+        assert least <= cost <= most
+        plain = replace(evidence.design, moves=np.zeros((2, 2)))
+        assert fitted.score == pytest.approx(replace(evidence, design=plain).fit(both).score - cost, abs=1e-9)
 
 
 def test_an_effect_counts_by_how_probable_it_is_that_it_moves_the_tool_enough() -> None:

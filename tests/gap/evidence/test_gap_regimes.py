@@ -57,7 +57,7 @@ def test_the_sums_without_a_regime_are_those_of_the_rest() -> None:
             )
             for p, r in zip(model.panels, regime.rows, strict=True)
         ]
-        direct = pool(left, model.units, basis)
+        direct = pool(left, model.units, basis).design()
         assert design.field is not None
         assert direct.field is not None
         for one, other in ((design.field.C, direct.field.C), (design.field.D, direct.field.D)):

@@ -28,8 +28,7 @@ def single_changes(
     widths: Array,
     mean: Array,
     base: Array,
-    let: Array,
-    X: Array,
+    R: Array,
     scale: Array,
     moves: Array,
 ) -> tuple[Array, Array]:
@@ -37,25 +36,22 @@ def single_changes(
     can't be told; and (U,) m by which that unit then moves the TCP.
 
     starts: (U + 1,) where the columns of each unit begin in `columns` (C,); to: (S, C) widths that are tried; widths, mean: (K,)
-    of the priors and of the posterior; base, let, X, scale: the posterior's covariance, see `Spread`; moves: (K, K) mean
+    of the priors and of the posterior; base, R, scale: the posterior's covariance, see `Spread`; moves: (K, K) mean
     products of what columns move the TCP by.
     """
-    count = len(starts) - 1
+    count, at = len(starts) - 1, 0
     best, size = np.full(count, -np.inf), np.zeros(count)
-    most = 0
-    for u in range(count):
-        most = max(most, starts[u + 1] - starts[u])
+    most, more = _grown(starts, columns, R)
     M, step, own = np.empty((most, most)), np.empty((most, 1)), np.empty((most, most))
     for u in range(count):
         first, k = starts[u], starts[u + 1] - starts[u]
         for i in range(k):
             a = columns[first + i]
-            for j in range(k):
+            for j in range(i + 1):
                 b = columns[first + j]
-                less = 0.0
-                for n in range(let.shape[1]):
-                    less += let[a, n] * X[b, n]
-                own[i, j] = (base[a, b] - less) * (scale[a] / widths[a]) * (scale[b] / widths[b])
+                own[i, j] = (base[a, b] + more[at]) * (scale[a] / widths[a]) * (scale[b] / widths[b])
+                own[j, i] = own[i, j]
+                at += 1
         for s in range(len(to)):
             changes, half_log, bend = False, 0.0, 0.0
             for i in range(k):
@@ -77,6 +73,27 @@ def single_changes(
             if gain > best[u]:
                 best[u], size[u] = gain, _moved(columns[first : first + k], own, step, widths, mean, moves)
     return best, size
+
+
+@part
+def _grown(starts: Ints, columns: Ints, R: Array) -> tuple[int, Array]:
+    """How many columns a unit has at most; and by how much the covariance of each unit's columns has grown, R.T R, unit after
+    unit the lower halves, row after row. R is run through once, along memory.
+    """
+    most, pairs = 0, 0
+    for u in range(len(starts) - 1):
+        k = starts[u + 1] - starts[u]
+        most, pairs = max(most, k), pairs + k * (k + 1) // 2
+    more = np.zeros(pairs)
+    for n in range(len(R)):
+        at = 0
+        for u in range(len(starts) - 1):
+            for i in range(starts[u], starts[u + 1]):
+                value = R[n, columns[i]]
+                for j in range(starts[u], i + 1):
+                    more[at] += value * R[n, columns[j]]
+                    at += 1
+    return most, more
 
 
 @part

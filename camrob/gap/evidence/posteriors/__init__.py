@@ -1,0 +1,1 @@
+"""The arithmetic of one set of units and of its neighbours, compiled."""
