@@ -16,7 +16,7 @@ from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes, row_
 from camrob.gap.evidence.leads import look
 from camrob.gap.evidence.model import Model, doubt_of, effect_rms
 from camrob.gap.evidence.search import Explored, explore, posterior, worth_counting
-from camrob.gap.evidence.temperature import cooled, temperatures
+from camrob.gap.evidence.temperature import cooled, lowered, temperatures
 from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.observation.noise import Noise, find_outliers, noise_left, noise_of
 from camrob.gap.observation.scene import Scene
@@ -130,7 +130,8 @@ def _weighed(
     discrepancy that may be there.
     """
     noise = float(np.sqrt(np.mean([n.rms**2 for n in noises])))
-    design = pool(panels, units, basis)
+    pooled = pool(panels, units, basis)
+    design = pooled.design()
     heat, weighed = 1.0, panels
     for _ in range(_SIZINGS):
         evidence = Evidence(design, noise, heat, sizes=sizes)
@@ -143,8 +144,8 @@ def _weighed(
         found, *others = temperatures(panels, before.mean, weights)
         if max(others) > found:
             # what turns and servo errors show beyond white noise must not outweigh the positions
-            weighed = cooled(panels, found, *others)
-            design = pool(weighed, units, basis)
+            factors = lowered(found, *others)
+            weighed, design = cooled(panels, *factors), pooled.design(*factors)
         settled, heat = found < _SAME_HEAT * heat, found
         if settled:
             break

@@ -290,8 +290,8 @@ def make_panel(
 
 
 def _field_sums(p: Panel, rows: NDArray[np.int64], weighed: Mapping[int, Array]) -> tuple[Array, Array, Array]:
-    """C (6, K, M), D (6, M, M) and d (6, M) of some rows of a panel, as in `FieldGram`. weighed: (K, 3, m) columns by the first of
-    three rows of the twist, where any weighs.
+    """C (6, K, M), D (6, M, M) and d (6, M) of some rows of a panel, as in `FieldGram`. weighed: (K, 3, m) columns, by the first
+    of three rows of the twist of which any weighs.
     """
     smooth = np.zeros((len(rows), 0)) if p.smooth is None else p.smooth[rows]
     M, K = smooth.shape[1], p.tcp.shape[2]

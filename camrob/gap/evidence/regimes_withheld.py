@@ -115,9 +115,9 @@ def _rest(model: Model, regimes: Sequence[Regime]) -> Iterator[Design]:
         for pattern, rows in _alike(inside):
             sums = sums_of(p, rows, smooth=bool(fields))
             for r in np.flatnonzero(pattern).tolist():
-                A[r] += sums.A
-                b[r] += sums.b
-                yy[r] += sums.yy
+                A[r] += sums.A.sum(axis=0)
+                b[r] += sums.b.sum(axis=0)
+                yy[r] += sums.yy.sum()
                 count[r] += sums.rows
                 if sums.smooth is not None:
                     fields[r] = fields[r].more(*sums.smooth)

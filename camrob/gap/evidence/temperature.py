@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.neighbourhoods import neighbours_in_row
 
-__all__ = ["cooled", "independent_share", "temperatures"]
+__all__ = ["cooled", "independent_share", "lowered", "temperatures"]
 
 Array = NDArray[np.float64]
 
@@ -41,10 +41,16 @@ def temperatures(panels: Sequence[Panel], mean: Array, weights: Array) -> tuple[
         order = neighbours_in_row(p.scene)
         for k, (part, w) in enumerate(parts):
             energy, rows = float(np.sum(part**2)), float(np.count_nonzero(w))
-            lagged = 0.0 if p.scene.poses else sum(float(np.sum(part[n:] * part[:-n])) for n in range(1, _LAGS))
+            lagged = 0.0 if p.scene.poses else _lagged(part)
             together = max(1.0 + 2.0 * max(lagged, 0.0) / max(energy, 1e-300), 1.0 / independent_share(part[order]))
             worst[k] = max(worst[k], energy * together / max(rows, 1.0))
     return worst[0], worst[1], worst[2]
+
+
+def _lagged(rest: Array) -> float:
+    """Sum of the products of rows (N, d) with those up to `_LAGS` less one before them."""
+    sums = np.cumsum(np.concatenate([np.zeros((_LAGS, rest.shape[1])), rest]), axis=0)
+    return float(np.sum(rest * (sums[_LAGS - 1 : -1] - sums[:-_LAGS])))
 
 
 def independent_share(rest: Array) -> float:
@@ -64,10 +70,14 @@ def independent_share(rest: Array) -> float:
     return 1.0 / most
 
 
-def cooled(panels: Sequence[Panel], heat: float, turned: float, servo: float) -> tuple[Panel, ...]:
-    """The panels with weights of turns and servo errors lowered to the positions' temperature."""
-    scale = np.sqrt(heat / np.maximum([turned, servo], heat))
-    w = np.array([1.0, 1.0, 1.0, *[scale[0]] * 3])
+def lowered(heat: float, turned: float, servo: float) -> tuple[float, float]:
+    """Factors by which the weights of turns and of servo errors are lowered to the positions' temperature."""
+    return float(np.sqrt(heat / max(turned, heat))), float(np.sqrt(heat / max(servo, heat)))
+
+
+def cooled(panels: Sequence[Panel], turned: float, servo: float) -> tuple[Panel, ...]:
+    """The panels with the weights of turns and of servo errors lowered by factors."""
+    w = np.array([1.0, 1.0, 1.0, *[turned] * 3])
     return tuple(
-        replace(p, w_tcp=p.w_tcp * w, w_servo=None if p.w_servo is None else p.w_servo * scale[1]) for p in panels
+        replace(p, w_tcp=p.w_tcp * w, w_servo=None if p.w_servo is None else p.w_servo * servo) for p in panels
     )
