@@ -36,9 +36,12 @@ class ArmAxes:
 
 def arm_axes(cell: Cell) -> ArmAxes | None:
     """The axes of a cell's arm, or None unless axes 2 and 3 are parallel and axes 4, 5 and 6 meet at right angles."""
+    arm = cell.joints[cell.arm_slice]
+    if len(arm) != 6:
+        return None
     h, o = np.empty((6, 3)), np.empty((6, 3))
     foot_T_next = np.eye(4)
-    for i, joint in enumerate(cell.joints[cell.arm_slice]):
+    for i, joint in enumerate(arm):
         axis = foot_T_next @ joint.before
         h[i], o[i] = axis[:3, 2], axis[:3, 3]
         foot_T_next = axis @ joint.after

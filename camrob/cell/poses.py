@@ -113,6 +113,8 @@ def pose_errors(cell: Cell, path: Path, bounds: PoseBounds) -> tuple[PoseError, 
     for k, row in enumerate(rows):
         if status is None and "S" in row.numbers:
             raise row.fail("has S, for which the wrist must be spherical", "leave S empty", path)
+        if np.isnan(inverse_kf[k]) and "inv_kf" in row.numbers:
+            raise row.fail("has inv_kf, for which the arm must have six axes", "leave inv_kf empty", path)
         off, turned = _off(row, base_T_tool[k])
         found = _missed(row, base_T_tool[k], off, turned, path, bounds)
         given = {"S": 0 if status is None else status[k], "T": turn[k], "inv_kf": inverse_kf[k]}
@@ -231,7 +233,10 @@ def _posture(cell: Cell, row: _Row, path: Path, bounds: PoseBounds) -> tuple[Arr
 
 
 def _walk(cell: Cell, q: Array) -> tuple[Array, Array]:
-    """Poses of the tool in `base` (N, 4, 4) and 1/k_F of the bare arm at the mounting plate (N,), of postures (N, n)."""
+    """Poses of the tool in `base` (N, 4, 4) and 1/k_F of the bare arm at the mounting plate (N,), of postures (N, n).
+
+    NaN where the arm's Jacobian is not square: k_F is asked of six axes.
+    """
     base_T_next = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     axes: list[tuple[Array, Array]] = []
     plate = np.zeros((len(q), 3))
@@ -246,6 +251,8 @@ def _walk(cell: Cell, q: Array) -> tuple[Array, Array]:
         base_T_next = base_T_next @ segment.joint.motion(q[:, cell.index(segment.joint.name)])
     columns = [np.concatenate([np.cross(z, plate - p) / cell.condition_length, z], axis=1) for z, p in axes]
     H = np.stack(columns, axis=2)
+    if H.shape[2] != H.shape[1]:
+        return np.asarray(base_T_next), np.full(len(q), np.nan)
     least = np.linalg.svd(H, compute_uv=False)[:, -1]
     regular = least > 1e-12
     inverse_kf = np.zeros(len(q))

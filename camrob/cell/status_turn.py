@@ -83,4 +83,4 @@ class StatusTurn:
     @staticmethod
     def turn(axes_deg: Array) -> NDArray[np.int16]:
         """T (N,) of axis values (N, 6), degrees."""
-        return np.asarray((axes_deg < 0.0) @ (1 << np.arange(6)), np.int16)
+        return np.asarray((axes_deg < 0.0) @ (1 << np.arange(np.shape(axes_deg)[-1])), np.int16)

@@ -188,3 +188,23 @@ def test_a_cell_that_programs_are_made_for_still_needs_all_of_it(tmp_path: Path,
         (folder / name).write_bytes((ROOT / "cells" / "kr15_track_table" / name).read_bytes())
     with pytest.raises(CellError, match=f"{key}: is missing"):
         read_cell(folder)
+
+
+@pytest.mark.parametrize("rows", [["[0, 800, 0, 300]"], ["[90, 0, 0, 340]", "[-90, 0, 0, 0]"] * 3 + ["[0, 0, 0, 126]"]])
+def test_poses_of_an_arm_that_has_not_six_axes(tmp_path: Path, rows: list[str]) -> None:
+    """k_F is asked of six axes: the poses are checked without it, and one that states it is refused."""
+    text = (
+        'schema = 1\nname = "other"\nstanding = "datasheet"\n\n[arm]\nconvention = "standard"\ndh = ['
+        + ", ".join(rows)
+        + "]\n"
+    )
+    folder = written(tmp_path / "cell", text)
+    axes = [f"A{i + 1}_deg" for i in range(len(rows))]
+    tip = [800.0, 0.0, 300.0] if len(rows) == 1 else [0.0, 0.0, 3 * 340.0 + 126.0]
+    numbers = ",".join(str(x) for x in [*[0.0] * len(rows), *tip, 0.0, 0.0, 0.0])
+    head = f"name,{','.join(axes)},x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,inv_kf,source"
+    (folder / "poses.csv").write_text(f"{head}\nzero,{numbers},,hand\n", encoding="utf-8")
+    assert len(read_cell(folder).joints) == len(rows)
+    (folder / "poses.csv").write_text(f"{head}\nzero,{numbers},0.5,hand\n", encoding="utf-8")
+    with pytest.raises(CellError, match="six axes"):
+        read_cell(folder)
