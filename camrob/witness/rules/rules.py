@@ -21,7 +21,8 @@ from camrob.witness.rules.rules_along import Tolerance
 from camrob.witness.rules.rules_events import event_rule, last_cut
 from camrob.witness.rules.rules_feed import axis_speed_objections, feed_objections
 from camrob.witness.rules.rules_geometry import Clear, Track, track
-from camrob.witness.rules.rules_path import Match, rounded_holes, walk
+from camrob.witness.rules.rules_holes import hole_objections
+from camrob.witness.rules.rules_path import Match, walk
 from camrob.witness.rules.rules_state import Fittings, Scene, load_objections, state_objections
 from camrob.witness.units import mm_to_m
 
@@ -32,7 +33,7 @@ Array = NDArray[np.float64]
 _CRAWL = 0.4  # of the rapid feed: a way through the air that is slower may be a cut elsewhere
 
 # what stands against the path; all else that the rules object to is against the process
-PATH_CODES = frozenset({"motion-lost", "motion-extra", "off-path", "hole-rounded"})
+PATH_CODES = frozenset({"motion-lost", "motion-extra", "off-path", "hole-rounded", "retract-elsewhere"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,7 @@ def compare(story: Story, run: Run, terms: Terms) -> Comparison:
     match = walk(file, story, prog, run, home, clear, Tolerance(terms.chord, terms.decimated))
     events = event_rule(match, file, story, run)
     scene = Scene(match, file, story, run, events, clear, home, change)
-    objections += [*match.objections, *rounded_holes(match, story, run)]
+    objections += [*match.objections, *hole_objections(match, file, story, prog, run)]
     objections += feed_objections(match, story, run, terms.rapid, terms.slower_allowed)
     objections += [] if terms.axis_speed is None else axis_speed_objections(match, story, run, terms.axis_speed)
     objections += events.objections

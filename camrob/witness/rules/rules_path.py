@@ -28,7 +28,7 @@ from camrob.witness.rules.rules_blocks import alike, chords, curve_chords, thinn
 from camrob.witness.rules.rules_geometry import AXIS, POSITION, Clear, Motion, Track, distance
 from camrob.witness.units import deg_to_rad, m_to_mm, rad_to_deg
 
-__all__ = ["Match", "rounded_holes", "walk"]
+__all__ = ["Match", "walk"]
 
 Array = NDArray[np.float64]
 _SIDE = deg_to_rad(5.0)  # more is another side of the part
@@ -354,20 +354,6 @@ class _Walk:
         self.objections.append(
             Objection(code, text, int(self.file_line[i]), int(self.prog_line[j]), int(self.prog_file[j]))
         )
-
-
-def rounded_holes(match: Match, story: Story, run: Run) -> list[Objection]:
-    """Holes at whose bottom the program rounds the corner, and so doesn't reach it: the first, and how many."""
-    j, i = match.pairs[(story.way[match.pairs[:, 1]] == Way.HOLE) & match.cuts].T
-    deepest = np.zeros(len(story), dtype=np.int64)
-    np.maximum.at(deepest, i, j)
-    rows = np.unique(deepest[i])
-    rows = rows[~run.exact[rows]]
-    if not len(rows):
-        return []
-    many = "" if len(rows) == 1 else f", nor are {len(rows) - 1} more"
-    text = f"line {run.path.line[rows[0]]} of the program: the hole's bottom is not reached exactly{many}: it is rounded off"
-    return [Objection("hole-rounded", text, line=int(run.path.line[rows[0]]), file=int(run.file[rows[0]]))]
 
 
 def walk(

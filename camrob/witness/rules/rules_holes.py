@@ -1,0 +1,70 @@
+"""What a cycle says beside its path: holes go to their bottom, and the way from one to the next is the one that it names."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.witness.happenings import Objection, Run, Story, Way
+from camrob.witness.rules.rules_geometry import Track
+from camrob.witness.rules.rules_path import Match
+
+__all__ = ["hole_objections"]
+
+
+def hole_objections(match: Match, file: Track, story: Story, prog: Track, run: Run) -> list[Objection]:
+    """What stands against the holes of a program."""
+    return [*_rounded(match, story, run), *_retracted(match, file, story, prog, run)]
+
+
+def _rounded(match: Match, story: Story, run: Run) -> list[Objection]:
+    """Holes at whose bottom the program rounds the corner, and so doesn't reach it: the first, and how many."""
+    j, i = match.pairs[(story.way[match.pairs[:, 1]] == Way.HOLE) & match.cuts].T
+    deepest = np.zeros(len(story), dtype=np.int64)
+    np.maximum.at(deepest, i, j)
+    rows = np.unique(deepest[i])
+    rows = rows[~run.exact[rows]]
+    if not len(rows):
+        return []
+    many = "" if len(rows) == 1 else f", nor are {len(rows) - 1} more"
+    return [
+        _said("hole-rounded", f"the hole's bottom is not reached exactly{many}: it is rounded off", run, int(rows[0]))
+    ]
+
+
+def _retracted(match: Match, file: Track, story: Story, prog: Track, run: Run) -> list[Objection]:
+    """The first way from a hole that isn't the one that the file says, with nothing that would need another.
+
+    A cycle's retract height is part of what was asked for: what stands beside the holes is known to who wrote it. A way of
+    its own is one on which the arm changes its posture, point to point or beneath a tool that stands still.
+    """
+    way, joined, operation = story.way[file.rows], story.joined[file.rows], story.operation[file.rows]
+    for i, to in match.skipped:
+        if not _behind_a_hole(i, way, joined) or to > len(way):
+            continue
+        passed = slice(i, to)
+        if not joined[passed].all() or (operation[passed] != operation[i - 1]).any():
+            continue
+        rows = match.air[(match.at[match.air] <= i) & (match.at[match.air + 1] >= i)]
+        still = len(rows) and np.ptp(rows) + 1 > len(rows)
+        if len(rows) and not still and not run.ptp[rows].any():
+            line = story.path.line[file.rows[i]]
+            text = f"leaves the way from a hole that line {line} of the file says, for no change of posture"
+            return [_said("retract-elsewhere", text, run, int(rows[0]))]
+    return []
+
+
+def _behind_a_hole(i: int, way: NDArray[np.int8], joined: NDArray[np.bool_]) -> bool:
+    """Whether motion i goes on from a hole's retract, in rapid; reamers and taps come out of it at their feed."""
+    k = i - 1
+    while 0 <= k < len(way) - 1 and way[k] == Way.RAPID and joined[k + 1]:
+        k -= 1
+    rapids = i - 1 - k
+    if k > 0 and way[k] == Way.FEED and way[k - 1] == Way.HOLE and joined[k]:
+        k -= 1
+    return rapids > 0 <= k and bool(way[k] == Way.HOLE)
+
+
+def _said(code: str, text: str, run: Run, row: int) -> Objection:
+    line = int(run.path.line[row])
+    return Objection(code, f"line {line} of the program: {text}", line=line, file=int(run.file[row]))
