@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gap.second_author import design
-from gap.second_author.family import Setting
+from gap.second_author.family import Description, Setting
 from gap.second_author.logs import write_log
 from gap.second_author.run import Run
 
@@ -188,7 +188,7 @@ def case(family, seed, folder: Path):
     setting = Setting(robot, [_in_frame(r, log) for r in runs], log)
     designs = [design.Design(r, log) for r in setting.runs]
     noise, floor = _noise(rng, log, robot, runs)
-    field, causes = 0.0, []
+    field, causes, field_alike = 0.0, [], []
     if rng.random() < 0.5:
         want = floor * float(np.exp(rng.uniform(0.0, np.log(30.0))))
         make = family.leftover if log["tracker"] else family.drive_leftover
@@ -196,13 +196,14 @@ def case(family, seed, folder: Path):
         if leftover:
             causes.append(leftover[0])
             field = leftover[1]
+            field_alike = _told(Description("leftover", make), *leftover, designs)["alike"]
     kind = str(rng.choice(list(SHARES), p=list(SHARES.values())))
     drawn = _drawn(kind, family, rng, setting, designs, floor, field)
     causes += [c for _, c, _ in drawn]
     label = {
         "seed": seed, "family": family.name, "cell": robot.name, "robot": cell, "kind": kind, "log": log, "noise": noise,
-        "noise_mm": floor, "leftover_mm": field, "causes": [_told(d, c, s, designs) for d, c, s in drawn],
-        "rows": [], "target_mm": [0.0, 0.0, 0.0],
+        "noise_mm": floor, "leftover_mm": field, "leftover_alike": field_alike,
+        "causes": [_told(d, c, s, designs) for d, c, s in drawn], "rows": [], "target_mm": [0.0, 0.0, 0.0],
     }  # fmt: skip
     _write(folder, robot, setting.runs, causes, log, noise, rng, label)
     return label
@@ -217,8 +218,6 @@ def _in_frame(run, log):
 
 
 def _leftover(make, setting, designs, seed, want):
-    from gap.second_author.family import Description
-
     try:
         return sized(Description("leftover", make, most=400.0), setting, designs, seed, want)
     except ValueError:

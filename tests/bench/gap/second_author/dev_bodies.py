@@ -155,8 +155,8 @@ def cutting_force(setting, rng, s):
 
 
 def measurement_scale(setting, rng, s):
-    """The tracker's wavelength: lengths from where it stands are off in proportion."""
-    ppm, stand = s * 60e-6 * rng.choice([-1, 1]), np.array([3.0, 1.0, 0.5]) * rng.uniform(-1, 1, 3)
+    """The tracker's wavelength, about the marks by which its frame was told: there it was registered."""
+    ppm, stand = s * 60e-6 * rng.choice([-1, 1]), np.array([0.8, 0.8, 0.4]) * rng.uniform(-1, 1, 3)
 
     def measured(run, tool):
         tool = tool.copy()
