@@ -23,6 +23,7 @@ __all__ = [
     "WITHHELD",
     "Design",
     "Panel",
+    "Pooled",
     "Remembered",
     "Sums",
     "build_units",
@@ -336,7 +337,7 @@ def sums_of(p: Panel, rows: NDArray[np.int64], *, smooth: bool) -> Sums:
     if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
         S = _weighed(p.servo, p.w_servo, rows).reshape(p.servo.shape[2], -1)
         s = (p.y_servo[rows] * p.w_servo[rows]).T.ravel()
-        A[np.ix_([2], p.servo_columns, p.servo_columns)] = S @ S.T
+        A[2][np.ix_(p.servo_columns, p.servo_columns)] = S @ S.T
         b[2, p.servo_columns], yy[2] = S @ s, float(s @ s)
         count += float(np.count_nonzero(p.w_servo[rows]))
     return Sums(A, b, yy, count, _field_sums(p, rows, weighed) if smooth else None)

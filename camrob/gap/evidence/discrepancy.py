@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.linalg.lapack import dpotrf
+from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
@@ -48,6 +48,7 @@ _SOME = 2000  # rows that tell the field's variance well enough
 _COSINES = 6  # over the logs' time
 _DEGREE = 4  # of polynomials over a sliding axis's travel
 _STILL = 1e-4  # rad or m
+_STRIPE = 64  # postures whose kernel is reckoned at a time
 _NONE = 1e-30  # variance of what does not change
 
 
@@ -165,6 +166,15 @@ def posture_kernel(a: Array, b: Array, tables: Sequence[int]) -> Array:
 
     tables: columns of axes that turn the measured frame under what the robot leaves.
     """
+    out = np.empty((len(a), len(b)))
+    for first in range(0, len(a), _STRIPE):
+        stripe = slice(first, first + _STRIPE)
+        out[stripe] = _kernel_stripe(a[stripe], b, tables)
+    return out
+
+
+def _kernel_stripe(a: Array, b: Array, tables: Sequence[int]) -> Array:
+    """`posture_kernel` of few postures (N, k), for which what it makes on the way stays near the processor."""
     total, squares = np.zeros((len(a), len(b))), np.zeros((len(a), len(b)))
     for k in range(a.shape[1]):
         # of lengths that double, each exponential is the fourth power of the next
@@ -199,6 +209,15 @@ class Integrated:
     b: Array
     yy: float
     half_log: float
+
+    def less(self, parts: Sequence[Integrated]) -> Integrated:
+        """Without what parts of the discrepancy explain."""
+        A, b, yy, half = self.A.copy(), self.b.copy(), self.yy, self.half_log
+        for p in parts:
+            A -= p.A
+            b -= p.b
+            yy, half = yy - p.yy, half + p.half_log
+        return Integrated(A, b, yy, half)
 
 
 @dataclass(frozen=True)
@@ -248,13 +267,21 @@ class FieldGram:
         """A, b, yy of some blocks without what a field of sizes (2, parts) explains; of shifts in m, of turns in rad. Its rows
         weigh less by the temperature, as those of A, b and yy already do.
         """
-        A, b, half = A.copy(), b.copy(), 0.0
+        parts = [self.taken(k, sizes, used, temperature) for k in range(len(sizes))]
+        return Integrated(A, b, yy, 0.0).less(parts)
+
+    def taken(self, stage: int, sizes: Array, used: Sequence[int], temperature: float = 1.0) -> Integrated:
+        """What a field of sizes (2, parts) explains of shifts (stage 0) or of turns (1) alone, as in `integrated`."""
+        K = self.C.shape[2]
+        A, b, yy, half = np.zeros((K, K)), np.zeros(K), 0.0, 0.0
         for row, S, keep in self._rows(sizes):
+            if row // 3 != stage:
+                continue
             C, D, d = (x[list(used), row].sum(axis=0) / temperature for x in (self.C, self.D, self.d))
             L, V = _halved(D, np.c_[C.T, d], S, keep)
-            A -= V[:, :-1].T @ V[:, :-1]
-            b -= V[:, :-1].T @ V[:, -1]
-            yy -= float(V[:, -1] @ V[:, -1])
+            A += V[:, :-1].T @ V[:, :-1]
+            b += V[:, :-1].T @ V[:, -1]
+            yy += float(V[:, -1] @ V[:, -1])
             half += float(np.log(np.diag(L)).sum())
         return Integrated(A, b, yy, half)
 
@@ -303,4 +330,5 @@ def _halved(D: Array, right: Array, S: Array, keep: NDArray[np.bool_]) -> tuple[
     P = D[np.ix_(keep, keep)] * np.outer(s, s)
     P[np.diag_indices_from(P)] += 1.0
     L, _ = dpotrf(P, lower=1, clean=1)
-    return L, solve_triangular(L, s[:, None] * right[keep], lower=True)
+    V, _ = dtrtrs(L, s[:, None] * right[keep], lower=1)
+    return L, V

@@ -11,7 +11,7 @@ from scipy.linalg import cho_solve
 from scipy.linalg.lapack import dpotrf
 from scipy.special import logsumexp
 
-from camrob.gap.evidence.discrepancy import PARTS, FieldGram
+from camrob.gap.evidence.discrepancy import PARTS, FieldGram, Integrated
 from camrob.gap.evidence.evidence import Evidence, Fitted
 from camrob.gap.observation.noise import Noise
 
@@ -54,10 +54,17 @@ def fit_sizes(
         field.d[used].sum(axis=0)[None],
         field.part,
     )
-    w = fitted.widths[own]
+    w, whole = fitted.widths[own], Integrated(A, b, float(yy), 0.0)
+    known: dict[tuple[int, bytes], Integrated] = {}  # of two stages one changes at a time
+
+    def taken(stage: int, sizes: Array) -> Integrated:
+        key = stage, sizes[stage].tobytes()
+        if key not in known:
+            known[key] = small.taken(stage, sizes, (0,))
+        return known[key]
 
     def score(sizes: Array) -> float:
-        got = small.integrated(A, b, float(yy), sizes, (0,))
+        got = whole.less([taken(k, sizes) for k in range(len(sizes))])
         P = got.A * np.outer(w, w)
         P[np.diag_indices_from(P)] += 1.0
         L, _ = dpotrf(P, lower=1, clean=1)

@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import State
 from camrob.gap.evidence.model import Model, effect_rms
-from camrob.gap.evidence.scan import Shape, covered, gear_orders, shapes, uncovered_forms
+from camrob.gap.evidence.scan import DRIVE, Shape, covered, gear_orders, shapes, uncovered_forms
 from camrob.gap.evidence.unknown import UNKNOWN
 
 __all__ = ["look"]
 
 Array = NDArray[np.float64]
 
-_DRIVE = "drive "  # how targets at the drives begin
 _MOST_SHAPES = 4  # at a time: a person looks at no more
 _SAME_ORDER = 2e-3  # share by which an order differs where it is another one
 _OTHER_ORDER = 0.1  # share by which a second order of an axis differs from its first
@@ -47,7 +46,8 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
         if n != UNKNOWN.name
     ]
     least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * model.gap, 0.0 if raw else 2.0 * max(inexact, default=0.0))
-    for shape in _uncovered(shapes(model.panels, left, servo, heat, least), model, max(room, 0)):
+    found = shapes(model.panels, left, servo, heat, least, 2 * _MOST_SHAPES)
+    for shape in _uncovered(found, model, max(room, 0)):
         key = f"{shape.target}|{shape.quantity}"
         if key in inside:
             continue  # as it is: a second step is no better moment for the first
@@ -63,17 +63,11 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
 
 def _uncovered(found: Sequence[Shape], model: Model, room: int) -> list[Shape]:
     """The best shapes that the library does not have, so many at the drives and so many behind the encoders: what stays at the
-    one stage is no reason to overlook the other. Of a drive, whose error is in the log, its best alone.
+    one stage is no reason to overlook the other.
     """
-    first: dict[str, Shape] = {}
-    behind = []
-    for shape in found:
-        if shape.target.startswith(_DRIVE):
-            first.setdefault(shape.target, shape)
-        else:
-            behind.append(shape)
-    kept = ([s for s in one[: 2 * _MOST_SHAPES] if not covered(s, model)] for one in (list(first.values()), behind))
-    return [s for one in kept for s in one[:room]]
+    new = [s for s, known in zip(found, covered(found, model), strict=True) if not known]
+    drives = [s for s in new if s.target.startswith(DRIVE)]
+    return [*drives[:room], *[s for s in new if not s.target.startswith(DRIVE)][:room]]
 
 
 def _look_for_orders(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from camrob.gap.evidence.unknown import (
     targets,
 )
 
-__all__ = ["Shape", "covered", "gear_orders", "shapes", "uncovered_forms"]
+__all__ = ["DRIVE", "Shape", "covered", "gear_orders", "shapes", "uncovered_forms"]
 
 Array = NDArray[np.float64]
 
@@ -35,8 +35,11 @@ _SMALLEST = 0.01  # share of the ordinary sizes that a broad form may be offered
 _SPANNED = 600  # samples of a log that tell what columns can show
 _RIGID = 6  # columns of a place that is elsewhere and turned
 _EDGE = 8  # samples at either end of a log in which a step is no step
+DRIVE = "drive "
+"""How targets at the drives begin."""
 _FORCE = "force"  # a regime, and the first word of a quantity
 _ROUNDED = 1e-12  # of the weights: a cosine that varies by less is a constant, but for rounding
+_NEARLY = 0.99  # of that gain: what is reckoned for all at once may be off by rounding
 _GAIN = 40.0  # chi-square gained, a unit of temperature, for a shape to be worth a try
 
 
@@ -136,10 +139,15 @@ def _peak(orders: Array, z: Array, w: Array, angle: Array) -> tuple[float, float
 
 
 def shapes(
-    panels: Sequence[Panel], residuals: Sequence[Array], servo: Sequence[Array | None], temperature: float, least: float
+    panels: Sequence[Panel],
+    residuals: Sequence[Array],
+    servo: Sequence[Array | None],
+    temperature: float,
+    least: float,
+    most: int,
 ) -> list[Shape]:
     """Smooth functions of one quantity, and steps at one moment, that explain clearly what is left and move the TCP by `least` m
-    (rms), the best first.
+    (rms), the best first: of each drive, whose error is in the log, its best alone, of what lies behind the encoders `most`.
     """
     given = [quantities(p.scene) for p in panels]
     names = [n for n in given[0] if all(n in g for g in given)]
@@ -148,30 +156,75 @@ def shapes(
     bases = {
         n: np.ascontiguousarray(np.concatenate([basis(g[n], lower[n], upper[n], n) for g in given]).T) for n in names
     }
-    found = []
-    for target in targets(panels[0].scene):
-        kind, _, part = target.rpartition(" ")
-        if kind == "drive":
-            rows = [
-                (s[:, p.scene.index(part)], p.w_servo[:, p.scene.index(part)] ** 2)
-                for p, s in zip(panels, servo, strict=True)
-                if s is not None and p.w_servo is not None
-            ]
-        else:
-            term = f"root.{part}" if kind == "foot" else f"{part}.zero"
-            rows = [_behind(p, r, term) for p, r in zip(panels, residuals, strict=True)]
-        z, w = np.concatenate([a for a, _ in rows]), np.concatenate([b for _, b in rows])
-        lever = np.concatenate([_lever(p, f"root.{part}" if kind == "foot" else f"{part}.zero") for p in panels])
-        if len(z) < len(lever):
+    rows = {t: r for t in targets(panels[0].scene) if (r := _of_target(panels, residuals, servo, t)) is not None}
+    gains = _gains(list(bases.values()), list(rows.values())) if rows else np.zeros((0, len(names)))
+    tried = []
+    for (target, (z, w)), own in zip(rows.items(), gains, strict=True):
+        tried += [
+            (gain, target, (n, bases[n], lower[n], upper[n])) for n, gain in zip(names, own.tolist(), strict=True)
+        ]
+        tried += [(_gain(step[1], z, w)[0], target, step) for step in _steps(panels, z, w)]
+    found: list[Shape] = []
+    for about, target, (name, X, low, high) in sorted(tried, key=lambda t: -t[0]):
+        if about <= _NEARLY * _GAIN * temperature:
+            break
+        others = [s.target == target if target.startswith(DRIVE) else not s.target.startswith(DRIVE) for s in found]
+        if sum(others) >= (1 if target.startswith(DRIVE) else most):
             continue
-        tried = [(n, bases[n], lower[n], upper[n]) for n in names]
-        for name, X, low, high in (*tried, *_steps(panels, z, w)):
-            gain, coefficients = _gain(X, z, w)
-            if gain > _GAIN * temperature:
-                fit = _fit(X, w, coefficients)
-                if np.sqrt(np.mean((fit * lever) ** 2)) > least:
-                    found.append(Shape(target, name, gain, fit, low, high))
-    return sorted(found, key=lambda s: -s.gain)
+        gain, coefficients = _gain(X, *rows[target])
+        fit = _fit(X, rows[target][1], coefficients)
+        lever = np.concatenate([_lever(p, _term_of(target)) for p in panels])
+        if gain > _GAIN * temperature and np.sqrt(np.mean((fit * lever) ** 2)) > least:
+            found.append(Shape(target, name, gain, fit, low, high))
+    return found
+
+
+def _term_of(target: str) -> str:
+    """The constant error that moves as a target does."""
+    kind, _, part = target.rpartition(" ")
+    return f"root.{part}" if kind == "foot" else f"{part}.zero"
+
+
+def _of_target(
+    panels: Sequence[Panel], residuals: Sequence[Array], servo: Sequence[Array | None], target: str
+) -> tuple[Array, Array] | None:
+    """What is left of a target, (N,) of all panels, and its weights; None where some panel doesn't tell it."""
+    kind, _, part = target.rpartition(" ")
+    if kind == "drive":
+        rows = [
+            (s[:, p.scene.index(part)], p.w_servo[:, p.scene.index(part)] ** 2)
+            for p, s in zip(panels, servo, strict=True)
+            if s is not None and p.w_servo is not None
+        ]
+    else:
+        rows = [_behind(p, r, _term_of(target)) for p, r in zip(panels, residuals, strict=True)]
+    if len(rows) < len(panels):
+        return None
+    return np.concatenate([a for a, _ in rows]), np.concatenate([b for _, b in rows])
+
+
+def _gains(bases: Sequence[Array], rows: Sequence[tuple[Array, Array]]) -> Array:
+    """(T, Q) chi-square that each of some functions (d, N) explains of each z (N,), of weights w (N,), as `_gain` says, from
+    products that are summed for all of them at once: but for rounding where a function hardly changes.
+    """
+    Z, W = (np.stack(x) for x in zip(*rows, strict=True))
+    total = np.maximum(W.sum(axis=1), 1e-300)
+    Z = Z - (np.sum(W * Z, axis=1) / total)[:, None]
+    out = []
+    for X in bases:
+        d = len(X)
+        upper = np.triu_indices(d)
+        sums = W @ np.concatenate([X, X[upper[0]] * X[upper[1]]]).T
+        means, A = sums[:, :d] / total[:, None], np.empty((len(W), d, d))
+        A[:, upper[0], upper[1]] = A[:, upper[1], upper[0]] = sums[:, d:]
+        A -= means[:, :, None] * means[:, None, :] * total[:, None, None]
+        b = (W * Z) @ X.T
+        scale = np.sqrt(np.maximum(np.einsum("tii->ti", A), _ROUNDED * total[:, None] + 1e-300))
+        solved = np.linalg.solve(
+            A / (scale[:, :, None] * scale[:, None, :]) + _RIDGE * np.eye(d), (b / scale)[..., None]
+        )
+        out.append(np.sum(solved[..., 0] * b / scale, axis=1))
+    return np.array(out).T
 
 
 def _steps(panels: Sequence[Panel], z: Array, w: Array) -> list[tuple[str, Array, float, float]]:
@@ -195,37 +248,56 @@ def _steps(panels: Sequence[Panel], z: Array, w: Array) -> list[tuple[str, Array
     return found
 
 
-def covered(shape: Shape, model: Model) -> bool:
-    """True where the library has nearly the same, so that the shape is nothing unknown: one small unit, or all that an effect
-    has on the axes that the shape names.
+def covered(found: Sequence[Shape], model: Model) -> list[bool]:
+    """Of each shape, whether the library has nearly the same, so that it is nothing unknown: one small unit, or all that an
+    effect has on the axes that the shape names.
     """
-    panels, design = model.panels, model.design
+    design, total = model.design, np.zeros(len(found))
+    B = np.zeros((len(design.owner), len(found)))
+    ends = np.cumsum([len(p.scene) for p in model.panels])[:-1]
+    for k, p in enumerate(model.panels):
+        weighed = np.zeros((6 * len(p.scene), len(found)))
+        for j, shape in enumerate(found):
+            fit, (kind, _, part) = np.split(shape.fit, ends)[k], shape.target.rpartition(" ")
+            if kind != "drive":
+                y = ((p.scene.place(_term_of(shape.target)) * fit[:, None]) * p.w_tcp).T.ravel()
+                weighed[:, j] = y * p.w_tcp.T.ravel()
+            elif p.servo is None or p.w_servo is None:
+                y = np.full(1, np.inf)
+            else:
+                axis = p.scene.index(part)
+                y = fit * p.w_servo[:, axis]
+                B[p.servo_columns, j] += p.servo[:, axis].T @ (y * p.w_servo[:, axis])
+            total[j] += float(y @ y)
+        if weighed.any():
+            B += p.apart @ weighed
+    named = {
+        i: np.flatnonzero(design.owner == i)
+        for i, u in enumerate(design.units)
+        if u.effect not in (NUISANCE, UNKNOWN.name)
+    }
+    A, shown = design.A.sum(axis=0), np.zeros(len(found), np.bool_)
+    for c in named.values():
+        if len(c) <= _SMALL_UNIT:
+            shown |= _shown(A, c, B) > _COVERED * total
+    return [
+        bool(s) or _by_effect(model, shape, named, A, b, t)
+        for s, shape, b, t in zip(shown, found, B.T, total, strict=True)
+    ]
+
+
+def _by_effect(
+    model: Model, shape: Shape, named: Mapping[int, NDArray[np.int64]], A: Array, b: Array, total: float
+) -> bool:
+    """Whether all that some effect has on the axes that a shape names shows the shape, of products b (K,) and energy `total`."""
     pushed = {e.name for e in model.effects if _FORCE in e.regimes}
-    kind, _, part = shape.target.rpartition(" ")
-    ends = np.cumsum([len(p.scene) for p in panels])[:-1]
-    total, b = 0.0, np.zeros(len(design.owner))
-    for p, fit in zip(panels, np.split(shape.fit, ends), strict=True):
-        if kind == "drive":
-            if p.servo is None or p.w_servo is None:
-                return False
-            k = p.scene.index(part)
-            y = fit * p.w_servo[:, k]
-            b[p.servo_columns] += p.servo[:, k].T @ (y * p.w_servo[:, k])
-        else:
-            moved = p.scene.place(f"root.{part}" if kind == "foot" else f"{part}.zero") * fit[:, None]
-            y = (moved * p.w_tcp).T.ravel()
-            b += p.apart @ (y * p.w_tcp.T.ravel())
-        total += float(y @ y)
-    named = {part, *shape.quantity.split()}
+    axes = {shape.target.rpartition(" ")[2], *shape.quantity.split()}
     sets: dict[str, list[int]] = {}
-    for i, unit in enumerate(design.units):
-        if unit.effect not in (NUISANCE, "unknown"):
-            c = np.flatnonzero(design.owner == i).tolist()
-            sets[f"{i}"] = c if len(c) <= _SMALL_UNIT else []
-            own = unit.axis in named or (unit.effect in pushed and _FORCE in named)
-            sets.setdefault(unit.effect, []).extend(c if own else [])
-    A = design.A.sum(axis=0)
-    return any(c and _shown(A, np.array(c), b[:, None])[0] > _COVERED * total for c in sets.values())
+    for i, c in named.items():
+        unit = model.design.units[i]
+        if unit.axis in axes or (unit.effect in pushed and _FORCE in axes):
+            sets.setdefault(unit.effect, []).extend(c.tolist())
+    return any(_shown(A, np.array(c), b[:, None])[0] > _COVERED * total for c in sets.values())
 
 
 def uncovered_forms(model: Model) -> dict[str, float]:

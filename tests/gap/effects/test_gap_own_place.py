@@ -41,7 +41,7 @@ def beliefs(said: dict[str, Any]) -> dict[str, float]:
 def test_what_is_elsewhere_from_a_moment_on_is_found_with_the_moment(poses: bool, tmp_path: Path) -> None:
     at = 402.0 if poses else 17.02
     one = panel(tmp_path, beyond(2, lambda t, q: 0.04 * DEG * (t > at)), poses=poses)
-    best = shapes([one], [one.y_tcp], [None], 1.0, 1e-5)[0]
+    best = shapes([one], [one.y_tcp], [None], 1.0, 1e-5, 8)[0]
     assert best.target == "A3"
     assert best.quantity == "from a moment of log.csv on"
     assert best.lower == pytest.approx(at, abs=12.0 if poses else 0.04)
@@ -50,7 +50,7 @@ def test_what_is_elsewhere_from_a_moment_on_is_found_with_the_moment(poses: bool
 
 def test_what_drifts_smoothly_is_no_step(tmp_path: Path) -> None:
     one = panel(tmp_path, beyond(2, lambda t, q: 0.04 * DEG * np.sin(t / 10.0)), poses=False)
-    best = next(s for s in shapes([one], [one.y_tcp], [None], 1.0, 1e-5) if s.target == "A3")
+    best = next(s for s in shapes([one], [one.y_tcp], [None], 1.0, 1e-5, 8) if s.target == "A3")
     assert best.quantity == "time"
 
 
@@ -60,7 +60,7 @@ def test_a_step_belongs_to_its_own_log(tmp_path: Path) -> None:
     (tmp_path / "second").mkdir()
     first = panel(tmp_path / "first", beyond(2, lambda t, q: 0.04 * DEG * (t > 17.02)), poses=False)
     second = panel(tmp_path / "second", beyond(2, lambda t, q: 0.0 * t), poses=False, name="other.csv")
-    best = shapes([first, second], [first.y_tcp, second.y_tcp], [None, None], 1.0, 1e-5)[0]
+    best = shapes([first, second], [first.y_tcp, second.y_tcp], [None, None], 1.0, 1e-5, 8)[0]
     assert best.quantity == "from a moment of log.csv on"
     assert np.ptp(best.fit[len(first.scene) :]) == 0.0
 

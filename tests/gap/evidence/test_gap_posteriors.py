@@ -8,7 +8,9 @@ from test_gap_evidence import dense_design
 
 from camrob.gap.evidence.evidence import Evidence
 from camrob.gap.evidence.posteriors.set_posterior import effects_moves, fitted_widths, let_loose
+from camrob.gap.evidence.scan import _gain, _gains
 from camrob.gap.evidence.search import explore
+from camrob.gap.evidence.temperature import _LAGS, _lagged
 
 EFFECT = np.array([-1, 0, 0, 1, 1, 1, 2, 3], np.int64)  # by parameter
 LEAST = np.array([0.05, 0.3, np.nan, 0.1])  # by effect
@@ -106,3 +108,22 @@ def test_an_exploration_tells_sets_scores_and_what_counts_in_them() -> None:
     assert len(scores) == 16
     for members, score in scores.items():
         assert score == pytest.approx(evidence.fit(members).score, abs=1.0)
+
+
+def test_what_many_functions_explain_of_many_targets_is_what_each_explains_alone() -> None:
+    rng = np.random.default_rng(11)
+    bases = [np.polynomial.legendre.legvander(rng.uniform(-1.0, 1.0, 300), d)[:, 1:].T.copy() for d in (1, 5)]
+    bases.append((np.arange(300) > 120)[None].astype(float))
+    rows = [(rng.normal(size=300), rng.uniform(0.0, 3.0, 300)) for _ in range(4)]
+    rows.append((rows[0][0], np.zeros(300)))  # nothing weighs
+    found = _gains(bases, rows)
+    for t, (z, w) in enumerate(rows):
+        for q, X in enumerate(bases):
+            assert found[t, q] == pytest.approx(_gain(X, z, w)[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [5, 30, 400])
+def test_products_with_the_rows_before_are_those_of_each_distance(count: int) -> None:
+    rest = np.random.default_rng(2).normal(size=(count, 3))
+    each = sum(float(np.sum(rest[n:] * rest[:-n])) for n in range(1, min(_LAGS, count)))
+    assert _lagged(rest) == pytest.approx(each, rel=1e-9)

@@ -17,6 +17,7 @@ from camrob.gap.evidence.design import pool
 from camrob.gap.evidence.discrepancy import smooth_basis
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.regimes_withheld import _rest, regimes_of_logs, regimes_withheld
+from camrob.gap.evidence.temperature import cooled
 from camrob.gap.observation.laps import laps_of
 from camrob.gap.observation.scene import make_scene
 from camrob.measurement.log import MeasurementLog
@@ -68,6 +69,19 @@ def test_the_sums_without_a_regime_are_those_of_the_rest() -> None:
         assert np.abs((design.b[0] - direct.b.sum(axis=0)) / scale).max() < 1e-6 * np.sqrt(model.design.yy.sum())
         assert design.yy[0] == pytest.approx(direct.yy.sum(), rel=1e-9)
         assert design.rows[0] == direct.rows.sum()
+
+
+@pytest.mark.slow
+def test_lowered_weights_of_turns_and_drives_are_no_second_pooling() -> None:
+    model = model_of("play")
+    basis, factors = smooth_basis(model.scenes), (0.3, 0.6)
+    found = pool(model.panels, model.units, basis).design(*factors)
+    direct = pool(cooled(model.panels, *factors), model.units, basis).design()
+    assert found.field is not None
+    assert direct.field is not None
+    pairs = [(getattr(found, n), getattr(direct, n)) for n in ("A", "b", "yy", "rows")]
+    for one, other in (*pairs, *((getattr(found.field, n), getattr(direct.field, n)) for n in ("C", "D", "d"))):
+        assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
 
 
 @pytest.mark.slow
