@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from camrob.controller.replay import Replay
 from camrob.findings import Finding, Severity
 from camrob.program.language import MeantActions
-from camrob.program.motion import Blend, Motion
+from camrob.program.motion import Motion
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramText
 
@@ -45,7 +45,7 @@ def hold_to_intended(text: ProgramText, replay: Replay, program: Program, meant:
     moving = np.asarray(program.kind) >= Motion.LIN
     found = _first(
         _rounding(text),
-        np.where(program.approximate, float(Blend.DISTANCE), 0.0)[:, None],
+        np.where(program.approximate, float(meant.blend), 0.0)[:, None],
         np.ones(len(program), np.bool_),
         0.0,
     )

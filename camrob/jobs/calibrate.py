@@ -131,7 +131,7 @@ def _way(path: Path | None, fitted: Sequence[Measurements], cell: Cell) -> NDArr
     """The postures (M, n) that poses are chosen for: those of a program, else those measured."""
     if path is None:
         return np.concatenate([data.q for data in fitted])
-    return np.asarray(replay(language_of_file(path).read(path), cell).q)
+    return np.asarray(replay(language_of_file(path).read(path, cell.controller_section), cell).q)
 
 
 def _check(out: Path, share: float, poses: int, path: Path | None) -> None:

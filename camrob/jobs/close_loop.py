@@ -215,8 +215,8 @@ class _Loop:
         """Hold the log of the last turn's run to the path that was meant."""
         turn, log = self.turns[-1], read_log(path)
         self._same_log(turn.turn, log.digest)
-        program = language_of_file(self.intended).read(self.out / turn.program)
-        meant = language_of_file(self.intended).read(self.intended)
+        program = language_of_file(self.intended).read(self.out / turn.program, self.cell.controller_section)
+        meant = language_of_file(self.intended).read(self.intended, self.cell.controller_section)
         made = self._compensated(turn.turn).machine if turn.turn > 1 else None
         rows = meant_rows(program, {} if made is None else made.targets_added)
         if len(meant) != (rows[-1] + 1 if len(rows) else 0):
@@ -353,7 +353,7 @@ def _rehearse(rehearsal: Rehearsal, job: LoopJob, cell: Cell, program: Path, fil
     constants = None if rehearsal.calibration is None else read_calibration(rehearsal.calibration, cell)
     units, rest = diagnosed(rehearsal.diagnosis, constants, job.cell, cell)
     machine = DiagnosedMachine(cell, constants, units, rest, "rehearsal")
-    ran = machine.run(language_of_file(program).read(program))
+    ran = machine.run(language_of_file(program).read(program, cell.controller_section))
     rows = slice(None, None, _EVERY)
     rng = np.random.default_rng([rehearsal.seed, turn, len(file.stem)])
     true = np.asarray(ran.path.true)[rows]

@@ -50,7 +50,7 @@ class Coordinates(NamedTuple):
 def coordinates_of(file: Path, cell: Cell) -> Coordinates:
     """Of a NAME.path.npz or a program, with lines of the CL file or of the program. Raises InputError, ProgramError."""
     if file.suffix.lower() in program_suffixes():
-        program = language_of_file(file).read(file)
+        program = language_of_file(file).read(file, cell.controller_section)
         found = Coordinates(
             np.asarray(replay(program, cell).q), np.asarray(program.line, np.int64), _PRINTED, file.name
         )

@@ -88,8 +88,8 @@ def diagnose(
     logs = [read_log(path) for path in log]
     kept_out = [read_log(path) for path in withheld]
     _given_once(logs, kept_out)
-    programs = [_program(one, program) for one in logs]
-    withheld_programs = [_program(one, program) for one in kept_out]
+    programs = [_program(one, program, machine) for one in logs]
+    withheld_programs = [_program(one, program, machine) for one in kept_out]
     _check_sections(machine, [*programs, *withheld_programs], experiment)
     found = run_diagnosis(
         logs,
@@ -158,10 +158,10 @@ def _check_sections(machine: Cell, programs: Sequence[ProgramText | None], exper
     machine.checked_for("camrob diagnose --write-experiment", controller=experiment is not None)
 
 
-def _program(log: MeasurementLog, given: Path | None) -> ProgramText | None:
+def _program(log: MeasurementLog, given: Path | None, machine: Cell) -> ProgramText | None:
     """The program of a log: the one given, or the one that its LOG.toml names, where it lies beside it."""
     if given is not None:
-        return language_of_file(given).read(given)
+        return language_of_file(given).read(given, machine.controller_section)
     if not log.info.program or log.path is None:
         return None
     try:
@@ -170,4 +170,4 @@ def _program(log: MeasurementLog, given: Path | None) -> ProgramText | None:
         return None
     beside = log.path.parent / name
     within = beside.is_file() and beside.resolve().parent == log.path.parent.resolve()
-    return language_of_file(beside).read(beside) if within else None
+    return language_of_file(beside).read(beside, machine.controller_section) if within else None

@@ -138,8 +138,9 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     """The prediction, nothing of it written yet."""
     start = time.perf_counter()
     program, diagnosis = asked.program, asked.diagnosis
-    text = language_of_file(program).read(program)
+    language = language_of_file(program)
     machine = cell_for("simulate", asked.cell)
+    text = language.read(program, machine.controller_section)
     found = None if asked.calibration is None else read_calibration(asked.calibration, machine)
     held = _set_up(program, asked.setup, machine)
     cutter, stock = _cutter(held), _stock(held, mm_to_m(asked.pitch_mm))

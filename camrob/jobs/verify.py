@@ -173,7 +173,7 @@ def _replayed(
     share: Callable[[str], Share],
 ) -> _Replayed:
     """The program through the reader, the replay and the collision check of `post`. Raises ProgramError, JobError."""
-    text = language_of_file(program).read(program)
+    text = language_of_file(program).read(program, machine.controller_section)
     replayed = replay(text, machine, progress=share("replay"))
     coverage, feed, findings = None, None, list(text.findings)
     if inputs is not None:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.findings import Finding
-from camrob.program.motion import Turning
+from camrob.program.motion import Blend, Turning
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramAction, ProgramText
 
@@ -27,10 +27,12 @@ class MeantActions:
     """What the text of a program has to do beside moving, as the language's reader tells it.
 
     opening: statements before all else, in any order. rest: in their order. No frames and no speeds, which motions are held to.
+    blend: how targets are rounded off, those that are.
     """
 
     opening: tuple[str, ...]
     rest: tuple[ProgramAction, ...]
+    blend: Blend = Blend.DISTANCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,10 +111,13 @@ class Language(Protocol):
     def program_name(self, text: str) -> str:
         """A program's name made of `text`, the text itself where it is one."""
 
-    def settings(self, controller: ControllerSettings, *, follows_table: bool) -> None:
+    def settings(
+        self, controller: ControllerSettings, *, follows_table: bool, home: Sequence[float] | None = None
+    ) -> None:
         """Raise CellError where what a cell says of its controller is nothing that this language can print.
 
-        follows_table: whether poses are read in a base that an axis of the workpiece turns.
+        follows_table: whether poses are read in a base that an axis of the workpiece turns. home: the cell's HOME, axis values
+        in degrees and mm, where it is known.
         """
 
     def check(self, program: Program, controller: ControllerSettings) -> None:
@@ -134,8 +139,11 @@ class Language(Protocol):
     def upload(self, name: str, files: Sequence[str], controller: ControllerSettings) -> Sequence[tuple[str, str]]:
         """Files of a program with their places on the controller, in the order of copying; none where no list is asked for."""
 
-    def read(self, path: Path) -> ProgramText:
-        """A program from its main file and what belongs to it. Raises ProgramError, naming file and line."""
+    def read(self, path: Path, controller: ControllerSettings | None = None) -> ProgramText:
+        """A program from its main file and what belongs to it. Raises ProgramError, naming file and line.
+
+        controller: where it is known, for what a program only names and the cell states.
+        """
 
     def meant(self, program: Program, controller: ControllerSettings) -> MeantActions:
         """What the text of a program has to do beside moving."""

@@ -204,6 +204,7 @@ def _area(code: str) -> str:
 _PROCESS = frozenset(
     {
         "no-speed",
+        "not-on-controller",
         "speed-limit",
         "no-feed",
         "feed-higher",

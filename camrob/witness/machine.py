@@ -49,6 +49,8 @@ class Joint:
 
 _SETTINGS = {
     "$APO.CDIS": "apo_cdis_mm",
+    "$APO.CVEL": "apo_cvel_percent",
+    "$APO.CORI": "apo_cori_deg",
     "$ACC.CP": "acc_cp_m_s2",
     "$VEL.ORI1": "vel_ori_deg_s",
     "$VEL.ORI2": "vel_ori_deg_s",

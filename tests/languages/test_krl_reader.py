@@ -292,7 +292,7 @@ def test_numbers_are_those_of_float(tmp_path):
         ("LIN {X 1 Y 2}", 3, "missing"),
         ("LIN_REL {X 1}", 3, "from a place that the program doesn't hold"),
         ("CIRC_REL {X 1},{Y 1}", 3, "CIRC_REL is not read"),
-        ("SLIN XP1 WITH $VEL = 1", 3, "SLIN is not read"),
+        ("SLIN XP1 WITH $VEL = 1", 3, "WITH is read with"),
         ("GOTO A", 3, "GOTO"),
         ("IF $IN[1] THEN\n" + P0 + "ENDIF", 3, "IF whose course"),
         ("IF $IN[1] THEN\n$BASE = $NULLFRAME\nENDIF\n", 3, "IF whose course"),
@@ -404,8 +404,46 @@ def test_spline_motions_are_read_as_their_plain_twins(tmp_path):
     second = read(tmp_path, text.replace("LIN {X 3}\nLIN {X 4}", "SPLINE\nSLIN {X 3}\nSPL {X 4}\nENDSPLINE"))
     assert np.array_equal(first.pose, second.pose, equal_nan=True) and np.array_equal(first.kind, second.kind)
     assert codes(first) == [] and codes(second) == ["spline-as-line"]
-    with pytest.raises(KrlError, match="SPLINE WITH"):
-        read(tmp_path, f"{P0}SPLINE WITH $VEL.CP = 1\nSLIN {{X 3}}\nENDSPLINE")
+
+
+def test_with_sets_a_speed_and_nothing_else(tmp_path):
+    cut = "SLIN {X 3} WITH $VEL.CP = 0.2 C_SPL\nSLIN {X 4} C_SPL\nSLIN {X 5} WITH $VEL = {CP 0.3}\nLIN {X 6} C_DIS"
+    made = read(tmp_path, f"$VEL.CP = 0.1\n{P0}SPLINE WITH $VEL.CP = 1\nSLIN {{X 3}}\nENDSPLINE\n{cut}")
+    assert made.speed.tolist()[-5:] == [1, 0.2, 0.1, 0.3, 0.1] and made.blend.tolist()[-5:] == [0, 2, 2, 0, 2]
+    for line, word in (
+        ("SPLINE WITH $ACC.CP = 1\nSLIN {X 3}\nENDSPLINE", "WITH"),
+        ("SPLINE WITH $VEL.CP = $VEL_ACT\nSLIN {X 3}\nENDSPLINE", "WITH"),
+        ("SPLINE\nSLIN {X 3}\nENDSPLINE C_SPL", "rounding behind ENDSPLINE"),
+        ("SPLINE #X\nSLIN {X 3}\nENDSPLINE", "SPLINE #X"),
+        ("SLIN {X 3} WITH $VEL.CP = 1, $TOOL = TOOL_DATA[2]", "WITH"),
+        ("SLIN {X 3} WITH $VEL.CP = 0", "WITH"),
+        ("SLIN {X 3} C_VEL", "C_VEL"),
+        ("LIN {X 3} C_SPL", "C_SPL"),
+    ):
+        with pytest.raises(KrlError, match=word):
+            read(tmp_path, P0 + line)
+
+
+def test_usual_lines_of_splines_are_read_like_those_one_by_one(tmp_path):
+    lines = [
+        f"SLIN {{E6POS: X {x}.5,Y 2,Z -3.25,A 4,B 5,C 6,E1 {x}}} {word}"
+        for x in (1, 2)
+        for word in ("", "C_SPL", "C_DIS")
+    ]
+    bulk = read(tmp_path, P0 + "\n".join(lines))
+    single = read(tmp_path, P0 + "\n".join(line.replace("E6POS", "E6POS ").replace("X ", "X  +") for line in lines))
+    assert np.array_equal(bulk.pose, single.pose) and bulk.blend.tolist() == single.blend.tolist() == [
+        0,
+        *[0, 2, 2] * 2,
+    ]
+
+
+def test_the_initialisation_of_a_program_on_its_path(tmp_path):
+    begin = "CONTINUE\nIF NOT $ON_PATH THEN\n{}BAS (#INITMOV,0 )\nENDIF\n"
+    made = read(tmp_path, begin.format("INTERRUPT ON 3\n") + P0)
+    assert len(made) == 1 and [a.text.partition(" ")[0] for a in made.actions][:3] == ["CONTINUE", "INTERRUPT", "BAS"]
+    with pytest.raises(KrlError, match="course is not known"):
+        read(tmp_path, begin.format("LIN {X 3}\n") + P0)
 
 
 def test_goto_goes_on_at_its_mark(tmp_path):

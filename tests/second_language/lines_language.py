@@ -59,7 +59,7 @@ class Lines:
     def program_name(self, text):
         return re.sub(r"[^A-Za-z0-9]+", "", text.encode("ascii", "ignore").decode())[:40] or "program"
 
-    def settings(self, controller, *, follows_table):
+    def settings(self, controller, *, follows_table, home=None):
         if set(controller.own) - {"remark"}:
             raise CellError(f"controller.{min(controller.own)} is nothing that Lines takes", hint="leave it out")
         for name, lines in controller.hooks.items():
@@ -76,7 +76,7 @@ class Lines:
     def upload(self, name, files, controller):
         return ()
 
-    def read(self, path):
+    def read(self, path, controller=None):
         return reader.read(path)
 
     def meant(self, program, controller):

@@ -313,7 +313,19 @@ def test_goto_leads_to_its_mark(tmp_path: Path) -> None:
 def test_a_spline_of_lines_is_lines(tmp_path: Path) -> None:
     assert said(run(tmp_path, "SPLINE", "SLIN {Z 600}", "SLIN {Z 590}", "ENDSPLINE")) == []
     assert only(run(tmp_path, "SPLINE", "SLIN {Z 600}", "SPL {Z 590}", "ENDSPLINE"), "spline")
-    assert only(run(tmp_path, "SPLINE WITH $VEL.CP = 1", "SLIN {Z 600}", "ENDSPLINE"), "spline")
+    made = run(
+        tmp_path,
+        "SPLINE WITH $VEL.CP = 1",
+        "SLIN {Z 600}",
+        "SLIN {Z 595} WITH $VEL = {CP 0.2}",
+        "ENDSPLINE",
+        "LIN {Z 594}",
+    )
+    assert said(made) == [] and made.speed.tolist()[-3:] == [1.0, 0.2, 0.05]
+    assert only(run(tmp_path, "SPLINE WITH $ACC.CP = 1", "SLIN {Z 600}", "ENDSPLINE"), "WITH")
+    assert only(run(tmp_path, "SPLINE", "SLIN {Z 600}", "ENDSPLINE C_SPL"), "spline")
+    for inside in ("LIN {Z 590}", "SLIN {Z 590} C_SPL", "$VEL.CP = 0.1", "WAIT SEC 1"):
+        assert "spline-block" in said(run(tmp_path, "SPLINE", "SLIN {Z 600}", inside, "ENDSPLINE")), inside
 
 
 def test_the_judge_counts_it(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ class Correction:
         progress: Progress | None,
     ) -> None:
         self.source, self.found, self.language, self.machine = source, found, language, machine
-        self.text = text = language.read(source)
+        self.text = text = language.read(source, machine.controller_section)
         self.progress = progress
         self.planned = replay(text, machine, progress=self.tell("replay"))
         self.judged = judge(text, self.planned)

@@ -39,7 +39,7 @@ def rewritten(
     """
     sources, left = _patched(source.parent, language, text, planned, q)
     write_files(folder, source.parent, language, text, sources)
-    return language.read(folder / source.name), left
+    return language.read(folder / source.name, planned.cell.controller_section), left
 
 
 def _patched(

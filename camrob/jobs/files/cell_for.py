@@ -24,7 +24,8 @@ def cell_for(verb: str, path: str | Path) -> Cell:
     if cell.controller_section is not None:
         turns = cell.base_follows_table and bool(cell.indices(Role.WORKPIECE))
         try:
-            language_named(cell.controller.language).settings(cell.controller, follows_table=turns)
+            home = cell.to_axis_values(cell.q_home).tolist()
+            language_named(cell.controller.language).settings(cell.controller, follows_table=turns, home=home)
         except CellError as e:
             raise CellError(f"controller: {e.what}", hint=e.hint, path=cell.folder / "cell.toml") from None
     return cell

@@ -101,7 +101,7 @@ def read_back(source: Path, program: Program, inputs: JobInputs, solution: Solut
     """
     language = language_named(inputs.cell.controller.language)
     try:
-        text = language.read(source)
+        text = language.read(source, inputs.cell.controller_section)
         replayed = replay(text, inputs.cell, progress=progress)
     except ProgramError as error:
         raise named_region(refusal_unread(error, source, program, language), inputs) from None

@@ -40,11 +40,16 @@ class Krl:
 
         return krl_name(text)
 
-    def settings(self, controller: ControllerSettings, *, follows_table: bool) -> None:
+    def settings(
+        self, controller: ControllerSettings, *, follows_table: bool, home: Sequence[float] | None = None
+    ) -> None:
         """Raise CellError for settings that KRL lacks, a hook that does what camrob does, a base on another mechanism."""
         from camrob.languages.krl.krl_settings import krl_settings
 
-        krl_settings(controller).check_base(follows_table=follows_table)
+        own = krl_settings(controller)
+        own.check_base(follows_table=follows_table)
+        if home is not None and own.customs.home_point is not None:
+            own.customs.home_point.check(home)
 
     def check(self, program: Program, controller: ControllerSettings) -> None:
         """Raise ValueError for a program without a meaning in KRL, JobError for a line that gets too long."""
@@ -74,11 +79,12 @@ class Krl:
         order = [*(file for file in files if file not in last), *(file for file in last if file in files)]
         return [(file, f"{folder}/{name}/{file}") for file in order] if folder else []
 
-    def read(self, path: Path) -> ProgramText:
-        """A .src file with its .dat and the parts that it calls."""
+    def read(self, path: Path, controller: ControllerSettings | None = None) -> ProgramText:
+        """A .src file with its .dat and the parts that it calls; HOME by its name where the cell states it."""
+        from camrob.languages.krl.reader.known import controller_values
         from camrob.languages.krl.reader.read_krl import read_krl
 
-        return read_krl(path)
+        return read_krl(path, controller_values(controller))
 
     def meant(self, program: Program, controller: ControllerSettings) -> MeantActions:
         """The statements that a program opens with, and those of its hooks and waits."""

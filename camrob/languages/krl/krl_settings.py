@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from camrob.cell.controller_settings import ControllerSettings, check_line
 from camrob.errors import CellError
+from camrob.languages.krl.krl_analog import check_analog
+from camrob.languages.krl.krl_customs import Customs, take_customs
 from camrob.languages.krl.krl_hooks import check_statement
 
 __all__ = ["KrlSettings", "krl_settings"]
@@ -27,7 +29,7 @@ class KrlSettings:
     (for load data and the pendant) before the frames are written, None leaves them alone. stop_message: whether a program
     declares the usual interrupt for stop messages, IR_STOPM, which shows them. upload_folder: the controller's folder that
     programs are copied into, each into one of its own name, as in `R1/Program`; a list of what goes there comes with each
-    program then. Empty: no list.
+    program then. Empty: no list. customs: what the shop's programs look like otherwise.
     """
 
     ori_type: str
@@ -38,6 +40,7 @@ class KrlSettings:
     base_number: int | None
     stop_message: bool
     upload_folder: str
+    customs: Customs
 
     def check_base(self, *, follows_table: bool) -> None:
         """Raise CellError where `$BASE` would not be printed as what `base_follows_table` makes of it.
@@ -74,19 +77,22 @@ def krl_settings(controller: ControllerSettings) -> KrlSettings:
         check_line("base_template", template, ("base",), controller.max_line_length)
         if str(template).count("{base}") != 1:
             raise CellError("base_template does not name {base} once", hint="write EK(..., ..., {base})")
+    tool_number, base_number = (_number(own, f"{name}_number", _TABLE) for name in ("tool", "base"))
     settings = KrlSettings(
         ori_type=_one_of(own, "ori_type", _ORI_TYPES),
         circ_type=_one_of(own, "circ_type", _CIRC_TYPES),
         base_template=str(template),
         act_ex_ax=_number(own, "act_ex_ax", _MECHANISMS) or 0,
-        tool_number=_number(own, "tool_number", _TABLE),
-        base_number=_number(own, "base_number", _TABLE),
+        tool_number=tool_number,
+        base_number=base_number,
         stop_message=_flag(own, "stop_message"),
         upload_folder=_folder(own, "upload_folder"),
+        customs=take_customs(own, tool_number=tool_number, base_number=base_number),
     )
     if own:
-        known = ", ".join(KrlSettings.__dataclass_fields__)
+        known = ", ".join(f.name for of in (KrlSettings, Customs) for f in fields(of) if f.name != "customs")
         raise CellError(f"{min(own)} is not a key that camrob knows here", hint=f"for KRL alone there are {known}")
+    check_analog(controller.hooks)
     for name, lines in controller.hooks.items():
         for line in lines:
             check_statement(name, line)

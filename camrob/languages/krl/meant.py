@@ -8,10 +8,13 @@ from camrob.cell.controller_settings import ControllerSettings
 from camrob.languages.krl.krl_settings import krl_settings
 from camrob.languages.krl.reader.tokens import canonical, statement_of
 from camrob.program.language import MeantActions
+from camrob.program.motion import Blend
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 from camrob.program.program_text import ProgramAction
 
 __all__ = ["meant_actions"]
+
+_BLENDS = {"C_DIS": Blend.DISTANCE, "C_SPL": Blend.DISTANCE, "C_VEL": Blend.SPEED, "C_ORI": Blend.TURN}
 
 
 def meant_actions(program: Program, controller: ControllerSettings) -> MeantActions:
@@ -21,13 +24,16 @@ def meant_actions(program: Program, controller: ControllerSettings) -> MeantActi
         rest += [(event.motion, line) for line in _event_statements(event, program, controller)]
     rest += [(len(program), line) for line in _statements(controller.hook_lines("footer"))]
     opening = tuple(canonical(line) for line in _settings(controller))
-    return MeantActions(opening, tuple(ProgramAction(motion, line) for motion, line in rest))
+    blend = _BLENDS[krl_settings(controller).customs.blend_word]
+    return MeantActions(opening, tuple(ProgramAction(motion, line) for motion, line in rest), blend)
 
 
 def _settings(controller: ControllerSettings) -> list[str]:
     """The statements that a program opens with, in the controller's own words."""
     own = krl_settings(controller)
-    said = [
+    customs = own.customs
+    said = ["CONTINUE"] * customs.on_path
+    said += [
         "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS == TRUE DO IR_STOPM ( )",
         "INTERRUPT ON 3",
     ] * own.stop_message
@@ -44,11 +50,16 @@ def _settings(controller: ControllerSettings) -> list[str]:
         f"$CIRC_TYPE = {own.circ_type}",
         f"$APO.CDIS = {controller.apo_cdis_mm:.3f}",
     ]
+    if customs.apo_cvel_percent is not None:
+        said.append(f"$APO.CVEL = {customs.apo_cvel_percent:.3f}")
+    if customs.apo_cori_deg is not None:
+        said.append(f"$APO.CORI = {customs.apo_cori_deg:.3f}")
     if own.act_ex_ax:
         said.append(f"$ACT_EX_AX = {own.act_ex_ax}")
     for table, number in (("TOOL", own.tool_number), ("BASE", own.base_number)):
         if number is not None:
-            said.append(f"BAS (#{table}, {number})")
+            by_bas = customs.numbering == "bas"
+            said.append(f"BAS (#{table}, {number})" if by_bas else f"$ACT_{table} = {number}")
     return said
 
 

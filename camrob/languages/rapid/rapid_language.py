@@ -41,7 +41,9 @@ class Rapid:
 
         return rapid_name(text)
 
-    def settings(self, controller: ControllerSettings, *, follows_table: bool) -> None:
+    def settings(
+        self, controller: ControllerSettings, *, follows_table: bool, home: Sequence[float] | None = None
+    ) -> None:
         """Raise CellError for settings that RAPID lacks, a hook that does what camrob does, a work object on nothing."""
         from camrob.languages.rapid.rapid_settings import check_hooks, rapid_settings
 
@@ -77,7 +79,7 @@ class Rapid:
         """None: NAME.pgf is the controller's own list of a program's modules."""
         return ()
 
-    def read(self, path: Path) -> ProgramText:
+    def read(self, path: Path, controller: ControllerSettings | None = None) -> ProgramText:
         """A .mod file, and the modules that the .pgf file beside it lists."""
         from camrob.languages.rapid.reader.read_rapid import read_rapid
 

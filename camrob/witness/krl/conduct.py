@@ -14,7 +14,8 @@ from camrob.witness.machine import Controller
 __all__ = ["ACC_PTP", "INIT", "PTP", "Conduct", "unlike"]
 
 PTP, ACC_PTP, INIT = "BAS(#VEL_PTP)", "BAS(#ACC_PTP)", "BAS(#INITMOV)"
-_ACT_EX_AX, _CDIS, _ACC_CP = "$ACT_EX_AX", "$APO.CDIS", "$ACC.CP"
+_ACT_EX_AX, _ACC_CP = "$ACT_EX_AX", "$ACC.CP"
+_ROUNDINGS = ("$APO.CDIS", "$APO.CVEL", "$APO.CORI")  # where a corner begins to be rounded; nothing where none is
 _EQUAL = 1e-3  # share: what printing a setting leaves
 _SLUGGISH = 0.5  # of the cell's acceleration: with less, short cuts never reach their feed
 _DEFAULTS = {"$SINGUL_STRATEGY": 0.0, "$ACC_AXIS": 100.0, "$ACC_EXTAX": 100.0, "$GEAR_JERK": 100.0, ACC_PTP: 100.0}
@@ -81,7 +82,7 @@ class Conduct:
             yield "", f"{_ACT_EX_AX} isn't set: how many external axes take part is what the program before it left"
         stated = {PTP: self.controller.ptp_percent} if ptp else dict(self.controller.settings)
         for name, own in stated.items():
-            if own is None or (name == _CDIS and not rounded):
+            if own is None or (name in _ROUNDINGS and not rounded):
                 continue
             given = self.values.get(name, float("nan"))
             found = unlike(name, given, own)

@@ -9,16 +9,17 @@ from numpy.typing import NDArray
 
 from camrob.witness.krl.columns import AXES, CIRC, LIN, POSE
 from camrob.witness.krl.state import Here, State
+from camrob.witness.krl.text import HOW, Line, Source
 from camrob.witness.krl.text import POSE as PARTS
-from camrob.witness.krl.text import Line, Source
 from camrob.witness.krl.values import UnknownError, Value, split_top
 
-__all__ = ["add_rows", "motion", "relative"]
+__all__ = ["add_rows", "motion", "relative", "with_speed"]
 
+_ROUND = r"(?:(?:[ ,]+|(?<=\}))C_(?:DIS|PTP|VEL|ORI|SPL)\b)*"
 _OPTIONS = re.compile(
-    r"(?P<target>.*?)(?P<round>(?:(?:[ ,]+|(?<=\}))C_(?:DIS|PTP|VEL|ORI|SPL)\b)*)"
-    r"(?: (?P<frame>#BASE|#TOOL))?(?: ?WITH (?P<extra>.+))?"
+    rf"(?P<target>.*?)(?P<round>{_ROUND})(?: (?P<frame>#BASE|#TOOL))?(?: ?WITH (?P<extra>.+?)(?P<behind>{_ROUND}))?"
 )
+_OWN_SPEED = re.compile(r"\$VEL\.CP ?= ?(?P<plain>[^,{}]+)|\$VEL ?= ?\{ ?CP (?P<only>[^,{}]+)\}")
 _NO_MOTION = re.compile(r"\$(?:POS_ACT|AXIS_ACT|AXIS_ACT_MEAS|POS_INT|AXIS_INT)")
 _NAN = float("nan")
 
@@ -113,18 +114,47 @@ def motion(state: State, match: re.Match[str], line: Line) -> None:
         if state.here.pose is not None:
             state.unsure(line.number, f"{line.raw[:80]}: it stops on the way, or brings the robot back to where it is")
         return  # where the robot is already
+    kept = state.speed
     if options is not None and options["extra"]:
-        state.gap(line, "what WITH changes for this motion isn't judged")
+        with_speed(state, options["extra"], line)
     if word == "SPL":
         state.gap(line, "a spline's curve between its points isn't judged")
-    rounds = bool(options is not None and options["round"]) or word == "SPL"
-    if rounds and (word == "SPTP" or word == "PTP" or options is None or options["round"].strip(" ,") != "C_DIS"):
+    if word.startswith("S"):
+        state.needs_splines(line)
+    said = "" if options is None else (options["round"] + " " + (options["behind"] or "")).strip(" ,")
+    rounds = bool(said) or word == "SPL"
+    if rounds and (word in ("SPTP", "PTP", "SPL") or not _settled(state, "S" if word.startswith("S") else "", said)):
         state.vague.append((state.count, line.number, state.file))
     try:
         _move(state, word.removeprefix("S") if word != "SPL" else "LIN", split_top(text), rounds, line)
     except UnknownError as reason:
         state.close_steps()
         _lost_motion(state, line, reason)
+    state.speed = kept
+
+
+def with_speed(state: State, text: str, line: Line) -> None:
+    """What WITH sets: the speed, or what isn't judged."""
+    own = _OWN_SPEED.fullmatch(text)
+    try:
+        if own is None:
+            raise UnknownError("it sets more than $VEL.CP")
+        state.speed = state.variables.number(own["plain"] or own["only"])
+        if state.speed <= 0.0:
+            state.object("speed", f"$VEL.CP is set to {state.speed:g} m/s, and has to be above 0", line)
+    except UnknownError as reason:
+        state.gap(line, f"what WITH changes isn't judged ({reason})")
+
+
+def _settled(state: State, kind: str, word: str) -> bool:
+    """Whether the cell states how far a motion of a path is rounded by a word behind it. SLIN ("S") and its kin are rounded by
+    distance, whichever word says so (KSS 8.3, approximation of single spline motions).
+    """
+    if kind:
+        return word in ("C_SPL", "C_DIS")
+    return word == "C_DIS" or (
+        word in ("C_VEL", "C_ORI") and f"$APO.{word.replace('_', '')}" in state.machine.controller.settings
+    )
 
 
 def _move(state: State, word: str, targets: list[str], rounds: bool, line: Line) -> None:
@@ -224,9 +254,12 @@ def add_rows(state: State, source: Source, first: int, last: int) -> None:
         for k, name in enumerate(state.machine.axis_names[6:]):
             axes[:, 6 + k] = _kept(external[:, int(name[1]) - 1], state.external[k])
         rounded = source.rounded[low:high]
-        exact = rounded == 0 if state.rounds else np.ones(count, dtype=bool)
+        exact = np.array([not word for _, word in HOW])[rounded] | (not state.rounds)
         state.moves(int(lines[0]), False, not exact.all())
-        vague = np.flatnonzero(rounded > 1)
+        vague = np.flatnonzero(~exact & ~np.array([_settled(state, *how) for how in HOW])[rounded])
+        splines = np.flatnonzero(np.array([bool(kind) for kind, _ in HOW])[rounded])
+        if len(splines):
+            state.needs_splines(Line(int(lines[splines[0]]), "SLIN", "", "SLIN .."))
         state.vague += [
             (state.count + k, int(lines[k]), state.file) for k in vague[:1].tolist() + vague[1:][-1:].tolist()
         ]

@@ -10,9 +10,10 @@ import numpy as np
 
 from camrob.witness.happenings import Gap, Objection, Run
 from camrob.witness.krl.acts import ACTS
+from camrob.witness.krl.blocks import begins, curved, in_spline, leaves
 from camrob.witness.krl.columns import Motions
 from camrob.witness.krl.hooks import Hooks, canonical
-from camrob.witness.krl.motion import add_rows
+from camrob.witness.krl.motion import add_rows, with_speed
 from camrob.witness.krl.program import Block, Module, Node, Routine, Rows, beside, data_lines, read_module
 from camrob.witness.krl.replay import replay
 from camrob.witness.krl.state import EndlessError, LostError, State
@@ -84,7 +85,11 @@ class _Runner:
         return module
 
     def configure(self) -> None:
-        """Takes over what a `$config.dat` beside the program declares."""
+        """Takes over what the cell says that the controller holds, and what a `$config.dat` beside the program declares."""
+        point = self.state.machine.controller.own.get("home_point")
+        if isinstance(point, dict) and len(point["axes"]) == len(self.state.machine.axis_names):
+            axes = dict(zip(self.state.machine.axis_names, map(float, point["axes"]), strict=True))
+            self.state.variables.common[str(point["name"]).upper()] = {"": "E6AXIS", **axes}
         path = beside(self.folder, "$config.dat")
         if path is not None:
             self.take(path, data_lines(path), self.state.variables.common)
@@ -209,9 +214,7 @@ class _Runner:
             elif block.kind == "SWITCH":
                 self.switch(block)
             elif block.kind == "SPLINE":
-                if block.head.code != "SPLINE" or any(_curved(node) for node in block.parts[0][1]):
-                    self.state.gap(block.head, "how a spline joins its motions isn't judged", block.tail.number)
-                self.nodes(block.parts[0][1])
+                self.spline(block)
             else:
                 self.loop(block)
         except UnknownError as reason:
@@ -223,7 +226,30 @@ class _Runner:
             if block.kind in ("IF", "SWITCH", "SPLINE"):
                 raise
 
+    def spline(self, block: Block) -> None:
+        """SPLINE ... ENDSPLINE: straight lines and circles keep to their ways, and meet at their points."""
+        state, inside, kept = self.state, block.parts[0][1], self.state.speed
+        state.needs_splines(block.head)
+        if any(curved(node) for node in inside) or block.tail.code != "ENDSPLINE":
+            state.gap(block.head, "how a spline joins its motions isn't judged", block.tail.number)
+        if block.head.code.startswith("SPLINE WITH "):
+            with_speed(state, block.head.code.removeprefix("SPLINE WITH "), block.head)
+        elif block.head.code != "SPLINE":
+            state.gap(block.head, "how the block is opened isn't understood")
+        for node in inside:
+            if not in_spline(node, self.module):
+                where = node if isinstance(node, Line) else block.head
+                state.object(
+                    "spline-block", "within SPLINE stand SLIN, SCIRC, SPL and TRIGGER alone, and none is rounded", where
+                )
+        self.nodes(inside)
+        state.speed = kept
+
     def branch(self, block: Block) -> None:
+        if self.state.machine.controller.own.get("on_path") is True and not self.state.count and begins(block):
+            self.state.early = None  # CONTINUE before it: it looks at $ON_PATH without waiting
+            self.nodes(block.parts[0][1])
+            return
         match = _IF.fullmatch(block.head.code)
         if match is None:
             raise UnknownError("the condition can't be read")
@@ -259,7 +285,7 @@ class _Runner:
                 self.nodes(body)
                 value += step
             return
-        if block.kind == "LOOP" and not _leaves(body):
+        if block.kind == "LOOP" and not leaves(body):
             raise LostError(f"line {block.head.number}: a LOOP without EXIT never ends")
         when = block.head.code.removeprefix("WHILE").strip() if block.kind == "WHILE" else "TRUE"
         while variables.truth(when):
@@ -290,22 +316,6 @@ class _Runner:
             elif not _idle(node.code):
                 return False
         return True
-
-
-def _leaves(nodes: list[Node]) -> bool:
-    """Whether a loop's body holds an EXIT or a RETURN at all."""
-    for node in nodes:
-        if isinstance(node, Block):
-            if any(_leaves(part) for _, part in node.parts):
-                return True
-        elif isinstance(node, Line) and node.code.partition(" ")[0] in ("EXIT", "RETURN", "GOTO"):
-            return True
-    return False
-
-
-def _curved(node: Node) -> bool:
-    """Whether a spline's motion bends what comes before or after it: lines and circles keep to themselves."""
-    return not isinstance(node, Line) or re.match(r"SPL\b", node.code) is not None
 
 
 def _idle(code: str) -> bool:

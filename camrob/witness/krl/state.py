@@ -224,6 +224,13 @@ class State:
         if not self.quiet and (act != "other" or self.hooks.concerns(code)):
             self.steps.append(Step(line, self.file, act, code, value))
 
+    def needs_splines(self, line: Line) -> None:
+        """A motion of the spline kind, which controllers have from KSS 8 on."""
+        if self.machine.controller.own.get("generation") == "KRC2":
+            text = "motions of the spline kind (SLIN, SPLINE, ...), which the cell's controller, a KRC2, doesn't know"
+            if all(old.code != "not-on-controller" for old in self.objections):
+                self.object("not-on-controller", text, line)
+
     def waits(self, line: Line) -> None:
         """The advance run stops: the motion before ends exactly where it was sent."""
         if self.early is not None:

@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 
 from camrob.errors import KrlError
 
-__all__ = ["Line", "Source", "read_source", "split_comment"]
+__all__ = ["HOW", "Line", "Source", "read_source", "split_comment"]
 
 Array = NDArray[np.float64]
 
 _NUMBER = rb" -?[0-9]+\.[0-9]+"
 _LIN = re.compile(
-    rb"LIN \{(?:(?:E6POS|POS|E3POS): )?([XYZABC]|E[1-6])"
+    rb"S?LIN \{(?:(?:E6POS|POS|E3POS): )?([XYZABC]|E[1-6])"
     + _NUMBER
     + rb"(?:,(?: ?)([XYZABC]|E[1-6])"
     + _NUMBER
-    + rb")*\}( C_DIS| C_VEL| C_ORI)?"
+    + rb")*\}( C_DIS| C_VEL| C_ORI| C_SPL)?"
 )
 _PART = re.compile(rb"([XYZABC]|E[1-6])" + _NUMBER)
 _SPEED = re.compile(rb"\$VEL\.CP ?= ?[0-9]+\.[0-9]+")
@@ -42,6 +42,8 @@ _BEHIND = np.frombuffer(b",}\n", dtype=np.uint8)  # what ends a number
 _FEW = 8  # lines of a skeleton in a piece below which columns aren't worth it
 _ABOVE = 4  # comments kept above a statement
 POSE = ("X", "Y", "Z", "A", "B", "C")
+HOW = tuple((kind, word) for kind in ("", "S") for word in ("", "C_DIS", "C_VEL", "C_ORI", "C_SPL"))
+"""A straight motion's kind, LIN or SLIN ("S"), and the word behind it, in the order of `Source.rounded`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,7 @@ class Line:
 @dataclass(slots=True)
 class Source:
     """One file. `lines`: statements, without comments and rows. Rows by line: LIN with `pose` (K, 6) mm, degrees and
-    `external` (K, 6) E1..E6, NaN where not written, `rounded` (K,) 0 exact, 1 C_DIS, 2 another way; `$VEL.CP` with `speed`.
+    `external` (K, 6) E1..E6, NaN where not written, `rounded` (K,) as HOW names them; `$VEL.CP` with `speed`.
     odd: line of the first control character that systems read differently, 0 where there is none.
     """
 
@@ -174,8 +176,9 @@ def _read_rows(numbers: NDArray[np.int64], texts: list[bytes], pieces: _Pieces) 
 
 
 def _how_round(text: bytes) -> int:
-    """How a LIN's end is rounded: 0 not at all, 1 by C_DIS, 2 another way."""
-    return 0 if text.endswith(b"}") else 1 if text.endswith(b"C_DIS") else 2
+    """How a LIN's or SLIN's end is rounded, by its place in HOW."""
+    word = text.rpartition(b"}")[2].strip().decode()
+    return HOW.index(("S" if text.startswith(b"S") else "", word))
 
 
 def _read_piece(piece: bytes, start: int, pieces: _Pieces) -> int:

@@ -1,11 +1,13 @@
 """First look at a KRL file, compiled: its lines, and the numbers of the lines that are written the usual way.
 
-Usual are `LIN {[E6POS:] X n,Y n,...} [C_DIS|C_VEL|C_ORI]`, `$VEL.CP = n`, blank lines and comments. All else is left to
-the general reader, which gives the same numbers for these lines too (a test holds the two together).
+Usual are `LIN {[E6POS:] X n,Y n,...} [C_DIS|C_VEL|C_ORI]`, `SLIN {...} [C_SPL|C_DIS]`, `$VEL.CP = n`, blank lines and
+comments. All else is left to the general reader, which gives the same numbers for these lines too (a test holds the two
+together).
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +25,13 @@ _LETTERS = np.frombuffer(b"XYZABC", dtype=np.uint8)
 _POWERS = 10.0 ** np.arange(17)  # all that a number of 16 digits, as many as a double holds, may be divided by
 # a whole number of 15 digits over a power of ten is rounded once: exactly what float() of the text gives
 _MOST_DIGITS = 15
+# SLIN goes as LIN does, and is rounded off by distance, whichever of the two words says so
+_SPLINE = re.compile(rb"^([ \t]*)SLIN([ \t]*\{[^{};\r\n]*\})([ \t]*)(C_SPL|C_DIS)?(?=[ \t]*(?:;|\r?$))", re.MULTILINE)
+
+
+def _as_lin(found: re.Match[bytes]) -> bytes:
+    """A line of SLIN as one of LIN, every character in its place."""
+    return b"".join((found[1], b" LIN", found[2], found[3], b"C_DIS" if found[4] else b""))
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +54,7 @@ class Scan:
 
 def scan_lines(data: bytes) -> Scan:
     """Scans a file's bytes (line ends are LF or CRLF). O(bytes), about 2 ns a byte."""
-    text = np.frombuffer(data, dtype=np.uint8)
+    text = np.frombuffer(_SPLINE.sub(_as_lin, data) if b"SLIN" in data else data, dtype=np.uint8)
     newlines = np.flatnonzero(text == 10) + 1
     ends = newlines if len(newlines) and newlines[-1] == len(text) else np.append(newlines, len(text))
     starts = np.concatenate(([0], ends)).astype(np.int64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -24,6 +25,7 @@ _HERE = frozenset(("$POS_ACT", "$AXIS_ACT", "$POS_FOR", "$AXIS_FOR", "$POS_ACT_M
 _HOMES = ("HOME", "XHOME")
 _FRAME = "XYZABC"
 _BLENDS = {"C_PTP": Blend.AXES, "C_DIS": Blend.DISTANCE, "C_VEL": Blend.SPEED, "C_ORI": Blend.TURN}
+_SPLINE_BLENDS = {"C_SPL": Blend.DISTANCE, "C_DIS": Blend.DISTANCE}  # the spline planner rounds off by distance alone
 _MODAL = {"$VEL.CP": "speed", "$ACC.CP": "acceleration", "$APO.CDIS": "blend_mm"}
 
 
@@ -76,10 +78,10 @@ class KrlMachine:
             self.statements["$VEL"] += int(fast - slow)
             self.variables.assign("$VEL.CP", modal.speed)
 
-    def motion(self, tokens: tuple[Token, ...], file: int, line: int) -> None:
-        """PTP, LIN, CIRC, PTP_REL or LIN_REL."""
+    def motion(self, tokens: tuple[Token, ...], file: int, line: int, *, plain: str = "") -> None:
+        """PTP, LIN, CIRC, PTP_REL or LIN_REL; plain: the one of these that a motion of the spline kind is run as."""
         self.statements[tokens[0].text] += 1
-        word, _, relative = tokens[0].text.partition("_")
+        word, _, relative = (plain or tokens[0].text).partition("_")
         expression = Expression(tokens, self.variables.lookup, 1)
         targets = [self._target(expression, word, line)]
         if word == "CIRC":
@@ -90,7 +92,8 @@ class KrlMachine:
             if word != "CIRC" or not expression.accept("CA"):
                 raise KrlError(f"{expression.rest()!r} behind a target", hint="correct the statement")
             angle = _number(expression.value(), "CA")
-        approximation = _approximation(expression, relative=bool(relative))
+        blends = _SPLINE_BLENDS if plain in ("LIN", "CIRC") else _BLENDS
+        approximation = _approximation(expression, blends, relative=bool(relative))
         if relative:
             targets = [None if target is None else stepped(self.rows, target, word) for target in targets]
         if word != "PTP":
@@ -256,11 +259,11 @@ def _number(value: Value, what: str) -> float:
     return float(value)
 
 
-def _approximation(expression: Expression, *, relative: bool) -> int:
+def _approximation(expression: Expression, blends: Mapping[str, Blend], *, relative: bool) -> int:
     """The approximation behind a target; of two (`C_PTP C_DIS`) the first. Raises KrlError for anything else."""
     found = [0]
-    while expression.next.kind == "name" and expression.next.text in _BLENDS:
-        found.append(int(_BLENDS[expression.next.text]))
+    while expression.next.kind == "name" and expression.next.text in blends:
+        found.append(int(blends[expression.next.text]))
         expression.at += 1
     if relative and expression.next.text == "#TOOL":
         raise KrlError("a step along the tool's own axes (#TOOL) is not read", hint="write the target in $BASE")

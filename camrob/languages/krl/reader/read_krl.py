@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from camrob.languages.krl.reader.expressions import Expression, Unknown, Value
 from camrob.languages.krl.reader.machine import KrlMachine
 from camrob.languages.krl.reader.module import Block, Module, Routine, load_module
 from camrob.languages.krl.reader.settings import run_settings
+from camrob.languages.krl.reader.splines import SPLINES, begin_block, only_begins, spline_motion
 from camrob.languages.krl.reader.tokens import Token, shown, tokens_of
 from camrob.languages.krl.reader.variables import declare, is_declaration, load_data
 from camrob.program.motion import Turning
@@ -29,8 +30,6 @@ _BULK_STEPS = 2  # statements that take as long as a run of usual lines of a kin
 _PER_LINE = 10  # a long program may call more: the time to read it stays in proportion to its text
 _MOST_REPEATED = {"statements": 5_000, "motions": 1_000_000}  # by loops and calls: 0.3 s, 0.5 GB
 _MOTIONS = frozenset(("PTP", "LIN", "CIRC", "PTP_REL", "LIN_REL"))
-_SPLINES = {"SPTP": "PTP", "SLIN": "LIN", "SCIRC": "CIRC", "SPL": "LIN"}
-"""Motions of the spline kind: to the same points on the same ways; SPL, a curve through its points, as their chords."""
 _MOST_JUMPS = 500  # GOTOs: programs that jump do it a few times
 _UNREAD = frozenset(
     """CIRC_REL SPTP_REL SLIN_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT EXIT
@@ -45,16 +44,18 @@ _IN_COLUMNS = ("$VEL.CP", "$TOOL", "$BASE")
 _LATER = frozenset(("ELSE", "ENDIF", "ENDFOR", "ENDWHILE", "ENDLOOP", "UNTIL", "ENDSWITCH", "ENDSPLINE"))
 _STATE = ("$VEL", "$ACC", "$APO", "$BASE", "$TOOL", "$IPO_MODE", "FDAT_ACT", "LDAT_ACT", "$ACT_BASE", "$ACT_TOOL")
 
+_NOTHING: Mapping[str, Value] = MappingProxyType({})
 
-def read_krl(path: Path) -> ProgramText:
+
+def read_krl(path: Path, known: Mapping[str, Value] = _NOTHING) -> ProgramText:
     """Reads a .src file with its .dat, $config.dat, and the parts that it calls, all of its folder, in the order of running.
 
-    Raises KrlError, with file and line, for what can't be read honestly: a motion whose target is not in the program, a
-    kind of motion that is not read here, a loop or a branch that moves and whose course is not known, damage. What may
-    have an effect that is not known here becomes a finding. Cost: about a microsecond a usual LIN, 100 for any other
-    statement.
+    known: what the controller holds, by its name. Raises KrlError, with file and line, for what can't be read honestly: a
+    motion whose target is not in the program, a kind of motion that is not read here, a loop or a branch that moves and whose
+    course is not known, damage. What may have an effect that is not known here becomes a finding. Cost: about a microsecond a
+    usual LIN, 100 for any other statement.
     """
-    return _Reader(Path(path)).program()
+    return _Reader(Path(path), known).program()
 
 
 class _JumpError(Exception):
@@ -68,9 +69,10 @@ class _JumpError(Exception):
 class _Reader:
     """Runs a program: routines, control structures, calls."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, known: Mapping[str, Value]) -> None:
         self._path = path
         self._machine = KrlMachine()
+        self._machine.variables.shared.update(known)
         self._modules: list[Module] = []
         self._data: dict[int, dict[str, Value]] = {}
         self._by_name: dict[str, Module | None] = {}
@@ -208,8 +210,8 @@ class _Reader:
         tokens = tokens_of(text)
         word = tokens[0].text if tokens[0].kind == "name" else ""
         machine = self._machine
-        if word in _SPLINES and tokens[1].text not in ("=", "[", ".", "("):
-            self._spline(tokens, line, module.index)
+        if word in SPLINES and tokens[1].text not in ("=", "[", ".", "("):
+            spline_motion(machine, tokens, module.index, line + 1)
         elif word in _MOTIONS:
             machine.motion(tokens, module.index, line + 1)
         elif word == "GOTO":
@@ -241,16 +243,6 @@ class _Reader:
         else:
             self._other(module, line, text, tokens)
         return line + 1
-
-    def _spline(self, tokens: tuple[Token, ...], line: int, file: int) -> None:
-        """A motion of the spline kind, as its plain twin."""
-        word = tokens[0].text
-        if any(token.text == "WITH" for token in tokens):
-            raise KrlError(f"{word} is not read here with WITH", hint="set what it changes before the motion")
-        if word == "SPL":
-            text = "SPL is taken for a straight line: the curve between its points is not known"
-            self._machine.find("spline-as-line", text, line + 1)
-        self._machine.motion((replace(tokens[0], text=_SPLINES[word]), *tokens[1:]), file, line + 1)
 
     def _jump(self, module: Module, line: int, name: str) -> None:
         """Goes to a mark of the same routine, in no block but the GOTO's own or one round it."""
@@ -317,8 +309,12 @@ class _Reader:
         self._machine.statements[word] += 1
         expression = Expression(tokens, self._machine.variables.lookup, 1)
         if word == "SPLINE":
-            if expression.next.kind != "end":
-                raise KrlError("SPLINE WITH is not read here", hint="set what it changes before the block")
+            speed = self._machine.rows.modal.speed
+            begin_block(self._machine, module, block, tokens)
+            ended = self._run(module, block.start + 1, block.end)
+            self._machine.rows.modal.speed = speed
+            return block.end + 1 if ended else -1
+        if word == "IF" and only_begins(module, block, tokens):
             return block.end + 1 if self._run(module, block.start + 1, block.end) else -1
         if word == "FOR":
             return self._for(module, block, expression)

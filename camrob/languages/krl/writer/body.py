@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.errors import JobError
+from camrob.languages.krl.krl_settings import krl_settings
 from camrob.languages.krl.krl_text import comment_text, frame_aggregate, load_aggregate
 from camrob.languages.krl.rounding import (
     ANGLE_DECIMALS,
@@ -19,7 +20,10 @@ from camrob.languages.krl.rounding import (
     LOAD_DECIMALS,
     SPEED_DECIMALS,
 )
+from camrob.languages.krl.rounding import axes as rounded_axes
+from camrob.languages.krl.rounding import external as rounded_external
 from camrob.languages.krl.writer.lines import LineBlock, format_lines, speed_line
+from camrob.languages.krl.writer.opening import tool_lines
 from camrob.program.motion import Motion
 from camrob.program.printed import fixed_decimals
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
@@ -39,6 +43,10 @@ class KrlBody:
     def __init__(self, program: Program, controller: ControllerSettings) -> None:
         self._program = program
         self._controller = controller
+        self._own = krl_settings(controller)
+        home = self._own.customs.home_point
+        axes = home.axes if home else ()
+        self._home = np.concatenate((rounded_axes(axes[:6]), rounded_external(axes[6:])))
         kind = program.kind
         self._ptp = (kind == Motion.PTP_AXES) | (kind == Motion.PTP_POSE)
         self._labels = (*"XYZABC", *program.external_names)
@@ -91,7 +99,7 @@ class KrlBody:
             speak[cp[0]] = True
         title = self._open_fold(start)
         if title:
-            yield start, self._encoded(";FOLD " + comment_text(title + " (continued)", self._room(6))), None
+            yield start, self._encoded(self._fold(title + " (continued)")), None
         inside = self._stops[(self._stops >= start) & ((self._stops < end) | (last & (self._stops == end)))]
         row = start
         for stop in (*inside.tolist(), end):
@@ -107,7 +115,7 @@ class KrlBody:
                 row = stop + 1
             elif stop == end:
                 break
-        if title:
+        if title and self._own.customs.folds:
             yield end, self._encoded(";ENDFOLD"), None
 
     def _open_fold(self, start: int) -> str:
@@ -135,6 +143,8 @@ class KrlBody:
                 speed_decimals=SPEED_DECIMALS,
                 speak=speak[row - start : stop - start],
                 approximate=p.approximate[row:stop],
+                spline=self._own.customs.splines,
+                rounding=self._own.customs.blend_word,
             )
             text, ends, longest = format_lines(block)
             self._check_count(longest, int(p.line[row]))
@@ -152,6 +162,9 @@ class KrlBody:
         """The line of a PTP motion."""
         p = self._program
         axes = p.kind[row] == Motion.PTP_AXES
+        home = self._own.customs.home_point
+        if home is not None and axes and np.array_equal(self._home, (*p.axes[row], *p.external[row])):
+            return f"PTP {home.name}"
         values = np.concatenate((p.axes[row] if axes else p.pose[row], p.external[row]))
         decimals = self._axis_decimals if axes else self._decimals
         _scaled(values[None, :], decimals, row)
@@ -172,13 +185,18 @@ class KrlBody:
             return [f"WAIT SEC {fixed_decimals(event.value, 3)}"]
         if event.kind is ProgramEventKind.TOOL:
             frame = frame_aggregate(tuple(self._program.tools[int(event.value)]), FRAME_DECIMALS)
-            return ["$TOOL = " + frame]
+            return tool_lines(self._own, frame)
         if event.kind is ProgramEventKind.LOAD:
             return ["$LOAD = " + load_aggregate(tuple(self._program.loads[int(event.value)]), LOAD_DECIMALS)]
         if event.kind is ProgramEventKind.COMMENT:
             return ["; " + comment_text(event.text, self._room(2))]
-        closing = [";ENDFOLD"] if fold_open else []
-        return closing + ([";FOLD " + comment_text(event.text, self._room(6))] if event.text else [])
+        closing = [";ENDFOLD"] if fold_open and self._own.customs.folds else []
+        return closing + ([self._fold(event.text)] if event.text else [])
+
+    def _fold(self, title: str) -> str:
+        """What opens a fold, or only names what follows."""
+        opens = ";FOLD " if self._own.customs.folds else "; "
+        return opens + comment_text(title, self._room(len(opens)))
 
     def _room(self, used: int) -> int:
         """Characters that a line has left."""

@@ -19,7 +19,6 @@ Integers = NDArray[np.int64]
 _SPEED = "$VEL.CP = "
 _NUMBER_WIDTH = 22  # characters of the longest number that is printed
 _LIN, _VIA, _END, _CLOSE, _APPROXIMATE, _NEWLINE, _VELOCITY, _LABELS = range(8)
-_FIXED = ("LIN {E6POS: ", "CIRC {E6POS: ", ",{E6POS: ", "}", " C_DIS", "\r\n", _SPEED)
 _KIND_LIN, _KIND_VIA = int(Motion.LIN), int(Motion.CIRC_VIA)
 
 
@@ -29,7 +28,7 @@ class LineBlock:
 
     kind: (M,) `Motion`, without PTP; a CIRC_VIA is followed by its CIRC_END. values: (M, K) whole numbers, the value
     times 10 ** decimals of its column. labels: K names. speed: (M,) whole numbers, printed before the motion where
-    `speak` is set. approximate: (M,) bool.
+    `speak` is set. approximate: (M,) bool. spline: SLIN and SCIRC; rounding: behind a target that is rounded off.
     """
 
     kind: NDArray[np.int8]
@@ -40,6 +39,8 @@ class LineBlock:
     speed_decimals: int
     speak: NDArray[np.bool_]
     approximate: NDArray[np.bool_]
+    spline: bool = False
+    rounding: str = "C_DIS"
 
 
 def speed_line(speed: float, decimals: int) -> str:
@@ -53,7 +54,9 @@ def format_lines(block: LineBlock) -> tuple[bytes, Integers, int]:
     O(M), about 0.2 microseconds a motion of eight numbers.
     """
     labels = [("," if k else "") + label + " " for k, label in enumerate(block.labels)]
-    pieces, bounds = _pieces((*_FIXED, *labels))
+    of = "S" * block.spline
+    fixed = (f"{of}LIN {{E6POS: ", f"{of}CIRC {{E6POS: ", ",{E6POS: ", "}", f" {block.rounding}", "\r\n", _SPEED)
+    pieces, bounds = _pieces((*fixed, *labels))
     room = (len(pieces) + _NUMBER_WIDTH * (len(labels) + 1)) * len(block.kind)
     out = np.empty(room, dtype=np.uint8)
     ends = np.empty(len(block.kind), dtype=np.int64)

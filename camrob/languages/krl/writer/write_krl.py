@@ -8,12 +8,10 @@ import numpy as np
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.findings import Finding
-from camrob.languages.krl.krl_settings import krl_settings
-from camrob.languages.krl.krl_text import NAME_LENGTH, comment_text, frame_aggregate, krl_name
-from camrob.languages.krl.rounding import ANGLE_DECIMALS, EXTERNAL_DECIMALS, FRAME_DECIMALS, LENGTH_DECIMALS
+from camrob.languages.krl.krl_text import NAME_LENGTH, krl_name
 from camrob.languages.krl.writer.body import KrlBody
+from camrob.languages.krl.writer.opening import opening_lines
 from camrob.program.motion import Motion
-from camrob.program.printed import fixed_decimals
 from camrob.program.program import Program
 from camrob.program.sub_programs import split_parts
 
@@ -51,7 +49,7 @@ def iter_krl(
         raise ValueError(f"max_lines is {budget}")
     name = krl_name(program.name)
     body = KrlBody(program, controller)
-    before, after = _opening(program, controller, body), body.hook("footer")
+    before, after = opening_lines(program, controller, body), body.hook("footer")
     sizes, counted = body.sizes(), program.kind != Motion.CIRC_VIA
     frame_bytes = sum(len(line) + 2 for line in (*before, *after, *_HEADER)) + 2 * NAME_LENGTH + 200
     if int(counted.sum()) <= budget and int(sizes.sum()) + frame_bytes <= controller.max_bytes:
@@ -116,45 +114,3 @@ def _data(name: str) -> bytes:
 def _encoded(lines: list[str]) -> bytes:
     """Lines as the controller stores them."""
     return "".join(line + "\r\n" for line in lines).encode("ascii")
-
-
-def _opening(program: Program, controller: ControllerSettings, body: KrlBody) -> list[str]:
-    """What the main program does before it moves."""
-    own, longest = krl_settings(controller), controller.max_line_length
-    lines = [
-        f"; Made by camrob, rounded to {LENGTH_DECIMALS} decimals (X Y Z, mm), "
-        f"{ANGLE_DECIMALS} (angles, deg), {EXTERNAL_DECIMALS} (E)"
-    ]
-    lines += ["; " + comment_text(text, longest - 2) for text in program.comment]
-    lines.append(";FOLD INI")
-    if own.stop_message:  # as in KUKA's own template of a program
-        lines += ["GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )", "INTERRUPT ON 3"]
-    lines += ["BAS (#INITMOV,0 )", f"BAS (#VEL_PTP,{fixed_decimals(controller.ptp_velocity_percent, 0)} )"]
-    if own.tool_number is not None:
-        lines.append(f"BAS (#TOOL,{own.tool_number} )")
-    if own.base_number is not None:
-        lines.append(f"BAS (#BASE,{own.base_number} )")
-    lines += [
-        f"$ADVANCE = {controller.advance}",
-        f"$ACC.CP = {fixed_decimals(controller.acc_cp, 4)}",
-        f"$VEL.ORI1 = {fixed_decimals(controller.vel_ori_deg_s, 3)}",
-        f"$VEL.ORI2 = {fixed_decimals(controller.vel_ori_deg_s, 3)}",
-        f"$ACC.ORI1 = {fixed_decimals(controller.acc_ori_deg_s2, 3)}",
-        f"$ACC.ORI2 = {fixed_decimals(controller.acc_ori_deg_s2, 3)}",
-        f"$ORI_TYPE = {own.ori_type}",
-        f"$CIRC_TYPE = {own.circ_type}",
-        f"$APO.CDIS = {fixed_decimals(controller.apo_cdis_mm, 3)}",
-    ]
-    if own.act_ex_ax:
-        lines.append(f"$ACT_EX_AX = {own.act_ex_ax}")
-    base = frame_aggregate(tuple(program.base), FRAME_DECIMALS)
-    template = own.base_template or "{base}"
-    lines += [
-        "$BASE = " + template.replace("{base}", base),
-        "$TOOL = " + frame_aggregate(tuple(program.tool), FRAME_DECIMALS),
-        ";ENDFOLD (INI)",
-        *body.hook("header"),
-    ]
-    for line in lines:
-        body.check_length(line)
-    return lines
