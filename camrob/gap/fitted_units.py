@@ -54,7 +54,7 @@ def fitted_model(model: Model, members: frozenset[int]) -> FittedModel:
         units.append(
             FittedUnit(effect=unit.effect, axis=unit.axis, key=unit.key, parameters=tuple(fitted_values), state=state)
         )
-    cov = model.best.cov[np.ix_(columns, columns)]
+    cov = model.best.spread.block(columns)
     field = unexplained_field(model, members)
     return FittedModel(
         units=tuple(units),

@@ -17,6 +17,7 @@ __all__ = ["EFFECT"]
 _START = 0.02  # s
 _LEAST = 1e-4  # s: less is as good as none, and its shape is the speed
 _LEAST_DAMPING = 0.25  # of a drive: with less it would ring for several swings
+_KEPT = 12  # states of which what was reckoned is kept
 _STEP = 1e-4  # s, of the difference quotient
 
 Array = NDArray[np.float64]
@@ -36,21 +37,31 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     """The same shape for the common part and an axis's own: that of the time constant which is their sum."""
     cycle = state.get("cycle_s", 0.0)
-    known = scene.encoder  # where the drives stand at the start of a run is seen
     own = {a: max(state.get("lag_s", _START) + state.get(f"{a}_s", 0.0), _LEAST) + cycle for a in scene.axes}
     split = scene.servo_gap is not None
-    asked = [unit.axis] if unit.axis and split else list(scene.axes)
-    late: dict[str, Array] = {}
-    for tau in sorted({own[a] for a in asked}):
-        axes = [a for a in asked if own[a] == tau]
-        k = [scene.index(a) for a in axes]
-        start = None if known is None else known[:, k]
-        behind = first_order(scene.command[:, k], scene.t, scene.pieces, tau, cycle, start) - scene.command[:, k]
-        late |= {a: behind[:, i] / tau for i, a in enumerate(axes)}
+    late = _late(scene, {a: own[a] for a in ([unit.axis] if unit.axis and split else scene.axes)}, cycle)
     moved = {a: behind for a, behind in late.items() if unit.axis in ("", a)}
     if split:
         return (Column(servo=moved),)
     return (Column(tcp=_carried(scene, moved, {a: own[a] * behind for a, behind in late.items()})),)
+
+
+def _late(scene: Scene, own: Mapping[str, float], cycle: float) -> Mapping[str, Array]:
+    """(N,) by axis, a second of lag: how far each is behind with its own time constant. All units of a state ask for the same."""
+    if (key := (cycle, tuple(own.items()))) in scene.reckoned:
+        return scene.reckoned[key]
+    known = scene.encoder  # where the drives stand at the start of a run is seen
+    late: dict[str, Array] = {}
+    for tau in sorted(set(own.values())):
+        axes = [a for a in own if own[a] == tau]
+        k = [scene.index(a) for a in axes]
+        start = None if known is None else known[:, k]
+        behind = first_order(scene.command[:, k], scene.t, scene.pieces, tau, cycle, start) - scene.command[:, k]
+        late |= {a: behind[:, i] / tau for i, a in enumerate(axes)}
+    if len(scene.reckoned) >= _KEPT:
+        scene.reckoned.clear()
+    scene.reckoned[key] = late
+    return late
 
 
 def _carried(scene: Scene, moved: Mapping[str, Array], behind: Mapping[str, Array]) -> Array:

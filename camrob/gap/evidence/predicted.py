@@ -71,7 +71,7 @@ def _variance(model: Model, panel: Panel, unfrozen: Panel, rows: NDArray[np.bool
         if sizes[0, 0] > 0.0:
             half = sizes[0, 0] * _half(model.basis.beyond(panel.scene, own))
             parts += [_in_direction(half, d) for d in range(3)]
-    parts.append(X @ _half(model.best.cov[np.ix_(columns, columns)]))
+    parts.append(X @ _half(model.best.spread.block(columns)))
     E = np.concatenate(parts, axis=2).reshape(3 * len(own), -1)
     taken = _orthonormal(frame_columns(model, panel, some)).T @ E
     return float(np.sum(E**2) - np.sum(taken**2)) / len(own)

@@ -65,7 +65,7 @@ def regimes_withheld(model: Model, members: Set) -> list[WithheldRegime]:
         fitted = model.fit(model.best.members | model.evidence.always, design=design)
         values = np.where(np.isin(owner, list(members)), fitted.mean, 0.0)
         rows = [r & a for r, a in zip(regime.rows, asked, strict=True)]
-        shrunk = _shrunk(model, rows, values, keep, fitted.cov)
+        shrunk = _shrunk(model, rows, values, keep, fitted.spread.block(keep))
         low, high = shrunk.interval()
         beyond = shrunk.rms_after**2 - shrunk.rms_before**2 > (_ERRORS * shrunk.doubt) ** 2
         out.append(
@@ -85,7 +85,9 @@ def regimes_withheld(model: Model, members: Set) -> list[WithheldRegime]:
 
 
 def _shrunk(model: Model, rows: Sequence[Rows], values: Array, keep: NDArray[np.int64], cov: Array) -> Shrinkage:
-    """The gap at some rows before and after what values (K,) move the TCP by; blocks are stretches of these rows."""
+    """The gap at some rows before and after what values (K,) move the TCP by; blocks are stretches of these rows. cov: of the
+    values of `keep`.
+    """
     before, after, doubt = [], [], []
     for p, here in zip(model.panels, rows, strict=True):
         if not here.any():
@@ -94,7 +96,7 @@ def _shrunk(model: Model, rows: Sequence[Rows], values: Array, keep: NDArray[np.
         before.append(settled(model, p, here, gap))
         after.append(settled(model, p, here, gap - p.moves(values, here)))
         X = p.moved_by(keep, here)
-        doubt.append(np.einsum("nik,kl,nil->n", X, cov[np.ix_(keep, keep)], X, optimize=True))
+        doubt.append(np.einsum("nik,kl,nil->n", X, cov, X, optimize=True))
     count = sum(len(b) for b in before)
     block = (np.arange(count) * _BLOCKS) // max(count, 1)
     size = float(np.sqrt(np.mean(np.concatenate(doubt))))

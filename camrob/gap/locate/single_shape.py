@@ -50,30 +50,41 @@ def single_shape(panels: Sequence[Panel], noise: float) -> SingleShape | None:
         lower, upper = (f([f(g[n]) for g in given]) for f in (min, max))
         parts = [basis(g[n], float(lower), float(upper), n)[r] for g, r in zip(given, rows, strict=True)]
         shapes[n] = np.concatenate([np.ones((len(gap), 1)), np.concatenate(parts)], axis=1)
-    best: SingleShape | None = None
+    levers = {}
     for target in targets(panels[0].scene):
         kind, _, part = target.rpartition(" ")
         term = f"root.{part}" if kind == "foot" else f"{part}.zero"
-        if kind == "drive" or any(term not in p.scene.places for p in panels):
-            continue
-        lever = np.concatenate([p.scene.places[term][r, :3] for p, r in zip(panels, rows, strict=True)])
-        for n in names:
-            share = _withheld(lever, shapes[n], gap, fold) / energy
-            if best is None or share > best.share:
-                best = SingleShape(target, n, share)
-    return best
+        if kind != "drive" and all(term in p.scene.places for p in panels):
+            levers[target] = np.concatenate([p.scene.places[term][r, :3] for p, r in zip(panels, rows, strict=True)])
+    if not levers or not names:
+        return None
+    order = np.argsort(fold, kind="stable")
+    edges = np.r_[np.flatnonzero(np.diff(fold[order], prepend=-1)), len(order)]
+    lever, gap = np.stack(list(levers.values()))[:, order], gap[order]
+    taken = np.stack([_withheld(lever, shapes[n][order], gap, edges) for n in names], axis=1)
+    most = int(np.argmax(taken))
+    return SingleShape(list(levers)[most // len(names)], names[most % len(names)], float(taken.flat[most]) / energy)
 
 
-def _withheld(lever: Array, shape: Array, gap: Array, fold: NDArray[np.int64]) -> float:
-    """m2 that a lever (N, 3) times a shape (N, d), beside a constant, takes from folds that it was not fitted to."""
-    X = np.concatenate([lever[:, :, None] * shape[:, None, :], np.tile(np.eye(3), (len(gap), 1, 1))], axis=2)
-    scale = np.sqrt(np.sum(X**2, axis=(0, 1))) + 1e-30
-    X = X / scale
-    parts = [(X[fold == k].reshape(-1, X.shape[2]), gap[fold == k].ravel()) for k in np.unique(fold)]
-    grams = [(x.T @ x, x.T @ y) for x, y in parts]
-    A, b = np.sum([a for a, _ in grams], axis=0), np.sum([c for _, c in grams], axis=0)
-    gained = 0.0
-    for own, right in grams:
-        solved = np.linalg.solve(A - own + _RIDGE * np.eye(len(A)), b - right)
-        gained += float(2.0 * solved @ right - solved @ own @ solved)
-    return gained
+def _withheld(levers: Array, shape: Array, gap: Array, edges: NDArray[np.int64]) -> Array:
+    """(T,) m2 that each of T levers (T, N, 3) times a shape (N, d), beside a constant, takes of a gap (N, 3) from folds that it
+    was not fitted to; edges: where each fold begins, and the last one ends. Products of all levers are summed at once.
+    """
+    d, count = shape.shape[1], len(levers)
+    upper = np.triu_indices(d)
+    pairs = shape[:, upper[0]] * shape[:, upper[1]]
+    squares, pulls = np.sum(levers**2, axis=2), np.sum(levers * gap, axis=2)
+    A, b = np.zeros((len(edges) - 1, count, d + 3, d + 3)), np.zeros((len(edges) - 1, count, d + 3))
+    for own, right, first, last in zip(A, b, edges, edges[1:], strict=False):
+        here = slice(int(first), int(last))
+        own[:, upper[0], upper[1]] = own[:, upper[1], upper[0]] = squares[:, here] @ pairs[here]
+        beside = np.einsum("tnc,nd->tdc", levers[:, here], shape[here], optimize=True)
+        own[:, :d, d:], own[:, d:, :d] = beside, beside.swapaxes(1, 2)
+        own[:, d:, d:] = (last - first) * np.eye(3)
+        right[:, :d], right[:, d:] = pulls[:, here] @ shape[here], gap[here].sum(axis=0)
+    scale = np.sqrt(np.einsum("ftii->ti", A)) + 1e-30
+    A, b = A / (scale[:, :, None] * scale[:, None, :]), b / scale
+    others = A.sum(axis=0) - A + _RIDGE * np.eye(d + 3)
+    solved = np.linalg.solve(others, (b.sum(axis=0) - b)[..., None])[..., 0]
+    gained = 2.0 * np.sum(solved * b, axis=2) - np.einsum("fti,ftij,ftj->ft", solved, A, solved, optimize=True)
+    return np.asarray(gained.sum(axis=0))

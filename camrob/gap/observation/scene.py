@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -117,6 +117,11 @@ class Scene:
         there = plain.poses(np.zeros(0), self.postures(values))
         turned = rotation_log(there[:, :3, :3] @ self.nominal[:, :3, :3].swapaxes(1, 2))
         return np.concatenate([there[:, :3, 3] - self.nominal[:, :3, 3], turned], axis=1)
+
+    @cached_property
+    def reckoned(self) -> dict[tuple[object, ...], Mapping[str, Array]]:
+        """What effects have reckoned of it and may need again, as they call it."""
+        return {}
 
     @cached_property
     def speed(self) -> Array:

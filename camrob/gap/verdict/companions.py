@@ -27,7 +27,7 @@ def only_companions(model: Model) -> dict[str, str]:
         G, v = model.design.moves[np.ix_(own, own)], model.best.mean[own]
         shown = np.linalg.lstsq(G[np.ix_(beside, beside)], G[beside], rcond=None)[0]
         rest = G - G[:, beside] @ shown  # of what those don't show
-        spread = float(np.trace(rest @ model.best.cov[np.ix_(own, own)]))
+        spread = float(np.trace(rest @ model.best.spread.block(own)))
         if v @ rest @ v < max(_OWN * float(v @ G @ v), _CHANCE * spread):
             found[name] = "all that shows of it is constant, as of other causes"
     return found

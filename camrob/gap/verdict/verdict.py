@@ -299,10 +299,11 @@ def _without_implausible(model: Model) -> Model:
 
 def _without_harmful(model: Model, trial: Trial) -> Model:
     """The model with effects taken out that make the prediction of withheld samples worse than it is without them."""
+    with_it = shrinkage(model, trial, model.best.members, model.best.members)
     for name in sorted(model.evidence.effects_of(model.best.members) - {"unknown"}):
         own = frozenset(i for i in model.best.members if model.units[i].effect == name)
         rest = model.best.members - own
-        with_it, without = (shrinkage(model, trial, m, m) for m in (model.best.members, rest))
+        without = shrinkage(model, trial, rest, rest)
         gains = np.array(
             [
                 float(np.sum(without.after[without.block == b] ** 2) - np.sum(with_it.after[with_it.block == b] ** 2))
@@ -315,7 +316,7 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
             for names, p in model.sets.items():
                 kept = names - {name}
                 sets[kept] = sets.get(kept, 0.0) + p
-            model = replace(model, best=model.fit(rest), sets=sets)
+            model, with_it = replace(model, best=model.fit(rest), sets=sets), without
     return model
 
 
