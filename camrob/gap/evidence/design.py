@@ -139,11 +139,12 @@ def _product(X: Array, values: Array, rows: NDArray[np.bool_] | slice) -> Array:
     return np.asarray(out[:, rows].T)
 
 
-def _weighed(X: Array, w: Array, rows: NDArray[np.int64]) -> Array:
-    """(K, d, M): columns X (N, d, K), times weights w (N, d), at M rows."""
-    own = np.take(X.transpose(2, 1, 0), rows, axis=2)
-    own *= w.T[:, rows]
-    return np.asarray(own)
+def _at(X: Array, rows: NDArray[np.int64]) -> Array:
+    """(K, d, M): columns X (N, d, K), which lie apart in memory, at M ascending rows; no copy where these are a stretch."""
+    apart = X.transpose(2, 1, 0)
+    if len(rows) and rows[-1] - rows[0] + 1 == len(rows):
+        return np.asarray(apart[:, :, rows[0] : rows[-1] + 1])
+    return np.take(apart, rows, axis=2)
 
 
 @dataclass(frozen=True)
@@ -324,22 +325,22 @@ class Sums(NamedTuple):
 
 def sums_of(p: Panel, rows: NDArray[np.int64], *, smooth: bool) -> Sums:
     """Gram sums of some rows of a panel. smooth: those of the discrepancy, too."""
-    K = p.tcp.shape[2]
+    K, columns = p.tcp.shape[2], _at(p.tcp, rows)
     A, b, yy, weighed = np.zeros((3, K, K)), np.zeros((3, K)), np.zeros(3), {}
     for k, first in enumerate((0, 3)):
         three = slice(first, first + 3)
-        w = p.w_tcp[:, three]
-        if w[rows].any():
-            weighed[first] = _weighed(p.tcp[:, three], w, rows)
-            X, y = weighed[first].reshape(K, -1), (p.y_tcp[rows, three] * w[rows]).T.ravel()
+        w = p.w_tcp[rows, three]
+        if w.any():
+            weighed[first] = columns[:, three] * w.T
+            X, y = weighed[first].reshape(K, -1), (p.y_tcp[rows, three] * w).T.ravel()
             A[k], b[k], yy[k] = X @ X.T, X @ y, float(y @ y)
     count = float(np.count_nonzero(p.w_tcp[rows]))
     if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
-        S = _weighed(p.servo, p.w_servo, rows).reshape(p.servo.shape[2], -1)
-        s = (p.y_servo[rows] * p.w_servo[rows]).T.ravel()
+        w = p.w_servo[rows]
+        S, s = (_at(p.servo, rows) * w.T).reshape(p.servo.shape[2], -1), (p.y_servo[rows] * w).T.ravel()
         A[2][np.ix_(p.servo_columns, p.servo_columns)] = S @ S.T
         b[2, p.servo_columns], yy[2] = S @ s, float(s @ s)
-        count += float(np.count_nonzero(p.w_servo[rows]))
+        count += float(np.count_nonzero(w))
     return Sums(A, b, yy, count, _field_sums(p, rows, weighed) if smooth else None)
 
 
