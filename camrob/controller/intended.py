@@ -20,8 +20,9 @@ PRINTED = 1e-6  # mm, degrees, m/s: the program's values are rounded already, so
 FRAME_PRINTED = 1e-5  # mm, degrees: the last decimal of a frame
 POSTURE = 0.05  # degrees that rounding of a pose can move an axis, near a straight wrist too
 
-_UNCLEAR = ("not-understood", "tool-unknown", "base-unknown")
-"""Findings of the reader after which nobody knows what the text does. (Calls are held to those of the cell's hooks.)"""
+_UNCLEAR = ("not-understood",)
+"""Findings of the reader after which nobody knows what the text does. (Calls are held to those of the cell's hooks, frames to
+those that are meant wherever a motion needs them.)"""
 
 
 def hold_to_intended(text: ProgramText, replay: Replay, program: Program, meant: MeantActions) -> list[Finding]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 from process_story import TWO_TOOLS, cell_with, posted
+from rapid_job import CELL as RAPID_CELL
+from rapid_job import write_job
 from test_several_tools import PART
 
+import camrob
 from camrob.errors import ToolpathError
 from camrob.jobs.post import PostResult, _entry_name
 from camrob.jobs.verify import verify
@@ -124,3 +128,19 @@ def test_no_entry_takes_anothers_name(language: str) -> None:
     names = [_entry_name("a_name_of_four_and_twenty", number, language_named(language)) for number in range(2, 1200)]
     assert len(set(names)) == len(names) and names[0].endswith("_E02") and names[-1].endswith("_E1199")
     assert max(map(len, names)) <= 24
+
+
+def test_a_rapid_program_that_is_split_has_entries_too(tmp_path: Path) -> None:
+    cell = tmp_path / "cell"
+    shutil.copytree(RAPID_CELL, cell)
+    text = (cell / "cell.toml").read_text(encoding="utf-8")
+    (cell / "cell.toml").write_text(
+        text.replace("[controller]\n", "[controller]\nentries = true\n", 1), encoding="utf-8"
+    )
+    job = write_job(tmp_path / "in")
+    made = camrob.post(job, cell=cell, out=tmp_path / "out", max_lines=4, report=False)
+    begin = next(f.line for f in made.findings if f.code == "entry")
+    assert {"part_001.mod", "part_E02.mod", "part_E02.pgf", "part_E02_001.mod"} <= set(made.files)
+    assert verify(made.out / "part.mod", cell=cell, against=job).ok
+    assert verify(made.out / "part_E02.mod", cell=cell, against=job, begin=begin).ok
+    assert verify(made.out / "part_E02.mod", cell=cell, against=job).ok is False

@@ -32,6 +32,7 @@ FINI
 SLIN = 'generation = "KRC4"\nmotions = "SLIN"'
 CVEL = 'blending = "C_VEL"\napo_cvel_percent = 80'
 CORI = 'blending = "C_ORI"\napo_cori_deg = 2'
+BAS = "tool_number = 3\nbase_number = 2"
 ACT = 'numbering = "act"\ntool_number = 3\nbase_number = 2'
 TABLES = 'numbering = "tables"\ntool_number = 3\nbase_number = 2'
 ON_PATH = "on_path = true\nstop_message = true"
@@ -81,7 +82,7 @@ def judged(folder: Path, text: str, out: Path, *, cell: Path | None = None, conf
     return camrob.verify(out / "part.src", cell=cell or folder / "cell", against=folder / "part.apt", manifest=False)
 
 
-@pytest.mark.parametrize("lines", [SLIN, CVEL, CORI, ACT, TABLES, ON_PATH, "folds = false", HOME, ALL])
+@pytest.mark.parametrize("lines", [SLIN, CVEL, CORI, BAS, ACT, TABLES, ON_PATH, "folds = false", HOME, ALL])
 def test_a_program_of_the_shop_is_verified_whole(made: Made, lines: str) -> None:
     folder = made(lines)
     result = camrob.verify(folder / "out" / "part.src", cell=folder / "cell", against=folder / "part.apt")
@@ -112,6 +113,7 @@ def test_rows_of_the_controllers_tables(made: Made) -> None:
     at = text.index(f"BASE_DATA[2] = {frame}")
     assert text[at + 1] == base.replace(frame, "BASE_DATA[2]")
     assert text[at + 2 : at + 4] == [tool.replace("$TOOL", "TOOL_DATA[3]"), "$TOOL = TOOL_DATA[3]"]
+    assert {"BAS (#TOOL,3 )", "BAS (#BASE,2 )", base, tool} <= set(code(made(BAS)))
     assert {"$ACT_TOOL = 3", "$ACT_BASE = 2", base, tool} <= set(code(made(ACT)))
 
 
@@ -171,6 +173,15 @@ PLANTED: list[tuple[str, str, str, str, bool | None]] = [
         "= EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, BASE_DATA[2])",
         "= BASE_DATA[2]",
         "base-stands-still",
+        False,
+    ),
+    (BAS, "$TOOL = {", "; $TOOL = {", "TOOL_DATA[3]", False),
+    (BAS, "BAS (#TOOL,3 )\r\n", "", "", True),
+    (
+        BAS,
+        "$ADVANCE = 5\r\n",
+        "$ADVANCE = 5\r\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 90,A6 0,E1 0,E2 0}\r\n",
+        "TOOL_DATA[3]",
         False,
     ),
     (ON_PATH, "IF NOT $ON_PATH THEN", "IF NOT $ON_PATH THEN\r\n$OUT[1] = TRUE", "which way it goes isn't known", None),

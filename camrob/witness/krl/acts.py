@@ -242,6 +242,11 @@ def _numbered(state: State, line: Line, name: str, number: float) -> None:
     if name == "TOOL":
         state.set_load(line.number, None)
     text = "$NULLFRAME" if number == 0 else f"{name}_DATA[{int(number)}]"
+    try:
+        state.frame_of(state.variables.value(text))
+    except UnknownError as reason:  # no harm where the program sets the frame itself before it moves
+        state.unknown_row(name, line, f"${name} isn't known from here on ({reason})")
+        return
     found = variable(f"${name}")
     if found is not None:
         SETTINGS[found[0].act](state, found[1], line, text)

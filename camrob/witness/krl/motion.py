@@ -92,6 +92,7 @@ def _check(state: State, line: Line, arc: bool, straight: bool) -> None:
 def _add(state: State, how: int, pose: list[float], axes: list[float], line: Line, **more: object) -> None:
     """One more motion. `more`: middle, sweep, status, turn, rounds, of which any may be left out."""
     state.room(1)
+    state.settle()
     state.close_steps()
     rounds = bool(more.get("rounds", False)) and state.rounds
     state.moves(line.number, how < LIN, rounds)
@@ -247,6 +248,7 @@ def add_rows(state: State, source: Source, first: int, last: int) -> None:
     if count:
         line = Line(int(lines[0]), "LIN", "", "LIN ..")
         state.room(count)
+        state.settle()
         state.close_steps()
         _check(state, line, arc=False, straight=True)
         pose, external = source.pose[low:high], source.external[low:high]

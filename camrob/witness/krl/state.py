@@ -100,6 +100,7 @@ class State:
     signals: dict[str, str] = field(default_factory=dict)
     interrupts: dict[str, tuple[str, str]] = field(default_factory=dict)
     reset: list[str] = field(default_factory=list)  # frames that BAS(#INITMOV) has put back since they were set
+    owed: dict[str, tuple[Line, str]] = field(default_factory=dict)  # frames by a row of a table that isn't at hand
     early: Line | None = None  # a CONTINUE: the next statement doesn't wait for the robot
     quiet: int = 0  # within a routine that a hook stands for
     taken: int = 0  # statements so far
@@ -271,6 +272,21 @@ class State:
         self.set_load(self.line, None)
         self.speed, self.constant, self.unlike_line, self.unlike_arc = float("nan"), False, "", ""
         self.reset = [name for name, known in (("$BASE", self.base), ("$TOOL", self.tool)) if known]
+
+    def unknown_row(self, name: str, line: Line, why: str) -> None:
+        """`$TOOL` or `$BASE` is a row of the controller's tables that isn't at hand: a gap, once it counts for a motion."""
+        self.owed[name] = (line, why)
+        if name == "TOOL":
+            self.set_tool(None)
+        else:
+            self.set_base(Base(None, False))
+
+    def settle(self) -> None:
+        """A motion follows: what it needs and nobody knows is a gap."""
+        for name, (line, why) in self.owed.items():
+            if (self.tools[self.tool] if name == "TOOL" else self.bases[self.base].values) is None:
+                self.gap(line, why)
+        self.owed = {}
 
     def set_base(self, base: Base) -> None:
         """The `$BASE` in force from here on."""

@@ -12,6 +12,7 @@ import numpy as np
 from mutation import arm
 from mutation.bodies import Bodies, Body, read_bodies
 from mutation.replay import Machine
+from mutation.shops import LINES, SHOPS
 
 SHIPPED = Path(__file__).resolve().parents[3] / "cells" / "kr15_track_table"
 
@@ -91,7 +92,7 @@ def cell_text(variant: str) -> str:
 
     `kr15`; `still` (the base does not turn with the table); `one-way` (no hook for counter-clockwise, coolant or stop);
     `narrow` (E1 in -20 .. 30); `narrow-arm` (A1 and E1 narrow, base fixed); `no-table` (arm on its track, no E2);
-    `fixed-arm` (neither).
+    `fixed-arm` (neither); those of SHOPS: the cell in the manner of a shop.
     """
     text = _text()
     if variant == "still":
@@ -110,6 +111,8 @@ def cell_text(variant: str) -> str:
         text = _swap(text, r"base_template = [^\n]*\n", "").replace("act_ex_ax = 2\n", "")
     elif variant in _STILL:
         text = _fixed(text, variant)
+    elif variant in SHOPS:
+        text = text.replace("act_ex_ax = 2\n", "act_ex_ax = 2\n" + SHOPS[variant])
     elif variant != "kr15":
         raise ValueError(variant)
     return text
@@ -150,6 +153,10 @@ def machine(variant: str) -> Machine:
     lower, upper = arm.LOWER.copy(), arm.UPPER.copy()
     if variant == "narrow":
         lower[6], upper[6] = -20.0, 30.0
+    if variant in SHOPS:
+        return Machine(
+            (*_LINES[:2], *LINES[variant][:2], *_LINES[2:11], *LINES[variant][2:], _LINES[11]), _EK, shop=variant
+        )
     if variant in ("kr15", "one-way", "narrow"):
         return Machine(_LINES, _EK, lower=lower, upper=upper)
     lines = _LINES

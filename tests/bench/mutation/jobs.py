@@ -69,6 +69,7 @@ def all_jobs() -> dict[str, Job]:
         jobs_ordinary,
         jobs_posted,
         jobs_refuse,
+        jobs_shops,
         jobs_ways,
     )
 
@@ -82,6 +83,7 @@ def all_jobs() -> dict[str, Job]:
         *jobs_posted.jobs(),
         *jobs_ways.jobs(),
         *jobs_refuse.jobs(),
+        *jobs_shops.jobs(),
     ]
     names = [job.name for job in found]
     if len(set(names)) != len(names):

@@ -24,7 +24,7 @@ class Machine:
     """The cell of a job as the judge knows it. lines: statements of the opening, `$BASE` and `$TOOL` left out.
 
     base: the text of `$BASE` with {frame} in it. externals: names of the external axes in E6POS. follows: `$BASE` turns
-    with the table. lower, upper: (8,) limits.
+    with the table. lower, upper: (8,) limits. shop: whose customs its programs have.
     """
 
     lines: tuple[str, ...]
@@ -33,6 +33,7 @@ class Machine:
     externals: tuple[str, ...] = ("E1", "E2")
     lower: Array = field(default_factory=lambda: arm.LOWER)
     upper: Array = field(default_factory=lambda: arm.UPPER)
+    shop: str = ""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from mutation.events import Process, Token, differ, tokens
 from mutation.krl import Statement, UnreadableError, read
 from mutation.near import off_pose
 from mutation.replay import Machine, Move, Replay
+from mutation.shops import plain
 from mutation.story import Span, Story
 from mutation.whereabouts import TIP_MM, Whereabouts
 
@@ -67,7 +68,7 @@ def judge(files: Mapping[str, bytes], name: str, rules: Rules, *, known: Verdict
     if f"{name}.src" not in files and len(data) == 1:
         name = verdict.name = data[0]  # called otherwise: that is no harm
     try:
-        _Judge(rules, verdict).run(read(files, name), known)
+        _Judge(rules, verdict).run(read(plain(files, rules.machine.shop), name), known)
     except UnreadableError as error:
         verdict.faults.append(("text", str(error)))
     return verdict
