@@ -1,12 +1,13 @@
 """The tracker beside other solvers: same chain of nine joints, same path, same stopping rule, quality first.
 
-Run: OMP_NUM_THREADS=1 python tests/bench/bench_peers.py [--install] [--points N] [--out DIR] [--cache DIR]
+Run: OMP_NUM_THREADS=1 python tests/bench/bench_peers.py [--install] [--parts] [--points N] [--out DIR] [--cache DIR]
 
 Every peer has an environment of its own under the cache folder (`--install` makes the missing ones with pip, several hundred
 megabytes each); one that is not there is left out, with the reason in the table. Thread time on one core, set-up left out.
-Writes peers.md and peers.png. A planner's time has all its planning in it; TrajOpt gets the path's first 500 points, for it takes
-milliseconds each. Tesseract's Descartes is left out: on this chain it needs a closed-form solver that samples table and track,
-described in a plug-in file, and at the grid where it would be a plan memory runs out (0.1 m and 10 degrees: 50 MB a point).
+The closed forms of EAIK and ssik and COPP's feed stand in tables of their own (`--parts`: these alone). Writes peers.md and
+peers.png. A planner's time has all its planning in it; TrajOpt gets the path's first 500 points, for it takes milliseconds each.
+Tesseract's Descartes is left out: on this chain it needs a closed-form solver that samples table and track, described in a
+plug-in file, and at the grid where it would be a plan memory runs out (0.1 m and 10 degrees: 50 MB a point).
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from bench_follower import bounds, quality, run, setting  # noqa: E402
+from peer_tables import CLOSED_FORMS, FEEDS, closed_form_table, feed_table  # noqa: E402
 from spiral import write_cl_file  # noqa: E402
 
 from camrob.cell.urdf import cell_urdf  # noqa: E402
@@ -46,9 +48,14 @@ PACKAGES = {
     "roboticstoolbox": ["roboticstoolbox-python"],
     "pytorch-kinematics": ["pytorch-kinematics"],
     "trajopt": ["tesseract-robotics"],
+    "roboplan": ["roboplan"],
+    "eaik": ["eaik"],
+    "ssik": ["ssik"],
+    "copp": ["copp-py"],
 }
 COLUMNS = ("error mm", "error deg", "step deg", "step mm", "1/k_F min", "1/k_F mean", "E1 mm", "E2 deg")
 TIMEOUT = 600  # s a peer
+AT_MOST = 2000  # poses of the path that closed forms get: ssik takes milliseconds each
 
 
 def python_of(peer: str, cache: Path, install: bool) -> Path | str:
@@ -104,7 +111,7 @@ def rows_of(arguments) -> list[tuple[str, str, float, dict[str, float]] | tuple[
         folder = Path(name)
         (folder / "chain.urdf").write_text(cell_urdf(cell))
         np.savez(folder / "path.npz", start=start, targets=targets)
-        for peer in PACKAGES:
+        for peer in [p for p in PACKAGES if p not in (*CLOSED_FORMS, *FEEDS)]:
             python = python_of(peer, arguments.cache, arguments.install)
             told = python if isinstance(python, str) else measure(peer, python, folder)
             if isinstance(told, str):
@@ -164,6 +171,19 @@ def table(rows, points: int) -> str:
     return "\n".join(lines) + "\n"
 
 
+def parts_of(arguments) -> str:
+    """The arm's closed form and the feed beside other people's: two tables."""
+    cell, chain, targets, settings = setting(arguments.points)
+    free = np.full((1, len(cell)), np.inf)
+    start = run(cell, chain, settings, targets[:1], free, cell.q_home)[0][0]
+    q = run(cell, chain, settings, targets, bounds(cell, targets), start)[0]
+    every = max(1, len(q) // AT_MOST)
+    pythons = {p: python_of(p, arguments.cache, arguments.install) for p in (*CLOSED_FORMS, *FEEDS)}
+    with tempfile.TemporaryDirectory() as name:
+        closed = closed_form_table(cell, q[::every], {p: pythons[p] for p in CLOSED_FORMS}, Path(name))
+        return closed + "\n" + feed_table(pythons[FEEDS[0]], Path(name))
+
+
 def plot(rows, file: Path) -> None:
     """Time against the worst conditioning."""
     import matplotlib
@@ -185,15 +205,19 @@ def plot(rows, file: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="the tracker beside other solvers")
     parser.add_argument("--install", action="store_true")
+    parser.add_argument("--parts", action="store_true", help="closed forms and feed alone")
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--out", type=Path, default=Path("out"))
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "camrob-peers")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    rows = rows_of(arguments)
-    text = table(rows, arguments.points)
+    text = ""
+    if not arguments.parts:
+        rows = rows_of(arguments)
+        text = table(rows, arguments.points) + "\n"
+        plot(rows, arguments.out / "peers.png")
+    text += parts_of(arguments)
     (arguments.out / "peers.md").write_text(text)
-    plot(rows, arguments.out / "peers.png")
     print(text)
 
 

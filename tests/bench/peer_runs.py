@@ -288,7 +288,44 @@ def with_trajopt(urdf, start, targets):
     return np.array(rows), seconds, version("tesseract-robotics")
 
 
+def with_roboplan(urdf, start, targets):
+    """RoboPlan: its SimpleIk (damped least squares on Pinocchio), whole steps, no restarts, no collisions; no second task."""
+    from roboplan import core, simple_ik
+
+    scene = core.Scene("chain", core.loadUrdfSceneDescriptionFromXml(_revolute(urdf)))
+    scene.addGroupFromChain("all", "base", TIP)
+    group = scene.getJointGroupInfo("all")
+    solver = simple_ik.SimpleIk(
+        scene,
+        simple_ik.SimpleIkOptions(
+            group_name="all",
+            max_iters=MOST,
+            max_restarts=0,
+            max_time=1.0,
+            step_size=1.0,
+            damping=1e-6,
+            max_linear_error_norm=POSITION,
+            max_angular_error_norm=ANGLE,
+            check_collisions=False,
+        ),
+    )
+    q, found, goal = core.JointConfiguration(), core.JointConfiguration(), core.CartesianConfiguration()
+    q.joint_names = found.joint_names = group.joint_names
+    q.positions, goal.base_frame, goal.tip_frame = np.array(start), "base", TIP
+    out = np.empty((len(targets), len(start)))
+    begin = thread_time()
+    for k, T in enumerate(targets):
+        goal.tform = T
+        if not solver.solveIk(goal, q, found):
+            raise SystemExit(f"point {k} is not met")
+        q.positions = out[k] = found.positions
+    from importlib.metadata import version
+
+    return out, thread_time() - begin, version("roboplan")
+
+
 PEERS = {
+    "roboplan": with_roboplan,
     "trajopt": with_trajopt,
     "placo": with_placo,
     "pinocchio": with_pinocchio,
