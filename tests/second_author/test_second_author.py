@@ -15,14 +15,15 @@ from scipy.spatial.transform import Rotation
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
 FOLDER = ROOT / "tests" / "bench" / "gap" / "second_author"
-MAKERS = ("chain", "run", "motion", "design", "family", "case", "logs", "make")
+MAKERS = ("chain", "run", "motion", "design", "family", "case", "logs", "make", "kr15")
 
 from gap.second_author import dev_cells  # noqa: E402
 from gap.second_author.case import case  # noqa: E402
 from gap.second_author.chain import place  # noqa: E402
 from gap.second_author.dev import FAMILY as DEV  # noqa: E402
+from gap.second_author.sealed import FAMILY as SEALED  # noqa: E402
 
-ROBOTS = [make() for make, _ in DEV.cells.values()]
+ROBOTS = [make() for family in (DEV, SEALED) for make, _ in family.cells.values()]
 
 
 def _imports(path: Path) -> set[str]:

@@ -52,7 +52,10 @@ def main():
     parser.add_argument("folder", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--until", help="HH:MM: no case is begun behind it")
+    parser.add_argument("--warm", type=Path, action="append", default=[], help="a case to compile on, not answered")
     given = parser.parse_args()
+    for case in given.warm:
+        answered(case)
     done = set()
     if given.out.exists():
         done = {json.loads(line)["seed"] for line in given.out.read_text().splitlines()}

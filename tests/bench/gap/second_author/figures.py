@@ -23,6 +23,9 @@ class Case:
 
     def __init__(self, label, said):
         self.label, self.said = label, said
+        for cause in label["causes"]:  # a lag that all axes share is the clock's, where no encoder is logged
+            if cause["name"] == "servo_lag" and not label["log"]["encoders"]:
+                cause["alike"] = [*cause["alike"], "latency"]
         self.own = [c for c in label["causes"] if not c["foreign"]]
         self.foreign = [c for c in label["causes"] if c["foreign"]]
         self.noise, self.leftover = label["noise_mm"], label["leftover_mm"]
