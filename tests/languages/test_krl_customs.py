@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from krl_syntax import faults
 
 import camrob
 from camrob.errors import CellError
@@ -87,6 +88,7 @@ def test_a_program_of_the_shop_is_verified_whole(made: Made, lines: str) -> None
     folder = made(lines)
     result = camrob.verify(folder / "out" / "part.src", cell=folder / "cell", against=folder / "part.apt")
     assert result.ok is True and not result.summary.not_judged
+    assert faults((folder / "out" / "part.src").read_bytes().decode("ascii")) == []
     assert camrob.simulate(folder / "out" / "part.src", cell=folder / "cell", out=folder / "log.csv").summary.rows > 100
 
 
