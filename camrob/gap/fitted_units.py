@@ -54,13 +54,24 @@ def fitted_model(model: Model, members: frozenset[int]) -> FittedModel:
         units.append(
             FittedUnit(effect=unit.effect, axis=unit.axis, key=unit.key, parameters=tuple(fitted_values), state=state)
         )
-    cov = model.best.spread.block(columns)
+    cov = _covariance(model, columns)
     field = unexplained_field(model, members)
     return FittedModel(
         units=tuple(units),
         covariance=tuple(tuple(map(float, row)) for row in cov),
         unexplained=None if field is None else field.said(),
     )
+
+
+def _covariance(model: Model, columns: NDArray[np.int64]) -> Array:
+    """How far values may be off. Those fitted as if there were no discrepancy hold a part of it, where there is one, and its
+    posterior beside them does not know that: they may also be off by as much as they lie from the values fitted beside it.
+    """
+    cov = model.best.spread.block(columns)
+    if model.heat_alone is None:
+        return cov
+    apart = (model.best.mean - model.evidence.fit(model.best.members).mean)[columns]
+    return cov + np.outer(apart, apart)
 
 
 def fitted_units(found: FittedModel, library: Sequence[Effect]) -> FittedUnits:

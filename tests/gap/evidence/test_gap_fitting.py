@@ -18,6 +18,7 @@ from camrob.gap.evidence.discrepancy import smooth_basis
 from camrob.gap.evidence.fitting import with_fitting
 from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.shrink import shrinkage, trial_of
+from camrob.gap.fitted_units import fitted_model
 from camrob.gap.observation.scene import make_scene
 from camrob.measurement.log import MeasurementLog
 
@@ -78,6 +79,13 @@ def test_values_that_the_discrepancy_keeps_small_are_fitted_without_it() -> None
         assert alone.rms_after < 0.95 * beside.rms_after
     # a value may be off by no less, as the discrepancy is there whether it takes part or not
     assert found.best.cov == pytest.approx(model.best.cov)
+    # but what is handed on may also be off by as much as the two ways to fit differ
+    members = found.best.members - found.evidence.always
+    columns = np.flatnonzero(np.isin(found.design.owner, sorted(members)))
+    apart = (found.best.mean - model.best.mean)[columns]
+    said = np.array(fitted_model(found, members).covariance)
+    assert said == pytest.approx(model.best.cov[np.ix_(columns, columns)] + np.outer(apart, apart))
+    assert np.any(apart**2 > np.diag(model.best.cov)[columns])
 
 
 def test_they_stay_as_they_are_where_nothing_but_noise_stays() -> None:
