@@ -337,7 +337,8 @@ def sums_of(p: Panel, rows: NDArray[np.int64], *, smooth: bool) -> Sums:
     count = float(np.count_nonzero(p.w_tcp[rows]))
     if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
         w = p.w_servo[rows]
-        S, s = (_at(p.servo, rows) * w.T).reshape(p.servo.shape[2], -1), (p.y_servo[rows] * w).T.ravel()
+        # of no columns, too: then numpy can't tell by itself how long they are
+        S, s = (_at(p.servo, rows) * w.T).reshape(p.servo.shape[2], w.size), (p.y_servo[rows] * w).T.ravel()
         A[2][np.ix_(p.servo_columns, p.servo_columns)] = S @ S.T
         b[2, p.servo_columns], yy[2] = S @ s, float(s @ s)
         count += float(np.count_nonzero(w))
