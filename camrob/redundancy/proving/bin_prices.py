@@ -54,45 +54,68 @@ def _plane(power: float, threshold: float, form: Array, out: Array) -> float:
             return float(slope * (2.0 * form[6] + abs(form[3])))
         over = slope * form[6] + top - flat
     out[0] = flat
-    return float(max(over, 0.0))
+    spread = form[6]
+    for i in range(1, 6):
+        spread += abs(form[i])
+    return float(max(over, 0.0)) if spread > 0.0 else np.inf  # a level form says that nothing better was known
 
 
 @part
-def _dear(shape: ArmShape, frame: Array, box: Array, ways: int, cap: float, most: int, deep: Array) -> bool:
-    """Whether no posture in a box has a 1/k_F above `cap`, shown with `most` boxes at most; deep (P, 11): room."""
+def _highest(shape: ArmShape, frame: Array, box: Array, ways: int, cap: float, most: int, deep: Array) -> float:
+    """A bound of 1/k_F over a box, the highest first of `most` boxes that it is halved into; `cap` where none is above it.
+
+    deep (P, 12): room, boxes with their ways and bounds.
+    """
     best, below, one = np.empty(WAYS), np.empty((WAYS, 7)), np.zeros((2, 5))
-    count, used = 1, 0
     for i in range(5):
         deep[0, i], deep[0, 5 + i] = box[0, i], box[1, i]
-    deep[0, 10] = ways
+    deep[0, 10], deep[0, 11] = ways, 1.0
+    count, used = 1, 0
     while count > 0:
-        count -= 1
-        used += 1
-        if used > most or count + 2 >= deep.shape[0]:
-            return False
-        for i in range(5):
-            one[0, i], one[1, i] = deep[count, i], deep[count, 5 + i]
-        left = bounds_of_bin(shape, frame, one, int(deep[count, 10]), best, below)
-        still = 0
-        for way in range(WAYS):
-            if left >> way & 1 and best[way] > cap:
-                if 0.0 < below[way, 6] < _ROUGH and (below[way, 0] + below[way, 6]) * cap * cap < 1.0:
-                    return False  # about the box's middle there is one that has
-                still |= 1 << way
-        if still == 0:
-            continue
+        top = 0
+        for k in range(1, count):
+            if deep[k, 11] > deep[top, 11]:
+                top = k
+        highest = deep[top, 11]
+        if used >= most or count + 1 >= deep.shape[0]:
+            return float(highest)
         wide, widest = 0, -1.0
         for i in range(5):
+            one[0, i], one[1, i] = deep[top, i], deep[top, 5 + i]
             if _WORTH[i] * one[1, i] > widest:
                 wide, widest = i, _WORTH[i] * one[1, i]
+        middle, half, still = one[0, wide], one[1, wide], int(deep[top, 10])
+        count -= 1
+        deep[top] = deep[count]
+        one[1, wide] = 0.5 * half * (1.0 + 1e-12) + 1e-15
         for side in range(2):
+            one[0, wide] = middle + (side - 0.5) * half
+            used += 1
+            left = bounds_of_bin(shape, frame, one, still, best, below)
+            open_, bound = 0, 0.0
+            for way in range(WAYS):
+                if left >> way & 1 and best[way] > cap:
+                    open_ |= 1 << way
+                    bound = max(bound, best[way])
+            if open_ == 0:
+                continue
             for i in range(5):
                 deep[count, i], deep[count, 5 + i] = one[0, i], one[1, i]
-            deep[count, 5 + wide] = 0.5 * one[1, wide] * (1.0 + 1e-12) + 1e-15
-            deep[count, wide] = one[0, wide] + (side - 0.5) * one[1, wide]
-            deep[count, 10] = still
+            deep[count, 10], deep[count, 11] = open_, min(bound, highest)
             count += 1
-    return True
+    return cap
+
+
+@bare
+def _lowest(planes: Array, begin: int, end: int) -> float:
+    """What planes `begin` to before `end` fall to in their bin."""
+    least = np.inf
+    for k in range(begin, end):
+        low = planes[k, 0]
+        for i in range(1, 5):
+            low -= abs(planes[k, i])
+        least = min(least, low)
+    return float(least)
 
 
 @part
@@ -136,8 +159,15 @@ def _planes(
                 store[waiting, 0], store[waiting, 1] = middle + (side - 0.5) * half, 0.5 * half
                 store[waiting, 2] = still
                 waiting += 1
-        elif rough and few > 0 and _dear(shape, frame, box, still, cap, few, deep):
-            count = first
+        elif rough and few > 0:
+            top = _highest(shape, frame, box, still, cap, few, deep)
+            level = (threshold / top) ** power * (1.0 - 100.0 * SLACK)
+            if top <= cap:
+                count = first
+            elif level > _lowest(planes, first, count):
+                count = first + 1
+                planes[first] = 0.0
+                planes[first, 0] = level
     return count
 
 
@@ -152,7 +182,7 @@ def planes_of_bins(
     """
     B = box.shape[0]
     offset, planes = np.zeros(B + 1, np.int64), np.empty((1024, 5))
-    some, store, deep = np.empty((_MOST + 4, 5)), np.empty((_MOST, 3)), np.empty((_DEEP, 11))
+    some, store, deep = np.empty((_MOST + 4, 5)), np.empty((_MOST, 3)), np.empty((_DEEP, 12))
     for b in range(B):
         count = _planes(shape, power, threshold, frame[b], box[b].copy(), least, cap[b], few, some, store, deep)
         offset[b + 1] = offset[b] + count
