@@ -21,7 +21,7 @@ from camrob.cell.joint import Role
 from camrob.compiled import inlined, kernel
 from camrob.frame_steps import compose, move_joint
 
-__all__ = ["Links", "Riders", "chain_links", "follow_pair", "pair_distances"]
+__all__ = ["Links", "Riders", "block_ranges", "chain_links", "follow_pair", "pair_distances"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -29,6 +29,7 @@ Index = NDArray[np.int64]
 _SPLITS = 30  # halvings of a path step: fine enough for a millimetre of a motion across the shop floor
 _ROUGH = 0.1  # of a distance to a mesh, on the way
 _EXACT = 1e-3
+_BLOCK = 8  # points: most samples reach over some ten
 _CLOSE = 0.1  # how finely the smallest clearance is looked for, as a part of itself
 
 
@@ -112,13 +113,20 @@ def _moved(links: Links, low: int, high: int, turn: Array, rho: Array) -> float:
     return total
 
 
+def block_ranges(q: Array) -> Array:
+    """The least and the most (2, B, n) of postures q (M, n) in each block of `_BLOCK` points, which are then passed at once."""
+    starts = np.arange(0, len(q), _BLOCK)
+    return np.stack([pick.reduceat(q, starts, axis=0) for pick in (np.minimum, np.maximum)])
+
+
 @inlined
 def _reach_on(
     links: Links,
     low: int,
     high: int,
     q: Array,
-    active: NDArray[np.bool_],
+    ranges: Array,
+    stop: int,
     k: int,
     t: float,
     posture: Array,
@@ -130,22 +138,30 @@ def _reach_on(
     """Follow the path from the sample (k, t) while nothing moves by more than `reach`.
 
     Returns the segment's start and the part of it that were reached, and the motion up to there. A run of active
-    segments is never left: at its end the start is its last point and the part 0.
+    segments, which ends before point `stop`, is never left: at its end the start is its last point and the part 0.
     """
     for i in range(low, high + 1):
         turn[i] = 0.0
-    moved, j = 0.0, k + 1
-    while j < q.shape[0] and active[j]:
+    moved, j, single = 0.0, k + 1, 0
+    while j < stop:
+        block = j >= single and j % _BLOCK == 0 and j + _BLOCK <= stop
         for i in range(low, high + 1):
-            trial[i] = max(turn[i], abs(q[j, i] - posture[i]))
+            if block:
+                least, most = ranges[0, j // _BLOCK, i], ranges[1, j // _BLOCK, i]
+                trial[i] = max(turn[i], max(most - posture[i], posture[i] - least))
+            else:
+                trial[i] = max(turn[i], abs(q[j, i] - posture[i]))
         further = _moved(links, low, high, trial, rho)
         if further > reach:
-            break
+            if not block:
+                break
+            single = j + _BLOCK  # somewhere in this block: point by point
+            continue
         moved = further
         for i in range(low, high + 1):
             turn[i] = trial[i]
-        j += 1
-    if j == q.shape[0] or not active[j]:
+        j += _BLOCK if block else 1
+    if j == stop:
         return j - 1, 0.0, moved
     below = t if j == k + 1 else 0.0
     above = 1.0
@@ -172,6 +188,14 @@ def _next_run(active: NDArray[np.bool_], k: int) -> int:
     return len(active)
 
 
+@inlined
+def _run_end(active: NDArray[np.bool_], j: int) -> int:
+    """The first point from j on into which no active segment leads; the number of points where there is none."""
+    while j < len(active) and active[j]:
+        j += 1
+    return j
+
+
 @kernel(nogil=True)
 def follow_pair(
     links: Links,
@@ -179,6 +203,7 @@ def follow_pair(
     a: int,
     b: int,
     q: Array,
+    ranges: Array,
     active: NDArray[np.bool_],
     step: float,
     budget: int,
@@ -186,11 +211,11 @@ def follow_pair(
 ) -> tuple[float, int, float, int]:
     """Clearance of bodies a and b (a rides farther out) along postures q (M, n), straight in the joints between them.
 
-    active (M,): whether the motion into a point counts; of a single posture active[0]. Sets hit[j] where the bodies
-    touch at point j or on the way to it. Samples lie nowhere farther apart than max(clearance, step) in motion of any
-    point of the bodies; `step` doubles each time `budget` samples are used up. Returns the smallest clearance found
-    (m, inf without a sample), the point where (or on the way to which) it is, the largest motion between samples that
-    no clearance covered (m, 0 where all is proven), and the number of samples.
+    ranges: `block_ranges` of q. active (M,): whether the motion into a point counts; of a single posture active[0]. Sets
+    hit[j] where the bodies touch at point j or on the way to it. Samples lie nowhere farther apart than
+    max(clearance, step) in motion of any point of the bodies; `step` doubles each time `budget` samples are used up.
+    Returns the smallest clearance found (m, inf without a sample), the point where (or on the way to which) it is, the
+    largest motion between samples that no clearance covered (m, 0 where all is proven), and the number of samples.
     """
     low, high = riders.link[b] + 1, riders.link[a]
     count, n = q.shape
@@ -199,8 +224,10 @@ def follow_pair(
     posture, closest, turn, trial = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     root_a, root_b, pieces = riders.root[a], riders.root[b], riders.pieces
     clearance, at, blind, samples = np.inf, 0, 0.0, 0
-    finest, k, t = step, 0 if count == 1 and active[0] else _next_run(active, 0), 0.0
+    finest, k, t, stop = step, 0 if count == 1 and active[0] else _next_run(active, 0), 0.0, 0
     while k < count:
+        if k + 1 >= stop:
+            stop = _run_end(active, k + 1)
         for i in range(n):
             posture[i] = q[k, i] + (t * (q[k + 1, i] - q[k, i]) if t > 0.0 else 0.0)
         _place(links, riders, a, b, posture, R, p, rho)
@@ -221,7 +248,7 @@ def follow_pair(
             reach = max(step, min(d, d - clearance + max(step, _CLOSE * clearance)))
         new_k, new_t = k, t
         if reach > 0.0:
-            new_k, new_t, moved = _reach_on(links, low, high, q, active, k, t, posture, rho, reach, turn, trial)
+            new_k, new_t, moved = _reach_on(links, low, high, q, ranges, stop, k, t, posture, rho, reach, turn, trial)
             blind = max(blind, moved - d)
         ended = new_t == 0.0 and (new_k + 1 >= count or not active[new_k + 1])
         if new_k == k and (d <= 0.0 or new_t <= t) and not ended:

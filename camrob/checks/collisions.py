@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from camrob.bodies.advance import Links, Riders, chain_links, follow_pair
+from camrob.bodies.advance import Riders, block_ranges, chain_links, follow_pair
 from camrob.bodies.bodies import JOB_GROUPS, TOOL_GROUP, Body, base_T_bodies, cell_bodies, job_body
 from camrob.bodies.meshes import wraps
 from camrob.bodies.tree import join_pieces
@@ -110,10 +110,12 @@ def _follow(
         return []
     pieces, roots = join_pieces([b.pieces for b in bodies])
     riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
-    links = chain_links(cell)
+    links, ranges = chain_links(cell), block_ranges(air.q)
 
     def one(pair: Pair) -> tuple[PairClearance, NDArray[np.int64]]:
-        return _follow_one(cell, bodies, pair, links, riders, air, step, budget)
+        hit = np.zeros(len(air.q), bool)
+        along = follow_pair(links, riders, pair.far, pair.near, air.q, ranges, pair.active, step, budget, hit)
+        return _pair_report(cell, bodies, pair, air, hit, along)
 
     out = []
     pool = ThreadPoolExecutor(min(len(pairs), os.cpu_count() or 1))  # the kernel lets other threads run
@@ -127,12 +129,11 @@ def _follow(
     return out
 
 
-def _follow_one(
-    cell: Cell, bodies: Sequence[Body], pair: Pair, links: Links, riders: Riders, air: AirRuns, step: float, budget: int
+def _pair_report(
+    cell: Cell, bodies: Sequence[Body], pair: Pair, air: AirRuns, hit: Mask, along: tuple[float, int, float, int]
 ) -> tuple[PairClearance, NDArray[np.int64]]:
-    """One pair's clearance and the points at which, or on the way to which, it touches."""
-    hit = np.zeros(len(air.q), bool)
-    clearance, at, gap, samples = follow_pair(links, riders, pair.far, pair.near, air.q, pair.active, step, budget, hit)
+    """One pair's clearance and the points at which, or on the way to which, it touches. along: what `follow_pair` found."""
+    clearance, at, gap, samples = along
     start = _inside_at_start(cell, bodies[pair.far], bodies[pair.near], air.q, pair.active)
     if start >= 0:
         hit[start], clearance, at = True, 0.0, start

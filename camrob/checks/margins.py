@@ -215,7 +215,8 @@ def _jumps(
     into = np.flatnonzero(linear[1:]) + 1
     if not len(into):
         return into, 0.0, 0.0
-    parts = [_steps(cell, q, into[k : k + _CHUNK]) for k in range(0, len(into), _CHUNK)]
+    starts = range(0, len(q) - 1, _CHUNK)
+    parts = [_steps(cell, q[k : k + _CHUNK + 1], linear[k + 1 : k + _CHUNK + 1]) for k in starts]
     steps, tool_step, off = (np.concatenate(found) for found in zip(*parts, strict=True))
     axis_step = steps.max(axis=1)
     found = (axis_step > _JUMP_TURN) & (axis_step > _JUMP_RATIO * tool_step)
@@ -240,15 +241,16 @@ def _jumps(
     return jumps, float(axis_step.max()), float(off.max())
 
 
-def _steps(cell: Cell, q: Array, into: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Of the motions into points (K,): the arm axes' steps (K, 6), the tool's own step (K,), rad, and how far the middle lies
-    off the chord (K,), m.
+def _steps(cell: Cell, q: Array, into: Mask) -> tuple[Array, Array, Array]:
+    """Of the motions between postures q (K + 1, n) that `into` (K,) picks: the arm axes' steps (M, 6), the tool's own step (M,),
+    rad, and how far the middle lies off the chord (M,), m.
     """
-    start, stop = q[into - 1].copy(), q[into].copy()
-    roll = cell.indices(Role.ROLL)
-    start[:, roll] = stop[:, roll] = 0.0  # the tool's own spin is no motion of the cell
+    real = q.copy()
+    real[:, cell.indices(Role.ROLL)] = 0.0  # the tool's own spin is no motion of the cell
+    start, stop = real[:-1][into], real[1:][into]
     chain = chain_arrays(cell)
-    base_T_start, base_T_stop = forward_many(chain, start), forward_many(chain, stop)
+    base_T_tool = forward_many(chain, real)
+    base_T_start, base_T_stop = base_T_tool[:-1][into], base_T_tool[1:][into]
     base_T_middle = forward_many(chain, 0.5 * (start + stop))
     chord = base_T_stop[:, :3, 3] - base_T_start[:, :3, 3]
     off = base_T_middle[:, :3, 3] - 0.5 * (base_T_start[:, :3, 3] + base_T_stop[:, :3, 3])

@@ -73,6 +73,8 @@ class _Motion(NamedTuple):
     q: Array
     Q: Array
     why: NDArray[np.int64]
+    last: NDArray[np.int64]
+    apart: Array
     Z: Array
     P: Array
     R_tool: Array
@@ -107,6 +109,8 @@ def _motion(start_q: Array, start_R: Array, start_p: Array, arm_start: int) -> _
         start_q.copy(),
         np.empty((8, 6)),
         np.empty(8, np.int64),
+        np.full(1, -1),
+        np.empty(3),
         np.empty((n, 3)),
         np.empty((n, 3)),
         np.empty((3, 3)),
@@ -205,7 +209,7 @@ def replay_run(
         for j in range(1, count + 1):
             samples += 1
             _sample(arm, m, j / count, angle, p[last], external[last])
-            moved = nearest_branch(arm.closed, arm.arm_chain, m.R_arm, m.p_arm, m.near, m.Q, m.why)
+            moved = nearest_branch(arm.closed, arm.arm_chain, m.R_arm, m.p_arm, m.near, m.Q, m.why, m.last, m.apart)
             if moved < 0.0:
                 return _OUT_OF_REACH, last, samples
             out.jump[last] = max(out.jump[last], moved)

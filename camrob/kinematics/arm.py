@@ -21,8 +21,8 @@ from camrob.kinematics.screw_arm import ScrewArm, solve_screws, solve_screws_man
 from camrob.kinematics.screw_families import screw_arm
 from camrob.kinematics.spherical_wrist import (
     BRANCH_OK,
-    BRANCH_OUT_OF_REACH,
     SphericalArm,
+    joints_apart,
     nearest_solution,
     solve_arm,
     solve_arm_many,
@@ -281,26 +281,40 @@ def nearest_branch(
     near: Array,
     Q: Array,
     why: NDArray[np.int64],
+    last: NDArray[np.int64],
+    apart: Array,
 ) -> float:
     """Move `near` (6,) to the branch and turn nearest to it that puts the tool at R (3, 3), p (3,), seen from the foot.
 
     By the arm's closed form, or where `chain` is not None by Newton's method: code that the arm has no use for isn't compiled.
-    Returns the farthest that a joint moved, -1 where no branch exists (`near` is then left alone). Q (8, 6), why (8,): scratch.
+    Returns the farthest that a joint moved, -1 where no branch exists (`near` is then left alone). Q (8, 6), why (8,) and
+    apart (3,) are scratch. last (1,): the branch that was taken, -1 for none; it alone is worked out first, and is the nearest
+    where every other is more than twice as far from it as `near` is.
     """
+    best, nearest = last[0], np.inf
     if chain is None:
-        if solve_arm(arm, R, p, near, Q, why) == 0:
+        sure = False
+        while not sure:
+            solve_arm(arm, R, p, near, Q, why, best, apart)
+            if best >= 0:
+                nearest = joints_apart(Q[best], near) if why[best] == BRANCH_OK else np.inf
+                sure = 2.0 * nearest < min(apart[0], min(apart[1], apart[2]))
+                best = best if sure else -1
+            else:
+                best, nearest = nearest_solution(Q, why, near)
+                sure = True
+        if best < 0:
             return -1.0
     else:
         for i in range(6):
             Q[0, i] = near[i]
         if not newton_arm(chain, R, p, Q[0]):
             return -1.0
-        for b in range(8):
-            why[b] = BRANCH_OUT_OF_REACH
-        why[0] = BRANCH_OK
+        best = 0
         for i in range(6):
             Q[0, i] = nearest_turn(Q[0, i], near[i])
-    best, nearest = nearest_solution(Q, why, near)
+        nearest = joints_apart(Q[0], near)
+    last[0] = best
     for i in range(6):
         near[i] = Q[best, i]
     return float(nearest)
@@ -311,7 +325,7 @@ def to_nearest_branch(
     arm: SphericalArm, chain: ChainArrays | None, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64]
 ) -> float:
     """`nearest_branch`, for Python."""
-    return float(nearest_branch(arm, chain, R, p, near, Q, why))
+    return float(nearest_branch(arm, chain, R, p, near, Q, why, np.full(1, -1), np.empty(3)))
 
 
 @part
@@ -336,8 +350,9 @@ def _follow(
     out = np.empty((K, 6))
     near = start.copy()
     Q, why = np.empty((8, 6)), np.empty(8, np.int64)
+    last, apart = np.full(1, -1), np.empty(3)
     for k in range(K):
-        moved = nearest_branch(arm, chain, poses[k, :3, :3], poses[k, :3, 3], near, Q, why)
+        moved = nearest_branch(arm, chain, poses[k, :3, :3], poses[k, :3, 3], near, Q, why, last, apart)
         if moved < 0.0:
             return out, FOLLOW_UNREACHED, k
         if moved > step:

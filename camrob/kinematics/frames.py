@@ -15,12 +15,15 @@ __all__ = [
     "base_T_joint_frames",
     "base_T_root",
     "base_T_tool",
+    "base_T_tool_of_many",
     "seen_by_program",
     "tool_jacobians",
     "world_T_base",
 ]
 
 Array = NDArray[np.float64]
+
+_CHUNK = 4096  # postures that are worked on together, so that what they need stays in the processor's cache
 
 
 def base_T_joint_frames(cell: Cell, q: Array, *, first: int | None = None) -> Array:
@@ -85,6 +88,41 @@ def base_T_tool(cell: Cell, q: Array) -> Array:
     return np.asarray(frames[-1] @ cell.wrist_T_flange @ cell.flange_T_tool)
 
 
+def base_T_tool_of_many(cell: Cell, q: Array) -> Array:
+    """`base_T_tool` of many postures q (N, n), to rounding, in a fifth of the time: by columns instead of matrices.
+
+    Programs aren't made of it: a target half way between two printed numbers has to fall to the same side as ever.
+    """
+    T = np.zeros((len(q), 4, 4))
+    T[:, 3, 3] = 1.0
+    for start in range(0, len(q), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        T[part, :3] = _tool_columns(cell, np.ascontiguousarray(q[part].T)).transpose(2, 1, 0)
+    return T
+
+
+def _tool_columns(cell: Cell, q: Array) -> Array:
+    """Columns x, y, z and place (4, 3, M) of the tool in `base`, of postures q (n, M)."""
+    columns = np.repeat(cell.base_T_first[:3].T[:, :, None], q.shape[1], axis=2)
+    last_of_arm = cell.indices(Role.ARM)[-1]
+    for i, joint in enumerate(cell.joints):
+        x, y, z, place = columns = _moved(columns, joint.before)
+        if joint.prismatic:
+            place += q[i] * z
+        else:
+            cosine, sine = np.cos(q[i]), np.sin(q[i])
+            columns[0], columns[1] = x * cosine + y * sine, y * cosine - x * sine
+        columns = _moved(columns, joint.after)
+        if i == last_of_arm:
+            columns = _moved(columns, cell.wrist_T_flange @ cell.flange_T_tool)
+    return columns
+
+
+def _moved(columns: Array, transform: Array) -> Array:
+    """The frames, as columns, behind a constant transform (4, 4)."""
+    return np.asarray(transform.T @ columns.reshape(4, -1)).reshape(columns.shape)
+
+
 def base_T_flange(cell: Cell, q: Array) -> Array:
     """Pose (..., 4, 4) of the mounting plate."""
     base_T_wrist = base_T_joint_frames(cell, q)[cell.indices(Role.ARM)[-1]]
@@ -109,8 +147,9 @@ def world_T_base(cell: Cell, q: Array) -> Array:
     zero = np.array(cell.q_home)
     for i in workpiece:
         zero[i] = float(cell.joints[i].q_value(np.zeros(())))
-    world_T_floor = base_T_joint_frames(cell, zero)[workpiece[-1]]  # frames: world is base
-    base_T_floor = base_T_joint_frames(cell, q)[workpiece[-1]]
+    of = workpiece[-1] + 1
+    world_T_floor = base_T_joint_frames(cell, zero, first=of)[-1]  # frames: world is base
+    base_T_floor = base_T_joint_frames(cell, q, first=of)[-1]
     return np.asarray(world_T_floor @ inverse(base_T_floor))
 
 

@@ -23,6 +23,7 @@ __all__ = [
     "BRANCH_OK",
     "BRANCH_OUT_OF_REACH",
     "SphericalArm",
+    "joints_apart",
     "nearest_solution",
     "solve_arm",
     "solve_arm_many",
@@ -98,8 +99,8 @@ def _wrist_rotation(h: Array, M: Array, c1: float, s1: float, q23: float, w: Arr
 
 @inlined
 def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int, only: int) -> int:
-    """Rows k and k + 1 of Q, columns 3 to 5 <- the wrist's two ways to turn by W; how many there are. scratch: (4, 3).
-    only: the branch that is wanted, -1 for all.
+    """Rows k and k + 1 of Q, columns 3 to 5 <- the wrist's two ways to turn by W; how many there are. scratch: (4, 3), its last
+    row <- the two bends. only: the branch that is wanted, -1 for all.
     """
     w, d, y, bend = scratch[0], scratch[1], scratch[2], scratch[3]
     for r in range(3):
@@ -130,15 +131,29 @@ def _wrist(h: Array, W: Array, near: Array, scratch: Array, Q: Array, k: int, on
 
 
 @inlined
+def _between(two: Array) -> float:
+    """How far two angles are apart, the shorter way round."""
+    return float(abs(nearest_turn(two[0] - two[1], 0.0)))
+
+
+@inlined
 def solve_arm(
-    arm: SphericalArm, R: Array, p: Array, near: Array, Q: Array, why: NDArray[np.int64], only: int = -1
+    arm: SphericalArm,
+    R: Array,
+    p: Array,
+    near: Array,
+    Q: Array,
+    why: NDArray[np.int64],
+    only: int = -1,
+    apart: Array | None = None,
 ) -> int:
     """All branches of the arm whose tool stands at rotation R (3, 3) and position p (3,) in `foot`.
 
     Fills Q (8, 6), every angle on the turn nearest to `near` (6,), and why (8,): BRANCH_OK or BRANCH_OUT_OF_REACH. Branch
     index = 4 * (first axis) + 2 * (elbow) + (wrist). Where the wrist is singular the fourth angle stays at `near`'s.
-    `only`: the one branch that is wanted, the others' rows of Q are then left alone; -1: all. Returns the number of branches that
-    exist where all are wanted.
+    `only`: the one branch that is wanted, the others' rows of Q are then left alone; -1: all. apart (3,) <- how far first, third
+    and fifth axis, by one of which every other branch differs from that one, are apart, rad. Returns the number of branches
+    that exist where all are wanted.
     """
     h, o = arm.h, arm.o
     room = np.empty((17, 3))  # one allocation: a dozen would take longer than the arithmetic
@@ -159,6 +174,8 @@ def solve_arm(
         why[k] = BRANCH_OUT_OF_REACH
     if not _first_axis(arm, target, first):
         return 0
+    if apart is not None:
+        apart[0] = _between(first)
     count = 0
     side = 1.0 if dot(h[2], h[1]) > 0.0 else -1.0
     for i1 in range(2):
@@ -170,6 +187,8 @@ def solve_arm(
             v[r] += o[0, r] - o[1, r]
         if not _elbow(h[2], a, b, v, elbow):
             continue
+        if apart is not None:
+            apart[1] = _between(elbow)
         for i3 in range(2):
             if only >= 0 and only // 2 != 2 * i1 + i3:
                 continue
@@ -180,6 +199,8 @@ def solve_arm(
             _wrist_rotation(h, M, c1, s1, q2 + side * elbow[i3], scratch[0], W)
             k = 4 * i1 + 2 * i3
             found = _wrist(h, W, near, scratch, Q, k, only)
+            if apart is not None:
+                apart[2] = _between(scratch[3])
             for j in range(k, k + found):
                 Q[j, 0] = nearest_turn(first[i1], near[0])
                 Q[j, 1] = nearest_turn(q2, near[1])
@@ -190,14 +211,21 @@ def solve_arm(
 
 
 @inlined
+def joints_apart(q: Array, near: Array) -> float:
+    """How far the joint lies that is the farthest from where it is in `near` (6,)."""
+    far = 0.0
+    for i in range(6):
+        far = max(far, abs(q[i] - near[i]))
+    return far
+
+
+@inlined
 def nearest_solution(Q: Array, why: NDArray[np.int64], near: Array) -> tuple[int, float]:
     """Which of `solve_arm`'s branches moves its farthest joint least from `near` (6,), and by how much; -1, inf where none is."""
     best, nearest = -1, np.inf
     for b in range(8):
         if why[b] == BRANCH_OK:
-            far = 0.0
-            for i in range(6):
-                far = max(far, abs(Q[b, i] - near[i]))
+            far = joints_apart(Q[b], near)
             if far < nearest:
                 best, nearest = b, far
     return best, nearest

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.compiled import inlined, kernel
 from camrob.frozen import locked
 from camrob.redundancy.path import ToolPathInBase
 from camrob.timing.block_time import block_ceilings
@@ -164,26 +165,49 @@ def ramped_squares(rates: PathRates, run: SmoothRun, reached: Array, feed: Array
 
 def span_uses(run: SmoothRun, square: Array, bounds: MotionBounds) -> tuple[Array, NDArray[np.int64]]:
     """Share (K, 3) of the limits on speed, acceleration and jerk that each span takes, and which one that is (K, 3)."""
-    h, c = run.spacing, run.control
-    d1 = (c[2:] - c[:-2]) / (2.0 * h)
-    d2 = (c[2:] - 2.0 * c[1:-1] + c[:-2]) / h**2
-    d3 = np.diff(d2, axis=0) / h
-    u = np.diff(square) / (2.0 * h)
-    shares = np.zeros((len(u), 3, 2 + len(bounds.speed)))
-    for side in (slice(None, -1), slice(1, None)):
-        x = square[side][:, None]
-        v = np.sqrt(x)
-        accelerations = d1[side] * u[:, None] + d2[side] * x
-        jerks = d3 * v**3 + 3.0 * d2[side] * v * u[:, None]
-        now = np.zeros_like(shares)
-        now[:, 0, 1] = np.linalg.norm(d1[side][:, 3:6] * v, axis=1) / bounds.turn_speed
-        now[:, 0, 2:] = np.abs(d1[side][:, 6:] * v) / bounds.speed
-        now[:, 1, 0] = np.linalg.norm(accelerations[:, :3], axis=1) / bounds.tool_acceleration
-        now[:, 1, 1] = np.linalg.norm(accelerations[:, 3:6], axis=1) / bounds.turn_acceleration
-        now[:, 1, 2:] = np.abs(accelerations[:, 6:]) / bounds.acceleration
-        now[:, 2, 2:] = np.abs(jerks[:, 6:]) / bounds.jerk
-        shares = np.maximum(shares, now)
-    which = np.argmax(shares, axis=2)
-    code = np.where(which >= 2, 4 + 3 * (which - 2) + np.arange(3), np.array([[0, 1, 1]]))
-    code = np.where(which == 1, np.array([[2, 3, 3]]), code)
-    return shares.max(axis=2), code
+    use, code = np.empty((len(square) - 1, 3)), np.empty((len(square) - 1, 3), np.int64)
+    _span_uses(np.ascontiguousarray(run.control), run.spacing, np.ascontiguousarray(square), bounds, use, code)
+    return use, code
+
+
+@kernel(nogil=True)
+def _span_uses(
+    control: Array, h: float, square: Array, bounds: MotionBounds, use: Array, code: NDArray[np.int64]
+) -> None:
+    """`span_uses`: fills use and code (K, 3). Speed, acceleration and push change evenly over a span: its ends say the most."""
+    for i in range(use.shape[0]):
+        u = (square[i + 1] - square[i]) / (2.0 * h)
+        use[i, :] = 0.0
+        code[i, 0], code[i, 1], code[i, 2] = 0, 1, 1
+        for side in range(2):
+            x = square[i + side]
+            v = np.sqrt(x)
+            tool = turning = turned = 0.0
+            for d in range(3):
+                d1, d2 = _two(control, i + side, d, h)
+                tool += (d1 * u + d2 * x) ** 2
+                d1, d2 = _two(control, i + side, 3 + d, h)
+                turning += (d1 * v) ** 2
+                turned += (d1 * u + d2 * x) ** 2
+            _most(use, code, i, 1, np.sqrt(tool) / bounds.tool_acceleration, 1)
+            _most(use, code, i, 0, np.sqrt(turning) / bounds.turn_speed, 2)
+            _most(use, code, i, 1, np.sqrt(turned) / bounds.turn_acceleration, 3)
+            for k in range(bounds.speed.shape[0]):
+                d1, d2 = _two(control, i + side, 6 + k, h)
+                d3 = (_two(control, i + 1, 6 + k, h)[1] - _two(control, i, 6 + k, h)[1]) / h
+                _most(use, code, i, 0, abs(d1 * v) / bounds.speed[k], 4 + 3 * k)
+                _most(use, code, i, 1, abs(d1 * u + d2 * x) / bounds.acceleration[k], 5 + 3 * k)
+                _most(use, code, i, 2, abs(d3 * v**3 + 3.0 * d2 * v * u) / bounds.jerk[k], 6 + 3 * k)
+
+
+@inlined
+def _two(control: Array, i: int, d: int, h: float) -> tuple[float, float]:
+    """First and second derivative of column d at knot i."""
+    a, b, c = control[i, d], control[i + 1, d], control[i + 2, d]
+    return (c - a) / (2.0 * h), (c - 2.0 * b + a) / h**2
+
+
+@inlined
+def _most(use: Array, code: NDArray[np.int64], i: int, kind: int, share: float, which: int) -> None:
+    if share > use[i, kind] or (share == use[i, kind] and share > 0.0 and which < code[i, kind]):
+        use[i, kind], code[i, kind] = share, which

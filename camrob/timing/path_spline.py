@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from camrob.compiled import inlined, kernel, part
 
-__all__ = ["MotionBounds", "axis_terms", "interpolated", "rounded", "smoothed", "speed_caps", "spline_at"]
+__all__ = ["MotionBounds", "axis_terms", "interpolated", "smoothed", "speed_caps", "spline_at"]
 
 Array = NDArray[np.float64]
 
@@ -36,16 +36,6 @@ class MotionBounds(NamedTuple):
     jerk: Array
 
 
-def rounded(length: Array, values: Array, count: int) -> Array:
-    """Control values (count + 3, D) over `count` spans of a polyline with `values` (M, D) at `length` (M,).
-
-    The spline runs within the polyline's corners and begins and ends at its ends, without curvature there.
-    """
-    grid = np.linspace(length[0], length[-1], count + 1)
-    inner = np.column_stack([np.interp(grid, length, values[:, d]) for d in range(values.shape[1])])
-    return np.ascontiguousarray(np.vstack([2.0 * inner[:1] - inner[1:2], inner, 2.0 * inner[-1:] - inner[-2:-1]]))
-
-
 def smoothed(length: Array, values: Array, count: int, reach: float, tolerance: Array) -> tuple[Array, Array]:
     """Control values (count + 3, D) of a smoothing spline near a polyline, and its deviation (count + 1, 2) at the knots.
 
@@ -56,44 +46,100 @@ def smoothed(length: Array, values: Array, count: int, reach: float, tolerance: 
     """
     grid = np.linspace(length[0], length[-1], count + 1)
     target = np.column_stack([np.interp(grid, length, values[:, d]) for d in range(values.shape[1])])
-    stiffness = (reach / (2.0 * np.pi * (grid[1] - grid[0]))) ** 6
-    weight = np.ones(count + 1)
-    weight[[0, -1]] = 1e6 * max(1.0, stiffness)
-    from scipy.ndimage import maximum_filter1d
+    stiffness = float(reach / (2.0 * np.pi * (grid[1] - grid[0]))) ** 6
+    control, deviation = np.empty((count + 3, values.shape[1])), np.zeros((count + 1, 2))
+    _smooth(np.ascontiguousarray(target), stiffness, np.asarray(tolerance, dtype=np.float64), control, deviation)
+    return control, deviation
 
-    control = rounded(length, values, count)
-    deviation = np.zeros((count + 1, 2))
+
+@kernel(nogil=True)
+def _smooth(target: Array, stiffness: float, tolerance: Array, control: Array, deviation: Array) -> None:
+    """`smoothed`, of knots' target (K + 1, D): fills control (K + 3, D) and deviation (K + 1, 2)."""
+    knots = target.shape[0]
+    heaviest = 1e6 * max(1.0, stiffness)
+    weight, excess, factor = np.ones(knots), np.empty(knots), np.empty((knots + 2, 4))
+    weight[0] = weight[-1] = heaviest
     for _round in range(_ROUNDS):
-        control = _penalised(target, weight, stiffness)
-        off = (control[:-2] + 4.0 * control[1:-1] + control[2:]) / 6.0 - target
-        deviation = np.column_stack([np.linalg.norm(off[:, :3], axis=1), np.linalg.norm(off[:, 3:6], axis=1)])
-        excess = np.max(deviation / tolerance, axis=1)
-        if excess.max() <= 1.0:
+        _penalised(target, weight, stiffness, factor, control)
+        most = 0.0
+        for i in range(knots):
+            off = turn = 0.0
+            for d in range(6):
+                e = (control[i, d] + 4.0 * control[i + 1, d] + control[i + 2, d]) / 6.0 - target[i, d]
+                if d < 3:
+                    off += e * e
+                else:
+                    turn += e * e
+            deviation[i, 0], deviation[i, 1] = np.sqrt(off), np.sqrt(turn)
+            excess[i] = max(deviation[i, 0] / tolerance[0], deviation[i, 1] / tolerance[1])
+            most = max(most, excess[i])
+        if most <= 1.0:
             break
-        around = maximum_filter1d(excess, 5, mode="nearest")
-        weight[1:-1] = np.minimum(weight * np.maximum(around, 0.7) ** 2, 1e6 * max(1.0, stiffness))[1:-1]
-    return np.ascontiguousarray(control), deviation
+        for i in range(1, knots - 1):
+            around = 0.7
+            for k in range(max(0, i - 2), min(knots, i + 3)):
+                around = max(around, excess[k])
+            weight[i] = min(weight[i] * around**2, heaviest)
 
 
-def _penalised(target: Array, weight: Array, stiffness: float) -> Array:
-    """Control values of least sum of weight * distance^2 + stiffness * (third difference)^2; a matrix of seven diagonals."""
-    from scipy.linalg import solveh_banded
+@part
+def _penalised(target: Array, weight: Array, stiffness: float, factor: Array, control: Array) -> None:
+    """control (n, D) <- least sum of weight * distance^2 + stiffness * (third difference)^2; a matrix of seven diagonals.
 
-    n = len(target) + 2
-    band = np.zeros((4, n))  # band[k, i]: entry (i, i + k)
-    value, third = np.array([1.0, 4.0, 1.0]) / 6.0, np.array([-1.0, 3.0, -3.0, 1.0])
-    for k in range(4):
-        for r in range(4 - k):
-            band[k, r : n - 3 + r] += stiffness * third[r] * third[r + k]
-        for r in range(3 - k):
-            band[k, r : n - 2 + r] += weight * value[r] * value[r + k]
-    right = np.zeros((n, target.shape[1]))
-    for r in range(3):
-        right[r : n - 2 + r] += weight[:, None] * value[r] * target
-    lower = np.zeros_like(band)
-    for k in range(4):
-        lower[k, : n - k] = band[k, : n - k]
-    return np.asarray(solveh_banded(lower, right, lower=True, check_finite=False))
+    By its Cholesky factor, row by row into factor (n, 4): one over what stands on the diagonal, then what stands before it.
+    """
+    n, width = control.shape
+    for i in range(n):
+        a0, a1, a2, a3 = _matrix_row(weight, stiffness, i, n)
+        l1 = l2 = l3 = 0.0
+        if i > 2:
+            l3 = a3 * factor[i - 3, 0]
+        if i > 1:
+            l2 = (a2 - l3 * factor[i - 2, 1]) * factor[i - 2, 0]
+        if i > 0:
+            l1 = (a1 - l3 * factor[i - 1, 2] - l2 * factor[i - 1, 1]) * factor[i - 1, 0]
+        scale = 1.0 / np.sqrt(a0 - l3 * l3 - l2 * l2 - l1 * l1)
+        factor[i, 0], factor[i, 1], factor[i, 2], factor[i, 3] = scale, l1, l2, l3
+        w0 = weight[i] / 6.0 if i < n - 2 else 0.0
+        w1 = weight[i - 1] * 4.0 / 6.0 if 0 < i < n - 1 else 0.0
+        w2 = weight[i - 2] / 6.0 if i > 1 else 0.0
+        t0, t1, t2 = min(i, n - 3), min(max(i - 1, 0), n - 3), max(i - 2, 0)
+        b1, b2, b3 = max(i - 1, 0), max(i - 2, 0), max(i - 3, 0)
+        for d in range(width):
+            right = w0 * target[t0, d] + w1 * target[t1, d] + w2 * target[t2, d]
+            if i > 0:
+                right -= l1 * control[b1, d] + l2 * control[b2, d] + l3 * control[b3, d]
+            control[i, d] = right * scale
+    for i in range(n - 1, -1, -1):
+        l1 = factor[i + 1, 1] if i < n - 1 else 0.0
+        l2 = factor[i + 2, 2] if i < n - 2 else 0.0
+        l3 = factor[i + 3, 3] if i < n - 3 else 0.0
+        c1, c2, c3 = min(i + 1, n - 1), min(i + 2, n - 1), min(i + 3, n - 1)
+        for d in range(width):
+            further = l1 * control[c1, d] + l2 * control[c2, d] + l3 * control[c3, d]
+            control[i, d] = (control[i, d] - further) * factor[i, 0]
+
+
+@inlined
+def _matrix_row(weight: Array, stiffness: float, i: int, n: int) -> tuple[float, float, float, float]:
+    """Entries (i, i), (i, i - 1), (i, i - 2), (i, i - 3): values at the knots are (1, 4, 1) / 6 of three control values."""
+    a0 = a1 = a2 = a3 = 0.0
+    if i < n - 3:
+        a0 += stiffness
+    if 0 < i < n - 2:
+        a0, a1 = a0 + 9.0 * stiffness, a1 - 3.0 * stiffness
+    if 1 < i < n - 1:
+        a0, a1, a2 = a0 + 9.0 * stiffness, a1 - 9.0 * stiffness, a2 + 3.0 * stiffness
+    if 2 < i:
+        a0, a1, a2, a3 = a0 + stiffness, a1 - 3.0 * stiffness, a2 + 3.0 * stiffness, -stiffness
+    if i < n - 2:
+        a0 += weight[i] / 36.0
+    if 0 < i < n - 1:
+        a0, a1 = a0 + weight[i - 1] * 16.0 / 36.0, a1 + weight[i - 1] * 4.0 / 36.0
+    if 1 < i:
+        w = weight[i - 2] / 36.0
+        a0, a1, a2 = a0 + w, a1 + 4.0 * w, a2 + w
+    return a0, a1, a2, a3
 
 
 def interpolated(values: Array, spacing: float) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.compiled import kernel, part
-from camrob.kinematics.kernels import chain_arrays, forward_many
+from camrob.kinematics.kernels import ChainArrays, chain_arrays, forward
 from camrob.redundancy.path import ToolPathInBase
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -57,9 +57,7 @@ def path_rates(cell: Cell, path: ToolPathInBase, q: Array) -> PathRates:
     if cell.indices(Role.ROLL):
         real = q.copy()
         real[:, list(cell.indices(Role.ROLL))] = 0.0
-    frames = forward_many(chain_arrays(cell), real)
-    tip = np.ascontiguousarray(path.base_T_tip[:, :3, 3])
-    length, rate, translates = _rates(tip, frames, real)
+    length, rate, translates = _rates(np.ascontiguousarray(path.base_T_tip[:, :3, 3]), chain_arrays(cell), real)
     moving = np.flatnonzero(length > 0.0)
     settings = cell.controller
     return PathRates(
@@ -79,7 +77,7 @@ def path_rates(cell: Cell, path: ToolPathInBase, q: Array) -> PathRates:
 
 @part
 def _turn(A: Array, B: Array, out: Array) -> float:
-    """Rotation vector out (3,) that takes frame A to B, both (4, 4), in the axes they are seen in; its angle."""
+    """Rotation vector out (3,) that takes the axes of A to those of B, both (3, 3), in the frame they are seen in; its angle."""
     out[:] = 0.0
     trace = 0.0
     for k in range(3):
@@ -99,15 +97,20 @@ def _turn(A: Array, B: Array, out: Array) -> float:
 
 
 @kernel(nogil=True)
-def _rates(tip: Array, frames: Array, q: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _rates(tip: Array, chain: ChainArrays, q: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Length (N - 1,) of every piece, 0 where nothing moves; rates (N - 1, 6 + n); whether the tip moves (N - 1,)."""
     count, n = max(tip.shape[0] - 1, 0), q.shape[1]
     length, rate, translates = np.zeros(count), np.zeros((count, 6 + n)), np.zeros(count, np.bool_)
-    turn = np.empty(3)
+    turn, Z, P, p, plate = np.empty(3), np.empty((n, 3)), np.empty((n, 3)), np.empty(3), np.empty(3)
+    A, B = np.empty((3, 3)), np.empty((3, 3))
+    if count:
+        forward(chain, q[0], Z, P, B, p, plate)
     for i in range(count):
+        A, B = B, A
+        forward(chain, q[i + 1], Z, P, B, p, plate)
         dx, dy, dz = tip[i + 1, 0] - tip[i, 0], tip[i + 1, 1] - tip[i, 1], tip[i + 1, 2] - tip[i, 2]
         step = np.sqrt(dx * dx + dy * dy + dz * dz)
-        angle = _turn(frames[i], frames[i + 1], turn)
+        angle = _turn(A, B, turn)
         translates[i] = step > _STILL
         if not translates[i]:
             widest = angle

@@ -12,7 +12,15 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.status_turn import StatusTurn
 from camrob.errors import CellError
-from camrob.kinematics.arm import FOLLOW_JUMP, FOLLOW_LIMIT, FOLLOW_UNREACHED, FOLLOWED, Arm, by_newton
+from camrob.kinematics.arm import (
+    FOLLOW_JUMP,
+    FOLLOW_LIMIT,
+    FOLLOW_UNREACHED,
+    FOLLOWED,
+    Arm,
+    by_newton,
+    to_nearest_branch,
+)
 from camrob.kinematics.frames import base_T_root, base_T_tool
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm_many, spherical_arm
 from camrob.se3 import inverse
@@ -202,3 +210,30 @@ def test_status_and_turn_tell_branches_apart() -> None:
         whole[:, PART] = found
         axes = CELL.to_axis_values(whole)[:, :6]
         assert len(set(zip(st.status(axes).tolist(), st.turn(axes).tolist(), strict=True))) == len(found)
+
+
+def stretched() -> float:
+    """The angle of the third axis at which the arm is stretched: its fore arm goes on where the upper arm points."""
+    h, fore, upper = ARM.closed.h[2], ARM.closed.wrist - ARM.closed.o[2], ARM.closed.o[2] - ARM.closed.o[1]
+    return float(np.arctan2(h @ np.cross(fore, upper), fore @ upper - (h @ fore) * (h @ upper)))
+
+
+@pytest.mark.parametrize("axis, angle", [(4, 0.0), (2, stretched()), (None, 0.0)], ids=["wrist", "elbow", "anywhere"])
+@pytest.mark.parametrize("step", [1e-4, 1e-2, 0.2])
+def test_the_branch_that_is_followed_is_the_nearest_of_all_eight(axis: int | None, angle: float, step: float) -> None:
+    """Also where branches meet, about a straight wrist and a stretched elbow: to the last bit what comes of all eight."""
+    rng = np.random.default_rng(round(1e4 * step))
+    q = CELL.q_home + np.cumsum(step * rng.normal(size=(400, len(CELL))), axis=0)
+    if axis is not None:
+        q[:, PART.start + axis] = angle + step * rng.normal(size=len(q))
+    poses = np.ascontiguousarray(foot_T_tool(q))
+    free = replace(ARM, lower=np.full(6, -np.inf), upper=np.full(6, np.inf))
+    followed, _code, count = free.follow(poses, q[0, PART], step=np.inf)
+    assert count == len(q)
+    near = q[0, PART].copy()
+    Q, why = np.empty((8, 6)), np.empty(8, np.int64)
+    for k, pose in enumerate(poses):
+        to_nearest_branch(
+            *ARM.kernel(), np.ascontiguousarray(pose[:3, :3]), np.ascontiguousarray(pose[:3, 3]), near, Q, why
+        )
+        assert np.array_equal(followed[k], near)

@@ -202,3 +202,10 @@ def test_tool_row_is_table_1s_own():
     roll[:, 3] = q[:, CELL.index("roll")]
     expected = base_T_a5 @ frame_from_xyzabc(turn) @ row_a6 @ frame_from_xyzabc(roll) @ row_roll
     np.testing.assert_allclose(frames.base_T_tool(CELL, q), expected, atol=1e-8)
+
+
+def test_tools_of_many_postures_are_those_of_each() -> None:
+    """More than are worked on at a time, and none."""
+    q = random_postures(5000)
+    np.testing.assert_allclose(frames.base_T_tool_of_many(CELL, q), frames.base_T_tool(CELL, q), rtol=0, atol=1e-12)
+    assert frames.base_T_tool_of_many(CELL, q[:0]).shape == (0, 4, 4)
