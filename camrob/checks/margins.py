@@ -250,7 +250,8 @@ def _steps(cell: Cell, q: Array, into: Mask) -> tuple[Array, Array, Array]:
     start, stop = real[:-1][into], real[1:][into]
     chain = chain_arrays(cell)
     base_T_tool = forward_many(chain, real)
-    base_T_start, base_T_stop = base_T_tool[:-1][into], base_T_tool[1:][into]
+    base_T_start = base_T_tool[:-1][into]  # frames: tool is start
+    base_T_stop = base_T_tool[1:][into]  # frames: tool is stop
     base_T_middle = forward_many(chain, 0.5 * (start + stop))
     chord = base_T_stop[:, :3, 3] - base_T_start[:, :3, 3]
     off = base_T_middle[:, :3, 3] - 0.5 * (base_T_start[:, :3, 3] + base_T_stop[:, :3, 3])

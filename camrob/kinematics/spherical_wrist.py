@@ -155,8 +155,7 @@ def solve_arm(
     and fifth axis, by one of which every other branch differs from that one, are apart, rad. Returns the number of branches
     that exist where all are wanted.
     """
-    h, o = arm.h, arm.o
-    room = np.empty((17, 3))  # one allocation: a dozen would take longer than the arithmetic
+    h, o, room = arm.h, arm.o, np.empty((17, 3))  # one allocation: a dozen would take longer than the arithmetic
     M, W, scratch = room[0:3], room[3:6], room[6:10]
     target, a, b, v, y, first, elbow = room[10], room[11], room[12], room[13], room[14], room[15], room[16]
     for r in range(3):
@@ -165,13 +164,10 @@ def solve_arm(
                 R[r, 0] * arm.tool_T_foot[0, c] + R[r, 1] * arm.tool_T_foot[1, c] + R[r, 2] * arm.tool_T_foot[2, c]
             )
     for r in range(3):
-        target[r] = p[r] - o[0, r]
+        target[r], a[r], b[r] = p[r] - o[0, r], arm.wrist[r] - o[2, r], o[2, r] - o[1, r]
         for c in range(3):
             target[r] += R[r, c] * arm.tool_T_foot[c, 3] + M[r, c] * arm.wrist[c]
-    for r in range(3):
-        a[r], b[r] = arm.wrist[r] - o[2, r], o[2, r] - o[1, r]
-    for k in range(8):
-        why[k] = BRANCH_OUT_OF_REACH
+    why[:] = BRANCH_OUT_OF_REACH
     if not _first_axis(arm, target, first):
         return 0
     if apart is not None:

@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.errors import StaleInputError
 from camrob.findings import Finding
 from camrob.frozen import locked
-from camrob.kinematics.frames import base_T_tool_of_many
+from camrob.kinematics.frames import tool_poses
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanReport
 from camrob.se3 import inverse, rotation_log
@@ -80,7 +80,8 @@ class Solution:
         position, axis = np.empty(len(self)), np.empty(len(self))
         for start in range(0, len(self), 50_000):
             part = slice(start, start + 50_000)
-            tip_T_tool = inverse(np.asarray(path.base_T_tip[part])) @ base_T_tool_of_many(cell, self.q[part])
+            base_T_tool = tool_poses(cell, self.q[part])
+            tip_T_tool = inverse(np.asarray(path.base_T_tip[part])) @ base_T_tool
             position[part] = np.linalg.norm(tip_T_tool[:, :3, 3], axis=1)
             axis[part] = np.linalg.norm(rotation_log(tip_T_tool[:, :3, :3]), axis=1)
         return position, axis

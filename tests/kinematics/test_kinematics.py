@@ -207,5 +207,5 @@ def test_tool_row_is_table_1s_own():
 def test_tools_of_many_postures_are_those_of_each() -> None:
     """More than are worked on at a time, and none."""
     q = random_postures(5000)
-    np.testing.assert_allclose(frames.base_T_tool_of_many(CELL, q), frames.base_T_tool(CELL, q), rtol=0, atol=1e-12)
-    assert frames.base_T_tool_of_many(CELL, q[:0]).shape == (0, 4, 4)
+    np.testing.assert_allclose(frames.tool_poses(CELL, q), frames.base_T_tool(CELL, q), rtol=0, atol=1e-12)
+    assert frames.tool_poses(CELL, q[:0]).shape == (0, 4, 4)
