@@ -26,6 +26,11 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
         (rb"\A\s*\$[\w.-]+\.MIN%?\s*$|^[ \t]*(?:N\d+[ \t]*)?G15[ \t]*H\d", "a program for Okuma's OSP control", _OTHER),
         (rb"\A\s*%PM\d+|^[ \t]*N\d+[ \t]+G7[ \t][^\n(]*\b[ABC][56]=", "a program for Heidenhain's MillPlus", _OTHER),
         (
+            rb"^[ \t]*(?:N\d+[ \t]*)?(?:END_IF\b|END_WHILE\b|(?:IF|WHILE)[ \t]*\[@\d)",
+            "a macro program of a control of Syntec's kind (@1, END_IF)",
+            "have the path written out as plain blocks",
+        ),
+        (
             rb"\A[ \t]*\d{1,4}[ \t]*\r?\n(?:[ \t]*[-+.\d]+){5,}[ \t]*\r?\n[ \t]*\d{1,4}[ \t]*\r?\n",
             "a Mastercam NCI file",
             _POST,

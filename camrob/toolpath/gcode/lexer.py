@@ -207,6 +207,8 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
             tools.append(value)
             words.setdefault("T", value)
         elif letter in words:
+            if 62 in g:
+                raise ToolpathError("a NURBS curve (G6.2)", hint="export lines and arcs")
             raise ToolpathError(f"the word {letter} appears twice in one block", hint="split the block")
         else:
             words[letter] = value

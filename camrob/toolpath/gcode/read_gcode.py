@@ -57,7 +57,7 @@ _ROTARY_WORD = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9.]")
 
 def looks_like_gcode(data: bytes) -> bool:
     """Whether the bytes begin like G-code: more lines with G or M codes or axis words than of another language."""
-    head = data[:_HEAD]
+    head = data[:_HEAD].replace(b"\r", b"\n")  # some controls end their lines with CR alone
     if b"\0" in head:
         return False
     if _PLAIN_LANGUAGE.search(head):

@@ -255,7 +255,7 @@ def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
         ("FUNCTION TCPM F TCP AXIS SPAT", "is not read"),
         ("L X+Q7 F100", "Q7 is read"),
         ("L X+Q120 F100", "Q120 is read"),
-        ("CALL PGM TNC:SUB.H", "is not read"),
+        ("CALL PGM TNC:SUB.H", "another program"),
         ("CALL LBL 77", "LBL 77"),
         ('TOOL CALL "D10" Z S100', "several tools"),
         ("TOOL CALL 2 Z S100 DL+0.5", "DL"),

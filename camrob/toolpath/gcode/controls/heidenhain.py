@@ -105,6 +105,11 @@ class _Program:
         if match := re.match(r"(Q[0-9]+) ?= ?(.+)$", text):
             self._store(match[1], self.value(match[2]))
             return True
+        if text.startswith(("CALL PGM", "SEL PGM", "CALL SEL")):
+            raise ToolpathError(
+                f"{text[:32]}: another program is called, which is not in this file",
+                hint="put its motions here, or have the CAM system write them out",
+            )
         if text.startswith(("FN", "QL", "QR", "QS", "CALL", "SEL")):
             raise ToolpathError(f"{text[:24]!r} is not read", hint="have the CAM system write the motions out")
         return False
@@ -186,11 +191,12 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
         if goes_on and out:
             out[-1] = (out[-1][0], f"{out[-1][1]} {text}")
         else:
-            text = re.sub(r"^/? ?(?:[0-9]+(?: |$))?/? ?", "", text)
+            text = re.sub(r"^/? ?(?:N?[0-9]+(?: |$))?/? ?", "", text)
             if text:
                 out.append((number, text))
         goes_on = ends
-    return out
+    begin = next((i for i, (_, text) in enumerate(out) if text.startswith("BEGIN PGM")), 0)
+    return [row for i, row in enumerate(out) if i >= begin or not row[1].startswith("(")]  # a set-up sheet before it
 
 
 def _blocks(lines: list[str], path: Path, state: State) -> Iterator[Block]:

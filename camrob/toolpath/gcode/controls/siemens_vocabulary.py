@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from camrob.errors import ToolpathError
+
 __all__ = [
     "CODES",
     "REFUSED",
@@ -12,6 +14,7 @@ __all__ = [
     "SILENT_CALLS",
     "SILENT_G",
     "fixed_point",
+    "no_word",
     "stands",
     "with_brackets",
 ]
@@ -108,3 +111,11 @@ def fixed_point(text: str) -> str:
 def stands(word: str, rest: str) -> bool:
     """Whether the word begins `rest`, and no longer one does."""
     return rest.startswith(word) and not re.match(r"[A-Z0-9_]*[A-Z_](?![-+=.0-9])|[0-9]", rest[len(word) :])
+
+
+def no_word(rest: str) -> ToolpathError:
+    """Why a block's rest begins with no word, as an error to be raised."""
+    if rest.startswith("$"):
+        name = re.split(r"[\[=(, ]", rest, maxsplit=1)[0]
+        return ToolpathError(f"{name}, a variable of the control's own: the machine's state", hint="post without it")
+    return ToolpathError(f"{rest[:16]!r} is not a word of a block", hint="check the block")

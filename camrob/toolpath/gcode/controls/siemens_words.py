@@ -20,6 +20,7 @@ from camrob.toolpath.gcode.controls.siemens_vocabulary import (
     SILENT_CALLS,
     SILENT_G,
     fixed_point,
+    no_word,
     stands,
     with_brackets,
 )
@@ -261,7 +262,7 @@ class SiemensWords:
                 continue
             match = _ADDRESS.match(rest)
             if match is None:
-                raise ToolpathError(f"{rest[:16]!r} is not a word of a block", hint="check the block")
+                raise no_word(rest)
             reader.at += match.end()
             self._address(match[1], match[2] is not None, reader, found)
         return found

@@ -56,10 +56,11 @@ class KlartextReader(ForeignReader):
             row = re.sub(r"(?<=\d),(?=\d)", ".", " ".join(raw.partition(";")[0].split()).upper())
             if goes_on and rows:
                 rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
-            elif row := re.sub(r"^/? ?(?:\d+(?: |$))?/? ?", "", row.rstrip("~ ")):
+            elif row := re.sub(r"^/? ?(?:N?\d+(?: |$))?/? ?", "", row.rstrip("~ ")):
                 rows.append((i, row))
             goes_on = raw.rstrip().endswith("~")
-        return rows
+        first = next((k for k, (_, row) in enumerate(rows) if row.startswith("BEGIN PGM")), 0)
+        return [row for k, row in enumerate(rows) if k >= first or row[1][0] != "("]
 
     def _order(self, rows: list[Row]) -> Ordered:
         return LabelRun(rows, self._computed.of)
@@ -353,10 +354,10 @@ class KlartextReader(ForeignReader):
 
     def _defined(self, text: str, line: int) -> None:
         """Datum shift (7), dwell (9), and cycles that move nothing (32, 247)."""
-        number, _, rest = text.partition(" ")
+        number, _, rest = re.sub(r"^(\d+) \.", r"\1.", text).partition(" ")
         main = number.partition(".")[0]
         shift = re.fullmatch(rf"(?:I?[XYZ]\s?{NUMBER}\s?)+", rest)
-        time = re.fullmatch(rf"(?:DWELL|V\.?ZEIT|\s)*({NUMBER})", rest)
+        time = re.fullmatch(rf"(?:[A-Z]+\.?\s?)*({NUMBER})", rest)
         for name in re.findall(r"\bQ\d+(?= ?=)", rest):  # a cycle's values are such parameters too
             self._computed.forget(name)
         if re.fullmatch(r"19\.(0( .*)?|1( ?[ABC] ?[-+]?0*\.?0*)*)", text) and not self._stand.tilted:

@@ -1,0 +1,97 @@
+"""Programs as they come from shops: set-up sheets before them, words with odd blanks, other line ends, cut short."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from two_readings import differences
+
+from camrob.errors import CamrobError, ToolpathError
+from camrob.toolpath.read import read_toolpath
+from camrob.witness.cl import read_story
+
+HEAD = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S6000\n2 L X+0 Y+0 Z+40 R0 FMAX M3\n"
+CUT = "3 L Z+0 F300\n4 L X+10\n"
+END = "8 L Z+40 FMAX\n9 M5\n10 M30\n11 END PGM A MM\n"
+ISO = "%\nO1 (A)\nG21 G90 G17\nT1 M6\nS5000 M3\nG0 X0. Y0. Z30.\nG1 Z-1. F500.\nG2 X10. Y0. I5. J0.\nG0 Z30.\nM5\nM30\n%\n"
+
+
+def _read(tmp_path: Path, name: str, data: bytes):
+    (tmp_path / name).write_bytes(data)
+    return read_toolpath(tmp_path / name)
+
+
+def _points(tmp_path: Path, name: str, data: bytes):
+    return np.vstack([region.position for region in _read(tmp_path, name, data).regions])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '( Sheet\n(   Machine: "DMU"\n' + HEAD + CUT + END,
+        HEAD + CUT + "5 CYCL DEF9 .0 IDO\n6 CYCL DEF9.1 V.IDO5\n" + END,
+    ],
+)
+def test_a_sheet_before_the_program_and_a_dwell_in_another_language(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.h").write_text(text, encoding="utf-8")
+    toolpath, story = read_toolpath(tmp_path / "a.h"), read_story(tmp_path / "a.h")
+    assert story.complete and not list(differences(toolpath, story))
+    waits = [event.value for region in toolpath.regions for event in region.events if event.kind.name == "DWELL"]
+    assert waits == ([5.0] if "IDO" in text else [])
+
+
+REASONS = {
+    "a.mpf": ("%_N_A_MPF\nG90 G71 G17\n$P_UIFR[1]=CTRANS(X,1)\nG1 X5 F100\nM30\n", "P_UIFR"),
+    "b.nc": ("O1\nG21 G90\nG0 X0. Y0. Z5.\nG1 Z0. F9.\nG6.2 P3 K0. K0. K0. X1. Y1. R1.\nM30\n", "NURBS"),
+    "c.h": (HEAD + CUT + "5 CALL PGM TNC:\\PLAN.H\n" + END, "PLAN.H: another program"),
+}
+
+
+@pytest.mark.parametrize("name", REASONS)
+def test_the_reason_is_the_true_one(tmp_path: Path, name: str) -> None:
+    text, said = REASONS[name]
+    with pytest.raises(ToolpathError, match=said):
+        _read(tmp_path, name, text.encode())
+
+
+SAME = {
+    "no line ends but CR": lambda text: text.replace("\n", "\r").encode(),
+    "CR and LF": lambda text: text.replace("\n", "\r\n").encode(),
+    "tabs": lambda text: text.replace(" ", "\t").encode(),
+    "small letters": lambda text: text.lower().encode(),
+    "a mark of the encoding": lambda text: b"\xef\xbb\xbf" + text.encode(),
+    "Latin-1 in a comment": lambda text: text.replace("(A)", "(Fr\xe4sen)").encode("latin-1"),
+    "block numbers that begin again": lambda text: "\n".join(
+        f"N{(9990 + 10 * k) % 10000} {row}" if row[:1] in "GTSM" else row for k, row in enumerate(text.split("\n"))
+    ).encode(),
+    "a long comment": lambda text: text.replace("T1 M6", "(x)\n" * 50_000 + "T1 M6").encode(),
+}
+
+
+@pytest.mark.parametrize("case", SAME)
+def test_how_a_file_is_written_changes_nothing(tmp_path: Path, case: str) -> None:
+    wanted = _points(tmp_path, "plain.nc", ISO.encode())
+    found = _points(tmp_path, "other.nc", SAME[case](ISO))
+    assert found.shape == wanted.shape and np.allclose(found, wanted)
+
+
+def test_a_file_cut_short_anywhere_is_read_as_far_as_it_goes_or_refused_in_a_line(tmp_path: Path) -> None:
+    whole = _points(tmp_path, "plain.nc", ISO.encode())
+    read = 0
+    for length in range(0, len(ISO), 3):
+        try:
+            found = _points(tmp_path, "short.nc", ISO[:length].encode())
+        except CamrobError as error:
+            assert "\n" not in str(error)
+            continue
+        read += 1
+        assert len(found) <= len(whole)
+    assert read  # some of them end behind a whole cut
+
+
+def test_two_bytes_a_character_is_read_right_or_refused_in_a_line(tmp_path: Path) -> None:
+    with pytest.raises(CamrobError) as error:
+        _read(tmp_path, "wide.nc", ISO.encode("utf-16"))
+    assert "\n" not in str(error.value) and ";" in str(error.value)
