@@ -15,11 +15,12 @@ from camrob.gap.evidence.evidence import Evidence, Fitted
 from camrob.gap.observation.noise import Noise
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["Model", "doubt_of", "effect_rms", "some_rows", "whole_gap"]
+__all__ = ["Model", "doubt_of", "effect_rms", "seen_moves", "seen_rms", "some_rows", "whole_gap"]
 
 Array = NDArray[np.float64]
 
 _STEP = 20.0  # how much less an effect's change from sample to sample is trusted than its value
+_RANK = 1e-9  # share of the largest singular value under which columns of nuisances are one another's
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,29 @@ def effect_rms(model: Model, panels: Sequence[Panel], name: str) -> float:
     members = frozenset(i for i in model.best.members if model.units[i].effect == name)
     values = model.values(members, model.best)
     return float(np.sqrt(np.mean(np.concatenate([np.sum(p.moves(values) ** 2, axis=1) for p in panels]))))
+
+
+def seen_rms(model: Model, panels: Sequence[Panel], name: str) -> float:
+    """How far an effect of the best set moves the TCP beyond what open frames and latencies would take up of it, m (rms)."""
+    members = frozenset(i for i in model.best.members if model.units[i].effect == name)
+    moved = seen_moves(model, panels, model.values(members, model.best))
+    return float(np.sqrt(np.mean(np.concatenate([np.sum(m**2, axis=1) for m in moved]))))
+
+
+def seen_moves(model: Model, panels: Sequence[Panel], values: Array) -> list[Array]:
+    """By log (N, 3) m: how parameters (K,) move the TCP, less what the nuisances that are always fitted take up of it: the size
+    that somebody can hold against the gap, which is reckoned behind these, too.
+    """
+    moved = [p.moves(values) for p in panels]
+    columns = np.flatnonzero(np.isin(model.design.owner, sorted(model.evidence.always)))
+    if not len(columns) or not any(m.any() for m in moved):
+        return moved
+    X = [p.moved_by(columns) for p in panels]
+    told = [p.w_tcp[:, 0] > 0.0 for p in panels]
+    known = np.concatenate([x[t].reshape(-1, len(columns)) for x, t in zip(X, told, strict=True)])
+    asked = np.concatenate([m[t].ravel() for m, t in zip(moved, told, strict=True)])
+    taken = np.linalg.lstsq(known, asked, rcond=_RANK)[0]
+    return [m - x @ taken for m, x in zip(moved, X, strict=True)]
 
 
 def whole_gap(panel: Panel) -> Array:

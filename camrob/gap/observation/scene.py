@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 
 PLACES = ("x", "y", "z", "rx", "ry", "rz")
 LEAST = 12  # samples that a log has at the least
+_FRAME_POSES = 4  # of a set, for each frame that is not known: twice as many readings as a frame has numbers
 _SIDE = deg_to_rad(0.02)  # way after which an axis counts as having turned round
 _WRAP = deg_to_rad(300.0)  # that no axis turns from row to row: its angle was wrapped
 ROOM_TEMPERATURE = 21.0  # degrees C at which a cell is taken to have its nominal lengths, where a log starts warmer
@@ -189,13 +190,20 @@ def _filled(log: MeasurementLog, name: str) -> Array:
 
 
 def make_scene(
-    log: MeasurementLog, cell: Cell, *, known: Frames | None = None, least: int = LEAST, laid: Frames | None = None
+    log: MeasurementLog,
+    cell: Cell,
+    *,
+    known: Frames | None = None,
+    least: int = LEAST,
+    laid: Frames | None = None,
+    together: bool = False,
 ) -> Scene:
     """Lay a log out on a cell. Rows without axis values, or without a measured position, are left aside.
 
     known: frames that another log has given, where their `fitted_left` and `fitted_right` are False; a log whose frames are all
-    known, by another log or by what LOG.toml says of them, may have as few as `least` rows. laid: frames to lay the log out with,
-    instead of those that fit it best as the cell nominally is.
+    known, by another log or by what LOG.toml says of them, may have as few as `least` rows. together: one of several sets of
+    poses in one frame, which have rows enough between them: it needs those for its own frames alone. laid: frames to lay the
+    log out with, instead of those that fit it best as the cell nominally is.
 
     Where no position was measured, the encoders' own takes its place: then the gap is that of the drives alone. Raises
     LogError for a log without measured positions that lacks set-points or encoders, without the cell's axes, or with too few
@@ -223,7 +231,7 @@ def make_scene(
         log.info.measured_frame is MeasuredFrame.UNKNOWN and frames.fitted_left,
         log.info.target is Target.UNKNOWN and frames.fitted_right,
     )
-    fewest = LEAST if any(free) else least
+    fewest = _FRAME_POSES * max(1, sum(free)) if together else LEAST if any(free) else least
     if whole.sum() < fewest:
         what = f"holds {int(whole.sum())} whole samples{_emptiest(log)}"
         raise log.error(what, hint=f"give at least {fewest}", at=int(np.argmin(whole)))

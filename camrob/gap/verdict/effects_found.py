@@ -8,7 +8,7 @@ import numpy as np
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import covered_by
-from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.model import Model, seen_rms
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.part_of_cycle import energy_of
@@ -70,7 +70,7 @@ def effects_found(
                 **figures(joint).to_json(),
                 alone=figures(alone),
                 added_last=figures(added),
-                moves_mm=m_to_mm(effect_rms(model, model.panels, effect.name)),
+                moves_mm=m_to_mm(seen_rms(model, model.panels, effect.name)),
                 indistinguishable_from=tuple(twins),
                 alike=tuple(sorted(alike)),
                 class_probability=max(p, BELIEF.effect(of_class)),

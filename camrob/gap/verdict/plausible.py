@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.model import Model, seen_moves, seen_rms
 from camrob.gap.evidence.unknown import CONSTANT, LINK, basis, followed, is_broad, is_moment, moment_words, parts_of
 from camrob.gap.verdict.companions import only_companions
 from camrob.summaries.diagnosis_summary import UnknownShape
@@ -94,7 +94,7 @@ def _of_broad(model: Model, i: int) -> list[UnknownShape]:
     columns, key = np.flatnonzero(model.design.owner == i), model.units[i].key
     parts = np.array(parts_of(key, model.panels[0].scene))
     moved = {
-        part: np.concatenate([p.moves(_only(model, columns[parts == part])) for p in model.panels])
+        part: np.concatenate(seen_moves(model, model.panels, _only(model, columns[parts == part])))
         for part in dict.fromkeys(parts.tolist())
     }
     energy = {part: float(np.sum(m**2)) for part, m in moved.items()}
@@ -130,7 +130,7 @@ def unknown_text(model: Model, shapes: Sequence[UnknownShape]) -> str:
         return ""
     between = {"setpoint_to_encoder": "between set-point and encoder", "encoder_to_tcp": "between encoder and TCP"}
     parts = [f"{between[s.stage]}, {_moved(s)}" for s in shapes]
-    rms = m_to_mm(effect_rms(model, model.panels, "unknown"))
+    rms = m_to_mm(seen_rms(model, model.panels, "unknown"))
     return "; ".join(parts) + f" ({rms:.3f} mm rms at the TCP)"
 
 

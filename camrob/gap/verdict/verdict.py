@@ -10,7 +10,7 @@ import numpy as np
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import alias_groups
 from camrob.gap.evidence.fitting import with_fitting
-from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.model import Model, effect_rms, seen_rms
 from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
@@ -130,7 +130,7 @@ def _said(
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
     if drive:
         stays = _at_drive(stays, model, drive, words)
-    sizes = {n: m_to_mm(effect_rms(model, model.panels, n)) for n in claimed}
+    sizes = {n: m_to_mm(seen_rms(model, model.panels, n)) for n in claimed}
     asked = suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
     handed = hand_over(model, trial, claimed, members)
     return Verdict(

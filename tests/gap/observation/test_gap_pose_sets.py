@@ -17,10 +17,10 @@ from camrob.errors import LogError
 from camrob.gap.diagnose import diagnose
 from camrob.gap.effects.registry import library
 from camrob.gap.evidence.comparison import compare
-from camrob.gap.evidence.model import whole_gap
+from camrob.gap.evidence.model import seen_moves, seen_rms, whole_gap
 from camrob.gap.evidence.shrink import shrinkage, trial_of
 from camrob.gap.observation.scene import make_scene
-from camrob.gap.pose_sets import frozen_frames, with_whole_postures, withheld_scene
+from camrob.gap.pose_sets import fitted_scenes, frozen_frames, with_whole_postures, withheld_scene
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
 from camrob.report.diagnosis.charts import space_charts
@@ -145,6 +145,56 @@ def test_four_poses_do_where_frame_and_target_are_known_and_eleven_do_not_where_
     for facts in ({}, {"same_frame_as": "set.csv"}, {"same_frame_as": "other.csv", "same_target_as": "other.csv"}):
         with pytest.raises(LogError, match="give at least 12"):
             withheld_scene(seen_from(postures(11, 2), **facts), ur10(), scenes)
+
+
+def three_targets(counts=(8, 12, 10), **facts) -> list[MeasurementLog]:
+    """One instrument, three reflectors on the flange, each measured on postures of its own: a log a reflector."""
+    logs, seeds = [], (21, 22, 23)
+    for k, (count, seed) in enumerate(zip(counts, seeds, strict=True)):
+        own = {"same_frame_as": "set0.csv"} if k and "same_frame_as" not in facts else {}
+        seen = seen_from(
+            postures(count, seed), target=[0.05 * k - 0.04, 0.05, 0.06 + 0.02 * k, 0, 0, 0], seed=seed, **own, **facts
+        )
+        logs.append(MeasurementLog(seen.columns, seen.info, Path(f"set{k}.csv")))
+    return logs
+
+
+def test_several_targets_need_rows_enough_between_them() -> None:
+    """30 poses on three reflectors, the first of which has 8, are one set; alone, or in frames of their own, they are refused."""
+    logs = three_targets()
+    assert [len(s) for s in fitted_scenes(logs, [ur10()] * 3)] == [8, 12, 10]
+    with pytest.raises(LogError, match="holds 8 whole samples; give at least 12"):
+        fitted_scenes(logs[:1], [ur10()])
+    with pytest.raises(LogError, match="holds 8 whole samples; give at least 12"):
+        fitted_scenes(three_targets(same_frame_as=""), [ur10()] * 3)
+    with pytest.raises(LogError, match="holds 7 whole samples; give at least 8"):
+        fitted_scenes(three_targets((7, 12, 10)), [ur10()] * 3)
+
+
+def test_three_targets_of_few_poses_show_the_zeros() -> None:
+    found = diagnose(three_targets((10, 16, 14)), ur10())
+    assert "joint_offset" in found.claimed
+    assert found.summary.to_json()["together"]["rms_after_mm"] < 0.03  # the noise is 0.017 mm
+
+
+def test_the_size_of_an_effect_is_what_open_frames_leave_of_it() -> None:
+    """Open frames take up a part of how zeros move the reflector: against both frames fitted by hand."""
+    logs = [seen_from(postures(60, 31))]
+    model = model_of(logs)
+    zeros = frozenset(i for i in model.best.members if model.units[i].effect == "joint_offset")
+    (moved,) = [p.moves(model.values(zeros, model.best)) for p in model.panels]
+    (left,) = seen_moves(model, model.panels, model.values(zeros, model.best))
+    nominal = model.scenes[0].nominal
+
+    def residual(x) -> np.ndarray:
+        T = rigid(x[:6]) @ nominal
+        return (T[:, :3, 3] + np.einsum("nij,j->ni", T[:, :3, :3], x[6:9]) - nominal[:, :3, 3] - moved).ravel()
+
+    by_hand = least_squares(residual, np.zeros(9), x_scale=1e-3).fun.reshape(-1, 3)
+    rms = [float(np.sqrt(np.mean(np.sum(m**2, axis=1)))) for m in (moved, left, by_hand)]
+    assert rms[1] == pytest.approx(rms[2], rel=0.02)
+    assert rms[1] < 0.7 * rms[0]
+    assert seen_rms(model, model.panels, "joint_offset") == pytest.approx(rms[1])
 
 
 def test_every_withheld_set_has_frames_of_its_own() -> None:
