@@ -10,8 +10,10 @@ import pytest
 from krl_syntax import faults
 
 import camrob
-from camrob.errors import CellError
+from camrob.errors import CellError, VerificationError
 from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.release.opinion import hold_to_witness
+from camrob.witness.judge import judge
 
 FOLDER = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
 PART = """PARTNO/A
@@ -215,6 +217,32 @@ def test_another_home_on_the_controller_is_found(made: Made, tmp_path: Path) -> 
     assert judged(folder, text, tmp_path / "other", config=config % 20).ok is False
     plain = made("") / "cell"
     assert judged(folder, text, tmp_path / "unknown", cell=plain).ok is not True
+
+
+@pytest.mark.parametrize(
+    ("lines", "row", "count"),
+    [
+        (ACT, "TOOL_DATA[3]", 1),
+        (BAS, "BASE_DATA[2]", 1),
+        (TABLES, "TOOL_DATA[4]", 1),
+        (TABLES, "LOAD_DATA[3]", 1),
+        (TABLES, "TOOL_DATA[3]", 0),
+    ],
+)
+def test_a_row_of_the_tables_that_nobody_asked_for(
+    made: Made, tmp_path: Path, lines: str, row: str, count: int
+) -> None:
+    """It moves nothing in this program, and may move the next: a warning in other people's, no excuse in one of camrob's."""
+    folder = made(lines)
+    text = (folder / "out" / "part.src").read_text(encoding="ascii")
+    value = "TOOL_DATA[3]" if count == 0 else "{X 0.0,Y 0.0,Z 100.0,A 0.0,B 0.0,C 0.0}"
+    text = text.replace("$TOOL = ", f"{row} = {value}\n$TOOL = ", 1)
+    judged(folder, text, tmp_path / "out")
+    verdict = judge(tmp_path / "out" / "part.src", folder / "cell", clfile=folder / "part.apt")
+    assert [o.text.split()[0] for o in verdict.warnings if o.code == "table-row"] == [row] * count
+    if count:
+        with pytest.raises(VerificationError, match="written over"):
+            hold_to_witness(verdict, tmp_path / "out")
 
 
 def test_splines_on_a_controller_without_them(made: Made, tmp_path: Path) -> None:

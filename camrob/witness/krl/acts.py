@@ -27,6 +27,7 @@ _STANDARD = (
     "TOOL_DATA",
     "LOAD_DATA",
 )  # of every controller's $config.dat
+_TABLES = {"BASE_DATA": "base_number", "TOOL_DATA": "tool_number", "LOAD_DATA": ""}  # and the cell's key for its row
 _INDEX = re.compile(r"\[([^\[\]]*)\]")
 
 
@@ -141,6 +142,7 @@ def _assign(state: State, match: re.Match[str], line: Line) -> None:
         state.waits(line)
         put_output(state, line, name, match["value"])
     elif state.variables.knows(name) or name.split("[")[0].split(".")[0] in _STANDARD:
+        _hold_tables(state, name.split(".")[0], line)
         try:
             state.variables.put(name, state.variables.value(match["value"]))
         except UnknownError:
@@ -148,6 +150,17 @@ def _assign(state: State, match: re.Match[str], line: Line) -> None:
         state.step(line, "other")
     else:
         state.unknown(line, "the name isn't declared here, and may be that of an output")
+
+
+def _hold_tables(state: State, row: str, line: Line) -> None:
+    """A row of the controller's tables that is written outlives the program: only the cell's own row may be, by its custom."""
+    table = row.split("[")[0]
+    if table not in _TABLES or state.files[state.file].lower().endswith(".dat"):
+        return
+    own = state.machine.controller.own
+    if own.get("numbering") != "tables" or row != f"{table}[{own.get(_TABLES[table])}]":
+        text = f"{row} is written over, which the cell doesn't ask for, and which other programs of the controller may rely on"
+        state.object("table-row", text, line, "warning")
 
 
 def _index(state: State, text: str) -> str:
