@@ -97,13 +97,13 @@ def test_a_log_names_no_program_outside_of_its_folder(program: str, tmp_path: Pa
     (folder / "link.src").symlink_to(tmp_path / "secret.src")
     columns = {"t": np.arange(3.0)} | {n: np.arange(3.0) for n in ("A1", "A2", "A3", "A4", "A5", "A6")}
     log = MeasurementLog(columns, LogInfo(program=program), folder / "log.csv")
-    assert job._program(log, None) is None
+    assert job._program(log, None, MACHINE) is None
 
 
 def test_a_program_beside_the_log_is_found(tmp_path: Path) -> None:
     (tmp_path / "secret.src").write_text(SECRET)
     columns = {"t": np.arange(3.0)} | {n: np.arange(3.0) for n in ("A1", "A2", "A3", "A4", "A5", "A6")}
-    found = job._program(MeasurementLog(columns, LogInfo(program="secret.src"), tmp_path / "log.csv"), None)
+    found = job._program(MeasurementLog(columns, LogInfo(program="secret.src"), tmp_path / "log.csv"), None, MACHINE)
     assert found is not None and found.name == "SECRET"
 
 
