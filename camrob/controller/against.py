@@ -202,6 +202,54 @@ def _retracts(
     return True
 
 
+@part
+def _earliest(
+    x: Array, zx: Array, p: Array, z: Array, kind: NDArray[np.int8], tolerance: float,
+    row: NDArray[np.int64], share: Array, error: Array, axis_error: Array, m: _Match,
+) -> int:  # fmt: skip
+    """Give each point the first motion that meets it behind the point before; returns how many points are met.
+
+    Only the earliest leaves room for all that follow, where a path runs back along itself. The errors of the first point
+    that is missed are the least ones found.
+    """
+    k, least = 0, 0.0
+    for i in range(x.shape[0]):
+        error[i], axis_error[i] = np.inf, np.inf
+        found = False
+        while k < p.shape[0]:
+            _match(x[i], zx[i], p, z, kind, k, least, tolerance, m)
+            found = m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE
+            if found or m.found[0] < error[i]:
+                error[i], axis_error[i] = m.found[0], m.found[1]
+            if found:
+                row[i], share[i], least = k, m.found[2], m.found[2]
+                break
+            k, least = _last_row(kind, k) + 1, 0.0
+        if not found:
+            return i
+    return int(x.shape[0])
+
+
+@part
+def _bettered(
+    x: Array, zx: Array, p: Array, z: Array, kind: NDArray[np.int8], tolerance: float, met: int,
+    row: NDArray[np.int64], share: Array, error: Array, axis_error: Array, m: _Match,
+) -> None:  # fmt: skip
+    """Give each of the first `met` points to motions behind its own that meet it better, none behind the next point's."""
+    for i in range(met - 1, -1, -1):
+        k = _last_row(kind, row[i]) + 1
+        last = row[i + 1] if i + 1 < met else p.shape[0] - 1
+        while k <= last:
+            _match(x[i], zx[i], p, z, kind, k, 0.0, tolerance, m)
+            # where the next motion begins is where this one ends: it must come clearly nearer, or end there
+            nearer = error[i] - (1e-9 if m.found[2] > 0.5 else CLEARLY)
+            passed = i + 1 < met and k == last and m.found[2] > share[i + 1]
+            if passed or m.found[1] > AXIS_TOLERANCE or not m.found[0] < nearer:
+                break
+            row[i], share[i], error[i], axis_error[i] = k, m.found[2], m.found[0], m.found[1]
+            k = _last_row(kind, k) + 1
+
+
 @kernel
 def _cover(
     x: Array, zx: Array, region: NDArray[np.int64], p: Array, z: Array, kind: NDArray[np.int8], tolerance: float,
@@ -213,36 +261,21 @@ def _cover(
     the motions between point i - 1 and i leave their chord; where a link leads back to the same place, the point before
     is taken behind the link, or, where that link is a retract within a region, left from there (`leaves`).
     """
-    M = p.shape[0]
     m = _Match(np.zeros(3), np.zeros(3), np.zeros(3), np.empty(3), np.empty(3), np.empty(3))
-    row, share = 0, 0.0
-    for i in range(x.shape[0]):
-        motion[i], error[i], axis_error[i], deviation[i] = -1, np.inf, np.inf, 0.0
-        k, least = row, share
-        while k < M:
-            _match(x[i], zx[i], p, z, kind, k, least, tolerance, m)
-            good = m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE
-            # where the next motion begins is where this one ends: it must come clearly nearer, or end there
-            nearer = error[i] - (1e-9 if m.found[2] > 0.5 else CLEARLY)
-            if motion[i] >= 0 and not (good and m.found[0] < nearer):
-                break
-            if good:
-                motion[i], row, share = _last_row(kind, k), k, m.found[2]
-            if good or m.found[0] < error[i]:
-                error[i], axis_error[i] = m.found[0], m.found[1]
-            k, least = _last_row(kind, k) + 1, 0.0
-        if motion[i] < 0:
-            return
-        leaves[i] = motion[i]
+    row, share = np.zeros(x.shape[0], np.int64), np.zeros(x.shape[0])
+    met = _earliest(x, zx, p, z, kind, tolerance, row, share, error, axis_error, m)
+    _bettered(x, zx, p, z, kind, tolerance, met, row, share, error, axis_error, m)
+    for i in range(met):
+        motion[i] = leaves[i] = _last_row(kind, row[i])
         if i > 0 and region[i] == region[i - 1]:
-            deviation[i] = _deviation(x[i - 1], x[i], motion[i - 1], motion[i], share, p, kind, m)
+            deviation[i] = _deviation(x[i - 1], x[i], motion[i - 1], motion[i], share[i], p, kind, m)
             if deviation[i] > 2.0 * tolerance:
                 for other in range(motion[i], motion[i - 1], -1):
                     if kind[other] != Motion.CIRC_VIA and kind[other] != Motion.CIRC_END:
                         _match(x[i - 1], zx[i - 1], p, z, kind, other, 0.0, tolerance, m)
                         if m.found[0] <= tolerance and m.found[1] <= AXIS_TOLERANCE:
                             at = m.found[2]
-                            deviation[i] = _deviation(x[i - 1], x[i], other, motion[i], share, p, kind, m)
+                            deviation[i] = _deviation(x[i - 1], x[i], other, motion[i], share[i], p, kind, m)
                             begins = gap2(x[i - 1], p[other - 1]) <= tolerance * tolerance
                             leaves[i - 1] = other - 1 if begins else other
                             if _retracts(x, zx, i - 1, motion[i - 1], leaves[i - 1], p, z, kind, tolerance):

@@ -23,8 +23,9 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
-# what a drawn job may run into for a reason of its own: the arm's reach, its limits, an axis that can't follow
-RIGHTLY = ("can't be reached", "limit", "faster than")
+# what a drawn job may run into for a reason of its own: the arm's reach, its limits, an axis that can't follow, its bodies
+RIGHTLY = ("can't be reached", "limit", "faster than", "touches")
+NEVER = ("fault of camrob", "error in camrob")
 
 
 def main() -> int:
@@ -83,7 +84,7 @@ def _run(cases: list[tuple[str, int]], folder: Path, show: bool) -> int:
             rightly = (
                 outcome.status == "refused"
                 and any(word in found for word in RIGHTLY)
-                and "fault of camrob" not in found
+                and not any(word in found for word in NEVER)
             )
             kind = "rightly refused" if rightly else "REFUSED"
         came[f"{kind} {outcome.said if kind == 'released' and 'part' in outcome.said else ''}".strip()] += 1

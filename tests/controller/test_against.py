@@ -43,6 +43,15 @@ def test_points_between_the_ends_count() -> None:
     assert found.good  # the axis goes along with the way
 
 
+def test_a_path_back_along_itself_keeps_its_order() -> None:
+    """The way back comes nearer to a point of the way out than that does: it counts on the way out, before what follows."""
+    tips = np.array([[0.0, 0.0, 0.0], [9.0, 0.003, 0.0], [10.0, 0.0, 0.0], [8.5, 0.006, 0.0]])
+    found = covered(frames(tips), frames(tips[[0, 2, 3]]))
+    assert found.good and found.motion.tolist() == [0, 1, 1, 2]
+    assert found.position_error[1] == pytest.approx(3e-6, abs=1e-9)
+    assert not covered(frames(tips[[0, 1, 3, 2]]), frames(tips[[0, 2, 3]])).good
+
+
 @pytest.mark.parametrize(("off_mm", "good"), [(0.0099, True), (0.0101, False)])
 def test_a_hundredth_of_a_millimetre(off_mm: float, good: bool) -> None:
     tips = line()

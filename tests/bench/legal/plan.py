@@ -158,6 +158,9 @@ class _Draw:
         x, y = math.sin(tilt) * math.cos(toward), math.sin(tilt) * math.sin(toward)
         if most < 0.5:
             x, y = x + self.axis[0], y + self.axis[1]
+        over = math.hypot(x, y)
+        if over > 1.0:  # beyond the horizontal: as far as a tool may lean
+            x, y = 0.99 * x / over, 0.99 * y / over
         self.axis = (round(x, 9), round(y, 9), round(math.sqrt(1.0 - x * x - y * y), 9))
 
     def _coolant(self, wet: bool) -> None:
