@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from camrob.gap.effects.common import moved
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.effects.friction_course import CHOICES, Course, friction_course, settled
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.signals import first_order, play
+from camrob.gap.observation.signals import play
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
@@ -20,6 +21,10 @@ Array = NDArray[np.float64]
 _PEAK = 0.15  # s for which the drive's integral part needs to overcome a reversal
 _REST = 0.02  # share of an axis's ordinary speed below which it counts as turning round
 _SLOW = tuple(deg_to_rad(v) for v in (0.1, 0.2, 0.35, 0.6, 1.0, 1.8, 3.0))  # speeds of which the same is said
+# of the ordinary size: how far above 0 each part may be, and what is already a lot; and how far below (a controller that feeds
+# friction forward may do too much of it, and some drives hold less where they are slow, or loaded)
+_MOST, _MUCH = 200.0, 40.0
+_LOWEST = {"constant": -4.0, "peak": -20.0} | dict.fromkeys(("second_peak", "held", "stribeck", "loaded"), -_MOST)
 _TURNED = {"deg": deg_to_rad(0.01), "mm": mm_to_m(0.01)}  # way after which a held axis counts as having turned round
 
 
@@ -33,16 +38,21 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
             continue
         linear = cell.joints[cell.index(a)].prismatic
         unit, usual = ("mm", mm_to_m(0.02)) if linear else ("deg", deg_to_rad(0.005))
-        kinds = (("constant", -0.05), ("peak", -20.0))
+        course = friction_course(scenes, a) if all(s.servo_gap is not None for s in scenes) else None
         parameters = tuple(
-            EffectParameter(f"{a}_{k}_{unit}", unit, usual, low * usual, 40.0 * usual) for k, low in kinds
+            EffectParameter(f"{a}_{k}_{unit}", unit, usual, _LOWEST[k] * usual, _MOST * usual, _MUCH * usual)
+            for k in (course.parts if course else ("constant", "peak"))
         )
-        units.append(Unit("friction", a, parameters))
+        units.append(Unit("friction", a, parameters, *((CHOICES, course.key) if course else ())))
     return tuple(units)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    """A drive with an integral part loses the error at rest; one without holds it, until the axis has turned round."""
+    """A drive with an integral part loses the error at rest; one without holds it, until the axis has turned round. Where both
+    ends of the drive are logged, its own course was found there.
+    """
+    if unit.key:
+        return _of_course(scene, unit)
     command = scene.command[:, [scene.index(unit.axis)]]
     if state.get("held"):
         side = play(command[:, 0], scene.t, scene.pieces, _TURNED[unit.parameters[0].unit])
@@ -53,8 +63,17 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return _of_sign(scene, unit, np.tanh(v / (rest + 1e-12)))
 
 
+def _of_course(scene: Scene, unit: Unit) -> tuple[Column, ...]:
+    """The same whatever the state: reckoned once."""
+    key = "friction", unit.axis, unit.key
+    if key not in scene.reckoned:
+        columns = Course.of(unit.key).columns(scene, unit.axis)
+        scene.reckoned[key] = {str(k): -part for k, part in enumerate(columns.T)}
+    return tuple(Column(servo={unit.axis: part}) for part in scene.reckoned[key].values())
+
+
 def _of_sign(scene: Scene, unit: Unit, sign: Array) -> tuple[Column, ...]:
-    peak = sign - first_order(sign, scene.t, scene.pieces, _PEAK)
+    peak = sign - settled(scene, sign, _PEAK)
     return tuple(Column(servo={unit.axis: -part[:, 0]}) for part in (sign, peak))
 
 

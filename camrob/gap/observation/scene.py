@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +123,11 @@ class Scene:
     @cached_property
     def reckoned(self) -> dict[tuple[object, ...], Mapping[str, Array]]:
         """What effects have reckoned of it and may need again, as they call it."""
+        return {}
+
+    @cached_property
+    def found(self) -> dict[tuple[object, ...], Any]:
+        """What effects have found in it, and in logs beside it, as they call it: looked for once."""
         return {}
 
     @cached_property
