@@ -17,6 +17,7 @@ from camrob.gap.fitted_units import FittedUnits, fitted_units
 from camrob.gap.observation.scene import make_scene
 from camrob.gap.unexplained import UnexplainedField
 from camrob.jobs.solving.machine_errors import unexplained_rest
+from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
 from camrob.prediction.deflection import granted_compliance
@@ -99,15 +100,22 @@ def test_it_comes_back_from_the_file() -> None:
     np.testing.assert_allclose(again.at(scene).deviation, field.at(scene).deviation, rtol=1e-2)
 
 
-def test_a_plan_pays_what_the_prediction_says() -> None:
-    """E e^2 of a tool that cuts nothing away but across one direction: the field's square there, and its variance."""
-    cell, (field, _, _) = read_cell(CELL), measured()
-    asked = postures(4, 40, 0.8)
-    got = field.at(make_scene(run(asked), cell))
+@pytest.mark.parametrize("in_base", [True, False])
+def test_a_plan_pays_what_the_prediction_says(in_base: bool) -> None:
+    """E e^2 of a tool that cuts nothing away but across one direction: the field's square there, and its variance;
+    whichever frame it is seen from.
+    """
+    cell, field = read_cell(CELL), replace(measured()[0], in_base=in_base)
+    asked = postures(4, 40, 0.8) + np.r_[np.zeros(7), 0.7]
+    scene = make_scene(run(asked), cell)
+    got = field.at(scene)
     found = FittedUnits((), (), (), np.zeros(0), np.zeros((0, 0)), field)
     q = cell.to_q(asked * np.array([1 / generator.DEG] * 6 + [1e3, 1 / generator.DEG])[None])
     free = [k for k in range(len(cell)) if not cell.arm_slice.start <= k < cell.arm_slice.stop]
     nothing = np.zeros(6)
+    along = np.asarray(base_T_tool(cell, q))[:, :3, 2]
+    if not in_base:
+        along = np.einsum("nij,nj->ni", world_T_base(cell, q)[:, :3, :3], along)
     push = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], (len(q), 1))
     for corrected in (False, True):
         errors = PostureErrors(
@@ -118,15 +126,56 @@ def test_a_plan_pays_what_the_prediction_says() -> None:
             nothing,
             np.zeros((12, 0)),
             np.zeros(2),
-            unexplained=unexplained_rest(cell, found),
+            unexplained=unexplained_rest(cell, found, np.zeros((75, 0))),
             corrected=corrected,
         )
         numbers = error_numbers(cell, len(free) - cell.arm_slice.start, errors)
         square, _ = expected_squares(
             numbers, np.ascontiguousarray(q[:, free]), np.ascontiguousarray(q[:, cell.arm_slice]), push
         )
-        expected = got.deviation**2 + (0.0 if corrected else np.sum(got.mean**2, axis=1) / 3.0)
+        expected = got.deviation**2 + (0.0 if corrected else np.sum(got.mean * along, axis=1) ** 2)
         np.testing.assert_allclose(square, expected, rtol=1e-3, atol=1e-13)
+
+
+def test_staying_costs_little_where_the_rest_makes_up_for_a_constant() -> None:
+    """A compliance that is doubtful and a field fitted beside it: where they were measured together nothing of the doubt shows,
+    far from there most of it. How the compliance moves the tool is another code's.
+    """
+    cell, doubt = read_cell(CELL), 5e-7
+    field, _, _ = measured(count=12)
+    at = np.tile(np.r_[HOME, 0.5, 0.0], (12, 1))
+    at[:, (0, 1, 2, 6)] = field.postures * np.array([1.0, 1.0, 1.0, 0.5])
+    far = postures(6, 12, 0.3) + np.r_[0.0, -0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    q = {
+        k: cell.to_q(v * np.array([1 / generator.DEG] * 6 + [1e3, 1 / generator.DEG])) for k, v in enumerate((at, far))
+    }
+    moved = []
+    for axis in (at, far):
+        bent = axis.copy()
+        bent[:, 1] += doubt * generator.torques(axis)[:, 1]
+        moved.append(generator.pose(bent)[:, :3, 3] - generator.pose(axis)[:, :3, 3])
+    found = FittedUnits((), (), (), np.zeros(0), np.zeros((0, 0)), replace(field, in_base=False, cov=0.0 * field.cov))
+    nothing, root = np.zeros(6), np.zeros((12, 1))
+    root[1] = doubt
+    free = [k for k in range(len(cell)) if not cell.arm_slice.start <= k < cell.arm_slice.stop]
+    push = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], (12, 1))
+    got = {}
+    for beside in (np.zeros((36, 1)), moved[0].reshape(-1, 1)):
+        unexplained = unexplained_rest(cell, found, beside)
+        errors = PostureErrors(
+            nothing, nothing, nothing, nothing, nothing, root, np.zeros(2), unexplained=unexplained, corrected=True
+        )
+        numbers = error_numbers(cell, len(free) - cell.arm_slice.start, errors)
+        for k, values in q.items():
+            square, _ = expected_squares(
+                numbers, np.ascontiguousarray(values[:, free]), np.ascontiguousarray(values[:, cell.arm_slice]), push
+            )
+            got[not beside.any(), k] = square
+    along = np.einsum("nij,nj->ni", world_T_base(cell, q[0])[:, :3, :3], np.asarray(base_T_tool(cell, q[0]))[:, :3, 2])
+    alone = np.sum(moved[0] * along, axis=1) ** 2
+    np.testing.assert_allclose(got[True, 0], alone, rtol=1e-2, atol=1e-13)
+    assert np.all(got[False, 0] < 1e-3 * np.median(alone))
+    assert np.median(got[False, 1]) > np.median(alone)
 
 
 def test_only_axes_that_gravity_told_of_are_known() -> None:

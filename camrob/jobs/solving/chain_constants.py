@@ -46,10 +46,12 @@ class ChainConstants:
         rows = self.rows[_FIRST + len(self.couples) :]
         return np.asarray(rows @ values).reshape(PLACES, 6) if rows.any() else np.zeros((0, 6))
 
-    def root(self, root: Array) -> Array:
-        """(12 + M + 6 PLACES, K') of a root (P, K) of the constants' covariance, without the places where none stand off."""
+    def root(self, root: Array, moved: Array) -> tuple[Array, Array]:
+        """(12 + M + 6 PLACES, K') of a root (P, K) of the constants' covariance, without the places where none stand off; and in
+        the same directions moved (R, K), m.
+        """
         last = len(self.rows) if self.rows[_FIRST + len(self.couples) :].any() else _FIRST + len(self.couples)
-        return reduced_root(self.rows[:last] @ root)
+        return reduced_root(self.rows[:last] @ root, moved)
 
 
 def chain_constants(cell: Cell, terms: Sequence[ErrorTerm]) -> ChainConstants:
@@ -101,10 +103,13 @@ def _of_floor(cell: Cell) -> Array:
     return out
 
 
-def reduced_root(root: Array) -> Array:
-    """(R, K') with nearly the same square as root (R, K): directions that hardly move the tool are left out."""
-    size = np.ones(len(root))
-    size[:ARM_AXES], size[ARM_AXES:] = _TORQUE * _REACH, _REACH
-    left, values, _ = np.linalg.svd(size[:, None] * root, full_matrices=False)
+def reduced_root(root: Array, moved: Array) -> tuple[Array, Array]:
+    """(R, K') and (S, K') with nearly the same square as root (R, K) over moved (S, K), m: directions that hardly move the tool
+    are left out.
+    """
+    size = np.ones(len(root) + len(moved))
+    size[:ARM_AXES], size[ARM_AXES : len(root)] = _TORQUE * _REACH, _REACH
+    left, values, _ = np.linalg.svd(size[:, None] * np.concatenate([root, moved]), full_matrices=False)
     some = values > _SEEN
-    return np.ascontiguousarray(left[:, some] * values[some] / size[:, None])
+    both = np.ascontiguousarray(left[:, some] * values[some] / size[:, None])
+    return np.ascontiguousarray(both[: len(root)]), both[len(root) :]

@@ -56,6 +56,7 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
     taken = {} if found is None else granted_compliance(cell, yields, found)
     axes, terms = _AxisErrors(cell, model, constants, found), _terms(cell, model, found)
     chain, values = chain_constants(cell, terms), np.append(constants, np.zeros(len(terms) - len(constants)))
+    root, by_root = _roots(terms, chain, found)
     granted = not known and (force is not None or axes.empty)
     sagging = np.array([known.get(a, 0.0) for a in _arm(cell)])
     compliance = compliances_beside(sagging, 0.0 if not granted else ordinary_compliance(cell))
@@ -69,13 +70,14 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
         couples=chain.couples,
         coupling=chain.coupling(values),
         places=chain.places(values),
-        root=_with_granted(_root(terms, chain, found), [taken.get(a, 0.0) for a in _arm(cell)]),
+        granted=GRANTED * np.array([taken.get(a, 0.0) for a in _arm(cell)]),
+        root=root,
         tip=np.zeros(2) if force is None else force.give,
         force=NoForce() if force is None else force,
         doubt=0.0 if force is None else force.doubt,
         any_force=_ANY_FORCE / np.sqrt(3.0) if force is None else 0.0,
         rest=rest,
-        unexplained=None if found is None else unexplained_rest(cell, found),
+        unexplained=None if found is None else unexplained_rest(cell, found, by_root),
         corrected=sought.corrected,
         normals=surface,
         counted=(
@@ -95,15 +97,10 @@ def _arm(cell: Cell) -> tuple[str, ...]:
     return tuple(cell.names[cell.arm_slice])
 
 
-def _with_granted(root: Array, granted: Sequence[float]) -> Array:
-    """The root with a direction more for each axis of the arm whose compliance (rad/Nm) is taken for granted, 0 of others."""
-    own = np.zeros((len(root), ARM_AXES))
-    own[:ARM_AXES] = np.diag(GRANTED * np.asarray(granted))
-    return np.ascontiguousarray(np.c_[root, own[:, own.any(axis=0)]])
-
-
-def unexplained_rest(cell: Cell, found: FittedUnits) -> UnexplainedRest | None:
-    """The diagnosis' field over posture in the chain's q."""
+def unexplained_rest(cell: Cell, found: FittedUnits, by_root: Array) -> UnexplainedRest | None:
+    """The diagnosis' field over posture in the chain's q; by_root: (3 M, K), by how much less it is in K directions of what was
+    fitted.
+    """
     field = found.unexplained
     if field is None:
         return None
@@ -123,6 +120,8 @@ def unexplained_rest(cell: Cell, found: FittedUnits) -> UnexplainedRest | None:
         values=field.mean,
         cov=field.cov,
         own=field.among,
+        by_root=by_root.reshape(len(field.postures), 3, by_root.shape[1]),
+        in_base=field.in_base,
     )
 
 
@@ -209,19 +208,27 @@ class _AxisErrors:
         return tuple(dict.fromkeys(self._left))
 
 
-def _root(terms: Sequence[ErrorTerm], chain: ChainConstants, found: FittedUnits | None) -> Array:
-    """Standard deviations of the chain's constants in the planner's numbers, in K directions, of what was fitted."""
+def _roots(terms: Sequence[ErrorTerm], chain: ChainConstants, found: FittedUnits | None) -> tuple[Array, Array]:
+    """Standard deviations of the chain's constants in the planner's numbers, in K directions, of what was fitted, and by how much
+    less what is unexplained is in each of these at its postures (3 M, K).
+    """
     if found is None or not len(found.values):
-        return np.zeros((2 * ARM_AXES + len(chain.couples), 0))
+        known = 0 if found is None or found.unexplained is None else len(found.unexplained.postures)
+        return np.zeros((2 * ARM_AXES + len(chain.couples), 0)), np.zeros((3 * known, 0))
     values, vectors = np.linalg.eigh(0.5 * (found.cov + found.cov.T))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     index = {t.name: k for k, t in enumerate(terms)}
-    own_root = np.zeros((len(terms), len(values)))
+    own_root, counted = np.zeros((len(terms), len(values))), np.zeros(len(values), np.bool_)
     for own, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True)):
         rows = np.flatnonzero(found.owner == own)
         for k, name in zip(rows, effect.terms(unit, state), strict=False):
             own_root[index[name]] += root[k]
-    return chain.root(own_root)
+            counted[k] = chain.counts[index[name]]
+    if found.unexplained is None:
+        return chain.root(own_root, np.zeros((0, len(values))))
+    # of constants that the planner doesn't move, nothing is made up for either
+    less = np.einsum("mdk,kl->mdl", found.unexplained.by_value[:, :, counted], root[counted])
+    return chain.root(own_root, less.reshape(-1, len(values)))
 
 
 def _terms(cell: Cell, model: ErrorModel, found: FittedUnits | None) -> tuple[ErrorTerm, ...]:

@@ -8,12 +8,13 @@ is left there moves the surface: its square, in the mean over that surface, is d
 surface is not known, M = 1 - t t^T with t the feed's direction: what lies along the feed leaves any surface where it is. What is
 not known counts by its variance: with |d|_M^2 = d^T M d,
 
-    E e^2 = |d|_M^2 + sum_k |d_k|_M^2 + sum_i swing_i^2 |v_i|_M^2 + doubt^2 |d_f|_M^2 + any_force^2 sum_a |C_a|_M^2
-            + (rest^2 + g) tr M
+    E e^2 = |d|_M^2 + sum_k |d_k|_M^2 + sum_i (swing_i^2 + (granted_i v_i . f)^2) |v_i|_M^2 + doubt^2 |d_f|_M^2
+            + any_force^2 sum_a |C_a|_M^2 + (rest^2 + g) tr M
 
 without its first term where the program is compensated afterwards, with d_k the d of a standard deviation in direction k of what
-was fitted, d_f the force's part of d, C_a the columns of C, rest what nobody has explained, and g its part that follows posture,
-alike in all directions: the square of what was measured near by, unless that is compensated, and the variance.
+was fitted, d_f the force's part of d, C_a the columns of C, rest what nobody has explained, and g the variance of its part that
+follows posture. What was measured of that part near by belongs to d, and by how much less it would be beside a larger constant to
+d_k: where the logs were, the two make up for each other, so that staying costs little, and leaving costs the constants' doubt.
 
 In the objective a metre cut costs `accuracy` E e^2 / e_0^2 (`part_error`), times the surface that is left there, which is 1 in
 the mean over what is cut; what is cut away again later costs nothing. e_0^2 is the mean over the path at the best-conditioned
@@ -35,6 +36,7 @@ from camrob.compiled import kernel, part
 from camrob.dynamics.gravity import GRAVITY, GravityArrays, gravity_arrays
 from camrob.frame_steps import compose, move_joint
 from camrob.redundancy.planning.posture_errors import ARM_AXES, PostureErrors
+from camrob.redundancy.planning.smooth_rest import ALIKE, RestNumbers, rest_numbers, smooth_rest
 
 __all__ = ["NO_ERRORS", "SHARE", "ErrorNumbers", "error_numbers", "expected_square", "expected_squares", "local_pushes"]
 
@@ -46,19 +48,6 @@ PUSH, SHARE = 10, 9
 """Numbers of a waypoint's push: the force (N) and M (xx, yy, zz, xy, xz, yz) in the waypoint's frame; at SHARE, how much of what
 is cut it counts for beside others, 0 where nothing does.
 """
-
-
-class _RestNumbers(NamedTuple):
-    """`UnexplainedRest` for the kernels: with k (M,) a posture's covariances with those that are known, g = far + k^T G k."""
-
-    postures: Array
-    per: Array
-    turns: NDArray[np.bool_]
-    length: float
-    variance: float
-    same: float
-    far: float
-    G: Array
 
 
 class ErrorNumbers(NamedTuple):
@@ -75,22 +64,19 @@ class ErrorNumbers(NamedTuple):
     compliance: Array
     shift: Array
     swing: Array
+    granted: Array
     root: Array
     tip: Array
     doubt: float
     any_force: float
     rest: float
-    unexplained: _RestNumbers
+    unexplained: RestNumbers
     known: float
     couples: NDArray[np.int64]
     coupling: Array
     places: Array
 
 
-# nothing known of any posture, and nothing unknown
-_ALIKE = _RestNumbers(
-    np.zeros((0, ARM_AXES)), np.zeros(ARM_AXES), np.zeros(ARM_AXES, np.bool_), 1.0, 0.0, 0.0, 0.0, np.zeros((0, 0))
-)
 # a machine without an error, in the same types: nothing to count, and arrays of three and six without a row
 NO_ERRORS = ErrorNumbers(
     0.0,
@@ -110,12 +96,13 @@ NO_ERRORS = ErrorNumbers(
     np.zeros(ARM_AXES),
     np.zeros(ARM_AXES),
     np.zeros(ARM_AXES),
+    np.zeros(ARM_AXES),
     np.zeros((2 * ARM_AXES, 0)),
     np.zeros(2),
     0.0,
     0.0,
     0.0,
-    _ALIKE,
+    ALIKE,
     1.0,
     np.zeros((0, 2), np.int64),
     np.zeros(0),
@@ -125,8 +112,8 @@ NO_ERRORS = ErrorNumbers(
 
 def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
     """The numbers of a cell's errors, nothing weighed yet; roll: 1 where the cell has a virtual one."""
-    plain = (errors.sagging, errors.compliance, errors.shift, errors.swing, errors.root, errors.tip)
-    sagging, c, shift, swing, root, tip = (np.ascontiguousarray(x, np.float64) for x in plain)
+    plain = (errors.sagging, errors.compliance, errors.shift, errors.swing, errors.granted, errors.root, errors.tip)
+    sagging, c, shift, swing, granted, root, tip = (np.ascontiguousarray(x, np.float64) for x in plain)
     return ErrorNumbers(
         0.0,
         np.zeros(ARM_AXES),
@@ -136,30 +123,18 @@ def error_numbers(cell: Cell, roll: int, errors: PostureErrors) -> ErrorNumbers:
         c,
         shift,
         swing,
+        granted,
         root,
         tip,
         float(errors.doubt),
         float(errors.any_force),
         float(errors.rest),
-        _rest_numbers(errors),
+        rest_numbers(cell, errors.unexplained),
         0.0 if errors.corrected else 1.0,
         np.ascontiguousarray(errors.couples, np.int64),
         np.ascontiguousarray(errors.coupling, np.float64),
         np.ascontiguousarray(errors.places, np.float64),
     )
-
-
-def _rest_numbers(errors: PostureErrors) -> _RestNumbers:
-    """The smooth rest, with what is expected of it where that is not compensated."""
-    rest = errors.unexplained
-    if rest is None:
-        return _ALIKE
-    inverse = np.linalg.inv(rest.own)
-    expected = 0.0 if errors.corrected else rest.values @ rest.values.T / 3.0
-    plain = (rest.postures, rest.per, inverse @ (rest.cov + expected) @ inverse - inverse)
-    postures, per, G = (np.ascontiguousarray(x, np.float64) for x in plain)
-    turns, variance, same = np.ascontiguousarray(rest.turns, np.bool_), float(rest.variance), float(rest.same)
-    return _RestNumbers(postures, per, turns, float(rest.length), variance, same, variance + same, G)
 
 
 def local_pushes(
@@ -274,7 +249,7 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
         Q[r, 0], Q[r, 1] = co * R[r, 0] + si * R[r, 1], co * R[r, 1] - si * R[r, 0]
         f[r] = Q[r, 0] * push[0] + Q[r, 1] * push[1] + Q[r, 2] * push[2]
     _in_world(Q, push, M)
-    moved, pushed, own = np.zeros(3), np.zeros(3), np.empty(6)
+    moved, pushed, own, loose = np.zeros(3), np.zeros(3), np.empty(6), np.empty(6)
     for i in range(6):
         dx, dy, dz = p[0] - P[i, 0], p[1] - P[i, 1], p[2] - P[i, 2]
         v[i, 0] = Z[i, 1] * dz - Z[i, 2] * dy
@@ -282,7 +257,7 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
         v[i, 2] = Z[i, 0] * dy - Z[i, 1] * dx
         torque = v[i, 0] * f[0] + v[i, 1] * f[1] + v[i, 2] * f[2]
         sag = _gravity_torque(errors.gravity, i, E + i, Z, P, C)
-        own[i] = sag + torque
+        own[i], loose[i] = sag + torque, errors.granted[i] * torque
         for r in range(3):
             moved[r] += v[i, r] * (errors.sagging[i] * sag + errors.compliance[i] * torque + errors.shift[i])
             pushed[r] += v[i, r] * errors.compliance[i] * torque
@@ -296,51 +271,28 @@ def expected_square(errors: ErrorNumbers, u: Array, q: Array, push: Array, lever
         give = errors.tip[0] * f[r] + (errors.tip[1] - errors.tip[0]) * axial * R[r, 2]
         moved[r] += give
         pushed[r] += give
-    total = (errors.rest * errors.rest + _smooth_rest(errors.unexplained, u, q, E)) * (M[0, 0] + M[1, 1] + M[2, 2])
+    beside = np.zeros((3, 1 + errors.root.shape[1]))
+    total = (errors.rest * errors.rest + smooth_rest(errors.unexplained, errors.gravity, u, q, E, beside)) * (
+        M[0, 0] + M[1, 1] + M[2, 2]
+    )
+    for r in range(3):
+        moved[r] += beside[r, 0]
     total += errors.known * _square(M, moved) + errors.doubt * errors.doubt * _square(M, pushed)
     for i in range(6):
         levers[i] = _square(M, v[i])
-        total += errors.swing[i] * errors.swing[i] * levers[i]
-    return float(total + _unfitted(errors, v, own, q, frames, P, p, M) + _unforeseen(errors, v, R, M))
-
-
-@part
-def _smooth_rest(rest: _RestNumbers, u: Array, q: Array, E: int) -> float:
-    """m2, g of a posture u (F,), q (6,) with E external axes."""
-    n, axes = rest.postures.shape[0], E + 6
-    k, total = np.empty(n), rest.far
-    for j in range(n):
-        first, second, count, turned = 0.0, 0.0, 0.0, 1.0
-        for i in range(axes):
-            if rest.per[i] > 0.0:
-                x = (u[i] if i < E else q[i - E]) - rest.postures[j, i]
-                d = x * rest.per[i] / rest.length
-                longest = np.exp(-0.5 * d * d)
-                half = longest**4  # of half the length
-                one = (longest + half + half**4) / 3.0
-                first += one
-                second += one * one
-                count += 1.0
-                if rest.turns[i]:
-                    turned *= 0.5 * (1.0 + np.cos(x))
-        pairs = 0.5 * (first * first - second)
-        k[j] = rest.same + rest.variance * turned * (first + pairs) / (count + 0.5 * count * (count - 1.0))
-    for i in range(n):
-        own = 0.0
-        for j in range(n):
-            own += rest.G[i, j] * k[j]
-        total += own * k[i]
-    return max(total, 0.0)
+        total += (errors.swing[i] * errors.swing[i] + loose[i] * loose[i]) * levers[i]
+    return float(total + _unfitted(errors, v, own, q, frames, P, p, M, beside) + _unforeseen(errors, v, R, M))
 
 
 @part
 def _unfitted(
-    errors: ErrorNumbers, v: Array, own: Array, q: Array, frames: Array, P: Array, p: Array, M: Array
+    errors: ErrorNumbers, v: Array, own: Array, q: Array, frames: Array, P: Array, p: Array, M: Array, beside: Array
 ) -> float:
-    """m2 by what was fitted with doubt, of levers v (6, 3) and torques own (6,)."""
+    """m2 by what was fitted with doubt, of levers v (6, 3) and torques own (6,), less what the smooth rest makes up for."""
     total, moved, pairs = 0.0, np.empty(3), errors.couples.shape[0]
     for k in range(errors.root.shape[1]):
-        moved[:] = 0.0
+        for r in range(3):
+            moved[r] = -beside[r, 1 + k]
         for i in range(6):
             turn = errors.root[i, k] * own[i] + errors.root[6 + i, k]
             for r in range(3):

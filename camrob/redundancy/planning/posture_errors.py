@@ -76,7 +76,8 @@ class UnexplainedRest:
     of axes that it doesn't follow; turns: (E + 6,) True of tables, which turn what is measured. Its kernel, of squared
     exponentials of `length` and of a half and a quarter of it, is summed over axes and pairs of them; variance: m2 of it, same:
     m2 of a constant beside it. values: (M, 3) m, the error expected at the postures, cov: (M, M) m2, how far it may be off there
-    in each direction; own: (M, M) m2, the kernel among them.
+    in each direction; own: (M, M) m2, the kernel among them. by_root: (M, 3, K) m by how much less the error is in each of the K
+    directions of `PostureErrors.root`. in_base: values and by_root are seen from `base`, else from `world`.
     """
 
     postures: Array
@@ -88,6 +89,8 @@ class UnexplainedRest:
     values: Array
     cov: Array
     own: Array
+    by_root: Array
+    in_base: bool
 
 
 @dataclass(frozen=True)
@@ -103,12 +106,13 @@ class PostureErrors:
     coupling and places: root @ root.T is the covariance of all. tip: (2,) m/N
     that tool and holder give across and along the tool.
 
-    force: what pushes while cutting; doubt: share of it by which it may be wrong; any_force: N, the standard deviation in each
-    direction of a force of which nothing else is known. rest: m, the standard deviation in any one direction of what nobody has
-    explained, alike in all postures; unexplained: of what is not alike, None where nobody knows where. corrected: the program is
-    compensated afterwards with all that is known here, so that only what is doubtful stays. normals: the surface that counts;
-    None where the cutter's shape is not known, and all that lies across the feed counts. counted, left_out: what the numbers
-    hold, and what is known and not in them, in words.
+    granted: (6,) rad/Nm, the standard deviation of a compliance that nobody measured: under the force, as what gravity does was
+    measured with all that is unexplained. force: what pushes while cutting; doubt: share of it by which it may be wrong;
+    any_force: N, the standard deviation in each direction of a force of which nothing else is known. rest: m, the standard
+    deviation in any one direction of what nobody has explained, alike in all postures; unexplained: of what is not alike, None
+    where nobody knows where. corrected: the program is compensated afterwards with all that is known here, so that only what is
+    doubtful stays. normals: the surface that counts; None where the cutter's shape is not known, and all that lies across the
+    feed counts. counted, left_out: what the numbers hold, and what is known and not in them, in words.
     """
 
     compliance: Array
@@ -119,6 +123,7 @@ class PostureErrors:
     root: Array
     tip: Array
     force: ToolForce = field(default_factory=NoForce)
+    granted: Array = field(default_factory=lambda: np.zeros(ARM_AXES))
     doubt: float = 0.0
     any_force: float = 0.0
     couples: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
