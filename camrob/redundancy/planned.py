@@ -23,12 +23,12 @@ from camrob.cell.cell import Cell
 from camrob.errors import CellError
 from camrob.findings import Finding, Severity
 from camrob.progress import Share
+from camrob.redundancy.accuracy.posture_errors import PostureErrors
 from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanAccuracy
 from camrob.redundancy.planning.for_accuracy import WORTH, expected_error
 from camrob.redundancy.planning.freedoms import plan_space
-from camrob.redundancy.planning.posture_errors import PostureErrors
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.replanning.bettered import Run
 from camrob.redundancy.replanning.clearing import Obstacles, cleared, published

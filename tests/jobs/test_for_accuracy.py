@@ -23,8 +23,8 @@ from camrob.gap.effects.robot_size import ordinary_compliance
 from camrob.jobs.solving.chain_constants import chain_constants
 from camrob.jobs.solving.machine_errors import machine_errors
 from camrob.jobs.solving.sought import Sought, check_sought
-from camrob.redundancy.planning.part_error import error_numbers, expected_squares
-from camrob.redundancy.planning.posture_errors import PLACES
+from camrob.redundancy.accuracy.part_error import error_numbers, expected_squares
+from camrob.redundancy.accuracy.posture_errors import PLACES
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "cells" / "kr15_track_table"

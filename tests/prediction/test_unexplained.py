@@ -22,8 +22,8 @@ from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
 from camrob.prediction.deflection import granted_compliance
 from camrob.prediction.true_path import UNEXPLAINED, true_path
-from camrob.redundancy.planning.part_error import error_numbers, expected_squares
-from camrob.redundancy.planning.posture_errors import PostureErrors
+from camrob.redundancy.accuracy.part_error import error_numbers, expected_squares
+from camrob.redundancy.accuracy.posture_errors import PostureErrors
 from camrob.summaries.fitted.diagnosis_fitted import UnexplainedSaid
 
 sys.path.insert(0, str(ROOT / "tests" / "bench"))

@@ -24,7 +24,7 @@ from camrob.jobs.solving.surface_of_path import SurfaceOfPath
 from camrob.prediction.deflection import GRANTED, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
-from camrob.redundancy.planning.posture_errors import ARM_AXES, NoForce, PostureErrors, UnexplainedRest
+from camrob.redundancy.accuracy.posture_errors import ARM_AXES, NoForce, PostureErrors, UnexplainedRest
 from camrob.units import m_to_mm
 
 __all__ = ["machine_errors", "unexplained_rest"]

@@ -19,7 +19,7 @@ from camrob.cutting.way import Way
 from camrob.errors import InputError
 from camrob.frozen import digest
 from camrob.jobs.files.inputs import JobInputs
-from camrob.redundancy.planning.posture_errors import LeftSurface
+from camrob.redundancy.accuracy.posture_errors import LeftSurface
 from camrob.se3 import inverse
 
 __all__ = ["SurfaceOfPath", "surface_of_path"]

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from camrob.compiled import kernel, part
 from camrob.kinematics.arm import reach
 from camrob.kinematics.spherical_wrist import BRANCH_OK
+from camrob.redundancy.accuracy.part_error import PUSH
 from camrob.redundancy.planning.certificate import Certificate, Survey
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot
 from camrob.redundancy.planning.objective import BEYOND, Objective, error_price, posture_price
-from camrob.redundancy.planning.part_error import PUSH
 
 __all__ = ["Nodes", "candidate_nodes", "external_prices", "region_seeds"]
 

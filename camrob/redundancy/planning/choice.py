@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.redundancy.accuracy.part_error import expected_squares
 from camrob.redundancy.plan_report import PlanPoint
 from camrob.redundancy.planning.certificate import Certificate
 from camrob.redundancy.planning.course import Draft, draft_terms
 from camrob.redundancy.planning.freedoms import PlanSpace, conditioning, plan_work
 from camrob.redundancy.planning.objective import Objective
-from camrob.redundancy.planning.part_error import expected_squares
 from camrob.redundancy.planning.waypoints import Waypoints
 
 __all__ = ["Choice", "CurvePoint", "Knee", "chosen_point", "plan_point", "plan_terms"]

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.redundancy.accuracy.part_error import SHARE
 from camrob.redundancy.planning.candidates import Nodes
 from camrob.redundancy.planning.dynamic_programming import Layers, Way, cheapest_way
 from camrob.redundancy.planning.forbidding import forbidden, forbidden_price
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import AIR_SHARE, Moves, Objective, motion_price, plan_prices
-from camrob.redundancy.planning.part_error import SHARE
 from camrob.redundancy.planning.refinement import ITERATIONS, Course, arm_along, refine_course
 from camrob.redundancy.planning.waypoints import Waypoints
 

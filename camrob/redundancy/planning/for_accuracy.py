@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.redundancy.accuracy.part_error import MARK, SHARE, STROKE, error_numbers, expected_squares, local_pushes
+from camrob.redundancy.accuracy.posture_errors import PostureErrors
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import ExpectedError
 from camrob.redundancy.planning.candidates import external_prices
 from camrob.redundancy.planning.certificate import ROLLS, Certificate, Survey
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights
-from camrob.redundancy.planning.part_error import MARK, SHARE, STROKE, error_numbers, expected_squares, local_pushes
-from camrob.redundancy.planning.posture_errors import PostureErrors
 from camrob.redundancy.planning.refinement import arm_along
 from camrob.redundancy.planning.waypoints import Waypoints
 from camrob.redundancy.solution import Solution

@@ -38,8 +38,8 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.compiled import kernel, part
 from camrob.errors import CellError
+from camrob.redundancy.accuracy.part_error import NO_ERRORS, SHARE, ErrorNumbers, expected_square
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work
-from camrob.redundancy.planning.part_error import NO_ERRORS, SHARE, ErrorNumbers, expected_square
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = [

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
+from camrob.redundancy.accuracy.part_error import PUSH
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, posture
 from camrob.redundancy.planning.objective import (
     BEYOND,
@@ -17,7 +18,6 @@ from camrob.redundancy.planning.objective import (
     error_price,
     posture_price,
 )
-from camrob.redundancy.planning.part_error import PUSH
 from camrob.small_matrices import made_positive, solved
 
 __all__ = ["Course", "arm_along", "refine_course"]

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from camrob.compiled import kernel
 from camrob.frozen import locked
+from camrob.redundancy.accuracy.part_error import PUSH, SHARE
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.planning.part_error import PUSH, SHARE
 from camrob.se3 import pose
 
 __all__ = ["ARM_LENGTH", "Waypoints", "waypoints"]

@@ -15,6 +15,7 @@ from camrob.errors import JobError
 from camrob.findings import Finding, Severity
 from camrob.kinematics.arm import Arm
 from camrob.progress import Share
+from camrob.redundancy.accuracy.posture_errors import PostureErrors
 from camrob.redundancy.clock import Clock
 from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import FAILED_NOT_REACHED
@@ -28,7 +29,6 @@ from camrob.redundancy.planning.followed import Followed, follow_plan
 from camrob.redundancy.planning.for_accuracy import pushed, weighed
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights, plan_weights
-from camrob.redundancy.planning.posture_errors import PostureErrors
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.planning.waypoints import Waypoints, waypoints
 from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm

@@ -18,6 +18,7 @@ from camrob.frozen import locked
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.batched import BatchedKinematics
 from camrob.kinematics.kernels import chain_arrays, forward_many, inverse_kf_many
+from camrob.redundancy.accuracy.part_error import PUSH
 from camrob.redundancy.free_frames import rotation_minimising
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned
@@ -33,7 +34,6 @@ from camrob.redundancy.planning.objective import (
     plan_weights,
     posture_price,
 )
-from camrob.redundancy.planning.part_error import PUSH
 from camrob.redundancy.planning.refinement import Course, arm_along, refine_course
 from camrob.redundancy.planning.scan_batched import scan_batched
 from camrob.redundancy.planning.waypoints import waypoints

@@ -35,8 +35,8 @@ from camrob.cell.cell import Cell
 from camrob.compiled import kernel, part
 from camrob.dynamics.gravity import GRAVITY, GravityArrays, gravity_arrays
 from camrob.frame_steps import compose, move_joint
-from camrob.redundancy.planning.posture_errors import ARM_AXES, PostureErrors
-from camrob.redundancy.planning.smooth_rest import ALIKE, RestNumbers, rest_numbers, smooth_rest
+from camrob.redundancy.accuracy.posture_errors import ARM_AXES, PostureErrors
+from camrob.redundancy.accuracy.smooth_rest import ALIKE, RestNumbers, rest_numbers, smooth_rest
 
 __all__ = ["NO_ERRORS", "SHARE", "ErrorNumbers", "error_numbers", "expected_square", "expected_squares", "local_pushes"]
 

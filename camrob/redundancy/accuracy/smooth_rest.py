@@ -14,7 +14,7 @@ from camrob.cell.world import world_T_floor
 from camrob.compiled import part
 from camrob.dynamics.gravity import GravityArrays
 from camrob.frame_steps import compose, move_joint
-from camrob.redundancy.planning.posture_errors import ARM_AXES, UnexplainedRest
+from camrob.redundancy.accuracy.posture_errors import ARM_AXES, UnexplainedRest
 
 __all__ = ["ALIKE", "RestNumbers", "rest_numbers", "smooth_rest"]
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from test_planned import CELL, OBJECTIVE, SPACE, along, course_of, moves_of, raster
 
+from camrob.redundancy.accuracy.part_error import error_numbers, expected_squares, local_pushes
+from camrob.redundancy.accuracy.posture_errors import NoForce, PostureErrors
 from camrob.redundancy.plan_report import ExpectedError
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.certificate import certify
 from camrob.redundancy.planning.for_accuracy import expected_error, pushed
 from camrob.redundancy.planning.objective import motion_price, plan_prices
-from camrob.redundancy.planning.part_error import error_numbers, expected_squares, local_pushes
-from camrob.redundancy.planning.posture_errors import NoForce, PostureErrors
 from camrob.redundancy.planning.refinement import refine_course
 from camrob.redundancy.planning.waypoints import waypoints
 

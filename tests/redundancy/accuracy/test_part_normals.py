@@ -10,10 +10,10 @@ import pytest
 from test_part_error import COMPLIANCE, Push, errors_of
 from test_planned import CELL, raster
 
+from camrob.redundancy.accuracy.part_error import SHARE
+from camrob.redundancy.accuracy.posture_errors import LeftSurface
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.for_accuracy import expected_error, pushed
-from camrob.redundancy.planning.part_error import SHARE
-from camrob.redundancy.planning.posture_errors import LeftSurface
 from camrob.redundancy.planning.waypoints import waypoints
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
