@@ -23,7 +23,10 @@ from camrob.kinematics.kernels import chain_arrays, forward_many
 from camrob.progress import Share
 from camrob.se3 import inverse
 
-__all__ = ["check_collisions"]
+__all__ = ["CUTTING", "check_collisions"]
+
+CUTTING = "while it cuts"
+"""How the text of a finding ends whose bodies touch within a cut."""
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -225,7 +228,7 @@ def _findings(
         first = rooms[min(members, key=lambda k: rooms[k].first)]
         point = first.first
         named = lines[: point + 1][lines[: point + 1] > 0]  # camrob's own points carry no line: the last one before
-        how = "while it cuts" if cut[point] else "on a move through air"
+        how = CUTTING if cut[point] else "on a move through air"
         out.append(
             Finding(
                 code="collision",

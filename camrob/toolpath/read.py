@@ -143,7 +143,7 @@ def _bytes(path: Path) -> bytes:
         size = path.stat().st_size
         if size > _LARGEST_BYTES:
             raise ToolpathError(f"the file has {size >> 20} MiB, more than 1024", hint="split it", path=path)
-        return path.read_bytes()
+        return path.read_bytes().strip(b"\0")  # leader and trailer of a tape, and what DNC fills a block up with
     except OSError as error:
         why = (error.strerror or "it can't be opened").lower()
         raise ToolpathError(f"can't be read: {why}", hint="check the path", path=path) from error

@@ -133,14 +133,17 @@ class Path:
 class Pecks(NamedTuple):
     """How far the first peck of a hole may go, m from the start of its motion, and every other one, m from where the tool was.
 
-    out: between two of them the tool is drawn back to where the motion starts, so that it takes the chips out. lows: where they
-    differ, how far below its start each may reach, the last one to the bottom.
+    out: between two of them the tool is drawn back to where the motion starts, so that it takes the chips out; `breaks` of them
+    in a row may break the chip in the hole before that. lows: where they differ, how far below its start each may reach, the
+    last one to the bottom. fed: the tool is drawn out no faster than by the motion behind the hole's.
     """
 
     first: float
     others: float
     out: bool
     lows: tuple[float, ...] = ()
+    breaks: int = 0
+    fed: bool = False
 
     def deepest(self, n: int) -> float:
         """How far the n-th peck (from 0) may go at once, and none may go beyond `low`, m."""

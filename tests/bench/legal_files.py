@@ -24,7 +24,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 # what a drawn job may run into for a reason of its own: the arm's reach, its limits, an axis that can't follow, its bodies
-RIGHTLY = ("can't be reached", "limit", "faster than", "touches")
+RIGHTLY = ("can't be reached", "limit", "faster than", "would have to run at", "touches")
 NEVER = ("fault of camrob", "error in camrob")
 
 

@@ -214,6 +214,7 @@ def test_steps_from_the_last_target(tmp_path):
         (P0 + "LIN_REL {E3 1}", "external axis"),
         (P0 + "PTP_REL {A1 1}", "doesn't hold"),
         (P0 + "LIN {X 1} #BASE", "behind a motion"),
+        (P0 + "LIN {X 1,Y 0,Z 0}:{X 0,Y 0,Z -4,A 0,B 0,C 0}", "geometric operator"),
         (P0 + "CIRC {X 2,Y 3},{X 3,Y 2},CA 90\nLIN_REL {X 1}", "doesn't hold"),
     ],
 )

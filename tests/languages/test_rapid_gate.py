@@ -212,6 +212,7 @@ LEGAL: dict[str, Callable[[str], str]] = {
     "remarks": lambda t: t.replace("MoveC", "! MoveL p1,v5,fine,tool0;\r\n MoveC").replace(
         "fine,t_part", "fine ,t_part"
     ),
+    "the head of a backup": lambda t: "%%%\r\n  VERSION:1\r\n  LANGUAGE:ENGLISH\r\n%%%\r\n\r\n" + t,
     "stops at corners": lambda t: re.sub(r",z_part,(t2?_part\\WObj)", r",fine,\1", t, count=1),
 }
 

@@ -27,12 +27,46 @@ def test_each_bite_is_shorter_by_q212_down_to_q205(tmp_path: Path) -> None:
     assert pecks.lows == pytest.approx((0.006, 0.009, 0.011)) and pecks.out
 
 
-@pytest.mark.parametrize("values", [(1, 2, 2), (1, 0, 0), (1, 0, 5)])
-def test_what_of_cycle_203_it_does_not_judge(tmp_path: Path, values: tuple[int, int, int]) -> None:
-    """Chips that are broken; no least bite; one above the first."""
+@pytest.mark.parametrize("values", [(1, 0.5, 2), (1, 0, 0), (1, 0, 5)])
+def test_what_of_cycle_203_it_does_not_judge(tmp_path: Path, values: tuple[float, int, int]) -> None:
+    """Chips that are broken half a time; no least bite; one above the first."""
     (tmp_path / "a.h").write_text(KLARTEXT.format(*values), encoding="utf-8")
     (gap,) = read_story(tmp_path / "a.h").gaps
     assert "CYCL DEF 203" in gap.text
+
+
+def _program_of_breaks(tmp_path: Path) -> tuple[Path, list[str]]:
+    """Bites of 2 mm, of which one breaks the chip before the tool comes out at 500 mm/min: the program's lines."""
+    text = KLARTEXT.format(0, 1, 2).replace("Q202=4", "Q202=2").replace("Q208=99999", "Q208=500")
+    made = posted(tmp_path, "a.h", text, setup="part_in_base = [0, 0, 200, 0, 0, 0]\n")
+    assert not any("part" in warning.code for warning in made.summary.warnings)  # all of it is judged
+    program = next(made.out.glob("*.src"))
+    return program, program.read_text(encoding="ascii").split("\n")
+
+
+def _objections(tmp_path: Path, program: Path, lines: list[str]) -> set[str]:
+    program.write_text("\n".join(lines), encoding="ascii")
+    return {o.code for o in judge(program, KR15, clfile=tmp_path / "in" / "a.h").objections}
+
+
+def test_chips_are_broken_as_often_as_the_cycle_says_and_no_oftener(tmp_path: Path) -> None:
+    program, lines = _program_of_breaks(tmp_path)
+    heights = [float(row.split("Z ")[1].split(",")[0]) - 200.0 if row.startswith("LIN") else 99.0 for row in lines]
+    lows = [z for z in heights if z < 2.5]
+    assert lows == pytest.approx([2, -2, -1.8, -4, 2, -2, -6, -5.8, -8, 2, -6, -9, 2], abs=1e-3)
+    out = [k for k, z in enumerate(heights) if z == pytest.approx(2.0)]
+    assert _objections(tmp_path, program, lines) == set()
+    stays = lines.copy()  # where the tool has to come out the chip is broken again: three bites in a row
+    stays[out[1]] = lines[next(k for k, z in enumerate(heights) if z == pytest.approx(-1.8, abs=1e-3))]
+    assert "peck-left-in" in _objections(tmp_path, program, stays)
+
+
+def test_out_of_the_hole_no_faster_than_the_cycle_says(tmp_path: Path) -> None:
+    program, lines = _program_of_breaks(tmp_path)
+    feeds = [k for k, row in enumerate(lines) if row == "$VEL.CP = 0.008333"]
+    assert feeds
+    lines[feeds[0]] = "$VEL.CP = 0.050000"
+    assert "entry-faster" in _objections(tmp_path, program, lines)
 
 
 def test_a_datum_of_okumas_is_a_work_frame(tmp_path: Path) -> None:

@@ -78,6 +78,10 @@ def test_calls_repeat_nest_and_go_back_to_a_block(tell):
     assert back.complete and [p[0] for p in mm(back)] == [0, 1, 9]
     local = tell(HEAD + "M97 P50 L2\nG1 X9.\nM30\nN50 G91 G1 X1.\nG90 M99\n", name="a.nc")
     assert local.complete and [p[0] for p in mm(local)] == [0, 1, 2, 9]
+    counted = tell(HEAD + "#1=2\n#2=50\nM97 P#2 L[#1+1]\nG1 X9.\nM30\nN50 G91 G1 X1.\nG90 M99\n", name="a.nc")
+    assert counted.complete and [p[0] for p in mm(counted)] == [0, 1, 2, 3, 9]
+    half = tell(HEAD + "#1=2.5\nM97 P50 L#1\nG1 X9.\nM30\nN50 G91 G1 X1.\nG90 M99\n", name="a.nc")
+    assert not half.complete
     first = tell("O3\nG1 X3. F60\nM99\nO1\nG21 G0 X0 Y0 Z5.\nM98 P3\nM30\n", name="a.nc")
     assert first.complete and mm(first) == [[0, 0, 5], [3, 0, 5]]
 

@@ -51,3 +51,19 @@ def test_another_operation_is_come_to_as_the_cell_does() -> None:
     story = file(*HOLES[:-1], rapid(30, 0, 20, begins=True), *LAST)
     way = (lin(0, 0, 60, at=RAPID), lin(30, 0, 60, at=RAPID))
     assert judged(story, program(*BEGIN, *way, *OVER, *END)).objections == []
+
+
+def test_where_the_file_turns_the_tool_the_way_is_the_arms() -> None:
+    """Behind a hole the tool is swung to another side in rapid: what that sweeps the file doesn't know."""
+    leaning = (0.3, 0.0, 0.9539392)
+    tilted = (rapid(30, 0, 60, axis=leaning), rapid(30, 0, 5, axis=leaning), feed(30, 0, -1, axis=leaning))
+    story = file(*HOLES[:-1], *tilted, rapid(30, 0, 60, axis=leaning), OFF)
+    swing = (lin(0, 0, 80, at=RAPID), lin(30, 0, 80, axis=leaning, at=RAPID), lin(30, 0, 60, axis=leaning, at=RAPID))
+    end = (
+        lin(30, 0, 5, axis=leaning, at=RAPID),
+        lin(30, 0, -1, axis=leaning),
+        lin(30, 0, 60, axis=leaning, at=RAPID),
+        OFF,
+        ptp(),
+    )
+    assert judged(story, program(*BEGIN, lin(0, 0, 20, at=RAPID), *swing, *end)).objections == []

@@ -21,6 +21,7 @@ _ADVICE = {
     "axis-jump": _PLACE,
     "axis-speed": f"lower the feed there, post with --feed optimal, or {_PLACE}",
     "collision": f"{_PLACE}, or raise clearance_mm in setup.toml",
+    "collision-in-cut": f"{_PLACE}, or cut there with a longer or slimmer tool",
     "jump": _PLACE,
     "out-of-reach": _PLACE,
     "ptp-unreachable": _PLACE,

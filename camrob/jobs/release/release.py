@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.checks.collision_report import CollisionReport, joined_collisions
-from camrob.checks.collisions import check_collisions
+from camrob.checks.collisions import CUTTING, check_collisions
 from camrob.checks.margins import MarginReport, check_margins, joined_margins
 from camrob.controller.against import Coverage
 from camrob.controller.cover_stretches import cover_stretches
@@ -208,7 +208,8 @@ def check_release(
     collisions = path_collisions(back, inputs, progress)
     if collisions.count:
         first = next(f for f in collisions.findings if f.severity is Severity.ERROR)
-        what = f"{first.text} ({collisions.count} points); {advice('collision')}"
+        code = "collision-in-cut" if first.text.endswith(CUTTING) else "collision"  # no clearance lifts a cut
+        what = f"{first.text} ({collisions.count} points); {advice(code)}"
         raise named_region(CollisionError(what, line=first.line, region=_index(first)), inputs)
     findings = collapse(
         [

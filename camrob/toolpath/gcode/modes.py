@@ -46,6 +46,7 @@ _REFUSED = {
     330: ("threading (G33)", "mill the thread, or leave it out"),
     331: ("rigid tapping, which needs a spindle coupled to the feed (G33.1)", "mill the thread, or leave it out"),
     2540: ("a work offset that turns with the table (G254)", "post with TCP on (G234, G43.4) or with G68.2 and G53.1"),
+    2680: ("a feature coordinate system (G268)", "post with G68.2 and G53.1, or with TCP on (G234)"),
     650: ("a macro call (G65)", "have the CAM system write plain blocks"),
     660: ("a macro call (G66)", "have the CAM system write plain blocks"),
     683: ("a tilted plane by points or vectors (G68.3)", "use G68.2 with Euler angles"),

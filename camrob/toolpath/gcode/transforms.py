@@ -116,6 +116,11 @@ def end_scaling(modal: Modal, frame: ToolFrame) -> None:
 def haas_mirror(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     """Haas's G101 X0 Y0, mirrored at the work zero, and G100 X0 Y0, no longer (Mill Operator's Manual, G100/G101)."""
     named = [k for k in block.words if k in "XYZ"]
+    if code == 1000 and "T" in block.words:
+        raise ToolpathError(
+            "a tool change that moves to its place (Brother's G100)",
+            hint="post the change as M6, and its moves behind it",
+        )
     if not named or set(named) != set(block.words) or any(block.words.values()):
         raise ToolpathError(
             f"G{code // 10} of other words than X0 and Y0 is not read", hint="let the CAM system mirror"

@@ -51,7 +51,7 @@ def read_text(path: Path) -> str:
         data = path.read_bytes()
     except OSError as error:
         raise ToolpathError(f"can't be read: {error.strerror or error}", hint="name a CL file", path=path) from error
-    data = data.rstrip(b"\x1a\r\n\t ")
+    data = data.strip(b"\0").rstrip(b"\x1a\r\n\t \0")  # tapes and DNC fill up with zeros
     if not data:
         raise ToolpathError("the file is empty", hint="post it again from the CAM system", path=path)
     if len(data.translate(None, _CONTROL)) != len(data):

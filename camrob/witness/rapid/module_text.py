@@ -29,6 +29,7 @@ _ROW = re.compile(
 _SIZES = (3, 4, 4, 6, 4)  # how many numbers place, quaternion, configuration, external axes and speed have
 _STRUCTURE = re.compile(
     r"(?:LOCAL )?(?:PROC|TRAP|FUNC|RECORD)\b.*|MODULE\b.*|SYSMODULE\b.*|END[A-Z]+|ELSE|ERROR|UNDO|BACKWARD"
+    r"|%%%|(?:VERSION|LANGUAGE) ?: ?\w+"  # the head that controllers and posts write above the module
     r"|(?:IF|ELSEIF)\b.*\bTHEN|(?:FOR|WHILE)\b.*\bDO|TEST\b.*|CASE\b.*:|DEFAULT:"
 )
 _HEAD = re.compile(r"(?:LOCAL )?PROC (\w+) ?\((.*)\)")

@@ -147,7 +147,7 @@ def strokes(prog: Track, ptp: NDArray[np.bool_], j: int, hole: Motion, tol: Tole
 
 def unlike_pecks(cuts: list[Stroke], most: Pecks) -> Iterator[tuple[int, str, str]]:
     """Which of a hole's `strokes` stand against the file's pecks, the first of each kind: code and what it does."""
-    deeper, stays = _too_deep(cuts, most), _left_in(cuts) if most.out else None
+    deeper, stays = _too_deep(cuts, most), _left_in(cuts, most.breaks) if most.out else None
     if deeper is not None:
         k, limit = deeper
         deep_mm, most_mm = m_to_mm(cuts[k].peck), m_to_mm(limit)
@@ -193,16 +193,18 @@ def _ends_elsewhere(cuts: list[Stroke], most: Pecks) -> tuple[int, float] | None
     return None
 
 
-def _left_in(cuts: list[Stroke]) -> int | None:
-    """The first of a hole's `strokes` that begins another peck without the tool's having been drawn out of the hole; None where
-    there is none.
+def _left_in(cuts: list[Stroke], breaks: int) -> int | None:
+    """The first of a hole's `strokes` that begins another peck without the tool's having been drawn out of the hole, more than
+    `breaks` of them in a row; None where there is none.
     """
-    highest = 0.0  # m below the start that the tool has come back to since the last peck
+    highest, kept = 0.0, 0  # m below the start that the tool has come back to since the last peck
     for k, (peck, low) in enumerate(cuts):
         if not peck:
             highest = min(highest, low)
             continue
-        if k and not cuts[k - 1].peck and highest > POSITION:
-            return k
+        if k and not cuts[k - 1].peck:
+            kept = kept + 1 if highest > POSITION else 0
+            if kept > breaks:
+                return k
         highest = low
     return None

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Objection, Run, Story, Way
-from camrob.witness.rules.rules_geometry import Track
+from camrob.witness.rules.rules_geometry import AXIS, Track
 from camrob.witness.rules.rules_path import Match
 
 __all__ = ["hole_objections"]
@@ -36,14 +36,16 @@ def _retracted(match: Match, file: Track, story: Story, prog: Track, run: Run) -
     """The first way from a hole that isn't the one that the file says, with nothing that would need another.
 
     A cycle's retract height is part of what was asked for: what stands beside the holes is known to who wrote it. A way of
-    its own is one on which the arm changes its posture, point to point or beneath a tool that stands still.
+    its own is one on which the arm changes its posture, point to point or beneath a tool that stands still, or on which the
+    file turns the tool: what that sweeps is the arm's.
     """
     way, joined, operation = story.way[file.rows], story.joined[file.rows], story.operation[file.rows]
+    turned = np.linalg.norm(file.axis - file.axis_start, axis=1) > AXIS
     for i, to in match.skipped:
         if not _behind_a_hole(i, way, joined) or to > len(way):
             continue
         passed = slice(i, to)
-        if not joined[passed].all() or (operation[passed] != operation[i - 1]).any():
+        if not joined[passed].all() or (operation[passed] != operation[i - 1]).any() or turned[passed].any():
             continue
         rows = match.air[(match.at[match.air] <= i) & (match.at[match.air + 1] >= i)]
         still = len(rows) and np.ptp(rows) + 1 > len(rows)

@@ -236,6 +236,10 @@ class _Walk:
         for k, code, text in () if most is None else unlike_pecks(cuts, most):
             self.j = j + k
             self._say(code, f"line {self.prog_line[self.j]} of the program {text}")
+        if (
+            most is not None and most.fed and self._leads_on(i + 1)
+        ):  # out of the hole at the feed of the motion behind it
+            self.entries += [(j + k, i + 1) for k, cut in enumerate(cuts) if not cut.peck and cut.low <= POSITION]
         self.at[j : j + len(cuts)] = i + 0.5
         self.j = j + len(cuts) - 1
         self._next()

@@ -50,6 +50,15 @@ def test_planning_is_advised_only_where_the_job_was_not_planned() -> None:
     )
 
 
+def test_no_clearance_is_advised_where_bodies_touch_within_a_cut(tmp_path: Path) -> None:
+    file = tmp_path / "wall.nc"
+    file.write_text("G21 G90 G17\nT1 M6\nS6000 M3\nG0 X-30 Y0 Z60\nG1 Z-40 F300\nX30\nG0 Z60\nM30\n")
+    (tmp_path / "setup.toml").write_text(SETUP)
+    with pytest.raises(CollisionError, match="while it cuts") as refused:
+        post(file, cell=CELL, out=tmp_path / "out", report=False)
+    assert "a longer or slimmer tool" in str(refused.value) and "clearance_mm" not in str(refused.value)
+
+
 def test_a_planned_job_is_not_told_to_plan(tmp_path: Path) -> None:
     file = tmp_path / "ridge.nc"
     file.write_text(INTO_THE_PART)

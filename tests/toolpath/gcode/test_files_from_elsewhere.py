@@ -45,6 +45,9 @@ def test_a_sheet_before_the_program_and_a_dwell_in_another_language(tmp_path: Pa
 REASONS = {
     "a.mpf": ("%_N_A_MPF\nG90 G71 G17\n$P_UIFR[1]=CTRANS(X,1)\nG1 X5 F100\nM30\n", "P_UIFR"),
     "b.nc": ("O1\nG21 G90\nG0 X0. Y0. Z5.\nG1 Z0. F9.\nG6.2 P3 K0. K0. K0. X1. Y1. R1.\nM30\n", "NURBS"),
+    "d.nc": ("O1\nG21 G90\nG100 T1 X0. Y0. Z50. S5000 M3 G54\nG1 Z-1. F9\nM30\n", "Brother's G100"),
+    "e.nc": ("O1\nG21 G90\nG54\nG268 X1. Y0. Z0. I0. J30. K0.\nM30\n", "feature coordinate system"),
+    "f.h": (HEAD + "4 CYCL DEF 1.0 PECKING\n" + END, "CYCL DEF 1.0 is not read"),
     "c.h": (HEAD + CUT + "5 CALL PGM TNC:\\PLAN.H\n" + END, "PLAN.H: another program"),
 }
 
@@ -66,6 +69,7 @@ SAME = {
     "block numbers that begin again": lambda text: "\n".join(
         f"N{(9990 + 10 * k) % 10000} {row}" if row[:1] in "GTSM" else row for k, row in enumerate(text.split("\n"))
     ).encode(),
+    "filled up with zeros": lambda text: b"\0" * 100 + text.encode() + b"\0" * 1000,
     "a long comment": lambda text: text.replace("T1 M6", "(x)\n" * 50_000 + "T1 M6").encode(),
 }
 
@@ -95,3 +99,23 @@ def test_two_bytes_a_character_is_read_right_or_refused_in_a_line(tmp_path: Path
     with pytest.raises(CamrobError) as error:
         _read(tmp_path, "wide.nc", ISO.encode("utf-16"))
     assert "\n" not in str(error.value) and ";" in str(error.value)
+
+
+def test_words_of_older_heidenhain_programs(tmp_path: Path) -> None:
+    """R alone leaves the compensation as it is; M functions with a zero before them; a feed in words of its own."""
+    text = HEAD.replace("FMAX M3", "F MAX M03") + "3 L Z+0 R F300\n4 L X+10 R F MAX M09\n" + END.replace("M5", "M05")
+    (tmp_path / "a.h").write_text(text, encoding="utf-8")
+    toolpath, story = read_toolpath(tmp_path / "a.h"), read_story(tmp_path / "a.h")
+    assert story.complete and not list(differences(toolpath, story))
+    assert np.vstack([region.position for region in toolpath.regions])[2] * 1e3 == pytest.approx([10, 0, 0])
+
+
+def test_no_offset_yet_and_then_one(tmp_path: Path) -> None:
+    """Siemens' G500 in a program's head, before G54."""
+    text = "N10 G17 G90 G94 G71 G500\nT1 D1\nM6\nS5000 M3\nG54\nG0 X0 Y0 Z30\nG1 Z-1 F500\nX10\nG0 Z30\nM30\n"
+    (tmp_path / "a.mpf").write_text("%_N_A_MPF\n" + text, encoding="utf-8")
+    toolpath, story = read_toolpath(tmp_path / "a.mpf"), read_story(tmp_path / "a.mpf")
+    assert story.complete and not list(differences(toolpath, story))
+    behind = text.replace("G0 Z30\nM30", "G0 Z30\nG500\nG0 X5 Y5 Z50\nM30")
+    (tmp_path / "a.mpf").write_text("%_N_A_MPF\n" + behind, encoding="utf-8")
+    assert not read_story(tmp_path / "a.mpf").complete

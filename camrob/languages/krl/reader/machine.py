@@ -186,6 +186,11 @@ class KrlMachine:
             self.rows.pose = self.rows.axes = None
             return None
         what = shown(value.text) if isinstance(value, Unknown) else expression.tokens[start].text
+        if any(token.text == ":" for token in expression.tokens[start:]):
+            raise KrlError(
+                f"{word} {shown(what)}: a target by the geometric operator (:) is not read",
+                hint="write it as one frame",
+            )
         raise KrlError(
             f"{word} {shown(what)}: the target's value is not in the program", hint="bring its .dat file along"
         )

@@ -41,7 +41,7 @@ MODES = frozenset((97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141
 """M functions that change the path or its feed."""
 
 _WORD = re.compile(
-    r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F[UZ]|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|S)"
+    r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F[UZ]|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|R(?= |$)|S)"
     r" ?([-+]?(?:Q[0-9]+|[0-9]*\.?[0-9]+\.?)|[-+](?= |$|[A-Z]))? ?"
 )
 
@@ -67,6 +67,8 @@ def motion_words(text: str) -> tuple[dict[str, str], list[int]]:
             codes.append(int(value))
             if value == "140":
                 raise ToolpathError("M140 in a motion", hint="give it a block of its own")
+        elif name == "R" and not value:
+            continue  # the compensation stays as it is
         elif name in words:
             raise ToolpathError(f"the word {name} appears twice in one block", hint="split the block")
         else:

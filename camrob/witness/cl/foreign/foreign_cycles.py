@@ -90,6 +90,7 @@ class Hole(NamedTuple):
     rpm: float | None = None  # of the tap, None: the modal one
     drawn: bool = False  # out at the feed at which it went in
     bites: tuple[float, ...] = ()  # where each of several bites that differ ends
+    breaks: int = 0  # so many times the chip is broken before the tool comes out
 
 
 def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
@@ -122,13 +123,14 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
         return
     feed = tell.speed(line, None if hole.feed_in is None else (hole.feed_in * reader.scale / 60.0, "min"))
     tell.move(at(hole.clear), axis, Way.RAPID, line)
+    fed = hole.feed_out is not None
     if hole.bites:
         lows = tuple((hole.clear - low) * scale for low in hole.bites)
         most = max(b - a for a, b in zip((0.0, *lows), lows, strict=False))
-        tell.pecks[tell.n] = Pecks(lows[0], most, True, lows)
+        tell.pecks[tell.n] = Pecks(lows[0], most, True, lows, hole.breaks, fed)
     elif hole.bite:
         first = hole.clear - hole.surface + hole.bite
-        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True)
+        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True, (), hole.breaks, fed)
     tell.move(at(hole.bottom), axis, Way.HOLE, line, feed)
     if hole.dwell:
         tell.event(Kind.DWELL, line, hole.dwell)
@@ -248,8 +250,9 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")
     surface, deep = q[203], -q[201]
     bite = q[202] if number in ("200", "203") and 0.0 < q[202] < deep - 1e-9 else 0.0
-    if bite and number == "203" and (q[213] or q[208] < _FMAX):
-        raise UnreadError("CYCL DEF 203 in bites that break chips or come out at a feed")
+    breaks = q[213] if bite and number == "203" else 0.0
+    if breaks % 1.0 or breaks < 0.0:
+        raise UnreadError("CYCL DEF 203 that breaks its chips an odd number of times")
     less = q[212] if bite and number == "203" else 0.0  # by so much a bite is shorter than that before it, down to Q205
     if less < 0.0 or (less and not 0.0 < q[205] <= bite):
         raise UnreadError("CYCL DEF 203 in bites that grow, or have no least depth")
@@ -271,6 +274,7 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         q.get(211, 0.0),
         bite if not less else 0.0,
         bites=_shorter(surface, bite, surface - deep, {"DAM": less, "MDEP": q[205]}) if less else (),
+        breaks=int(breaks),
     )
 
 

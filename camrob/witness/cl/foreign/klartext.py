@@ -70,7 +70,7 @@ class KlartextReader(ForeignReader):
             self._computed.keep(given[1], formula_of(given[1], given[2], row))
             return
         if turned := re.fullmatch(r"L((?: ?[ABC] ?[-+]?Q12[0-2])+)(?: R0)?(?: F ?MAX| F ?\d+)?((?: M\d+)*)", row):
-            self._turn_along(re.findall(r"M(\d+)", turned[2]), line)
+            self._turn_along(re.findall(r"M0*(\d+)", turned[2]), line)
             return
         row = re.sub(r"(?<=[A-Z=])([-+]?)(Q\d+)", self._number_of, row)
         if self._unsure and re.match(r"(L|LN|C|CR|CP|LP|CYCL CALL) ", row) and not re.search(r"\bM(9[12]|140)\b", row):
@@ -95,7 +95,7 @@ class KlartextReader(ForeignReader):
             rf"CYCL CALL( POS X ?({NUMBER}) Y ?({NUMBER}) Z ?[-+]?0+\.?0*(?= .*F ?MAX)( R0| F ?MAX)*)?(( M\d+| F ?MAX)*)",
             row,
         ):
-            codes = re.findall(r"M(\d+)", found[5])
+            codes = re.findall(r"M0*(\d+)", found[5])
             if found[1]:
                 self._switch([code for code in codes if code in FIRST], line, first=True)
                 codes = [code for code in codes if code not in FIRST]
@@ -106,7 +106,7 @@ class KlartextReader(ForeignReader):
         elif row.startswith("CYCL DEF"):
             self._defined(row[8:].strip(), line)
         elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+|M128 F ?[A-Z\d.]+", row):
-            codes = re.findall(r"M(\d+)", row)
+            codes = re.findall(r"M0*(\d+)", row)
             for first in (True, False):
                 self._switch(codes, line, first=first)
             self._block(["M0"] if head == "STOP" and not self._ended else [], line)
@@ -199,6 +199,8 @@ class KlartextReader(ForeignReader):
             at = token.end()
             if token["sense"]:
                 words["DR"] = token["sense"]
+            elif token["name"] == "R" and token["value"] is None:
+                continue  # as compensated as before
             elif token["name"] == "M":
                 codes.append(f"{float(token['value'] or 'nan'):g}")
             elif token["name"] in words or (token["value"] is None and token["name"] not in ("FMAX", "R0", "RL", "RR")):

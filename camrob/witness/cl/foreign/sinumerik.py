@@ -330,10 +330,11 @@ class SinumerikReader(ForeignReader):
             raise UnreadError(f"{word}, a word of Siemens'")
         return []
 
-    @staticmethod
-    def _code(code: str) -> list[str]:
+    def _code(self, code: str) -> list[str]:
         if code in _UNITS:
             return [_UNITS[code]]
+        if code == "500" and not self._tell.n:  # no offset yet; behind motions it leaves the part's frame
+            return []
         if code in _QUIET_G or code in ("53", "153"):
             return []
         if code not in _PLAIN_G:

@@ -242,7 +242,7 @@ class MacroRun(Running):
 
     def _subprogram(self, at: int, body: str) -> tuple[int, str]:
         """M98 P L and M97 P L, behind the motion of their block."""
-        found = _CALL.search(body)
+        found, body = _CALL.search(body), self._counted(body)
         p, times = re.findall(r"P(\d+)(?![\d.])", body), re.findall(r"L(\d+)(?![\d.])", body)
         rest = re.sub(r"[PL]\d+", "", _CALL.sub("", body))
         if found is None or len(p) != 1 or len(times) > 1 or not _BESIDE.fullmatch(rest):
@@ -256,6 +256,13 @@ class MacroRun(Running):
                 raise UnreadError(f"P{p[0]}, a number, or runs and a number")
             number, runs = short, int(p[0][:-4]) or 1
         return self._enter(at, self._program(number), runs, None), rest
+
+    def _counted(self, body: str) -> str:
+        """The block with numbers for what is computed behind P and L."""
+        while computed := re.search(r"[PL](?=[#\[])", body):
+            value, end = self._formulas.part(body, computed.end(), single=True)
+            body = f"{body[: computed.end()]}{whole(None if isinstance(value, bool) else value, body[:24])}{body[end:]}"
+        return body
 
     def _macro(self, at: int, body: str) -> int:
         """G65 P L with its arguments."""
