@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.bare_arm import BareArm, read_bare_arm
 from camrob.cell.cell import Cell
+from camrob.cell.cell_file import cell_file
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.cell.load import PointMass
@@ -41,6 +42,8 @@ def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, obje
     """The contents of a TOML file. Raises `error`, with the line, where it can't be read."""
     try:
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except IsADirectoryError:
+        raise error("is a folder", hint="name the .toml file in it", path=path) from None
     except OSError as e:
         raise error(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
     except UnicodeDecodeError:
@@ -84,8 +87,11 @@ def read_cell(path: str | Path) -> Cell:
 def unchecked_cell(path: str | Path) -> tuple[Cell, PoseBounds]:
     """The cell of a cell.toml by itself, and how well it has to meet its poses. Raises CellError."""
     path = Path(path)
-    file = path if path.suffix == ".toml" and not os.path.isdir(path) else path / "cell.toml"
+    file = cell_file(path)
     table = TableReader(read_toml(file), file, needs_provenance=True)
+    if "schema" not in table:
+        what = "is missing" if table.keys() else "is missing, for the file is empty"
+        raise table.fail("schema", what, f"write schema = {SCHEMA} above all else, as the cells that come with camrob")
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
     return _assembled(table, file.parent)
 

@@ -16,6 +16,7 @@ __all__ = ["PROVENANCES", "Faults", "TableReader"]
 
 T = TypeVar("T")
 
+_ALIKE = 0.8  # share of letters that a mistyped key has in common with the right one: two swapped or lost of ten
 _MOST_FAULTS = 7  # things that are wrong, beside the first
 
 PROVENANCES = ("datasheet", "paper", "measured", "assumed")
@@ -47,9 +48,10 @@ def _shown(value: Any) -> str:
 class TableReader:
     """Reads one table of a TOML file; `key` is its dotted place, `error` what is raised when something is wrong.
 
-    Keys that nobody asked for are found by `finish`. A number's provenance is that of the longest name in the file's
-    `standing` that the key begins with; it is collected in `provenance`, which tables below share. `stated`: what the table above
-    says of this one. With `needs_provenance`, every number below the file's top needs one.
+    Keys that nobody asked for are found by `finish`, which names those that somebody asked for, there or not. A number's
+    provenance is that of the longest name in the file's `standing` that the key begins with; it is collected in `provenance`,
+    which tables below share. `stated`: what the table above says of this one. With `needs_provenance`, every number below the
+    file's top needs one.
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class TableReader:
         self.provenance = {} if provenance is None else provenance
         self._data = data
         self._used: set[str] = set()
+        self._asked: set[str] = set()
         self._stated: str | Mapping[str, str] | None = stated
         self._needs_provenance = needs_provenance
         if "standing" in data:
@@ -92,6 +95,7 @@ class TableReader:
         return self.error(f"{self.place(key)}: {what}", hint=hint, path=self.path)
 
     def __contains__(self, key: str) -> bool:
+        self._asked.add(key)
         return key in self._data
 
     def _take(self, key: str, kind: str) -> Any:
@@ -240,9 +244,12 @@ class TableReader:
         """Raise when the table holds keys that nobody asked for."""
         unknown = sorted(set(self._data) - self._used)
         if unknown:
-            raise self.fail(
-                _short(unknown[0]), "is not a key that camrob knows here", f"use {', '.join(sorted(self._used))}"
-            )
+            from difflib import get_close_matches  # only a wrong key needs it
+
+            known = sorted(self._used | self._asked)
+            near = get_close_matches(unknown[0], known, n=1, cutoff=_ALIKE)
+            hint = f"is it {near[0]}?" if near else f"use {', '.join(known)}"
+            raise self.fail(_short(unknown[0]), "is not a key that camrob knows here", hint)
 
 
 class Faults:

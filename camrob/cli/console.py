@@ -190,8 +190,8 @@ def _show(what: RenderableType) -> None:
 
     console = Console(highlight=False)
     with console.capture() as capture:
-        console.print(what)
-    _write(capture.get().rstrip("\n"))
+        console.print(what, crop=False)
+    _write("\n".join(line.rstrip() for line in capture.get().rstrip("\n").split("\n")))
 
 
 def _write(text: str) -> None:

@@ -18,8 +18,8 @@ def failure_status(error: BaseException) -> int:
 
 
 def disk_full(error: OSError) -> bool:
-    """Whether there is no room left for what was to be written, on the disk or in its owner's quota."""
-    return error.errno in (errno.ENOSPC, errno.EDQUOT)
+    """Whether there is no room left for what was to be written, on the disk, in its owner's quota or in one file."""
+    return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def failure_line(error: BaseException) -> str:

@@ -31,6 +31,7 @@ __all__ = ["compile_kernel", "left", "main"]
 REPORT_EVERY = 5.0  # s between two lines where there is no terminal: often enough to show that it is alive
 INTERRUPTED = 130  # as shells have it: 128 and the signal's number
 LONGEST = 200  # letters of what a platform's compiler says: its command alone fills a screen
+HALF = 0.5  # of each that runs is done, by and large: the dearest begin, and little else ends for long
 SHARED_SECONDS = 5.0  # of processor that the C compiler took for what all kernels share
 
 
@@ -102,10 +103,14 @@ def _all_done(tasks: Sequence[_Task]) -> list[Any]:
             order = sorted(tasks, key=lambda task: -task.seconds)
             running = {pool.submit(task.function, *task.arguments): task for task in order}
             report(f"compiling kernels, once on this machine: {len(tasks)} on {cores} cores", 0.0)
+            ended: set[int] = set()
             for number, future in enumerate(as_completed(running), 1):
                 future.result()
                 done += running[future].seconds
-                report(f"kernel {number} of {len(tasks)}{left(done, whole, time.monotonic() - start)}", done / whole)
+                ended.add(id(running[future]))
+                begun = sum(task.seconds for task in [t for t in order if id(t) not in ended][:cores])
+                gone = left(done + HALF * begun, whole, time.monotonic() - start)
+                report(f"kernel {number} of {len(tasks)}{gone}", done / whole)
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
         raise

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from camrob.cell.joint import Role
-from camrob.cell.read_cell import read_cell
+from camrob.cell.read_cell import read_cell, read_toml
 from camrob.cell.shape import ShapeKind
 from camrob.cell.toml_table import PROVENANCES
 from camrob.errors import CellError
@@ -343,7 +343,7 @@ def test_bad_toml_names_its_line(tmp_path):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "schema: is missing"),
+        (b"", "schema: is missing, for the file is empty; write schema = 1 above all else"),
         (b"\xff\xfe\x00\x80", "is not UTF-8 text; save it as UTF-8"),
         (bytes(range(256)), "is not UTF-8 text"),
         (b"\x00" * 100, "is not valid TOML"),
@@ -360,6 +360,22 @@ def test_files_that_are_no_cells(tmp_path, content, message):
         read_cell(tmp_path)
     assert message in str(caught.value)
     assert str(caught.value).isprintable()
+
+
+def test_paths_that_are_no_cells(tmp_path):
+    """A file of another kind, a folder of something else, and a folder by the name of a file."""
+    (tmp_path / "part.cls").write_text("GOTO/1,2,3\n")
+    (tmp_path / "odd.toml").mkdir()
+    for place, what in (
+        (tmp_path / "part.cls", "part.cls: is no cell; give the folder that holds the cell's cell.toml"),
+        (tmp_path, "there is no cell.toml in this folder; give the folder"),
+        (tmp_path / "odd.toml", "there is no cell.toml in this folder"),
+        (tmp_path / "gone", "cell.toml: can't be read (No such file or directory); check the path"),
+    ):
+        with pytest.raises(CellError, match=re.escape(what)):
+            read_cell(place)
+    with pytest.raises(CellError, match=r"odd\.toml: is a folder; name the \.toml file in it"):
+        read_toml(tmp_path / "odd.toml")
 
 
 def test_a_byte_order_mark_and_crlf_do_no_harm(tmp_path):

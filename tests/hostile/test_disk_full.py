@@ -19,7 +19,7 @@ from camrob.jobs.files.files import staged_output
 ROOT = Path(__file__).resolve().parents[2]
 KR15 = ROOT / "cells" / "kr15_track_table"
 PROGRAM = ROOT / "toolpaths" / "engraving" / "golden" / "engraving.src"
-FULL = pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT], ids=["disk", "quota"])
+FULL = pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG], ids=["disk", "quota", "file"])
 
 
 def full(number: int, *names: str) -> OSError:

@@ -124,6 +124,18 @@ def test_samples_are_listed_and_copied(tmp_path: Path) -> None:
         samples(out=tmp_path / "parts")
 
 
+@pytest.mark.parametrize("verb", [["samples"], ["cell", "list"]])
+def test_paths_are_printed_in_one_piece(
+    verb: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However narrow the screen is: who copies a path from it wants all of it."""
+    monkeypatch.setenv("COLUMNS", "20")
+    assert cli.run(verb) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert sum(Path(line.strip()).is_absolute() and Path(line.strip()).exists() for line in lines) >= 4
+    assert all(line == line.rstrip() for line in lines)
+
+
 def test_a_command_takes_a_shipped_cell_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

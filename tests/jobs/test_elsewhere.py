@@ -45,3 +45,13 @@ def test_the_place_that_a_refusal_names_serves(tmp_path: Path) -> None:
 def test_a_part_that_no_shift_brings_into_reach_is_reported_so(tmp_path: Path) -> None:
     with pytest.raises(camrob.UnreachableError, match="no shift of the part by up to 800 mm along the axes of base"):
         posted(tmp_path / "far", "[0, 0, 2600, 0, 0, 0]")
+
+
+def test_a_file_read_in_inches_that_is_in_millimetres(tmp_path: Path) -> None:
+    """No place of the part helps: the refusal doubts the units."""
+    (tmp_path / "part.cls").write_text(CL)
+    (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\n")
+    with pytest.raises(
+        camrob.JobError, match=r"read as inches the path is 3048 mm wide, so it may be in mm \(--units mm\)"
+    ):
+        camrob.post(tmp_path / "part.cls", cell=CELL, out=tmp_path / "out", units="inch", report=False)

@@ -21,6 +21,13 @@ __all__ = ["render_cell_check", "render_cells", "render_condition", "render_new_
 _INDENT = (0, 0, 0, 2)  # above, right, below, left
 
 
+def _path(path: str) -> Text:
+    """A path on a line of its own, however long: one that is broken can't be copied from there."""
+    line = shown_text(" " * _INDENT[3] + path)
+    line.no_wrap, line.overflow = True, "ignore"
+    return line
+
+
 def render_cells(summary: CellListSummary) -> RenderableType:
     """A cell a paragraph: name, what it is, its axes, what it can't do, its folder."""
     parts: list[RenderableType] = []
@@ -29,7 +36,7 @@ def render_cells(summary: CellListSummary) -> RenderableType:
             Text(cell.name, style="bold"),
             Padding(shown_text(cell.title), _INDENT, expand=False),
             Padding(shown_text(f"axes {', '.join(cell.axes)}{_lacks(cell)}"), _INDENT, expand=False),
-            Padding(shown_text(cell.folder), _INDENT, expand=False),
+            _path(cell.folder),
         ]
     return Group(*parts, Text("--cell NAME takes one as it is; camrob cell new copies it"))
 
@@ -91,7 +98,7 @@ def render_samples(summary: SamplesSummary) -> RenderableType:
         parts += [
             Text(sample.name, style="bold"),
             Padding(shown_text(sample.title), _INDENT, expand=False),
-            Padding(shown_text(f"{sample.folder}/{sample.clfile}"), _INDENT, expand=False),
+            _path(f"{sample.folder}/{sample.clfile}"),
         ]
     then = "camrob post CLFILE --cell kr15_track_table --out DIR posts one"
     return Group(*parts, Text(then if summary.copied else f"{then}; --out DIR copies them"))
